@@ -1,0 +1,1 @@
+"""Numba kernels: rays, photons, irradiance store and camera pass. Nothing here knows files."""

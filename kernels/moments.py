@@ -1,0 +1,135 @@
+"""Running means and spreads over passes, per pixel and band (Welford 1962)."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from photonmap.kernels.jit import jit
+from photonmap.kernels.warp import INV_PI
+
+
+class Moments(NamedTuple):
+    """Means, (P, N) float64, and sums of squared deviations, (P, N) float32, over passes.
+
+    diffuse = direct + indirect, radiance = emission + diffuse; `product` is the sum of products
+    of the deviations of diffuse and reflectance, from which the error of their ratio follows.
+    """
+
+    emission: np.ndarray
+    direct: np.ndarray
+    indirect: np.ndarray
+    reflectance: np.ndarray
+    irradiance: np.ndarray
+    """direct + indirect irradiance / π"""
+    emission_spread: np.ndarray
+    direct_spread: np.ndarray
+    indirect_spread: np.ndarray
+    reflectance_spread: np.ndarray
+    irradiance_spread: np.ndarray
+    diffuse_spread: np.ndarray
+    radiance_spread: np.ndarray
+    product: np.ndarray
+    coverage: np.ndarray
+    """(P,) float64, mean"""
+    found: np.ndarray
+    """(P,) uint8, flags of all passes, as in `Pixels`"""
+
+
+@jit
+def _add(mean, spread, pixel, band, value, share):
+    """Take one value into a mean and its spread; return its deviation from the old mean."""
+    before = value - mean[pixel, band]
+    mean[pixel, band] += before * share
+    spread[pixel, band] += before * (value - mean[pixel, band])
+    return before
+
+
+@jit
+def add_pass(moments, pixels, count, first, last):
+    """Take pixels first..last of the pass number `count` (from 1) into the moments."""
+    share = 1.0 / count
+    rest = 1.0 - share
+    for pixel in range(first, last):
+        moments.coverage[pixel] += (pixels.coverage[pixel] - moments.coverage[pixel]) * share
+        moments.found[pixel] |= pixels.found[pixel]
+        for band in range(pixels.direct.shape[1]):
+            emission = float(pixels.emission[pixel, band])
+            direct = float(pixels.direct[pixel, band])
+            indirect = float(pixels.indirect[pixel, band])
+            reflectance = float(pixels.reflectance[pixel, band])
+            irradiance = INV_PI * (
+                float(pixels.irradiance_direct[pixel, band])
+                + float(pixels.irradiance_indirect[pixel, band])
+            )
+            e = _add(moments.emission, moments.emission_spread, pixel, band, emission, share)
+            d = _add(moments.direct, moments.direct_spread, pixel, band, direct, share)
+            i = _add(moments.indirect, moments.indirect_spread, pixel, band, indirect, share)
+            r = _add(
+                moments.reflectance, moments.reflectance_spread, pixel, band, reflectance, share
+            )
+            _add(moments.irradiance, moments.irradiance_spread, pixel, band, irradiance, share)
+            moments.diffuse_spread[pixel, band] += (d + i) * (d + i) * rest
+            moments.radiance_spread[pixel, band] += (e + d + i) * (e + d + i) * rest
+            moments.product[pixel, band] += (d + i) * r * rest
+
+
+@jit
+def is_judged(moments, pixel):
+    """Tell whether a pixel counts in the error: covered by surfaces, none of which emits."""
+    for band in range(moments.emission.shape[1]):
+        if moments.emission[pixel, band] != 0.0:
+            return False
+    return moments.coverage[pixel] == 1.0
+
+
+@jit
+def sum_radiance(moments, first, last, total):
+    """Set total (N + 1,) to the sums of radiance over judged pixels, and their number."""
+    total[:] = 0.0
+    for pixel in range(first, last):
+        if is_judged(moments, pixel):
+            total[-1] += 1.0
+            for band in range(moments.direct.shape[1]):
+                total[band] += moments.direct[pixel, band] + moments.indirect[pixel, band]
+
+
+@jit
+def sum_relative_variance(moments, mean, count, first, last):
+    """Sum SE² / (v² + 0.01 mean²) over judged pixels first..last and bands; mean is (N,)."""
+    total = 0.0
+    scale = 1.0 / (count * (count - 1.0))
+    for pixel in range(first, last):
+        if is_judged(moments, pixel):
+            for band in range(len(mean)):
+                value = moments.direct[pixel, band] + moments.indirect[pixel, band]
+                norm = value * value + 0.01 * mean[band] * mean[band]
+                if norm > 0.0:
+                    total += moments.radiance_spread[pixel, band] * scale / norm
+    return total
+
+
+@jit
+def finish_shading(moments, count, first, last, factor, shading, error):
+    """Fill shading and its standard error, times factor, (P, N) float32, of pixels first..last.
+
+    The ratio of diffuse light to reflectance where that is not 0, with the error of a ratio by
+    the delta method; the mean irradiance / π elsewhere. With one pass, error stays as it is.
+    """
+    scale = 1.0 / (count * max(count - 1.0, 1.0))
+    for pixel in range(first, last):
+        for band in range(shading.shape[1]):
+            r = moments.reflectance[pixel, band]
+            if r > 0.0:
+                s = (moments.direct[pixel, band] + moments.indirect[pixel, band]) / r
+                variance = (
+                    moments.diffuse_spread[pixel, band]
+                    - 2.0 * s * moments.product[pixel, band]
+                    + s * s * moments.reflectance_spread[pixel, band]
+                ) / (r * r)
+            else:
+                s = moments.irradiance[pixel, band]
+                variance = float(moments.irradiance_spread[pixel, band])
+            shading[pixel, band] = s * factor
+            if count > 1:
+                error[pixel, band] = factor * math.sqrt(max(variance, 0.0) * scale)

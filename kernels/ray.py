@@ -1,0 +1,143 @@
+"""Rays cast into an Embree scene from nopython code.
+
+`intersect` and `occluded` call rtcIntersect1 and rtcOccluded1 with a record on the stack. With
+the JIT switched off they call the same library through ctypes.
+"""
+
+import ctypes
+
+import numpy as np
+from llvmlite import ir
+from numba import config, types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from photonmap.kernels.embree import LIBRARY
+from photonmap.kernels.jit import jit
+
+# RTCRayHit as 24 words of 32 bits: origin 0-2, tnear 3, direction 4-6, time 7, tfar 8, mask 9,
+# id 10, flags 11, normal 12-14, u 15, v 16, primitive 17, geometry 18, instance 19-20, padding.
+TNEAR, TFAR, MASK, U, V, PRIMITIVE, GEOMETRY, INSTANCE = 3, 8, 9, 15, 16, 17, 18, 19
+WORDS = 24
+MISS = 0xFFFFFFFF
+
+
+def _emit_record(context, builder, arguments):
+    """Emit code that fills a fresh RTCRayHit from (ox, oy, oz, dx, dy, dz, tfar)."""
+    word, real = ir.IntType(32), ir.FloatType()
+    record = cgutils.alloca_once(builder, ir.ArrayType(word, WORDS))
+    # Embree asks for 16-byte alignment.
+    record.align = 16
+
+    def store(place, value):
+        pointer = builder.gep(record, [word(0), word(place)])
+        builder.store(builder.bitcast(value, word) if value.type == real else value, pointer)
+
+    for place, value in zip((0, 1, 2, 4, 5, 6, TFAR), arguments, strict=True):
+        store(place, value)
+    for place in (TNEAR, 7, 10, 11):
+        store(place, word(0))
+    for place in (MASK, GEOMETRY, INSTANCE, INSTANCE + 1):
+        store(place, word(MISS))
+    return record
+
+
+def _emit_call(builder, name, scene, record):
+    byte_pointer = ir.IntType(8).as_pointer()
+    signature = ir.FunctionType(ir.VoidType(), [byte_pointer] * 3)
+    function = cgutils.get_or_insert_function(builder.module, signature, name)
+    builder.call(
+        function,
+        [
+            builder.inttoptr(scene, byte_pointer),
+            builder.bitcast(record, byte_pointer),
+            ir.Constant(byte_pointer, None),
+        ],
+    )
+
+
+def _emit_load(builder, record, place, kind):
+    word = ir.IntType(32)
+    value = builder.load(builder.gep(record, [word(0), word(place)]))
+    return builder.bitcast(value, ir.FloatType()) if kind == types.float32 else value
+
+
+if config.DISABLE_JIT:
+
+    def _record(origin_direction_tfar):
+        words = np.zeros(WORDS + 4, np.uint32)
+        words = words[(-words.ctypes.data // 4) % 4 :][:WORDS]
+        words.view(np.float32)[[0, 1, 2, 4, 5, 6, TFAR]] = origin_direction_tfar
+        words[[MASK, GEOMETRY, INSTANCE, INSTANCE + 1]] = MISS
+        return words
+
+    def _intersect(scene, *ray):
+        words = _record(ray)
+        LIBRARY.rtcIntersect1(scene, ctypes.c_void_p(words.ctypes.data), None)
+        reals = words.view(np.float32)
+        return reals[TFAR], reals[U], reals[V], words[GEOMETRY], words[PRIMITIVE]
+
+    def _occluded(scene, *ray):
+        words = _record(ray)
+        LIBRARY.rtcOccluded1(scene, ctypes.c_void_p(words.ctypes.data), None)
+        return words.view(np.float32)[TFAR]
+
+else:
+    RAY = (types.int64,) + (types.float32,) * 7
+
+    @intrinsic
+    def _intersect(typing, scene, ox, oy, oz, dx, dy, dz, tfar):
+        kinds = (types.float32, types.float32, types.float32, types.uint32, types.uint32)
+
+        def generate(context, builder, signature, arguments):
+            record = _emit_record(context, builder, arguments[1:])
+            _emit_call(builder, "rtcIntersect1", arguments[0], record)
+            places = (TFAR, U, V, GEOMETRY, PRIMITIVE)
+            values = [
+                _emit_load(builder, record, *pair) for pair in zip(places, kinds, strict=True)
+            ]
+            return context.make_tuple(builder, signature.return_type, values)
+
+        return types.Tuple(kinds)(*RAY), generate
+
+    @intrinsic
+    def _occluded(typing, scene, ox, oy, oz, dx, dy, dz, tfar):
+        def generate(context, builder, signature, arguments):
+            record = _emit_record(context, builder, arguments[1:])
+            _emit_call(builder, "rtcOccluded1", arguments[0], record)
+            return _emit_load(builder, record, TFAR, types.float32)
+
+        return types.float32(*RAY), generate
+
+
+@jit
+def intersect(scene, origin, direction):
+    """Return (triangle, u, v) of the closest hit of a ray; triangle is -1 where it misses."""
+    _, u, v, geometry, primitive = _intersect(
+        scene,
+        np.float32(origin[0]),
+        np.float32(origin[1]),
+        np.float32(origin[2]),
+        np.float32(direction[0]),
+        np.float32(direction[1]),
+        np.float32(direction[2]),
+        np.float32(np.inf),
+    )
+    triangle = np.int64(primitive) if geometry != MISS else np.int64(-1)
+    return triangle, float(u), float(v)
+
+
+@jit
+def occluded(scene, origin, direction, length):
+    """Return whether anything lies within origin + t direction, 0 < t < length."""
+    tfar = _occluded(
+        scene,
+        np.float32(origin[0]),
+        np.float32(origin[1]),
+        np.float32(origin[2]),
+        np.float32(direction[0]),
+        np.float32(direction[1]),
+        np.float32(direction[2]),
+        np.float32(length),
+    )
+    return tfar < 0.0

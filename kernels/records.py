@@ -1,0 +1,134 @@
+"""The arrays that kernels work on. T triangles, M materials, K emitters, N bands, P pixels.
+
+Lengths are in units of the scene's size, power in units of the lights' total: `prepare` scales
+there, `render` scales back.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+TRIANGLE, POINT, DOME = 0, 1, 2
+
+
+class Geometry(NamedTuple):
+    """All triangles of the scene, and Embree's scene over them."""
+
+    scene: int
+    """address of the committed Embree scene"""
+    vertices: np.ndarray
+    """(V, 3) float32"""
+    triangles: np.ndarray
+    """(T, 3) int32"""
+    normals: np.ndarray
+    """(T, 3) float32, unit geometric normal of the winding"""
+    shading_normals: np.ndarray
+    """(V, 3) float32, zero rows are flat; (0, 3) in a scene without any"""
+    material: np.ndarray
+    """(T,) int32"""
+    emitter: np.ndarray
+    """(T,) int32, -1 for a triangle that does not emit"""
+
+
+class Materials(NamedTuple):
+    """What surfaces do with light."""
+
+    reflectance: np.ndarray
+    """(M, N) float32"""
+
+
+class Lights(NamedTuple):
+    """Emitters of all kinds, chosen by power."""
+
+    kind: np.ndarray
+    """(K,) uint8: TRIANGLE, POINT or DOME"""
+    triangle: np.ndarray
+    """(K,) int32, -1 where the emitter is none"""
+    position: np.ndarray
+    """(K, 3) float64 of point lights"""
+    area: np.ndarray
+    """(K,) float64 of triangles"""
+    spectrum: np.ndarray
+    """(K,) int32, row of `spectra`"""
+    spectra: np.ndarray
+    """(R, N) float32: radiance, or intensity of point lights"""
+    cumulative: np.ndarray
+    """(K,) float64, rises to 1 in proportion to power"""
+    dome: int
+    """index of the dome's emitter, -1 without a dome"""
+    radius: float
+    """of a sphere around the origin that holds the scene"""
+
+
+class Camera(NamedTuple):
+    """A pinhole; the ray of film point (x, y) in pixels is corner + x·across + y·down."""
+
+    origin: tuple
+    corner: tuple
+    across: tuple
+    down: tuple
+
+
+class Film(NamedTuple):
+    """The image, and how camera samples lie in a pixel."""
+
+    width: int
+    height: int
+    jitter: bool
+    """samples cover the pixel (box), or all pass through its centre"""
+
+
+class Survey(NamedTuple):
+    """What a look at the scene tells of each pixel, before and apart from all estimates."""
+
+    flat: np.ndarray
+    """(P,) uint8, 1 where all samples hit one smooth piece of surface"""
+    nearness: np.ndarray
+    """(P,) float32, mean of 1 / distance to the surfaces around"""
+    penumbra: np.ndarray
+    """(P,) uint8, 1 where some light samples are blocked and some are not"""
+
+
+class Plan(NamedTuple):
+    """How much sampling each pixel gets, and how far its indirect light is shared."""
+
+    samples: np.ndarray
+    """(P,) uint8, camera samples in a pass, each with one light sample"""
+    gathers: np.ndarray
+    """(P,) uint8, gather rays of each camera sample"""
+    reach: np.ndarray
+    """(P,) float32, distance over which indirect irradiance hardly changes"""
+
+
+class Cells(NamedTuple):
+    """Surface cells of the irradiance store: see `store`."""
+
+    first: np.ndarray
+    """(T, 2) int32, first cell of each side"""
+    divisions: np.ndarray
+    """(T,) int32, n: the triangle's side is divided into n² cells"""
+    inverse_area: np.ndarray
+    """(T, 2) float32, 1 / area of one cell"""
+
+
+class Pixels(NamedTuple):
+    """What one pass estimates; band values are means over a pixel's samples."""
+
+    emission: np.ndarray
+    """(P, N) float32"""
+    direct: np.ndarray
+    """(P, N) float32"""
+    indirect: np.ndarray
+    """(P, N) float32"""
+    reflectance: np.ndarray
+    """(P, N) float32"""
+    irradiance_direct: np.ndarray
+    """(P, N) float32"""
+    irradiance_indirect: np.ndarray
+    """(P, N) float32"""
+    coverage: np.ndarray
+    """(P,) float32, fraction of samples that hit something"""
+    found: np.ndarray
+    """(P,) uint8, flags: 1 where a gather ray met a surface without light, 2 with light"""
+    plane: np.ndarray
+    """(P, 7) float32, point, shading normal and flatness (0 or 1) of a pixel's samples"""

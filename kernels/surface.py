@@ -1,0 +1,77 @@
+"""What a ray meets: point, normals and side of a hit."""
+
+import math
+
+from photonmap.kernels import vec
+from photonmap.kernels.jit import jit
+
+# Bound on the distance between a hit computed in float32 by Embree and the triangle's plane,
+# relative to the coordinates that enter it.
+HIT_ERROR = 12.0 * 2.0**-24
+
+
+@jit
+def side_of(geometry, triangle, direction):
+    """Return 0 where `direction` arrives at the front of a triangle, 1 at its back."""
+    return 0 if vec.dot(vec.row(geometry.normals, triangle), direction) < 0.0 else 1
+
+
+@jit
+def point_at(geometry, triangle, u, v):
+    """Return the point of barycentrics (u, v), and a bound on its coordinates' magnitude."""
+    p0 = vec.row(geometry.vertices, geometry.triangles[triangle, 0])
+    p1 = vec.row(geometry.vertices, geometry.triangles[triangle, 1])
+    p2 = vec.row(geometry.vertices, geometry.triangles[triangle, 2])
+    w = 1.0 - u - v
+    point = (
+        w * p0[0] + u * p1[0] + v * p2[0],
+        w * p0[1] + u * p1[1] + v * p2[1],
+        w * p0[2] + u * p1[2] + v * p2[2],
+    )
+    size = (
+        w * abs(p0[0]) + u * abs(p1[0]) + v * abs(p2[0]),
+        w * abs(p0[1]) + u * abs(p1[1]) + v * abs(p2[1]),
+        w * abs(p0[2]) + u * abs(p1[2]) + v * abs(p2[2]),
+    )
+    return point, size
+
+
+@jit
+def offset(point, size, normal):
+    """Move a surface point along its normal, by more than a ray's origin can be wrong.
+
+    Pharr et al. 2023, "Physically Based Rendering", 6.8.
+    """
+    distance = HIT_ERROR * (
+        abs(normal[0]) * size[0] + abs(normal[1]) * size[1] + abs(normal[2]) * size[2]
+    )
+    return vec.add(point, vec.scale(normal, distance))
+
+
+@jit
+def shading_normal(geometry, triangle, u, v, ng, side):
+    """Return the interpolated normal on the side of ng; ng itself where the mesh is flat."""
+    if geometry.shading_normals.shape[0] == 0:
+        return ng
+    n0 = vec.row(geometry.shading_normals, geometry.triangles[triangle, 0])
+    n1 = vec.row(geometry.shading_normals, geometry.triangles[triangle, 1])
+    n2 = vec.row(geometry.shading_normals, geometry.triangles[triangle, 2])
+    n = vec.add(vec.scale(n0, 1.0 - u - v), vec.add(vec.scale(n1, u), vec.scale(n2, v)))
+    length = math.sqrt(vec.dot(n, n))
+    if length < 1e-6:
+        return ng
+    return vec.scale(n, (1.0 - 2.0 * side) / length)
+
+
+@jit
+def meet(geometry, triangle, u, v, direction):
+    """Return (point, ng, ns, side) of the hit of a ray along `direction`.
+
+    Both normals are on the side where the ray arrives (ns may lean beyond the horizon of ng),
+    and the point is offset to that side, ready to be a ray's origin.
+    """
+    side = side_of(geometry, triangle, direction)
+    ng = vec.scale(vec.row(geometry.normals, triangle), 1.0 - 2.0 * side)
+    ns = shading_normal(geometry, triangle, u, v, ng, side)
+    point, size = point_at(geometry, triangle, u, v)
+    return offset(point, size, ng), ng, ns, side

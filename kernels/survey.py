@@ -1,0 +1,54 @@
+"""A look at the scene before the passes: where an image is smooth, and where it is not."""
+
+import math
+
+from photonmap.kernels import vec, warp
+from photonmap.kernels.film import FLAT, camera_ray, morton, note_hit
+from photonmap.kernels.jit import jit
+from photonmap.kernels.light import sample_direct
+from photonmap.kernels.ray import intersect
+from photonmap.kernels.rng import sobol_2d, stream
+from photonmap.kernels.surface import meet, point_at
+
+FILM, LIGHT, GATHER = 0, 1, 2
+NEAREST = 1e-6
+
+
+@jit
+def _nearness(geometry, point, ns, u, v):
+    """Return 1 / distance to what a cosine-distributed ray meets, 0 where it meets nothing."""
+    direction = vec.from_frame(warp.cosine_hemisphere(u, v), ns)
+    triangle, u, v = intersect(geometry.scene, point, direction)
+    if triangle < 0:
+        return 0.0
+    step = vec.sub(point_at(geometry, triangle, u, v)[0], point)
+    return 1.0 / max(math.sqrt(vec.dot(step, step)), NEAREST)
+
+
+@jit
+def survey_pixels(geometry, lights, camera, film, samples, key, first, last, plane, survey):
+    """Fill `survey` and `plane`, (P, 7), of pixels first..last from `samples` samples each."""
+    keys = (stream(key, FILM, 0), stream(key, LIGHT, 0), stream(key, GATHER, 0))
+    for pixel in range(first, last):
+        column, row = pixel % film.width, pixel // film.width
+        base = morton(column, row) * samples
+        hits = lit = blocked = 0
+        nearness = 0.0
+        for sample in range(samples):
+            x, y = sobol_2d(base + sample, keys[FILM]) if film.jitter else (0.5, 0.5)
+            direction = camera_ray(camera, column + x, row + y)
+            triangle, u, v = intersect(geometry.scene, camera.origin, direction)
+            if triangle < 0:
+                continue
+            point, ng, ns, _ = meet(geometry, triangle, u, v, direction)
+            note_hit(plane, pixel, hits == 0, point, ns)
+            hits += 1
+            at = sobol_2d(base + sample, keys[LIGHT])
+            emitter, weight = sample_direct(geometry, lights, point, ng, ns, at[0], at[1], 0.0)
+            lit += weight > 0.0
+            blocked += emitter >= 0 and weight == 0.0
+            at = sobol_2d(base + sample, keys[GATHER])
+            nearness += _nearness(geometry, point, ns, at[0], at[1])
+        survey.flat[pixel] = hits == samples and plane[pixel, FLAT] != 0.0
+        survey.nearness[pixel] = nearness / max(hits, 1)
+        survey.penumbra[pixel] = lit > 0 and blocked > 0

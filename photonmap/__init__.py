@@ -1,0 +1,61 @@
+"""Ground truth for intrinsic images by photon mapping in N spectral bands.
+
+>>> import photonmap as pm
+>>> result = pm.render(pm.scenes.cornell_box(), bands=6, size=(256, 256), error=0.02)
+>>> result.shading, result.standard_error("shading")
+"""
+
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+# In a checkout, kernels/ and scenes/ stand beside the package.
+if not (Path(__file__).parent / "kernels").is_dir():
+    __path__.append(str(Path(__file__).parent.parent))
+
+if TYPE_CHECKING:
+    from photonmap import scenes
+    from photonmap.bands import Bands
+    from photonmap.errors import InputError, SceneWarning
+    from photonmap.render import render
+    from photonmap.result import Result, load_result
+    from photonmap.scene import Camera, DomeLight, Light, Material, Mesh, PointLight, Scene
+    from photonmap.scene_file import load_scene
+    from photonmap.spectra import Spectrum
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "Bands": "bands",
+    "InputError": "errors",
+    "SceneWarning": "errors",
+    "render": "render",
+    "Result": "result",
+    "load_result": "result",
+    "Camera": "scene",
+    "DomeLight": "scene",
+    "Light": "scene",
+    "Material": "scene",
+    "Mesh": "scene",
+    "PointLight": "scene",
+    "Scene": "scene",
+    "load_scene": "scene_file",
+    "Spectrum": "spectra",
+}
+__all__ = [*_HOMES, "scenes"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used: Numba alone takes half a second."""
+    if name == "scenes":
+        return import_module("photonmap.scenes")
+    if name in _HOMES:
+        value = getattr(import_module(f"photonmap.{_HOMES[name]}"), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module 'photonmap' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """List the public names."""
+    return [*globals(), *__all__]

@@ -1,0 +1,106 @@
+"""Check a camera, whoever describes it, and frame a scene that has none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from numbers import Real
+from os import PathLike
+
+import numpy as np
+
+from photonmap.errors import InputError
+from photonmap.messages import shown
+from photonmap.scene import Camera, Vector
+
+_FRAMING_FOV = 40.0
+_MARGIN = 1.05
+_PARALLEL = 1e-6
+"""Sine of the angle between view and up below which nothing tells what is upright."""
+
+
+def check_camera(
+    camera: Camera,
+    path: str | PathLike[str] | None = None,
+    lines: Mapping[str, int | None] | None = None,
+) -> Camera:
+    """Check that a camera can see.
+
+    Parameters
+    ----------
+    camera : attributes of any type
+    path : the file that describes it, for messages
+    lines : the line of each attribute in that file
+
+    Returns
+    -------
+    Camera, the same in plain floats
+
+    Raises
+    ------
+    InputError : a vector is not three finite numbers, target is origin, up is along the view,
+        or fov is outside (0, 180) degrees
+    """
+
+    def error(attribute: str, problem: str) -> InputError:
+        value = shown(getattr(camera, attribute))
+        line = (lines or {}).get(attribute)
+        return InputError(f"camera {attribute} {value} {problem}", path, line)
+
+    vectors = {}
+    for attribute in ("origin", "target", "up"):
+        vector = _vector(getattr(camera, attribute))
+        if vector is None:
+            raise error(attribute, "is no vector; give three finite numbers")
+        vectors[attribute] = vector
+    fov = _finite(camera.fov)
+    if fov is None or not 0 < fov < 180:
+        raise error("fov", "is no angle of view; give degrees between 0 and 180")
+    view = _unit(np.array(vectors["target"]) / 2 - np.array(vectors["origin"]) / 2)
+    if view is None:
+        raise error("target", "is where the origin is; move one of them")
+    up = _unit(np.array(vectors["up"]))
+    if up is None or np.linalg.norm(np.cross(view, up)) < _PARALLEL:
+        raise error("up", "is zero or along the view; choose another direction")
+    return Camera(**vectors, fov=fov)
+
+
+def _finite(value: object) -> float | None:
+    """Give a finite number as a float, anything else as None."""
+    if not isinstance(value, Real) or isinstance(value, bool):
+        return None
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _vector(value: object) -> Vector | None:
+    """Give three finite numbers as floats, anything else as None."""
+    if not isinstance(value, tuple | list | np.ndarray) or len(value) != 3:
+        return None
+    x, y, z = map(_finite, value)
+    return None if x is None or y is None or z is None else (x, y, z)
+
+
+def _unit(vector: np.ndarray) -> np.ndarray | None:
+    """Scale a vector to length 1; None where it is zero."""
+    largest = np.abs(vector).max()
+    return vector / largest / np.linalg.norm(vector / largest) if largest > 0 else None
+
+
+def frame_scene(vertices: np.ndarray, aspect: float = 1.0) -> Camera:
+    """Look at a scene from +z, so that its bounding box fits the image with a margin.
+
+    Parameters
+    ----------
+    vertices : (V, 3), scene units
+    aspect : width / height of the image
+    """
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    center, half = 0.5 * (low + high), 0.5 * (high - low)
+    reach = float(max(half[0] / aspect, half[1])) or float(half[2]) or 1.0
+    distance = float(half[2]) + _MARGIN * reach / math.tan(math.radians(_FRAMING_FOV) / 2)
+    x, y, z = map(float, center)
+    return Camera((x, y, z + distance), (x, y, z), fov=_FRAMING_FOV)

@@ -1,0 +1,55 @@
+"""The layout of the irradiance store: which surface cells there are, and their areas."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.kernels.records import Cells, Geometry
+
+DIRECTIONS = 4
+"""Small triangles share a cell only where their normals fall in the same of 4³ boxes."""
+
+
+def lay_cells(geometry: Geometry, areas: NDArray[np.float64], area: float) -> tuple[Cells, int]:
+    """Tile both sides of all triangles with cells of about the given area.
+
+    Larger triangles are divided into n² similar ones; smaller ones share a cell with neighbours
+    whose centres lie in the same box of that size and whose normals point alike. So there are
+    O(surface / area) cells, however many triangles.
+
+    Returns
+    -------
+    cells : the layout
+    count : the number of cells on both sides together
+    """
+    divisions = np.ceil(np.sqrt(areas / area)).astype(np.int32)
+    np.maximum(divisions, 1, out=divisions)
+    cell_area = areas / divisions.astype(np.float64) ** 2
+    small = np.flatnonzero(divisions == 1)
+    large = np.flatnonzero(divisions > 1)
+
+    first = np.empty(len(areas), np.int64)
+    group = _group_neighbours(geometry, small, np.sqrt(area))
+    groups = int(group.max()) + 1 if len(small) else 0
+    first[small] = group
+    cell_area[small] = np.bincount(group, areas[small], groups)[group]
+    ends = groups + np.cumsum(divisions[large].astype(np.int64) ** 2)
+    first[large] = ends - divisions[large].astype(np.int64) ** 2
+    one_side = int(ends[-1]) if len(large) else groups
+
+    both = np.stack([first, first + one_side], axis=1).astype(np.int32)
+    inverse = np.repeat((1.0 / cell_area).astype(np.float32)[:, None], 2, axis=1)
+    return Cells(both, divisions, inverse), 2 * one_side
+
+
+def _group_neighbours(
+    geometry: Geometry, small: NDArray[np.int64], size: float
+) -> NDArray[np.int64]:
+    """Number the cells of small triangles: one for each box of space and of directions."""
+    centres = geometry.vertices[geometry.triangles[small]].mean(axis=1, dtype=np.float64)
+    boxes = np.clip(np.floor(centres / size), -(1 << 16), (1 << 16) - 1).astype(np.int64) + (1 << 16)
+    turns = np.floor((geometry.normals[small] + 1.0) * (DIRECTIONS / 2.001)).astype(np.int64)
+    key = np.zeros(len(small), np.int64)
+    for column, span in ((boxes, 1 << 17), (turns, DIRECTIONS)):
+        for axis in range(3):
+            key = key * span + column[:, axis]
+    return np.unique(key, return_inverse=True)[1]

@@ -1,0 +1,197 @@
+"""The command line: `python -m photonmap SCENE [options]`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+import warnings
+from pathlib import Path
+from typing import Any
+
+from photonmap.budget import CEILING, DEFAULT_ERROR
+from photonmap.errors import InputError, SceneWarning, listening
+from photonmap.progress import choose_progress
+from photonmap.scene import Camera, Scene
+
+BAD_INPUT, INTERRUPTED = 2, 130
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that tells an error in one line."""
+
+    def error(self, message: str) -> Any:
+        raise InputError(f"{message} (see python -m photonmap --help)")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; return the exit code: 0, 2 for bad input, 130 for Ctrl-C in vain."""
+    warnings.showwarning = _show_warning
+    try:
+        options = _parser().parse_args(arguments)
+        _run(options)
+    except InputError as error:
+        print(f"photonmap: error: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print("photonmap: interrupted before the first pass; nothing written", file=sys.stderr)
+        return INTERRUPTED
+    return 0
+
+
+def _run(options: argparse.Namespace) -> None:
+    from photonmap.output import check_output
+    from photonmap.scene_file import load_scene
+
+    output = options.output or Path(options.scene).with_suffix(".exr").name
+    check_output(output)
+    progress = choose_progress(options.quiet)
+    try:
+        with listening() as told:
+            start = time.perf_counter()
+            progress.stage("load")
+            scene = load_scene(options.scene)
+            scene.camera = _camera(options, scene)
+            loading = time.perf_counter() - start
+            from photonmap.render import render
+
+            result = render(
+                scene,
+                bands=options.bands,
+                size=options.size,
+                pixel=options.pixel,
+                passes=options.passes,
+                seconds=options.seconds,
+                error=options.error,
+                photons=options.photons,
+                seed=options.seed,
+                threads=options.threads,
+                method=options.method,
+                progress=progress,
+            )
+        result.record["warnings"] = told
+        result.record["seconds"]["load"] += loading
+        progress.stage("write")
+        result.save(output, buffers=options.buffers)
+    finally:
+        progress.close()
+    if not options.quiet:
+        _report(result.record, output)
+
+
+def _camera(options: argparse.Namespace, scene: Scene) -> Camera | None:
+    """Return the scene's camera with the flags' values in place of its own."""
+    given = {
+        name: getattr(options, name)
+        for name in ("origin", "target", "up", "fov")
+        if getattr(options, name) is not None
+    }
+    if not given:
+        return scene.camera
+    known = vars(scene.camera) if scene.camera else {}
+    if missing := {"origin", "target"} - {*given, *known}:
+        raise InputError(f"a camera needs --{' and --'.join(sorted(missing))} too")
+    return Camera(**{**known, **given})
+
+
+def _report(record: dict[str, Any], output: str) -> None:
+    """Print what came out and where it is."""
+    if record["camera"]["framed"]:
+        x, y, z = record["camera"]["origin"]
+        print(f"no camera given: framed from +z, at {x:.6g},{y:.6g},{z:.6g}")
+    error = "unknown" if record["error"] is None else f"{record['error']:.4f}"
+    state = "interrupted after " if record["interrupted"] else ""
+    print(
+        f"{state}{record['passes']} passes in {record['seconds']['render']:.1f} s, "
+        f"error {error}: {output}, {Path(output).with_suffix('.png')}, "
+        f"{Path(output).with_suffix('.json')}"
+    )
+
+
+def _show_warning(message: Warning | str, category: type[Warning], *rest: Any) -> None:
+    prefix = "warning" if issubclass(category, SceneWarning) else category.__name__
+    print(f"photonmap: {prefix}: {message}", file=sys.stderr)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="photonmap",
+        description="Render a scene into direct, indirect, reflectance and shading, in N bands, "
+        "with a standard error on each.",
+        epilog="Writes FILE.exr (all buffers), FILE.png (preview) and FILE.json (run record).",
+        allow_abbrev=False,
+    )
+    parser.add_argument("scene", metavar="SCENE", help="OBJ file; SCENE.toml may hold its camera")
+    parser.add_argument("--version", action="version", version=_version())
+    parser.add_argument("--quiet", action="store_true", help="print errors and warnings alone")
+    image = parser.add_argument_group("image")
+    image.add_argument(
+        "--bands",
+        default="6",
+        metavar="N|rgb",
+        help="N Gaussian bands over 400-700 nm, or the file's R, G, B as they stand (default 6)",
+    )
+    image.add_argument("--size", type=_size, default=(512, 512), metavar="WxH", help="512x512")
+    image.add_argument(
+        "--pixel",
+        choices=("box", "center"),
+        default="box",
+        help="samples cover the pixel (default), or all pass through its centre",
+    )
+    camera = parser.add_argument_group("camera", "in place of the one in SCENE.toml")
+    for name in ("origin", "target", "up"):
+        camera.add_argument(f"--{name}", type=_vector, metavar="x,y,z", help="scene units")
+    camera.add_argument("--fov", type=float, metavar="DEG", help="full vertical angle (default 40)")
+    budget = parser.add_argument_group("budget", f"one of these; --error {DEFAULT_ERROR} if none")
+    budget.add_argument("--passes", type=int, metavar="N")
+    budget.add_argument("--seconds", type=float, metavar="S", help="of rendering")
+    budget.add_argument(
+        "--error",
+        type=float,
+        metavar="E",
+        help=f"relative standard error of radiance; gives up after {CEILING / 3600:g} hour",
+    )
+    work = parser.add_argument_group("work")
+    work.add_argument(
+        "--photons", type=int, metavar="N", help="emitted in each pass (default: one a pixel)"
+    )
+    work.add_argument("--seed", type=int, default=0, metavar="N", help="default 0")
+    work.add_argument("--threads", type=int, metavar="N", help="default: every processor")
+    work.add_argument(
+        "--method",
+        choices=("photon", "path"),
+        default="photon",
+        help="photon mapping, or the plain path tracer that checks it",
+    )
+    files = parser.add_argument_group("files")
+    files.add_argument("--output", metavar="FILE.exr", help="default: SCENE's name, here")
+    files.add_argument(
+        "--buffers",
+        type=lambda text: text.split(","),
+        metavar="LIST",
+        help="write these alone, separated by commas (default: all)",
+    )
+    return parser
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, cross, height = text.lower().partition("x")
+    if not (cross and width.strip().isdecimal() and height.strip().isdecimal()):
+        raise argparse.ArgumentTypeError(f"{text!r} is no size; write it as 640x480")
+    return int(width), int(height)
+
+
+def _vector(text: str) -> tuple[float, ...]:
+    try:
+        x, y, z = map(float, text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no vector; write it as x,y,z (with = where x is negative)"
+        ) from None
+    return x, y, z
+
+
+def _version() -> str:
+    from photonmap import __version__
+
+    return f"photonmap {__version__}"

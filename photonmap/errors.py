@@ -1,0 +1,49 @@
+"""The one exception for bad input, and the one channel for warnings."""
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from os import PathLike
+
+
+class InputError(ValueError):
+    """Input that cannot be rendered, told in one line: file, line, value and remedy.
+
+    Parameters
+    ----------
+    message : what is wrong and what to do about it, one line
+    path : the file at fault, if any
+    line : its line, counted from 1, if known
+    """
+
+    def __init__(
+        self, message: str, path: str | PathLike[str] | None = None, line: int | None = None
+    ) -> None:
+        place = "" if path is None else f"{path}: " if line is None else f"{path}:{line}: "
+        super().__init__(place + " ".join(message.split()))
+
+
+class SceneWarning(UserWarning):
+    """Something in the input that was mended, ignored or not simulated."""
+
+
+_listeners: list[list[str]] = []
+
+
+def warn(message: str) -> None:
+    """Issue a `SceneWarning`, and tell everyone who listens."""
+    message = " ".join(message.split())
+    for told in _listeners:
+        told.append(message)
+    warnings.warn(message, SceneWarning, stacklevel=3)
+
+
+@contextmanager
+def listening() -> Iterator[list[str]]:
+    """Collect the messages of all warnings issued meanwhile, for the run record."""
+    told: list[str] = []
+    _listeners.append(told)
+    try:
+        yield told
+    finally:
+        _listeners[:] = [other for other in _listeners if other is not told]

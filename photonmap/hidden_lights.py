@@ -1,0 +1,52 @@
+"""Name lights that send nothing into the view: wound the wrong way, or buried in a wall."""
+
+import numpy as np
+
+from photonmap.errors import warn
+from photonmap.kernels.probe import reaches_view, view_points
+from photonmap.kernels.records import Film, Lights
+from photonmap.prepare import Prepared
+
+POINTS = 64
+PATHS = 256
+BOUNCES = 8
+
+
+def warn_of_hidden_lights(prepared: Prepared, film: Film, key: np.uint64) -> None:
+    """Warn of each light none of whose probing paths reaches a point that the camera sees.
+
+    Every light sends 256 paths of up to 8 bounces; each of their vertices is joined to 64 points
+    in view until one connection is free. A light that lights the view costs a few rays.
+    """
+    points, normals = np.zeros((POINTS, 3)), np.zeros((POINTS, 3))
+    camera = prepared.film_camera(film.width, film.height)
+    count = view_points(prepared.geometry, camera, film, key, points, normals)
+    if count == 0:
+        return
+    emitters: dict[str, list[int]] = {}
+    for emitter, name in enumerate(prepared.light_names):
+        emitters.setdefault(name, []).append(emitter)
+    for name, members in emitters.items():
+        lights = _only(prepared.lights, np.array(members))
+        if not reaches_view(
+            prepared.geometry, lights, key, PATHS, BOUNCES, points, normals, count
+        ):
+            warn(
+                f"light {name!r} sends nothing into the view: all of {PATHS} paths from it were "
+                f"blocked or lost; is it wound the wrong way, or buried in a wall?"
+            )
+
+
+def _only(lights: Lights, members: np.ndarray) -> Lights:
+    """Return some emitters of one light alone, chosen in proportion to power."""
+    chance = np.diff(lights.cumulative, prepend=0.0)[members]
+    cumulative = np.cumsum(chance) / chance.sum()
+    cumulative[-1] = 1.0
+    return lights._replace(
+        kind=lights.kind[members],
+        triangle=lights.triangle[members],
+        position=lights.position[members],
+        area=lights.area[members],
+        spectrum=lights.spectrum[members],
+        cumulative=cumulative,
+    )

@@ -1,0 +1,140 @@
+"""Read the MTL files of Wavefront OBJ scenes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from os import PathLike
+
+from photonmap.errors import warn
+from photonmap.messages import listed, shown
+from photonmap.scene import Material, Vector
+from photonmap.wavefront import Source, parse_numbers, read_source
+
+LARGEST_REFLECTANCE = 1.001
+"""Exporters round perfect white up to here; more is a mistake."""
+
+_AMBIENT = ("Ka", "map_Ka")
+_NEUTRAL = {"Ks": 0.0, "Tf": 1.0, "Ni": 1.0, "d": 1.0, "Tr": 0.0, "Pm": 0.0, "Ps": 0.0, "Pc": 0.0}
+_CURVES = ("spectral", "xyz")
+
+
+@dataclass
+class _Draft:
+    """A material as far as it has been read."""
+
+    colors: dict[str, Vector] = field(default_factory=dict)
+    clamped: bool = False
+    ignored: list[str] = field(default_factory=list)
+
+
+def read_mtl(path: str | PathLike[str]) -> dict[str, Material]:
+    """Read the materials of an MTL file.
+
+    `Kd` is the reflectance and `Ke` the radiance, both linear RGB; a material without them
+    keeps the defaults of `Material`. `Ka` is passed over: ambient light is not physical. All
+    else that would change the picture is named in one warning.
+
+    Parameters
+    ----------
+    path : the file
+
+    Returns
+    -------
+    dict from name to Material; of two with one name the last, with a warning
+
+    Raises
+    ------
+    InputError : the file is missing or no text, a number is malformed, `Kd` is outside [0, 1]
+        or `Ke` is negative or not finite
+    """
+    source = read_source(path, "MTL")
+    drafts: dict[str, _Draft] = {}
+    repeated: list[str] = []
+    name = ""
+    for offset, keyword, rest in source.statements():
+        if keyword == "newmtl":
+            name = rest
+            if not name:
+                raise source.error("newmtl without a name; give it one", offset)
+            if name in drafts:
+                repeated.append(name)
+            drafts[name] = _Draft()
+        elif not name:
+            raise source.error(f"{shown(keyword)} before any newmtl; begin with newmtl", offset)
+        elif keyword in _READERS:
+            _READERS[keyword](source, offset, rest, drafts[name])
+        elif keyword not in _AMBIENT and not _is_neutral(source, offset, keyword, rest):
+            drafts[name].ignored.append(keyword)
+    _warn_of_changes(source, drafts, repeated)
+    return {name: Material(name, **draft.colors) for name, draft in drafts.items()}
+
+
+def _read_color(source: Source, offset: int, keyword: str, rest: str) -> Vector:
+    """Read one number, which stands for a grey, or three."""
+    words = rest.split()
+    if words[:1] and words[0] in _CURVES:
+        message = f"{keyword} {shown(rest)} is not supported yet; write linear RGB"
+        raise source.error(message, offset)
+    numbers = parse_numbers(source, offset, keyword, words)
+    if len(numbers) not in (1, 3):
+        message = f"{keyword} {shown(rest)} has {len(numbers)} numbers; write one or three"
+        raise source.error(message, offset)
+    red, green, blue = numbers if len(numbers) == 3 else numbers * 3
+    return red, green, blue
+
+
+def _read_reflectance(source: Source, offset: int, rest: str, draft: _Draft) -> None:
+    """Read `Kd`."""
+    color = _read_color(source, offset, "Kd", rest)
+    if not all(0 <= value <= LARGEST_REFLECTANCE for value in color):
+        message = f"Kd {shown(rest)} is no reflectance; keep it within [0, 1]"
+        raise source.error(message, offset)
+    red, green, blue = (min(value, 1.0) for value in color)
+    draft.colors["reflectance"] = red, green, blue
+    draft.clamped = max(color) > 1
+
+
+def _read_emission(source: Source, offset: int, rest: str, draft: _Draft) -> None:
+    """Read `Ke`."""
+    color = _read_color(source, offset, "Ke", rest)
+    if min(color) < 0 or not all(map(math.isfinite, color)):
+        message = f"Ke {shown(rest)} is no radiance; write finite numbers from 0"
+        raise source.error(message, offset)
+    draft.colors["emission"] = color
+
+
+_READERS: dict[str, Callable[[Source, int, str, _Draft], None]] = {
+    "Kd": _read_reflectance,
+    "Ke": _read_emission,
+}
+"""What is simulated. A texture's reader (`map_Kd`) goes here."""
+
+
+def _is_neutral(source: Source, offset: int, keyword: str, rest: str) -> bool:
+    """Tell whether a statement changes nothing that is simulated, or could be."""
+    words = rest.removeprefix("-halo").split()
+    if keyword not in (*_NEUTRAL, "illum") or (words and words[0] in _CURVES):
+        return False
+    numbers = parse_numbers(source, offset, keyword, words)
+    if not numbers or not all(map(math.isfinite, numbers)):
+        raise source.error(f"{keyword} {shown(rest)}; write finite numbers", offset)
+    if keyword == "illum":
+        return numbers[0] <= 2
+    return all(number == _NEUTRAL[keyword] for number in numbers)
+
+
+def _warn_of_changes(source: Source, drafts: dict[str, _Draft], repeated: list[str]) -> None:
+    """Name what was read but is not simulated, or not as it was written."""
+    ignored: dict[str, dict[str, None]] = {}
+    for name, draft in drafts.items():
+        for keyword in draft.ignored:
+            ignored.setdefault(keyword, {})[name] = None
+    if ignored:
+        uses = [f"{shown(keyword)} of {listed(names)}" for keyword, names in ignored.items()]
+        warn(f"{source.path}: not simulated: {'; '.join(uses)}")
+    if clamped := [name for name, draft in drafts.items() if draft.clamped]:
+        warn(f"{source.path}: Kd above 1 is lowered to 1 in {listed(clamped)}")
+    if repeated:
+        warn(f"{source.path}: newmtl is repeated, the last one is taken: {listed(repeated)}")

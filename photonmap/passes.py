@@ -1,0 +1,201 @@
+"""One pass of photon mapping: photons, irradiance store, camera pass, sharing.
+
+A pass depends on the seed and its own number alone, so passes are independent estimates and the
+same for any number of threads. From pass to pass the store's cells and the sharing windows
+shrink, so the answer converges to the truth (Knaus and Zwicker 2011).
+"""
+
+import hashlib
+import math
+import time
+from typing import Literal
+
+import numpy as np
+
+from photonmap.cells import lay_cells
+from photonmap.emitters import triangle_areas
+from photonmap.kernels.eye import camera_pass
+from photonmap.kernels.path import path_pass
+from photonmap.kernels.photon import trace_photons
+from photonmap.kernels.records import Cells, Film, Pixels, Plan
+from photonmap.kernels.share import share
+from photonmap.kernels.store import join
+from photonmap.prepare import Prepared
+from photonmap.survey import SAMPLES, TILE, WINDOW, survey
+from photonmap.workers import Workers
+
+CELLS_PER_PHOTON = 1 / 8
+"""On one side of all surfaces, in the first pass."""
+BUNDLE = 32768
+MOST_BUNDLES = 16
+CELL_RANGE = 16384
+MAX_BOUNCES = 1000
+SURVEY, PHOTONS, CAMERA, PROBE = 0, 1, 2, 3
+
+
+def stream_key(seed: int, index: int, domain: int) -> np.uint64:
+    """Return the key of an independent family of random streams."""
+    text = f"{seed} {index} {domain}".encode()
+    return np.uint64(int.from_bytes(hashlib.blake2b(text, digest_size=8).digest(), "little"))
+
+
+def bundle_count(photons: int) -> int:
+    """Return how many copies of the store are filled side by side, for any number of threads."""
+    return min(max(-(-photons // BUNDLE), 1), MOST_BUNDLES)
+
+
+class Passes:
+    """Runs passes one after the other over the same arrays.
+
+    Parameters
+    ----------
+    prepared : the scene
+    film : the image
+    bands : N
+    photons : emitted in each pass
+    seed : of all random numbers
+    workers : that share the work
+    method : photon mapping, or the plain path tracer that arbitrates
+    """
+
+    def __init__(
+        self,
+        prepared: Prepared,
+        film: Film,
+        bands: int,
+        photons: int,
+        seed: int,
+        workers: Workers,
+        method: Literal["photon", "path"] = "photon",
+    ) -> None:
+        self._scene = prepared.arrays
+        self._film, self._bands, self._photons = film, bands, photons
+        self._seed, self._workers, self._method = seed, workers, method
+        self._camera = prepared.film_camera(film.width, film.height)
+        self._size = film.width * film.height
+        self._pixels = empty_pixels(self._size, bands)
+        self._shared = np.empty((self._size, bands), np.float32)
+        self._areas = triangle_areas(prepared.geometry)
+        self._level = -1
+        self._cells: tuple[Cells, int]
+        self._bundles = np.empty((0, 0, 0), np.float32)
+        self._plan: Plan | None = None
+        self.seconds = {"photons": 0.0, "camera": 0.0}
+        self.photons = self.stores = self.cut = self.rays = 0
+
+    def run(self, index: int) -> Pixels:
+        """Run pass `index` (from 0); the arrays returned are overwritten by the next."""
+        if self._method == "path":
+            return self._trace_paths(index)
+        start = time.perf_counter()
+        store = self._trace_photons(index)
+        middle = time.perf_counter()
+        pixels = self._share(index, self._render(index, store))
+        self.seconds["photons"] += middle - start
+        self.seconds["camera"] += time.perf_counter() - middle
+        return pixels
+
+    def _trace_photons(self, index: int) -> tuple[Cells, np.ndarray]:
+        cells, count = self._layout(index)
+        total = self._photons
+        bundles = bundle_count(total)
+        if self._bundles.shape[:2] != (bundles, count):
+            self._bundles = np.empty((bundles, count, self._bands), np.float32)
+        key = stream_key(self._seed, index, PHOTONS)
+        counts = self._workers.map(
+            lambda bundle: trace_photons(
+                *self._scene,
+                cells,
+                key,
+                bundle * total // bundles,
+                (bundle + 1) * total // bundles,
+                total,
+                MAX_BOUNCES,
+                self._bundles[bundle],
+            ),
+            bundles,
+        )
+        stores, cut = np.sum(counts, axis=0)
+        self.stores += int(stores)
+        self.cut += int(cut)
+        self.photons += total
+        self.rays += int(stores) + total
+        radiosity = np.empty((count, self._bands), np.float32)
+        self._workers.ranges(
+            lambda first, last: join(self._bundles, first, last, radiosity), count, CELL_RANGE
+        )
+        return cells, radiosity
+
+    def _layout(self, index: int) -> tuple[Cells, int]:
+        """Return cells whose area falls with the cube root of the pass number, in steps of √2."""
+        level = int(2.0 * math.log2(index + 1) / 3.0)
+        if level != self._level:
+            cells = max(self._photons * CELLS_PER_PHOTON, 1.0) * 2.0 ** (0.5 * level)
+            self._cells = lay_cells(self._scene[0], self._areas, self._areas.sum() / cells)
+            self._level = level
+        return self._cells
+
+    def _render(self, index: int, store: tuple[Cells, np.ndarray]) -> Pixels:
+        if self._plan is None:
+            geometry, _, lights = self._scene
+            key = stream_key(self._seed, 0, SURVEY)
+            self._plan = survey(geometry, lights, self._camera, self._film, key, self._workers)
+            self._plan_rays = _count_rays(self._plan)
+        plan, key = self._plan, stream_key(self._seed, index, CAMERA)
+        self._workers.ranges(
+            lambda first, last: camera_pass(
+                self._scene, store, self._camera, self._film, plan, key, first, last, self._pixels
+            ),
+            self._size,
+            TILE,
+        )
+        self.rays += self._plan_rays
+        return self._pixels
+
+    def _share(self, index: int, pixels: Pixels) -> Pixels:
+        assert self._plan is not None
+        plan, shrink = self._plan, (index + 1) ** (-1.0 / 6.0)
+        self._workers.ranges(
+            lambda first, last: share(
+                self._film, plan, WINDOW * shrink, shrink, first, last, pixels, self._shared
+            ),
+            self._size,
+            TILE,
+        )
+        return pixels._replace(irradiance_indirect=self._shared)
+
+    def _trace_paths(self, index: int) -> Pixels:
+        start = time.perf_counter()
+        key = stream_key(self._seed, index, CAMERA)
+        self._workers.ranges(
+            lambda first, last: path_pass(
+                self._scene,
+                self._camera,
+                self._film,
+                SAMPLES,
+                MAX_BOUNCES,
+                key,
+                first,
+                last,
+                self._pixels,
+            ),
+            self._size,
+            TILE,
+        )
+        self.seconds["camera"] += time.perf_counter() - start
+        return self._pixels
+
+
+def empty_pixels(size: int, bands: int) -> Pixels:
+    """Make the arrays of a pass over `size` pixels."""
+    return Pixels(
+        *(np.zeros((size, bands), np.float32) for _ in range(6)),
+        coverage=np.zeros(size, np.float32),
+        found=np.zeros(size, np.uint8),
+        plane=np.zeros((size, 7), np.float32),
+    )
+
+
+def _count_rays(plan: Plan) -> int:
+    """Count the camera, shadow and gather rays of a camera pass whose every sample hits."""
+    return int((plan.samples.astype(np.int64) * (2 + plan.gathers)).sum())

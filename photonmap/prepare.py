@@ -1,0 +1,205 @@
+"""Check a scene once, and turn it into the arrays that kernels trust.
+
+Kernels work near the origin, at unit size and unit power, whatever the scene's: `Prepared` keeps
+the factors that turn lengths and radiances back.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.bands import Bands
+from photonmap.camera import check_camera, frame_scene
+from photonmap.emitters import collect_emitters
+from photonmap.errors import InputError, warn
+from photonmap.kernels import records
+from photonmap.kernels.embree import EmbreeScene
+from photonmap.scene import Camera, Material, Mesh, Scene
+
+REFLECTANCE_SLACK = 1.001
+"""Reflectances between 1 and this are rounding of an exporter: they are clamped."""
+
+
+@dataclass
+class Prepared:
+    """A scene as kernels see it, and the way back to scene units."""
+
+    geometry: records.Geometry
+    materials: records.Materials
+    lights: records.Lights
+    camera: Camera
+    """in scene units"""
+    center: NDArray[np.float64]
+    size: float
+    """scene units in a unit of the kernels' length"""
+    power: float
+    """W·m⁻²·sr⁻¹ in a unit of the kernels' radiance"""
+    object_ids: NDArray[np.uint32]
+    """(T,) from 1"""
+    material_ids: NDArray[np.uint32]
+    """(T,) from 1"""
+    light_names: list[str]
+    """of each emitter, (K,)"""
+    counts: dict[str, int]
+    embree: EmbreeScene
+
+    @property
+    def arrays(self) -> tuple[records.Geometry, records.Materials, records.Lights]:
+        """The scene as kernels take it."""
+        return self.geometry, self.materials, self.lights
+
+    def film_camera(self, width: int, height: int) -> records.Camera:
+        """Return the camera over an image of the given size, in the kernels' units."""
+        origin = (np.array(self.camera.origin) - self.center) / self.size
+        view = np.array(self.camera.target) - np.array(self.camera.origin)
+        view /= np.linalg.norm(view)
+        right = np.cross(view, self.camera.up)
+        right /= np.linalg.norm(right)
+        up = np.cross(right, view)
+        pixel = 2.0 * np.tan(np.radians(self.camera.fov) / 2.0) / height
+        corner = view + pixel * (0.5 * height * up - 0.5 * width * right)
+        vectors = (origin, corner, pixel * right, -pixel * up)
+        return records.Camera(*(tuple(map(float, vector)) for vector in vectors))
+
+
+def prepare(scene: Scene, bands: Bands, aspect: float = 1.0) -> Prepared:
+    """Check a scene and turn it into arrays.
+
+    Parameters
+    ----------
+    scene : what to render
+    bands : in how many bands
+    aspect : width / height of the image, to frame a scene without a camera
+
+    Raises
+    ------
+    InputError : nothing to render, or a mesh, material, light or camera that is not valid
+    """
+    meshes = [mesh for mesh in scene.meshes if len(mesh.faces)]
+    if not meshes:
+        raise InputError(f"scene {scene.name!r} has no faces: there is nothing to render")
+    for mesh in meshes:
+        _check_mesh(mesh)
+    vertices = np.concatenate([mesh.vertices for mesh in meshes])
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    center, size = 0.5 * (low + high), float((high - low).max()) or 1.0
+    materials = _distinct_materials(meshes)
+    geometry, owner = _triangles(meshes, center, size)
+    index_of = {id(material): index for index, material in enumerate(materials)}
+    material = np.array([index_of[id(mesh.material)] for mesh in meshes], np.int32)[owner]
+    emitters = collect_emitters(
+        geometry, material, materials, scene.lights, bands, center, size
+    )
+    reflectance = np.stack([_reflectance(m, bands) for m in materials]).astype(np.float32)
+    embree = EmbreeScene(geometry.vertices, geometry.triangles)
+    objects = _object_ids(meshes)
+    return Prepared(
+        geometry._replace(
+            scene=embree.address, material=material, emitter=emitters.of_triangle
+        ),
+        records.Materials(reflectance),
+        emitters.lights,
+        check_camera(scene.camera or frame_scene(vertices, aspect)),
+        center,
+        size,
+        emitters.power,
+        objects[owner],
+        (material + 1).astype(np.uint32),
+        emitters.names,
+        {
+            "objects": int(objects.max()),
+            "materials": len(materials),
+            "triangles": len(material),
+            "vertices": len(vertices),
+            "emitting_triangles": int((emitters.of_triangle >= 0).sum()),
+            "lights": len(set(emitters.names)),
+        },
+        embree,
+    )
+
+
+def _check_mesh(mesh: Mesh) -> None:
+    name = f"mesh {mesh.name!r}"
+    for label, array, columns in (("vertices", mesh.vertices, 3), ("faces", mesh.faces, 3)):
+        if array.ndim != 2 or array.shape[1] != columns:
+            raise InputError(f"{name}: {label} must be (n, {columns}), not {array.shape}")
+    if not np.isfinite(mesh.vertices).all():
+        row = int(np.argmin(np.isfinite(mesh.vertices).all(axis=1)))
+        raise InputError(f"{name}: vertex {row} is {mesh.vertices[row]}; give finite numbers")
+    if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
+        worst = mesh.faces.max() if mesh.faces.min() >= 0 else mesh.faces.min()
+        raise InputError(
+            f"{name}: a face names vertex {worst}, but there are {len(mesh.vertices)}"
+        )
+    if mesh.normals is not None and mesh.normals.shape != mesh.vertices.shape:
+        raise InputError(
+            f"{name}: normals must be {mesh.vertices.shape}, one a vertex, "
+            f"not {mesh.normals.shape}"
+        )
+
+
+def _distinct_materials(meshes: list[Mesh]) -> list[Material]:
+    return list({id(mesh.material): mesh.material for mesh in meshes}.values())
+
+
+def _object_ids(meshes: list[Mesh]) -> NDArray[np.uint32]:
+    """Number meshes by name, from 1, in order of appearance."""
+    number = {name: i for i, name in enumerate(dict.fromkeys(m.name for m in meshes), start=1)}
+    return np.array([number[mesh.name] for mesh in meshes], np.uint32)
+
+
+def _triangles(
+    meshes: list[Mesh], center: NDArray[np.float64], size: float
+) -> tuple[records.Geometry, NDArray[np.int64]]:
+    """Join meshes near the origin at unit size; return them and each triangle's mesh."""
+    starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
+    vertices = np.concatenate([(mesh.vertices - center) / size for mesh in meshes])
+    vertices = vertices.astype(np.float32)
+    triangles = np.concatenate(
+        [mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]
+    )
+    owner = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])
+
+    corners = vertices[triangles].astype(np.float64)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normals, axis=1)
+    sound = length > 0.0
+    if not sound.all():
+        count = int((~sound).sum())
+        warn(f"{count} degenerate triangle{'s' * (count > 1)} (no area) left out")
+        triangles, owner = triangles[sound], owner[sound]
+        normals, length = normals[sound], length[sound]
+    if not len(triangles):
+        raise InputError("every triangle is degenerate (no area): there is nothing to render")
+    smooth = any(mesh.normals is not None for mesh in meshes)
+    shading = np.concatenate([_shading_normals(mesh) for mesh in meshes]) if smooth else None
+    none = np.empty(0, np.int32)
+    return records.Geometry(
+        0,
+        vertices,
+        triangles.astype(np.int32),
+        (normals / length[:, None]).astype(np.float32),
+        np.zeros((0, 3), np.float32) if shading is None else shading,
+        none,
+        none,
+    ), owner
+
+
+def _shading_normals(mesh: Mesh) -> NDArray[np.float32]:
+    if mesh.normals is None:
+        return np.zeros(mesh.vertices.shape, np.float32)
+    length = np.linalg.norm(mesh.normals, axis=1, keepdims=True)
+    unit = np.divide(mesh.normals, length, out=np.zeros_like(mesh.normals), where=length > 0)
+    return unit.astype(np.float32)
+
+
+def _reflectance(material: Material, bands: Bands) -> NDArray[np.float64]:
+    values = bands.reflectance(material.reflectance)
+    bad = ~((values >= 0.0) & (values <= REFLECTANCE_SLACK))
+    if bad.any():
+        raise InputError(
+            f"material {material.name!r} reflects {values[bad][0]:.6g} in band "
+            f"{bands.names[int(np.argmax(bad))]}; reflectance lies between 0 and 1"
+        )
+    return np.minimum(values, 1.0)

@@ -1,0 +1,226 @@
+"""Render a scene: the algorithm's table of contents.
+
+scene → prepare → passes: [photons → irradiance store → camera pass → sharing] → moments
+→ buffers, standard errors, run record
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import asdict
+from typing import Any, Literal
+
+import numpy as np
+
+from photonmap.accumulate import Accumulator
+from photonmap.bands import Bands
+from photonmap.budget import CEILING, Budget
+from photonmap.errors import InputError, listening, warn
+from photonmap.hidden_lights import warn_of_hidden_lights
+from photonmap.kernels.first_hit import first_hits
+from photonmap.kernels.jit import is_cached
+from photonmap.kernels.records import Film
+from photonmap.memory import check_memory
+from photonmap.passes import MAX_BOUNCES, PROBE, Passes, stream_key
+from photonmap.prepare import Prepared, prepare
+from photonmap.progress import Progress, Silent
+from photonmap.record import describe_camera, describe_versions
+from photonmap.result import Result
+from photonmap.scene import Scene
+from photonmap.survey import TILE
+from photonmap.workers import Workers
+
+LARGEST_SIDE = 1 << 16
+MOST_PHOTONS = 1 << 32
+MOST_THREADS = 1024
+LEAST_PHOTONS = 1 << 17
+
+
+def render(
+    scene: Scene,
+    *,
+    bands: Bands | int | str = 6,
+    size: tuple[int, int] = (512, 512),
+    pixel: Literal["box", "center"] = "box",
+    passes: int | None = None,
+    seconds: float | None = None,
+    error: float | None = None,
+    photons: int | None = None,
+    seed: int = 0,
+    threads: int | None = None,
+    method: Literal["photon", "path"] = "photon",
+    progress: Progress | None = None,
+) -> Result:
+    """Render a scene into ground-truth buffers with standard errors.
+
+    Parameters
+    ----------
+    scene : meshes, lights, camera
+    bands : N Gaussian bands over 400-700 nm, "rgb", or `Bands`
+    size : (width, height), pixels
+    pixel : samples cover the pixel ("box"), or all pass through its centre ("center")
+    passes, seconds, error : the budget, one of them at most; error 0.02 if none is given.
+        A render that aims at an error stops after an hour anyway.
+    photons : emitted in each pass; None takes one for each pixel, 131072 at least
+    seed : with the same passes, the same arrays bit for bit, for any number of threads
+    threads : None takes every processor
+    method : photon mapping, or the plain "path" tracer that arbitrates
+    progress : is told how far the render is
+
+    Returns
+    -------
+    Result. Ctrl-C ends the passes early: what is done is returned, and the record says so.
+
+    Raises
+    ------
+    InputError : input that cannot be rendered
+    KeyboardInterrupt : Ctrl-C before the first pass was complete
+    """
+    start = time.perf_counter()
+    progress = progress or Silent()
+    bands, budget = Bands.parse(bands), Budget.choose(passes, seconds, error)
+    film = _film(size, pixel)
+    pixels = film.width * film.height
+    photons = max(pixels, LEAST_PHOTONS) if photons is None else photons
+    _check_numbers(photons, seed, threads, method)
+    check_memory(pixels, bands.count, photons, sum(len(mesh.faces) for mesh in scene.meshes))
+
+    with listening() as told, Workers(threads) as workers:
+        prepared = prepare(scene, bands, film.width / film.height)
+        loaded = time.perf_counter()
+        progress.stage("compile" if is_cached() else "first compile")
+        _compile(prepared, bands, workers, method)
+        warn_of_hidden_lights(prepared, film, stream_key(seed, 0, PROBE))
+        compiled = time.perf_counter()
+        progress.stage("render")
+        run = Passes(prepared, film, bands.count, photons, seed, workers, method)
+        moments = Accumulator(pixels, bands.count, workers)
+        with workers.holding_interrupts():
+            interrupted = _run_passes(run, moments, budget, progress)
+        _warn_of_cuts(run, budget, time.perf_counter() - compiled)
+        reached = moments.error()
+        flat, errors = moments.finish(prepared.power)
+        flat |= _first_hits(prepared, film, workers)
+
+    spent = {"load": loaded - start, "compile": compiled - loaded, **run.seconds}
+    record = {
+        "scene": {"name": scene.name, **prepared.counts},
+        "arguments": {
+            "size": [film.width, film.height],
+            "pixel": pixel,
+            "budget": {name: value for name, value in asdict(budget).items() if value},
+            "photons": photons,
+            "seed": seed,
+            "threads": workers.threads,
+            "method": method,
+        },
+        "bands": bands.describe(),
+        "camera": {"framed": scene.camera is None, **describe_camera(prepared.camera, film)},
+        "versions": describe_versions(),
+        "passes": moments.count,
+        "photons": run.photons,
+        "photons_stored": run.stores,
+        "rays": run.rays,
+        "error": reached if math.isfinite(reached) else None,
+        "interrupted": interrupted,
+        "seconds": spent | {"render": spent["photons"] + spent["camera"]},
+        "warnings": told,
+    }
+    return Result(_images(flat, film), _images(errors, film), bands, record)
+
+
+def _film(size: tuple[int, int], pixel: str) -> Film:
+    width, height = size
+    if not all(isinstance(side, int | np.integer) for side in size) or min(size) < 1:
+        raise InputError(f"size {width}x{height} must be whole pixels, 1x1 at least")
+    if max(size) > LARGEST_SIDE:
+        raise InputError(f"size {width}x{height} is too large: {LARGEST_SIDE} a side at most")
+    if pixel not in ("box", "center"):
+        raise InputError(f"pixel {pixel!r} is neither 'box' nor 'center'")
+    return Film(int(width), int(height), pixel == "box")
+
+
+def _check_numbers(photons: int, seed: int, threads: int | None, method: str) -> None:
+    for name, value, low, high in (
+        ("photons", photons, 0, MOST_PHOTONS),
+        ("seed", seed, 0, 2**63 - 1),
+        ("threads", 1 if threads is None else threads, 1, MOST_THREADS),
+    ):
+        if not isinstance(value, int | np.integer) or not low <= value <= high:
+            raise InputError(f"{name} {value} must be a whole number from {low} to {high}")
+    if method not in ("photon", "path"):
+        raise InputError(f"method {method!r} is neither 'photon' nor 'path'")
+
+
+def _compile(
+    prepared: Prepared, bands: Bands, workers: Workers, method: Literal["photon", "path"]
+) -> None:
+    """Call every kernel that the render needs on one pixel."""
+    film = Film(1, 1, True)
+    moments = Accumulator(1, bands.count, workers)
+    run = Passes(prepared, film, bands.count, 1, 0, workers, method)
+    moments.add(run.run(0))
+    moments.add(run.run(1))
+    moments.error()
+    moments.finish(1.0)
+    _first_hits(prepared, film, workers)
+
+
+def _run_passes(run: Passes, moments: Accumulator, budget: Budget, progress: Progress) -> bool:
+    """Take passes into the moments until the budget is spent; True if Ctrl-C ended them."""
+    start = time.perf_counter()
+    error, elapsed = np.inf, 0.0
+    try:
+        while not budget.is_spent(moments.count, error, elapsed):
+            moments.add(run.run(moments.count))
+            error = moments.error()
+            elapsed = time.perf_counter() - start
+            fraction = budget.fraction(moments.count, error, elapsed)
+            progress.update(moments.count, error, fraction, elapsed, run.rays / elapsed)
+    except KeyboardInterrupt:
+        if moments.count == 0:
+            raise
+        return True
+    return False
+
+
+def _warn_of_cuts(run: Passes, budget: Budget, elapsed: float) -> None:
+    if run.cut:
+        warn(
+            f"{run.cut} of {run.photons} photons were cut after {MAX_BOUNCES} bounces: surfaces "
+            f"reflect nearly everything, and light is missing from indirect"
+        )
+    if budget.error is not None and elapsed >= 0.9 * CEILING:
+        warn(f"stopped after {CEILING:.0f} s, before the error {budget.error} was reached")
+
+
+def _first_hits(prepared: Prepared, film: Film, workers: Workers) -> dict[str, Any]:
+    """Return depth, normal and ids at the pixels' centres, one row a pixel."""
+    pixels = film.width * film.height
+    triangles = np.empty(pixels, np.int32)
+    depth, normal = np.empty(pixels, np.float32), np.empty((pixels, 3), np.float32)
+    camera = prepared.film_camera(film.width, film.height)
+    workers.ranges(
+        lambda first, last: first_hits(
+            prepared.geometry, camera, film, first, last, triangles, depth, normal
+        ),
+        pixels,
+        TILE,
+        whole=True,
+    )
+    hit = triangles >= 0
+    return {
+        "depth": depth * np.float32(prepared.size),
+        "normal": normal,
+        "object_id": np.where(hit, prepared.object_ids[triangles], 0).astype(np.uint32),
+        "material_id": np.where(hit, prepared.material_ids[triangles], 0).astype(np.uint32),
+    }
+
+
+def _images(flat: dict[str, Any], film: Film) -> dict[str, Any]:
+    """Give arrays of one row a pixel the shape of the image."""
+    return {
+        name: values.reshape(film.height, film.width, *values.shape[1:])
+        for name, values in flat.items()
+    }

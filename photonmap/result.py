@@ -1,0 +1,271 @@
+"""What a render returns: buffers, their standard errors, and the record of the run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.bands import Bands
+from photonmap.messages import listed
+from photonmap.output import encode_png, read_exr, save_all
+
+Image = NDArray[np.float32]
+Ids = NDArray[np.uint32]
+
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear sRGB, IEC 61966-2-1
+_PERCENTILE, _SHOWN_AS = 99.0, 0.8  # of the luminance, and the linear value a preview gives it
+
+
+@dataclass(eq=False, repr=False)
+class Result:
+    """The images of one render, linear and scene-referred.
+
+    H, W and N are the image's height and width and the number of bands. Of the buffers below,
+    those that were asked for are present; reading another one raises AttributeError.
+
+    Parameters
+    ----------
+    buffers : images by name, as the properties below describe them
+    errors : standard errors of the mean by the name of their buffer, in its shape, unit and type;
+        empty after a single pass
+    bands : what the last axis of (H, W, N) counts
+    record : how the images came about, JSON-able
+    """
+
+    buffers: dict[str, NDArray[Any]]
+    errors: dict[str, NDArray[Any]]
+    bands: Bands
+    record: dict[str, Any]
+
+    def __repr__(self) -> str:
+        width, height = self.size
+        kind = "RGB" if self.bands.limits is None else f"{self.bands.count} bands"
+        return f"<Result {width} × {height}, {kind}: {', '.join(self.buffers)}>"
+
+    def _repr_png_(self) -> bytes | None:
+        """Return the preview for Jupyter, or None without `radiance`."""
+        return encode_png(self.preview()) if "radiance" in self.buffers else None
+
+    def _buffer(self, name: str) -> NDArray[Any]:
+        """Return a buffer, or raise AttributeError if there is none of this name."""
+        if name not in self.buffers:
+            raise AttributeError(self._missing(name))
+        return self.buffers[name]
+
+    def _missing(self, name: str) -> str:
+        return f"{name!r} was not among the buffers written, which are {listed(self.buffers, 99)}"
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in pixels."""
+        height, width = next(iter(self.buffers.values())).shape[:2]
+        return width, height
+
+    @property
+    def radiance(self) -> Image:
+        """(H, W, N) float32, W·m⁻²·sr⁻¹: what the camera sees, (emission + direct) + indirect."""
+        return self._buffer("radiance")
+
+    @property
+    def emission(self) -> Image:
+        """(H, W, N) float32, W·m⁻²·sr⁻¹: light sources and the background, seen directly."""
+        return self._buffer("emission")
+
+    @property
+    def direct(self) -> Image:
+        """(H, W, N) float32, W·m⁻²·sr⁻¹: light reflected once, straight from an emitter."""
+        return self._buffer("direct")
+
+    @property
+    def indirect(self) -> Image:
+        """(H, W, N) float32, W·m⁻²·sr⁻¹: light that met other surfaces before the one seen."""
+        return self._buffer("indirect")
+
+    @property
+    def reflectance(self) -> Image:
+        """(H, W, N) float32 in [0, 1]: diffuse albedo of the surface seen."""
+        return self._buffer("reflectance")
+
+    @property
+    def shading(self) -> Image:
+        """(H, W, N) float32, W·m⁻²·sr⁻¹: irradiance / π, also where the reflectance is 0."""
+        return self._buffer("shading")
+
+    @property
+    def coverage(self) -> Image:
+        """(H, W) float32 in [0, 1]: the fraction of the pixel that shows a surface."""
+        return self._buffer("coverage")
+
+    @property
+    def unresolved(self) -> NDArray[np.bool_]:
+        """(H, W) bool: no photon was found for the indirect light, although some were stored."""
+        return self._buffer("unresolved")
+
+    @property
+    def depth(self) -> Image:
+        """(H, W) float32, scene units: distance to the surface at the pixel's centre, or 0."""
+        return self._buffer("depth")
+
+    @property
+    def normal(self) -> Image:
+        """(H, W, 3) float32: world-space unit normal towards the camera at the centre, or 0."""
+        return self._buffer("normal")
+
+    @property
+    def object_id(self) -> Ids:
+        """(H, W) uint32: the object at the pixel's centre, from 1; 0 for the background."""
+        return self._buffer("object_id")
+
+    @property
+    def material_id(self) -> Ids:
+        """(H, W) uint32: the material at the pixel's centre, from 1; 0 for the background."""
+        return self._buffer("material_id")
+
+    @property
+    def residual(self) -> Image:
+        """(H, W, N) float32, W·m⁻²·sr⁻¹: radiance − emission − reflectance × shading.
+
+        All that is not Lambertian, and every material is: it is 0 by construction, and is
+        returned so, without the rounding that subtracting the buffers would leave.
+        """
+        width, height = self.size
+        return np.zeros((height, width, self.bands.count), np.float32)
+
+    @property
+    def scalar_shading(self) -> Image:
+        """(H, W) float32, W·m⁻²·sr⁻¹: the mean of `shading` over the bands."""
+        return self.shading.mean(axis=-1, dtype=np.float64).astype(np.float32)
+
+    @property
+    def illuminant(self) -> np.ma.MaskedArray[Any, Any]:
+        """(H, W, N) float32: the colour of the light, `shading` over its mean over the bands.
+
+        A masked array: of band mean 1, and masked, with data 0, where no light arrives.
+        """
+        mean = self.shading.mean(axis=-1, keepdims=True, dtype=np.float64)
+        dark = np.broadcast_to(mean == 0.0, self.shading.shape)
+        data = np.divide(self.shading, mean, where=~dark, out=np.zeros(dark.shape))
+        return np.ma.masked_array(data.astype(np.float32), mask=dark)
+
+    def standard_error(self, name: str) -> Image:
+        """Return the standard error of the mean of a buffer: its shape, unit and type.
+
+        Raises
+        ------
+        ValueError
+            if there is none, saying why
+        """
+        if name in self.errors:
+            return self.errors[name]
+        if name not in self.buffers:
+            raise ValueError(self._missing(name))
+        if self.errors:
+            raise ValueError(f"{name!r} has no standard error; {listed(self.errors, 99)} have one")
+        raise ValueError("a single pass has no standard errors; render with 2 passes or more")
+
+    def rgb(self, buffer: str = "radiance") -> Image:
+        """Project a buffer onto linear sRGB: (H, W, 3) float32, in the buffer's unit.
+
+        Radiances and shading are projected by `Bands.rgb_matrix`; reflectance by the same under
+        equal-energy white, so that a perfect diffuser is (1, 1, 1). Projection does not commute
+        with products. Colours out of gamut are negative; what exceeds float32 is its largest.
+
+        Raises
+        ------
+        ValueError
+            if there is no such buffer, or it has no bands
+        """
+        if buffer not in self.buffers:
+            raise ValueError(self._missing(buffer))
+        image = self.buffers[buffer]
+        if buffer == "normal" or image.ndim != 3:
+            raise ValueError(f"{buffer!r} has no bands, and so no colour")
+        matrix = self.bands.rgb_matrix.T
+        if buffer == "reflectance":
+            matrix = matrix / matrix.sum(axis=0)
+        most = np.finfo(np.float32).max
+        rgb = np.empty((*image.shape[:2], 3), np.float32)
+        for line, row in zip(rgb, image, strict=True):  # spares float64 copies of images
+            line[:] = np.clip(row @ matrix, -most, most)
+        return rgb
+
+    @property
+    def exposure(self) -> float:
+        """The factor `preview` applies: the 99th percentile of the luminance becomes 0.8.
+
+        Of the pixels that are not black; and not emissive, unless all the others are black. 1 if
+        there is none.
+        """
+        luminance = np.nan_to_num(self.rgb()) @ _LUMINANCE
+        counted = luminance > 0.0
+        if "emission" in self.buffers:
+            lit = counted & ~self.emission.any(axis=-1)
+            counted = lit if lit.any() else counted
+        if not counted.any():
+            return 1.0
+        return float(_SHOWN_AS / np.percentile(luminance[counted], _PERCENTILE))
+
+    def preview(self) -> NDArray[np.uint8]:
+        """Return `radiance` × `exposure`, cut to [0, 1], as 8-bit sRGB: (H, W, 3) uint8."""
+        exposure = np.float64(self.exposure)
+        rgb = np.nan_to_num(self.rgb(), copy=False)
+        image = np.empty(rgb.shape, np.uint8)
+        for line, row in zip(image, rgb, strict=True):
+            line[:] = np.rint(255.0 * _encode(np.clip(row * exposure, 0.0, 1.0)))
+        return image
+
+    def select(self, names: Iterable[str]) -> Result:
+        """Return a `Result` of these buffers and their errors, which share their memory.
+
+        Raises
+        ------
+        ValueError
+            if one of them is missing, or there is none
+        """
+        names = list(names)
+        missing = [name for name in names if name not in self.buffers]
+        if missing or not names:
+            raise ValueError(self._missing(missing[0]) if missing else "no buffer was chosen")
+        buffers = {name: self.buffers[name] for name in names}
+        errors = {name: self.errors[name] for name in names if name in self.errors}
+        return Result(buffers, errors, self.bands, self.record)
+
+    def save(self, path: str | PathLike[str], buffers: Iterable[str] | None = None) -> None:
+        """Write FILE.exr, a preview FILE.png and the record FILE.json: all of them or none.
+
+        Parameters
+        ----------
+        path : FILE.exr
+        buffers : names of those to write, with their errors; None for all
+
+        Raises
+        ------
+        InputError
+            if `path` is no place for such files
+        ValueError
+            if a buffer is missing
+        OSError
+            if the disk is full or the like
+        """
+        save_all(self, path, buffers)
+
+
+def _encode(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Apply the transfer curve of sRGB, IEC 61966-2-1, to values in [0, 1]."""
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def load_result(path: str | PathLike[str]) -> Result:
+    """Read what `Result.save` wrote to FILE.exr, bit for bit.
+
+    Raises
+    ------
+    InputError
+        if there is no such file, or it was not written by photonmap
+    """
+    return Result(*read_exr(path))

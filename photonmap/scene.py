@@ -1,0 +1,131 @@
+"""What a user describes: meshes, materials, lights and a camera, in scene units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from photonmap.spectra import Color
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Material:
+    """A Lambertian surface, the same on both sides, that may also emit from its front.
+
+    Parameters
+    ----------
+    name : how warnings and records call it
+    reflectance : diffuse albedo in [0, 1]
+    emission : radiance leaving the front (counter-clockwise) side, W·m⁻²·sr⁻¹
+
+    A colour is a number (a constant spectrum), a linear RGB triple, or a `Spectrum`.
+    """
+
+    name: str = "grey"
+    reflectance: Color = 0.5
+    emission: Color = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles of one material.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64, scene units
+    faces : (F, 3) int, rows of vertex indices, counter-clockwise seen from the front
+    material : of every face
+    name : the object it belongs to; meshes of one name share an object id
+    normals : (V, 3) float64 shading normals, or None; a zero row means flat
+    uv : (V, 2) float64 texture coordinates, or None
+    """
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int64]
+    material: Material = field(default_factory=Material)
+    name: str = "mesh"
+    normals: NDArray[np.float64] | None = None
+    uv: NDArray[np.float64] | None = None
+
+    def __post_init__(self) -> None:
+        """Turn array-likes into arrays of the documented types."""
+        for attribute, kind in (
+            ("vertices", np.float64),
+            ("faces", np.int64),
+            ("normals", np.float64),
+            ("uv", np.float64),
+        ):
+            value: ArrayLike | None = getattr(self, attribute)
+            if value is not None:
+                object.__setattr__(self, attribute, np.ascontiguousarray(value, dtype=kind))
+
+    @classmethod
+    def from_trimesh(
+        cls, mesh: Any, material: Material | None = None, name: str = "mesh", smooth: bool = False
+    ) -> Mesh:
+        """Take the geometry of a `trimesh.Trimesh`; `smooth` takes its vertex normals too."""
+        normals = mesh.vertex_normals if smooth else None
+        return cls(mesh.vertices, mesh.faces, material or Material(), name, normals)
+
+
+class Light:
+    """A light that is no surface: a `PointLight` or a `DomeLight`."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class PointLight(Light):
+    """An isotropic point: radiant intensity, W·sr⁻¹, from a position in scene units."""
+
+    position: Vector
+    intensity: Color = 1.0
+    name: str = "point"
+
+
+@dataclass(frozen=True)
+class DomeLight(Light):
+    """The same radiance, W·m⁻²·sr⁻¹, from every direction, infinitely far away."""
+
+    radiance: Color = 1.0
+    name: str = "dome"
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole.
+
+    Parameters
+    ----------
+    origin, target : scene units
+    up : any vector not along the view
+    fov : full vertical angle, degrees
+    """
+
+    origin: Vector
+    target: Vector
+    up: Vector = (0.0, 1.0, 0.0)
+    fov: float = 40.0
+
+
+@dataclass
+class Scene:
+    """All that is rendered. Emitting meshes are lights too.
+
+    Parameters
+    ----------
+    meshes : the surfaces
+    lights : lights that are no surface
+    camera : None frames the scene from +z
+    name : how records call it
+    """
+
+    meshes: list[Mesh] = field(default_factory=list)
+    lights: list[Light] = field(default_factory=list)
+    camera: Camera | None = None
+    name: str = "scene"

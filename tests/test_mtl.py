@@ -1,0 +1,128 @@
+import math
+
+import pytest
+
+from photonmap.errors import InputError, SceneWarning
+from photonmap.mtl import read_mtl
+from photonmap.scene import Material
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read(text):
+        path = tmp_path / "a.mtl"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return read_mtl(path)
+
+    return read
+
+
+def test_colors_and_names(read):
+    text = "# head\nnewmtl red wall # dark\n\tKd 0.5 .25 1e-1 # x\n Ke 3 2 1\nnewmtl b\nKd 0.3\n"
+    assert read(text) == {
+        "red wall": Material("red wall", (0.5, 0.25, 0.1), (3, 2, 1)),
+        "b": Material("b", (0.3, 0.3, 0.3)),
+    }
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("\n", "\r\n").encode(),
+        lambda text: text.replace("\n", "\r").encode(),
+        lambda text: text.encode("latin-1"),
+        lambda text: text.encode("utf-8-sig"),
+        lambda text: text.replace(" 0.2", " \\\n0.2").encode(),
+        lambda text: text.replace(" ", "\t").encode(),
+    ],
+    ids=["crlf", "cr", "latin-1", "bom", "continued", "tabs"],
+)
+def test_text_forms(read, change):
+    assert read(change("newmtl Tür\nKd 0.1 0.2 0.3\n")) == {"Tür": Material("Tür", (0.1, 0.2, 0.3))}
+
+
+def test_hash_inside_a_name_is_kept(read):
+    assert list(read("newmtl Material_#25 # the wall #2\nnewmtl b\n")) == ["Material_#25", "b"]
+
+
+def test_nothing_but_comments(read):
+    assert read("# none\n") == {}
+
+
+def test_neutral_statements_are_silent(read):
+    text = (
+        "newmtl a\nKa 1 1 1\nmap_Ka a.png\nKs 0 0 0\nNi 1\nTf 1 1 1\nd 1.0\nTr 0\nillum 2\nPm 0\n"
+    )
+    assert read(text) == {"a": Material("a")}
+
+
+@pytest.mark.parametrize(
+    "statement",
+    ["Ks 0.1 0 0", "Ks spectral a.rfl", "Ns 10", "Ni 1.5", "Tf 1 0 0", "d 0.5", "d -halo 0.5"]
+    + ["Tr 0.5", "illum 3", "map_Kd -o 1 1 1 my wood.png", "map_Bump a.png", "bump a.png"]
+    + ["Pr 0.5", "Pm 1", "norm a.png", "refl -type sphere a.png", "sharpness 60"],
+)
+def test_what_is_not_simulated_is_named(read, statement):
+    with pytest.warns(SceneWarning, match=rf"a.mtl: .*'{statement.split()[0]}' of 'wood'"):
+        materials = read(f"newmtl wood\nKd 0.5\n{statement}\n")
+    assert materials["wood"].reflectance == (0.5, 0.5, 0.5)
+
+
+def test_one_warning_a_file(read):
+    with pytest.warns(SceneWarning) as record:
+        read("newmtl a\nNs 1\nKs 1 1 1\nNs 2\nnewmtl b\nNs 1\n")
+    assert len(record) == 1
+    assert "'Ns' of 'a', 'b'; 'Ks' of 'a'" in str(record[0].message)
+
+
+def test_last_of_two_wins(read):
+    with pytest.warns(SceneWarning, match=r"repeated.*'a'"):
+        materials = read("newmtl a\nKd 0.1\nNs 3\nnewmtl b\nnewmtl a\nKd 0.2\n")
+    assert materials["a"].reflectance == (0.2, 0.2, 0.2)
+
+
+@pytest.mark.parametrize("value", [1.0005, 1.001])
+def test_just_above_one_is_clamped(read, value):
+    with pytest.warns(SceneWarning, match=r"Kd above 1.*'a'"):
+        materials = read(f"newmtl a\nKd {value} 1 0.5\n")
+    assert materials["a"].reflectance == (1.0, 1.0, 0.5)
+
+
+@pytest.mark.parametrize("value", ["1.002", "-0.1", "nan", "inf", "1e999"])
+def test_reflectance_outside(read, value):
+    with pytest.raises(InputError, match=rf"a\.mtl:3: Kd '0 {value} 0'.* \[0, 1\]"):
+        read(f"newmtl a\n# white\nKd 0 {value} 0\n")
+
+
+@pytest.mark.parametrize("value", ["-1", "nan", "inf", "-inf"])
+def test_emission_outside(read, value):
+    with pytest.raises(InputError, match=rf"a\.mtl:2: Ke '{value} 0 0'.*finite"):
+        read(f"newmtl a\nKe {value} 0 0\n")
+
+
+def test_emission_has_no_upper_limit(read):
+    assert math.isclose(read("newmtl a\nKe 1e6\n")["a"].emission[2], 1e6)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("newmtl a\nKd 0.1 0.2\n", r":2: Kd '0.1 0.2' has 2 numbers; write one or three"),
+        ("newmtl a\nKd\n", r":2: Kd '' has 0 numbers"),
+        ("newmtl a\nKd 0,5\n", r":2: Kd '0,5' is no number; .*decimal point"),
+        ("newmtl a\nKd 1_0 0 0\n", r":2: Kd '1_0 0 0' is no number"),
+        ("newmtl a\n\nKd spectral red.rfl\n", r":3: Kd 'spectral red.rfl' .*not supported yet"),
+        ("newmtl a\nKe xyz 1 1 1\n", r":2: Ke 'xyz 1 1 1' .*not supported yet"),
+        ("newmtl a\nd x\n", r":2: d 'x' is no number"),
+        ("newmtl a\nillum\n", r":2: illum ''; write finite"),
+        ("newmtl a\nNi inf\n", r":2: Ni 'inf'; write finite"),
+        ("Kd 1 1 1\n", r":1: 'Kd' before any newmtl"),
+        ("newmtl\n", r":1: newmtl without a name"),
+        ("", r": is empty"),
+        (b"newmtl a\nKd \x001\n", r":2: is no text file \(byte 0x00\).*UTF-8"),
+        ("newmtl a\nKd 1 1 \\\n1\nKd x\n", r":4: Kd 'x'"),
+    ],
+)
+def test_errors_name_line_value_and_remedy(read, text, message):
+    with pytest.raises(InputError, match=r"a\.mtl" + message):
+        read(text)
