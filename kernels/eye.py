@@ -1,7 +1,6 @@
 """The camera pass: first hits, direct light, and gather rays into the irradiance store."""
 
 import numpy as np
-
 from photonmap.kernels import vec, warp
 from photonmap.kernels.film import FLAT, camera_ray, morton, note_hit
 from photonmap.kernels.jit import jit
@@ -45,10 +44,10 @@ def _look_up(materials, material, radiosity, cell, weight, irradiance):
 
 
 @jit
-def _gather(scene, store, point, ng, ns, aim, rate, irradiance):
-    """Add what one cosine-distributed ray sees to `irradiance`, (2, N).
+def _gather(scene, store, point, ng, ns, aim, samples, gathers, irradiance):
+    """Add what one of `gathers` cosine-distributed rays sees to `irradiance`, (2, N).
 
-    `rate` is the number of such rays for each light sample. Returns what it found, as `_look_up`.
+    `samples` light samples are taken from the same point. Returns what it found, as `_look_up`.
     """
     geometry, materials, lights = scene
     cells, radiosity = store
@@ -60,17 +59,21 @@ def _gather(scene, store, point, ng, ns, aim, rate, irradiance):
     spectrum = emitted(geometry, lights, triangle, side)
     if triangle < 0:
         if spectrum >= 0:
-            add_row(irradiance, DIRECT, lights.spectra, spectrum, weigh_miss(lights, rate))
+            add_row(
+                irradiance, DIRECT, lights.spectra, spectrum, weigh_miss(lights, samples, gathers)
+            )
         return 0
     if spectrum >= 0:
         hit = meet(geometry, triangle, u, v, direction)[0]
         emitter = geometry.emitter[triangle]
         cosine = vec.dot(ns, direction)
-        weight = weigh_hit(geometry, lights, emitter, point, hit, direction, cosine, rate)
+        weight = weigh_hit(
+            geometry, lights, emitter, point, hit, direction, cosine, samples, gathers
+        )
         add_row(irradiance, DIRECT, lights.spectra, spectrum, weight)
     cell = cell_at(cells, triangle, side, u, v)
     material = geometry.material[triangle]
-    return _look_up(materials, material, radiosity, cell, 1.0 / rate, irradiance)
+    return _look_up(materials, material, radiosity, cell, 1.0 / gathers, irradiance)
 
 
 @jit
@@ -115,19 +118,20 @@ def reflect(materials, material, share, pixel, irradiance, pixels):
 
 
 @jit
-def _light_and_gather(scene, store, hit, index, gathers, keys, irradiance):
+def _light_and_gather(scene, store, hit, index, samples, gathers, keys, irradiance):
     """Estimate the irradiance, (2, N), of one hit; return what gather rays found."""
     geometry, _, lights = scene
     point, ng, ns, _ = hit
     irradiance[:] = 0.0
-    at = sobol_2d(index, keys[LIGHT])
-    emitter, weight = sample_direct(geometry, lights, point, ng, ns, at[0], at[1], gathers)
-    if weight > 0.0:
-        add_row(irradiance, DIRECT, lights.spectra, lights.spectrum[emitter], weight)
+    for sample in range(samples):
+        u, v = sobol_2d(index * np.uint64(samples) + np.uint64(sample), keys[LIGHT])
+        emitter, weight = sample_direct(geometry, lights, point, ng, ns, u, v, samples, gathers)
+        if weight > 0.0:
+            add_row(irradiance, DIRECT, lights.spectra, lights.spectrum[emitter], weight)
     found = 0
     for ray in range(gathers):
-        at = sobol_2d(index * np.uint64(gathers) + np.uint64(ray), keys[GATHER])
-        found |= _gather(scene, store, point, ng, ns, at, gathers, irradiance)
+        aim = sobol_2d(index * np.uint64(gathers) + np.uint64(ray), keys[GATHER])
+        found |= _gather(scene, store, point, ng, ns, aim, samples, gathers, irradiance)
     return found
 
 
@@ -135,7 +139,8 @@ def _light_and_gather(scene, store, hit, index, gathers, keys, irradiance):
 def _render_pixel(scene, store, camera, film, plan, keys, pixel, irradiance, pixels):
     """Add all samples of one pixel to `pixels`."""
     geometry, materials, lights = scene
-    samples, gathers = int(plan.samples[pixel]), int(plan.gathers[pixel])
+    samples, lights_each = int(plan.samples[pixel]), int(plan.lights[pixel])
+    gathers = int(plan.gathers[pixel])
     share = np.float32(1.0 / samples)
     base = morton(pixel % film.width, pixel // film.width) * np.uint64(samples)
     for sample in range(samples):
@@ -147,7 +152,7 @@ def _render_pixel(scene, store, camera, film, plan, keys, pixel, irradiance, pix
             continue
         note_hit(pixels.plane, pixel, first, hit[0], hit[2])
         pixels.found[pixel] |= _light_and_gather(
-            scene, store, hit, index, gathers, keys, irradiance
+            scene, store, hit, index, lights_each, gathers, keys, irradiance
         )
         reflect(materials, geometry.material[triangle], share, pixel, irradiance, pixels)
     if pixels.coverage[pixel] < 1.0:

@@ -1,7 +1,6 @@
 """Camera rays, the order in which pixels take low-discrepancy points, and pixels' surfaces."""
 
 import numpy as np
-
 from photonmap.kernels import vec
 from photonmap.kernels.jit import jit
 
@@ -30,10 +29,9 @@ def morton(x, y):
 def continues(step, normal, other):
     """Tell whether a point a `step` away, with normal `other`, lies on one smooth surface."""
     height = vec.dot(step, normal)
-    return (
-        vec.dot(normal, other) > MIN_COSINE
-        and height * height <= MAX_SLOPE * MAX_SLOPE * vec.dot(step, step)
-    )
+    return vec.dot(
+        normal, other
+    ) > MIN_COSINE and height * height <= MAX_SLOPE * MAX_SLOPE * vec.dot(step, step)
 
 
 @jit

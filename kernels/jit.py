@@ -47,7 +47,6 @@ def jit(function: Callable) -> Callable:
         return numba.njit(nogil=True, cache=True, error_model="numpy", forceinline=True)(function)
 
 
-
 def is_cached() -> bool:
     """Tell whether kernels of these sources were compiled before on this machine."""
     return next(CACHE_FOLDER.rglob("*.nbi"), None) is not None

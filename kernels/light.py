@@ -24,13 +24,13 @@ def _lit(ng, ns, direction):
 
 
 @jit
-def sample_direct(geometry, lights, point, ng, ns, u, v, rate):
+def sample_direct(geometry, lights, point, ng, ns, u, v, samples, gathers):
     """Sample one emitter for the irradiance at a point.
 
-    Returns (emitter, weight): irradiance = weight · lights.spectra[row of the emitter], with the
-    balance heuristic against `rate` cosine-distributed rays for each such sample (Veach 1997,
-    9.2.4). A weight of 0 with emitter >= 0 is a light that was blocked, emitter -1 is one that
-    is not in front.
+    Returns (emitter, weight): the sum of weight · lights.spectra[row of the emitter] over
+    `samples` such samples and `gathers` cosine-distributed rays, weighed by the balance heuristic
+    (Veach 1997, 9.2.4), estimates irradiance. A weight of 0 with emitter >= 0 is a light that is
+    blocked; emitter -1 is one that is not in front.
     """
     emitter, u = warp.discrete(lights.cumulative, u)
     chance = warp.discrete_pdf(lights.cumulative, emitter)
@@ -40,7 +40,7 @@ def sample_direct(geometry, lights, point, ng, ns, u, v, rate):
         if _lit(ng, ns, direction) == 0.0:
             return -1, 0.0
         blocked = occluded(geometry.scene, point, direction, math.inf)
-        return emitter, 0.0 if blocked else math.pi / (chance + rate)
+        return emitter, 0.0 if blocked else math.pi / (samples * chance + gathers)
     if kind == POINT:
         target = vec.row(lights.position, emitter)
         normal = ng
@@ -58,26 +58,26 @@ def sample_direct(geometry, lights, point, ng, ns, u, v, rate):
     if occluded(geometry.scene, point, segment, 1.0):
         return emitter, 0.0
     if kind == POINT:
-        return emitter, cosine / (squared * chance)
+        return emitter, cosine / (samples * squared * chance)
     pdf = chance * warp.uniform_triangle_pdf(lights.area[emitter]) * squared / facing
-    return emitter, cosine / (pdf + rate * warp.cosine_hemisphere_pdf(cosine))
+    return emitter, cosine / (samples * pdf + gathers * warp.cosine_hemisphere_pdf(cosine))
 
 
 @jit
-def weigh_hit(geometry, lights, emitter, point, hit, direction, cosine, rate):
+def weigh_hit(geometry, lights, emitter, point, hit, direction, cosine, samples, gathers):
     """Weight of an emitting triangle hit by a cosine-distributed ray, as in `sample_direct`."""
     segment = vec.sub(hit, point)
     facing = -vec.dot(vec.row(geometry.normals, lights.triangle[emitter]), direction)
     chance = warp.discrete_pdf(lights.cumulative, emitter)
     pdf = chance * warp.uniform_triangle_pdf(lights.area[emitter])
     pdf *= vec.dot(segment, segment) / facing
-    return cosine / (pdf + rate * warp.cosine_hemisphere_pdf(cosine))
+    return cosine / (samples * pdf + gathers * warp.cosine_hemisphere_pdf(cosine))
 
 
 @jit
-def weigh_miss(lights, rate):
+def weigh_miss(lights, samples, gathers):
     """Weight of the dome seen by a cosine-distributed ray, as in `sample_direct`."""
-    return math.pi / (warp.discrete_pdf(lights.cumulative, lights.dome) + rate)
+    return math.pi / (samples * warp.discrete_pdf(lights.cumulative, lights.dome) + gathers)
 
 
 @jit

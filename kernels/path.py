@@ -1,7 +1,6 @@
 """The plain path tracer: slow, unbiased, over the same scene; the arbiter of all else."""
 
 import numpy as np
-
 from photonmap.kernels import vec, warp
 from photonmap.kernels.eye import DIRECT, INDIRECT, emitted, reflect, see, start_pixel
 from photonmap.kernels.jit import jit
@@ -46,7 +45,7 @@ def _follow(scene, hit, bounces, state, throughput, irradiance):
     for bounce in range(bounces):
         u, state = draw(state)
         v, state = draw(state)
-        emitter, weight = sample_direct(geometry, lights, point, ng, ns, u, v, 1.0)
+        emitter, weight = sample_direct(geometry, lights, point, ng, ns, u, v, 1, 1)
         if weight > 0.0:
             row = lights.spectrum[emitter]
             _add(irradiance, part, throughput, lights.spectra, row, weight)
@@ -60,16 +59,14 @@ def _follow(scene, hit, bounces, state, throughput, irradiance):
         row = emitted(geometry, lights, triangle, side)
         if triangle < 0:
             if row >= 0:
-                weight = weigh_miss(lights, 1.0)
+                weight = weigh_miss(lights, 1, 1)
                 _add(irradiance, part, throughput, lights.spectra, row, weight)
             break
         origin, cosine = point, vec.dot(ns, direction)
         point, ng, ns, side = meet(geometry, triangle, u, v, direction)
         if row >= 0:
             emitter = geometry.emitter[triangle]
-            weight = weigh_hit(
-                geometry, lights, emitter, origin, point, direction, cosine, 1.0
-            )
+            weight = weigh_hit(geometry, lights, emitter, origin, point, direction, cosine, 1, 1)
             _add(irradiance, part, throughput, lights.spectra, row, weight)
         part = INDIRECT
         alive, state = _absorb(materials, geometry.material[triangle], throughput, bounce, state)

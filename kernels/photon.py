@@ -1,7 +1,6 @@
 """Photons: emitted, traced and added to the store where they are reflected."""
 
 import numpy as np
-
 from photonmap.kernels import vec, warp
 from photonmap.kernels.jit import jit
 from photonmap.kernels.light import emit
@@ -55,9 +54,7 @@ def _trace(geometry, materials, cells, index, key, origin, direction, flux, boun
 
 
 @jit
-def trace_photons(
-    geometry, materials, lights, cells, key, first, last, total, bounces, radiosity
-):
+def trace_photons(geometry, materials, lights, cells, key, first, last, total, bounces, radiosity):
     """Trace photons first..last of `total`, in order, and fill `radiosity`, (cells, N) float32.
 
     Returns (stores, photons cut at `bounces`).

@@ -33,9 +33,10 @@ def _sees(geometry, point, ng, points, normals, count, start):
     for step in range(count):
         i = (start + step) % count
         segment = vec.sub(vec.row(points, i), point)
-        if vec.dot(segment, ng) > 0.0 and vec.dot(segment, vec.row(normals, i)) < 0.0:
-            if not occluded(geometry.scene, point, segment, 1.0):
-                return True
+        if vec.dot(segment, ng) <= 0.0 or vec.dot(segment, vec.row(normals, i)) >= 0.0:
+            continue
+        if not occluded(geometry.scene, point, segment, 1.0):
+            return True
     return False
 
 
@@ -48,7 +49,7 @@ def reaches_view(geometry, lights, key, paths, bounces, points, normals, count):
         v, state = draw(state)
         i = index % count
         point, ng = vec.row(points, i), vec.row(normals, i)
-        if sample_direct(geometry, lights, point, ng, ng, u, v, 0.0)[1] > 0.0:
+        if sample_direct(geometry, lights, point, ng, ng, u, v, 1, 0)[1] > 0.0:
             return True
         s, state = draw(state)
         t, state = draw(state)

@@ -93,7 +93,9 @@ class Plan(NamedTuple):
     """How much sampling each pixel gets, and how far its indirect light is shared."""
 
     samples: np.ndarray
-    """(P,) uint8, camera samples in a pass, each with one light sample"""
+    """(P,) uint8, camera samples in a pass"""
+    lights: np.ndarray
+    """(P,) uint8, light samples of each camera sample"""
     gathers: np.ndarray
     """(P,) uint8, gather rays of each camera sample"""
     reach: np.ndarray

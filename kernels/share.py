@@ -7,7 +7,6 @@ beforehand, never on the estimates themselves.
 """
 
 import numpy as np
-
 from photonmap.kernels import vec
 from photonmap.kernels.film import FLAT, continues, plane_normal, plane_point
 from photonmap.kernels.jit import jit
@@ -75,6 +74,4 @@ def count_windows(film, plane, reach, radius, scale, first, last, nothing, count
     for pixel in range(first, last):
         counts[pixel] = 1
         if plane[pixel, FLAT] != 0.0:
-            counts[pixel] += _add_window(
-                film, plane, reach, radius, scale, pixel, nothing, nothing
-            )
+            counts[pixel] += _add_window(film, plane, reach, radius, scale, pixel, nothing, nothing)

@@ -5,9 +5,10 @@ import math
 from photonmap.kernels import vec
 from photonmap.kernels.jit import jit
 
-# Bound on the distance between a hit computed in float32 by Embree and the triangle's plane,
-# relative to the coordinates that enter it.
+# How far a hit computed in float32 can be from its triangle, relative to the coordinates that
+# enter it, and a distance that keeps a ray's origin off a plane through the scene's centre.
 HIT_ERROR = 12.0 * 2.0**-24
+LEAST_OFFSET = 2.0**-40
 
 
 @jit
@@ -42,9 +43,7 @@ def offset(point, size, normal):
 
     Pharr et al. 2023, "Physically Based Rendering", 6.8.
     """
-    distance = HIT_ERROR * (
-        abs(normal[0]) * size[0] + abs(normal[1]) * size[1] + abs(normal[2]) * size[2]
-    )
+    distance = HIT_ERROR * (size[0] + size[1] + size[2]) + LEAST_OFFSET
     return vec.add(point, vec.scale(normal, distance))
 
 

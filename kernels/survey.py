@@ -44,7 +44,7 @@ def survey_pixels(geometry, lights, camera, film, samples, key, first, last, pla
             note_hit(plane, pixel, hits == 0, point, ns)
             hits += 1
             at = sobol_2d(base + sample, keys[LIGHT])
-            emitter, weight = sample_direct(geometry, lights, point, ng, ns, at[0], at[1], 0.0)
+            emitter, weight = sample_direct(geometry, lights, point, ng, ns, at[0], at[1], 1, 0)
             lit += weight > 0.0
             blocked += emitter >= 0 and weight == 0.0
             at = sobol_2d(base + sample, keys[GATHER])

@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-
 from photonmap.kernels.jit import jit
 
 INV_PI = 1.0 / math.pi

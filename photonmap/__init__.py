@@ -14,7 +14,7 @@ if not (Path(__file__).parent / "kernels").is_dir():
     __path__.append(str(Path(__file__).parent.parent))
 
 if TYPE_CHECKING:
-    from photonmap import scenes
+    import photonmap.scenes as scenes
     from photonmap.bands import Bands
     from photonmap.errors import InputError, SceneWarning
     from photonmap.render import render

@@ -61,12 +61,13 @@ class Budget:
         return late or reached
 
     def fraction(self, count: int, error: float, elapsed: float) -> float:
-        """Estimate which part of the work is done, in [0, 1]."""
+        """Estimate which part of the work is done, in [0, 1]; 0 while nothing is known."""
         if self.passes is not None:
             return count / self.passes
-        spent = elapsed / self.ceiling
-        if self.error is not None and count >= 2 and math.isfinite(error):
-            # Variance falls with the number of passes.
-            needed = max(count * (error / self.error) ** 2, LEAST_PASSES)
-            spent = max(spent, count / needed)
-        return min(spent, 1.0)
+        if self.error is None:
+            return min(elapsed / self.ceiling, 1.0)
+        if not math.isfinite(error):
+            return 0.0
+        # Variance falls with the number of passes.
+        needed = max(count * (error / self.error) ** 2, LEAST_PASSES)
+        return min(max(count / needed, elapsed / self.ceiling), 1.0)

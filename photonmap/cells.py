@@ -44,12 +44,12 @@ def lay_cells(geometry: Geometry, areas: NDArray[np.float64], area: float) -> tu
 def _group_neighbours(
     geometry: Geometry, small: NDArray[np.int64], size: float
 ) -> NDArray[np.int64]:
-    """Number the cells of small triangles: one for each box of space and of directions."""
+    """Give small triangles their cells: one for each box of space and of directions."""
     centres = geometry.vertices[geometry.triangles[small]].mean(axis=1, dtype=np.float64)
-    boxes = np.clip(np.floor(centres / size), -(1 << 16), (1 << 16) - 1).astype(np.int64) + (1 << 16)
+    boxes = np.clip(np.floor(centres / size), -(1 << 16), (1 << 16) - 1) + (1 << 16)
     turns = np.floor((geometry.normals[small] + 1.0) * (DIRECTIONS / 2.001)).astype(np.int64)
     key = np.zeros(len(small), np.int64)
-    for column, span in ((boxes, 1 << 17), (turns, DIRECTIONS)):
+    for column, span in ((boxes.astype(np.int64), 1 << 17), (turns, DIRECTIONS)):
         for axis in range(3):
             key = key * span + column[:, axis]
     return np.unique(key, return_inverse=True)[1]

@@ -7,7 +7,7 @@ import sys
 import time
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from photonmap.budget import CEILING, DEFAULT_ERROR
 from photonmap.errors import InputError, SceneWarning, listening
@@ -33,6 +33,9 @@ def main(arguments: list[str] | None = None) -> int:
     except InputError as error:
         print(f"photonmap: error: {error}", file=sys.stderr)
         return BAD_INPUT
+    except OSError as error:
+        print(f"photonmap: error: {error}", file=sys.stderr)
+        return BAD_INPUT
     except KeyboardInterrupt:
         print("photonmap: interrupted before the first pass; nothing written", file=sys.stderr)
         return INTERRUPTED
@@ -44,7 +47,7 @@ def _run(options: argparse.Namespace) -> None:
     from photonmap.scene_file import load_scene
 
     output = options.output or Path(options.scene).with_suffix(".exr").name
-    check_output(output)
+    check_output(output, options.buffers)
     progress = choose_progress(options.quiet)
     try:
         with listening() as told:
@@ -108,7 +111,14 @@ def _report(record: dict[str, Any], output: str) -> None:
     )
 
 
-def _show_warning(message: Warning | str, category: type[Warning], *rest: Any) -> None:
+def _show_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
     prefix = "warning" if issubclass(category, SceneWarning) else category.__name__
     print(f"photonmap: {prefix}: {message}", file=sys.stderr)
 

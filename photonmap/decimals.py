@@ -91,10 +91,10 @@ def _parse_plain(
 
 
 def _parse(text: NDArray[np.uint8], kind: type) -> NDArray[Any]:
-    """Parse numbers up to the first that is malformed; nothing where there is one."""
+    """Parse numbers; nothing where one is malformed, or where there is none."""
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)
         try:
-            return np.fromstring(text.tobytes(), kind, sep=" ")
+            return np.fromstring(text.tobytes().rstrip() or b"none", kind, sep=" ")
         except (DeprecationWarning, ValueError):
             return np.empty(0, kind)

@@ -28,9 +28,7 @@ def warn_of_hidden_lights(prepared: Prepared, film: Film, key: np.uint64) -> Non
         emitters.setdefault(name, []).append(emitter)
     for name, members in emitters.items():
         lights = _only(prepared.lights, np.array(members))
-        if not reaches_view(
-            prepared.geometry, lights, key, PATHS, BOUNCES, points, normals, count
-        ):
+        if not reaches_view(prepared.geometry, lights, key, PATHS, BOUNCES, points, normals, count):
             warn(
                 f"light {name!r} sends nothing into the view: all of {PATHS} paths from it were "
                 f"blocked or lost; is it wound the wrong way, or buried in a wall?"

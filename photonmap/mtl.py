@@ -10,7 +10,7 @@ from os import PathLike
 from photonmap.errors import warn
 from photonmap.messages import listed, shown
 from photonmap.scene import Material, Vector
-from photonmap.wavefront import Source, parse_numbers, read_source
+from photonmap.wavefront import Source, read_source
 
 LARGEST_REFLECTANCE = 1.001
 """Exporters round perfect white up to here; more is a mistake."""
@@ -77,12 +77,24 @@ def _read_color(source: Source, offset: int, keyword: str, rest: str) -> Vector:
     if words[:1] and words[0] in _CURVES:
         message = f"{keyword} {shown(rest)} is not supported yet; write linear RGB"
         raise source.error(message, offset)
-    numbers = parse_numbers(source, offset, keyword, words)
+    numbers = _parse_numbers(source, offset, keyword, words)
     if len(numbers) not in (1, 3):
         message = f"{keyword} {shown(rest)} has {len(numbers)} numbers; write one or three"
         raise source.error(message, offset)
     red, green, blue = numbers if len(numbers) == 3 else numbers * 3
     return red, green, blue
+
+
+def _parse_numbers(source: Source, offset: int, keyword: str, words: list[str]) -> list[float]:
+    """Read decimal numbers; NaN and infinity pass."""
+    try:
+        if any("_" in word for word in words):
+            raise ValueError
+        return [float(word) for word in words]
+    except ValueError:
+        message = f"{keyword} {shown(' '.join(words))} is no number"
+        remedy = "write numbers with a decimal point, apart by spaces"
+        raise source.error(f"{message}; {remedy}", offset) from None
 
 
 def _read_reflectance(source: Source, offset: int, rest: str, draft: _Draft) -> None:
@@ -117,7 +129,7 @@ def _is_neutral(source: Source, offset: int, keyword: str, rest: str) -> bool:
     words = rest.removeprefix("-halo").split()
     if keyword not in (*_NEUTRAL, "illum") or (words and words[0] in _CURVES):
         return False
-    numbers = parse_numbers(source, offset, keyword, words)
+    numbers = _parse_numbers(source, offset, keyword, words)
     if not numbers or not all(map(math.isfinite, numbers)):
         raise source.error(f"{keyword} {shown(rest)}; write finite numbers", offset)
     if keyword == "illum":

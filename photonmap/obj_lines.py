@@ -201,18 +201,18 @@ def _parse_faces(
     numbers = begins(solid & ~slash)
     values = parse_integers(np.where(slash, np.uint8(_SPACE), lines.text))
     leads = ~solid[numbers - 1]
-    columns = _columns(slash, numbers, leads)
     sizes = lines.count(numbers[leads])
     if (
         not _IN_FACES[lines.text].all()
         or len(values) != len(numbers)
         or np.count_nonzero(leads) != len(begins(solid))
-        or columns.max(initial=0) > 2
+        or np.add.reduceat(slash, numbers[leads], dtype=np.int32).max(initial=0) > 2
         or sizes.min() < 3
         or sizes.max() > LARGEST_FACE
     ):
         raise _face_error(source, lines)
     corner_of = np.cumsum(leads) - 1
+    columns = _columns(slash, numbers, leads)
     relative = np.flatnonzero(values < 0)
     if len(relative):
         rows = np.repeat(np.arange(len(sizes)), sizes)[corner_of[relative]]
@@ -227,7 +227,7 @@ def _parse_faces(
 def _columns(
     slash: NDArray[np.bool_], numbers: NDArray[np.int64], leads: NDArray[np.bool_]
 ) -> NDArray[np.int8]:
-    """Count the slashes before each number of a corner; three or more are too many.
+    """Count the slashes before each number of a corner, two at most.
 
     Parameters
     ----------
@@ -236,14 +236,9 @@ def _columns(
     leads : (M,) whether a number is the first of its corner
     """
     follows = ~leads
-    gaps = follows.astype(np.int8)
-    for step in (2, 3):
-        follows &= slash[numbers - step]
-        gaps += follows
-    columns = gaps.copy()
-    columns[1:] += gaps[:-1] * ~leads[1:]
-    columns[2:] += gaps[:-2] * ~(leads[2:] | leads[1:-1])
-    return columns
+    gaps = follows.astype(np.int8) + (follows & slash[numbers - 2])
+    gaps[1:] += gaps[:-1] * follows[1:]
+    return gaps
 
 
 def _face_error(source: Source, lines: _Lines) -> InputError:

@@ -22,11 +22,14 @@ from numpy.typing import NDArray
 
 from photonmap.bands import Bands
 from photonmap.errors import InputError
+from photonmap.messages import suggest
 
 if TYPE_CHECKING:
     import OpenImageIO
 
     from photonmap.result import Result
+
+Images = dict[str, NDArray[Any]]
 
 _CHANNELS: dict[str, tuple[str, ...]] = {
     "coverage": ("Y",),
@@ -38,26 +41,35 @@ _CHANNELS: dict[str, tuple[str, ...]] = {
 }
 """Channels of the buffers without bands."""
 
+BUFFERS = ("radiance", "emission", "direct", "indirect", "reflectance", "shading", *_CHANNELS)
+"""Names of all buffers there may be."""
+
 _INTEGERS = ("unresolved", "object_id", "material_id")
 _RGB = ("R", "G", "B")
 _ERROR = ".error"
 _COMPRESSION = "zip"
-"""Lossless, and every reader knows it. On 1024 × 1024 pixels, 6 bands and all buffers (348 MB,
-3% noise, 2 cores): none 0.6 s and 348 MB, zip 2.0 s and 216 MB at any level, zips 226 MB, piz
-3.3 s and 192 MB. htj2k and zstd are better (1.2 s, 156 and 174 MB), but need OpenEXR ≥ 3.4."""
+"""Lossless, and every reader knows it; htj2k and zstd do better, but need the latest OpenEXR."""
 
 _RECORD, _BANDS = "photonmapRecord", "photonmapBands"
 """Attributes of part 0, JSON: `Result.record` and `Bands.describe`."""
 
 
-def check_output(path: str | PathLike[str]) -> Path:
-    """Check that FILE.exr, FILE.png and FILE.json can be written.
+def check_output(path: str | PathLike[str], buffers: Iterable[str] | None = None) -> Path:
+    """Check before a render that FILE.exr, FILE.png and FILE.json can be written.
+
+    Parameters
+    ----------
+    path : FILE.exr
+    buffers : names of those to be written; None for all
 
     Raises
     ------
     InputError
-        if the suffix is another, or the folder is missing or not writable
+        if the suffix is another, the folder is missing or not writable, or there is no such buffer
     """
+    for name in buffers or ():
+        if name not in BUFFERS:
+            raise InputError(f"there is no buffer {name!r}; {suggest(name, BUFFERS)}")
     path = Path(path)
     if path.suffix.lower() != ".exr":
         raise InputError("the name of the output must end in .exr, as in image.exr", path)
@@ -95,9 +107,7 @@ def save_all(
     Raises
     ------
     InputError
-        if `path` is no place for such files
-    ValueError
-        if a buffer is missing
+        if `path` is no place for such files, or a buffer is missing
     OSError
         if writing fails
     """
@@ -256,9 +266,7 @@ def write_exr(result: Result, path: str | PathLike[str]) -> None:
             raise OSError(f"cannot write {Path(path).name}: {file.geterror()}")
 
 
-def read_exr(
-    path: str | PathLike[str],
-) -> tuple[dict[str, NDArray[Any]], dict[str, NDArray[Any]], Bands, dict[str, Any]]:
+def read_exr(path: str | PathLike[str]) -> tuple[Images, Images, Bands, dict[str, Any]]:
     """Read what `write_exr` wrote: buffers, errors, bands and record.
 
     Raises

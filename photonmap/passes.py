@@ -24,7 +24,7 @@ from photonmap.prepare import Prepared
 from photonmap.survey import SAMPLES, TILE, WINDOW, survey
 from photonmap.workers import Workers
 
-CELLS_PER_PHOTON = 1 / 8
+CELLS_PER_PHOTON = 1 / 4
 """On one side of all surfaces, in the first pass."""
 BUNDLE = 32768
 MOST_BUNDLES = 16
@@ -198,4 +198,5 @@ def empty_pixels(size: int, bands: int) -> Pixels:
 
 def _count_rays(plan: Plan) -> int:
     """Count the camera, shadow and gather rays of a camera pass whose every sample hits."""
-    return int((plan.samples.astype(np.int64) * (2 + plan.gathers)).sum())
+    each = 1 + plan.lights.astype(np.int64) + plan.gathers
+    return int((plan.samples * each).sum())

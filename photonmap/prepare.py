@@ -88,16 +88,12 @@ def prepare(scene: Scene, bands: Bands, aspect: float = 1.0) -> Prepared:
     geometry, owner = _triangles(meshes, center, size)
     index_of = {id(material): index for index, material in enumerate(materials)}
     material = np.array([index_of[id(mesh.material)] for mesh in meshes], np.int32)[owner]
-    emitters = collect_emitters(
-        geometry, material, materials, scene.lights, bands, center, size
-    )
+    emitters = collect_emitters(geometry, material, materials, scene.lights, bands, center, size)
     reflectance = np.stack([_reflectance(m, bands) for m in materials]).astype(np.float32)
     embree = EmbreeScene(geometry.vertices, geometry.triangles)
     objects = _object_ids(meshes)
     return Prepared(
-        geometry._replace(
-            scene=embree.address, material=material, emitter=emitters.of_triangle
-        ),
+        geometry._replace(scene=embree.address, material=material, emitter=emitters.of_triangle),
         records.Materials(reflectance),
         emitters.lights,
         check_camera(scene.camera or frame_scene(vertices, aspect)),
@@ -129,13 +125,10 @@ def _check_mesh(mesh: Mesh) -> None:
         raise InputError(f"{name}: vertex {row} is {mesh.vertices[row]}; give finite numbers")
     if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
         worst = mesh.faces.max() if mesh.faces.min() >= 0 else mesh.faces.min()
-        raise InputError(
-            f"{name}: a face names vertex {worst}, but there are {len(mesh.vertices)}"
-        )
+        raise InputError(f"{name}: a face names vertex {worst}, but there are {len(mesh.vertices)}")
     if mesh.normals is not None and mesh.normals.shape != mesh.vertices.shape:
         raise InputError(
-            f"{name}: normals must be {mesh.vertices.shape}, one a vertex, "
-            f"not {mesh.normals.shape}"
+            f"{name}: normals must be {mesh.vertices.shape}, one a vertex, not {mesh.normals.shape}"
         )
 
 
@@ -144,7 +137,7 @@ def _distinct_materials(meshes: list[Mesh]) -> list[Material]:
 
 
 def _object_ids(meshes: list[Mesh]) -> NDArray[np.uint32]:
-    """Number meshes by name, from 1, in order of appearance."""
+    """Count meshes by name, from 1, in order of appearance."""
     number = {name: i for i, name in enumerate(dict.fromkeys(m.name for m in meshes), start=1)}
     return np.array([number[mesh.name] for mesh in meshes], np.uint32)
 

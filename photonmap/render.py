@@ -22,6 +22,7 @@ from photonmap.kernels.first_hit import first_hits
 from photonmap.kernels.jit import is_cached
 from photonmap.kernels.records import Film
 from photonmap.memory import check_memory
+from photonmap.output import BUFFERS
 from photonmap.passes import MAX_BOUNCES, PROBE, Passes, stream_key
 from photonmap.prepare import Prepared, prepare
 from photonmap.progress import Progress, Silent
@@ -34,7 +35,7 @@ from photonmap.workers import Workers
 LARGEST_SIDE = 1 << 16
 MOST_PHOTONS = 1 << 32
 MOST_THREADS = 1024
-LEAST_PHOTONS = 1 << 17
+LEAST_PHOTONS = 1 << 15
 
 
 def render(
@@ -62,7 +63,7 @@ def render(
     pixel : samples cover the pixel ("box"), or all pass through its centre ("center")
     passes, seconds, error : the budget, one of them at most; error 0.02 if none is given.
         A render that aims at an error stops after an hour anyway.
-    photons : emitted in each pass; None takes one for each pixel, 131072 at least
+    photons : emitted in each pass; None takes one for each pixel, 32768 at least
     seed : with the same passes, the same arrays bit for bit, for any number of threads
     threads : None takes every processor
     method : photon mapping, or the plain "path" tracer that arbitrates
@@ -101,7 +102,7 @@ def render(
         _warn_of_cuts(run, budget, time.perf_counter() - compiled)
         reached = moments.error()
         flat, errors = moments.finish(prepared.power)
-        flat |= _first_hits(prepared, film, workers)
+        flat |= {"unresolved": moments.unresolved()} | _first_hits(prepared, film, workers)
 
     spent = {"load": loaded - start, "compile": compiled - loaded, **run.seconds}
     record = {
@@ -127,7 +128,9 @@ def render(
         "seconds": spent | {"render": spent["photons"] + spent["camera"]},
         "warnings": told,
     }
-    return Result(_images(flat, film), _images(errors, film), bands, record)
+    images = _images(flat, film)
+    ordered = {name: images[name] for name in BUFFERS if name in images}
+    return Result(ordered, _images(errors, film), bands, record)
 
 
 def _film(size: tuple[int, int], pixel: str) -> Film:

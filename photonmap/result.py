@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.bands import Bands
+from photonmap.errors import InputError
 from photonmap.messages import listed
 from photonmap.output import encode_png, read_exr, save_all
 
@@ -224,13 +225,13 @@ class Result:
 
         Raises
         ------
-        ValueError
+        InputError
             if one of them is missing, or there is none
         """
         names = list(names)
         missing = [name for name in names if name not in self.buffers]
         if missing or not names:
-            raise ValueError(self._missing(missing[0]) if missing else "no buffer was chosen")
+            raise InputError(self._missing(missing[0]) if missing else "no buffer was chosen")
         buffers = {name: self.buffers[name] for name in names}
         errors = {name: self.errors[name] for name in names if name in self.errors}
         return Result(buffers, errors, self.bands, self.record)
@@ -246,9 +247,7 @@ class Result:
         Raises
         ------
         InputError
-            if `path` is no place for such files
-        ValueError
-            if a buffer is missing
+            if `path` is no place for such files, or a buffer is missing
         OSError
             if the disk is full or the like
         """

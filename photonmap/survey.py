@@ -10,14 +10,17 @@ from photonmap.workers import Workers
 
 SAMPLES = 4
 """Camera samples a pixel in a pass; a power of two, so that coverage sums to exactly 1."""
-HARD_SAMPLES = 16
-"""The same where there are edges, penumbrae or close surroundings."""
+EDGE_SAMPLES = 16
+"""The same where a pixel shows several surfaces."""
+LIGHT_SAMPLES, PENUMBRA_SAMPLES = 4, 16
+"""Light samples a pixel, and where some are blocked and some are not."""
+GATHERS, LONELY_GATHERS = 4, 32
+"""Gather rays a pixel, and where few neighbours share their indirect light with it."""
+FEW_PARTNERS = 20
 WINDOW = 6.0
 """Radius of the first pass's sharing windows, pixels."""
 REACH = 0.2
 """Their radius in space, as a part of the mean distance to what lies around (Ward 1988)."""
-FEW_PARTNERS = 20
-"""Pixels that share with fewer others gather twice as much."""
 TILE = 2048
 
 
@@ -55,11 +58,15 @@ def survey(
         pixels,
         TILE,
     )
-    penumbra = _neighbours(look.penumbra, film).max(axis=0)
-    hard = (penumbra != 0) | (look.flat == 0) | (partners < FEW_PARTNERS // 2)
+    penumbra = _neighbours(look.penumbra, film).max(axis=0) != 0
+    flat, lonely = look.flat != 0, partners < FEW_PARTNERS
+    samples = np.where(flat, SAMPLES, EDGE_SAMPLES) if film.jitter else np.ones(pixels, np.int64)
+    lights = np.where(penumbra, PENUMBRA_SAMPLES, LIGHT_SAMPLES)
+    gathers = np.where(lonely & flat, LONELY_GATHERS, GATHERS)
     return Plan(
-        np.where(hard, HARD_SAMPLES, SAMPLES).astype(np.uint8),
-        np.where(partners < FEW_PARTNERS, 2, 1).astype(np.uint8),
+        samples.astype(np.uint8),
+        np.maximum(lights // samples, 1).astype(np.uint8),
+        np.maximum(gathers // samples, 1).astype(np.uint8),
         reach,
     )
 

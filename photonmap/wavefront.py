@@ -9,7 +9,6 @@ from os import PathLike
 from pathlib import Path
 
 from photonmap.errors import InputError
-from photonmap.messages import shown
 
 BLOCK = 1 << 22
 """Bytes handled at a time, so that temporary arrays do not grow with the file."""
@@ -98,9 +97,9 @@ def _normalise(data: bytes) -> bytes:
     if any(space in text for space in b"\t\v\f"):
         text = text.translate(_SPACES)
     if b"\\" in text:
-        text = re.sub(rb"\\( *)\n", rb"\1 \v", text)
+        text = re.sub(rb"\\( *)\n", rb"\1\v", text)
         text = text if text.endswith(b"\n") else text + b"\n"
-    if b"\n " in text:
+    if b"\n " in text or b"\n\v" in text:
         text = re.sub(rb"\n([ \v]+)", rb"\1\n", text)
     return text
 
@@ -126,30 +125,12 @@ def _strip_comments(text: bytes) -> bytes:
 def split_statement(line: bytes) -> tuple[str, str]:
     """Split a line at its keyword; the rest keeps its inner spaces."""
     keyword, _, rest = line.replace(b"\v", b" ").partition(b" ")
-    return decode(keyword), decode(rest).strip()
+    return _decode(keyword), _decode(rest).strip()
 
 
-def decode(raw: bytes) -> str:
+def _decode(raw: bytes) -> str:
     """Read bytes as UTF-8, or as Latin-1 where they are not."""
     try:
         return raw.decode()
     except UnicodeDecodeError:
         return raw.decode("latin-1")
-
-
-def parse_numbers(source: Source, offset: int, what: str, words: list[str]) -> list[float]:
-    """Read decimal numbers; NaN and infinity pass.
-
-    Raises
-    ------
-    InputError : a word is no number
-    """
-    try:
-        if any("_" in word for word in words):
-            raise ValueError
-        return [float(word) for word in words]
-    except ValueError:
-        remedy = "write numbers with a decimal point, apart by spaces"
-        raise source.error(
-            f"{what} {shown(' '.join(words))} is no number; {remedy}", offset
-        ) from None

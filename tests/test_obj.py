@@ -6,7 +6,7 @@ import pytest
 from photonmap import wavefront
 from photonmap.decimals import parse_floats, parse_integers
 from photonmap.errors import InputError, SceneWarning
-from photonmap.obj import read_obj
+from photonmap.obj import _distinct, read_obj
 from photonmap.scene import Material
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
@@ -250,6 +250,14 @@ def test_vertices_are_split_only_where_needed(read):
     assert (inside > 0).all()
 
 
+@pytest.mark.parametrize("largest", [3, 2**31 - 2])
+def test_distinct_rows(largest):
+    rows = np.random.default_rng(5).choice([0, 1, largest - 1, largest], (200, 3)).astype(np.int32)
+    distinct, which = _distinct(rows)
+    np.testing.assert_array_equal(distinct, np.unique(rows, axis=0))
+    np.testing.assert_array_equal(distinct[which], rows)
+
+
 def test_unused_vertices_are_dropped_and_counted(read):
     with pytest.warns(SceneWarning, match=r"scene\.obj: 2 of 6 vertices are in no face"):
         (mesh,) = read("v 9 9 9\n" + SQUARE + "v 8 8 8\nf 2 3 4 5\n")
@@ -328,11 +336,23 @@ PLAIN = "mtllib tür.mtl\no Haus für Kjell\n" + SQUARE + "usemtl weiß\nf 1 2 3
         lambda text: text.replace("\n", " # ends with \\\n").encode(),
         lambda text: ("#\n# 1 2 3 \\\n" + text.replace("0\n", "0#x\n")).encode(),
         lambda text: text.replace(" 2 ", " \\\n 2 \\ \r\n\t").encode(),
+        lambda text: text.replace("\n", "\n\\\n").encode(),
         lambda text: text.replace("\n", "\n \t ").replace(" v", "\n\n  v").encode(),
         lambda text: text.rstrip().encode(),
         lambda text: (text + "\\").encode(),
     ],
-    ids=["crlf", "cr", "latin-1", "bom", "tabs", "trailing", "comments", "continued", "indented"]
+    ids=[
+        "crlf",
+        "cr",
+        "latin-1",
+        "bom",
+        "tabs",
+        "trailing",
+        "comments",
+        "continued",
+        "joined",
+        "indented",
+    ]
     + ["no end", "open end"],
 )
 def test_text_forms(tmp_path, read, change):
@@ -437,6 +457,7 @@ F = "f 1 2 3\n"
         (SQUARE + "f 1 2 3///1\n", r":5: face corner '3///1' is malformed"),
         (SQUARE + "f 1 2 3/1//1\n", r":5: face corner '3/1//1' is malformed"),
         (SQUARE + "f 1 2 3/1/1/1\n", r":5: face corner '3/1/1/1' is malformed"),
+        (SQUARE + "f 1 2 3/1/1//\n", r":5: face corner '3/1/1//' is malformed"),
         (SQUARE + "f 1 2 3//1/1\n", r":5: face corner '3//1/1' is malformed"),
         (SQUARE + "f 1 2 1-3\n", r":5: face corner '1-3' is malformed"),
         (SQUARE + "f 1 2 --3\n", r":5: face corner '--3' is malformed"),
@@ -467,6 +488,7 @@ F = "f 1 2 3\n"
         (SQUARE + "usemtl wood\n" + F, r":5: material 'wood' has no MTL file; add an mtllib line"),
         (SQUARE + "mtllib b.mtl\n" + F, r":5: MTL file 'b.mtl' is not beside .*mean 'lib.mtl'\?"),
         (SQUARE + "mtllib lib.mtl b c.mtl\n", r":5: MTL file 'b' is not beside"),
+        (SQUARE + "mtllib " + "x" * 5000 + "\n", r":5: MTL file 'x{60}\.\.\.' is not beside"),
         (SQUARE + "mtllib\n", r":5: MTL file '' is not beside"),
         (SQUARE + "mtllib lib.mtl\nusemtl Wod\n" + F, r":6: material 'Wod' .*mean 'wood'\?"),
         (SQUARE + "mtllib lib.mtl\nusemtl " + "x" * 5000 + "\n", r":6: material 'x{60}\.\.\.'"),
