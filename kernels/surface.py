@@ -9,6 +9,7 @@ from photonmap.kernels.jit import jit
 # enter it, and a distance that keeps a ray's origin off a plane through the scene's centre.
 HIT_ERROR = 12.0 * 2.0**-24
 LEAST_OFFSET = 2.0**-40
+LEAST_BARYCENTRIC = 2.0**-20
 
 
 @jit
@@ -63,6 +64,14 @@ def shading_normal(geometry, triangle, u, v, ng, side):
 
 
 @jit
+def _off_edges(u, v):
+    """Move barycentrics off the edges, where a point could lie on either side of the next wall."""
+    u, v = max(u, LEAST_BARYCENTRIC), max(v, LEAST_BARYCENTRIC)
+    excess = max(u + v - (1.0 - LEAST_BARYCENTRIC), 0.0)
+    return u - 0.5 * excess, v - 0.5 * excess
+
+
+@jit
 def meet(geometry, triangle, u, v, direction):
     """Return (point, ng, ns, side) of the hit of a ray along `direction`.
 
@@ -72,5 +81,6 @@ def meet(geometry, triangle, u, v, direction):
     side = side_of(geometry, triangle, direction)
     ng = vec.scale(vec.row(geometry.normals, triangle), 1.0 - 2.0 * side)
     ns = shading_normal(geometry, triangle, u, v, ng, side)
+    u, v = _off_edges(u, v)
     point, size = point_at(geometry, triangle, u, v)
     return offset(point, size, ng), ng, ns, side

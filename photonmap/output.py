@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import struct
 import tempfile
+import time
 import zlib
 from collections.abc import Iterable, Sequence
 from contextlib import closing
@@ -96,7 +97,7 @@ def save_all(
     """Write FILE.exr, FILE.png and FILE.json; none of them appears before all are complete.
 
     The PNG shows `radiance` and is left out where there is none; the JSON is the record, with the
-    `exposure` of the PNG.
+    `exposure` of the PNG and the seconds that writing the images took.
 
     Parameters
     ----------
@@ -113,7 +114,7 @@ def save_all(
     """
     path = check_output(path)
     chosen = result if buffers is None else result.select(buffers)
-    record = result.record
+    record, start = result.record, time.perf_counter()
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as folder:
         image = Path(folder) / path.name
         written = [image.with_suffix(".json"), image]
@@ -121,8 +122,9 @@ def save_all(
             record = {**record, "exposure": result.exposure}
             written.insert(0, image.with_suffix(".png"))
             write_png(result.preview(), written[0])
-        write_json(record, image.with_suffix(".json"))
         write_exr(chosen, image)
+        seconds = {**record.get("seconds", {}), "write": time.perf_counter() - start}
+        write_json({**record, "seconds": seconds}, image.with_suffix(".json"))
         for file in written:
             file.replace(path.with_name(file.name))
 

@@ -81,6 +81,7 @@ def prepare(scene: Scene, bands: Bands, aspect: float = 1.0) -> Prepared:
         raise InputError(f"scene {scene.name!r} has no faces: there is nothing to render")
     for mesh in meshes:
         _check_mesh(mesh)
+    camera = check_camera(scene.camera) if scene.camera else None
     vertices = np.concatenate([mesh.vertices for mesh in meshes])
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     center, size = 0.5 * (low + high), float((high - low).max()) or 1.0
@@ -96,7 +97,7 @@ def prepare(scene: Scene, bands: Bands, aspect: float = 1.0) -> Prepared:
         geometry._replace(scene=embree.address, material=material, emitter=emitters.of_triangle),
         records.Materials(reflectance),
         emitters.lights,
-        check_camera(scene.camera or frame_scene(vertices, aspect)),
+        camera or frame_scene(vertices, aspect),
         center,
         size,
         emitters.power,

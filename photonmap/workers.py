@@ -78,11 +78,13 @@ class Workers:
         """
         futures = [self._pool.submit(task, index) for index in range(count)]
         try:
+            results = []
             for future in futures:
                 while not wait([future], POLL).done:
                     self._check(whole)
+                results.append(future.result())
             self._check(whole)
-            return [future.result() for future in futures]
+            return results
         except BaseException:
             for future in futures:
                 future.cancel()

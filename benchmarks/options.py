@@ -1,0 +1,40 @@
+"""What all benchmarks are told."""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from photonmap.workers import default_threads
+
+ROOT = Path(__file__).parent.parent
+
+
+@dataclass(frozen=True)
+class Options:
+    """Where things are, and how many threads renderers may use."""
+
+    reference: Path
+    """cornell.npz: see `truth`"""
+    mitsuba: str
+    """the interpreter that has Mitsuba 3"""
+    threads: int
+
+    @classmethod
+    def choose(cls, reference: Path | None, mitsuba: str | None, threads: int | None) -> Options:
+        """Take flags first, then the environment, then defaults."""
+        environment = os.environ
+        place = environment.get("PHOTONMAP_REFERENCE", "")
+        return cls(
+            reference or (Path(place) if place else default_reference()),
+            mitsuba or environment.get("PHOTONMAP_MITSUBA_PYTHON") or sys.executable,
+            threads or default_threads(),
+        )
+
+
+def default_reference() -> Path:
+    """Return out/cornell.npz if `benchmarks.make_reference` made one, else a shared one."""
+    made = ROOT / "out" / "cornell.npz"
+    return made if made.exists() else ROOT.parent / "shared" / "reference" / "cornell.npz"

@@ -1,0 +1,148 @@
+"""The real command in a real process."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import photonmap as pm
+
+SCENES = Path(pm.scenes.FOLDER)
+QUICK = ["--size", "16x12", "--passes", "2", "--photons", "1000"]
+
+
+def command(*arguments):
+    return [sys.executable, "-m", "photonmap", *map(str, arguments)]
+
+
+def run(*arguments, cwd):
+    return subprocess.run(
+        command(*arguments), capture_output=True, text=True, cwd=cwd, timeout=300, check=False
+    )
+
+
+def test_render_a_file(tmp_path):
+    done = run(SCENES / "cornell_box.obj", *QUICK, "--bands", "6", "--seed", "3", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "cornell_box.exr" in done.stdout
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "cornell_box.exr",
+        "cornell_box.json",
+        "cornell_box.png",
+    ]
+    result = pm.load_result(tmp_path / "cornell_box.exr")
+    again = pm.render(
+        pm.scenes.cornell_box(), bands=6, size=(16, 12), passes=2, photons=1000, seed=3
+    )
+    np.testing.assert_array_equal(result.radiance, again.radiance)
+    np.testing.assert_array_equal(result.standard_error("shading"), again.standard_error("shading"))
+    record = json.loads((tmp_path / "cornell_box.json").read_text())
+    assert record["passes"] == 2
+    assert record["photons"] == 2000
+    assert not record["interrupted"]
+    assert record["scene"]["triangles"] == 36
+    assert set(record["seconds"]) >= {"load", "compile", "photons", "camera", "write", "render"}
+    assert record["seconds"]["render"] == pytest.approx(
+        record["seconds"]["photons"] + record["seconds"]["camera"]
+    )
+    pose = np.array(record["camera"]["camera_to_world"])
+    np.testing.assert_allclose(pose[:3, 3], (0, 0, 3.9))
+    np.testing.assert_allclose(pose[:3, :3], np.eye(3), atol=1e-12)
+
+
+def test_options(tmp_path):
+    done = run(
+        SCENES / "cornell_box.obj", *QUICK, "--bands", "rgb", "--origin=0,0,3", "--fov", "30",
+        "--pixel", "center", "--threads", "1", "--buffers", "shading,direct",
+        "--output", "some.exr", "--quiet", cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == done.stderr == ""
+    result = pm.load_result(tmp_path / "some.exr")
+    assert set(result.buffers) == {"shading", "direct"}
+    assert result.record["camera"]["origin"] == [0, 0, 3]
+    assert result.record["camera"]["fov"] == 30
+
+
+def test_framing_is_said(tmp_path):
+    (tmp_path / "one.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    done = run("one.obj", *QUICK, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "framed from +z" in done.stdout
+    assert "no light" in done.stderr
+    record = json.loads((tmp_path / "one.json").read_text())
+    assert any("no light" in warning for warning in record["warnings"])
+
+
+def test_ctrl_c_keeps_what_is_done(tmp_path):
+    process = subprocess.Popen(
+        command(SCENES / "cornell_box.obj", "--size", "48x48", "--error", "1e-6"),
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    lines = iter(process.stderr.readline, "")
+    assert any(line.startswith("pass ") for line in lines)
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
+    assert process.returncode == 0
+    record = json.loads((tmp_path / "cornell_box.json").read_text())
+    assert record["interrupted"]
+    assert pm.load_result(tmp_path / "cornell_box.exr").record["passes"] == record["passes"] >= 1
+
+
+BAD = {
+    "missing scene": (["nowhere.obj"], "nowhere.obj"),
+    "two budgets": (["ok.obj", "--passes", "3", "--seconds", "1"], "two budgets"),
+    "zero size": (["ok.obj", "--size", "0x10"], "0x10"),
+    "absurd size": (["ok.obj", "--size", "99999999x10"], "too large"),
+    "no size": (["ok.obj", "--size", "big"], "big"),
+    "zero bands": (["ok.obj", "--bands", "0"], "0"),
+    "absurd bands": (["ok.obj", "--bands", "100000"], "100000"),
+    "wrong bands": (["ok.obj", "--bands", "red"], "red"),
+    "wrong vector": (["ok.obj", "--origin", "1,2"], "1,2"),
+    "half a camera": (["ok.obj", "--origin", "0,0,5"], "--target"),
+    "wrong angle": (["ok.obj", "--origin", "0,0,5", "--target", "0,0,0", "--fov", "190"], "190"),
+    "missing folder": (["ok.obj", "--output", "no/such/x.exr"], "no/such"),
+    "wrong suffix": (["ok.obj", "--output", "x.jpg"], ".exr"),
+    "wrong buffer": (["ok.obj", "--buffers", "shadnig"], "shadnig"),
+    "unknown flag": (["ok.obj", "--bandz", "3"], "--bandz"),
+    "missing material": (["lost.obj"], "lost.obj:5"),
+    "binary": (["binary.obj"], "binary.obj"),
+    "empty": (["empty.obj"], "empty.obj"),
+    "bright": (["bright.obj"], "bright.mtl:2"),
+    "index": (["index.obj"], "index.obj:4"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input(tmp_path, case):
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+    (tmp_path / "ok.obj").write_text(corners + "f 1 2 3\n")
+    (tmp_path / "lost.obj").write_text("mtllib m.mtl\n" + corners + "usemtl gone\nf 1 2 3\n")
+    (tmp_path / "m.mtl").write_text("newmtl here\nKd 1 1 1\n")
+    (tmp_path / "bright.obj").write_text("mtllib bright.mtl\n" + corners + "usemtl b\nf 1 2 3\n")
+    (tmp_path / "bright.mtl").write_text("newmtl b\nKd 1.5 0 0\n")
+    (tmp_path / "index.obj").write_text(corners + "f 1 2 7\n")
+    (tmp_path / "binary.obj").write_bytes(bytes(range(256)) * 8)
+    (tmp_path / "empty.obj").write_text("")
+    before = sorted(tmp_path.iterdir())
+    arguments, named = BAD[case]
+    done = run(*arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1, done.stderr
+    assert named in done.stderr
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_version_and_help(tmp_path):
+    assert run("--version", cwd=tmp_path).stdout.strip() == f"photonmap {pm.__version__}"
+    text = " ".join(run("--help", cwd=tmp_path).stdout.split())
+    assert "gives up after 1 hour" in text

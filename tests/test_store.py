@@ -1,0 +1,118 @@
+"""Cells tile every surface exactly, and the energy of photons adds up."""
+
+import numpy as np
+import pytest
+import trimesh
+from conftest import closed_box
+from photonmap.kernels import store
+from photonmap.kernels.photon import trace_photons
+
+import photonmap as pm
+from photonmap.bands import Bands
+from photonmap.cells import lay_cells
+from photonmap.emitters import triangle_areas
+from photonmap.prepare import prepare
+
+
+def prepared_mesh(mesh, reflectance=0.5, lights=()):
+    scene = pm.Scene([pm.Mesh(mesh.vertices, mesh.faces, pm.Material("m", reflectance))], lights)
+    return prepare(scene, Bands.rgb())
+
+
+MESHES = {
+    "box": trimesh.creation.box(),
+    "sphere": trimesh.creation.icosphere(subdivisions=4),
+    "torus": trimesh.creation.torus(1.0, 0.3, major_sections=8, minor_sections=200),
+}
+
+
+@pytest.mark.filterwarnings("ignore:the scene has no light")
+@pytest.mark.parametrize("name", MESHES)
+@pytest.mark.parametrize("cells_wanted", [1, 50, 3000])
+def test_cells_tile_the_surface(name, cells_wanted):
+    geometry = prepared_mesh(MESHES[name]).geometry
+    areas = triangle_areas(geometry)
+    cells, count = lay_cells(geometry, areas, areas.sum() / cells_wanted)
+    side = count // 2
+    # Each cell's area, summed over all of them on one side, is the surface.
+    area = np.zeros(side)
+    for triangle, n in enumerate(cells.divisions):
+        first = cells.first[triangle, 0]
+        area[first : first + n * n] = 1.0 / cells.inverse_area[triangle, 0]
+        assert cells.first[triangle, 1] == first + side
+    assert area.sum() == pytest.approx(areas.sum(), rel=1e-5)
+    assert (area > 0).all()
+    assert count <= 2 * (cells_wanted * 4 + 6 * len(MESHES[name].faces[:64]))
+
+
+def test_memory_follows_the_cells_not_the_triangles():
+    with pytest.warns(pm.SceneWarning, match="no light"):
+        geometry = prepared_mesh(trimesh.creation.icosphere(subdivisions=6)).geometry
+    areas = triangle_areas(geometry)
+    assert len(areas) == 81920
+    _, count = lay_cells(geometry, areas, areas.sum() / 1000)
+    assert count < 2 * 5000
+
+
+def test_every_cell_of_a_triangle_is_hit_evenly():
+    with pytest.warns(pm.SceneWarning, match="no light"):
+        geometry = prepared_mesh(trimesh.creation.box()).geometry
+    areas = triangle_areas(geometry)
+    cells, count = lay_cells(geometry, areas, areas[0] / 48.9)
+    n = cells.divisions[3]
+    assert n == 7
+    rng = np.random.default_rng(1)
+    u, v = rng.random((2, 40_000))
+    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+    hits = [store.cell_at(cells, 3, 1, *uv) for uv in zip(u, v, strict=True)]
+    counts = np.bincount(np.array(hits) - cells.first[3, 1], minlength=n * n)
+    assert len(counts) == n * n
+    expected = 40_000 / (n * n)
+    assert ((counts - expected) ** 2 / expected).sum() < 100
+    for corner in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.5), (1.0, 1e-9)):
+        assert 0 <= store.cell_at(cells, 3, 0, *corner) - cells.first[3, 0] < n * n
+    assert count == cells.first.max() + n * n
+
+
+def test_thin_walls_keep_their_sides_apart(cornell):
+    """Coincident layers with opposite normals never share a cell, nor do two sides of one."""
+    sheet = trimesh.creation.icosphere(subdivisions=4)
+    both = trimesh.util.concatenate([sheet, trimesh.Trimesh(sheet.vertices, sheet.faces[:, ::-1])])
+    with pytest.warns(pm.SceneWarning, match="no light"):
+        geometry = prepared_mesh(both).geometry
+    areas = triangle_areas(geometry)
+    cells, _ = lay_cells(geometry, areas, areas.sum() / 200)
+    half = len(areas) // 2
+    assert not set(cells.first[:half].ravel()) & set(cells.first[half:].ravel())
+
+
+@pytest.mark.parametrize("rho", [0.2, 0.7])
+def test_energy_in_the_store(rho):
+    """In a closed room of albedo ρ, light of power 1 leaves surfaces with ρ / (1 − ρ) in all."""
+    box = closed_box(pm.Material("wall", (rho, rho / 2, 0.0)))
+    prepared = prepare(pm.Scene([box], [pm.PointLight((0.1, 0.2, 0.3), (3.0,) * 3)]), Bands.rgb())
+    areas = triangle_areas(prepared.geometry)
+    cells, count = lay_cells(prepared.geometry, areas, areas.sum() / 500)
+    radiosity = np.full((count, 3), np.nan, np.float32)
+    n = 40_000
+    stores, cut = trace_photons(*prepared.arrays, cells, np.uint64(5), 0, n, n, 1000, radiosity)
+    area = np.zeros(count)
+    for triangle, divisions in enumerate(cells.divisions):
+        for side in (0, 1):
+            first = cells.first[triangle, side]
+            area[first : first + divisions**2] = 1.0 / cells.inverse_area[triangle, side]
+    flux = (radiosity * area[:, None]).sum(axis=0)
+    albedo = np.array([rho, rho / 2, 0.0])
+    np.testing.assert_allclose(flux, albedo / (1 - albedo), rtol=0.02)
+    assert cut == 0
+    assert stores >= n
+    behind = radiosity[count // 2 :]
+    assert (behind == 0).all()
+
+
+def test_bundles_join_in_order():
+    bundles = np.random.default_rng(0).random((3, 10, 2), np.float32)
+    radiosity = np.full((10, 2), np.nan, np.float32)
+    store.join(bundles, 0, 6, radiosity)
+    store.join(bundles, 6, 10, radiosity)
+    np.testing.assert_array_equal(radiosity, (bundles[0] + bundles[1]) + bundles[2])

@@ -1,0 +1,50 @@
+"""Sampling goes to edges, penumbrae and creases, and nowhere else."""
+
+import numpy as np
+from photonmap.kernels.records import Film
+
+import photonmap as pm
+from photonmap.bands import Bands
+from photonmap.prepare import prepare
+from photonmap.survey import SAMPLES, survey
+from photonmap.workers import Workers
+
+SIDE = 64
+
+
+def plan_for(scene, jitter=True):
+    prepared = prepare(scene, Bands.rgb())
+    with Workers(2) as workers:
+        plan = survey(
+            prepared.geometry,
+            prepared.lights,
+            prepared.film_camera(SIDE, SIDE),
+            Film(SIDE, SIDE, jitter),
+            np.uint64(1),
+            workers,
+        )
+    return {name: values.reshape(SIDE, SIDE) for name, values in plan._asdict().items()}
+
+
+def test_cornell_box(cornell):
+    plan = plan_for(cornell)
+    rays = plan["samples"] * (1 + plan["lights"].astype(int) + plan["gathers"])
+    middle_of_back_wall = (slice(18, 24), slice(28, 36))
+    crease = (20, slice(10, 18))
+    assert rays[crease].max() >= 3 * np.median(rays[middle_of_back_wall])
+    assert (np.log2(plan["samples"]) % 1 == 0).all()
+    assert plan["samples"].min() == SAMPLES
+
+
+def test_centre_samples_need_no_more_camera_rays(cornell):
+    plan = plan_for(cornell, jitter=False)
+    assert (plan["samples"] == 1).all()
+    assert plan["lights"].min() >= 4
+
+
+def test_open_scenes_share_at_any_distance():
+    plane = pm.Mesh([[-9, 0, 9], [9, 0, 9], [0, 0, -9]], [[0, 1, 2]])
+    camera = pm.Camera((0.0, 5.0, 0.1), (0.0, 0.0, 0.0), fov=20.0)
+    plan = plan_for(pm.Scene([plane], [pm.PointLight((0.0, 3.0, 0.0))], camera))
+    assert (plan["reach"] > 100.0).all()
+    assert (plan["gathers"][8:-8, 8:-8] == 1).all()
