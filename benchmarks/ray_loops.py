@@ -40,9 +40,8 @@ def renderer_loop(scene, rays, first, last, triangles, places):
     for i in range(first, last):
         origin = (rays[i, 0], rays[i, 1], rays[i, 2])
         direction = (rays[i, 3], rays[i, 4], rays[i, 5])
-        triangle, u, v = intersect(scene, origin, direction)
-        triangles[i] = triangle
-        places[i, 0], places[i, 1] = u, v
+        hit = intersect(scene, origin, direction)
+        triangles[i], places[i, 0], places[i, 1] = hit[0], hit[1], hit[2]
 
 
 def make_records(rays: NDArray[np.float32]) -> NDArray[np.uint32]:

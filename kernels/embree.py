@@ -2,6 +2,7 @@
 
 import ctypes
 import sys
+import weakref
 from pathlib import Path
 
 import embreex
@@ -81,13 +82,13 @@ class EmbreeScene:
         self._triangles = np.ascontiguousarray(triangles, np.uint32)
         self._device = LIBRARY.rtcNewDevice(b"")
         self.address: int = LIBRARY.rtcNewScene(self._device)
+        weakref.finalize(self, _release, self.address, self._device)
         LIBRARY.rtcSetSceneFlags(self.address, ROBUST)
         LIBRARY.rtcSetSceneBuildQuality(self.address, BUILD_QUALITY_HIGH)
         if len(triangles):
             self._attach(len(vertices))
         LIBRARY.rtcCommitScene(self.address)
         if code := LIBRARY.rtcGetDeviceError(self._device):
-            self.close()
             raise MemoryError(f"Embree could not build the scene (error {code})")
 
     def _attach(self, vertex_count: int) -> None:
@@ -103,12 +104,7 @@ class EmbreeScene:
         LIBRARY.rtcAttachGeometry(self.address, geometry)
         LIBRARY.rtcReleaseGeometry(geometry)
 
-    def close(self) -> None:
-        """Free Embree's memory; the address is invalid afterwards."""
-        if self.address:
-            LIBRARY.rtcReleaseScene(self.address)
-            LIBRARY.rtcReleaseDevice(self._device)
-            self.address = 0
 
-    def __del__(self) -> None:
-        self.close()
+def _release(scene: int, device: int) -> None:
+    LIBRARY.rtcReleaseScene(scene)
+    LIBRARY.rtcReleaseDevice(device)

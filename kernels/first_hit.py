@@ -15,7 +15,7 @@ def first_hits(geometry, camera, film, first, last, triangles, depth, normal):
     for pixel in range(first, last):
         column, row = pixel % film.width, pixel // film.width
         direction = camera_ray(camera, column + 0.5, row + 0.5)
-        triangle, u, v = intersect(geometry.scene, camera.origin, direction)
+        triangle, u, v, _ = intersect(geometry.scene, camera.origin, direction)
         triangles[pixel] = triangle
         depth[pixel] = 0.0
         normal[pixel] = 0.0

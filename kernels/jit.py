@@ -42,9 +42,24 @@ def _cached_in(folder: Path):
 
 
 def jit(function: Callable) -> Callable:
-    """Compile to machine code that releases the GIL, divides as NumPy does, and is cached."""
+    """Compile into the callers' machine code: releases the GIL, divides as NumPy does, is cached.
+
+    Kernels allocate nothing: without Numba's reference counts, whose atomic increments took half
+    of the camera pass, arrays cost nothing to pass on.
+    """
+    return _compile(function, forceinline=True)
+
+
+def outlined(function: Callable) -> Callable:
+    """Compile a function that is large and rare: it is called, not inlined."""
+    return _compile(function)
+
+
+def _compile(function: Callable, **options: bool) -> Callable:
     with _cached_in(CACHE_FOLDER):
-        return numba.njit(nogil=True, cache=True, error_model="numpy", forceinline=True)(function)
+        return numba.njit(nogil=True, cache=True, error_model="numpy", _nrt=False, **options)(
+            function
+        )
 
 
 def is_cached() -> bool:

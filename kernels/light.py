@@ -24,6 +24,13 @@ def _lit(ng, ns, direction):
 
 
 @jit
+def emitted(geometry, lights, triangle, side):
+    """Return the row of spectra that a ray's end shows, -1 if it shows none."""
+    emitter = lights.dome if triangle < 0 else geometry.emitter[triangle] if side == 0 else -1
+    return lights.spectrum[emitter] if emitter >= 0 else -1
+
+
+@jit
 def sample_direct(geometry, lights, point, ng, ns, u, v, samples, gathers):
     """Sample one emitter for the irradiance at a point.
 

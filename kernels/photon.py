@@ -28,7 +28,7 @@ def _trace(geometry, materials, cells, index, key, origin, direction, flux, boun
     """Follow one photon until it dies; return (stores, 1 if it was cut at `bounces`)."""
     state = stream(key, SURVIVE, index)
     for bounce in range(bounces):
-        triangle, u, v = intersect(geometry.scene, origin, direction)
+        triangle, u, v, _ = intersect(geometry.scene, origin, direction)
         if triangle < 0:
             return bounce, 0
         origin, ng, ns, side = meet(geometry, triangle, u, v, direction)
@@ -54,13 +54,14 @@ def _trace(geometry, materials, cells, index, key, origin, direction, flux, boun
 
 
 @jit
-def trace_photons(geometry, materials, lights, cells, key, first, last, total, bounces, radiosity):
+def trace_photons(
+    geometry, materials, lights, cells, key, first, last, total, bounces, flux, radiosity
+):
     """Trace photons first..last of `total`, in order, and fill `radiosity`, (cells, N) float32.
 
-    Returns (stores, photons cut at `bounces`).
+    `flux` is scratch, (N,) float32. Returns (stores, photons cut at `bounces`).
     """
     radiosity[:] = 0.0
-    flux = np.empty(radiosity.shape[1], np.float32)
     stores = cut = 0
     place_key, aim_key = stream(key, PLACE, 0), stream(key, AIM, 0)
     for index in range(first, last):

@@ -18,7 +18,7 @@ def view_points(geometry, camera, film, key, points, normals):
         x, state = draw(state)
         y, state = draw(state)
         direction = camera_ray(camera, x * film.width, y * film.height)
-        triangle, u, v = intersect(geometry.scene, camera.origin, direction)
+        triangle, u, v, _ = intersect(geometry.scene, camera.origin, direction)
         if triangle >= 0 and count < len(points):
             point, ng, _, _ = meet(geometry, triangle, u, v, direction)
             for axis in range(3):
@@ -55,7 +55,7 @@ def reaches_view(geometry, lights, key, paths, bounces, points, normals, count):
         t, state = draw(state)
         _, _, origin, direction = emit(geometry, lights, (u, v), (s, t))
         for _ in range(bounces):
-            triangle, u, v = intersect(geometry.scene, origin, direction)
+            triangle, u, v, _ = intersect(geometry.scene, origin, direction)
             if triangle < 0:
                 break
             origin, ng, _, _ = meet(geometry, triangle, u, v, direction)

@@ -111,8 +111,8 @@ else:
 
 @jit
 def intersect(scene, origin, direction):
-    """Return (triangle, u, v) of the closest hit of a ray; triangle is -1 where it misses."""
-    _, u, v, geometry, primitive = _intersect(
+    """Return (triangle, u, v, t) of the closest hit of a ray; triangle is -1 where it misses."""
+    t, u, v, geometry, primitive = _intersect(
         scene,
         np.float32(origin[0]),
         np.float32(origin[1]),
@@ -123,7 +123,7 @@ def intersect(scene, origin, direction):
         np.float32(np.inf),
     )
     triangle = np.int64(primitive) if geometry != MISS else np.int64(-1)
-    return triangle, float(u), float(v)
+    return triangle, float(u), float(v), float(t)
 
 
 @jit

@@ -9,6 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 TRIANGLE, POINT, DOME = 0, 1, 2
+"""Kinds of emitters."""
+DIRECT, INDIRECT = 0, 1
+"""Rows of a sample's irradiance, (2, N)."""
 
 
 class Geometry(NamedTuple):

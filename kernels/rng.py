@@ -7,6 +7,8 @@ block of 2^k indices is stratified, and different scrambles are independent.
 """
 
 import numpy as np
+from numba import config, types
+from numba.extending import intrinsic
 from photonmap.kernels.jit import jit
 
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
@@ -41,22 +43,25 @@ def draw(state):
     return float(mix(state) >> S11) * INV_2_53, state
 
 
-@jit
-def reverse_bits(x):
-    """Reverse the lowest 32 bits."""
-    x = ((x >> np.uint64(1)) & np.uint64(0x55555555)) | (
-        (x & np.uint64(0x55555555)) << np.uint64(1)
-    )
-    x = ((x >> np.uint64(2)) & np.uint64(0x33333333)) | (
-        (x & np.uint64(0x33333333)) << np.uint64(2)
-    )
-    x = ((x >> np.uint64(4)) & np.uint64(0x0F0F0F0F)) | (
-        (x & np.uint64(0x0F0F0F0F)) << np.uint64(4)
-    )
-    x = ((x >> np.uint64(8)) & np.uint64(0x00FF00FF)) | (
-        (x & np.uint64(0x00FF00FF)) << np.uint64(8)
-    )
-    return ((x >> np.uint64(16)) | (x << np.uint64(16))) & LOW_32
+if config.DISABLE_JIT:
+
+    def reverse_bits(x):
+        """Reverse the lowest 32 bits."""
+        return np.uint64(int(f"{int(x) & 0xFFFFFFFF:032b}"[::-1], 2))
+
+else:
+
+    @intrinsic
+    def _bitreverse(typing, x):
+        def generate(context, builder, signature, arguments):
+            return builder.bitreverse(arguments[0])
+
+        return types.uint32(types.uint32), generate
+
+    @jit
+    def reverse_bits(x):
+        """Reverse the lowest 32 bits."""
+        return np.uint64(_bitreverse(np.uint32(x)))
 
 
 @jit

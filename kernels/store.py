@@ -8,6 +8,9 @@ O(1). Cells shrink from pass to pass.
 
 from photonmap.kernels.jit import jit
 
+NEAR = 1.0
+"""Distance, in widths of a cell, within which it is not looked up."""
+
 
 @jit
 def cell_at(cells, triangle, side, u, v):
@@ -22,6 +25,18 @@ def cell_at(cells, triangle, side, u, v):
     j = min(int(y), n - 1 - i)
     inverted = j < n - 1 - i and (x - i) + (y - j) > 1.0
     return first + i * (2 * n - i) + 2 * j + inverted
+
+
+@jit
+def answers(cells, triangle, side, distance):
+    """Tell whether a cell is small against its distance from where it is looked up.
+
+    A nearer cell would show: it is flat and may reach under what stands on the surface. An empty
+    store never answers.
+    """
+    if cells.divisions.shape[0] == 0:
+        return False
+    return distance * distance * cells.inverse_area[triangle, side] > NEAR * NEAR
 
 
 @jit

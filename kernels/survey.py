@@ -18,7 +18,7 @@ NEAREST = 1e-6
 def _nearness(geometry, point, ns, u, v):
     """Return 1 / distance to what a cosine-distributed ray meets, 0 where it meets nothing."""
     direction = vec.from_frame(warp.cosine_hemisphere(u, v), ns)
-    triangle, u, v = intersect(geometry.scene, point, direction)
+    triangle, u, v, _ = intersect(geometry.scene, point, direction)
     if triangle < 0:
         return 0.0
     step = vec.sub(point_at(geometry, triangle, u, v)[0], point)
@@ -37,7 +37,7 @@ def survey_pixels(geometry, lights, camera, film, samples, key, first, last, pla
         for sample in range(samples):
             x, y = sobol_2d(base + sample, keys[FILM]) if film.jitter else (0.5, 0.5)
             direction = camera_ray(camera, column + x, row + y)
-            triangle, u, v = intersect(geometry.scene, camera.origin, direction)
+            triangle, u, v, _ = intersect(geometry.scene, camera.origin, direction)
             if triangle < 0:
                 continue
             point, ng, ns, _ = meet(geometry, triangle, u, v, direction)

@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 from photonmap.kernels.jit import jit
 
 INV_PI = 1.0 / math.pi
@@ -72,7 +71,13 @@ def discrete(cumulative, u):
 
     `cumulative` rises to 1; entries of density 0 are never returned.
     """
-    i = min(np.searchsorted(cumulative, u, side="right"), len(cumulative) - 1)
+    i, end = 0, len(cumulative) - 1
+    while i < end:
+        middle = (i + end) // 2
+        if cumulative[middle] > u:
+            end = middle
+        else:
+            i = middle + 1
     below = cumulative[i - 1] if i > 0 else 0.0
     return i, min((u - below) / (cumulative[i] - below), 1.0 - 2.0**-53)
 

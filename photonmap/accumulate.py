@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.kernels.eye import EMPTY
+from photonmap.kernels.gather import EMPTY
 from photonmap.kernels.moments import (
     Moments,
     add_pass,

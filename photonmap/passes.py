@@ -29,6 +29,8 @@ CELLS_PER_PHOTON = 1 / 4
 BUNDLE = 32768
 MOST_BUNDLES = 16
 CELL_RANGE = 16384
+CELLS_HOLD, WINDOWS_HOLD = 16, 64
+"""Passes after which cells and windows begin to shrink; before, noise outweighs their bias."""
 MAX_BOUNCES = 1000
 SURVEY, PHOTONS, CAMERA, PROBE = 0, 1, 2, 3
 
@@ -111,6 +113,7 @@ class Passes:
                 (bundle + 1) * total // bundles,
                 total,
                 MAX_BOUNCES,
+                np.empty(self._bands, np.float32),
                 self._bundles[bundle],
             ),
             bundles,
@@ -127,8 +130,8 @@ class Passes:
         return cells, radiosity
 
     def _layout(self, index: int) -> tuple[Cells, int]:
-        """Return cells whose area falls with the cube root of the pass number, in steps of √2."""
-        level = int(2.0 * math.log2(index + 1) / 3.0)
+        """Return cells whose area falls with the cube root of passes in the end, in steps of √2."""
+        level = int(2.0 * math.log2(1.0 + index / CELLS_HOLD) / 3.0)
         if level != self._level:
             cells = max(self._photons * CELLS_PER_PHOTON, 1.0) * 2.0 ** (0.5 * level)
             self._cells = lay_cells(self._scene[0], self._areas, self._areas.sum() / cells)
@@ -144,7 +147,16 @@ class Passes:
         plan, key = self._plan, stream_key(self._seed, index, CAMERA)
         self._workers.ranges(
             lambda first, last: camera_pass(
-                self._scene, store, self._camera, self._film, plan, key, first, last, self._pixels
+                self._scene,
+                store,
+                self._camera,
+                self._film,
+                plan,
+                key,
+                first,
+                last,
+                _scratch(self._bands),
+                self._pixels,
             ),
             self._size,
             TILE,
@@ -154,7 +166,7 @@ class Passes:
 
     def _share(self, index: int, pixels: Pixels) -> Pixels:
         assert self._plan is not None
-        plan, shrink = self._plan, (index + 1) ** (-1.0 / 6.0)
+        plan, shrink = self._plan, (1.0 + index / WINDOWS_HOLD) ** (-1.0 / 6.0)
         self._workers.ranges(
             lambda first, last: share(
                 self._film, plan, WINDOW * shrink, shrink, first, last, pixels, self._shared
@@ -167,9 +179,11 @@ class Passes:
     def _trace_paths(self, index: int) -> Pixels:
         start = time.perf_counter()
         key = stream_key(self._seed, index, CAMERA)
+        nothing = empty_store(self._bands)
         self._workers.ranges(
             lambda first, last: path_pass(
                 self._scene,
+                nothing,
                 self._camera,
                 self._film,
                 SAMPLES,
@@ -177,6 +191,7 @@ class Passes:
                 key,
                 first,
                 last,
+                _scratch(self._bands),
                 self._pixels,
             ),
             self._size,
@@ -184,6 +199,17 @@ class Passes:
         )
         self.seconds["camera"] += time.perf_counter() - start
         return self._pixels
+
+
+def _scratch(bands: int) -> tuple[np.ndarray, np.ndarray]:
+    """Make the rows in which a kernel keeps one sample's light: throughput and irradiance."""
+    return np.empty(bands, np.float32), np.empty((2, bands), np.float32)
+
+
+def empty_store(bands: int) -> tuple[Cells, np.ndarray]:
+    """Make a store that never answers."""
+    none = np.zeros((0, 2), np.int32), np.zeros(0, np.int32), np.zeros((0, 2), np.float32)
+    return Cells(*none), np.zeros((0, bands), np.float32)
 
 
 def empty_pixels(size: int, bands: int) -> Pixels:

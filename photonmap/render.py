@@ -102,7 +102,8 @@ def render(
         _warn_of_cuts(run, budget, time.perf_counter() - compiled)
         reached = moments.error()
         flat, errors = moments.finish(prepared.power)
-        flat |= {"unresolved": moments.unresolved()} | _first_hits(prepared, film, workers)
+        flat |= {"unresolved": moments.unresolved() & (run.stores > 0)}
+        flat |= _first_hits(prepared, film, workers)
 
     spent = {"load": loaded - start, "compile": compiled - loaded, **run.seconds}
     record = {

@@ -20,7 +20,7 @@ def triangle():
 
 def test_a_hit_has_its_barycentrics(triangle):
     hit = ray.intersect(triangle.address, (0.25, 0.5, 2.0), (0.0, 0.0, -4.0))
-    assert hit == (0, 0.25, 0.5)
+    assert hit == (0, 0.25, 0.5, 0.5)
 
 
 def test_a_miss(triangle):
@@ -44,12 +44,12 @@ def count_self_hits(geometry, directions):
     count = 0
     for i in range(len(directions)):
         direction = vec.row(directions, i)
-        triangle, u, v = ray.intersect(geometry.scene, (0.0, 0.0, 0.0), direction)
+        triangle, u, v, _ = ray.intersect(geometry.scene, (0.0, 0.0, 0.0), direction)
         point, ng, _, _ = surface.meet(geometry, triangle, u, v, direction)
         along = vec.normalize(vec.sub(direction, vec.scale(ng, vec.dot(direction, ng))))
         for angle in (1e-4, 1e-2, 1.0):
             away = vec.add(along, vec.scale(ng, angle))
-            again, _, _ = ray.intersect(geometry.scene, point, away)
+            again, _, _, _ = ray.intersect(geometry.scene, point, away)
             count += again == triangle
     return count
 
@@ -69,7 +69,7 @@ def count_misses(scene, origins, targets):
     count = 0
     for i in range(len(targets)):
         origin = vec.row(origins, i)
-        triangle, _, _ = ray.intersect(scene, origin, vec.sub(vec.row(targets, i), origin))
+        triangle, _, _, _ = ray.intersect(scene, origin, vec.sub(vec.row(targets, i), origin))
         count += triangle < 0
     return count
 

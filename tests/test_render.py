@@ -6,7 +6,7 @@ import threading
 
 import numpy as np
 import pytest
-from conftest import CAMERA, closed_box, quad
+from conftest import CAMERA, GREY, closed_box, quad
 
 import photonmap as pm
 from photonmap.output import BUFFERS
@@ -206,12 +206,23 @@ def test_bad_options(cornell, options, message):
         pm.render(cornell, **{"size": (4, 4), **options})
 
 
-def test_unresolved_marks_pixels_without_photons(cornell):
-    """With one photon, many pixels' gather rays meet no surface on which light was stored."""
-    few = pm.render(cornell, bands=1, size=(16, 16), passes=1, photons=1)
-    many = pm.render(cornell, bands=1, size=(16, 16), passes=2)
-    assert few.unresolved.mean() > 0.2
-    assert not many.unresolved.any()
+def test_unresolved_marks_pixels_that_no_photon_reached(cornell):
+    """Inside a sealed box no light is found, though photons were stored outside."""
+    sealed = closed_box(GREY, 0.3, 0.6, "sealed")
+    camera = pm.Camera((0.45, 0.45, 0.59), (0.45, 0.45, 0.0), fov=80.0)
+    with pytest.warns(pm.SceneWarning, match="sends nothing into the view"):
+        inside = pm.render(
+            pm.Scene([*cornell.meshes, sealed], camera=camera), bands=1, size=(8, 8), passes=2
+        )
+    assert inside.unresolved.all()
+    assert (inside.radiance == 0.0).all()
+    assert not pm.render(cornell, bands=1, size=(16, 16), passes=2).unresolved.any()
+
+
+def test_without_photons_nothing_is_unresolved(cornell):
+    result = pm.render(cornell, bands=1, size=(16, 16), passes=1, photons=0)
+    assert not result.unresolved.any()
+    assert result.direct.any()
 
 
 def test_perfectly_white_furnace_is_bounded_and_says_so(furnace):

@@ -1,0 +1,46 @@
+PYTHON ?= python3
+BIN := .venv/bin
+INSTALLED := .venv/installed
+
+.PHONY: demo test lint bench examples wheel clean
+
+demo: $(INSTALLED)  ## render the Cornell box into out/
+	mkdir -p out
+	$(BIN)/python -m photonmap scenes/cornell_box.obj --bands 6 --output out/cornell_box.exr
+	@echo "the picture: $(CURDIR)/out/cornell_box.png"
+
+test: $(INSTALLED)  ## lint, then every test
+	$(MAKE) lint
+	$(BIN)/python -m pytest
+
+lint: $(INSTALLED)  ## format, style, types
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+examples: $(INSTALLED)  ## run every example into out/
+	mkdir -p out
+	for example in examples/*.py; do (cd out && ../$(BIN)/python ../$$example) || exit 1; done
+
+bench: $(INSTALLED)  ## print the tables of docs/performance.md
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[bench]"
+	$(BIN)/python -m benchmarks
+
+wheel: $(INSTALLED)  ## build a wheel and try it outside the checkout
+	$(BIN)/pip wheel --quiet --no-deps --wheel-dir out .
+	$(PYTHON) -m venv out/wheel-venv
+	out/wheel-venv/bin/pip install --quiet --constraint constraints.txt out/photonmap-*.whl
+	cd out && wheel-venv/bin/python -m photonmap \
+		$$(wheel-venv/bin/python -c "import photonmap.scenes as s; print(s.FOLDER)")/cornell_box.obj \
+		--size 32x32 --passes 2 --output wheel.exr
+	cd out && wheel-venv/bin/python -c "import importlib.util as u; assert not u.find_spec('kernels')"
+
+clean:
+	rm -rf .venv out build *.egg-info
+
+# Installing needs pyproject.toml alone; an edit of the sources needs nothing.
+$(INSTALLED): pyproject.toml constraints.txt
+	$(PYTHON) -m venv .venv
+	$(BIN)/pip install --quiet --upgrade pip
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[dev]"
+	touch $@

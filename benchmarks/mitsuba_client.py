@@ -1,0 +1,86 @@
+"""The other end of `mitsuba_server`."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+SERVER = Path(__file__).with_name("mitsuba_server.py")
+LLVM_PLACES = ("*/libLLVM*19*", "llvm-*/lib/libLLVM*.so*")
+"""Below /usr/lib; Dr.Jit looks for other names."""
+UNLIMITED, ONE_BOUNCE = -1, 2
+
+
+class Mitsuba:
+    """A running Mitsuba; `reason` says why there is none.
+
+    Parameters
+    ----------
+    interpreter : a Python that has Mitsuba 3
+    threads : that it renders with
+    """
+
+    reason = ""
+
+    def __init__(self, interpreter: str, threads: int) -> None:
+        self._folder = tempfile.TemporaryDirectory()
+        self._errors = Path(self._folder.name) / "stderr"
+        environment = dict(os.environ)
+        if "DRJIT_LIBLLVM_PATH" not in environment and (library := find_llvm()):
+            environment["DRJIT_LIBLLVM_PATH"] = library
+        with self._errors.open("w") as errors:
+            self._process = subprocess.Popen(
+                [interpreter, str(SERVER), str(threads)],
+                env=environment,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=errors,
+                text=True,
+            )
+        hello = self._answer()
+        self.version = hello.get("version", "")
+        self.threads = hello.get("threads", 0)
+        if not hello:
+            last = self._errors.read_text().strip().splitlines()
+            self.reason = f"Mitsuba did not start in {interpreter}: {last[-1] if last else 'mute'}"
+
+    def __enter__(self) -> Self:
+        """Return the client itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """End the server."""
+        self._process.communicate()
+        self._folder.cleanup()
+
+    def render(
+        self, samples: int, seed: int, depth: int = UNLIMITED
+    ) -> tuple[NDArray[np.float32], float]:
+        """Return (256, 256, 3) radiance from so many samples a pixel, and the seconds it took."""
+        file = Path(self._folder.name) / "image.npy"
+        assert self._process.stdin is not None
+        self._process.stdin.write(f"{depth} {samples} {seed} {file}\n")
+        self._process.stdin.flush()
+        answer = self._answer()
+        if not answer:
+            raise RuntimeError(f"Mitsuba ended: {self._errors.read_text()}")
+        return np.load(file), answer["seconds"]
+
+    def _answer(self) -> dict[str, Any]:
+        """Return the next line that the server prints, {} if it has ended."""
+        assert self._process.stdout is not None
+        line = self._process.stdout.readline()
+        return json.loads(line) if line else {}
+
+
+def find_llvm() -> str:
+    """Return the LLVM library that Dr.Jit is to load where it finds none itself, "" if none."""
+    found = (file for place in LLVM_PLACES for file in sorted(Path("/usr/lib").glob(place)))
+    return str(next(found, ""))

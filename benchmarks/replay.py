@@ -1,0 +1,65 @@
+"""Rays of a camera pass cast again, and what else a pass does for each ray, on its own."""
+
+from __future__ import annotations
+
+from photonmap.kernels import vec, warp
+from photonmap.kernels.jit import jit
+from photonmap.kernels.ray import intersect, occluded
+from photonmap.kernels.rng import sobol_2d
+from photonmap.kernels.store import cell_at
+from photonmap.kernels.surface import side_of
+
+NEAREST = 0
+
+
+@jit
+def ray_at(rays, i):
+    """Return (origin, direction) of row i of (n, 8) float32."""
+    origin = (rays[i, 0], rays[i, 1], rays[i, 2])
+    return origin, (rays[i, 3], rays[i, 4], rays[i, 5])
+
+
+@jit
+def cast_rays(scene, rays, first, last):
+    """Cast rays first..last and do nothing else; return how many hit."""
+    hits = 0
+    for i in range(first, last):
+        origin, direction = ray_at(rays, i)
+        if rays[i, 7] == NEAREST:
+            hits += intersect(scene, origin, direction)[0] >= 0
+        else:
+            hits += occluded(scene, origin, direction, rays[i, 6])
+    return hits
+
+
+@jit
+def cast_and_look_up(geometry, cells, radiosity, eye, rays, first, last, total):
+    """Cast rays first..last; add what those not from the eye find in the store to total, (N,)."""
+    hits = 0
+    for i in range(first, last):
+        origin, direction = ray_at(rays, i)
+        if rays[i, 7] != NEAREST:
+            hits += occluded(geometry.scene, origin, direction, rays[i, 6])
+            continue
+        found = intersect(geometry.scene, origin, direction)
+        triangle = found[0]
+        hits += triangle >= 0
+        if triangle >= 0 and origin[0] != eye[0]:
+            side = side_of(geometry, triangle, direction)
+            cell = cell_at(cells, triangle, side, found[1], found[2])
+            for band in range(radiosity.shape[1]):
+                total[band] += radiosity[cell, band]
+    return hits
+
+
+@jit
+def draw_samples(rays, key, first, last):
+    """Draw a point for each of rays first..last, and a direction for each closest-hit ray."""
+    total = 0.0
+    for i in range(first, last):
+        u, v = sobol_2d(i, key)
+        total += u + v
+        if rays[i, 7] == NEAREST:
+            direction = ray_at(rays, i)[1]
+            total += vec.from_frame(warp.cosine_hemisphere(u, v), direction)[0]
+    return total

@@ -1,0 +1,37 @@
+"""Band by band: rows of arrays whose last axis is N bands."""
+
+import numpy as np
+from photonmap.kernels.jit import jit
+
+
+@jit
+def add_row(target, i, source, j, factor):
+    """Add factor · row j of source to row i of target, band by band."""
+    factor = np.float32(factor)
+    for band in range(target.shape[1]):
+        target[i, band] += factor * source[j, band]
+
+
+@jit
+def add_product(target, i, source, j, throughput, factor):
+    """Add factor · throughput · row j of source to row i of target, band by band."""
+    factor = np.float32(factor)
+    for band in range(target.shape[1]):
+        target[i, band] += factor * throughput[band] * source[j, band]
+
+
+@jit
+def clear(target):
+    """Set all rows of target to 0."""
+    for row in range(target.shape[0]):
+        for band in range(target.shape[1]):
+            target[row, band] = 0.0
+
+
+@jit
+def total(source, i):
+    """Return the sum of row i over bands."""
+    result = np.float32(0.0)
+    for band in range(source.shape[1]):
+        result += source[i, band]
+    return result

@@ -1,0 +1,83 @@
+"""Gather rays: what a cosine-distributed ray from a camera sample sees."""
+
+import numpy as np
+from photonmap.kernels import vec, warp
+from photonmap.kernels.bands import add_row, total
+from photonmap.kernels.jit import jit, outlined
+from photonmap.kernels.light import emitted, weigh_hit, weigh_miss
+from photonmap.kernels.ray import intersect
+from photonmap.kernels.records import DIRECT, INDIRECT
+from photonmap.kernels.rng import sobol_2d, stream
+from photonmap.kernels.store import answers, cell_at
+from photonmap.kernels.surface import meet, side_of
+from photonmap.kernels.walk import walk
+
+EMPTY, FOUND = 1, 2
+AIM, WALK = 0, 1
+MOST_BOUNCES = 1000
+
+
+@jit
+def _look_up(materials, material, radiosity, cell, weight, irradiance):
+    """Add a cell's light to `irradiance`, (2, N); return FOUND, EMPTY, or 0 if it is black."""
+    weight, light = np.float32(weight), np.float32(0.0)
+    for band in range(radiosity.shape[1]):
+        irradiance[INDIRECT, band] += weight * radiosity[cell, band]
+        light += radiosity[cell, band]
+    if light > 0.0:
+        return FOUND
+    for band in range(radiosity.shape[1]):
+        if materials.reflectance[material, band] > 0.0:
+            return EMPTY
+    return 0
+
+
+@outlined
+def gather(scene, store, hit, place, keys, samples, gathers, throughput, irradiance):
+    """Add what one of `gathers` cosine-distributed rays sees to `irradiance`, (2, N).
+
+    `samples` light samples are taken at the same hit. Where the ray ends too near for the store
+    to answer, a path goes on from there. `place` numbers the ray, `keys` are for its AIM and the
+    WALK beyond. Returns what was found, as `_look_up`.
+    """
+    geometry, materials, lights = scene
+    cells, radiosity = store
+    point, ng, ns, _ = hit
+    u, v = sobol_2d(place, keys[AIM])
+    direction = vec.from_frame(warp.cosine_hemisphere(u, v), ns)
+    if vec.dot(ng, direction) <= 0.0:
+        return 0
+    triangle, u, v, distance = intersect(geometry.scene, point, direction)
+    side = side_of(geometry, triangle, direction) if triangle >= 0 else 0
+    spectrum = emitted(geometry, lights, triangle, side)
+    if triangle < 0:
+        if spectrum >= 0:
+            add_row(
+                irradiance, DIRECT, lights.spectra, spectrum, weigh_miss(lights, samples, gathers)
+            )
+        return 0
+    if spectrum >= 0:
+        end = meet(geometry, triangle, u, v, direction)[0]
+        weight = weigh_hit(
+            geometry,
+            lights,
+            geometry.emitter[triangle],
+            point,
+            end,
+            direction,
+            vec.dot(ns, direction),
+            samples,
+            gathers,
+        )
+        add_row(irradiance, DIRECT, lights.spectra, spectrum, weight)
+    material = geometry.material[triangle]
+    if answers(cells, triangle, side, distance):
+        cell = cell_at(cells, triangle, side, u, v)
+        return _look_up(materials, material, radiosity, cell, 1.0 / gathers, irradiance)
+    for band in range(len(throughput)):
+        throughput[band] = materials.reflectance[material, band] / np.float32(gathers)
+    before = total(irradiance, INDIRECT)
+    state = stream(keys[WALK], 0, place)
+    end_hit = meet(geometry, triangle, u, v, direction)
+    walk(scene, store, end_hit, INDIRECT, MOST_BOUNCES, state, throughput, irradiance)
+    return FOUND if total(irradiance, INDIRECT) > before else EMPTY
