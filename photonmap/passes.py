@@ -82,7 +82,7 @@ class Passes:
         self._cells: tuple[Cells, int]
         self._bundles = np.empty((0, 0, 0), np.float32)
         self._plan: Plan | None = None
-        self.seconds = {"photons": 0.0, "camera": 0.0}
+        self.photon_seconds = 0.0
         self.photons = self.stores = self.cut = self.rays = 0
 
     def run(self, index: int) -> Pixels:
@@ -91,11 +91,8 @@ class Passes:
             return self._trace_paths(index)
         start = time.perf_counter()
         store = self._trace_photons(index)
-        middle = time.perf_counter()
-        pixels = self._share(index, self._render(index, store))
-        self.seconds["photons"] += middle - start
-        self.seconds["camera"] += time.perf_counter() - middle
-        return pixels
+        self.photon_seconds += time.perf_counter() - start
+        return self._share(index, self._render(index, store))
 
     def _trace_photons(self, index: int) -> tuple[Cells, np.ndarray]:
         cells, count = self._layout(index)
@@ -177,7 +174,6 @@ class Passes:
         return pixels._replace(irradiance_indirect=self._shared)
 
     def _trace_paths(self, index: int) -> Pixels:
-        start = time.perf_counter()
         key = stream_key(self._seed, index, CAMERA)
         nothing = empty_store(self._bands)
         self._workers.ranges(
@@ -197,7 +193,6 @@ class Passes:
             self._size,
             TILE,
         )
-        self.seconds["camera"] += time.perf_counter() - start
         return self._pixels
 
 

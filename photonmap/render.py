@@ -35,7 +35,7 @@ from photonmap.workers import Workers
 LARGEST_SIDE = 1 << 16
 MOST_PHOTONS = 1 << 32
 MOST_THREADS = 1024
-LEAST_PHOTONS = 1 << 15
+LEAST_PHOTONS = 1 << 14
 
 
 def render(
@@ -63,7 +63,7 @@ def render(
     pixel : samples cover the pixel ("box"), or all pass through its centre ("center")
     passes, seconds, error : the budget, one of them at most; error 0.02 if none is given.
         A render that aims at an error stops after an hour anyway.
-    photons : emitted in each pass; None takes one for each pixel, 32768 at least
+    photons : emitted in each pass; None takes one for each pixel, 16384 at least
     seed : with the same passes, the same arrays bit for bit, for any number of threads
     threads : None takes every processor
     method : photon mapping, or the plain "path" tracer that arbitrates
@@ -104,8 +104,8 @@ def render(
         flat, errors = moments.finish(prepared.power)
         flat |= {"unresolved": moments.unresolved() & (run.stores > 0)}
         flat |= _first_hits(prepared, film, workers)
+        rendering = time.perf_counter() - compiled
 
-    spent = {"load": loaded - start, "compile": compiled - loaded, **run.seconds}
     record = {
         "scene": {"name": scene.name, **prepared.counts},
         "arguments": {
@@ -126,7 +126,13 @@ def render(
         "rays": run.rays,
         "error": reached if math.isfinite(reached) else None,
         "interrupted": interrupted,
-        "seconds": spent | {"render": spent["photons"] + spent["camera"]},
+        "seconds": {
+            "load": loaded - start,
+            "compile": compiled - loaded,
+            "photons": run.photon_seconds,
+            "camera": rendering - run.photon_seconds,
+            "render": rendering,
+        },
         "warnings": told,
     }
     images = _images(flat, film)
