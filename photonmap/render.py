@@ -101,9 +101,12 @@ def render(
             interrupted = _run_passes(run, moments, budget, progress)
         _warn_of_cuts(run, budget, time.perf_counter() - compiled)
         reached = moments.error()
-        flat, errors = moments.finish(prepared.power)
-        flat |= {"unresolved": moments.unresolved() & (run.stores > 0)}
-        flat |= _first_hits(prepared, film, workers)
+        light, errors = moments.finish(prepared.power)
+        flat = {
+            **light,
+            "unresolved": moments.unresolved() & (run.stores > 0),
+            **_first_hits(prepared, film, workers),
+        }
         rendering = time.perf_counter() - compiled
 
     record = {
