@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     import photonmap.scenes as scenes
     from photonmap.bands import Bands
     from photonmap.errors import InputError, SceneWarning
+    from photonmap.readers.scene_file import load_scene
     from photonmap.render import render
     from photonmap.result import Result, load_result
     from photonmap.scene import Camera, DomeLight, Light, Material, Mesh, PointLight, Scene
-    from photonmap.scene_file import load_scene
     from photonmap.spectra import Spectrum
 
 __version__ = "0.1.0"
@@ -39,7 +39,7 @@ _HOMES = {
     "Mesh": "scene",
     "PointLight": "scene",
     "Scene": "scene",
-    "load_scene": "scene_file",
+    "load_scene": "readers.scene_file",
     "Spectrum": "spectra",
 }
 __all__ = [*_HOMES, "scenes"]

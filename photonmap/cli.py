@@ -44,7 +44,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _run(options: argparse.Namespace) -> None:
     from photonmap.output import check_output
-    from photonmap.scene_file import load_scene
+    from photonmap.readers.scene_file import load_scene
 
     output = options.output or Path(options.scene).with_suffix(".exr").name
     check_output(output, options.buffers)

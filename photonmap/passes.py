@@ -8,6 +8,7 @@ shrink, so the answer converges to the truth (Knaus and Zwicker 2011).
 import hashlib
 import math
 import time
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
@@ -142,7 +143,7 @@ class Passes:
             self._plan = survey(geometry, lights, self._camera, self._film, key, self._workers)
             self._plan_rays = _count_rays(self._plan)
         plan, key = self._plan, stream_key(self._seed, index, CAMERA)
-        self._workers.ranges(
+        self._over_pixels(
             lambda first, last: camera_pass(
                 self._scene,
                 store,
@@ -154,9 +155,7 @@ class Passes:
                 last,
                 _scratch(self._bands),
                 self._pixels,
-            ),
-            self._size,
-            TILE,
+            )
         )
         self.rays += self._plan_rays
         return self._pixels
@@ -164,19 +163,20 @@ class Passes:
     def _share(self, index: int, pixels: Pixels) -> Pixels:
         assert self._plan is not None
         plan, shrink = self._plan, (1.0 + index / WINDOWS_HOLD) ** (-1.0 / 6.0)
-        self._workers.ranges(
+        self._over_pixels(
             lambda first, last: share(
                 self._film, plan, WINDOW * shrink, shrink, first, last, pixels, self._shared
-            ),
-            self._size,
-            TILE,
+            )
         )
         return pixels._replace(irradiance_indirect=self._shared)
+
+    def _over_pixels(self, task: Callable[[int, int], object]) -> None:
+        self._workers.ranges(task, self._size, TILE)
 
     def _trace_paths(self, index: int) -> Pixels:
         key = stream_key(self._seed, index, CAMERA)
         nothing = empty_store(self._bands)
-        self._workers.ranges(
+        self._over_pixels(
             lambda first, last: path_pass(
                 self._scene,
                 nothing,
@@ -189,9 +189,7 @@ class Passes:
                 last,
                 _scratch(self._bands),
                 self._pixels,
-            ),
-            self._size,
-            TILE,
+            )
         )
         return self._pixels
 

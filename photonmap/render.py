@@ -28,7 +28,7 @@ from photonmap.prepare import Prepared, prepare
 from photonmap.progress import Progress, Silent
 from photonmap.record import describe_camera, describe_versions
 from photonmap.result import Result
-from photonmap.scene import Scene
+from photonmap.scene import Camera, Mesh, PointLight, Scene
 from photonmap.survey import TILE
 from photonmap.workers import Workers
 
@@ -91,10 +91,10 @@ def render(
         prepared = prepare(scene, bands, film.width / film.height)
         loaded = time.perf_counter()
         progress.stage("compile" if is_cached() else "first compile")
-        _compile(prepared, bands, workers, method)
-        warn_of_hidden_lights(prepared, film, stream_key(seed, 0, PROBE))
+        _compile(bands, workers, method)
         compiled = time.perf_counter()
         progress.stage("render")
+        warn_of_hidden_lights(prepared, film, stream_key(seed, 0, PROBE))
         run = Passes(prepared, film, bands.count, photons, seed, workers, method)
         moments = Accumulator(pixels, bands.count, workers)
         with workers.holding_interrupts():
@@ -166,10 +166,11 @@ def _check_numbers(photons: int, seed: int, threads: int | None, method: str) ->
         raise InputError(f"method {method!r} is neither 'photon' nor 'path'")
 
 
-def _compile(
-    prepared: Prepared, bands: Bands, workers: Workers, method: Literal["photon", "path"]
-) -> None:
-    """Call every kernel that the render needs on one pixel."""
+def _compile(bands: Bands, workers: Workers, method: Literal["photon", "path"]) -> None:
+    """Call every kernel that a render needs, on one pixel of a scene of one triangle."""
+    triangle = Mesh(np.eye(3) - [0.0, 0.0, 1.0], np.array([[0, 1, 2]]))
+    camera = Camera((1.0, 1.0, 1.0), (0.3, 0.3, -0.7))
+    prepared = prepare(Scene([triangle], [PointLight((1.0, 1.0, 1.0))], camera), bands)
     film = Film(1, 1, True)
     moments = Accumulator(1, bands.count, workers)
     run = Passes(prepared, film, bands.count, 1, 0, workers, method)
@@ -177,6 +178,7 @@ def _compile(
     moments.add(run.run(1))
     moments.error()
     moments.finish(1.0)
+    warn_of_hidden_lights(prepared, film, stream_key(0, 0, PROBE))
     _first_hits(prepared, film, workers)
 
 

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from photonmap.readers.scene_file import load_scene
 from photonmap.scene import Scene
-from photonmap.scene_file import load_scene
 
 FOLDER = Path(__file__).parent
 

@@ -35,7 +35,7 @@ def test_kernels_stand_alone(path):
 def test_few_modules_touch_kernels():
     users = {
         path.stem
-        for path in (ROOT / "photonmap").glob("*.py")
+        for path in (ROOT / "photonmap").rglob("*.py")
         if any(name.startswith("photonmap.kernels") for name in imports(path))
     }
     assert users == TOUCH_KERNELS

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from photonmap.errors import InputError, SceneWarning
-from photonmap.mtl import read_mtl
+from photonmap.readers.mtl import read_mtl
 from photonmap.scene import Material
 
 

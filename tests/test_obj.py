@@ -3,10 +3,10 @@ import itertools
 import numpy as np
 import pytest
 
-from photonmap import wavefront
-from photonmap.decimals import parse_floats, parse_integers
 from photonmap.errors import InputError, SceneWarning
-from photonmap.obj import _distinct, read_obj
+from photonmap.readers import wavefront
+from photonmap.readers.decimals import parse_floats, parse_integers
+from photonmap.readers.obj import _distinct, read_obj
 from photonmap.scene import Material
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"

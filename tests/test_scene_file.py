@@ -3,8 +3,8 @@ import pytest
 
 from photonmap.camera import check_camera
 from photonmap.errors import InputError
+from photonmap.readers.scene_file import load_scene
 from photonmap.scene import Camera
-from photonmap.scene_file import load_scene
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 CAMERA = "[camera]\norigin = [0, 1, 5]\ntarget = [0.5, 0, 0]\n"

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError, warn
 from photonmap.messages import listed, shown, suggest
-from photonmap.mtl import read_mtl
-from photonmap.obj_lines import ObjLines, parse_lines
-from photonmap.polygons import triangulate
+from photonmap.readers.mtl import read_mtl
+from photonmap.readers.obj_lines import ObjLines, parse_lines
+from photonmap.readers.polygons import triangulate
+from photonmap.readers.wavefront import Source, read_source
 from photonmap.scene import Material, Mesh
-from photonmap.wavefront import Source, read_source
 
 
 def read_obj(path: str | PathLike[str]) -> list[Mesh]:

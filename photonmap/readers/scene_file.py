@@ -12,7 +12,7 @@ from typing import Any
 from photonmap.camera import check_camera
 from photonmap.errors import InputError
 from photonmap.messages import shown, suggest
-from photonmap.obj import read_obj
+from photonmap.readers.obj import read_obj
 from photonmap.scene import Camera, Mesh, Scene
 
 _READERS: dict[str, Callable[[Path], list[Mesh]]] = {".obj": read_obj}

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.decimals import begins, parse_floats, parse_integers
 from photonmap.errors import InputError
 from photonmap.messages import shown
-from photonmap.wavefront import Source, split_statement
+from photonmap.readers.decimals import begins, parse_floats, parse_integers
+from photonmap.readers.wavefront import Source, split_statement
 
 LARGEST_COORDINATE = 1e30
 """Larger ones are refused: their fourth powers would come near the end of float64."""

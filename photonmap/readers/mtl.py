@@ -9,8 +9,8 @@ from os import PathLike
 
 from photonmap.errors import warn
 from photonmap.messages import listed, shown
+from photonmap.readers.wavefront import Source, read_source
 from photonmap.scene import Material, Vector
-from photonmap.wavefront import Source, read_source
 
 LARGEST_REFLECTANCE = 1.001
 """Exporters round perfect white up to here; more is a mistake."""

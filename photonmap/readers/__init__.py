@@ -1,0 +1,1 @@
+"""Scene files read into scenes: OBJ, MTL, and the TOML beside them."""
