@@ -1,6 +1,7 @@
 """Band by band: rows of arrays whose last axis is N bands."""
 
 import numpy as np
+
 from photonmap.kernels.jit import jit
 
 
@@ -35,3 +36,22 @@ def total(source, i):
     for band in range(source.shape[1]):
         result += source[i, band]
     return result
+
+
+@jit
+def attenuate(throughput, source, j, factor):
+    """Multiply throughput, (N,), by factor · row j of source; return its largest, (old, new)."""
+    factor = np.float32(factor)
+    before = after = np.float32(0.0)
+    for band in range(len(throughput)):
+        before = max(before, throughput[band])
+        throughput[band] *= source[j, band] * factor
+        after = max(after, throughput[band])
+    return before, after
+
+
+@jit
+def divide(throughput, divisor):
+    """Divide throughput, (N,), by a number in place."""
+    for band in range(len(throughput)):
+        throughput[band] /= divisor

@@ -1,6 +1,7 @@
 """The camera pass: first hits, direct light, and gather rays into the irradiance store."""
 
 import numpy as np
+
 from photonmap.kernels.bands import add_row, clear
 from photonmap.kernels.film import FLAT, morton, note_hit
 from photonmap.kernels.gather import gather

@@ -1,6 +1,7 @@
 """Camera rays, the order in which pixels take low-discrepancy points, and pixels' surfaces."""
 
 import numpy as np
+
 from photonmap.kernels import vec
 from photonmap.kernels.jit import jit
 

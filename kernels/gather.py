@@ -1,6 +1,7 @@
 """Gather rays: what a cosine-distributed ray from a camera sample sees."""
 
 import numpy as np
+
 from photonmap.kernels import vec, warp
 from photonmap.kernels.bands import add_row, total
 from photonmap.kernels.jit import jit, outlined

@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+
 from photonmap.kernels.jit import jit
 from photonmap.kernels.warp import INV_PI
 

@@ -1,6 +1,7 @@
 """The plain path tracer: slow, unbiased, over the same scene; the arbiter of all else."""
 
 import numpy as np
+
 from photonmap.kernels.bands import clear
 from photonmap.kernels.jit import jit
 from photonmap.kernels.pixel import reflect, see, start_pixel

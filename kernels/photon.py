@@ -1,7 +1,9 @@
 """Photons: emitted, traced and added to the store where they are reflected."""
 
 import numpy as np
+
 from photonmap.kernels import vec, warp
+from photonmap.kernels.bands import attenuate, divide
 from photonmap.kernels.jit import jit
 from photonmap.kernels.light import emit
 from photonmap.kernels.ray import intersect
@@ -10,17 +12,6 @@ from photonmap.kernels.store import cell_at
 from photonmap.kernels.surface import meet
 
 PLACE, AIM, SURVIVE, BOUNCE = 0, 1, 2, 3
-
-
-@jit
-def _reflect(flux, reflectance, factor):
-    """Multiply flux by reflectance · factor in place; return the ratio of the largest values."""
-    before = after = np.float32(0.0)
-    for band in range(len(flux)):
-        before = max(before, flux[band])
-        flux[band] *= reflectance[band] * factor
-        after = max(after, flux[band])
-    return after / before if before > 0.0 else np.float32(0.0)
 
 
 @jit
@@ -36,18 +27,17 @@ def _trace(geometry, materials, cells, index, key, origin, direction, flux, boun
         # tracing": flux through the geometric surface becomes irradiance about ns; leaving
         # about ng takes up the other two cosines of his adjoint factor.
         factor = max(0.0, -vec.dot(ns, direction)) / max(1e-9, -vec.dot(ng, direction))
-        reflectance = materials.reflectance[geometry.material[triangle]]
-        survival = _reflect(flux, reflectance, np.float32(factor))
+        material = geometry.material[triangle]
+        before, after = attenuate(flux, materials.reflectance, material, factor)
         density = cells.inverse_area[triangle, side]
         cell = cell_at(cells, triangle, side, u, v)
         for band in range(len(flux)):
             radiosity[cell, band] += flux[band] * density
-        if survival < 1.0:
+        if after < before:
             chance, state = draw(state)
-            if chance >= survival:
+            if chance * before >= after:
                 return bounce + 1, 0
-            for band in range(len(flux)):
-                flux[band] /= survival
+            divide(flux, after / before)
         point = sobol_2d(index, stream(key, BOUNCE, bounce))
         direction = vec.from_frame(warp.cosine_hemisphere(point[0], point[1]), ng)
     return bounces, 1

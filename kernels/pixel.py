@@ -1,6 +1,7 @@
 """One pixel of a pass: cleared, seen through, and added to."""
 
 import numpy as np
+
 from photonmap.kernels import warp
 from photonmap.kernels.bands import add_row
 from photonmap.kernels.film import camera_ray

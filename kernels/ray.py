@@ -11,6 +11,7 @@ from llvmlite import ir
 from numba import config, types
 from numba.core import cgutils
 from numba.extending import intrinsic
+
 from photonmap.kernels.embree import LIBRARY
 from photonmap.kernels.jit import jit
 

@@ -9,6 +9,7 @@ block of 2^k indices is stratified, and different scrambles are independent.
 import numpy as np
 from numba import config, types
 from numba.extending import intrinsic
+
 from photonmap.kernels.jit import jit
 
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)

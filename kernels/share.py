@@ -7,6 +7,7 @@ beforehand, never on the estimates themselves.
 """
 
 import numpy as np
+
 from photonmap.kernels import vec
 from photonmap.kernels.film import FLAT, continues, plane_normal, plane_point
 from photonmap.kernels.jit import jit

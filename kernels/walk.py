@@ -1,9 +1,8 @@
 """Paths from surface to surface, ended by the irradiance store where it can answer."""
 
-import numpy as np
 from photonmap.kernels import vec, warp
-from photonmap.kernels.bands import add_product
-from photonmap.kernels.jit import jit, outlined
+from photonmap.kernels.bands import add_product, attenuate, divide
+from photonmap.kernels.jit import outlined
 from photonmap.kernels.light import emitted, sample_direct, weigh_hit, weigh_miss
 from photonmap.kernels.ray import intersect
 from photonmap.kernels.records import INDIRECT
@@ -12,21 +11,7 @@ from photonmap.kernels.store import answers, cell_at
 from photonmap.kernels.surface import meet, side_of
 
 CERTAIN_BOUNCES = 3
-
-
-@jit
-def absorb(materials, material, throughput, bounce, state):
-    """Reflect in place and play Russian roulette; return (alive, state)."""
-    most = np.float32(0.0)
-    for band in range(len(throughput)):
-        throughput[band] *= materials.reflectance[material, band]
-        most = max(most, throughput[band])
-    if bounce < CERTAIN_BOUNCES or most >= 1.0:
-        return most > 0.0, state
-    chance, state = draw(state)
-    for band in range(len(throughput)):
-        throughput[band] /= most
-    return chance < most, state
+"""Before Russian roulette begins."""
 
 
 @outlined
@@ -70,7 +55,13 @@ def walk(scene, store, hit, part, bounces, state, throughput, irradiance):
             cell = cell_at(cells, triangle, side, u, v)
             add_product(irradiance, part, radiosity, cell, throughput, 1.0)
             break
-        alive, state = absorb(materials, geometry.material[triangle], throughput, bounce, state)
-        if not alive:
+        material = geometry.material[triangle]
+        _, survival = attenuate(throughput, materials.reflectance, material, 1.0)
+        if survival == 0.0:
             break
+        if bounce >= CERTAIN_BOUNCES and survival < 1.0:
+            chance, state = draw(state)
+            if chance >= survival:
+                break
+            divide(throughput, survival)
     return state

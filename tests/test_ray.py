@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import trimesh
 from conftest import GREY
-from photonmap.kernels import ray, surface, vec
-from photonmap.kernels.embree import EmbreeScene
-from photonmap.kernels.jit import jit
 
 import photonmap as pm
 from photonmap.bands import Bands
+from photonmap.kernels import ray, surface, vec
+from photonmap.kernels.embree import EmbreeScene
+from photonmap.kernels.jit import jit
 from photonmap.prepare import prepare
 
 

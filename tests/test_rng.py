@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy import stats
+
 from photonmap.kernels import rng
 from photonmap.kernels.jit import jit
-from scipy import stats
 
 
 @jit

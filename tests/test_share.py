@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+
 from photonmap.kernels.records import Film, Plan
 from photonmap.kernels.share import share
-
 from photonmap.passes import empty_pixels
 
 WIDTH, HEIGHT = 16, 12

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 import trimesh
 from conftest import closed_box
-from photonmap.kernels import store
-from photonmap.kernels.photon import trace_photons
 
 import photonmap as pm
 from photonmap.bands import Bands
 from photonmap.cells import lay_cells
 from photonmap.emitters import triangle_areas
+from photonmap.kernels import store
+from photonmap.kernels.photon import trace_photons
 from photonmap.prepare import prepare
 
 

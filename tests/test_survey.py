@@ -1,10 +1,10 @@
 """Sampling goes to edges, penumbrae and creases, and nowhere else."""
 
 import numpy as np
-from photonmap.kernels.records import Film
 
 import photonmap as pm
 from photonmap.bands import Bands
+from photonmap.kernels.records import Film
 from photonmap.prepare import prepare
 from photonmap.survey import SAMPLES, survey
 from photonmap.workers import Workers

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy import stats
+
 from photonmap.kernels import rng, warp
 from photonmap.kernels.jit import jit
-from scipy import stats
 
 SAMPLES = 200_000
 SIGNIFICANCE = 1e-4 / 8
