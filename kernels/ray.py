@@ -17,28 +17,33 @@ from photonmap.kernels.jit import jit
 
 # RTCRayHit as 24 words of 32 bits: origin 0-2, tnear 3, direction 4-6, time 7, tfar 8, mask 9,
 # id 10, flags 11, normal 12-14, u 15, v 16, primitive 17, geometry 18, instance 19-20, padding.
-TNEAR, TFAR, MASK, U, V, PRIMITIVE, GEOMETRY, INSTANCE = 3, 8, 9, 15, 16, 17, 18, 19
+TFAR, MASK, U, V, PRIMITIVE, GEOMETRY = 8, 9, 15, 16, 17, 18
 WORDS = 24
 MISS = 0xFFFFFFFF
 
 
 def _emit_record(context, builder, arguments):
-    """Emit code that fills a fresh RTCRayHit from (ox, oy, oz, dx, dy, dz, tfar)."""
+    """Emit code that fills a fresh RTCRayHit from (ox, oy, oz, dx, dy, dz, tfar).
+
+    Four words at a time, as Embree loads them: loads cannot be served from narrower stores.
+    """
     word, real = ir.IntType(32), ir.FloatType()
     record = cgutils.alloca_once(builder, ir.ArrayType(word, WORDS))
     # Embree asks for 16-byte alignment.
     record.align = 16
 
-    def store(place, value):
+    def store(place, kind, values):
+        four = ir.Constant(ir.VectorType(kind, 4), ir.Undefined)
+        for index, value in enumerate(values):
+            four = builder.insert_element(four, value, word(index))
         pointer = builder.gep(record, [word(0), word(place)])
-        builder.store(builder.bitcast(value, word) if value.type == real else value, pointer)
+        builder.store(four, builder.bitcast(pointer, four.type.as_pointer()), align=16)
 
-    for place, value in zip((0, 1, 2, 4, 5, 6, TFAR), arguments, strict=True):
-        store(place, value)
-    for place in (TNEAR, 7, 10, 11):
-        store(place, word(0))
-    for place in (MASK, GEOMETRY, INSTANCE, INSTANCE + 1):
-        store(place, word(MISS))
+    ox, oy, oz, dx, dy, dz, tfar = arguments
+    store(0, real, (ox, oy, oz, real(0.0)))
+    store(4, real, (dx, dy, dz, real(0.0)))
+    store(TFAR, word, (builder.bitcast(tfar, word), word(MISS), word(0), word(0)))
+    store(V, word, (word(0), word(MISS), word(MISS), word(MISS)))
     return record
 
 
@@ -68,7 +73,7 @@ if config.DISABLE_JIT:
         words = np.zeros(WORDS + 4, np.uint32)
         words = words[(-words.ctypes.data // 4) % 4 :][:WORDS]
         words.view(np.float32)[[0, 1, 2, 4, 5, 6, TFAR]] = origin_direction_tfar
-        words[[MASK, GEOMETRY, INSTANCE, INSTANCE + 1]] = MISS
+        words[[MASK, GEOMETRY]] = MISS
         return words
 
     def _intersect(scene, *ray):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
 import time
 import warnings
@@ -25,7 +26,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; return the exit code: 0, 2 for bad input, 130 for Ctrl-C in vain."""
+    """Run the command line; return 0, 2 for bad input, or 130 for Ctrl-C before the first pass."""
     warnings.showwarning = _show_warning
     try:
         options = _parser().parse_args(arguments)
@@ -33,11 +34,11 @@ def main(arguments: list[str] | None = None) -> int:
     except InputError as error:
         print(f"photonmap: error: {error}", file=sys.stderr)
         return BAD_INPUT
-    except OSError as error:
-        print(f"photonmap: error: {error}", file=sys.stderr)
+    except (OSError, MemoryError) as error:
+        print(f"photonmap: error: {error or 'out of memory'}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
-        print("photonmap: interrupted before the first pass; nothing written", file=sys.stderr)
+        print("photonmap: interrupted; nothing written", file=sys.stderr)
         return INTERRUPTED
     return 0
 
@@ -72,6 +73,8 @@ def _run(options: argparse.Namespace) -> None:
                 method=options.method,
                 progress=progress,
             )
+        # What is done is kept, however often Ctrl-C is pressed.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         result.record["warnings"] = told
         result.record["seconds"]["load"] += loading
         progress.stage("write")
