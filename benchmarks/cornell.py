@@ -20,8 +20,8 @@ from benchmarks.truth import SIZE, Truth
 LEVELS = (1e-2, 1e-3, 1e-4)
 PHOTON_PASSES = (1, 4, 16, 128)
 PATH_PASSES = (1, 4, 16, 32)
-MITSUBA_SAMPLES = (64, 256, 512, 1024)
-SEEDS = (3, 3, 2, 1)
+MITSUBA_SAMPLES = (64, 128, 256, 512)
+SEEDS = (3, 3, 3, 2)
 MARK = "*"
 
 Renderer = Callable[[int, int], tuple[NDArray[np.float32], float]]
@@ -75,7 +75,7 @@ def _photonmap(method: str, threads: int) -> Renderer:
 def _measure(
     renderers: dict[str, tuple[Renderer, tuple[int, ...]]], truth: Truth
 ) -> dict[str, list[Point]]:
-    """Return each renderer's points, means over seeds, at growing budgets."""
+    """Return each renderer's points at growing budgets: best time, mean error over seeds."""
     points: dict[str, list[Point]] = {name: [] for name in renderers}
     for step, seeds in enumerate(SEEDS):
         found: dict[str, list[Point]] = {name: [] for name in renderers}
@@ -84,14 +84,16 @@ def _measure(
                 image, seconds = render(budgets[step], 1 + 10 * step + seed)
                 found[name].append((seconds, truth.relative_mse(image)))
         for name, pairs in found.items():
-            points[name].append(tuple(np.mean(pairs, axis=0)))
+            seconds, errors = zip(*pairs, strict=True)
+            points[name].append((min(seconds), float(np.mean(errors))))
     return points
 
 
 def time_to(level: float, points: list[Point]) -> tuple[float, bool]:
     """Return the seconds to a relMSE, and whether they lie outside of what was measured.
 
-    Between two points by a power law, outside of all as variance falls with time.
+    Between two points by a power law; outside of all as variance falls with time, from the point
+    that did best.
     """
     ordered = sorted(points)
     if level > ordered[0][1]:
@@ -99,7 +101,7 @@ def time_to(level: float, points: list[Point]) -> tuple[float, bool]:
     for (t0, e0), (t1, e1) in pairwise(ordered):
         if e1 <= level <= e0:
             return t0 * (t1 / t0) ** (math.log(level / e0) / math.log(e1 / e0)), False
-    return ordered[-1][0] * ordered[-1][1] / level, True
+    return min(seconds * error for seconds, error in ordered) / level, True
 
 
 def shown(seconds: float, outside: bool) -> str:

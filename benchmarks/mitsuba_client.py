@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 SERVER = Path(__file__).with_name("mitsuba_server.py")
 LLVM_PLACES = ("*/libLLVM*19*", "llvm-*/lib/libLLVM*.so*")
 """Below /usr/lib; Dr.Jit looks for other names."""
-UNLIMITED, ONE_BOUNCE = -1, 2
+UNLIMITED, ONLY_LAMPS, ONE_BOUNCE = -1, 1, 2
+"""Depths of paths."""
 
 
 class Mitsuba:

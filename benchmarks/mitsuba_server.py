@@ -37,7 +37,7 @@ def main():
     scene = mi.load_dict(make_scene())
     integrators = {
         depth: mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 5})
-        for depth in (-1, 2)
+        for depth in (-1, 1, 2)
     }
     print(json.dumps({"version": mi.__version__, "threads": dr.thread_count()}), flush=True)
     for line in sys.stdin:

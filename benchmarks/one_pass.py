@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from photonmap.kernels.records import Film, Pixels
-
 import photonmap as pm
 from photonmap.accumulate import Accumulator
 from photonmap.bands import Bands
+from photonmap.kernels.records import Film, Pixels
 from photonmap.passes import Passes
 from photonmap.prepare import prepare
 from photonmap.workers import Workers

@@ -10,6 +10,7 @@ from pathlib import Path
 from photonmap.workers import default_threads
 
 ROOT = Path(__file__).parent.parent
+MADE_REFERENCE = ROOT / "out" / "cornell.npz"
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,6 @@ class Options:
 
 
 def default_reference() -> Path:
-    """Return out/cornell.npz if `benchmarks.make_reference` made one, else a shared one."""
-    made = ROOT / "out" / "cornell.npz"
-    return made if made.exists() else ROOT.parent / "shared" / "reference" / "cornell.npz"
+    """Return what `benchmarks.make_reference` made, or else a file beside the checkout."""
+    shared = ROOT.parent / "shared" / "reference" / "cornell.npz"
+    return shared if shared.exists() and not MADE_REFERENCE.exists() else MADE_REFERENCE

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
+
 from photonmap.kernels.embree import LIBRARY
 from photonmap.kernels.jit import jit
 from photonmap.kernels.ray import GEOMETRY, MASK, MISS, PRIMITIVE, TFAR, WORDS, U, V, intersect

@@ -7,7 +7,6 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
-from photonmap.kernels.embree import EmbreeScene
 
 import photonmap as pm
 from benchmarks import ray_loops
@@ -16,6 +15,7 @@ from benchmarks.shapes import bumpy_sphere
 from benchmarks.table import Cell, Table
 from benchmarks.timing import interleave, ratio
 from photonmap.bands import Bands
+from photonmap.kernels.embree import EmbreeScene
 from photonmap.prepare import prepare
 
 TARGET = 0.85

@@ -12,9 +12,9 @@ import sys
 
 import llvmlite.binding
 import numpy as np
-from photonmap.kernels.embree import LIBRARY
 
 from benchmarks.one_pass import OnePass
+from photonmap.kernels.embree import LIBRARY
 from photonmap.workers import Workers
 
 NEAREST, ANY = 0, 1

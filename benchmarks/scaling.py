@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import statistics
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +17,9 @@ from benchmarks.timing import exponent
 SIDES = (128, 256, 512, 1024)
 PHOTONS = (1 << 15, 1 << 17, 1 << 19, 1 << 21)
 TRIANGLES = (1_000, 10_000, 100_000, 1_000_000, 5_000_000)
-STAGES = ("load", "compile", "photons", "camera")
-PASSES = 2
+STAGES = ("load", "photons", "camera")
+PASSES, REPEATS = 2, 3
+VERDICTS = ((1.05, "linear or better"), (1.2, "nearly linear"), (9.9, "worse than linear"))
 CURVES = ROOT / "out" / "scaling.png"
 
 Case = tuple[float, pm.Scene, dict[str, Any]]
@@ -46,30 +49,36 @@ def _case(triangles: int) -> Case:
     return count, scene, {"size": (256, 256), "photons": 1 << 16}
 
 
-def _series(unit: str, fixed: str, cases: Any, stage: str, options: Options) -> Table:
+def _series(unit: str, fixed: str, cases: Iterable[Case], stage: str, options: Options) -> Table:
     """Time the stages of renders of growing size; `stage` is what should grow with it."""
     table = Table(
-        f"scaling with {unit}: seconds of {PASSES} passes, RGB, {fixed}",
+        f"scaling with {unit}: seconds of {PASSES} passes, RGB, {fixed} (medians of {REPEATS})",
         [unit, *STAGES, f"{stage}, µs a {unit[:-1]}"],
     )
-    ours.warm_up(pm.scenes.cornell_box(), bands="rgb", size=(8, 8), threads=options.threads)
-    for size, scene, settings in cases:
-        result, _ = ours.render(
-            scene, bands="rgb", passes=PASSES, threads=options.threads, **settings
-        )
-        spent = result.record["seconds"]
-        table.rows.append([size, *(spent[s] for s in STAGES), 1e6 * spent[stage] / size])
-    powers = []
-    for column, name in enumerate(STAGES, start=1):
-        slope = exponent([row[0] for row in table.rows], [row[column] for row in table.rows])
-        powers.append(f"{name} {slope:.2f}")
-    last = table.rows[-2:]
-    local = exponent([row[0] for row in last], [row[1 + STAGES.index(stage)] for row in last])
-    table.notes = [
-        f"seconds ~ {unit}^p, p fitted: {', '.join(powers)}; {stage} between the last two rows:"
-        f" {local:.2f} ({'linear or better' if local < 1.1 else 'worse than linear'})"
-    ]
+    settings = {"bands": "rgb", "passes": PASSES, "threads": options.threads}
+    ours.render(pm.scenes.cornell_box(), size=(8, 8), **settings)
+    for size, scene, own in cases:
+        records = [ours.render(scene, **settings, **own)[0].record for _ in range(REPEATS)]
+        spent = {s: statistics.median(record["seconds"][s] for record in records) for s in STAGES}
+        table.rows.append([size, *spent.values(), 1e6 * spent[stage] / size])
+    table.notes = [_describe(table, unit, stage)]
     return table
+
+
+def _describe(table: Table, unit: str, stage: str) -> str:
+    """Return the exponents of power laws fitted to a table's columns."""
+    columns = list(zip(*table.rows, strict=True))
+    place = 1 + STAGES.index(stage)
+    powers = [
+        f"{name} {exponent(columns[0], column):.2f}"
+        for name, column in zip(STAGES, columns[1:-1], strict=True)
+    ]
+    last = exponent(columns[0][-2:], columns[place][-2:])
+    verdict = next(text for limit, text in VERDICTS if last <= limit)
+    return (
+        f"seconds ~ {unit}^p, p fitted: {', '.join(powers)}; {stage} between the last two rows:"
+        f" {last:.2f}, {verdict}"
+    )
 
 
 def _draw(tables: list[Table], path: Path) -> None:

@@ -49,7 +49,8 @@ def show(table: Table) -> None:
     console = Console()
     if not console.is_terminal:
         console = Console(width=120)
-    grid = RichTable(title=escape(table.title), title_justify="left")
+    console.print(escape(table.title), highlight=False, style="bold")
+    grid = RichTable()
     for index, column in enumerate(table.columns):
         grid.add_column(escape(column), justify="left" if index == 0 else "right")
     for row in table.rows:

@@ -25,12 +25,12 @@ from photonmap.prepare import Prepared
 from photonmap.survey import SAMPLES, TILE, WINDOW, survey
 from photonmap.workers import Workers
 
-CELLS_PER_PHOTON = 1 / 4
+CELLS_PER_PHOTON = 1 / 2
 """On one side of all surfaces, in the first pass."""
 BUNDLE = 32768
 MOST_BUNDLES = 16
 CELL_RANGE = 16384
-CELLS_HOLD, WINDOWS_HOLD = 16, 64
+CELLS_HOLD, WINDOWS_HOLD = 8, 64
 """Passes after which cells and windows begin to shrink; before, noise outweighs their bias."""
 MAX_BOUNCES = 1000
 SURVEY, PHOTONS, CAMERA, PROBE = 0, 1, 2, 3
