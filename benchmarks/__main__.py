@@ -1,4 +1,4 @@
-"""Run benchmarks by name (all by default), print their tables, write them to out/bench.json."""
+"""Run benchmarks by name (all by default); print tables, write out/bench.json and bench.md."""
 
 from __future__ import annotations
 
@@ -15,12 +15,14 @@ from typing import Any
 import psutil
 
 from benchmarks.options import Options
-from benchmarks.table import show
+from benchmarks.table import markdown, show
 from benchmarks.timing import Others
 from photonmap.record import describe_versions
 
 NAMES = ("rays", "cornell", "energy", "bands", "start", "memory", "scaling", "profile")
 ROOT = Path(__file__).parent.parent
+DISTURBED = 0.1
+"""Share of all processors that other programs may take before a warning is due."""
 
 
 def main() -> int:
@@ -28,6 +30,7 @@ def main() -> int:
     arguments = _parser().parse_args()
     options = Options.choose(arguments.reference, arguments.mitsuba, arguments.threads)
     report: dict[str, Any] = {"machine": describe_machine(), "benchmarks": {}}
+    pages = []
     begin = time.perf_counter()
     for name in arguments.names or NAMES:
         start = time.perf_counter()
@@ -36,7 +39,9 @@ def main() -> int:
         seconds = time.perf_counter() - start
         for table in tables:
             show(table)
-        print(f"{name}: {seconds:.0f} s, other work took {others.share:.0%} of the processors\n")
+            pages.append(markdown(table))
+        busy = ": too much to trust seconds" if others.share > DISTURBED else ""
+        print(f"{name}: {seconds:.0f} s, other work took {others.share:.0%} of the machine{busy}\n")
         report["benchmarks"][name] = {
             "seconds": seconds,
             "others": others.share,
@@ -44,6 +49,7 @@ def main() -> int:
         }
     arguments.output.parent.mkdir(parents=True, exist_ok=True)
     arguments.output.write_text(json.dumps(report, indent=1) + "\n")
+    arguments.output.with_suffix(".md").write_text("\n".join(pages))
     print(f"{time.perf_counter() - begin:.0f} s in all: {arguments.output}")
     return 0
 

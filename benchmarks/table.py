@@ -58,3 +58,12 @@ def show(table: Table) -> None:
     console.print(grid)
     for note in table.notes:
         console.print(escape(note), highlight=False)
+
+
+def markdown(table: Table) -> str:
+    """Return a table in Markdown, as docs/performance.md shows it."""
+    lines = [table.columns, ["---"] + ["---:"] * (len(table.columns) - 1)]
+    lines += [[shown(cell) for cell in row] for row in table.rows]
+    grid = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    notes = "".join(f"\n{note}.\n" for note in table.notes)
+    return f"{table.title}\n\n{grid}\n{notes}"
