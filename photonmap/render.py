@@ -100,13 +100,8 @@ def render(
         with workers.holding_interrupts():
             interrupted = _run_passes(run, moments, budget, progress)
         _warn_of_cuts(run, budget, time.perf_counter() - compiled)
-        reached = moments.error()
-        light, errors = moments.finish(prepared.power)
-        flat = {
-            **light,
-            "unresolved": moments.unresolved() & (run.stores > 0),
-            **_first_hits(prepared, film, workers),
-        }
+        outcome = _outcome(run, moments)
+        flat, errors = _finish(prepared, film, run, moments, workers)
         rendering = time.perf_counter() - compiled
 
     record = {
@@ -123,11 +118,7 @@ def render(
         "bands": bands.describe(),
         "camera": {"framed": scene.camera is None, **describe_camera(prepared.camera, film)},
         "versions": describe_versions(),
-        "passes": moments.count,
-        "photons": run.photons,
-        "photons_stored": run.stores,
-        "rays": run.rays,
-        "error": reached if math.isfinite(reached) else None,
+        **outcome,
         "interrupted": interrupted,
         "seconds": {
             "load": loaded - start,
@@ -138,9 +129,7 @@ def render(
         },
         "warnings": told,
     }
-    images = _images(flat, film)
-    ordered = {name: images[name] for name in BUFFERS if name in images}
-    return Result(ordered, _images(errors, film), bands, record)
+    return Result(_images(flat, film), _images(errors, film), bands, record)
 
 
 def _film(size: tuple[int, int], pixel: str) -> Film:
@@ -208,6 +197,31 @@ def _warn_of_cuts(run: Passes, budget: Budget, elapsed: float) -> None:
         )
     if budget.error is not None and elapsed >= 0.9 * CEILING:
         warn(f"stopped after {CEILING:.0f} s, before the error {budget.error} was reached")
+
+
+def _outcome(run: Passes, moments: Accumulator) -> dict[str, Any]:
+    """Return what the record says of the passes."""
+    error = moments.error()
+    return {
+        "passes": moments.count,
+        "photons": run.photons,
+        "photons_stored": run.stores,
+        "rays": run.rays,
+        "error": error if math.isfinite(error) else None,
+    }
+
+
+def _finish(
+    prepared: Prepared, film: Film, run: Passes, moments: Accumulator, workers: Workers
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return all buffers, in the order of `BUFFERS`, and their errors, one row a pixel."""
+    light, errors = moments.finish(prepared.power)
+    flat = {
+        **light,
+        "unresolved": moments.unresolved() & (run.stores > 0),
+        **_first_hits(prepared, film, workers),
+    }
+    return {name: flat[name] for name in BUFFERS if name in flat}, errors
 
 
 def _first_hits(prepared: Prepared, film: Film, workers: Workers) -> dict[str, Any]:

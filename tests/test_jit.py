@@ -54,7 +54,7 @@ def checkout(tmp_path):
 
 
 def test_an_edit_of_a_callee_is_noticed(checkout):
-    """Numba itself would keep the caller's old machine code (its issue 1833)."""
+    """Numba itself would keep the caller's old machine code (numba #1833)."""
     code = (
         "import numpy as np; from photonmap.kernels import warp, jit;"
         "print(jit.is_cached(), warp.cosine_hemisphere_pdf(1.0) * np.pi)"
