@@ -18,7 +18,7 @@ def fill(seed, item, out):
 @jit
 def fill_sobol(key, first, out):
     for i in range(len(out)):
-        out[i] = rng.sobol_2d(np.uint64(first + i), key)
+        out[i, 0], out[i, 1] = rng.sobol_2d(np.uint64(first + i), key)
 
 
 def draws(seed, item, n=100_000):

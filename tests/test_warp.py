@@ -17,16 +17,16 @@ def sample_directions(which, n, out):
     for i in range(n):
         u, state = rng.draw(state)
         v, state = rng.draw(state)
+        x, y, z = 0.0, 0.0, 0.0
         if which == 0:
-            out[i] = warp.cosine_hemisphere(u, v)
+            x, y, z = warp.cosine_hemisphere(u, v)
         elif which == 1:
-            out[i] = warp.uniform_sphere(u, v)
+            x, y, z = warp.uniform_sphere(u, v)
         elif which == 2:
             x, y = warp.uniform_disk(u, v)
-            out[i] = (x, y, 0.0)
         else:
-            b1, b2 = warp.uniform_triangle(u, v)
-            out[i] = (b1, b2, 0.0)
+            x, y = warp.uniform_triangle(u, v)
+        out[i, 0], out[i, 1], out[i, 2] = x, y, z
 
 
 def chi_squared(counts, expected):
