@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from photonmap.render import render
     from photonmap.result import Result, load_result
     from photonmap.scene import Camera, DomeLight, Light, Material, Mesh, PointLight, Scene
-    from photonmap.spectra import Spectrum
+    from photonmap.spectra.curves import Spectrum, SpectrumSet
+    from photonmap.spectra.text import emission, reflectance
 
 __version__ = "0.1.0"
 
@@ -40,7 +41,10 @@ _HOMES = {
     "PointLight": "scene",
     "Scene": "scene",
     "load_scene": "readers.scene_file",
-    "Spectrum": "spectra",
+    "Spectrum": "spectra.curves",
+    "SpectrumSet": "spectra.curves",
+    "emission": "spectra.text",
+    "reflectance": "spectra.text",
 }
 __all__ = [*_HOMES, "scenes"]
 

@@ -1,88 +1,164 @@
-"""N spectral bands: their sensitivities, colours turned into band values, and back to sRGB."""
+"""N spectral bands: their sensitivities, and colours turned into band values."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError
-from photonmap.spectra import (
+from photonmap.messages import shown
+from photonmap.spectra.curves import (
+    EXTRAPOLATE,
+    FILES,
+    VISIBLE,
     Color,
     Spectrum,
-    integrate_products,
-    observer,
-    radiance_to_rgb,
-    reflectance_to_rgb,
+    check_emission,
+    check_reflectance,
 )
+from photonmap.spectra.integrals import integrate_products
+from photonmap.spectra.observer import observer, radiance_to_rgb, reflectance_to_rgb
+from photonmap.spectra.sensitivities import MOST, Limits, boxes, gaussians, sensor
 
 Floats = NDArray[np.float64]
 
-MOST = 256  # bands
-_WANTED = f"bands must be 'rgb' or a number from 1 to {MOST}; got {{}}"
-_CUT = 8.0  # σ from the centre, where a Gaussian has fallen to 1e-14 of its peak and is set to 0
+_WANTED = (
+    f"bands must be 'rgb', a number from 1 to {MOST}, 'box:N', a FILE.csv of sensitivities, or "
+    "the name of an observer or camera; got {}"
+)
 
 
 @dataclass(frozen=True)
 class Bands:
-    """What the last axis of every buffer counts: N Gaussian bands, or red, green and blue.
+    """What the last axis of every buffer counts: N sensors, or red, green and blue.
 
-    The band value of a spectrum f is ∫ f ρ dλ / ∫ ρ dλ over the band's sensitivity ρ.
-
-    Gaussian bands divide the range into N equal bins; each is centred on its bin, has a quarter
-    of the bin as σ, and is cut to the range. With `Bands.rgb()` there are no wavelengths: the
-    three values are linear sRGB. Equal and hashed by value; all arrays are read-only.
+    The band value of a spectrum f is ∫ f ρ dλ / ∫ ρ dλ over the band's sensitivity ρ. With
+    `Bands.rgb()` there are no wavelengths: the three values are linear sRGB. Made by `rgb`,
+    `gaussian`, `box`, `sensors` or `parse`. Equal and hashed by value; all arrays are read-only.
 
     Parameters
     ----------
-    count : N, 1 to 256
-    limits : the range (low, high), nm, within 380 to 780; None for RGB
-
-    Raises
-    ------
-    InputError
-        if the number or the range is not of this kind
+    kind : "rgb", "gaussian", "box" or "sensors"
+    names : what reports call the N bands: R, G, B, their centroids as in "550.0nm", or channels
+    sensitivities : N curves of integral 1, nm⁻¹, zero beyond their samples; none for RGB
+    limits : the range (low, high), nm; None for RGB
+    sigma : standard deviation of each Gaussian before it is cut to the range, nm
     """
 
-    count: int
-    limits: tuple[float, float] | None
-
-    def __post_init__(self) -> None:
-        """Check number and range."""
-        if not 1 <= self.count <= MOST:
-            raise InputError(_WANTED.format(self.count))
-        if self.limits is None:
-            if self.count != 3:
-                raise InputError(f"RGB has 3 bands, not {self.count}")
-            return
-        low, high = self.limits
-        if not 380.0 <= low < high <= 780.0:
-            raise InputError(
-                "the range of the bands must lie within 380 to 780 nm, the lower end first; "
-                f"got {low:g} to {high:g}"
-            )
-        if high - low < self.count:
-            raise InputError(
-                f"{self.count} bands in {low:g} to {high:g} nm are narrower than 1 nm; "
-                "use fewer bands or a wider range"
-            )
+    kind: Literal["rgb", "gaussian", "box", "sensors"]
+    names: tuple[str, ...]
+    sensitivities: tuple[Spectrum, ...] = ()
+    limits: Limits | None = None
+    sigma: float | None = None
 
     @classmethod
     def rgb(cls) -> Bands:
         """Return red, green and blue, taken as they stand."""
-        return cls(3, None)
+        return cls("rgb", ("R", "G", "B"))
 
     @classmethod
-    def gaussian(cls, n: int, low: float = 400.0, high: float = 700.0) -> Bands:
-        """Return `n` Gaussian bands that divide `low` to `high` (nm) equally."""
-        return cls(n, (float(low), float(high)))
+    def gaussian(
+        cls, n: int, low: float = VISIBLE[0], high: float = VISIBLE[1], sigma: float | None = None
+    ) -> Bands:
+        """Return `n` Gaussian bands, centred on the equal bins that divide `low` to `high`.
+
+        Parameters
+        ----------
+        n : 1 to 256
+        low, high : nm, within 380 to 780; the curves are cut there
+        sigma : standard deviation, nm; a quarter of the bin by default
+
+        Raises
+        ------
+        InputError
+            if the number, the range or σ is not of this kind
+        """
+        curves, sigma = gaussians(n, low, high, sigma)
+        return cls._of("gaussian", curves, None, (float(low), float(high)), sigma)
 
     @classmethod
-    def parse(cls, text: str | int | Bands) -> Bands:
-        """Return what a user asked for: "rgb", or a number of Gaussian bands.
+    def box(cls, n: int, low: float = VISIBLE[0], high: float = VISIBLE[1]) -> Bands:
+        """Return `n` equal bins that divide `low` to `high` (nm), each of constant sensitivity.
+
+        Raises
+        ------
+        InputError
+            as for `gaussian`
+        """
+        curves = boxes(n, low, high)
+        return cls._of("box", curves, None, (float(low), float(high)))
+
+    @classmethod
+    def sensors(
+        cls,
+        curves: Sequence[Spectrum],
+        names: Sequence[str] | None = None,
+        limits: Limits | None = None,
+    ) -> Bands:
+        """Return one band a sensitivity curve, in any unit.
+
+        A dip below 0 of up to 2% of the peak is measurement noise, and lifted to 0.
+
+        Parameters
+        ----------
+        curves : 1 to 256
+        names : of the channels; their centroids by default
+        limits : the range (nm) that the curves are cut to; the one they cover by default
+
+        Raises
+        ------
+        InputError
+            if a curve is negative, sees nothing within the range, or does not cover it (400 to
+            700 nm without one)
+        """
+        if not 1 <= len(curves) <= MOST:
+            raise InputError(f"there must be 1 to {MOST} sensors; got {len(curves)}")
+        labels = (
+            list(names) if names is not None else [f"sensor {k + 1}" for k in range(len(curves))]
+        )
+        if len(labels) != len(curves):
+            raise InputError(f"{len(curves)} sensors need as many names; got {len(labels)}")
+        kept = [sensor(curve, label, limits) for curve, label in zip(curves, labels, strict=True)]
+        ends = [curve.wavelengths[[0, -1]] for curve in kept]
+        low, high = float(min(end[0] for end in ends)), float(max(end[1] for end in ends))
+        return cls._of("sensors", kept, names, limits or (low, high))
+
+    @classmethod
+    def _of(
+        cls,
+        kind: Literal["gaussian", "box", "sensors"],
+        curves: Sequence[Spectrum],
+        names: Sequence[str] | None,
+        limits: Limits,
+        sigma: float | None = None,
+    ) -> Bands:
+        """Normalise the curves to an integral of 1."""
+        unit = tuple(
+            curve * float(1.0 / np.trapezoid(curve.values, curve.wavelengths)) for curve in curves
+        )
+        bands = cls(kind, tuple(names or ()), unit, limits, sigma)
+        if names is None:
+            assert bands.centroids is not None
+            bands = cls(kind, tuple(f"{at:.1f}nm" for at in bands.centroids), unit, limits, sigma)
+        return bands
+
+    @classmethod
+    def parse(cls, text: str | int | PathLike[str] | Bands, limits: Limits | None = None) -> Bands:
+        """Return what a user asked for.
+
+        Parameters
+        ----------
+        text : "rgb", a number of Gaussian bands, "box:N", a FILE.csv with a wavelength (nm) and
+            one sensitivity a sensor in each row, or the name by which colour-science knows an
+            observer or a camera
+        limits : the range (low, high), nm; by default 400 to 700, or what the file covers
 
         Raises
         ------
@@ -91,13 +167,37 @@ class Bands:
         """
         if isinstance(text, Bands):
             return text
-        if str(text).strip().lower() == "rgb":
+        body = str(text).strip()
+        if body.lower() == "rgb":
+            if limits is not None:
+                raise InputError("RGB has no range; leave it out or choose a number of bands")
             return cls.rgb()
+        kind, _, number = body.rpartition(":")
+        makers: dict[str, Callable[..., Bands]] = {"": cls.gaussian, "box": cls.box}
+        if kind in makers and number.strip().lstrip("+-").replace(".", "", 1).isdecimal():
+            return makers[kind](_whole(number, text), *(limits or VISIBLE))
+        return cls._named(body, limits)
+
+    @classmethod
+    def _named(cls, body: str, limits: Limits | None) -> Bands:
+        """Return the sensors of a file or of a name."""
+        from photonmap.readers.tables import read_table
+        from photonmap.spectra import names
+
+        held, body = body.startswith(EXTRAPOLATE), body.removeprefix(EXTRAPOLATE).strip()
+        path = Path(body)
+        if path.suffix.lower() in FILES:
+            table = read_table(path, kind="sensitivity")
+            curves = [replace(curve, extrapolate=held) for curve in table]
+            try:
+                return cls.sensors(curves, table.names, limits)
+            except InputError as error:
+                raise InputError(str(error), path) from None
         try:
-            number = int(str(text))
-        except ValueError:
-            raise InputError(_WANTED.format(repr(text))) from None
-        return cls.gaussian(number)
+            channels = {name: replace(c, extrapolate=held) for name, c in names.sensors(body)}
+        except InputError as error:
+            raise InputError(f"{_WANTED.format(shown(body))}: {error}") from None
+        return cls.sensors(list(channels.values()), list(channels), limits)
 
     @classmethod
     def from_description(cls, description: dict[str, Any]) -> Bands:
@@ -109,10 +209,16 @@ class Bands:
             if it is no such description
         """
         try:
-            if description["kind"] == "rgb":
+            kind, names = description["kind"], description["names"]
+            if kind == "rgb":
                 return cls.rgb()
             low, high = description["range_nm"]
-            return cls.gaussian(len(description["names"]), low, high)
+            if kind == "gaussian":
+                return cls.gaussian(len(names), low, high, description["sigma_nm"])
+            if kind == "box":
+                return cls.box(len(names), low, high)
+            curves = tuple(Spectrum(*curve) for curve in description["sensitivities"])
+            return cls("sensors", tuple(names), curves, (low, high))
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(
                 f"the record does not describe bands ({error}); render again"
@@ -121,31 +227,32 @@ class Bands:
     def describe(self) -> dict[str, Any]:
         """Return a JSON-able record: kind, names, centroids_nm, sigma_nm, range_nm.
 
-        The last three are None for RGB.
+        What does not apply is None. Bands of the kind "sensors" add `sensitivities`: a row of
+        wavelengths (nm) and one of values (nm⁻¹) each.
         """
         centroids = self.centroids
-        return {
-            "kind": "rgb" if self.limits is None else "gaussian",
+        description = {
+            "kind": self.kind,
             "names": list(self.names),
             "centroids_nm": None if centroids is None else centroids.tolist(),
             "sigma_nm": self.sigma,
             "range_nm": None if self.limits is None else list(self.limits),
         }
+        if self.kind == "sensors":
+            description["sensitivities"] = [
+                [curve.wavelengths.tolist(), curve.values.tolist()] for curve in self.sensitivities
+            ]
+        return description
 
     @property
-    def sigma(self) -> float | None:
-        """Standard deviation of each Gaussian before the cut, nm; None for RGB."""
-        return None if self.limits is None else (self.limits[1] - self.limits[0]) / self.count / 4.0
+    def count(self) -> int:
+        """N."""
+        return len(self.names) if not self.sensitivities else len(self.sensitivities)
 
     @property
-    def wavelengths(self) -> Floats | None:
-        """(M,) float64, nm, where the sensitivities are sampled; None for RGB."""
-        return None if self.limits is None else self._curves[0]
-
-    @property
-    def sensitivities(self) -> Floats | None:
-        """(N, M) float64, nm⁻¹, linear between samples, each of integral 1; None for RGB."""
-        return None if self.limits is None else self._curves[1]
+    def is_rgb(self) -> bool:
+        """True if the three values are linear sRGB, without wavelengths."""
+        return self.kind == "rgb"
 
     @cached_property
     def centroids(self) -> Floats | None:
@@ -155,13 +262,6 @@ class Bands:
         ends = np.array(self.limits)
         return _read_only(self.average(Spectrum(ends, ends)))  # of f(λ) = λ
 
-    @cached_property
-    def names(self) -> tuple[str, ...]:
-        """Return what reports call the bands: R, G, B or the centroids, as in "550.0nm"."""
-        if self.centroids is None:
-            return ("R", "G", "B")
-        return tuple(f"{centroid:.1f}nm" for centroid in self.centroids)
-
     def average(self, spectrum: Spectrum) -> Floats:
         """Return ∫ f ρ dλ for each sensitivity ρ, exactly: (N,) float64, in the unit of f.
 
@@ -170,7 +270,21 @@ class Bands:
         InputError
             for RGB, which has no sensitivities
         """
-        return self._averages(spectrum.wavelengths, spectrum.values[None])[0]
+        return self.average_all(spectrum.wavelengths, spectrum.values[None])[0]
+
+    def average_all(self, wavelengths: Floats, curves: Floats) -> Floats:
+        """Return the band values (C, N) of `curves` (C, K) over `wavelengths` (K,), nm.
+
+        As `average`; both hold their outer values where a band reaches beyond.
+        """
+        if self.is_rgb:
+            raise InputError("RGB has no sensitivities; choose a number of bands")
+        return np.concatenate(
+            [
+                integrate_products(band.wavelengths, band.values[None], wavelengths, curves)
+                for band in self.sensitivities
+            ]
+        ).T
 
     def reflectance(self, color: Color) -> Floats:
         """Return the band values of a reflectance: (N,) float64.
@@ -181,11 +295,14 @@ class Bands:
         Raises
         ------
         InputError
-            if it is no colour
+            if it is no colour, or a curve beyond [0, 1], or one that does not cover 400 to 700 nm
+            and the range of the bands
         """
         if not isinstance(color, Spectrum):
             return self._mix(color, self.reflectance_basis)
-        if self.limits is None:
+        self._check_covered(color)
+        check_reflectance(color.wavelengths, color.values)
+        if self.is_rgb:
             return np.clip(reflectance_to_rgb(color), 0.0, 1.0)
         return self.average(color)
 
@@ -198,21 +315,24 @@ class Bands:
         Raises
         ------
         InputError
-            if it is no colour
+            if it is no colour, or a curve below 0, or one that does not cover 400 to 700 nm and
+            the range of the bands
         """
         if not isinstance(color, Spectrum):
             return self._mix(color, self.emission_basis)
-        if self.limits is None:
+        self._check_covered(color)
+        check_emission(color.wavelengths, color.values)
+        if self.is_rgb:
             return np.maximum(radiance_to_rgb(color), 0.0)
         return self.average(color)
 
     @cached_property
     def reflectance_basis(self) -> Floats:
         """(3, N) float64: linear sRGB @ this = band reflectances, for any (..., 3) array."""
-        if self.limits is None:
+        if self.is_rgb:
             return _read_only(np.eye(3))
         eye = observer()
-        return _read_only(self._averages(eye.wavelengths, eye.basis))
+        return _read_only(self.average_all(eye.wavelengths, eye.basis))
 
     @cached_property
     def emission_basis(self) -> Floats:
@@ -222,45 +342,14 @@ class Bands:
         them: a lamp and a surface under D65 that have one RGB have one value in every band. The
         average of `upsample_emission`, the product of the curves, differs where bands are wide.
         """
-        if self.limits is None:
+        if self.is_rgb:
             return _read_only(np.eye(3))
         eye = observer()
-        return _read_only(self.reflectance_basis * self._averages(eye.wavelengths, eye.d65[None]))
+        return _read_only(self.reflectance_basis * self.average_all(eye.wavelengths, eye.d65[None]))
 
-    @cached_property
-    def rgb_matrix(self) -> Floats:
-        """(3, N) float64: this @ band radiances = linear sRGB; the identity for RGB.
-
-        Bands are interpolated linearly between their centroids and integrated with the colour
-        matching functions. The smallest correction (in the sum of squares) then returns RGB
-        emission, and with it RGB surfaces under D65, to its RGB: exactly for N ≥ 3; for fewer
-        bands white exactly, the rest as well as they can.
-        """
-        if self.centroids is None:
-            return _read_only(np.eye(3))
-        eye = observer()
-        direct = integrate_products(
-            eye.wavelengths, eye.matching, self.centroids, np.eye(self.count)
-        )
-        return _read_only(direct + _correction(self.emission_basis.T, direct))
-
-    @cached_property
-    def _curves(self) -> tuple[Floats, Floats]:
-        """Wavelengths (M,) and normalised sensitivities (N, M), or `InputError` for RGB."""
-        if self.limits is None or self.sigma is None:
-            raise InputError("RGB has no sensitivities; choose a number of bands")
-        low, high = self.limits
-        steps = 2 * int(np.ceil(max(8.0, (high - low) / self.count / 2.0)))  # 1 nm, σ/4 or less
-        wavelengths = np.linspace(low, high, self.count * steps + 1)
-        centres = wavelengths[steps // 2 :: steps, None]
-        z = np.minimum(np.abs(wavelengths - centres) / self.sigma, _CUT)
-        curves = np.where(z < _CUT, np.exp(-0.5 * z * z), 0.0)
-        curves /= np.trapezoid(curves, wavelengths)[:, None]
-        return _read_only(wavelengths), _read_only(curves)
-
-    def _averages(self, wavelengths: Floats, curves: Floats) -> Floats:
-        """Return the band values (C, N) of `curves` (C, K) over `wavelengths` (K,)."""
-        return integrate_products(*self._curves, wavelengths, curves).T
+    def _check_covered(self, color: Spectrum) -> None:
+        low, high = self.limits or VISIBLE
+        color.check_covers(min(low, VISIBLE[0]), max(high, VISIBLE[1]))
 
     def _mix(self, color: Any, basis: Floats) -> Floats:
         """Return the band values (N,) of a number, the same in all bands, or of a triple."""
@@ -271,30 +360,19 @@ class Bands:
         if values.shape in ((), (3,)) and np.isfinite(values).all():
             return values @ basis if values.shape else np.full(self.count, values)
         raise InputError(
-            f"a colour is a number, three for linear RGB, or a Spectrum; got {color!r}"
+            "a colour is a number, three for linear RGB, or a Spectrum, such as "
+            f"photonmap.reflectance or photonmap.emission make of a text; got {shown(color)}"
         )
+
+
+def _whole(number: str, text: object) -> int:
+    try:
+        return int(number)
+    except ValueError:
+        raise InputError(_WANTED.format(shown(text))) from None
 
 
 def _read_only(array: Floats) -> Floats:
     """Return the array, now locked."""
     array.setflags(write=False)
     return array
-
-
-def _correction(emission: Floats, direct: Floats) -> Floats:
-    """Return the least C (3, N) for which (direct + C) @ emission is the identity.
-
-    White is met first, by a row vector along it; the rest at right angles to it, but for directions
-    that the bands hardly see, as where all of them lie within the red.
-
-    Parameters
-    ----------
-    emission : (N, 3) band radiances of red, green and blue
-    direct : (3, N)
-    """
-    missing = np.eye(3) - direct @ emission
-    white = emission.sum(axis=1)
-    to_white = np.outer(missing.sum(axis=1), white / (white @ white))
-    missing -= to_white @ emission
-    others = np.linalg.qr(white[:, None], mode="complete")[0][:, 1:].T
-    return to_white + missing @ np.linalg.pinv(others @ emission, rcond=0.02) @ others

@@ -1,21 +1,27 @@
-"""The command line: `python -m photonmap SCENE [options]`."""
+"""The command line: `python -m photonmap SCENE [options]`, or the name of another command."""
 
 from __future__ import annotations
 
 import argparse
+import os
 import signal
 import sys
 import time
 import warnings
+from importlib import import_module
 from pathlib import Path
 from typing import Any, TextIO
 
+from photonmap.arguments import limits, size, vector
 from photonmap.budget import CEILING, DEFAULT_ERROR
 from photonmap.errors import InputError, SceneWarning, listening
 from photonmap.progress import choose_progress
 from photonmap.scene import Camera, Scene
 
 BAD_INPUT, INTERRUPTED = 2, 130
+
+_COMMANDS = {"sensors": "photonmap.sensors.command"}
+"""Modules with HELP, add_arguments and run."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -29,8 +35,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return 0, 2 for bad input, or 130 for Ctrl-C before the first pass."""
     warnings.showwarning = _show_warning
     try:
-        options = _parser().parse_args(arguments)
-        _run(options)
+        _dispatch(sys.argv[1:] if arguments is None else arguments)
     except InputError as error:
         print(f"photonmap: error: {error}", file=sys.stderr)
         return BAD_INPUT
@@ -43,12 +48,27 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
+def _dispatch(arguments: list[str]) -> None:
+    """Run the command that the first argument names; a render if it names none."""
+    name = arguments[0] if arguments else ""
+    if name not in _COMMANDS:
+        _run(_parser().parse_args(arguments))
+        return
+    command = import_module(_COMMANDS[name])
+    parser = _Parser(prog=f"photonmap {name}", description=command.HELP, allow_abbrev=False)
+    command.add_arguments(parser)
+    command.run(parser.parse_args(arguments[1:]))
+
+
 def _run(options: argparse.Namespace) -> None:
+    from photonmap.bands import Bands
     from photonmap.output import check_output
     from photonmap.readers.scene_file import load_scene
 
     output = options.output or Path(options.scene).with_suffix(".exr").name
     check_output(output, options.buffers)
+    bands = Bands.parse(options.bands, options.range)
+    _name_measured_sets(options)
     progress = choose_progress(options.quiet)
     try:
         with listening() as told:
@@ -61,7 +81,7 @@ def _run(options: argparse.Namespace) -> None:
 
             result = render(
                 scene,
-                bands=options.bands,
+                bands=bands,
                 size=options.size,
                 pixel=options.pixel,
                 passes=options.passes,
@@ -83,6 +103,18 @@ def _run(options: argparse.Namespace) -> None:
         progress.close()
     if not options.quiet:
         _report(result.record, output)
+
+
+def _name_measured_sets(options: argparse.Namespace) -> None:
+    """Let the names of colours find the sets that the flags name."""
+    from photonmap.spectra import munsell, text
+
+    if options.munsell:
+        os.environ[munsell.VARIABLE] = options.munsell
+        munsell.measured_set()
+    if options.illuminants:
+        os.environ[text.ILLUMINANTS] = options.illuminants
+        text.measured_illuminants()
 
 
 def _camera(options: argparse.Namespace, scene: Scene) -> Camera | None:
@@ -131,29 +163,41 @@ def _parser() -> argparse.ArgumentParser:
         prog="photonmap",
         description="Render a scene into direct, indirect, reflectance and shading, in N bands, "
         "with a standard error on each.",
-        epilog="Writes FILE.exr (all buffers), FILE.png (preview) and FILE.json (run record).",
+        epilog="Writes FILE.exr (all buffers), FILE.png (preview) and FILE.json (run record). "
+        "Another command: photonmap sensors --help.",
         allow_abbrev=False,
     )
-    parser.add_argument("scene", metavar="SCENE", help="OBJ file; SCENE.toml may hold its camera")
+    parser.add_argument("scene", metavar="SCENE", help="OBJ file, SCENE.toml beside it; or TOML")
     parser.add_argument("--version", action="version", version=_version())
     parser.add_argument("--quiet", action="store_true", help="print errors and warnings alone")
     image = parser.add_argument_group("image")
     image.add_argument(
         "--bands",
         default="6",
-        metavar="N|rgb",
-        help="N Gaussian bands over 400-700 nm, or the file's R, G, B as they stand (default 6)",
+        metavar="BANDS",
+        help="N Gaussian bands (default 6), box:N, FILE.csv of sensitivities, the name of a camera "
+        "or observer; or rgb: the scene's R, G, B as they stand",
     )
-    image.add_argument("--size", type=_size, default=(512, 512), metavar="WxH", help="512x512")
+    image.add_argument(
+        "--range", type=limits, metavar="LOW:HIGH", help="of the bands, nm (default 400:700)"
+    )
+    image.add_argument("--size", type=size, default=(512, 512), metavar="WxH", help="512x512")
     image.add_argument(
         "--pixel",
         choices=("box", "center"),
         default="box",
         help="samples cover the pixel (default), or all pass through its centre",
     )
+    spectra = parser.add_argument_group("spectra")
+    spectra.add_argument(
+        "--munsell", metavar="PATH", help="measured chips for munsell: (or $PHOTONMAP_MUNSELL)"
+    )
+    spectra.add_argument(
+        "--illuminants", metavar="PATH", help="measured lights for sfu: (or $PHOTONMAP_ILLUMINANTS)"
+    )
     camera = parser.add_argument_group("camera", "in place of the one in SCENE.toml")
     for name in ("origin", "target", "up"):
-        camera.add_argument(f"--{name}", type=_vector, metavar="x,y,z", help="scene units")
+        camera.add_argument(f"--{name}", type=vector, metavar="x,y,z", help="scene units")
     camera.add_argument("--fov", type=float, metavar="DEG", help="full vertical angle (default 40)")
     budget = parser.add_argument_group("budget", f"one of these; --error {DEFAULT_ERROR} if none")
     budget.add_argument("--passes", type=int, metavar="N")
@@ -185,23 +229,6 @@ def _parser() -> argparse.ArgumentParser:
         help="write these alone, separated by commas (default: all)",
     )
     return parser
-
-
-def _size(text: str) -> tuple[int, int]:
-    width, cross, height = text.lower().partition("x")
-    if not (cross and width.strip().isdecimal() and height.strip().isdecimal()):
-        raise argparse.ArgumentTypeError(f"{text!r} is no size; write it as 640x480")
-    return int(width), int(height)
-
-
-def _vector(text: str) -> tuple[float, ...]:
-    try:
-        x, y, z = map(float, text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is no vector; write it as x,y,z (with = where x is negative)"
-        ) from None
-    return x, y, z
 
 
 def _version() -> str:

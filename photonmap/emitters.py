@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.bands import Bands
-from photonmap.errors import InputError, warn
+from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.records import DOME, POINT, TRIANGLE, Geometry, Lights
 from photonmap.scene import DomeLight, Light, Material, PointLight
-from photonmap.spectra import Color
+from photonmap.spectra.curves import Color
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,8 @@ def collect_emitters(
 
 def emission_of(color: Color, bands: Bands, owner: str) -> NDArray[np.float64]:
     """Return a colour's emission per band, (N,); InputError names its owner if it is no light."""
-    values = bands.emission(color)
+    with naming(owner):
+        values = bands.emission(color)
     if not (np.isfinite(values).all() and (values >= 0.0).all()):
         raise InputError(f"{owner} emits {values.min():.6g}: emission is finite and not negative")
     return values

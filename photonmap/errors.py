@@ -23,6 +23,17 @@ class InputError(ValueError):
         super().__init__(place + " ".join(message.split()))
 
 
+@contextmanager
+def naming(
+    owner: str, path: str | PathLike[str] | None = None, line: int | None = None
+) -> Iterator[None]:
+    """Put the name of what is at fault, and its place, before an `InputError`."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{owner}: {error}", path, line) from None
+
+
 class SceneWarning(UserWarning):
     """Something in the input that was mended, ignored or not simulated."""
 

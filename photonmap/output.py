@@ -182,20 +182,17 @@ def channel_names(component: str, centroids: Sequence[float] | NDArray[np.float6
 
 @cache
 def sensitivity_texts(bands: Bands) -> tuple[str, ...]:
-    """Return the sensitivities of Gaussian bands as attributes, "550nm:0.1;560nm:0.2".
+    """Return the sensitivities of bands as attributes, "550nm:0.1;560nm:0.2".
 
     Decimal points and no semicolon at the end: so the authors' library and colour-science read
     it. The former drops the last sample, which is why each curve ends with the 0 beyond its cut.
     """
-    assert bands.wavelengths is not None
-    assert bands.sensitivities is not None
-    low, high = bands.wavelengths[[0, -1]]
-    wavelengths = np.concatenate([[low - 1e-6], bands.wavelengths, [high + 1e-6]])
     texts = []
-    for curve in np.pad(bands.sensitivities, ((0, 0), (1, 1))):
-        positive = np.flatnonzero(curve)
-        support = slice(positive[0] - 1, positive[-1] + 2)
-        samples = zip(wavelengths[support], curve[support], strict=True)
+    for curve in bands.sensitivities:
+        nm, values = curve.wavelengths, curve.values
+        open_ends = tuple((values[[0, -1]] != 0.0).astype(int))
+        nm = np.pad(nm, open_ends, constant_values=(nm[0] - 1e-6, nm[-1] + 1e-6))
+        samples = zip(nm, np.pad(values, open_ends), strict=True)
         texts.append(";".join(f"{at:.9g}nm:{value:.9g}" for at, value in samples))
     return tuple(texts)
 
@@ -216,7 +213,7 @@ def _spec(part: str, image: NDArray[Any], bands: Bands) -> OpenImageIO.ImageSpec
 
     height, width = image.shape[:2]
     names = _channels(part, bands)
-    viewers = _RGB if part == "radiance" and bands.limits else ()
+    viewers = _RGB if part == "radiance" and not bands.is_rgb else ()
     kind = OpenImageIO.UINT if part in _INTEGERS else OpenImageIO.FLOAT
     spec = OpenImageIO.ImageSpec(width, height, len(viewers) + len(names), kind)
     spec.channelnames = (*viewers, *names)
@@ -233,7 +230,7 @@ def _spec(part: str, image: NDArray[Any], bands: Bands) -> OpenImageIO.ImageSpec
 
 def _pixels(part: str, image: NDArray[Any], result: Result) -> NDArray[Any]:
     """Return a part's channels as `_spec` lists them: (H, W, C) float32 or uint32."""
-    if part == "radiance" and result.bands.limits:
+    if part == "radiance" and not result.bands.is_rgb:
         return np.concatenate([result.rgb(), image], axis=-1, dtype=np.float32)
     kind = np.uint32 if part in _INTEGERS else np.float32
     return np.ascontiguousarray(image.reshape(*image.shape[:2], -1), dtype=kind)

@@ -12,13 +12,11 @@ from numpy.typing import NDArray
 from photonmap.bands import Bands
 from photonmap.camera import check_camera, frame_scene
 from photonmap.emitters import collect_emitters
-from photonmap.errors import InputError, warn
+from photonmap.errors import InputError, naming, warn
 from photonmap.kernels import records
 from photonmap.kernels.embree import EmbreeScene
 from photonmap.scene import Camera, Material, Mesh, Scene
-
-REFLECTANCE_SLACK = 1.001
-"""Reflectances between 1 and this are rounding of an exporter: they are clamped."""
+from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 
 @dataclass
@@ -189,8 +187,9 @@ def _shading_normals(mesh: Mesh) -> NDArray[np.float32]:
 
 
 def _reflectance(material: Material, bands: Bands) -> NDArray[np.float64]:
-    values = bands.reflectance(material.reflectance)
-    bad = ~((values >= 0.0) & (values <= REFLECTANCE_SLACK))
+    with naming(f"material {material.name!r}"):
+        values = bands.reflectance(material.reflectance)
+    bad = ~((values >= 0.0) & (values <= LARGEST_REFLECTANCE))
     if bad.any():
         raise InputError(
             f"material {material.name!r} reflects {values[bad][0]:.6g} in band "

@@ -14,6 +14,7 @@ from photonmap.bands import Bands
 from photonmap.errors import InputError
 from photonmap.messages import listed
 from photonmap.output import encode_png, read_exr, save_all
+from photonmap.projection import Method, Projection, Target, choose_projection
 
 Image = NDArray[np.float32]
 Ids = NDArray[np.uint32]
@@ -45,7 +46,7 @@ class Result:
 
     def __repr__(self) -> str:
         width, height = self.size
-        kind = "RGB" if self.bands.limits is None else f"{self.bands.count} bands"
+        kind = "RGB" if self.bands.is_rgb else f"{self.bands.count} bands"
         return f"<Result {width} × {height}, {kind}: {', '.join(self.buffers)}>"
 
     def _repr_png_(self) -> bytes | None:
@@ -169,31 +170,75 @@ class Result:
             raise ValueError(f"{name!r} has no standard error; {listed(self.errors, 99)} have one")
         raise ValueError("a single pass has no standard errors; render with 2 passes or more")
 
-    def rgb(self, buffer: str = "radiance") -> Image:
+    def rgb(self, buffer: str = "radiance", method: Method = "direct") -> Image:
         """Project a buffer onto linear sRGB: (H, W, 3) float32, in the buffer's unit.
 
-        Radiances and shading are projected by `Bands.rgb_matrix`; reflectance by the same under
+        Radiances and shading are projected by one matrix; reflectance by the same under
         equal-energy white, so that a perfect diffuser is (1, 1, 1). Projection does not commute
         with products. Colours out of gamut are negative; what exceeds float32 is its largest.
+
+        Parameters
+        ----------
+        buffer : its name
+        method : "direct" integration, or "regression" over the Munsell chips: see `projection`
 
         Raises
         ------
         ValueError
-            if there is no such buffer, or it has no bands
+            if there is no such buffer, or it has no bands; or no such method
         """
+        return self._project(buffer, "rgb", method)
+
+    def xyz(self, buffer: str = "radiance", method: Method = "direct") -> Image:
+        """Project a buffer onto CIE 1931 XYZ: (H, W, 3) float32, as `rgb` does."""
+        return self._project(buffer, "xyz", method)
+
+    def to_sensor(
+        self,
+        curves: Bands | str | PathLike[str],
+        buffer: str = "radiance",
+        method: Method = "direct",
+    ) -> Image:
+        """Return what another sensor sees of a buffer: (H, W, T) float32, band averages.
+
+        Parameters
+        ----------
+        curves : `Bands`, or what `Bands.parse` takes: a FILE.csv, the name of a camera, a number
+        buffer, method : as for `rgb`
+
+        Raises
+        ------
+        ValueError
+            as `rgb` does; or if there are no such curves
+        """
+        return self._project(buffer, Bands.parse(curves), method)
+
+    def projection(self, target: Target = "rgb", method: Method = "direct") -> Projection:
+        """Return the matrix by which the bands of radiances are projected, and its residual.
+
+        Parameters
+        ----------
+        target : "rgb", "xyz" or `Bands`
+        method : "direct" integrates the smoothest spectra that have these band values;
+            "regression" is the fit to Munsell chips under equal energy, D65 and A, which
+            `fit_projection` makes for any others
+        """
+        return choose_projection(self.bands, target, method)
+
+    def _project(self, buffer: str, target: Target, method: Method) -> Image:
         if buffer not in self.buffers:
             raise ValueError(self._missing(buffer))
         image = self.buffers[buffer]
         if buffer == "normal" or image.ndim != 3:
             raise ValueError(f"{buffer!r} has no bands, and so no colour")
-        matrix = self.bands.rgb_matrix.T
+        matrix = self.projection(target, method).matrix.T
         if buffer == "reflectance":
             matrix = matrix / matrix.sum(axis=0)
         most = np.finfo(np.float32).max
-        rgb = np.empty((*image.shape[:2], 3), np.float32)
-        for line, row in zip(rgb, image, strict=True):  # spares float64 copies of images
+        projected = np.empty((*image.shape[:2], matrix.shape[1]), np.float32)
+        for line, row in zip(projected, image, strict=True):  # spares float64 copies of images
             line[:] = np.clip(row @ matrix, -most, most)
-        return rgb
+        return projected
 
     @property
     def exposure(self) -> float:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from photonmap.spectra import Color
+from photonmap.spectra.curves import Color
 
 Vector = tuple[float, float, float]
 

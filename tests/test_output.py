@@ -13,6 +13,7 @@ from photonmap.bands import Bands
 from photonmap.errors import InputError
 from photonmap.output import channel_names, check_output, sensitivity_texts
 from photonmap.result import Result, load_result
+from photonmap.spectra.curves import Spectrum
 
 H, W = 19, 5  # more lines than the 16 that are compressed together
 LIGHT = ("radiance", "emission", "direct", "indirect", "shading")
@@ -22,6 +23,10 @@ BANDS = {
     "rgb": Bands.rgb(),
     **{str(n): Bands.gaussian(n) for n in (1, 6, 31, 81)},
     "cut": Bands.gaussian(6, 405, 650),
+    "box": Bands.box(4),
+    "camera": Bands.sensors(
+        [Spectrum([390, 620, 700], [1, 2, 1]), Spectrum([400, 450, 710], [1, 3, 1])], ("r", "b")
+    ),
 }
 every = pytest.mark.parametrize("bands", BANDS.values(), ids=BANDS)
 
@@ -181,7 +186,9 @@ def test_centroids_that_coincide_are_told_apart():
     ]
 
 
-@pytest.mark.parametrize("bands", [b for b in BANDS.values() if b.limits], ids=str)
+@pytest.mark.parametrize(
+    "bands", [b for b in BANDS.values() if b.limits], ids=lambda b: f"{b.kind}-{b.count}"
+)
 def test_a_sensitivity_is_told_where_it_is_not_zero(bands):
     ends = []
     for text, curve in zip(sensitivity_texts(bands), bands.sensitivities, strict=True):
@@ -189,8 +196,8 @@ def test_a_sensitivity_is_told_where_it_is_not_zero(bands):
         ends += [at[0], at[-1]]
         assert values[0] == values[-1] == 0.0
         assert np.trapezoid(values, at) == pytest.approx(1.0, abs=1e-6)
-        told = np.interp(bands.wavelengths, at, values, left=0.0, right=0.0)
-        np.testing.assert_allclose(told, curve, rtol=1e-5, atol=1e-8)
+        told = np.interp(curve.wavelengths, at, values)
+        np.testing.assert_allclose(told, curve.values, rtol=1e-5, atol=1e-8)
     assert min(ends) == bands.limits[0] - 1e-6
     assert max(ends) == bands.limits[1] + 1e-6
 

@@ -11,7 +11,7 @@ from photonmap.bands import Bands
 from photonmap.errors import InputError
 from photonmap.output import encode_png
 from photonmap.result import Result
-from photonmap.spectra import upsample_reflectance
+from photonmap.spectra.observer import upsample_reflectance
 
 H, W = 4, 5
 LIGHT = ("radiance", "emission", "direct", "indirect", "shading")
@@ -24,8 +24,8 @@ FLAT = {
     "object_id": ((), np.uint32),
     "material_id": ((), np.uint32),
 }
-BANDS = [Bands.rgb(), *map(Bands.gaussian, (1, 2, 3, 6, 31))]
-every = pytest.mark.parametrize("bands", BANDS, ids=lambda b: f"{b.count}-{b.limits}")
+BANDS = [Bands.rgb(), *map(Bands.gaussian, (1, 2, 3, 6, 31)), Bands.box(4)]
+every = pytest.mark.parametrize("bands", BANDS, ids=lambda b: f"{b.kind}-{b.count}")
 
 
 def make(bands=BANDS[0], **changed):
@@ -118,8 +118,10 @@ def test_colours_come_from_the_matrix_of_the_bands(bands):
     for name in LIGHT:
         rgb = result.rgb(name)
         assert (rgb.shape, rgb.dtype) == ((H, W, 3), np.float32)
-        np.testing.assert_allclose(rgb, result.buffers[name] @ bands.rgb_matrix.T, rtol=1e-6)
-    if bands.limits is None:
+        np.testing.assert_allclose(
+            rgb, result.buffers[name] @ result.projection().matrix.T, rtol=1e-6
+        )
+    if bands.is_rgb:
         np.testing.assert_array_equal(result.rgb(), result.radiance)
 
 

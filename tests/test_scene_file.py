@@ -50,14 +50,14 @@ def test_suffix_in_capitals(load):
 
 @pytest.mark.parametrize("name", ["room.fbx", "room", "obj"])
 def test_unknown_kind(load, name):
-    with pytest.raises(InputError, match=rf"{name}: .*supported: \.obj"):
+    with pytest.raises(InputError, match=rf"{name}: .*supported: \.obj, \.toml"):
         load(name=name)
 
 
 @pytest.mark.parametrize(
     ("toml", "message"),
     [
-        (CAMERA + "[lights]\n", r":4: section 'lights' .*did you mean 'camera'\?"),
+        (CAMERA + "[cameras]\n", r":4: section 'cameras' .*did you mean 'camera'\?"),
         (CAMERA + "fow = 3\n", r":4: \[camera\] key 'fow' .*did you mean 'fov'\?"),
         ("# camera.\n\n[Camera]\n", r":3: section 'Camera' .*'camera'\?"),
         ("camera = 3\n", r":1: camera is no section; write \[camera\]"),

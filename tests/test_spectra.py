@@ -12,9 +12,9 @@ import pytest
 from scipy.integrate import quad
 
 from photonmap.errors import InputError
-from photonmap.spectra import (
-    Spectrum,
-    integrate_products,
+from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.integrals import integrate_products
+from photonmap.spectra.observer import (
     observer,
     radiance_to_rgb,
     reflectance_to_rgb,
@@ -155,7 +155,9 @@ def test_colours_look_right_to_another_observer(colour):
 
 def test_colour_science_is_not_needed_at_run_time():
     code = (
-        "import json, sys; from photonmap.bands import Bands; Bands.gaussian(6).rgb_matrix;"
+        "import json, sys; from photonmap.bands import Bands; import photonmap.projection as p;"
+        "p.direct_projection(Bands.gaussian(6), 'rgb'); import photonmap as pm;"
+        "pm.reflectance('munsell:5R 5/10'); pm.emission('rgb:1,2,3');"
         "print(json.dumps([m for m in ('colour', 'scipy', 'matplotlib') if m in sys.modules]))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

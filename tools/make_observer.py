@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 from scipy.optimize import nnls
 
-from photonmap.spectra import integrate_products, observer_from_table
+from photonmap.spectra.integrals import integrate_products
+from photonmap.spectra.observer import observer_from_table
 
 FILE = Path(__file__).parents[1] / "photonmap" / "data" / "observer.csv"
 DIGITS = 8

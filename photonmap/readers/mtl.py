@@ -7,13 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from os import PathLike
 
-from photonmap.errors import warn
+from photonmap.errors import InputError, warn
 from photonmap.messages import listed, shown
 from photonmap.readers.wavefront import Source, read_source
 from photonmap.scene import Material, Vector
-
-LARGEST_REFLECTANCE = 1.001
-"""Exporters round perfect white up to here; more is a mistake."""
+from photonmap.spectra.curves import LARGEST_REFLECTANCE, Color
+from photonmap.spectra.text import emission, reflectance
 
 _AMBIENT = ("Ka", "map_Ka")
 _NEUTRAL = {"Ks": 0.0, "Tf": 1.0, "Ni": 1.0, "d": 1.0, "Tr": 0.0, "Pm": 0.0, "Ps": 0.0, "Pc": 0.0}
@@ -24,7 +23,7 @@ _CURVES = ("spectral", "xyz")
 class _Draft:
     """A material as far as it has been read."""
 
-    colors: dict[str, Vector] = field(default_factory=dict)
+    colors: dict[str, Color] = field(default_factory=dict)
     clamped: bool = False
     ignored: list[str] = field(default_factory=list)
 
@@ -32,8 +31,9 @@ class _Draft:
 def read_mtl(path: str | PathLike[str]) -> dict[str, Material]:
     """Read the materials of an MTL file.
 
-    `Kd` is the reflectance and `Ke` the radiance, both linear RGB; a material without them
-    keeps the defaults of `Material`. `Ka` is passed over: ambient light is not physical. All
+    `Kd` is the reflectance and `Ke` the radiance: linear RGB, `xyz` and CIE XYZ, or `spectral` and
+    what `photonmap.spectra.text` describes; a material without them keeps the defaults of
+    `Material`. `Ka` is passed over: ambient light is not physical. All
     else that would change the picture is named in one warning.
 
     Parameters
@@ -71,18 +71,29 @@ def read_mtl(path: str | PathLike[str]) -> dict[str, Material]:
     return {name: Material(name, **draft.colors) for name, draft in drafts.items()}
 
 
-def _read_color(source: Source, offset: int, keyword: str, rest: str) -> Vector:
-    """Read one number, which stands for a grey, or three."""
+def _read_color(source: Source, offset: int, keyword: str, rest: str) -> Color:
+    """Read a colour: one number, which stands for a grey, three, or `spectral` or `xyz`."""
     words = rest.split()
-    if words[:1] and words[0] in _CURVES:
-        message = f"{keyword} {shown(rest)} is not supported yet; write linear RGB"
-        raise source.error(message, offset)
+    if words[:1] == ["spectral"]:
+        return _read_text(source, offset, keyword, rest.removeprefix("spectral").strip())
+    space = words.pop(0) if words[:1] == ["xyz"] else ""
     numbers = _parse_numbers(source, offset, keyword, words)
     if len(numbers) not in (1, 3):
         message = f"{keyword} {shown(rest)} has {len(numbers)} numbers; write one or three"
         raise source.error(message, offset)
     red, green, blue = numbers if len(numbers) == 3 else numbers * 3
-    return red, green, blue
+    if space:
+        return _read_text(source, offset, keyword, f"xyz:{red},{green},{blue}")
+    return _CHECKS[keyword](source, offset, rest, (red, green, blue))
+
+
+def _read_text(source: Source, offset: int, keyword: str, text: str) -> Color:
+    """Read a colour that is named, or stands in a file beside this one."""
+    read = {"Kd": reflectance, "Ke": emission}[keyword]
+    try:
+        return read(text, source.path.parent)
+    except InputError as error:
+        raise source.error(f"{keyword}: {error}", offset) from None
 
 
 def _parse_numbers(source: Source, offset: int, keyword: str, words: list[str]) -> list[float]:
@@ -97,24 +108,38 @@ def _parse_numbers(source: Source, offset: int, keyword: str, words: list[str]) 
         raise source.error(f"{message}; {remedy}", offset) from None
 
 
-def _read_reflectance(source: Source, offset: int, rest: str, draft: _Draft) -> None:
-    """Read `Kd`."""
-    color = _read_color(source, offset, "Kd", rest)
+def _check_reflectance(source: Source, offset: int, rest: str, color: Vector) -> Vector:
+    """Refuse what is no RGB of a reflectance."""
     if not all(0 <= value <= LARGEST_REFLECTANCE for value in color):
         message = f"Kd {shown(rest)} is no reflectance; keep it within [0, 1]"
         raise source.error(message, offset)
-    red, green, blue = (min(value, 1.0) for value in color)
-    draft.colors["reflectance"] = red, green, blue
-    draft.clamped = max(color) > 1
+    return color
+
+
+def _check_radiance(source: Source, offset: int, rest: str, color: Vector) -> Vector:
+    """Refuse what is no RGB of a light."""
+    if min(color) < 0 or not all(map(math.isfinite, color)):
+        message = f"Ke {shown(rest)} is no radiance; write finite numbers from 0"
+        raise source.error(message, offset)
+    return color
+
+
+_CHECKS = {"Kd": _check_reflectance, "Ke": _check_radiance}
+
+
+def _read_reflectance(source: Source, offset: int, rest: str, draft: _Draft) -> None:
+    """Read `Kd`; what rounding left above 1 is lowered to 1."""
+    color = _read_color(source, offset, "Kd", rest)
+    draft.clamped = isinstance(color, tuple) and max(color) > 1
+    if isinstance(color, tuple):
+        red, green, blue = (min(value, 1.0) for value in color)
+        color = red, green, blue
+    draft.colors["reflectance"] = color
 
 
 def _read_emission(source: Source, offset: int, rest: str, draft: _Draft) -> None:
     """Read `Ke`."""
-    color = _read_color(source, offset, "Ke", rest)
-    if min(color) < 0 or not all(map(math.isfinite, color)):
-        message = f"Ke {shown(rest)} is no radiance; write finite numbers from 0"
-        raise source.error(message, offset)
-    draft.colors["emission"] = color
+    draft.colors["emission"] = _read_color(source, offset, "Ke", rest)
 
 
 _READERS: dict[str, Callable[[Source, int, str, _Draft], None]] = {

@@ -1,34 +1,43 @@
-"""Load a scene by its file's suffix, with the camera that stands beside it."""
+"""Load a scene: a mesh file, and the TOML file that adds a camera and materials."""
 
 from __future__ import annotations
 
-import re
-import tomllib
-from collections.abc import Callable, Collection
+from collections.abc import Callable
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 from photonmap.camera import check_camera
-from photonmap.errors import InputError
-from photonmap.messages import shown, suggest
+from photonmap.errors import InputError, naming
+from photonmap.messages import shown
 from photonmap.readers.obj import read_obj
-from photonmap.scene import Camera, Mesh, Scene
+from photonmap.readers.toml import Toml, read_toml
+from photonmap.scene import Camera, Material, Mesh, Scene
+from photonmap.spectra.curves import Color
+from photonmap.spectra.text import emission, reflectance
 
-_READERS: dict[str, Callable[[Path], list[Mesh]]] = {".obj": read_obj}
-_SECTIONS = {"camera": ("origin", "target", "up", "fov")}
-_REQUIRED = ("origin", "target")
+_MESHES: dict[str, Callable[[Path], list[Mesh]]] = {".obj": read_obj}
+_SECTIONS = ("mesh", "camera", "material")
+_CAMERA, _REQUIRED = ("origin", "target", "up", "fov"), ("origin", "target")
+_COLORS: dict[str, Callable[[str, Path], Color]] = {
+    "reflectance": reflectance,
+    "emission": emission,
+}
 
 
 def load_scene(path: str | PathLike[str]) -> Scene:
     """Load a scene file.
 
-    A TOML file of the same stem beside it may hold the camera: a section `[camera]` with
-    `origin` and `target` (scene units), and optionally `up` and `fov` (degrees, vertical).
+    A TOML file names its mesh, `mesh = "room.obj"`, or stands beside it under the same stem. It
+    may hold a section `[camera]` with `origin` and `target` (scene units), and optionally `up`
+    and `fov` (degrees, vertical); and sections `[material.NAME]` with `reflectance` and
+    `emission`, each a number, `[red, green, blue]`, or a text as `photonmap.spectra.text`
+    describes it, in place of those that the mesh file gives this material.
 
     Parameters
     ----------
-    path : an OBJ file
+    path : an OBJ or TOML file
 
     Returns
     -------
@@ -39,73 +48,89 @@ def load_scene(path: str | PathLike[str]) -> Scene:
     InputError : the file is of no known kind, or it or one it refers to cannot be read
     """
     path = Path(path)
-    reader = _READERS.get(path.suffix.lower())
+    if path.suffix.lower() == ".toml" and not path.is_file():
+        raise InputError("cannot be read (no such file); check the name", path)
+    toml = read_toml(path.with_suffix(".toml"))
+    toml.check_known(_SECTIONS, "section")
+    mesh = _mesh_path(path, toml)
+    reader = _MESHES.get(mesh.suffix.lower())
     if reader is None:
-        raise InputError(f"is of no known kind; supported: {', '.join(_READERS)}", path)
-    camera = _read_camera(path.with_suffix(".toml"))
-    return Scene(reader(path), camera=camera, name=path.stem)
+        known = ", ".join((*_MESHES, ".toml"))
+        raise InputError(f"is of no known kind; supported: {known}", mesh)
+    camera = _read_camera(toml)
+    return Scene(_recolor(reader(mesh), toml), camera=camera, name=path.stem)
 
 
-def _read_camera(path: Path) -> Camera | None:
-    """Read the camera of a TOML file; None where there is none.
+def _mesh_path(path: Path, toml: Toml) -> Path:
+    """Return the mesh file that a scene names, or is."""
+    named = toml.sections.get("mesh")
+    if named is None:
+        if path.suffix.lower() == ".toml":
+            raise InputError('names no mesh; add mesh = "FILE.obj" at the top', path)
+        return path
+    if not isinstance(named, str):
+        raise toml.error(f'mesh {shown(named)} is no name; write mesh = "FILE.obj"', "mesh")
+    mesh = toml.path.parent / named
+    if path.suffix.lower() != ".toml" and mesh.resolve() != path.resolve():
+        raise toml.error(f"names another mesh than {path.name}; render {toml.path.name}", "mesh")
+    return mesh
 
-    Raises
-    ------
-    InputError : the file is no TOML, a section or key is not known, or the camera is not valid
-    """
-    text = _read_text(path)
-    sections = _parse_toml(text, path)
-    _check_known(sections, _SECTIONS, "section", text, path)
-    if "camera" not in sections:
+
+def _read_camera(toml: Toml) -> Camera | None:
+    """Read `[camera]`; None where there is none."""
+    if "camera" not in toml.sections:
         return None
-    line = _line_of(text, "camera")
-    camera = sections["camera"]
-    if not isinstance(camera, dict):
-        raise InputError("camera is no section; write [camera] above its keys", path, line)
-    _check_known(camera, _SECTIONS["camera"], "[camera] key", text, path)
+    camera = _section(toml, "camera", _CAMERA, "[camera]")
     for key in _REQUIRED:
         if key not in camera:
-            raise InputError(f"[camera] lacks {key}; add {key} = [x, y, z]", path, line)
-    lines = {key: _line_of(text, key) for key in _SECTIONS["camera"]}
-    return check_camera(Camera(**camera), path, lines)
+            raise toml.error(f"[camera] lacks {key}; add {key} = [x, y, z]", "camera")
+    lines = {key: toml.line("camera", key) for key in _CAMERA}
+    return check_camera(Camera(**camera), toml.path, lines)
 
 
-def _read_text(path: Path) -> str:
-    """Read UTF-8; a missing file counts as empty."""
-    try:
-        return path.read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        return ""
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror}); check the file", path) from None
-    except UnicodeDecodeError as error:
-        line = error.object.count(b"\n", 0, error.start) + 1
-        raise InputError("is not in UTF-8; save it so", path, line) from None
+def _recolor(meshes: list[Mesh], toml: Toml) -> list[Mesh]:
+    """Give the materials of `[material.NAME]` their colours."""
+    if "material" not in toml.sections:
+        return meshes
+    sections = toml.sections["material"]
+    if not isinstance(sections, dict):
+        raise toml.error("material is no section; write [material.NAME]", "material")
+    used = {id(mesh.material): mesh.material for mesh in meshes}
+    toml.check_known({material.name for material in used.values()}, "material", "material")
+    changed = {
+        key: _with_colors(material, toml)
+        for key, material in used.items()
+        if material.name in sections
+    }
+    return [replace(m, material=changed.get(id(m.material), m.material)) for m in meshes]
 
 
-def _parse_toml(text: str, path: Path) -> dict[str, Any]:
-    """Parse TOML; a syntax error names its line."""
-    try:
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        reason, _, place = str(error).partition(" (at ")
-        found = re.match(r"line (\d+)", place)
-        line = int(found[1]) if found else len(text.splitlines()) if place else None
-        raise InputError(f"is not valid TOML: {reason}; mend it", path, line) from None
+def _with_colors(material: Material, toml: Toml) -> Material:
+    label, way = f"[material.{material.name}]", ("material", material.name)
+    colors: dict[str, Any] = {}
+    for key, value in _section(toml, "material", tuple(_COLORS), label, material.name).items():
+        with naming(f"{label} {key}", toml.path, toml.line(*way, key)):
+            colors[key] = _COLORS[key](_as_text(value), toml.path.parent)
+    return replace(material, **colors)
 
 
-def _check_known(
-    names: Collection[str], known: Collection[str], kind: str, text: str, path: Path
-) -> None:
-    """Raise on a name that is not known."""
-    for name in names:
-        if name not in known:
-            message = f"{kind} {shown(name)} is not known; {suggest(name, known)}"
-            raise InputError(message, path, _line_of(text, name))
+def _as_text(value: Any) -> str:
+    """Write a TOML value as a colour's text."""
+    numbers = value if isinstance(value, list) else [value]
+    if isinstance(value, str):
+        return value
+    if len(numbers) not in (1, 3) or any(type(number) not in (int, float) for number in numbers):
+        raise InputError(f"{shown(value)} is no colour; write a number, three, or a text")
+    return repr(value) if value is numbers[0] else "rgb:" + ",".join(map(repr, numbers))
 
 
-def _line_of(text: str, name: str) -> int | None:
-    """Find the first line that has a section or key of this name."""
-    pattern = rf"^[^#\n]*?(?<![\w-]){re.escape(name)}[\"']?[ \t]*[=.\]]"
-    found = re.search(pattern, text, re.MULTILINE)
-    return text.count("\n", 0, found.start()) + 1 if found else None
+def _section(
+    toml: Toml, name: str, known: tuple[str, ...], label: str, inner: str | None = None
+) -> dict[str, Any]:
+    """Return a section whose keys are all known."""
+    way = (name,) if inner is None else (name, inner)
+    section = toml.sections[name] if inner is None else toml.sections[name][inner]
+    if not isinstance(section, dict):
+        raise toml.error(f"{'.'.join(way)} is no section; write {label} above its keys", *way)
+    toml.check_known(known, f"{label} key", *way)
+    return section

@@ -1,0 +1,1 @@
+"""Curves over wavelength, the names they go by, and the eye that sees them."""

@@ -1,0 +1,92 @@
+"""XYZ turned into colours: linear sRGB within its gamut, smooth spectra beyond it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from photonmap.errors import InputError
+from photonmap.spectra.curves import Color, Spectrum
+from photonmap.spectra.names import colour_science
+from photonmap.spectra.observer import observer
+
+XYZ = tuple[float, float, float]
+
+_TOLERANCE = 1e-3  # of XYZ, Y = 1 for white
+_DIMMER = (0.5, 0.2, 0.05, 0.01, 0.002)
+
+
+def reflectance_of_xyz(xyz: XYZ) -> Color:
+    """Return a reflectance that has this colour under D65.
+
+    Within sRGB it is linear sRGB; beyond it a smooth curve by W. Jakob and J. Hanika, "A
+    Low-Dimensional Function Space for Efficient Spectral Upsampling", Computer Graphics Forum
+    38(2), 2019.
+
+    Parameters
+    ----------
+    xyz : CIE 1931, Y = 1 for a perfect diffuser
+
+    Raises
+    ------
+    InputError
+        if no reflectance has it
+    """
+    rgb = _to_rgb(xyz)
+    if rgb.min() >= 0.0 and rgb.max() <= 1.0:
+        return _triple(rgb)
+    curve = _recover(np.array(xyz))
+    if curve is None:
+        percent = "; divide values of 0 to 100 by 100" if 2.0 < xyz[1] <= 100.0 else ""
+        raise InputError(f"no reflectance has the XYZ {_listed(xyz)} under D65{percent}")
+    return curve
+
+
+def emission_of_xyz(xyz: XYZ) -> Color:
+    """Return a light of this colour, as `reflectance_of_xyz`, without an upper bound.
+
+    Raises
+    ------
+    InputError
+        if no light has it
+    """
+    rgb = _to_rgb(xyz)
+    if rgb.min() >= 0.0:
+        return _triple(rgb)
+    eye, brightest = observer(), max(*xyz, 1e-300)
+    for dimmer in _DIMMER:
+        curve = _recover(np.array(xyz) / brightest * dimmer)
+        if curve is not None:
+            light = curve(eye.wavelengths) * eye.d65 * (brightest / dimmer)
+            return Spectrum(eye.wavelengths, light, extrapolate=True)
+    raise InputError(f"no light has the XYZ {_listed(xyz)}")
+
+
+def _to_rgb(xyz: XYZ) -> np.ndarray:
+    """Return linear sRGB; what rounding leaves below 0 or above 1 is cut."""
+    if min(xyz) < 0.0:
+        raise InputError(f"no colour has the XYZ {_listed(xyz)}; all three are from 0")
+    rgb = np.linalg.solve(observer().rgb_to_xyz, xyz)
+    near = np.round(rgb)
+    return np.where(np.abs(rgb - near) < 1e-9 * max(1.0, rgb.max()), near, rgb)
+
+
+def _triple(rgb: np.ndarray) -> tuple[float, float, float]:
+    red, green, blue = rgb.tolist()
+    return red, green, blue
+
+
+def _recover(xyz: np.ndarray) -> Spectrum | None:
+    """Return a reflectance in [0, 1] of this colour under D65; None if there is none."""
+    with colour_science() as colour:
+        shape = colour.SpectralShape(380.0, 780.0, 5.0)
+        cmfs = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(shape)
+        white = colour.SDS_ILLUMINANTS["D65"].copy().align(shape)
+        curve = colour.recovery.XYZ_to_sd_Jakob2019(xyz, cmfs, white)
+        seen = colour.sd_to_XYZ(curve, cmfs, white) / 100.0
+    if np.abs(seen - xyz).max() > _TOLERANCE * xyz.max():
+        return None
+    return Spectrum(curve.wavelengths, np.clip(curve.values, 0.0, 1.0), extrapolate=True)
+
+
+def _listed(xyz: XYZ) -> str:
+    return ", ".join(f"{value:g}" for value in xyz)

@@ -1,0 +1,240 @@
+"""Curves over wavelength, one or many, and what makes them sound."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.errors import InputError
+from photonmap.messages import suggest
+from photonmap.spectra.integrals import resample
+
+Floats = NDArray[np.float64]
+
+VISIBLE = (400.0, 700.0)
+"""What every curve must cover at least, nm."""
+
+EXTRAPOLATE = "extrapolate:"
+"""Stands before the name of a curve whose outer values hold beyond its samples."""
+
+FILES = (".csv", ".txt", ".tsv", ".spd", ".rfl")
+"""What names of files with curves end in."""
+
+LARGEST_REFLECTANCE = 1.001
+"""Rounded perfect white may reach up to here; more is a mistake."""
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """A curve over wavelength: linear between its samples, and unknown beyond the outer ones.
+
+    Equal by value; the arrays are read-only copies.
+
+    Parameters
+    ----------
+    wavelengths : (M,) float64, nm, strictly increasing, M ≥ 2
+    values : (M,) float64, in the unit of what is described: 1, or W·m⁻²·sr⁻¹
+    extrapolate : the outer samples hold beyond, where more than they cover is needed
+
+    Raises
+    ------
+    InputError
+        if the two are not such arrays, or the wavelengths look like another unit
+    """
+
+    wavelengths: Floats
+    values: Floats
+    extrapolate: bool = False
+
+    def __post_init__(self) -> None:
+        """Copy the array-likes, check them and make them read-only."""
+        for attribute in ("wavelengths", "values"):
+            try:
+                array = np.array(getattr(self, attribute), dtype=np.float64) + 0.0  # no -0.0
+            except (TypeError, ValueError):
+                raise InputError(f"a spectrum's {attribute} must be a row of numbers") from None
+            object.__setattr__(self, attribute, array)
+            array.setflags(write=False)
+        _check_samples(self.wavelengths, self.values)
+        check_wavelengths(self.wavelengths)
+
+    @classmethod
+    def sample(
+        cls, function: Callable[[Floats], Floats], low: float = 380.0, high: float = 780.0
+    ) -> Spectrum:
+        """Sample a function of the wavelength (nm), called once with an array, in steps of 1 nm."""
+        wavelengths = np.linspace(low, high, max(2, round(high - low) + 1))
+        return cls(wavelengths, np.broadcast_to(function(wavelengths), wavelengths.shape))
+
+    def __call__(self, wavelengths: Floats) -> Floats:
+        """Return the values at `wavelengths` (nm), in their shape; the outer ones beyond."""
+        return np.interp(wavelengths, self.wavelengths, self.values)
+
+    def __mul__(self, factor: float) -> Spectrum:
+        """Return the curve with all values multiplied."""
+        return replace(self, values=self.values * float(factor))
+
+    __rmul__ = __mul__
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Spectrum):
+            return NotImplemented
+        return (
+            np.array_equal(self.wavelengths, other.wavelengths)
+            and np.array_equal(self.values, other.values)
+            and self.extrapolate == other.extrapolate
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.wavelengths.tobytes(), self.values.tobytes(), self.extrapolate))
+
+    def check_covers(self, low: float, high: float) -> None:
+        """Raise `InputError`, saying what is missing, unless `low` to `high` (nm) is known."""
+        if not self.extrapolate:
+            check_covers(self.wavelengths, low, high)
+
+
+Color = float | tuple[float, float, float] | Spectrum
+"""A number is a constant spectrum, a triple is linear sRGB, a `Spectrum` is itself."""
+
+
+@dataclass(frozen=True, eq=False)
+class SpectrumSet:
+    """Many curves over the same wavelengths, by name.
+
+    Parameters
+    ----------
+    wavelengths : (K,) float64, nm, strictly increasing, K ≥ 2
+    values : (C, K) float64
+    names : C of them; of two with one name the first is found
+
+    Raises
+    ------
+    InputError
+        if the arrays do not fit together, or a curve is no spectrum
+    """
+
+    wavelengths: Floats
+    values: Floats
+    names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        """Check what all curves share, and that every value is finite."""
+        shape = np.shape(self.values)
+        if len(shape) != 2 or shape != (len(self.names), len(self.wavelengths)) or not shape[0]:
+            raise InputError(
+                f"{len(self.names)} curves over {len(self.wavelengths)} wavelengths need as many "
+                f"rows and columns of values, and one curve at least; got shape {shape}"
+            )
+        object.__setattr__(self, "wavelengths", np.asarray(self.wavelengths, np.float64))
+        object.__setattr__(self, "values", np.asarray(self.values, np.float64))
+        bad = np.flatnonzero(~np.isfinite(self.values).all(axis=1))
+        _ = self[int(bad[0]) if bad.size else 0]
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __iter__(self) -> Iterator[Spectrum]:
+        return (self[index] for index in range(len(self)))
+
+    def __getitem__(self, key: int | str) -> Spectrum:
+        """Return the curve of this place or name.
+
+        Raises
+        ------
+        InputError
+            if there is none of this name, with the nearest one
+        """
+        if isinstance(key, str):
+            if key not in self.names:
+                raise InputError(f"there is no curve {key!r}; {suggest(key, self.names)}")
+            key = self.names.index(key)
+        return Spectrum(self.wavelengths, self.values[key])
+
+    def at(self, wavelengths: Floats) -> Floats:
+        """Return all curves at `wavelengths` (M,), nm, increasing: (C, M) float64.
+
+        Raises
+        ------
+        InputError
+            if the curves do not cover them
+        """
+        check_covers(self.wavelengths, wavelengths[0], wavelengths[-1])
+        return resample(wavelengths, self.wavelengths, self.values)
+
+
+def check_reflectance(wavelengths: Floats, values: Floats) -> None:
+    """Raise `InputError` unless a curve lies in [0, 1]; rounding may lift it a little above."""
+    bad = np.flatnonzero(~((values >= 0.0) & (values <= LARGEST_REFLECTANCE)))
+    if bad.size:
+        raise InputError(
+            f"reflectance is {values[bad[0]]:.6g} at {wavelengths[bad[0]]:g} nm; "
+            "it must lie between 0 and 1" + _percent(values)
+        )
+
+
+def _percent(values: Floats) -> str:
+    """Name the usual reason why reflectances are far above 1."""
+    return ": divide percent by 100" if 2.0 < values.max() <= 110.0 else ""
+
+
+def check_emission(wavelengths: Floats, values: Floats) -> None:
+    """Raise `InputError` if a curve is negative somewhere."""
+    if (lowest := int(np.argmin(values))) >= 0 and values[lowest] < 0.0:
+        raise InputError(
+            f"emission is {values[lowest]:.6g} at {wavelengths[lowest]:g} nm; "
+            "light cannot be negative"
+        )
+
+
+def check_covers(wavelengths: Floats, low: float, high: float) -> None:
+    """Raise `InputError`, saying what is missing, unless samples cover `low` to `high` (nm)."""
+    first, last = wavelengths[0], wavelengths[-1]
+    if first <= low and last >= high:
+        return
+    below = [f"{low:g}-{min(first, high):g}"] if first > low else []
+    above = [f"{max(last, low):g}-{high:g}"] if last < high else []
+    missing = " and ".join(below + above)
+    raise InputError(
+        f"the curve covers {first:g}-{last:g} nm, but {low:g}-{high:g} nm is needed: {missing} nm "
+        "is missing; narrow the range of the bands to 400:700 if they reach beyond, or let the "
+        f"outer values hold: '{EXTRAPOLATE}' before the name, extrapolate=True in code"
+    )
+
+
+def check_wavelengths(wavelengths: Floats) -> None:
+    """Raise `InputError` unless wavelengths increase and can be nanometres of light."""
+    falls = np.flatnonzero(np.diff(wavelengths) <= 0)
+    if falls.size:
+        before, after = wavelengths[falls[0] : falls[0] + 2]
+        raise InputError(
+            f"wavelengths must increase, but {after:g} follows {before:g}; "
+            "sort the samples and keep one for each wavelength"
+        )
+    first, last = wavelengths[0], wavelengths[-1]
+    units = (
+        (last < 1e-3, "metres", "multiply by 1e9"),
+        (last < 100.0, "micrometres", "multiply by 1000"),
+        (first > 3000.0, "ångströms", "divide by 10"),
+    )
+    for found, unit, remedy in units:
+        if found:
+            raise InputError(
+                f"wavelengths must be in nm; {first:g} to {last:g} look like {unit}: {remedy}"
+            )
+
+
+def _check_samples(wavelengths: Floats, values: Floats) -> None:
+    """Raise `InputError` unless the samples define a curve."""
+    if wavelengths.ndim != 1 or wavelengths.shape != values.shape:
+        raise InputError(
+            "a spectrum needs one row of wavelengths and as many values; "
+            f"got shapes {wavelengths.shape} and {values.shape}"
+        )
+    if len(wavelengths) < 2:
+        raise InputError("a spectrum needs at least 2 samples; for a constant one give a number")
+    if not (np.isfinite(wavelengths).all() and np.isfinite(values).all()):
+        raise InputError("a spectrum's wavelengths and values must be finite")

@@ -1,0 +1,130 @@
+"""Curves that colour-science knows by name: lights, chart patches, observers and cameras.
+
+colour-science takes a second to import, so that it is imported when a name is looked up.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import cache
+from typing import Any
+
+from photonmap.errors import InputError
+from photonmap.messages import suggest
+from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.observer import normalise_luminance
+
+_HOTTEST, _COLDEST = 1e6, 300.0  # K; between them all 400 to 700 nm carry some light
+
+
+@contextmanager
+def colour_science() -> Iterator[Any]:
+    """Give colour-science, without its remarks on missing parts and on grids it aligns."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import colour
+
+        yield colour
+
+
+def light(name: str) -> Spectrum:
+    """Return a CIE illuminant or light source, scaled to Y = 1.
+
+    Parameters
+    ----------
+    name : as colour-science spells it, in any case; F1 to F12 stand for FL1 to FL12
+
+    Raises
+    ------
+    InputError
+        if there is none of this name, with the nearest one
+    """
+    return normalise_luminance(_spectrum(_find("light", name, _lights())))
+
+
+def patch(name: str) -> Spectrum:
+    """Return the reflectance of a ColorChecker patch (BabelColor's average of 30 charts).
+
+    Parameters
+    ----------
+    name : as colour-science spells it, in any case; "white 9.5 (.05 D)" is "white 9.5" too
+
+    Raises
+    ------
+    InputError
+        if there is none of this name, with the nearest one
+    """
+    return _spectrum(_find("reflectance", name, _patches()))
+
+
+def sensors(name: str) -> tuple[tuple[str, Spectrum], ...]:
+    """Return the sensitivities of an observer or a camera, each with its channel's name.
+
+    Raises
+    ------
+    InputError
+        if there is none of this name, with the nearest one
+    """
+    curves = _find("sensor set", name, _sensor_sets())
+    return tuple(
+        (str(label), Spectrum(curves.wavelengths, values))
+        for label, values in zip(curves.labels, curves.values.T, strict=True)
+    )
+
+
+def planck(kelvin: float) -> Spectrum:
+    """Return the light of a black body, scaled to Y = 1.
+
+    Raises
+    ------
+    InputError
+        if the temperature is not from 300 to 1e6 K
+    """
+    if not _COLDEST <= kelvin <= _HOTTEST:
+        raise InputError(
+            f"a black body of {kelvin:g} K is no light; write {_COLDEST:g} to {_HOTTEST:g} K"
+        )
+    with colour_science() as colour:
+        curve = colour.sd_blackbody(kelvin, colour.SpectralShape(300.0, 1000.0, 1.0))
+    return normalise_luminance(_spectrum(curve))
+
+
+@cache
+def _lights() -> dict[str, Any]:
+    with colour_science() as colour:
+        names = {**colour.SDS_LIGHT_SOURCES, **colour.SDS_ILLUMINANTS}
+    aliases = {name.replace("FL", "F", 1): name for name in names if name.startswith("FL")}
+    return _lower({**names, **{alias: names[name] for alias, name in aliases.items()}})
+
+
+@cache
+def _patches() -> dict[str, Any]:
+    with colour_science() as colour:
+        names = colour.SDS_COLOURCHECKERS["BabelColor Average"]
+    return _lower({**names, **{name.partition(" (")[0]: names[name] for name in names}})
+
+
+@cache
+def _sensor_sets() -> dict[str, Any]:
+    with colour_science() as colour:
+        return _lower({**colour.MSDS_CMFS, **colour.MSDS_CAMERA_SENSITIVITIES})
+
+
+def _lower(names: Mapping[str, Any]) -> dict[str, Any]:
+    return {name.lower(): names[name] for name in names}
+
+
+def _find(kind: str, name: str, known: Mapping[str, Any]) -> Any:
+    if name.lower() in known:
+        return known[name.lower()]
+    raise InputError(f"there is no {kind} {name!r}; {suggest(name, _spelled(known.values()))}")
+
+
+def _spelled(curves: Iterable[Any]) -> list[str]:
+    return [curve.name for curve in curves]
+
+
+def _spectrum(curve: Any) -> Spectrum:
+    return Spectrum(curve.wavelengths, curve.values)

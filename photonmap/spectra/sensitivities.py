@@ -1,0 +1,81 @@
+"""Sensitivity curves: Gaussians and boxes over equal bins, and measured sensors."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from photonmap.errors import InputError, warn
+from photonmap.spectra.curves import VISIBLE, Spectrum
+from photonmap.spectra.integrals import merge_grids
+
+MOST = 256
+"""Bands, at most."""
+
+Limits = tuple[float, float]
+
+_CUT = 8.0  # σ from the centre, where a Gaussian has fallen to 1e-14 of its peak and is set to 0
+_NOISE = 0.02  # of a sensor's peak: how far below 0 a measured curve may dip
+
+
+def gaussians(n: int, low: float, high: float, sigma: float | None) -> tuple[list[Spectrum], float]:
+    """Return `n` curves, each centred on its bin, and their σ (nm): a quarter of the bin."""
+    bin_width = _bin_width(n, low, high)
+    sigma = bin_width / 4.0 if sigma is None else float(sigma)
+    if not 0.01 <= sigma <= high - low:
+        raise InputError(f"σ is {sigma:g} nm; keep it from 0.01 to the range, {high - low:g}")
+    steps = 2 * int(np.ceil(max(2.0 * bin_width / sigma, bin_width / 2.0)))  # 1 nm, σ/4 or less
+    wavelengths = np.linspace(low, high, n * steps + 1)
+    curves = []
+    for centre in wavelengths[steps // 2 :: steps]:
+        z = np.abs(wavelengths - centre) / sigma
+        near = np.flatnonzero(z < _CUT)
+        support = slice(max(near[0] - 1, 0), near[-1] + 2)
+        curve = np.where(z < _CUT, np.exp(-0.5 * np.minimum(z, _CUT) ** 2), 0.0)
+        curves.append(Spectrum(wavelengths[support], curve[support]))
+    return curves, sigma
+
+
+def boxes(n: int, low: float, high: float) -> list[Spectrum]:
+    """Return `n` curves, each constant over its bin."""
+    _bin_width(n, low, high)
+    edges = np.linspace(low, high, n + 1)
+    return [Spectrum(edges[k : k + 2], np.ones(2)) for k in range(n)]
+
+
+def sensor(curve: Spectrum, label: str, limits: Limits | None) -> Spectrum:
+    """Return a sensitivity cut to the range and to where it sees light, or raise `InputError`."""
+    curve.check_covers(*(limits or VISIBLE))
+    lowest, peak = curve.values.min(), curve.values.max()
+    if lowest < -_NOISE * peak:
+        at = curve.wavelengths[np.argmin(curve.values)]
+        raise InputError(f"{label}: sensitivity is {lowest:.6g} at {at:g} nm; keep it from 0")
+    if lowest < 0.0:
+        warn(
+            f"{label}: sensitivity dips to {lowest:.3g}, {-lowest / peak:.2%} of its peak: cut to 0"
+        )
+    low, high = limits or curve.wavelengths[[0, -1]]
+    inside = (curve.wavelengths > low) & (curve.wavelengths < high)
+    grid = merge_grids(np.array([low, high]), curve.wavelengths[inside])
+    values = np.maximum(curve(grid), 0.0)
+    seen = np.flatnonzero(values)
+    if not seen.size:
+        raise InputError(f"{label}: sees nothing from {low:g} to {high:g} nm; widen the range")
+    support = slice(max(seen[0] - 1, 0), seen[-1] + 2)
+    return Spectrum(grid[support], values[support])
+
+
+def _bin_width(n: int, low: float, high: float) -> float:
+    """Return the width of each of `n` bins, or raise `InputError`."""
+    if not 1 <= n <= MOST:
+        raise InputError(f"the number of bands must be 1 to {MOST}; got {n}")
+    if not 380.0 <= low < high <= 780.0:
+        raise InputError(
+            "the range of the bands must lie within 380 to 780 nm, the lower end first; "
+            f"got {low:g} to {high:g}"
+        )
+    if high - low < n:
+        raise InputError(
+            f"{n} bands in {low:g} to {high:g} nm are narrower than 1 nm; "
+            "use fewer bands or a wider range"
+        )
+    return (high - low) / n
