@@ -99,11 +99,9 @@ def _kind(light: Light) -> int:
 
 
 def _spectrum(light: Light, bands: Bands) -> NDArray[np.float64]:
-    if isinstance(light, PointLight):
-        return emission_of(light.intensity, bands, f"light {light.name!r}")
-    if isinstance(light, DomeLight):
-        return emission_of(light.radiance, bands, f"light {light.name!r}")
-    raise InputError(f"{light!r} is neither a PointLight nor a DomeLight")
+    if not isinstance(light, PointLight | DomeLight):
+        raise InputError(f"{light!r} is neither a PointLight nor a DomeLight")
+    return emission_of(light.color, bands, f"light {light.name!r}")
 
 
 def _position(light: Light) -> NDArray[np.float64]:

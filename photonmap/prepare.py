@@ -4,6 +4,7 @@ Kernels work near the origin, at unit size and unit power, whatever the scene's:
 the factors that turn lengths and radiances back.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from photonmap.errors import InputError, naming, warn
 from photonmap.kernels import records
 from photonmap.kernels.embree import EmbreeScene
 from photonmap.scene import Camera, Material, Mesh, Scene
-from photonmap.spectra.curves import LARGEST_REFLECTANCE
+from photonmap.spectra.curves import LARGEST_REFLECTANCE, Color, Spectrum
 
 
 @dataclass
@@ -109,6 +110,7 @@ def prepare(scene: Scene, bands: Bands, aspect: float = 1.0) -> Prepared:
             "vertices": len(vertices),
             "emitting_triangles": int((emitters.of_triangle >= 0).sum()),
             "lights": len(set(emitters.names)),
+            "spectra": any(isinstance(color, Spectrum) for color in _colors(scene)),
         },
         embree,
     )
@@ -129,6 +131,14 @@ def _check_mesh(mesh: Mesh) -> None:
         raise InputError(
             f"{name}: normals must be {mesh.vertices.shape}, one a vertex, not {mesh.normals.shape}"
         )
+
+
+def _colors(scene: Scene) -> Iterator[Color]:
+    """Give all colours of a scene."""
+    for mesh in scene.meshes:
+        yield from (mesh.material.reflectance, mesh.material.emission)
+    for light in scene.lights:
+        yield light.color
 
 
 def _distinct_materials(meshes: list[Mesh]) -> list[Material]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Literal
@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from photonmap.bands import Bands
 from photonmap.errors import InputError
-from photonmap.messages import shown
+from photonmap.messages import shown, suggest
 from photonmap.spectra.curves import Color, Spectrum, SpectrumSet
 from photonmap.spectra.integrals import integrate_products, resample
 from photonmap.spectra.observer import emission_spectrum, observer
 
 Floats = NDArray[np.float64]
 Target = Bands | Literal["rgb", "xyz"]
-Method = Literal["direct", "regression"]
+Method = Literal["direct", "primaries", "regression"]
 
 _CHIPS = 128  # of the training set; all their ordered pairs are the colours after two bounces
 _TRAINING_LIGHTS = ("1", "D65", "A")
@@ -41,8 +41,15 @@ class Projection:
     residual: tuple[float, float] | None = None
 
 
-def choose_projection(bands: Bands, target: Target, method: str) -> Projection:
-    """Return the projection of this method, "direct" or "regression".
+def choose_projection(bands: Bands, target: Target, method: Method) -> Projection:
+    """Return the projection of a method.
+
+    Parameters
+    ----------
+    bands : what is projected
+    target : "rgb", "xyz" or other bands
+    method : "direct" as `direct_projection`, "primaries" as `primaries_projection`, "regression"
+        as `fit_projection` to the Munsell chips under equal energy, D65 and A
 
     Raises
     ------
@@ -51,11 +58,9 @@ def choose_projection(bands: Bands, target: Target, method: str) -> Projection:
     """
     if not isinstance(target, Bands) and target not in ("rgb", "xyz"):
         raise InputError(f"there is no target {shown(target)}; give 'rgb', 'xyz' or Bands")
-    if method == "direct":
-        return direct_projection(bands, target)
-    if method == "regression":
-        return _default_fit(bands, target)
-    raise InputError(f"method {shown(method)} is neither 'direct' nor 'regression'")
+    if method not in _METHODS:
+        raise InputError(f"there is no method {shown(method)}; {suggest(str(method), _METHODS)}")
+    return _METHODS[method](bands, target)
 
 
 @cache
@@ -63,10 +68,9 @@ def direct_projection(bands: Bands, target: Target) -> Projection:
     """Integrate the smoothest spectra that have the bands' values over the target's curves.
 
     The smoothest has the least ∫ s'² dλ of all whose averages over the bands are those given:
-    between sharp bands it is linear, and constant beyond the outer ones. Towards RGB and XYZ the
-    smallest correction (in the sum of squares) then returns RGB emission, and with it RGB surfaces
-    under D65, to its RGB: exactly for N ≥ 3; for fewer bands white exactly, the rest as well as
-    they can. From RGB to other sensors the spectra are those that RGB emission stands for.
+    between sharp bands it is linear, and constant beyond the outer ones. Towards RGB and XYZ each
+    channel is then scaled to see D65 as white. From RGB to other sensors the spectra are those
+    that RGB emission stands for.
 
     Raises
     ------
@@ -74,13 +78,32 @@ def direct_projection(bands: Bands, target: Target) -> Projection:
         if the target is the bands of RGB, which have no sensitivities
     """
     if isinstance(target, Bands):
-        eye = observer()
-        if bands.is_rgb:
-            curves, grid = eye.basis * eye.d65, eye.wavelengths
-        else:
-            curves, grid = _smoothest(bands)
-        return Projection(_locked(target.average_all(grid, curves).T))
-    to_rgb = np.eye(3) if bands.is_rgb else _rgb_matrix(bands)
+        return Projection(_locked(target.average_all(*_spectra(bands)).T))
+    if bands.is_rgb:
+        return _from_rgb(target, np.eye(3))
+    eye = observer()
+    grid, curves = _spectra(bands)
+    matrix = integrate_products(eye.wavelengths, eye.matching, grid, curves)
+    white = bands.average_all(eye.wavelengths, eye.d65[None])[0]
+    return _from_rgb(target, matrix / (matrix @ white)[:, None])
+
+
+@cache
+def primaries_projection(bands: Bands, target: Target) -> Projection:
+    """Correct `direct_projection` so that RGB emission returns to its RGB, and to its XYZ.
+
+    So do RGB surfaces under D65. The correction is the smallest in the sum of squares: exact for
+    N ≥ 3; for fewer bands white is exact, and the rest as near as can be. It is for scenes whose
+    colours are RGB; measured spectra it takes farther from their colours. Other sensors know no
+    primaries: towards them it is `direct_projection`.
+    """
+    if isinstance(target, Bands) or bands.is_rgb:
+        return direct_projection(bands, target)
+    direct = direct_projection(bands, "rgb").matrix
+    return _from_rgb(target, direct + _correction(bands.emission_basis.T, direct))
+
+
+def _from_rgb(target: Literal["rgb", "xyz"], to_rgb: Floats) -> Projection:
     return Projection(_locked(to_rgb if target == "rgb" else observer().rgb_to_xyz @ to_rgb))
 
 
@@ -136,6 +159,13 @@ def _default_fit(bands: Bands, target: Target) -> Projection:
     return fit_projection(bands, target, munsell_set(), map(emission, _TRAINING_LIGHTS))
 
 
+_METHODS: dict[str, Callable[[Bands, Target], Projection]] = {
+    "direct": direct_projection,
+    "primaries": primaries_projection,
+    "regression": _default_fit,
+}
+
+
 def _colors(
     bands: Bands, target: Target, wavelengths: Floats, curves: Floats, light: Spectrum
 ) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
@@ -158,7 +188,7 @@ def _target_weights(target: Target) -> tuple[Floats, Floats]:
         curves = eye.matching if target == "rgb" else eye.rgb_to_xyz @ eye.matching
         return eye.wavelengths, curves  # zero at both ends, in steps of 1 nm
     if target.is_rgb:
-        raise InputError("RGB has no sensitivities; the target is 'rgb'")
+        raise InputError("RGB has no sensitivities; name the target 'rgb'")
     grid = _grid(target)
     return grid, np.array([_hat_averages(grid, curve) for curve in target.sensitivities])
 
@@ -172,8 +202,14 @@ def _residual(matrix: Floats, inputs: Floats, truths: Floats) -> float:
     return float(np.linalg.norm(inputs @ matrix.T - truths) / np.linalg.norm(truths))
 
 
+def _spectra(bands: Bands) -> tuple[Floats, Floats]:
+    """Return a grid (M,), nm, and curves (N, M): band values @ curves = their spectrum."""
+    eye = observer()
+    return (eye.wavelengths, eye.basis * eye.d65) if bands.is_rgb else _smoothest(bands)
+
+
 def _smoothest(bands: Bands) -> tuple[Floats, Floats]:
-    """Return curves (N, M) over a grid (M,), nm: @ band values, the smoothest spectrum of these.
+    """Return a grid (M,), nm, and curves (N, M): band values @ curves = the smoothest spectrum.
 
     The minimum of ∫ s'² under linear constraints is a constant and a sum of the constraints'
     averages of −|λ − μ| whose weights add up to 0: G. Wahba, "Spline Models for Observational
@@ -186,7 +222,7 @@ def _smoothest(bands: Bands) -> tuple[Floats, Floats]:
     system = np.ones((n + 1, n + 1))
     system[:n, :n], system[n, n] = averages @ kernel, 0.0
     weights = np.linalg.lstsq(system, np.eye(n + 1, n), rcond=1e-12)[0]
-    return (kernel @ weights[:n] + weights[n]).T, grid
+    return grid, (kernel @ weights[:n] + weights[n]).T
 
 
 def _grid(bands: Bands) -> Floats:
@@ -205,14 +241,6 @@ def _hat_averages(grid: Floats, sensitivity: Spectrum) -> Floats:
     samples = sensitivity.wavelengths, sensitivity.values[None]
     weights[first:last] = integrate_products(*samples, near, np.eye(len(near)))[0]
     return weights
-
-
-def _rgb_matrix(bands: Bands) -> Floats:
-    """Return (3, N): this @ band radiances = linear sRGB."""
-    eye = observer()
-    curves, grid = _smoothest(bands)
-    direct = integrate_products(eye.wavelengths, eye.matching, grid, curves)
-    return direct + _correction(bands.emission_basis.T, direct)
 
 
 def _correction(emission: Floats, direct: Floats) -> Floats:

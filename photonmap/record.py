@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+import os
 import platform
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from photonmap.spectra.munsell import VARIABLE as MUNSELL
+from photonmap.spectra.text import ILLUMINANTS
+
 if TYPE_CHECKING:
     from photonmap.kernels.records import Film
     from photonmap.scene import Camera
 
-PACKAGES = ("photonmap", "numpy", "numba", "embreex", "OpenImageIO")
+PACKAGES = ("photonmap", "numpy", "numba", "embreex", "OpenImageIO", "colour-science")
 
 
 def describe_versions() -> dict[str, str]:
@@ -25,6 +29,11 @@ def describe_versions() -> dict[str, str]:
         except PackageNotFoundError:
             versions[package] = "not installed"
     return versions
+
+
+def describe_measured_sets() -> dict[str, str | None]:
+    """Return the files of measured spectra that colours may be named from; None without one."""
+    return {"munsell": os.environ.get(MUNSELL), "illuminants": os.environ.get(ILLUMINANTS)}
 
 
 def describe_camera(camera: Camera, film: Film) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from photonmap.output import BUFFERS
 from photonmap.passes import MAX_BOUNCES, PROBE, Passes, stream_key
 from photonmap.prepare import Prepared, prepare
 from photonmap.progress import Progress, Silent
-from photonmap.record import describe_camera, describe_versions
+from photonmap.record import describe_camera, describe_measured_sets, describe_versions
 from photonmap.result import Result
 from photonmap.scene import Camera, Mesh, PointLight, Scene
 from photonmap.survey import TILE
@@ -117,6 +117,7 @@ def render(
         },
         "bands": bands.describe(),
         "camera": {"framed": scene.camera is None, **describe_camera(prepared.camera, film)},
+        "measured_sets": describe_measured_sets(),
         "versions": describe_versions(),
         **outcome,
         "interrupted": interrupted,

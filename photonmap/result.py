@@ -170,7 +170,7 @@ class Result:
             raise ValueError(f"{name!r} has no standard error; {listed(self.errors, 99)} have one")
         raise ValueError("a single pass has no standard errors; render with 2 passes or more")
 
-    def rgb(self, buffer: str = "radiance", method: Method = "direct") -> Image:
+    def rgb(self, buffer: str = "radiance", method: Method | None = None) -> Image:
         """Project a buffer onto linear sRGB: (H, W, 3) float32, in the buffer's unit.
 
         Radiances and shading are projected by one matrix; reflectance by the same under
@@ -180,7 +180,7 @@ class Result:
         Parameters
         ----------
         buffer : its name
-        method : "direct" integration, or "regression" over the Munsell chips: see `projection`
+        method : see `projection`
 
         Raises
         ------
@@ -189,7 +189,7 @@ class Result:
         """
         return self._project(buffer, "rgb", method)
 
-    def xyz(self, buffer: str = "radiance", method: Method = "direct") -> Image:
+    def xyz(self, buffer: str = "radiance", method: Method | None = None) -> Image:
         """Project a buffer onto CIE 1931 XYZ: (H, W, 3) float32, as `rgb` does."""
         return self._project(buffer, "xyz", method)
 
@@ -197,7 +197,7 @@ class Result:
         self,
         curves: Bands | str | PathLike[str],
         buffer: str = "radiance",
-        method: Method = "direct",
+        method: Method | None = None,
     ) -> Image:
         """Return what another sensor sees of a buffer: (H, W, T) float32, band averages.
 
@@ -213,19 +213,29 @@ class Result:
         """
         return self._project(buffer, Bands.parse(curves), method)
 
-    def projection(self, target: Target = "rgb", method: Method = "direct") -> Projection:
+    def projection(self, target: Target = "rgb", method: Method | None = None) -> Projection:
         """Return the matrix by which the bands of radiances are projected, and its residual.
 
         Parameters
         ----------
         target : "rgb", "xyz" or `Bands`
-        method : "direct" integrates the smoothest spectra that have these band values;
-            "regression" is the fit to Munsell chips under equal energy, D65 and A, which
-            `fit_projection` makes for any others
+        method : "direct" integrates the smoothest spectra that have these band values.
+            "primaries" corrects it so that RGB emission, and RGB surfaces under D65, return to
+            their RGB. "regression" is the fit to Munsell chips under equal energy, D65 and A;
+            `photonmap.projection.fit_projection` makes one for any others. None is "primaries" if
+            all colours of the scene are RGB or constant, else "direct".
+
+        Raises
+        ------
+        InputError
+            if there is no such target or method
         """
+        if method is None:
+            spectra = self.record.get("scene", {}).get("spectra", False)
+            method = "direct" if spectra else "primaries"
         return choose_projection(self.bands, target, method)
 
-    def _project(self, buffer: str, target: Target, method: Method) -> Image:
+    def _project(self, buffer: str, target: Target, method: Method | None) -> Image:
         if buffer not in self.buffers:
             raise ValueError(self._missing(buffer))
         image = self.buffers[buffer]

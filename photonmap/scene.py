@@ -78,6 +78,11 @@ class Light:
 
     name: str
 
+    @property
+    def color(self) -> Color:
+        """Its amount of light, in the unit of its kind."""
+        raise NotImplementedError
+
 
 @dataclass(frozen=True)
 class PointLight(Light):
@@ -87,6 +92,11 @@ class PointLight(Light):
     intensity: Color = 1.0
     name: str = "point"
 
+    @property
+    def color(self) -> Color:
+        """The intensity."""
+        return self.intensity
+
 
 @dataclass(frozen=True)
 class DomeLight(Light):
@@ -94,6 +104,11 @@ class DomeLight(Light):
 
     radiance: Color = 1.0
     name: str = "dome"
+
+    @property
+    def color(self) -> Color:
+        """The radiance."""
+        return self.radiance
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,11 @@ def cornell_box() -> Scene:
     return load_scene(FOLDER / "cornell_box.obj")
 
 
+def cornell_box_measured() -> Scene:
+    """Return the Cornell box with the measured spectra of its walls and of its lamp."""
+    return load_scene(FOLDER / "cornell_box_measured.toml")
+
+
 def furnace() -> Scene:
     """Return a closed box that emits 0.5 and reflects 0.75: radiance is 2 everywhere."""
     return load_scene(FOLDER / "furnace.obj")

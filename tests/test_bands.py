@@ -8,7 +8,7 @@ from scipy.integrate import quad
 
 from photonmap.bands import Bands
 from photonmap.errors import InputError, SceneWarning
-from photonmap.projection import direct_projection
+from photonmap.projection import primaries_projection
 from photonmap.spectra.curves import Spectrum
 from photonmap.spectra.observer import (
     observer,
@@ -34,7 +34,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 def matrix(bands):
-    return direct_projection(bands, "rgb").matrix
+    return primaries_projection(bands, "rgb").matrix
 
 
 every = pytest.mark.parametrize("bands", EVERY, ids=lambda b: f"{b.kind}-{b.count}")

@@ -69,6 +69,33 @@ def test_options(tmp_path):
     assert result.record["camera"]["fov"] == 30
 
 
+def test_spectra_and_sensors(tmp_path):
+    (tmp_path / "camera.csv").write_text("nm,long,short\n390,0,0\n450,0,1\n600,1,0\n710,0,0\n")
+    box = SCENES / "cornell_box_measured.toml"
+    done = run(box, *QUICK, "--bands", "camera.csv", "--range", "400:700", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    result = pm.load_result(tmp_path / "cornell_box_measured.exr")
+    assert result.bands.names == ("long", "short")
+    assert result.bands == pm.Bands.parse(tmp_path / "camera.csv", (400.0, 700.0))
+    assert result.record["scene"]["spectra"]
+    assert result.record["measured_sets"] == {"munsell": None, "illuminants": None}
+
+
+def test_the_sensor_study(tmp_path):
+    options = ["--bands", "3,box:4", "--bounces", "2", "--csv", "t.csv", "--plot", "t.svg"]
+    done = run("sensors", *options, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "illuminant D65" in done.stdout
+    assert "Eq. 4" in done.stdout
+    head, *rows = (tmp_path / "t.csv").read_text().splitlines()
+    assert head == "bands,bounces,mean_percent,max_percent"
+    assert [row.split(",")[:2] for row in rows] == [
+        ["3", "1"], ["3", "2"], ["box:4", "1"], ["box:4", "2"],
+    ]  # fmt: skip
+    assert "<svg" in (tmp_path / "t.svg").read_text()
+    assert done.stderr == ""
+
+
 def test_framing_is_said(tmp_path):
     (tmp_path / "one.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     done = run("one.obj", *QUICK, cwd=tmp_path)
@@ -118,6 +145,16 @@ BAD = {
     "empty": (["empty.obj"], "empty.obj"),
     "bright": (["bright.obj"], "bright.mtl:2"),
     "index": (["index.obj"], "index.obj:4"),
+    "wrong range": (["ok.obj", "--range", "400-700"], "400-700"),
+    "range beyond": (["ok.obj", "--range", "300:700"], "380 to 780"),
+    "sensor file": (["ok.obj", "--bands", "nan.csv"], "nan.csv:3"),
+    "sensor name": (["ok.obj", "--bands", "Nikon 5100 (NLP)"], "Nikon 5100 (NPL)"),
+    "measured set": (["ok.obj", "--munsell", "none.mat"], "none.mat"),
+    "measured lights": (["ok.obj", "--illuminants", "none.npz"], "none.npz"),
+    "sensors of rgb": (["sensors", "--bands", "3,rgb"], "rgb"),
+    "sensors of nothing": (["sensors", "--bands", ""], "bands"),
+    "sensors into nowhere": (["sensors", "--csv", "no/such.csv"], "no/such.csv"),
+    "sensors flag": (["sensors", "--band", "3"], "--band"),
 }
 
 
@@ -132,6 +169,7 @@ def test_bad_input(tmp_path, case):
     (tmp_path / "index.obj").write_text(corners + "f 1 2 7\n")
     (tmp_path / "binary.obj").write_bytes(bytes(range(256)) * 8)
     (tmp_path / "empty.obj").write_text("")
+    (tmp_path / "nan.csv").write_text("nm,red\n400,0.5\n700,nan\n")
     before = sorted(tmp_path.iterdir())
     arguments, named = BAD[case]
     done = run(*arguments, cwd=tmp_path)

@@ -18,7 +18,12 @@ from photonmap.spectra.curves import Spectrum
 H, W = 19, 5  # more lines than the 16 that are compressed together
 LIGHT = ("radiance", "emission", "direct", "indirect", "shading")
 BANDED = (*LIGHT, "reflectance")
-RECORD = {"seed": 2**63, "error": 0.1 + 0.2, "scene": 'a "box" – é\n', "effects": [None, {}]}
+RECORD = {
+    "seed": 2**63,
+    "error": 0.1 + 0.2,
+    "scene": {"name": 'a "box" – é\n'},
+    "effects": [None, {}],
+}
 BANDS = {
     "rgb": Bands.rgb(),
     **{str(n): Bands.gaussian(n) for n in (1, 6, 31, 81)},

@@ -5,6 +5,9 @@ from photonmap.camera import check_camera
 from photonmap.errors import InputError
 from photonmap.readers.scene_file import load_scene
 from photonmap.scene import Camera
+from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.munsell import munsell
+from photonmap.spectra.names import light as named_light
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 CAMERA = "[camera]\norigin = [0, 1, 5]\ntarget = [0.5, 0, 0]\n"
@@ -119,3 +122,89 @@ def test_camera_takes_arrays():
 def test_camera_without_file():
     with pytest.raises(InputError, match=r"^camera fov 200"):
         check_camera(Camera((0, 0, 0), (0, 0, 1), fov=200))
+
+
+MATERIALS = """newmtl wall
+Kd 0.5 0.5 0.5
+newmtl lamp
+Ke 1 1 1
+"""
+ROOM = (
+    "mtllib room.mtl\no a\nusemtl wall\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+    "o b\nusemtl lamp\nf 1 3 2\no c\nusemtl wall\nf 3 2 1\n"
+)
+
+
+@pytest.fixture
+def room(tmp_path):
+    def load(toml, name="room.obj"):
+        (tmp_path / "room.mtl").write_text(MATERIALS)
+        (tmp_path / "room.obj").write_text(ROOM)
+        (tmp_path / "chip.csv").write_text("400,0.1\n700,0.9\n")
+        (tmp_path / name).with_suffix(".toml").write_text(toml)
+        return {m.name: m.material for m in load_scene(tmp_path / name).meshes}
+
+    return load
+
+
+@pytest.mark.parametrize(
+    ("value", "color"),
+    [
+        ("0.25", 0.25),
+        ("1", 1.0),
+        ("[0.1, 0.2, 0.3]", (0.1, 0.2, 0.3)),
+        ('"0.5 0.5"', 0.25),
+        ('"chip.csv"', Spectrum([400, 700], [0.1, 0.9])),
+        ('"munsell:5R 5/10"', munsell("5R 5/10")),
+    ],
+)
+def test_a_toml_colours_materials(room, value, color):
+    materials = room(f"[material.wall]\nreflectance = {value}\n")
+    assert materials["a"].reflectance == color
+    assert materials["c"] is materials["a"]
+    assert materials["b"].emission == (1, 1, 1)
+
+
+def test_a_toml_lights_lamps_and_quotes_names(room):
+    materials = room('[material."lamp"]\nemission = "D65 3"\nreflectance = 0.1\n')
+    assert materials["b"].emission == 3 * named_light("D65")
+    assert materials["b"].reflectance == 0.1
+    assert materials["a"].reflectance == (0.5, 0.5, 0.5)
+
+
+def test_a_toml_names_its_mesh(room):
+    materials = room('mesh = "room.obj"\n[material.wall]\nreflectance = 0.1\n', "variant.toml")
+    assert materials["a"].reflectance == 0.1
+
+
+@pytest.mark.parametrize(
+    ("toml", "name", "message"),
+    [
+        ("[material.wal]\n", "room.obj", r":1: material 'wal' is not known; did you mean 'wall'"),
+        ("\nmaterial = 3\n", "room.obj", r":2: material is no section; write \[material.NAME\]"),
+        ("[material]\nwall = 3\n", "room.obj", r":2: material.wall is no section; write \[mat"),
+        ("[material.wall]\nkd = 1\n", "room.obj", r":2: \[material.wall\] key 'kd' is not known"),
+        (
+            "[material.lamp]\nreflectance = 0.5\n[material.wall]\nreflectance = 1.5\n",
+            "room.obj",
+            r"room.toml:4: \[material.wall\] reflectance: '1.5' is no reflectance",
+        ),
+        ("[material.wall]\nemission = [1, 2]\n", "room.obj", r":2: .*\[1, 2\] is no colour; write"),
+        ("[material.wall]\nemission = true\n", "room.obj", r":2: .*True is no colour"),
+        ("[material.wall]\nemission = -1\n", "room.obj", r":2: .*'-1' is no light"),
+        ('[material.wall]\nreflectance = "x.csv"\n', "room.obj", r":2: .*x.csv: cannot be read"),
+        ("[camera]\n", "variant.toml", r'variant.toml: names no mesh; add mesh = "FILE.obj"'),
+        ("mesh = 3\n", "variant.toml", r":1: mesh 3 is no name"),
+        ('mesh = "no.obj"\n', "variant.toml", r"no.obj: cannot be read"),
+        ('mesh = "room.fbx"\n', "variant.toml", r"room.fbx: is of no known kind"),
+        ('mesh = "other.obj"\n', "room.obj", r":1: names another mesh than room.obj; render room"),
+    ],
+)
+def test_errors_in_materials_name_their_line(room, toml, name, message):
+    with pytest.raises(InputError, match=message):
+        room(toml, name)
+
+
+def test_a_missing_toml(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        load_scene(tmp_path / "none.toml")

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from photonmap.bands import Bands
 from photonmap.errors import InputError
-from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.curves import Spectrum, SpectrumSet
 from photonmap.spectra.integrals import integrate_products
 from photonmap.spectra.observer import (
     observer,
@@ -72,6 +73,78 @@ def test_a_spectrum_is_a_value():
 def test_a_spectrum_is_linear_between_and_constant_beyond_its_samples():
     at = np.array([[300.0, 400.0], [425.0, 900.0]])
     np.testing.assert_array_equal(Spectrum([400, 500], [1, 2])(at), [[1.0, 1.0], [1.25, 2.0]])
+
+
+def test_functions_are_sampled_by_the_nanometre():
+    spectrum = Spectrum.sample(lambda nm: nm / 1000.0, 400.0, 700.0)
+    assert spectrum == Spectrum(np.arange(400, 701), np.arange(400, 701) / 1000.0)
+    assert Spectrum.sample(lambda nm: 0.5).values.tolist() == [0.5] * 401
+
+
+def test_spectra_are_scaled():
+    spectrum = Spectrum([400, 700], [1, 2], extrapolate=True)
+    assert 2 * spectrum == spectrum * 2.0 == Spectrum([400, 700], [2, 4], extrapolate=True)
+    assert 2 * spectrum != Spectrum([400, 700], [2, 4])
+
+
+@pytest.mark.parametrize(
+    ("wavelengths", "missing"),
+    [
+        ([450, 700], "400-450 nm is missing"),
+        ([400, 650], "650-700 nm is missing"),
+        ([450, 650], "400-450 and 650-700 nm is missing"),
+        ([800, 900], "400-700 nm is missing"),
+        ([200, 300], "400-700 nm is missing"),
+    ],
+)
+def test_what_a_curve_must_cover(wavelengths, missing):
+    for convert in (Bands.gaussian(6), Bands.rgb()):
+        for kind in (convert.reflectance, convert.emission):
+            with pytest.raises(InputError, match=f"{missing}; narrow the range .*extrapolate"):
+                kind(Spectrum(wavelengths, [1, 1]))
+            assert kind(Spectrum(wavelengths, [0.5, 0.5], extrapolate=True)).shape[0] > 2
+    with pytest.raises(InputError, match="380-400 and 700-780 nm is missing"):
+        Bands.gaussian(6, 380, 780).reflectance(Spectrum([400, 700], [1, 1]))
+    with pytest.raises(InputError, match="400-450 and 650-700 nm is missing"):
+        Bands.gaussian(6, 450, 650).reflectance(Spectrum([450, 650], [1, 1]))
+
+
+@pytest.mark.parametrize("bands", [Bands.gaussian(6), Bands.rgb()])
+def test_curves_beyond_their_bounds_are_refused(bands):
+    for values, message in (
+        ([0.5, 1.2], "reflectance is 1.2 at 700 nm; it must lie between 0 and 1$"),
+        ([-0.1, 0.5], "reflectance is -0.1 at 400 nm"),
+        ([12.0, 90.0], "divide percent by 100"),
+    ):
+        with pytest.raises(InputError, match=message):
+            bands.reflectance(Spectrum([400, 700], values))
+    with pytest.raises(InputError, match="emission is -1 at 700 nm; light cannot be negative"):
+        bands.emission(Spectrum([400, 700], [1, -1]))
+
+
+@pytest.mark.parametrize(
+    ("values", "names", "message"),
+    [
+        ([[1, 2]], ("a", "b"), "2 curves over 2 wavelengths need as many rows"),
+        ([1, 2], ("a",), "one curve at least"),
+        (np.empty((0, 2)), (), "one curve at least"),
+        ([[1, 2], [1, np.nan]], ("a", "b"), "finite"),
+    ],
+)
+def test_unsound_sets_are_refused(values, names, message):
+    with pytest.raises(InputError, match=message):
+        SpectrumSet([400, 700], values, names)
+
+
+def test_sets_give_their_curves_by_name_and_place():
+    chips = SpectrumSet([400, 700], [[0, 1], [1, 0]], ("up", "down"))
+    assert chips["down"] == chips[1] == list(chips)[1] == Spectrum([400, 700], [1, 0])
+    assert len(chips) == 2
+    np.testing.assert_array_equal(chips.at(np.array([400.0, 550.0])), [[0, 0.5], [1, 0.5]])
+    with pytest.raises(InputError, match="no curve 'uq'; did you mean 'up'"):
+        chips["uq"]
+    with pytest.raises(InputError, match="390-400 nm is missing"):
+        chips.at(np.array([390.0, 500.0]))
 
 
 def test_products_of_curves_are_integrated_exactly():

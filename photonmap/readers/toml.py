@@ -30,14 +30,18 @@ class Toml:
 
     def line(self, *names: str) -> int | None:
         """Find the line of the section or key that this way of names leads to."""
-        at, found = 0, None
+        at = 0
         for name in names:
-            pattern = rf"^[^#\n]*?(?<![\w-]){re.escape(name)}[\"']?[ \t]*[=.\]]"
-            found = re.compile(pattern, re.MULTILINE).search(self.text, at)
-            if found is None:
+            pattern = rf"(?<![\w-]){re.escape(name)}[\"']?[ \t]*[=.\]]"
+            found = re.compile(pattern).finditer(self.text, at)
+            start = next((m.start() for m in found if not self._is_comment(m.start())), None)
+            if start is None:
                 return None
-            at = found.end() - 1
-        return self.text.count("\n", 0, found.start()) + 1 if found else None
+            at = start + len(name)
+        return self.text.count("\n", 0, at) + 1
+
+    def _is_comment(self, at: int) -> bool:
+        return "#" in self.text[self.text.rfind("\n", 0, at) + 1 : at]
 
     def error(self, message: str, *names: str) -> InputError:
         """Say what is wrong with the section or key that this way of names leads to."""

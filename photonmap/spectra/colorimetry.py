@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.spectra.curves import Color, Spectrum
-from photonmap.spectra.names import colour_science
 from photonmap.spectra.observer import observer
 
+Floats = NDArray[np.float64]
 XYZ = tuple[float, float, float]
 
-_TOLERANCE = 1e-3  # of XYZ, Y = 1 for white
+_TOLERANCE = 1e-6  # of the largest of XYZ
+_STEPS = 8  # from grey to the colour
 _DIMMER = (0.5, 0.2, 0.05, 0.01, 0.002)
 
 
@@ -61,7 +63,7 @@ def emission_of_xyz(xyz: XYZ) -> Color:
     raise InputError(f"no light has the XYZ {_listed(xyz)}")
 
 
-def _to_rgb(xyz: XYZ) -> np.ndarray:
+def _to_rgb(xyz: XYZ) -> Floats:
     """Return linear sRGB; what rounding leaves below 0 or above 1 is cut."""
     if min(xyz) < 0.0:
         raise InputError(f"no colour has the XYZ {_listed(xyz)}; all three are from 0")
@@ -70,22 +72,39 @@ def _to_rgb(xyz: XYZ) -> np.ndarray:
     return np.where(np.abs(rgb - near) < 1e-9 * max(1.0, rgb.max()), near, rgb)
 
 
-def _triple(rgb: np.ndarray) -> tuple[float, float, float]:
+def _triple(rgb: Floats) -> tuple[float, float, float]:
     red, green, blue = rgb.tolist()
     return red, green, blue
 
 
-def _recover(xyz: np.ndarray) -> Spectrum | None:
-    """Return a reflectance in [0, 1] of this colour under D65; None if there is none."""
-    with colour_science() as colour:
-        shape = colour.SpectralShape(380.0, 780.0, 5.0)
-        cmfs = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(shape)
-        white = colour.SDS_ILLUMINANTS["D65"].copy().align(shape)
-        curve = colour.recovery.XYZ_to_sd_Jakob2019(xyz, cmfs, white)
-        seen = colour.sd_to_XYZ(curve, cmfs, white) / 100.0
-    if np.abs(seen - xyz).max() > _TOLERANCE * xyz.max():
+def _recover(xyz: Floats) -> Spectrum | None:
+    """Return a reflectance in [0, 1] of this colour under D65; None if there is none.
+
+    A sigmoid of a parabola over wavelength, found by walking from the grey of equal Y.
+    """
+    from scipy.optimize import least_squares
+
+    eye = observer()
+    weights = eye.rgb_to_xyz @ eye.matching * eye.d65  # zero at both ends, in steps of 1 nm
+    at = (eye.wavelengths - 550.0) / 100.0
+    powers = np.stack([np.ones(len(at)), at, at * at])
+
+    def reflect(coefficients: Floats) -> Floats:
+        argument = coefficients @ powers
+        return 0.5 + 0.5 * argument / np.sqrt(1.0 + argument**2)
+
+    grey = weights.sum(axis=1) * min(xyz[1], 0.99)
+    coefficients = np.zeros(3)
+    for step in np.linspace(0.0, 1.0, _STEPS + 1):
+        aim = grey + step * (xyz - grey)
+
+        def miss(coefficients: Floats, aim: Floats = aim) -> Floats:
+            return (weights @ reflect(coefficients) - aim) / xyz.max()
+
+        coefficients = least_squares(miss, coefficients, x_scale="jac").x
+    if np.abs(miss(coefficients)).max() > _TOLERANCE:
         return None
-    return Spectrum(curve.wavelengths, np.clip(curve.values, 0.0, 1.0), extrapolate=True)
+    return Spectrum(eye.wavelengths, reflect(coefficients), extrapolate=True)
 
 
 def _listed(xyz: XYZ) -> str:

@@ -1,0 +1,115 @@
+"""What fewer bands cost in colour, and ways to turn RGB into spectra."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+import photonmap as pm
+from benchmarks.options import Options
+from benchmarks.table import Table
+from photonmap.spectra.names import colour_science
+from photonmap.spectra.observer import observer
+
+Floats = NDArray[np.float64]
+
+COUNTS, TRUTH = (3, 6, 9, 31), 81
+SIZE, PASSES = (128, 128), 64
+GRID = 9
+RECOVERED = 20  # of the colours, for methods that take long
+
+
+def run(options: Options) -> list[Table]:
+    """Compare bands on the measured Cornell box, and upsamplings on the sRGB cube."""
+    return [_bands(options), _upsampling()]
+
+
+def _bands(options: Options) -> Table:
+    """Show the box in sRGB from few bands and from many."""
+    scene = pm.scenes.cornell_box_measured()
+
+    def render(count: int, seed: int = 0) -> pm.Result:
+        return pm.render(
+            scene, bands=count, size=SIZE, passes=PASSES, seed=seed, threads=options.threads
+        )
+
+    truth = render(TRUTH)
+    table = Table(
+        f"bands: ΔE2000 in sRGB against {TRUTH} bands, measured Cornell box",
+        ["bands", "method", "mean", "95%", "mean of indirect", "95%"],
+    )
+    runs = [(str(count), render(count)) for count in COUNTS]
+    for name, result in [*runs, (f"{TRUTH}, other seed: noise", render(TRUTH, seed=1))]:
+        for method in ("direct", "primaries", "regression"):
+            row: list[object] = [name, method]
+            for buffer in ("radiance", "indirect"):
+                off = differences(result.rgb(buffer, method), truth.rgb(buffer, method))
+                row += [off.mean(), np.percentile(off, 95)]
+            table.rows.append(row)
+    return table
+
+
+def differences(ours: Floats, truth: Floats) -> Floats:
+    """Return ΔE2000 of each pixel: the brightest 1% of the truth's luminance is white, D65."""
+    luminance = observer().rgb_to_xyz[1]
+    white = np.percentile(truth @ luminance, 99.0)
+    with colour_science() as colour:
+        labs = [
+            colour.XYZ_to_Lab(image / white @ observer().rgb_to_xyz.T) for image in (ours, truth)
+        ]
+        return colour.delta_E(*labs, method="CIE 2000")
+
+
+def _upsampling() -> Table:
+    """Time ways from RGB to a reflectance, and see whether it returns under D65."""
+    axis = np.linspace(0.0, 1.0, GRID)
+    cube = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
+    table = Table(
+        f"upsampling: RGB to reflectance, {GRID}³ colours of the sRGB cube",
+        ["way", "microseconds a colour", "mean ΔE2000", "max", "least", "most", "roughness"],
+    )
+    few = cube[:: len(cube) // RECOVERED]
+    ways: list[tuple[str, Callable[[Floats], Floats], Floats]] = [
+        ("linear basis (ours)", lambda rgb: rgb @ observer().basis, cube),
+        ("Smits 1999", _by_colour("Smits 1999"), few),
+        ("Jakob 2019", _by_colour("Jakob 2019"), few),
+        ("Meng 2015", _by_colour("Meng 2015"), few),
+        ("Otsu 2018", _by_colour("Otsu 2018"), few),
+    ]
+    eye = observer()
+    for name, upsample, colors in ways:
+        start = time.perf_counter()
+        curves = upsample(colors)
+        spent = (time.perf_counter() - start) / len(colors)
+        back = (curves * eye.d65) @ eye.matching.T
+        off = _cube_differences(back, colors)
+        rough = np.sqrt(np.mean(np.diff(curves[:, ::5], 2, axis=1) ** 2))
+        table.rows.append(
+            [name, 1e6 * spent, off.mean(), off.max(), curves.min(), curves.max(), rough]
+        )
+    return table
+
+
+def _by_colour(method: str) -> Callable[[Floats], Floats]:
+    """Return an upsampling of colour-science, one colour at a time, as (C, M) curves."""
+
+    def upsample(colors: Floats) -> Floats:
+        eye = observer()
+        curves = []
+        with colour_science() as colour:
+            for rgb in colors:
+                curve = colour.XYZ_to_sd(eye.rgb_to_xyz @ rgb, method=method)
+                curves.append(np.interp(eye.wavelengths, curve.wavelengths, curve.values))
+        return np.array(curves)
+
+    return upsample
+
+
+def _cube_differences(ours: Floats, truth: Floats) -> Floats:
+    with colour_science() as colour:
+        white = colour.XYZ_to_xy(observer().rgb_to_xyz.sum(axis=1))
+        labs = [colour.XYZ_to_Lab(rgb @ observer().rgb_to_xyz.T, white) for rgb in (ours, truth)]
+        return colour.delta_E(*labs, method="CIE 2000")

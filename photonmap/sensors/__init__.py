@@ -1,0 +1,1 @@
+"""What a number of bands costs: errors after interreflection, in the bands and as seen."""

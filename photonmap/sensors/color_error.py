@@ -1,0 +1,155 @@
+"""How wrong colours look after interreflection in N bands, once projected to sRGB: CIE ΔE2000.
+
+Exact colours are ∫ matching · e r₁ r₂ dλ over what the eye sees, 380 to 780 nm, where curves that
+cover less keep their outer values; estimates are E R₁ R₂ in the bands, times a 3 × N matrix.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.bands import Bands
+from photonmap.projection import direct_projection, fit_projection
+from photonmap.sensors.sampling import FINE, band_values, check_seen, trapezoid_weights
+from photonmap.spectra.curves import VISIBLE, Spectrum, SpectrumSet, check_covers
+from photonmap.spectra.integrals import resample
+from photonmap.spectra.names import colour_science
+from photonmap.spectra.observer import observer
+
+Floats = NDArray[np.float64]
+
+METHODS = ("direct", "regression")
+MOST = 200  # reflectances that are shown to each other: 40 000 pairs
+
+
+@dataclass(frozen=True)
+class ColorRow:
+    """Colour differences after some bounces and a projection, over a set of reflectances.
+
+    Parameters
+    ----------
+    bands : what the user called the bands, as in "6" or "box:6"
+    count : N
+    bounces : 1 or 2
+    method : how bands become sRGB, one of `METHODS`
+    mean, p95, worst : ΔE2000; p95 is the 95th percentile
+    """
+
+    bands: str
+    count: int
+    bounces: int
+    method: str
+    mean: float
+    p95: float
+    worst: float
+
+
+class Colors(NamedTuple):
+    """Exact colours to compare with.
+
+    Parameters
+    ----------
+    taught : reflectances that a regression may see
+    tested : C others
+    illuminant : e
+    white : (3,) XYZ of the illuminant
+    labs : for 1 bounce (C, 3) and for 2 bounces (C · C, 3) CIE Lab relative to that white
+    """
+
+    taught: SpectrumSet
+    tested: SpectrumSet
+    illuminant: Spectrum
+    white: Floats
+    labs: tuple[Floats, Floats]
+
+
+def color_errors(
+    reflectances: SpectrumSet, illuminant: Spectrum, bands: Bands, label: str | None = None
+) -> list[ColorRow]:
+    """Measure ΔE2000 after 1 and 2 bounces, for both ways to project.
+
+    Reflectances 1, 3, 5 … are what the regression learns from; of the others up to 200 are tested,
+    in all ordered pairs.
+
+    Parameters
+    ----------
+    reflectances : curves; a single one is learnt from and tested
+    illuminant : e, any unit
+    bands : N sensitivities
+    label : name of the bands in the result; N if None
+
+    Raises
+    ------
+    InputError
+        if a curve covers less than the bands or 400 to 700 nm
+    """
+    exact = exact_colors(reflectances, illuminant)
+    rows = []
+    for method in METHODS:
+        matrix = projection_matrix(exact, bands, method)
+        for bounces in (1, 2):
+            off = differences(exact, bands, matrix, bounces)
+            summary = float(off.mean()), float(np.percentile(off, 95.0)), float(off.max())
+            rows.append(ColorRow(label or str(bands.count), bands.count, bounces, method, *summary))
+    return rows
+
+
+def exact_colors(reflectances: SpectrumSet, illuminant: Spectrum, most: int = MOST) -> Colors:
+    """Part the reflectances into taught and tested, and see the latter, `most` at most, exactly."""
+    check_covers(reflectances.wavelengths, *VISIBLE)
+    illuminant.check_covers(*VISIBLE)
+    every = np.arange(len(reflectances))
+    odd = every[1::2] if len(every) > 1 else every
+    odd = odd[np.linspace(0, len(odd) - 1, min(most, len(odd))).astype(int)]
+    taught, tested = _subset(reflectances, every[::2]), _subset(reflectances, odd)
+    eye = observer()
+    weights = trapezoid_weights(eye.wavelengths) * illuminant(eye.wavelengths)
+    matching = eye.rgb_to_xyz @ eye.matching * weights
+    curves = resample(eye.wavelengths, tested.wavelengths, tested.values)
+    one = curves @ matching.T
+    two = np.stack([curves * row @ curves.T for row in matching], axis=-1).reshape(-1, 3)
+    white = matching.sum(axis=1)
+    return Colors(taught, tested, illuminant, white, (_lab(one, white), _lab(two, white)))
+
+
+def projection_matrix(exact: Colors, bands: Bands, method: str) -> Floats:
+    """Return what turns band radiances into linear sRGB, (3, N), by one of `METHODS`."""
+    check_seen(bands)
+    if method == "direct":
+        return direct_projection(bands, "rgb").matrix
+    return fit_projection(bands, "rgb", exact.taught, [exact.illuminant]).matrix
+
+
+def differences(exact: Colors, bands: Bands, matrix: Floats, bounces: int) -> Floats:
+    """Return ΔE2000 between the estimates and the exact colours: (C,) for 1 bounce, else (C · C,).
+
+    Parameters
+    ----------
+    exact : C reflectances and their colours
+    bands : N sensitivities
+    matrix : (3, N), linear sRGB from band radiances
+    bounces : 1 or 2
+    """
+    seen, light = band_values(bands, exact.tested, exact.illuminant, FINE)
+    estimate = seen * light
+    if bounces == 2:
+        estimate = (estimate[:, None] * seen).reshape(-1, len(light))
+    lab = _lab(estimate @ (observer().rgb_to_xyz @ matrix).T, exact.white)
+    with colour_science() as colour:
+        return colour.delta_E(exact.labs[bounces - 1], lab, method="CIE 2000")
+
+
+def _lab(xyz: Floats, white: Floats) -> Floats:
+    """Return CIE Lab (C, 3) of XYZ (C, 3) relative to a white (3,)."""
+    with colour_science() as colour:
+        return colour.XYZ_to_Lab(xyz / white[1], colour.XYZ_to_xy(white))
+
+
+def _subset(curves: SpectrumSet, chosen: NDArray[np.int64]) -> SpectrumSet:
+    """Return some curves of a set."""
+    names = tuple(curves.names[index] for index in chosen)
+    return SpectrumSet(curves.wavelengths, curves.values[chosen], names)

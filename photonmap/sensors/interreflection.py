@@ -1,0 +1,219 @@
+"""The error that N bands make because a product of averages is no average of products.
+
+Light e goes back and forth between two facing plates. After m bounces band k, of sensitivity ρ_k,
+sees
+
+    t_k = ∫ ρ_k e r₁ r₂ r₁ … dλ    (m factors),
+
+while a renderer that carries N numbers per colour finds E_k R₁_k R₂_k R₁_k …, with E_k = ∫ ρ_k e
+and R_k = ∫ ρ_k r. The error is ‖estimate − t‖ / ‖t‖ over the bands, as in Table 2 of S. Beigpour et
+al., "Intrinsic Image Evaluation on Synthetic Complex Scenes", ICIP 2013, where m = 1 and 2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.bands import Bands
+from photonmap.errors import InputError
+from photonmap.sensors.sampling import STEP, check_seen, covering, sensitivity_nodes
+from photonmap.spectra.curves import Spectrum, SpectrumSet
+
+Floats = NDArray[np.float64]
+Products = list[tuple[Floats, Floats]]
+
+DARK = 0.04
+BLOCK = 512  # rows of pairs at a time; fewer, and threads of BLAS wait for busy processors
+
+
+@dataclass(frozen=True)
+class ErrorRow:
+    """How far N bands are off after some bounces, over a set of reflectances.
+
+    Parameters
+    ----------
+    bands : what the user called the bands, as in "6" or "box:6"
+    count : N
+    bounces : m
+    mean, worst : error over its truth, 1 (not percent)
+    worst_pair : names of the reflectances with the worst error; one of them for m = 1
+    kept : part of the pairs that are bright enough to count, 0 to 1
+    """
+
+    bands: str
+    count: int
+    bounces: int
+    mean: float
+    worst: float
+    worst_pair: tuple[str, ...]
+    kept: float
+
+
+class _Band(NamedTuple):
+    """One band: both lists of factors whose products are t_k and its estimate."""
+
+    emission: float
+    truth: Products
+    estimate: Products
+
+
+def interreflection_errors(
+    reflectances: SpectrumSet,
+    illuminant: Spectrum,
+    bands: Bands,
+    bounces: int,
+    dark: float = DARK,
+    direct_too: bool = False,
+    label: str | None = None,
+    step: float = STEP,
+    block: int = BLOCK,
+) -> ErrorRow:
+    """Measure the error after some bounces over all ordered pairs of reflectances.
+
+    One bounce sees single reflectances, and counts all of them.
+
+    Integrals are sums over samples. Next to exact integration of the piecewise-linear curves, those
+    5 nm apart change the errors of 3 to 9 bands by less than 3% of themselves, 1 nm by less than
+    2e-3, and 0.5 nm by less than 1e-3. The paper does not tell its own: with 5 nm all 12 numbers of
+    its Table 2 are met within 10%, with 0.5 nm all but one, the worst of 9 bands after one bounce:
+    0.757% for 0.86%.
+
+    Parameters
+    ----------
+    reflectances : C curves
+    illuminant : e, any unit
+    bands : N sensitivities
+    bounces : m, 1 or more
+    dark : pairs with ‖t‖ < dark · ‖E‖ do not count, where m ≥ 2
+    direct_too : sum 1 to m bounces, as Eq. 4 of the paper is written; all pairs count
+    label : name of the bands in the result; N if None
+    step : nm, between samples; less where a band is narrow
+    block : so many first plates at a time; memory grows with block · C
+
+    Raises
+    ------
+    InputError
+        if a curve does not cover the bands, or no pair is bright enough
+    """
+    check_seen(bands)
+    orders = range(1 if direct_too else bounces, bounces + 1)
+    seen = [_band(curve, step, reflectances, illuminant, orders) for curve in bands.sensitivities]
+    least = 0.0 if direct_too or bounces == 1 else dark
+    white = float(np.linalg.norm([band.emission for band in seen]))
+    tally = _Tally()
+    for first, missed, truth in _blocks(seen, len(reflectances), block):
+        tally.add(first, missed, truth, (least * white) ** 2)
+    if not tally.kept:
+        raise InputError(
+            f"all reflectances are too dark: none keeps over {100.0 * least:g}% of the illuminant "
+            f"at bounce {bounces}; lower --dark, take fewer bounces or brighter reflectances"
+        )
+    pair = tally.at if direct_too or bounces % 2 else sorted(tally.at)  # the order says nothing
+    return ErrorRow(
+        label or str(bands.count),
+        bands.count,
+        bounces,
+        tally.total / tally.kept,
+        tally.worst,
+        tuple(reflectances.names[index] for index in pair[: min(bounces, 2)]),
+        tally.kept / tally.pairs,
+    )
+
+
+@dataclass
+class _Tally:
+    """Pairs and errors so far, and the worst error with where it is."""
+
+    pairs: int = 0
+    kept: int = 0
+    total: float = 0.0
+    worst: float = -1.0
+    at: tuple[int, int] = (0, 0)
+
+    def add(self, first: int, missed: Floats, truth: Floats, least: float) -> None:
+        """Count a block of pairs.
+
+        Parameters
+        ----------
+        first : place of its first row
+        missed, truth : (B, C) Σ(estimate − t)² and Σt² over the bands; `missed` is overwritten
+        least : of `truth`, below which a pair is dark
+        """
+        bright = (truth > 0.0) & (truth >= least)
+        errors = np.sqrt(np.divide(missed, truth, out=missed, where=bright))
+        self.pairs += bright.size
+        self.kept += int(bright.sum())
+        self.total += float(errors[bright].sum())
+        errors[~bright] = -1.0
+        row, column = np.unravel_index(np.argmax(errors), errors.shape)
+        if errors[row, column] > self.worst:
+            self.worst, self.at = float(errors[row, column]), (first + int(row), int(column))
+
+
+def _band(
+    curve: Spectrum,
+    step: float,
+    reflectances: SpectrumSet,
+    illuminant: Spectrum,
+    orders: Iterable[int],
+) -> _Band:
+    """Prepare one band for these numbers of bounces."""
+    nodes, weights = sensitivity_nodes(curve, step)
+    curves = reflectances.at(nodes)
+    light = weights * covering(illuminant, nodes)
+    averages, emission = (curves @ weights)[:, None], light.sum(keepdims=True)
+    return _Band(
+        float(emission[0]),
+        [_factors(curves, light, order) for order in orders],
+        [_factors(averages, emission, order) for order in orders],
+    )
+
+
+def _factors(curves: Floats, light: Floats, bounces: int) -> tuple[Floats, Floats]:
+    """Split light · r₁ r₂ r₁ … into what the first plate does and what the second does.
+
+    Parameters
+    ----------
+    curves : (C, M)
+    light : (M,)
+
+    Returns
+    -------
+    first : (C, M), with the light
+    second : (C, M); (1, M) if it is not met
+    """
+    second = curves ** (bounces // 2) if bounces > 1 else np.ones((1, len(light)))
+    return curves ** ((bounces + 1) // 2) * light, second
+
+
+def _blocks(bands: list[_Band], count: int, block: int) -> Iterator[tuple[int, Floats, Floats]]:
+    """Yield the first row, Σ(estimate − t)² and Σt² over the bands, block by block of rows."""
+    for first in range(0, count, block):
+        rows = slice(first, first + block)
+        missed = truth = np.zeros(1)
+        for band in bands:
+            exact = _sum(band.truth, rows)
+            off = _sum(band.estimate, rows) - exact
+            missed = missed + np.square(off, out=off)
+            truth = truth + np.square(exact, out=exact)
+        yield first, missed, truth
+
+
+def _sum(products: Products, rows: slice) -> Floats:
+    """Add up the products for some first plates (B of C) and all second ones: (B, C or 1)."""
+    total = _product(*products[0], rows)
+    for first, second in products[1:]:
+        total = total + _product(first, second, rows)
+    return total
+
+
+def _product(first: Floats, second: Floats, rows: slice) -> Floats:
+    """Multiply some rows of `first` (C, M) with all of `second` (C or 1, M), and sum over M."""
+    if second.shape[1] == 1:
+        return first[rows] * second.T
+    return first[rows] @ second.T

@@ -1,0 +1,124 @@
+"""Results as text, and files that appear whole or not at all."""
+
+from __future__ import annotations
+
+import csv
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from os import PathLike
+from pathlib import Path
+
+from photonmap.errors import InputError
+from photonmap.sensors.best import BestRow
+from photonmap.sensors.color_error import METHODS, ColorRow
+from photonmap.sensors.interreflection import ErrorRow
+
+COLUMNS = ("bands", "bounces", "mean_percent", "max_percent")
+"""Of the CSV file."""
+
+BEST_COLUMNS = (
+    *("bands", "1 bounce %", "2 bounces %", "ΔE", "best σ/bin", "ΔE", "best spread", "ΔE"),
+)
+
+
+def error_table(rows: Sequence[ErrorRow]) -> str:
+    """Lay out errors in percent, with how many pairs count and the worst of them."""
+    cells = [
+        [
+            row.bands,
+            str(row.bounces),
+            f"{100.0 * row.mean:.3f}",
+            f"{100.0 * row.worst:.3f}",
+            f"{100.0 * row.kept:.1f}",
+            " and ".join(row.worst_pair),
+        ]
+        for row in rows
+    ]
+    return _table(["bands", "bounces", "mean %", "max %", "counted %", "worst"], cells)
+
+
+def color_table(rows: Sequence[ColorRow]) -> str:
+    """Lay out ΔE2000, a line for each bands and bounces."""
+    by_key = {(row.bands, row.bounces, row.method): row for row in rows}
+    cells = []
+    for bands, bounces in dict.fromkeys((row.bands, row.bounces) for row in rows):
+        found = [by_key[bands, bounces, method] for method in METHODS]
+        values = [f"{x:.3f}" for row in found for x in (row.mean, row.p95, row.worst)]
+        cells.append([bands, str(bounces), *values])
+    heads = [f"{method} {what}" for method in METHODS for what in ("mean", "p95", "max")]
+    return _table(["bands", "bounces", *heads], cells)
+
+
+def best_line(row: BestRow | None = None) -> str:
+    """Return one line of the table of best bands; its head without a row."""
+    if row is None:
+        cells: Sequence[str] = BEST_COLUMNS
+    else:
+        spread = (f"{row.spread:.3f}", f"{row.spread_delta:.3f}") if row.count > 1 else ("-", "-")
+        values = (100.0 * row.one, 100.0 * row.two, row.usual, row.width, row.width_delta)
+        cells = (str(row.count), *(f"{value:.3f}" for value in values), *spread)
+    widths = [max(len(head), 6) for head in BEST_COLUMNS]
+    pairs = list(zip(cells, widths, strict=True))
+    return "  ".join([pairs[0][0].ljust(pairs[0][1]), *(cell.rjust(w) for cell, w in pairs[1:])])
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Align columns of text to the right; the first, and one called "worst", to the left."""
+    lines = [head, *rows]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    left = [name in ("bands", "worst") for name in head]
+    return "\n".join(
+        "  ".join(
+            cell.ljust(width) if flush else cell.rjust(width)
+            for cell, width, flush in zip(line, widths, left, strict=True)
+        ).rstrip()
+        for line in lines
+    )
+
+
+def write_csv(path: str | PathLike[str], rows: Sequence[ErrorRow]) -> None:
+    """Write errors in percent, one row for each bands and bounces.
+
+    Raises
+    ------
+    OSError
+        if writing fails
+    """
+    with replacing(path) as part, part.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for row in rows:
+            percent = (f"{100.0 * value:#.6g}" for value in (row.mean, row.worst))
+            writer.writerow([row.bands, row.bounces, *percent])
+
+
+def check_file(path: str | PathLike[str]) -> None:
+    """Check that a file can be written, before there is something to write.
+
+    Raises
+    ------
+    InputError
+        if it is a folder, or its folder is missing or not writable
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise InputError("this is a folder; name a file", path)
+    if not path.parent.is_dir():
+        raise InputError(f"the folder {path.parent} does not exist; create it", path)
+    try:
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        reason = error.strerror or error
+        raise InputError(f"cannot write to the folder {path.parent} ({reason})", path) from None
+
+
+@contextmanager
+def replacing(path: str | PathLike[str]) -> Iterator[Path]:
+    """Give a name to write to; once all is written, the file takes its own name."""
+    path = Path(path)
+    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as folder:
+        part = Path(folder) / path.name
+        yield part
+        part.replace(path)
