@@ -23,7 +23,7 @@ Method = Literal["direct", "primaries", "regression"]
 
 _CHIPS = 128  # of the training set; all their ordered pairs are the colours after two bounces
 _TRAINING_LIGHTS = ("1", "D65", "A")
-_RIDGE = 1e-5  # of the mean square of a band: keeps the fit to neighbouring bands from wandering
+_RIDGE = 0.01  # of the mean square of a band
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,8 +117,8 @@ def fit_projection(
     multiplies them, and the target's values are those of the products of the curves. So the fit
     makes up for a part of what products of bands are wrong by (S. Beigpour et al., "Intrinsic
     image evaluation on synthetic complex scenes", ICIP 2013). Of larger sets, 128 reflectances
-    are taken, evenly. A slight ridge pulls towards `direct_projection` where bands outnumber what
-    the colours tell.
+    are taken, evenly. A ridge pulls towards `direct_projection` where the colours tell little, and
+    keeps other colours and lights from suffering.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from photonmap.errors import InputError
+from photonmap.errors import InputError, naming
 from photonmap.messages import shown
 from photonmap.spectra import names
 from photonmap.spectra.colorimetry import emission_of_xyz, reflectance_of_xyz
@@ -90,7 +90,8 @@ def _read(text: str, folder: Path, source: _Source) -> Color:
     if not isinstance(color, Spectrum):
         return color
     color = replace(color, extrapolate=held or color.extrapolate)
-    color.check_covers(*VISIBLE)
+    with naming(shown(text.strip())):
+        color.check_covers(*VISIBLE)
     return color
 
 
