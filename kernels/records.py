@@ -10,8 +10,10 @@ import numpy as np
 
 TRIANGLE, POINT, DOME = 0, 1, 2
 """Kinds of emitters."""
-DIRECT, INDIRECT = 0, 1
-"""Rows of a sample's irradiance, (2, N)."""
+DIRECT, INDIRECT, CAUSTIC = 0, 1, 2
+"""Rows of a sample's irradiance, (2, N), or (3, N) where the scene has smooth surfaces."""
+MIRROR, GLASS = 1, 2
+"""Kinds of smooth surfaces; 0 is none."""
 
 
 class Geometry(NamedTuple):
@@ -38,6 +40,22 @@ class Materials(NamedTuple):
 
     reflectance: np.ndarray
     """(M, N) float32"""
+
+
+class Optics(NamedTuple):
+    """Smooth surfaces; a scene without any has None in its place."""
+
+    kind: np.ndarray
+    """(M,) uint8: 0, MIRROR or GLASS"""
+    mirror: np.ndarray
+    """(M, N) float32, reflectance of the mirror"""
+    ior: np.ndarray
+    """(M,) float64, index of refraction of the inside"""
+    tint: np.ndarray
+    """(M, N) float32, what glass transmits at a crossing"""
+    chance: np.ndarray
+    """(M,) float64, of the smooth part where a path takes either it or the diffuse one: 1 for
+    mirrors and glass, 0 where there is no smooth part"""
 
 
 class Lights(NamedTuple):
@@ -137,3 +155,33 @@ class Pixels(NamedTuple):
     """(P,) uint8, flags: 1 where a gather ray met a surface without light, 2 with light"""
     plane: np.ndarray
     """(P, 7) float32, point, shading normal and flatness (0 or 1) of a pixel's samples"""
+
+
+class Seen(NamedTuple):
+    """What one pass estimates beside `Pixels` where the scene has smooth surfaces."""
+
+    caustic: np.ndarray
+    """(P, N) float32, reflected at first hits; part of no other array"""
+    irradiance_caustic: np.ndarray
+    """(P, N) float32, at first hits"""
+    direct: np.ndarray
+    """(P, N) float32, seen in mirrors and through glass"""
+    indirect: np.ndarray
+    """(P, N) float32, seen there"""
+    deep_caustic: np.ndarray
+    """(P, N) float32, caustics seen there"""
+
+
+class Caustics(NamedTuple):
+    """Photons that came to diffuse surfaces by smooth ones alone, sorted by boxes of space."""
+
+    positions: np.ndarray
+    """(n, 3) float32"""
+    normals: np.ndarray
+    """(n, 3) float32, geometric, on the side where the photon arrived"""
+    flux: np.ndarray
+    """(n, N) float32"""
+    starts: np.ndarray
+    """(H + 1,) int32, first photon of each bucket"""
+    radius: float
+    """of the disk over which photons are counted"""

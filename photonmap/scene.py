@@ -15,13 +15,19 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Material:
-    """A Lambertian surface, the same on both sides, that may also emit from its front.
+    """A surface, the same on both sides, that may also emit from its front.
+
+    It reflects diffusely, and like a mirror, or both; or with an index of refraction it is smooth
+    glass: its closed mesh, wound outwards, parts the inside from the air.
 
     Parameters
     ----------
     name : how warnings and records call it
-    reflectance : diffuse albedo in [0, 1]
+    reflectance : diffuse albedo in [0, 1]; glass has none
     emission : radiance leaving the front (counter-clockwise) side, W·m⁻²·sr⁻¹
+    mirror : reflectance of a mirror, alone or as a coat; with `reflectance` 1 at most
+    ior : index of refraction of the inside, against air; None for what is no glass
+    tint : what glass transmits at each crossing of its surface, in [0, 1]
 
     A colour is a number (a constant spectrum), a linear RGB triple, or a `Spectrum`.
     """
@@ -29,6 +35,19 @@ class Material:
     name: str = "grey"
     reflectance: Color = 0.5
     emission: Color = 0.0
+    mirror: Color = 0.0
+    ior: float | None = None
+    tint: Color = 1.0
+
+    @classmethod
+    def polished(cls, name: str = "mirror", mirror: Color = 1.0) -> Material:
+        """Return a perfect mirror of this reflectance."""
+        return cls(name, 0.0, mirror=mirror)
+
+    @classmethod
+    def glass(cls, name: str = "glass", ior: float = 1.5, tint: Color = 1.0) -> Material:
+        """Return smooth glass."""
+        return cls(name, 0.0, ior=ior, tint=tint)
 
 
 @dataclass(frozen=True, eq=False)

@@ -58,7 +58,7 @@ def test_neutral_statements_are_silent(read):
 
 @pytest.mark.parametrize(
     "statement",
-    ["Ks 0.1 0 0", "Ks spectral a.rfl", "Ns 10", "Ni 1.5", "Tf 1 0 0", "d 0.5", "d -halo 0.5"]
+    ["Ks 0.1 0 0", "Ks spectral 0.5", "Ns 10", "Ni 1.5", "Tf 1 0 0", "d 0.5", "d -halo 0.5"]
     + ["Tr 0.5", "illum 3", "map_Kd -o 1 1 1 my wood.png", "map_Bump a.png", "bump a.png"]
     + ["Pr 0.5", "Pm 1", "norm a.png", "refl -type sphere a.png", "sharpness 60"],
 )
@@ -118,8 +118,8 @@ def test_emission_has_no_upper_limit(read):
         ("newmtl a\nKd xyz 1 1\n", r":2: Kd 'xyz 1 1' has 2 numbers"),
         ("newmtl a\nKd xyz 20 30 10\n", r":2: Kd: no reflectance .* divide values .* by 100"),
         ("newmtl a\nd x\n", r":2: d 'x' is no number"),
-        ("newmtl a\nillum\n", r":2: illum ''; write finite"),
-        ("newmtl a\nNi inf\n", r":2: Ni 'inf'; write finite"),
+        ("newmtl a\nillum\n", r":2: illum ''; write a finite"),
+        ("newmtl a\nNi inf\n", r":2: Ni 'inf'; write a finite"),
         ("Kd 1 1 1\n", r":1: 'Kd' before any newmtl"),
         ("newmtl\n", r":1: newmtl without a name"),
         ("", r": is empty"),
@@ -130,3 +130,50 @@ def test_emission_has_no_upper_limit(read):
 def test_errors_name_line_value_and_remedy(read, text, message):
     with pytest.raises(InputError, match=r"a\.mtl" + message):
         read(text)
+
+
+@pytest.mark.parametrize(
+    ("statements", "material"),
+    [
+        ("illum 3\nKs 0.9\nKd 0 0 0\n", Material("a", (0, 0, 0), mirror=(0.9, 0.9, 0.9))),
+        ("illum 5\nKs 0.9 0.8 0.7\n", Material("a", 0.0, mirror=(0.9, 0.8, 0.7))),
+        ("Ks spectral 0.25\nillum 3\nKd 0.5\n", Material("a", (0.5, 0.5, 0.5), mirror=0.25)),
+        ("illum 7\nNi 1.5\n", Material("a", 0.0, ior=1.5)),
+        ("illum 4\nNi 1.33\nTf 0.9 1 1\n", Material("a", 0.0, ior=1.33, tint=(0.9, 1, 1))),
+        ("illum 6\nNi 1.5\nKd 0\nKe 2\n", Material("a", 0.0, (2, 2, 2), ior=1.5)),
+        ("illum 2\nKs 0\n", Material("a")),
+    ],
+)
+def test_illumination_models(read, statements, material):
+    assert read("newmtl a\n" + statements) == {"a": material}
+
+
+@pytest.mark.parametrize(
+    ("statements", "named"),
+    [
+        ("illum 3\nNi 1.5\nKs 0.5\n", "'Ni' of 'a'"),
+        ("illum 3\n", "'illum' of 'a'"),
+        ("illum 7\n", "'illum' of 'a'"),
+        ("illum 9\n", "'illum' of 'a'"),
+        ("illum 7\nNi 1.5\nKd 0.5\nKs 0.1\n", "'Kd' of 'a'; 'Ks' of 'a'"),
+        ("illum 2\nKs 0.5\nNs 30\n", "'Ns' of 'a'; 'Ks' of 'a'"),
+    ],
+)
+def test_what_an_illumination_model_leaves_out_is_named(read, statements, named):
+    with pytest.warns(SceneWarning, match=f"not simulated: {named}$"):
+        read("newmtl a\n" + statements)
+
+
+@pytest.mark.parametrize(
+    ("statement", "message"),
+    [
+        ("Ni -1.5", r":2: Ni '-1.5' is no index of refraction; write one above 0"),
+        ("Ni 0", r":2: Ni '0' is no index"),
+        ("Ni 1 2", r":2: Ni '1 2'; write a finite number"),
+        ("Ks 1.5", r":2: Ks '1.5' is no reflectance; keep it within \[0, 1\]"),
+        ("Tf -1", r":2: Tf '-1' is no transmittance"),
+    ],
+)
+def test_optics_out_of_bounds(read, statement, message):
+    with pytest.raises(InputError, match=message):
+        read(f"newmtl a\n{statement}\n")

@@ -3,29 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
 from os import PathLike
 
 from photonmap.errors import InputError, warn
 from photonmap.messages import listed, shown
+from photonmap.readers.illumination import Draft, make_material
 from photonmap.readers.wavefront import Source, read_source
-from photonmap.scene import Material, Vector
+from photonmap.scene import Material
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Color
 from photonmap.spectra.text import emission, reflectance
 
 _AMBIENT = ("Ka", "map_Ka")
-_NEUTRAL = {"Ks": 0.0, "Tf": 1.0, "Ni": 1.0, "d": 1.0, "Tr": 0.0, "Pm": 0.0, "Ps": 0.0, "Pc": 0.0}
-_CURVES = ("spectral", "xyz")
-
-
-@dataclass
-class _Draft:
-    """A material as far as it has been read."""
-
-    colors: dict[str, Color] = field(default_factory=dict)
-    clamped: bool = False
-    ignored: list[str] = field(default_factory=list)
+_COLORS = {
+    "Kd": ("reflectance", "keep it within [0, 1]"),
+    "Ks": ("reflectance", "keep it within [0, 1]"),
+    "Tf": ("transmittance", "keep it within [0, 1]"),
+    "Ke": ("radiance", "write finite numbers from 0"),
+}
+_NUMBERS = ("illum", "Ni")
+_NEUTRAL = {"d": 1.0, "Tr": 0.0, "Pm": 0.0, "Ps": 0.0, "Pc": 0.0}
 
 
 def read_mtl(path: str | PathLike[str]) -> dict[str, Material]:
@@ -33,8 +29,9 @@ def read_mtl(path: str | PathLike[str]) -> dict[str, Material]:
 
     `Kd` is the reflectance and `Ke` the radiance: linear RGB, `xyz` and CIE XYZ, or `spectral` and
     what `photonmap.spectra.text` describes; a material without them keeps the defaults of
-    `Material`. `Ka` is passed over: ambient light is not physical. All
-    else that would change the picture is named in one warning.
+    `Material`. `illum` says what becomes of `Ks`, `Ni` and `Tf`, as `make_material` tells. `Ka` is
+    passed over: ambient light is not physical. All else that would change the picture is named
+    in one warning.
 
     Parameters
     ----------
@@ -50,7 +47,7 @@ def read_mtl(path: str | PathLike[str]) -> dict[str, Material]:
         or `Ke` is negative or not finite
     """
     source = read_source(path, "MTL")
-    drafts: dict[str, _Draft] = {}
+    drafts: dict[str, Draft] = {}
     repeated: list[str] = []
     name = ""
     for offset, keyword, rest in source.statements():
@@ -60,19 +57,33 @@ def read_mtl(path: str | PathLike[str]) -> dict[str, Material]:
                 raise source.error("newmtl without a name; give it one", offset)
             if name in drafts:
                 repeated.append(name)
-            drafts[name] = _Draft()
+            drafts[name] = Draft()
         elif not name:
             raise source.error(f"{shown(keyword)} before any newmtl; begin with newmtl", offset)
-        elif keyword in _READERS:
-            _READERS[keyword](source, offset, rest, drafts[name])
+        elif keyword in _COLORS:
+            _read_color(source, offset, keyword, rest, drafts[name])
+        elif keyword in _NUMBERS:
+            drafts[name].numbers[keyword] = _read_number(source, offset, keyword, rest)
         elif keyword not in _AMBIENT and not _is_neutral(source, offset, keyword, rest):
             drafts[name].ignored.append(keyword)
+    materials = {name: make_material(name, draft) for name, draft in drafts.items()}
     _warn_of_changes(source, drafts, repeated)
-    return {name: Material(name, **draft.colors) for name, draft in drafts.items()}
+    return materials
 
 
-def _read_color(source: Source, offset: int, keyword: str, rest: str) -> Color:
-    """Read a colour: one number, which stands for a grey, three, or `spectral` or `xyz`."""
+def _read_color(source: Source, offset: int, keyword: str, rest: str, draft: Draft) -> None:
+    """Read a colour; what rounding left above 1 in a reflectance is lowered to 1."""
+    color = _parse_color(source, offset, keyword, rest)
+    if keyword != "Ke" and isinstance(color, tuple):
+        if max(color) > 1:
+            draft.clamped.append(keyword)
+        red, green, blue = (min(value, 1.0) for value in color)
+        color = red, green, blue
+    draft.colors[keyword] = color
+
+
+def _parse_color(source: Source, offset: int, keyword: str, rest: str) -> Color:
+    """Parse one number, which stands for a grey, three, or `spectral` or `xyz` and theirs."""
     words = rest.split()
     if words[:1] == ["spectral"]:
         return _read_text(source, offset, keyword, rest.removeprefix("spectral").strip())
@@ -84,12 +95,27 @@ def _read_color(source: Source, offset: int, keyword: str, rest: str) -> Color:
     red, green, blue = numbers if len(numbers) == 3 else numbers * 3
     if space:
         return _read_text(source, offset, keyword, f"xyz:{red},{green},{blue}")
-    return _CHECKS[keyword](source, offset, rest, (red, green, blue))
+    highest = math.inf if keyword == "Ke" else LARGEST_REFLECTANCE
+    if not all(0 <= value <= highest and math.isfinite(value) for value in (red, green, blue)):
+        message = f"{keyword} {shown(rest)} is no {_COLORS[keyword][0]}"
+        raise source.error(f"{message}; {_COLORS[keyword][1]}", offset)
+    return red, green, blue
+
+
+def _read_number(source: Source, offset: int, keyword: str, rest: str) -> float:
+    """Read `illum` or `Ni`."""
+    numbers = _parse_numbers(source, offset, keyword, rest.split())
+    if len(numbers) != 1 or not math.isfinite(numbers[0]):
+        raise source.error(f"{keyword} {shown(rest)}; write a finite number", offset)
+    if keyword == "Ni" and numbers[0] <= 0.0:
+        message = f"Ni {shown(rest)} is no index of refraction; write one above 0, such as 1.5"
+        raise source.error(message, offset)
+    return numbers[0]
 
 
 def _read_text(source: Source, offset: int, keyword: str, text: str) -> Color:
     """Read a colour that is named, or stands in a file beside this one."""
-    read = {"Kd": reflectance, "Ke": emission}[keyword]
+    read = emission if keyword == "Ke" else reflectance
     try:
         return read(text, source.path.parent)
     except InputError as error:
@@ -108,61 +134,18 @@ def _parse_numbers(source: Source, offset: int, keyword: str, words: list[str]) 
         raise source.error(f"{message}; {remedy}", offset) from None
 
 
-def _check_reflectance(source: Source, offset: int, rest: str, color: Vector) -> Vector:
-    """Refuse what is no RGB of a reflectance."""
-    if not all(0 <= value <= LARGEST_REFLECTANCE for value in color):
-        message = f"Kd {shown(rest)} is no reflectance; keep it within [0, 1]"
-        raise source.error(message, offset)
-    return color
-
-
-def _check_radiance(source: Source, offset: int, rest: str, color: Vector) -> Vector:
-    """Refuse what is no RGB of a light."""
-    if min(color) < 0 or not all(map(math.isfinite, color)):
-        message = f"Ke {shown(rest)} is no radiance; write finite numbers from 0"
-        raise source.error(message, offset)
-    return color
-
-
-_CHECKS = {"Kd": _check_reflectance, "Ke": _check_radiance}
-
-
-def _read_reflectance(source: Source, offset: int, rest: str, draft: _Draft) -> None:
-    """Read `Kd`; what rounding left above 1 is lowered to 1."""
-    color = _read_color(source, offset, "Kd", rest)
-    draft.clamped = isinstance(color, tuple) and max(color) > 1
-    if isinstance(color, tuple):
-        red, green, blue = (min(value, 1.0) for value in color)
-        color = red, green, blue
-    draft.colors["reflectance"] = color
-
-
-def _read_emission(source: Source, offset: int, rest: str, draft: _Draft) -> None:
-    """Read `Ke`."""
-    draft.colors["emission"] = _read_color(source, offset, "Ke", rest)
-
-
-_READERS: dict[str, Callable[[Source, int, str, _Draft], None]] = {
-    "Kd": _read_reflectance,
-    "Ke": _read_emission,
-}
-"""What is simulated. A texture's reader (`map_Kd`) goes here."""
-
-
 def _is_neutral(source: Source, offset: int, keyword: str, rest: str) -> bool:
     """Tell whether a statement changes nothing that is simulated, or could be."""
     words = rest.removeprefix("-halo").split()
-    if keyword not in (*_NEUTRAL, "illum") or (words and words[0] in _CURVES):
+    if keyword not in _NEUTRAL:
         return False
     numbers = _parse_numbers(source, offset, keyword, words)
     if not numbers or not all(map(math.isfinite, numbers)):
         raise source.error(f"{keyword} {shown(rest)}; write finite numbers", offset)
-    if keyword == "illum":
-        return numbers[0] <= 2
     return all(number == _NEUTRAL[keyword] for number in numbers)
 
 
-def _warn_of_changes(source: Source, drafts: dict[str, _Draft], repeated: list[str]) -> None:
+def _warn_of_changes(source: Source, drafts: dict[str, Draft], repeated: list[str]) -> None:
     """Name what was read but is not simulated, or not as it was written."""
     ignored: dict[str, dict[str, None]] = {}
     for name, draft in drafts.items():
@@ -171,7 +154,8 @@ def _warn_of_changes(source: Source, drafts: dict[str, _Draft], repeated: list[s
     if ignored:
         uses = [f"{shown(keyword)} of {listed(names)}" for keyword, names in ignored.items()]
         warn(f"{source.path}: not simulated: {'; '.join(uses)}")
-    if clamped := [name for name, draft in drafts.items() if draft.clamped]:
-        warn(f"{source.path}: Kd above 1 is lowered to 1 in {listed(clamped)}")
+    for keyword in ("Kd", "Ks", "Tf"):
+        if clamped := [name for name, draft in drafts.items() if keyword in draft.clamped]:
+            warn(f"{source.path}: {keyword} above 1 is lowered to 1 in {listed(clamped)}")
     if repeated:
         warn(f"{source.path}: newmtl is repeated, the last one is taken: {listed(repeated)}")
