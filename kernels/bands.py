@@ -22,6 +22,27 @@ def add_product(target, i, source, j, throughput, factor):
 
 
 @jit
+def add_mix(target, i, weights, basis, factor):
+    """Add factor · weights (three numbers) @ basis, (3, N), to row i of target."""
+    for band in range(target.shape[1]):
+        target[i, band] += np.float32(factor * mix(weights, basis, band))
+
+
+@jit
+def add_mix_product(target, i, weights, basis, throughput, factor):
+    """Add factor · throughput · (weights @ basis) to row i of target."""
+    for band in range(target.shape[1]):
+        target[i, band] += throughput[band] * np.float32(factor * mix(weights, basis, band))
+
+
+@jit
+def mix(weights, basis, band):
+    """Return weights (three numbers) @ basis, (3, N), in one band."""
+    a, b, c = weights
+    return a * basis[0, band] + b * basis[1, band] + c * basis[2, band]
+
+
+@jit
 def clear(target):
     """Set all rows of target to 0."""
     for row in range(target.shape[0]):

@@ -6,16 +6,15 @@ import numpy as np
 
 from photonmap.kernels import vec, warp
 from photonmap.kernels.bands import divide
+from photonmap.kernels.beyond import MOST_SMOOTH
 from photonmap.kernels.jit import jit, outlined
-from photonmap.kernels.light import emit
+from photonmap.kernels.light import emit, start_flux
 from photonmap.kernels.optics import leave
 from photonmap.kernels.ray import intersect
 from photonmap.kernels.rng import draw, sobol_2d, stream
 from photonmap.kernels.surface import meet
 
 PLACE, AIM, CHOOSE = 0, 1, 2
-MOST_SMOOTH = 64
-"""Reflections and refractions in a row, after which a path is cut."""
 ALIGNED = 0.7
 """Cosine between normals within which photons count for each other's surface."""
 FLATNESS = 0.3
@@ -23,11 +22,11 @@ FLATNESS = 0.3
 
 
 @jit
-def _follow(geometry, optics, origin, direction, state, flux, position, normal):
+def _follow(geometry, optics, origin, direction, state, flux, place):
     """Follow a photon by smooth surfaces to a diffuse one; return 1 if it came there by them.
 
-    Where it arrives, `position` and `normal` are filled, and flux through the geometric surface
-    becomes irradiance about the shading normal. Where surfaces do both, chance decides.
+    Where it arrives, `place` (6,) is filled as in `Caustics`, and flux through the geometric
+    surface becomes irradiance about the shading normal. Where surfaces do both, chance decides.
     """
     for bounce in range(MOST_SMOOTH):
         triangle, u, v, _ = intersect(geometry.scene, origin, direction)
@@ -44,7 +43,7 @@ def _follow(geometry, optics, origin, direction, state, flux, position, normal):
                 factor = max(0.0, -vec.dot(ns, direction)) / max(1e-9, -vec.dot(ng, direction))
                 divide(flux, (1.0 - smooth) / max(factor, 1e-9))
                 for axis in range(3):
-                    position[axis], normal[axis] = point[axis], ng[axis]
+                    place[axis], place[3 + axis] = point[axis], ng[axis]
                 return 1
             divide(flux, smooth)
         chance, state = draw(state)
@@ -53,26 +52,47 @@ def _follow(geometry, optics, origin, direction, state, flux, position, normal):
 
 
 @jit
-def trace_caustics(geometry, lights, optics, key, first, last, total, positions, normals, flux):
+def _boxed(rows, columns, point):
+    """Warp a point of the unit square to a density by boxes; return (point, density)."""
+    boxes = len(rows) - 1
+    row, x = _invert(rows, point[0])
+    column, y = _invert(columns[row], point[1])
+    chance = (rows[row + 1] - rows[row]) * (columns[row, column + 1] - columns[row, column])
+    return ((row + x) / boxes, (column + y) / boxes), chance * boxes * boxes
+
+
+@jit
+def _invert(cumulative, u):
+    """Return the interval of a rising table that holds u, and how far u is through it."""
+    low, high = 0, len(cumulative) - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if cumulative[middle] <= u:
+            low = middle
+        else:
+            high = middle
+    return low, (u - cumulative[low]) / (cumulative[high] - cumulative[low])
+
+
+@jit
+def trace_caustics(geometry, lights, optics, guide, key, first, last, total, origins, places, flux):
     """Trace photons first..last of `total` to where they make caustics; return their number.
 
-    They fill the first rows of positions and normals, (last - first, 3), and of flux,
-    (last - first, N).
+    They fill the first rows of origins, (last - first, 4), where in the unit squares of place and
+    aim they left; of places, (last - first, 6), and flux, (last - first, N), as in `Caustics`.
     """
     count = 0
     place_key, aim_key = stream(key, PLACE, 0), stream(key, AIM, 0)
     for index in range(first, last):
-        place, aim = sobol_2d(index, place_key), sobol_2d(index, aim_key)
+        place, at = _boxed(guide.place_rows, guide.place_columns, sobol_2d(index, place_key))
+        aim, towards = _boxed(guide.aim_rows, guide.aim_columns, sobol_2d(index, aim_key))
         emitter, weight, origin, direction = emit(geometry, lights, place, aim)
-        spectrum = lights.spectra[lights.spectrum[emitter]]
         row = flux[count]
-        for band in range(len(row)):
-            row[band] = spectrum[band] * np.float32(weight / total)
+        start_flux(row, lights, emitter, direction, weight / (total * at * towards))
+        for axis in range(2):
+            origins[count, axis], origins[count, 2 + axis] = place[axis], aim[axis]
         state = stream(key, CHOOSE, index)
-        count += _follow(
-            geometry, optics, origin, direction, state, row,
-            positions[count], normals[count],
-        )  # fmt: skip
+        count += _follow(geometry, optics, origin, direction, state, row, places[count])
     return count
 
 
@@ -86,21 +106,29 @@ def bucket_of(x, y, z, buckets):
 
 
 @jit
-def fill_buckets(positions, width, first, last, buckets, out):
+def fill_buckets(places, width, first, last, buckets, out):
     """Fill `out`, (n,) int32, with the buckets of photons first..last."""
     for photon in range(first, last):
-        x, y, z = vec.row(positions, photon)
+        x, y, z = vec.row(places, photon)
         out[photon] = bucket_of(
             math.floor(x / width), math.floor(y / width), math.floor(z / width), buckets
         )
 
 
+@jit
+def _dot_normal(places, photon, ng):
+    return places[photon, 3] * ng[0] + places[photon, 4] * ng[1] + places[photon, 5] * ng[2]
+
+
 @outlined
-def add_caustics(caustics, point, ng, weight, target, row):
-    """Add the irradiance by caustics at a point, times weight, to row `row` of target.
+def add_caustics(caustics, point, ng, throughput, target, row):
+    """Add the irradiance by caustics at a point, times throughput, (N,), to row `row` of target.
 
     Photons within the radius count with weights that fall as a parabola (Silverman 1986, 4.2).
+    Without a caustic map (None) nothing is added.
     """
+    if caustics is None:
+        return
     buckets = len(caustics.starts) - 1
     if buckets < 1:
         return
@@ -111,14 +139,14 @@ def add_caustics(caustics, point, ng, weight, target, row):
         math.floor(point[1] / width - 0.5),
         math.floor(point[2] / width - 0.5),
     )
-    scale = weight * 2.0 * warp.INV_PI / (radius * radius)
+    scale = 2.0 * warp.INV_PI / (radius * radius)
     for corner in range(8):
         x = low[0] + (corner & 1)
         y = low[1] + ((corner >> 1) & 1)
         z = low[2] + (corner >> 2)
         bucket = bucket_of(x, y, z, buckets)
         for photon in range(caustics.starts[bucket], caustics.starts[bucket + 1]):
-            place = vec.row(caustics.positions, photon)
+            place = vec.row(caustics.places, photon)
             if (
                 math.floor(place[0] / width) != x
                 or math.floor(place[1] / width) != y
@@ -127,9 +155,10 @@ def add_caustics(caustics, point, ng, weight, target, row):
                 continue
             step = vec.sub(place, point)
             near = 1.0 - vec.dot(step, step) / (radius * radius)
-            if near <= 0.0 or vec.dot(vec.row(caustics.normals, photon), ng) < ALIGNED:
+            if near <= 0.0 or _dot_normal(caustics.places, photon, ng) < ALIGNED:
                 continue
             if abs(vec.dot(step, ng)) > FLATNESS * radius:
                 continue
             for band in range(target.shape[1]):
-                target[row, band] += np.float32(scale * near) * caustics.flux[photon, band]
+                light = np.float32(scale * near) * caustics.flux[photon, band]
+                target[row, band] += throughput[band] * light

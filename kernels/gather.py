@@ -3,9 +3,11 @@
 import numpy as np
 
 from photonmap.kernels import vec, warp
-from photonmap.kernels.bands import add_row, total
+from photonmap.kernels.bands import total
+from photonmap.kernels.beyond import gather_beyond, smoothness
+from photonmap.kernels.caustics import add_caustics
 from photonmap.kernels.jit import jit, outlined
-from photonmap.kernels.light import emitted, weigh_hit, weigh_miss
+from photonmap.kernels.light import add_emitted, emitted, weigh_hit, weigh_miss
 from photonmap.kernels.ray import intersect
 from photonmap.kernels.records import DIRECT, INDIRECT
 from photonmap.kernels.rng import sobol_2d, stream
@@ -14,7 +16,7 @@ from photonmap.kernels.surface import meet, side_of
 from photonmap.kernels.walk import walk
 
 EMPTY, FOUND = 1, 2
-AIM, WALK = 0, 1
+AIM, WALK, BEYOND = 0, 1, 2
 MOST_BOUNCES = 1000
 
 
@@ -34,14 +36,14 @@ def _look_up(materials, material, radiosity, cell, weight, irradiance):
 
 
 @outlined
-def gather(scene, store, hit, place, keys, samples, gathers, throughput, irradiance):
+def gather(scene, store, caustics, hit, place, keys, samples, gathers, throughput, irradiance):
     """Add what one of `gathers` cosine-distributed rays sees to `irradiance`, (2, N).
 
     `samples` light samples are taken at the same hit. Where the ray ends too near for the store
-    to answer, a path goes on from there. `place` numbers the ray, `keys` are for its AIM and the
-    WALK beyond. Returns what was found, as `_look_up`.
+    to answer, a path goes on from there. `place` numbers the ray, `keys` are for its AIM, the WALK
+    on, and what lies BEYOND smooth surfaces. Returns what was found, as `_look_up`.
     """
-    geometry, materials, lights = scene
+    geometry, materials, lights, optics = scene
     cells, radiosity = store
     point, ng, ns, _ = hit
     u, v = sobol_2d(place, keys[AIM])
@@ -50,35 +52,40 @@ def gather(scene, store, hit, place, keys, samples, gathers, throughput, irradia
         return 0
     triangle, u, v, distance = intersect(geometry.scene, point, direction)
     side = side_of(geometry, triangle, direction) if triangle >= 0 else 0
-    spectrum = emitted(geometry, lights, triangle, side)
+    emitter = emitted(geometry, lights, triangle, side)
+    cosine = vec.dot(ns, direction)
     if triangle < 0:
-        if spectrum >= 0:
-            add_row(
-                irradiance, DIRECT, lights.spectra, spectrum, weigh_miss(lights, samples, gathers)
-            )
+        if emitter >= 0:
+            weight = weigh_miss(lights, direction, cosine, samples, gathers)
+            add_emitted(irradiance, DIRECT, lights, emitter, direction, weight)
         return 0
-    if spectrum >= 0:
+    if emitter >= 0:
         end = meet(geometry, triangle, u, v, direction)[0]
         weight = weigh_hit(
-            geometry,
-            lights,
-            geometry.emitter[triangle],
-            point,
-            end,
-            direction,
-            vec.dot(ns, direction),
-            samples,
-            gathers,
+            geometry, lights, emitter, point, end, direction, cosine, samples, gathers
         )
-        add_row(irradiance, DIRECT, lights.spectra, spectrum, weight)
+        add_emitted(irradiance, DIRECT, lights, emitter, direction, weight)
     material = geometry.material[triangle]
+    found = 0
+    smooth = smoothness(geometry, optics, triangle)
+    if smooth > 0.0:
+        state = stream(keys[BEYOND], 0, place)
+        weight = np.float32(1.0 / gathers)
+        lit = gather_beyond(
+            geometry, optics, store, triangle, u, v, direction, weight, state, throughput,
+            irradiance,
+        )  # fmt: skip
+        found = FOUND if lit else 0
+        if smooth == 1.0:
+            return found
     if answers(cells, triangle, side, distance):
         cell = cell_at(cells, triangle, side, u, v)
-        return _look_up(materials, material, radiosity, cell, 1.0 / gathers, irradiance)
+        return found | _look_up(materials, material, radiosity, cell, 1.0 / gathers, irradiance)
     for band in range(len(throughput)):
         throughput[band] = materials.reflectance[material, band] / np.float32(gathers)
     before = total(irradiance, INDIRECT)
     state = stream(keys[WALK], 0, place)
     end_hit = meet(geometry, triangle, u, v, direction)
-    walk(scene, store, end_hit, INDIRECT, MOST_BOUNCES, state, throughput, irradiance)
+    add_caustics(caustics, end_hit[0], end_hit[1], throughput, irradiance, INDIRECT)
+    walk(scene, store, caustics, end_hit, INDIRECT, MOST_BOUNCES, state, throughput, irradiance)
     return FOUND if total(irradiance, INDIRECT) > before else EMPTY

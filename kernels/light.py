@@ -1,11 +1,87 @@
-"""Emitters: samples towards a point for direct light, and photons that leave them."""
+"""Emitters: what they send, samples towards a point for direct light, and photons."""
 
 import math
 
+import numpy as np
+
 from photonmap.kernels import surface, vec, warp
+from photonmap.kernels.bands import add_mix, add_mix_product, add_product, add_row, mix
+from photonmap.kernels.environment import environment_pdf, radiance_at, sample_environment
 from photonmap.kernels.jit import jit
 from photonmap.kernels.ray import occluded
-from photonmap.kernels.records import DOME, POINT
+from photonmap.kernels.records import DIRECTIONAL, DOME, POINT, SPOT, TRIANGLE
+
+# Numba leaves out a branch on None only where it is an argument of the function itself.
+
+
+@jit
+def emitted(geometry, lights, triangle, side):
+    """Return the emitter that a ray's end shows, -1 if it shows none."""
+    return lights.dome if triangle < 0 else geometry.emitter[triangle] if side == 0 else -1
+
+
+@jit
+def add_emitted(target, i, lights, emitter, direction, factor):
+    """Add factor · what an emitter sends to row i of target; `direction` looks towards it."""
+    _add_emitted(target, i, lights, lights.environment, emitter, direction, factor)
+
+
+@jit
+def _add_emitted(target, i, lights, environment, emitter, direction, factor):
+    if environment is not None and emitter == lights.dome:
+        add_mix(target, i, radiance_at(environment, direction), environment.basis, factor)
+    else:
+        add_row(target, i, lights.spectra, lights.spectrum[emitter], factor)
+
+
+@jit
+def add_emitted_product(target, i, lights, emitter, direction, throughput, factor):
+    """Add throughput times what `add_emitted` adds."""
+    _add_product(target, i, lights, lights.environment, emitter, direction, throughput, factor)
+
+
+@jit
+def _add_product(target, i, lights, environment, emitter, direction, throughput, factor):
+    if environment is not None and emitter == lights.dome:
+        rgb = radiance_at(environment, direction)
+        add_mix_product(target, i, rgb, environment.basis, throughput, factor)
+    else:
+        row = lights.spectrum[emitter]
+        add_product(target, i, lights.spectra, row, throughput, factor)
+
+
+@jit
+def start_flux(flux, lights, emitter, direction, factor):
+    """Fill flux, (N,), with factor · what an emitter sends in a direction."""
+    _start_flux(flux, lights, lights.environment, emitter, direction, factor)
+
+
+@jit
+def _start_flux(flux, lights, environment, emitter, direction, factor):
+    if environment is not None and emitter == lights.dome:
+        rgb = radiance_at(environment, vec.scale(direction, -1.0))
+        for band in range(len(flux)):
+            flux[band] = np.float32(factor * mix(rgb, environment.basis, band))
+    else:
+        spectrum = lights.spectra[lights.spectrum[emitter]]
+        for band in range(len(flux)):
+            flux[band] = spectrum[band] * np.float32(factor)
+
+
+@jit
+def falloff(cosines, emitter, cosine):
+    """Return which part of a spot's intensity goes where the angle to its axis has a cosine.
+
+    All of it inside, nothing outside; between, 3t² - 2t³ of the cosine's way t from one to the
+    other.
+    """
+    inner, outer = cosines[emitter, 0], cosines[emitter, 1]
+    if cosine >= inner:
+        return 1.0
+    if cosine <= outer:
+        return 0.0
+    t = (cosine - outer) / (inner - outer)
+    return t * t * (3.0 - 2.0 * t)
 
 
 @jit
@@ -24,50 +100,82 @@ def _lit(ng, ns, direction):
 
 
 @jit
-def emitted(geometry, lights, triangle, side):
-    """Return the row of spectra that a ray's end shows, -1 if it shows none."""
-    emitter = lights.dome if triangle < 0 else geometry.emitter[triangle] if side == 0 else -1
-    return lights.spectrum[emitter] if emitter >= 0 else -1
+def _sky_sample(environment, ns, u, v):
+    """Return (direction, density) towards the sky."""
+    if environment is None:
+        direction = vec.from_frame(warp.cosine_hemisphere(u, v), ns)
+        return direction, warp.cosine_hemisphere_pdf(vec.dot(ns, direction))
+    return sample_environment(environment, u, v)
+
+
+@jit
+def _sky_pdf(environment, direction, cosine):
+    """Return the density of `_sky_sample`."""
+    if environment is None:
+        return warp.cosine_hemisphere_pdf(cosine)
+    return environment_pdf(environment, direction)
+
+
+@jit
+def _far_sample(lights, emitter, ns, u, v):
+    """Return (direction, density) towards an emitter that is infinitely far, density 0 for a sun.
+
+    A sun lies in one direction only.
+    """
+    if lights.kind[emitter] == DIRECTIONAL:
+        return vec.scale(vec.row(lights.axis, emitter), -1.0), 0.0
+    return _sky_sample(lights.environment, ns, u, v)
 
 
 @jit
 def sample_direct(geometry, lights, point, ng, ns, u, v, samples, gathers):
     """Sample one emitter for the irradiance at a point.
 
-    Returns (emitter, weight): the sum of weight · lights.spectra[row of the emitter] over
-    `samples` such samples and `gathers` cosine-distributed rays, weighed by the balance heuristic
-    (Veach 1997, 9.2.4), estimates irradiance. A weight of 0 with emitter >= 0 is a light that is
-    blocked; emitter -1 is one that is not in front.
+    Returns (emitter, weight, direction): the sum of weight · what the emitter sends, as
+    `add_emitted`, over `samples` such samples and `gathers` cosine-distributed rays, weighed by
+    the balance heuristic (Veach 1997, 9.2.4), estimates irradiance. A weight of 0 with emitter
+    >= 0 is a light that is blocked; emitter -1 is one that is not in front.
     """
     emitter, u = warp.discrete(lights.cumulative, u)
     chance = warp.discrete_pdf(lights.cumulative, emitter)
     kind = lights.kind[emitter]
-    if kind == DOME:
-        direction = vec.from_frame(warp.cosine_hemisphere(u, v), ns)
-        if _lit(ng, ns, direction) == 0.0:
-            return -1, 0.0
-        blocked = occluded(geometry.scene, point, direction, math.inf)
-        return emitter, 0.0 if blocked else math.pi / (samples * chance + gathers)
-    if kind == POINT:
+    if kind in (DOME, DIRECTIONAL):
+        direction, pdf = _far_sample(lights, emitter, ns, u, v)
+        cosine = _lit(ng, ns, direction)
+        if cosine == 0.0:
+            return -1, 0.0, direction
+        if occluded(geometry.scene, point, direction, math.inf):
+            return emitter, 0.0, direction
+        if kind == DIRECTIONAL:
+            return emitter, cosine / (samples * chance), direction
+        density = samples * chance * pdf + gathers * warp.cosine_hemisphere_pdf(cosine)
+        return emitter, cosine / density, direction
+    if kind == TRIANGLE:
+        target, normal = _point_of_emitter(geometry, lights.triangle[emitter], u, v)
+    else:
         target = vec.row(lights.position, emitter)
         normal = ng
-    else:
-        target, normal = _point_of_emitter(geometry, lights.triangle[emitter], u, v)
     segment = vec.sub(target, point)
     squared = vec.dot(segment, segment)
     if squared == 0.0:
-        return -1, 0.0
+        return -1, 0.0, ns
     direction = vec.scale(segment, 1.0 / math.sqrt(squared))
     cosine = _lit(ng, ns, direction)
-    facing = 1.0 if kind == POINT else -vec.dot(normal, direction)
+    facing = 1.0
+    if kind == TRIANGLE:
+        facing = -vec.dot(normal, direction)
+    elif kind == SPOT:
+        axis = vec.row(lights.axis, emitter)
+        facing = falloff(lights.cosines, emitter, -vec.dot(axis, direction))
     if cosine == 0.0 or facing <= 0.0:
-        return -1, 0.0
+        return -1, 0.0, direction
     if occluded(geometry.scene, point, segment, 1.0):
-        return emitter, 0.0
-    if kind == POINT:
-        return emitter, cosine / (samples * squared * chance)
+        return emitter, 0.0, direction
+    if kind != TRIANGLE:
+        return emitter, facing * cosine / (samples * squared * chance), direction
     pdf = chance * warp.uniform_triangle_pdf(lights.area[emitter]) * squared / facing
-    return emitter, cosine / (samples * pdf + gathers * warp.cosine_hemisphere_pdf(cosine))
+    weight = cosine / (samples * pdf + gathers * warp.cosine_hemisphere_pdf(cosine))
+    return emitter, weight, direction
 
 
 @jit
@@ -82,16 +190,28 @@ def weigh_hit(geometry, lights, emitter, point, hit, direction, cosine, samples,
 
 
 @jit
-def weigh_miss(lights, samples, gathers):
-    """Weight of the dome seen by a cosine-distributed ray, as in `sample_direct`."""
-    return math.pi / (samples * warp.discrete_pdf(lights.cumulative, lights.dome) + gathers)
+def weigh_miss(lights, direction, cosine, samples, gathers):
+    """Weight of the sky seen by a cosine-distributed ray, as in `sample_direct`."""
+    chance = warp.discrete_pdf(lights.cumulative, lights.dome)
+    pdf = chance * _sky_pdf(lights.environment, direction, cosine)
+    return cosine / (samples * pdf + gathers * warp.cosine_hemisphere_pdf(cosine))
+
+
+@jit
+def _sky_shine(environment, u, v):
+    """Return (direction, density) in which a photon comes from the sky."""
+    if environment is None:
+        return warp.uniform_sphere(u, v), warp.uniform_sphere_pdf()
+    direction, pdf = sample_environment(environment, u, v)
+    return vec.scale(direction, -1.0), pdf
 
 
 @jit
 def emit(geometry, lights, place, aim):
     """Send a photon from an emitter: place and aim are points of the unit square.
 
-    Returns (emitter, weight, origin, direction): its flux is weight · the emitter's spectrum.
+    Returns (emitter, weight, origin, direction): its flux is weight · what the emitter sends, as
+    `start_flux`.
     """
     emitter, u = warp.discrete(lights.cumulative, place[0])
     v = place[1]
@@ -101,12 +221,20 @@ def emit(geometry, lights, place, aim):
         weight = 1.0 / (warp.uniform_sphere_pdf() * chance)
         origin = vec.row(lights.position, emitter)
         return emitter, weight, origin, warp.uniform_sphere(aim[0], aim[1])
-    if kind == DOME:
-        direction = warp.uniform_sphere(aim[0], aim[1])
+    if kind == SPOT:
+        cosine = lights.cosines[emitter, 1]
+        local = warp.uniform_cone(aim[0], aim[1], cosine)
+        weight = falloff(lights.cosines, emitter, local[2])
+        weight /= warp.uniform_cone_pdf(cosine) * chance
+        direction = vec.from_frame(local, vec.row(lights.axis, emitter))
+        return emitter, weight, vec.row(lights.position, emitter), direction
+    if kind in (DOME, DIRECTIONAL):
+        direction, density = vec.row(lights.axis, emitter), 1.0
+        if kind == DOME:
+            direction, density = _sky_shine(lights.environment, aim[0], aim[1])
         x, y = warp.uniform_disk(u, v)
         local = (lights.radius * x, lights.radius * y, -2.0 * lights.radius)
-        density = warp.uniform_sphere_pdf() * warp.uniform_disk_pdf()
-        weight = lights.radius * lights.radius / (density * chance)
+        weight = lights.radius * lights.radius / (density * warp.uniform_disk_pdf() * chance)
         return emitter, weight, vec.from_frame(local, direction), direction
     origin, normal = _point_of_emitter(geometry, lights.triangle[emitter], u, v)
     direction = vec.from_frame(warp.cosine_hemisphere(aim[0], aim[1]), normal)

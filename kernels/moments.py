@@ -6,14 +6,22 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.jit import jit
+from photonmap.kernels.records import (
+    FIRST_CAUSTIC,
+    LIT_BY_CAUSTIC,
+    SEEN_CAUSTIC,
+    SEEN_DIRECT,
+    SEEN_INDIRECT,
+)
 from photonmap.kernels.warp import INV_PI
 
 
 class Moments(NamedTuple):
     """Means, (P, N) float64, and sums of squared deviations, (P, N) float32, over passes.
 
-    diffuse = direct + indirect, radiance = emission + diffuse; `product` is the sum of products
-    of the deviations of diffuse and reflectance, from which the error of their ratio follows.
+    radiance = emission + direct + indirect, and diffuse is what of the last two first hits reflect;
+    `product` is the sum of products of the deviations of diffuse and reflectance, from which the
+    error of their ratio follows.
     """
 
     emission: np.ndarray
@@ -36,6 +44,16 @@ class Moments(NamedTuple):
     """(P,) uint8, flags of all passes, as in `Pixels`"""
 
 
+class SmoothMoments(NamedTuple):
+    """The same for scenes with smooth surfaces, beside `Moments`: parts of direct and indirect."""
+
+    caustics: np.ndarray
+    residual: np.ndarray
+    """what is not the reflection of first hits: all that is seen in mirrors and through glass"""
+    caustics_spread: np.ndarray
+    residual_spread: np.ndarray
+
+
 @jit
 def _add(mean, spread, pixel, band, value, share):
     """Take one value into a mean and its spread; return its deviation from the old mean."""
@@ -46,21 +64,48 @@ def _add(mean, spread, pixel, band, value, share):
 
 
 @jit
-def add_pass(moments, pixels, count, first, last):
-    """Take pixels first..last of the pass number `count` (from 1) into the moments."""
+def _seen_parts(seen, pixel, band):
+    """Return first hits' caustic and its irradiance, and direct, indirect, caustic seen beyond."""
+    if seen is None:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    return (
+        float(seen[FIRST_CAUSTIC, pixel, band]),
+        float(seen[LIT_BY_CAUSTIC, pixel, band]),
+        float(seen[SEEN_DIRECT, pixel, band]),
+        float(seen[SEEN_INDIRECT, pixel, band]),
+        float(seen[SEEN_CAUSTIC, pixel, band]),
+    )
+
+
+@jit
+def _add_smooth(smooth, pixel, band, caustics, residual, share):
+    """Take caustics and residual into their moments; return the residual's deviation."""
+    if smooth is None:
+        return 0.0
+    _add(smooth.caustics, smooth.caustics_spread, pixel, band, caustics, share)
+    return _add(smooth.residual, smooth.residual_spread, pixel, band, residual, share)
+
+
+@jit
+def add_pass(moments, smooth, pixels, seen, count, first, last):
+    """Take pixels first..last of the pass number `count` (from 1) into the moments.
+
+    `smooth` and `seen` are None in a scene without smooth surfaces.
+    """
     share = 1.0 / count
     rest = 1.0 - share
     for pixel in range(first, last):
         moments.coverage[pixel] += (pixels.coverage[pixel] - moments.coverage[pixel]) * share
         moments.found[pixel] |= pixels.found[pixel]
         for band in range(pixels.direct.shape[1]):
+            caustic, lit, seen_direct, seen_indirect, deep = _seen_parts(seen, pixel, band)
             emission = float(pixels.emission[pixel, band])
-            direct = float(pixels.direct[pixel, band])
-            indirect = float(pixels.indirect[pixel, band])
+            direct = float(pixels.direct[pixel, band]) + seen_direct
+            indirect = float(pixels.indirect[pixel, band]) + (caustic + seen_indirect + deep)
             reflectance = float(pixels.reflectance[pixel, band])
             irradiance = INV_PI * (
                 float(pixels.irradiance_direct[pixel, band])
-                + float(pixels.irradiance_indirect[pixel, band])
+                + (float(pixels.irradiance_indirect[pixel, band]) + lit)
             )
             e = _add(moments.emission, moments.emission_spread, pixel, band, emission, share)
             d = _add(moments.direct, moments.direct_spread, pixel, band, direct, share)
@@ -69,9 +114,11 @@ def add_pass(moments, pixels, count, first, last):
                 moments.reflectance, moments.reflectance_spread, pixel, band, reflectance, share
             )
             _add(moments.irradiance, moments.irradiance_spread, pixel, band, irradiance, share)
-            moments.diffuse_spread[pixel, band] += (d + i) * (d + i) * rest
+            residual = seen_direct + seen_indirect + deep
+            s = _add_smooth(smooth, pixel, band, caustic + deep, residual, share)
+            moments.diffuse_spread[pixel, band] += (d + i - s) * (d + i - s) * rest
             moments.radiance_spread[pixel, band] += (e + d + i) * (e + d + i) * rest
-            moments.product[pixel, band] += (d + i) * r * rest
+            moments.product[pixel, band] += (d + i - s) * r * rest
 
 
 @jit
@@ -110,7 +157,12 @@ def sum_relative_variance(moments, mean, count, first, last):
 
 
 @jit
-def finish_shading(moments, count, first, last, factor, shading, error):
+def _residual(smooth, pixel, band):
+    return 0.0 if smooth is None else smooth.residual[pixel, band]
+
+
+@jit
+def finish_shading(moments, smooth, count, first, last, factor, shading, error):
     """Fill shading and its standard error, times factor, (P, N) float32, of pixels first..last.
 
     The ratio of diffuse light to reflectance where that is not 0, with the error of a ratio by
@@ -121,7 +173,8 @@ def finish_shading(moments, count, first, last, factor, shading, error):
         for band in range(shading.shape[1]):
             r = moments.reflectance[pixel, band]
             if r > 0.0:
-                s = (moments.direct[pixel, band] + moments.indirect[pixel, band]) / r
+                light = moments.direct[pixel, band] + moments.indirect[pixel, band]
+                s = (light - _residual(smooth, pixel, band)) / r
                 variance = (
                     moments.diffuse_spread[pixel, band]
                     - 2.0 * s * moments.product[pixel, band]

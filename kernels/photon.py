@@ -4,8 +4,10 @@ import numpy as np
 
 from photonmap.kernels import vec, warp
 from photonmap.kernels.bands import attenuate, divide
+from photonmap.kernels.beyond import largest, smoothness
 from photonmap.kernels.jit import jit
-from photonmap.kernels.light import emit
+from photonmap.kernels.light import emit, start_flux
+from photonmap.kernels.optics import leave
 from photonmap.kernels.ray import intersect
 from photonmap.kernels.rng import draw, sobol_2d, stream
 from photonmap.kernels.store import cell_at
@@ -15,13 +17,50 @@ PLACE, AIM, SURVIVE, BOUNCE = 0, 1, 2, 3
 
 
 @jit
-def _trace(geometry, materials, cells, index, key, origin, direction, flux, bounces, radiosity):
+def _pass_smooth(geometry, optics, triangle, u, v, direction, flux, state):
+    """Send a photon on from a smooth surface, if it takes the surface for one.
+
+    Returns (whether it did, origin, direction, state); flux of 0 is that of a lost photon.
+    """
+    if optics is None:
+        return False, direction, direction, state
+    smooth = smoothness(geometry, optics, triangle)
+    if smooth == 0.0:
+        return False, direction, direction, state
+    if smooth < 1.0:
+        chance, state = draw(state)
+        if chance >= smooth:
+            divide(flux, 1.0 - smooth)
+            return False, direction, direction, state
+        divide(flux, smooth)
+    before = largest(flux)
+    chance, state = draw(state)
+    origin, direction = leave(geometry, optics, triangle, u, v, direction, chance, True, flux)
+    after = largest(flux)
+    if after < before:
+        chance, state = draw(state)
+        divide(flux, after / before if chance * before < after else np.inf)
+    return True, origin, direction, state
+
+
+@jit
+def _trace(
+    geometry, materials, optics, cells, index, key, origin, direction, flux, bounces, radiosity
+):
     """Follow one photon until it dies; return (stores, 1 if it was cut at `bounces`)."""
     state = stream(key, SURVIVE, index)
+    stores = 0
     for bounce in range(bounces):
         triangle, u, v, _ = intersect(geometry.scene, origin, direction)
         if triangle < 0:
-            return bounce, 0
+            return stores, 0
+        passed, origin, direction, state = _pass_smooth(
+            geometry, optics, triangle, u, v, direction, flux, state
+        )
+        if passed:
+            if largest(flux) == 0.0:
+                return stores, 0
+            continue
         origin, ng, ns, side = meet(geometry, triangle, u, v, direction)
         # Veach 1996, "Non-symmetric scattering in light transport algorithms using particle
         # tracing": flux through the geometric surface becomes irradiance about ns; leaving
@@ -31,21 +70,22 @@ def _trace(geometry, materials, cells, index, key, origin, direction, flux, boun
         before, after = attenuate(flux, materials.reflectance, material, factor)
         density = cells.inverse_area[triangle, side]
         cell = cell_at(cells, triangle, side, u, v)
+        stores += 1
         for band in range(len(flux)):
             radiosity[cell, band] += flux[band] * density
         if after < before:
             chance, state = draw(state)
             if chance * before >= after:
-                return bounce + 1, 0
+                return stores, 0
             divide(flux, after / before)
         point = sobol_2d(index, stream(key, BOUNCE, bounce))
         direction = vec.from_frame(warp.cosine_hemisphere(point[0], point[1]), ng)
-    return bounces, 1
+    return stores, 1
 
 
 @jit
 def trace_photons(
-    geometry, materials, lights, cells, key, first, last, total, bounces, flux, radiosity
+    geometry, materials, lights, optics, cells, key, first, last, total, bounces, flux, radiosity
 ):
     """Trace photons first..last of `total`, in order, and fill `radiosity`, (cells, N) float32.
 
@@ -57,11 +97,19 @@ def trace_photons(
     for index in range(first, last):
         place, aim = sobol_2d(index, place_key), sobol_2d(index, aim_key)
         emitter, weight, origin, direction = emit(geometry, lights, place, aim)
-        spectrum = lights.spectra[lights.spectrum[emitter]]
-        for band in range(len(flux)):
-            flux[band] = spectrum[band] * np.float32(weight / total)
+        start_flux(flux, lights, emitter, direction, weight / total)
         counts = _trace(
-            geometry, materials, cells, index, key, origin, direction, flux, bounces, radiosity
+            geometry,
+            materials,
+            optics,
+            cells,
+            index,
+            key,
+            origin,
+            direction,
+            flux,
+            bounces,
+            radiosity,
         )
         stores += counts[0]
         cut += counts[1]

@@ -3,13 +3,28 @@
 import numpy as np
 
 from photonmap.kernels import warp
-from photonmap.kernels.bands import add_row
 from photonmap.kernels.film import camera_ray
 from photonmap.kernels.jit import jit
-from photonmap.kernels.light import emitted
+from photonmap.kernels.light import add_emitted, emitted
 from photonmap.kernels.ray import intersect
-from photonmap.kernels.records import DIRECT, INDIRECT
+from photonmap.kernels.records import (
+    CAUSTIC,
+    DIRECT,
+    FIRST_CAUSTIC,
+    INDIRECT,
+    LIT_BY_CAUSTIC,
+)
 from photonmap.kernels.surface import meet, side_of
+
+
+@jit
+def start_seen(seen, pixel):
+    """Set all of a pixel's sums of `seen` to 0, unless it is None."""
+    if seen is None:
+        return
+    for row in range(seen.shape[0]):
+        for band in range(seen.shape[2]):
+            seen[row, pixel, band] = 0.0
 
 
 @jit
@@ -28,17 +43,32 @@ def start_pixel(pixels, pixel):
 
 @jit
 def see(geometry, lights, camera, film, pixel, x, y, share, pixels):
-    """Cast a camera ray, add what it sees emitted; return (triangle, hit as from `meet`)."""
+    """Cast a camera ray, add what it sees emitted; return (triangle, hit, ray).
+
+    hit is as from `meet`, ray = (u, v, direction): where on the triangle it came, and how.
+    """
     direction = camera_ray(camera, pixel % film.width + x, pixel // film.width + y)
     triangle, u, v, _ = intersect(geometry.scene, camera.origin, direction)
     side = side_of(geometry, triangle, direction) if triangle >= 0 else 0
-    spectrum = emitted(geometry, lights, triangle, side)
-    if spectrum >= 0:
-        add_row(pixels.emission, pixel, lights.spectra, spectrum, share)
+    emitter = emitted(geometry, lights, triangle, side)
+    if emitter >= 0:
+        add_emitted(pixels.emission, pixel, lights, emitter, direction, share)
     if triangle < 0:
-        return triangle, (camera.origin, direction, direction, 0)
+        return triangle, (camera.origin, direction, direction, 0), (u, v, direction)
     pixels.coverage[pixel] += share
-    return triangle, meet(geometry, triangle, u, v, direction)
+    return triangle, meet(geometry, triangle, u, v, direction), (u, v, direction)
+
+
+@jit
+def reflect_caustics(seen, materials, material, share, pixel, irradiance):
+    """Add a first hit's caustics, row CAUSTIC of irradiance, to `seen`, if there is one."""
+    if seen is None:
+        return
+    for band in range(irradiance.shape[1]):
+        light = share * irradiance[CAUSTIC, band]
+        albedo = materials.reflectance[material, band]
+        seen[LIT_BY_CAUSTIC, pixel, band] += light
+        seen[FIRST_CAUSTIC, pixel, band] += albedo * light * np.float32(warp.INV_PI)
 
 
 @jit

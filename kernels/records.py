@@ -8,12 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-TRIANGLE, POINT, DOME = 0, 1, 2
-"""Kinds of emitters."""
+TRIANGLE, POINT, DOME, SPOT, DIRECTIONAL = 0, 1, 2, 3, 4
+"""Kinds of emitters; the dome is the sky, of one radiance or that of the environment."""
 DIRECT, INDIRECT, CAUSTIC = 0, 1, 2
 """Rows of a sample's irradiance, (2, N), or (3, N) where the scene has smooth surfaces."""
 MIRROR, GLASS = 1, 2
 """Kinds of smooth surfaces; 0 is none."""
+FIRST_CAUSTIC, LIT_BY_CAUSTIC, SEEN_DIRECT, SEEN_INDIRECT, SEEN_CAUSTIC = 0, 1, 2, 3, 4
+"""Rows of `seen`, (5, P, N) float32, what a pass estimates beside `Pixels` where there are smooth
+surfaces: caustics reflected by first hits, and their irradiance there; and what is seen in smooth
+surfaces of direct, indirect and caustic light."""
 
 
 class Geometry(NamedTuple):
@@ -58,27 +62,51 @@ class Optics(NamedTuple):
     mirrors and glass, 0 where there is no smooth part"""
 
 
+class Environment(NamedTuple):
+    """The sky as a map of H rows and W columns: see `environment`."""
+
+    texels: np.ndarray
+    """(H, W, 3) float32, linear RGB"""
+    basis: np.ndarray
+    """(3, N) float32, which makes radiances of RGB"""
+    rows: np.ndarray
+    """(H,) float64, rises to 1 in proportion to the light of each row"""
+    columns: np.ndarray
+    """(H, W) float64, each row rises to 1 in proportion to the light of its texels"""
+    cosines: np.ndarray
+    """(H + 1,) float64, y at the edges of the rows, from 1 to -1"""
+    turn: float
+    """of the map about +y, counter-clockwise seen from above, 1 for a full turn"""
+
+
 class Lights(NamedTuple):
     """Emitters of all kinds, chosen by power."""
 
     kind: np.ndarray
-    """(K,) uint8: TRIANGLE, POINT or DOME"""
+    """(K,) uint8: TRIANGLE, POINT, DOME, SPOT or DIRECTIONAL"""
     triangle: np.ndarray
     """(K,) int32, -1 where the emitter is none"""
     position: np.ndarray
-    """(K, 3) float64 of point lights"""
+    """(K, 3) float64 of point and spot lights"""
+    axis: np.ndarray
+    """(K, 3) float64, unit vector in which spot and directional lights shine"""
+    cosines: np.ndarray
+    """(K, 2) float64 of the angles up to which a spot is full, and beyond which it is dark"""
     area: np.ndarray
     """(K,) float64 of triangles"""
     spectrum: np.ndarray
     """(K,) int32, row of `spectra`"""
     spectra: np.ndarray
-    """(R, N) float32: radiance, or intensity of point lights"""
+    """(R, N) float32: radiance, intensity (POINT, SPOT) or irradiance (DIRECTIONAL); of an
+    environment the mean"""
     cumulative: np.ndarray
     """(K,) float64, rises to 1 in proportion to power"""
     dome: int
     """index of the dome's emitter, -1 without a dome"""
     radius: float
     """of a sphere around the origin that holds the scene"""
+    environment: Environment | None
+    """what the dome looks like; None where it is the same all around, or where there is none"""
 
 
 class Camera(NamedTuple):
@@ -108,6 +136,8 @@ class Survey(NamedTuple):
     """(P,) float32, mean of 1 / distance to the surfaces around"""
     penumbra: np.ndarray
     """(P,) uint8, 1 where some light samples are blocked and some are not"""
+    smooth: np.ndarray
+    """(P,) uint8, 1 where a sample hit a mirror or glass"""
 
 
 class Plan(NamedTuple):
@@ -157,31 +187,30 @@ class Pixels(NamedTuple):
     """(P, 7) float32, point, shading normal and flatness (0 or 1) of a pixel's samples"""
 
 
-class Seen(NamedTuple):
-    """What one pass estimates beside `Pixels` where the scene has smooth surfaces."""
-
-    caustic: np.ndarray
-    """(P, N) float32, reflected at first hits; part of no other array"""
-    irradiance_caustic: np.ndarray
-    """(P, N) float32, at first hits"""
-    direct: np.ndarray
-    """(P, N) float32, seen in mirrors and through glass"""
-    indirect: np.ndarray
-    """(P, N) float32, seen there"""
-    deep_caustic: np.ndarray
-    """(P, N) float32, caustics seen there"""
-
-
 class Caustics(NamedTuple):
     """Photons that came to diffuse surfaces by smooth ones alone, sorted by boxes of space."""
 
-    positions: np.ndarray
-    """(n, 3) float32"""
-    normals: np.ndarray
-    """(n, 3) float32, geometric, on the side where the photon arrived"""
+    places: np.ndarray
+    """(n, 6) float32, position, and geometric normal on the side where the photon arrived"""
     flux: np.ndarray
     """(n, N) float32"""
     starts: np.ndarray
     """(H + 1,) int32, first photon of each bucket"""
     radius: float
     """of the disk over which photons are counted"""
+
+
+class Guide(NamedTuple):
+    """Where in the unit square, twice, photons leave lights that come to smooth surfaces.
+
+    Each square is divided into B × B boxes; the density is constant in a box.
+    """
+
+    place_rows: np.ndarray
+    """(B + 1,) float64, cumulative chance of rows of boxes"""
+    place_columns: np.ndarray
+    """(B, B + 1) float64, and of boxes within each row"""
+    aim_rows: np.ndarray
+    """(B + 1,) float64"""
+    aim_columns: np.ndarray
+    """(B, B + 1) float64"""

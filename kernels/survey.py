@@ -3,6 +3,7 @@
 import math
 
 from photonmap.kernels import vec, warp
+from photonmap.kernels.beyond import smoothness
 from photonmap.kernels.film import FLAT, camera_ray, morton, note_hit
 from photonmap.kernels.jit import jit
 from photonmap.kernels.light import sample_direct
@@ -26,7 +27,7 @@ def _nearness(geometry, point, ns, u, v):
 
 
 @jit
-def survey_pixels(geometry, lights, camera, film, samples, key, first, last, plane, survey):
+def survey_pixels(geometry, lights, optics, camera, film, samples, key, first, last, plane, survey):
     """Fill `survey` and `plane`, (P, 7), of pixels first..last from `samples` samples each."""
     keys = (stream(key, FILM, 0), stream(key, LIGHT, 0), stream(key, GATHER, 0))
     for pixel in range(first, last):
@@ -43,8 +44,10 @@ def survey_pixels(geometry, lights, camera, film, samples, key, first, last, pla
             point, ng, ns, _ = meet(geometry, triangle, u, v, direction)
             note_hit(plane, pixel, hits == 0, point, ns)
             hits += 1
+            if smoothness(geometry, optics, triangle) > 0.0:
+                survey.smooth[pixel] = 1
             at = sobol_2d(base + sample, keys[LIGHT])
-            emitter, weight = sample_direct(geometry, lights, point, ng, ns, at[0], at[1], 1, 0)
+            emitter, weight, _ = sample_direct(geometry, lights, point, ng, ns, at[0], at[1], 1, 0)
             lit += weight > 0.0
             blocked += emitter >= 0 and weight == 0.0
             at = sobol_2d(base + sample, keys[GATHER])

@@ -35,6 +35,20 @@ def uniform_sphere_pdf():
 
 
 @jit
+def uniform_cone(u, v, cosine):
+    """Return a direction around +z with cos θ >= cosine, uniform by solid angle."""
+    z, phi = 1.0 - u * (1.0 - cosine), 2.0 * math.pi * v
+    r = math.sqrt(max(0.0, 1.0 - z * z))
+    return r * math.cos(phi), r * math.sin(phi), z
+
+
+@jit
+def uniform_cone_pdf(cosine):
+    """Return the density of `uniform_cone` (per steradian)."""
+    return 0.5 * INV_PI / (1.0 - cosine)
+
+
+@jit
 def uniform_disk(u, v):
     """Return a point of the unit disk with density 1 / π (per area)."""
     r, phi = math.sqrt(u), 2.0 * math.pi * v

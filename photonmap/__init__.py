@@ -17,10 +17,18 @@ if TYPE_CHECKING:
     import photonmap.scenes as scenes
     from photonmap.bands import Bands
     from photonmap.errors import InputError, SceneWarning
+    from photonmap.lights import (
+        DirectionalLight,
+        DomeLight,
+        EnvironmentLight,
+        Light,
+        PointLight,
+        SpotLight,
+    )
     from photonmap.readers.scene_file import load_scene
     from photonmap.render import render
     from photonmap.result import Result, load_result
-    from photonmap.scene import Camera, DomeLight, Light, Material, Mesh, PointLight, Scene
+    from photonmap.scene import Camera, Material, Mesh, Scene
     from photonmap.spectra.curves import Spectrum, SpectrumSet
     from photonmap.spectra.text import emission, reflectance
 
@@ -34,12 +42,15 @@ _HOMES = {
     "Result": "result",
     "load_result": "result",
     "Camera": "scene",
-    "DomeLight": "scene",
-    "Light": "scene",
     "Material": "scene",
     "Mesh": "scene",
-    "PointLight": "scene",
     "Scene": "scene",
+    "DirectionalLight": "lights",
+    "DomeLight": "lights",
+    "EnvironmentLight": "lights",
+    "Light": "lights",
+    "PointLight": "lights",
+    "SpotLight": "lights",
     "load_scene": "readers.scene_file",
     "Spectrum": "spectra.curves",
     "SpectrumSet": "spectra.curves",

@@ -5,9 +5,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.kernels.gather import EMPTY
+from photonmap.kernels.gather import EMPTY, FOUND
+from photonmap.kernels.mirrors import CUT
 from photonmap.kernels.moments import (
     Moments,
+    SmoothMoments,
     add_pass,
     finish_shading,
     sum_radiance,
@@ -31,9 +33,10 @@ class Accumulator:
     size : number of pixels P
     bands : N
     workers : that share the work
+    smooth : the scene has smooth surfaces; 24 bytes more
     """
 
-    def __init__(self, size: int, bands: int, workers: Workers) -> None:
+    def __init__(self, size: int, bands: int, workers: Workers, smooth: bool = False) -> None:
         self.count = 0
         self._size, self._workers = size, workers
         self._moments = Moments(
@@ -42,12 +45,22 @@ class Accumulator:
             coverage=np.zeros(size),
             found=np.zeros(size, np.uint8),
         )
+        self._smooth = (
+            SmoothMoments(
+                *(np.zeros((size, bands)) for _ in range(2)),
+                *(np.zeros((size, bands), np.float32) for _ in range(2)),
+            )
+            if smooth
+            else None
+        )
 
-    def add(self, pixels: Pixels) -> None:
-        """Take in one complete pass."""
+    def add(self, pixels: Pixels, seen: NDArray[np.float32] | None = None) -> None:
+        """Take in one complete pass, and what is seen in smooth surfaces if there are any."""
         count = self.count + 1
         self._workers.ranges(
-            lambda first, last: add_pass(self._moments, pixels, count, first, last),
+            lambda first, last: add_pass(
+                self._moments, self._smooth, pixels, seen, count, first, last
+            ),
             self._size,
             RANGE,
             whole=True,
@@ -93,15 +106,16 @@ class Accumulator:
 
         Returns
         -------
-        buffers : radiance, emission, direct, indirect, reflectance, shading; coverage (P,)
-        errors : of the first six; empty after a single pass
+        buffers : radiance, emission, direct, indirect, reflectance, shading, and caustics and
+            residual where there are smooth surfaces; coverage (P,)
+        errors : of all but the last; empty after a single pass
         """
         moments = self._moments
         shading = np.empty(moments.direct.shape, np.float32)
         errors: Buffers = {"shading": np.zeros_like(shading)}
         self._workers.ranges(
             lambda first, last: finish_shading(
-                moments, self.count, first, last, scale, shading, errors["shading"]
+                moments, self._smooth, self.count, first, last, scale, shading, errors["shading"]
             ),
             self._size,
             RANGE,
@@ -118,12 +132,21 @@ class Accumulator:
             errors[name] = self._standard_error(spread, factor)
         buffers["radiance"] = (buffers["emission"] + buffers["direct"]) + buffers["indirect"]
         errors["radiance"] = self._standard_error(moments.radiance_spread, scale)
+        if self._smooth is not None:
+            for name in ("caustics", "residual"):
+                buffers[name] = (getattr(self._smooth, name) * scale).astype(np.float32)
+                spread = getattr(self._smooth, f"{name}_spread")
+                errors[name] = self._standard_error(spread, scale)
         buffers["coverage"] = moments.coverage.astype(np.float32)
         return buffers, errors if self.count > 1 else {}
 
     def unresolved(self) -> NDArray[np.bool_]:
         """Return where gather rays met surfaces but never light on them, (P,)."""
-        return self._moments.found == EMPTY
+        return (self._moments.found & (EMPTY | FOUND)) == EMPTY
+
+    def cut(self) -> int:
+        """Return how many pixels saw a chain of smooth surfaces that was cut."""
+        return int(np.count_nonzero(self._moments.found & CUT))
 
     def _standard_error(self, spread: NDArray[np.float32], factor: float) -> NDArray[np.float32]:
         error = np.sqrt(spread)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from numbers import Real
 from os import PathLike
 
 import numpy as np
 
 from photonmap.errors import InputError
 from photonmap.messages import shown
-from photonmap.scene import Camera, Vector
+from photonmap.scene import Camera
+from photonmap.vectors import finite, unit, vector
 
 _FRAMING_FOV = 40.0
 _MARGIN = 1.05
@@ -49,45 +49,20 @@ def check_camera(
 
     vectors = {}
     for attribute in ("origin", "target", "up"):
-        vector = _vector(getattr(camera, attribute))
-        if vector is None:
+        value = vector(getattr(camera, attribute))
+        if value is None:
             raise error(attribute, "is no vector; give three finite numbers")
-        vectors[attribute] = vector
-    fov = _finite(camera.fov)
+        vectors[attribute] = value
+    fov = finite(camera.fov)
     if fov is None or not 0 < fov < 180:
         raise error("fov", "is no angle of view; give degrees between 0 and 180")
-    view = _unit(np.array(vectors["target"]) / 2 - np.array(vectors["origin"]) / 2)
+    view = unit(np.array(vectors["target"]) / 2 - np.array(vectors["origin"]) / 2)
     if view is None:
         raise error("target", "is where the origin is; move one of them")
-    up = _unit(np.array(vectors["up"]))
+    up = unit(np.array(vectors["up"]))
     if up is None or np.linalg.norm(np.cross(view, up)) < _PARALLEL:
         raise error("up", "is zero or along the view; choose another direction")
     return Camera(**vectors, fov=fov)
-
-
-def _finite(value: object) -> float | None:
-    """Give a finite number as a float, anything else as None."""
-    if not isinstance(value, Real) or isinstance(value, bool):
-        return None
-    try:
-        number = float(value)
-    except OverflowError:
-        return None
-    return number if math.isfinite(number) else None
-
-
-def _vector(value: object) -> Vector | None:
-    """Give three finite numbers as floats, anything else as None."""
-    if not isinstance(value, tuple | list | np.ndarray) or len(value) != 3:
-        return None
-    x, y, z = map(_finite, value)
-    return None if x is None or y is None or z is None else (x, y, z)
-
-
-def _unit(vector: np.ndarray) -> np.ndarray | None:
-    """Scale a vector to length 1; None where it is zero."""
-    largest = np.abs(vector).max()
-    return vector / largest / np.linalg.norm(vector / largest) if largest > 0 else None
 
 
 def frame_scene(vertices: np.ndarray, aspect: float = 1.0) -> Camera:

@@ -7,10 +7,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.bands import Bands
+from photonmap.environment import Sky, sky_of
 from photonmap.errors import InputError, naming, warn
-from photonmap.kernels.records import DOME, POINT, TRIANGLE, Geometry, Lights
-from photonmap.scene import DomeLight, Light, Material, PointLight
+from photonmap.kernels.records import (
+    DIRECTIONAL,
+    DOME,
+    POINT,
+    SPOT,
+    TRIANGLE,
+    Geometry,
+    Lights,
+)
+from photonmap.lights import (
+    DirectionalLight,
+    DomeLight,
+    EnvironmentLight,
+    Light,
+    PointLight,
+    SpotLight,
+    check_light,
+    name_lights,
+    spot_axis,
+)
+from photonmap.scene import Material
 from photonmap.spectra.curves import Color
+from photonmap.vectors import unit
+
+_KINDS = {
+    PointLight.kind: POINT,
+    SpotLight.kind: SPOT,
+    DirectionalLight.kind: DIRECTIONAL,
+    DomeLight.kind: DOME,
+    EnvironmentLight.kind: DOME,
+}
 
 
 @dataclass(frozen=True)
@@ -19,6 +48,8 @@ class Emitters:
 
     lights: Lights
     names: list[str]
+    """of each emitter, (K,)"""
+    groups: list[str]
     """of each emitter, (K,)"""
     of_triangle: NDArray[np.int32]
     """(T,) the emitter that a triangle is, -1 for none"""
@@ -48,25 +79,36 @@ def collect_emitters(
     InputError : emission that is negative or not finite, or a light that is not valid
     """
     emission = np.stack([emission_of(m.emission, bands, f"material {m.name!r}") for m in materials])
-    shining = [light for light in lights if _spectrum(light, bands).any()]
     glowing = np.flatnonzero(emission[material].any(axis=1))
+    lamps = {materials[i].name for i in np.unique(material[glowing])}
+    lights = name_lights([check_light(light) for light in lights], lamps)
+    sky = _sky(lights, bands)
+    shining = [light for light in lights if _spectrum(light, sky, bands).any()]
     if not shining and not len(glowing):
         warn("the scene has no light: a dome of radiance 1 in every band lights it")
-        shining = [DomeLight()]
-    if sum(isinstance(light, DomeLight) for light in shining) > 1:
-        raise InputError("a scene has one dome at most: add the radiances of the others to it")
+        shining, sky = [DomeLight(name="dome")], None
 
     row = np.concatenate([material[glowing], len(emission) + np.arange(len(shining))])
-    spectra = np.concatenate([emission, *(_spectrum(light, bands)[None] for light in shining)])
-    kind = np.array([TRIANGLE] * len(glowing) + [_kind(light) for light in shining], np.uint8)
-    position = np.zeros((len(row), 3))
-    points = np.flatnonzero(kind == POINT)
-    for index in points:
-        position[index] = (_position(shining[index - len(glowing)]) - center) / size
-    spectra[row[points]] /= size * size
+    spectra = np.concatenate([emission, *(_spectrum(light, sky, bands)[None] for light in shining)])
+    kind = np.array([TRIANGLE] * len(glowing) + [_KINDS[light.kind] for light in shining], np.uint8)
+    position, axis, cosines = (
+        np.zeros((len(row), 3)),
+        np.zeros((len(row), 3)),
+        np.ones((len(row), 2)),
+    )
     area = np.concatenate([triangle_areas(geometry, glowing), np.zeros(len(shining))])
     radius = 1.001 * float(np.linalg.norm(geometry.vertices, axis=1).max())
-    extent = np.choose(kind, [np.pi * area, 4.0 * np.pi, (2.0 * np.pi * radius) ** 2])
+    extent = np.pi * area
+    for index, light in enumerate(shining, start=len(glowing)):
+        if isinstance(light, PointLight | SpotLight):
+            position[index] = (np.array(light.position) - center) / size
+            spectra[row[index]] /= size * size
+        if isinstance(light, DirectionalLight):
+            axis[index] = unit(np.array(light.direction))
+        if isinstance(light, SpotLight):
+            axis[index] = spot_axis(light)
+            cosines[index] = np.cos(np.radians([light.inner, light.outer]))
+        extent[index] = _extent(light, cosines[index], radius)
     flux = extent * spectra[row].mean(axis=1)
     power = float(flux.sum())
 
@@ -77,12 +119,24 @@ def collect_emitters(
     cumulative = np.minimum(np.cumsum(flux) / power, 1.0)
     cumulative[-1] = 1.0
     dome = int(np.argmax(kind == DOME)) if (kind == DOME).any() else -1
-    names = [materials[material[t]].name for t in glowing] + [light.name for light in shining]
-    scaled = (spectra / power).astype(np.float32)
+    lamp_names = [materials[material[t]].name for t in glowing]
     record = Lights(
-        kind, triangle, position, area, row.astype(np.int32), scaled, cumulative, dome, radius
+        kind,
+        triangle,
+        position,
+        axis,
+        cosines,
+        area,
+        row.astype(np.int32),
+        (spectra / power).astype(np.float32),
+        cumulative,
+        dome,
+        radius,
+        sky.record(power) if sky and dome >= 0 else None,
     )
-    return Emitters(record, names, of_triangle, power)
+    names = lamp_names + [light.name for light in shining]
+    groups = lamp_names + [light.group or light.name for light in shining]
+    return Emitters(record, names, groups, of_triangle, power)
 
 
 def emission_of(color: Color, bands: Bands, owner: str) -> NDArray[np.float64]:
@@ -94,22 +148,33 @@ def emission_of(color: Color, bands: Bands, owner: str) -> NDArray[np.float64]:
     return values
 
 
-def _kind(light: Light) -> int:
-    return POINT if isinstance(light, PointLight) else DOME
+def _sky(lights: Sequence[Light], bands: Bands) -> Sky | None:
+    """Read the environment's map, if there is one."""
+    skies = [light for light in lights if isinstance(light, DomeLight | EnvironmentLight)]
+    if len(skies) > 1:
+        named = f"{skies[0].name!r} and {skies[1].name!r}"
+        raise InputError(f"a scene has one dome or environment at most: leave one of {named} out")
+    return next((sky_of(s, bands) for s in skies if isinstance(s, EnvironmentLight)), None)
 
 
-def _spectrum(light: Light, bands: Bands) -> NDArray[np.float64]:
-    if not isinstance(light, PointLight | DomeLight):
-        raise InputError(f"{light!r} is neither a PointLight nor a DomeLight")
+def _spectrum(light: Light, sky: Sky | None, bands: Bands) -> NDArray[np.float64]:
+    """Return a light's amount in each band, (N,): of an environment the mean."""
+    if isinstance(light, EnvironmentLight) and sky:
+        return sky.mean
     return emission_of(light.color, bands, f"light {light.name!r}")
 
 
-def _position(light: Light) -> NDArray[np.float64]:
-    assert isinstance(light, PointLight)
-    position = np.asarray(light.position, np.float64)
-    if position.shape != (3,) or not np.isfinite(position).all():
-        raise InputError(f"light {light.name!r}: position {light.position} is no point")
-    return position
+def _extent(light: Light, cosines: NDArray[np.float64], radius: float) -> float:
+    """Return the power of a light of amount 1, over a scene within `radius`."""
+    match light:
+        case PointLight():
+            return 4.0 * np.pi
+        case SpotLight():
+            # The falloff's mean over its range of cosines is 1/2.
+            return np.pi * float(2.0 - cosines.sum())
+        case DirectionalLight():
+            return np.pi * radius**2
+    return (2.0 * np.pi * radius) ** 2
 
 
 def triangle_areas(

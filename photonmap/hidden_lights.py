@@ -16,8 +16,11 @@ def warn_of_hidden_lights(prepared: Prepared, film: Film, key: np.uint64) -> Non
     """Warn of each light none of whose probing paths reaches a point that the camera sees.
 
     Every light sends 256 paths of up to 8 bounces; each of their vertices is joined to 64 points
-    in view until one connection is free. A light that lights the view costs a few rays.
+    in view until one connection is free. A light that lights the view costs a few rays. Where
+    there are smooth surfaces nothing is said: light may come by them, and be seen in them.
     """
+    if prepared.optics is not None:
+        return
     points, normals = np.zeros((POINTS, 3)), np.zeros((POINTS, 3))
     camera = prepared.film_camera(film.width, film.height)
     count = view_points(prepared.geometry, camera, film, key, points, normals)
@@ -44,7 +47,10 @@ def _only(lights: Lights, members: np.ndarray) -> Lights:
         kind=lights.kind[members],
         triangle=lights.triangle[members],
         position=lights.position[members],
+        axis=lights.axis[members],
+        cosines=lights.cosines[members],
         area=lights.area[members],
         spectrum=lights.spectrum[members],
         cumulative=cumulative,
+        dome=int(np.argmax(members == lights.dome)) if lights.dome in members else -1,
     )

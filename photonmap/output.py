@@ -42,7 +42,8 @@ _CHANNELS: dict[str, tuple[str, ...]] = {
 }
 """Channels of the buffers without bands."""
 
-BUFFERS = ("radiance", "emission", "direct", "indirect", "reflectance", "shading", *_CHANNELS)
+LIGHT = ("radiance", "emission", "direct", "indirect", "caustics", "residual")
+BUFFERS = (*LIGHT, "reflectance", "shading", *_CHANNELS)
 """Names of all buffers there may be."""
 
 _INTEGERS = ("unresolved", "object_id", "material_id")

@@ -13,12 +13,13 @@ from typing import Literal
 
 import numpy as np
 
+from photonmap.caustics import CausticTracer
 from photonmap.cells import lay_cells
 from photonmap.emitters import triangle_areas
 from photonmap.kernels.eye import camera_pass
 from photonmap.kernels.path import path_pass
 from photonmap.kernels.photon import trace_photons
-from photonmap.kernels.records import Cells, Film, Pixels, Plan
+from photonmap.kernels.records import Caustics, Cells, Film, Pixels, Plan
 from photonmap.kernels.share import share
 from photonmap.kernels.store import join
 from photonmap.prepare import Prepared
@@ -33,7 +34,7 @@ CELL_RANGE = 16384
 CELLS_HOLD, WINDOWS_HOLD = 8, 64
 """Passes after which cells and windows begin to shrink; before, noise outweighs their bias."""
 MAX_BOUNCES = 1000
-SURVEY, PHOTONS, CAMERA, PROBE = 0, 1, 2, 3
+SURVEY, PHOTONS, CAMERA, PROBE, CAUSTIC_PILOT, CAUSTICS = 0, 1, 2, 3, 4, 5
 
 
 def stream_key(seed: int, index: int, domain: int) -> np.uint64:
@@ -72,11 +73,14 @@ class Passes:
         method: Literal["photon", "path"] = "photon",
     ) -> None:
         self._scene = prepared.arrays
+        self._smooth = prepared.optics is not None
+        self._caustics: CausticTracer | None = None
         self._film, self._bands, self._photons = film, bands, photons
         self._seed, self._workers, self._method = seed, workers, method
         self._camera = prepared.film_camera(film.width, film.height)
         self._size = film.width * film.height
         self._pixels = empty_pixels(self._size, bands)
+        self.seen = np.zeros((5, self._size, bands), np.float32) if self._smooth else None
         self._shared = np.empty((self._size, bands), np.float32)
         self._areas = triangle_areas(prepared.geometry)
         self._level = -1
@@ -87,13 +91,30 @@ class Passes:
         self.photons = self.stores = self.cut = self.rays = 0
 
     def run(self, index: int) -> Pixels:
-        """Run pass `index` (from 0); the arrays returned are overwritten by the next."""
+        """Run pass `index` (from 0); the arrays returned are overwritten by the next.
+
+        So is `seen`, what the pass saw in smooth surfaces; None where there are none.
+        """
         if self._method == "path":
             return self._trace_paths(index)
         start = time.perf_counter()
-        store = self._trace_photons(index)
+        store, caustics = self._trace_photons(index), self._trace_caustics(index)
         self.photon_seconds += time.perf_counter() - start
-        return self._share(index, self._render(index, store))
+        return self._share(index, self._render(index, store, caustics))
+
+    def _trace_caustics(self, index: int) -> Caustics | None:
+        geometry, _, lights, optics = self._scene
+        if optics is None:
+            return None
+        if self._caustics is None:
+            key = stream_key(self._seed, 0, CAUSTIC_PILOT)
+            self._caustics = CausticTracer(
+                geometry, lights, optics, self._bands, self._photons, self._size, key,
+                self._workers,
+            )  # fmt: skip
+        key = stream_key(self._seed, index, CAUSTICS)
+        self.photons += self._caustics.photons
+        return self._caustics.trace(index, key)
 
     def _trace_photons(self, index: int) -> tuple[Cells, np.ndarray]:
         cells, count = self._layout(index)
@@ -136,25 +157,31 @@ class Passes:
             self._level = level
         return self._cells
 
-    def _render(self, index: int, store: tuple[Cells, np.ndarray]) -> Pixels:
+    def _render(
+        self, index: int, store: tuple[Cells, np.ndarray], caustics: Caustics | None = None
+    ) -> Pixels:
         if self._plan is None:
-            geometry, _, lights = self._scene
+            geometry, _, lights, optics = self._scene
             key = stream_key(self._seed, 0, SURVEY)
-            self._plan = survey(geometry, lights, self._camera, self._film, key, self._workers)
+            self._plan = survey(
+                geometry, lights, optics, self._camera, self._film, key, self._workers
+            )
             self._plan_rays = _count_rays(self._plan)
         plan, key = self._plan, stream_key(self._seed, index, CAMERA)
         self._over_pixels(
             lambda first, last: camera_pass(
                 self._scene,
                 store,
+                caustics,
                 self._camera,
                 self._film,
                 plan,
                 key,
                 first,
                 last,
-                _scratch(self._bands),
+                _scratch(self._bands, self._smooth),
                 self._pixels,
+                self.seen,
             )
         )
         self.rays += self._plan_rays
@@ -187,16 +214,18 @@ class Passes:
                 key,
                 first,
                 last,
-                _scratch(self._bands),
+                _scratch(self._bands, self._smooth),
                 self._pixels,
+                self.seen,
             )
         )
         return self._pixels
 
 
-def _scratch(bands: int) -> tuple[np.ndarray, np.ndarray]:
-    """Make the rows in which a kernel keeps one sample's light: throughput and irradiance."""
-    return np.empty(bands, np.float32), np.empty((2, bands), np.float32)
+def _scratch(bands: int, smooth: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Make the rows in which a kernel keeps one sample's light: throughputs and irradiance."""
+    throughput, through = np.empty((2, bands), np.float32)
+    return throughput, through, np.empty((3 if smooth else 2, bands), np.float32)
 
 
 def empty_store(bands: int) -> tuple[Cells, np.ndarray]:

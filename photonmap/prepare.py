@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from photonmap.bands import Bands
 from photonmap.camera import check_camera, frame_scene
 from photonmap.emitters import collect_emitters
-from photonmap.errors import InputError, naming, warn
+from photonmap.errors import InputError, warn
 from photonmap.kernels import records
 from photonmap.kernels.embree import EmbreeScene
+from photonmap.matter import collect_matter
 from photonmap.scene import Camera, Material, Mesh, Scene
-from photonmap.spectra.curves import LARGEST_REFLECTANCE, Color, Spectrum
+from photonmap.spectra.curves import Color, Spectrum
 
 
 @dataclass
@@ -27,6 +28,8 @@ class Prepared:
     geometry: records.Geometry
     materials: records.Materials
     lights: records.Lights
+    optics: records.Optics | None
+    """None in a scene without smooth surfaces"""
     camera: Camera
     """in scene units"""
     center: NDArray[np.float64]
@@ -40,13 +43,17 @@ class Prepared:
     """(T,) from 1"""
     light_names: list[str]
     """of each emitter, (K,)"""
+    light_groups: list[str]
+    """of each emitter, (K,)"""
     counts: dict[str, int]
     embree: EmbreeScene
 
     @property
-    def arrays(self) -> tuple[records.Geometry, records.Materials, records.Lights]:
+    def arrays(
+        self,
+    ) -> tuple[records.Geometry, records.Materials, records.Lights, records.Optics | None]:
         """The scene as kernels take it."""
-        return self.geometry, self.materials, self.lights
+        return self.geometry, self.materials, self.lights, self.optics
 
     def film_camera(self, width: int, height: int) -> records.Camera:
         """Return the camera over an image of the given size, in the kernels' units."""
@@ -89,13 +96,14 @@ def prepare(scene: Scene, bands: Bands, aspect: float = 1.0) -> Prepared:
     index_of = {id(material): index for index, material in enumerate(materials)}
     material = np.array([index_of[id(mesh.material)] for mesh in meshes], np.int32)[owner]
     emitters = collect_emitters(geometry, material, materials, scene.lights, bands, center, size)
-    reflectance = np.stack([_reflectance(m, bands) for m in materials]).astype(np.float32)
+    matter, optics = collect_matter(materials, bands)
     embree = EmbreeScene(geometry.vertices, geometry.triangles)
     objects = _object_ids(meshes)
     return Prepared(
         geometry._replace(scene=embree.address, material=material, emitter=emitters.of_triangle),
-        records.Materials(reflectance),
+        matter,
         emitters.lights,
+        optics,
         camera or frame_scene(vertices, aspect),
         center,
         size,
@@ -103,6 +111,7 @@ def prepare(scene: Scene, bands: Bands, aspect: float = 1.0) -> Prepared:
         objects[owner],
         (material + 1).astype(np.uint32),
         emitters.names,
+        emitters.groups,
         {
             "objects": int(objects.max()),
             "materials": len(materials),
@@ -136,7 +145,8 @@ def _check_mesh(mesh: Mesh) -> None:
 def _colors(scene: Scene) -> Iterator[Color]:
     """Give all colours of a scene."""
     for mesh in scene.meshes:
-        yield from (mesh.material.reflectance, mesh.material.emission)
+        material = mesh.material
+        yield from (material.reflectance, material.emission, material.mirror, material.tint)
     for light in scene.lights:
         yield light.color
 
@@ -194,15 +204,3 @@ def _shading_normals(mesh: Mesh) -> NDArray[np.float32]:
     length = np.linalg.norm(mesh.normals, axis=1, keepdims=True)
     unit = np.divide(mesh.normals, length, out=np.zeros_like(mesh.normals), where=length > 0)
     return unit.astype(np.float32)
-
-
-def _reflectance(material: Material, bands: Bands) -> NDArray[np.float64]:
-    with naming(f"material {material.name!r}"):
-        values = bands.reflectance(material.reflectance)
-    bad = ~((values >= 0.0) & (values <= LARGEST_REFLECTANCE))
-    if bad.any():
-        raise InputError(
-            f"material {material.name!r} reflects {values[bad][0]:.6g} in band "
-            f"{bands.names[int(np.argmax(bad))]}; reflectance lies between 0 and 1"
-        )
-    return np.minimum(values, 1.0)

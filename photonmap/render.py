@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -18,9 +18,11 @@ from photonmap.bands import Bands
 from photonmap.budget import CEILING, Budget
 from photonmap.errors import InputError, listening, warn
 from photonmap.hidden_lights import warn_of_hidden_lights
+from photonmap.kernels.beyond import MOST_SMOOTH
 from photonmap.kernels.first_hit import first_hits
 from photonmap.kernels.jit import is_cached
 from photonmap.kernels.records import Film
+from photonmap.lights import EnvironmentLight, Light, PointLight
 from photonmap.memory import check_memory
 from photonmap.output import BUFFERS
 from photonmap.passes import MAX_BOUNCES, PROBE, Passes, stream_key
@@ -28,7 +30,7 @@ from photonmap.prepare import Prepared, prepare
 from photonmap.progress import Progress, Silent
 from photonmap.record import describe_camera, describe_measured_sets, describe_versions
 from photonmap.result import Result
-from photonmap.scene import Camera, Mesh, PointLight, Scene
+from photonmap.scene import Camera, Material, Mesh, Scene
 from photonmap.survey import TILE
 from photonmap.workers import Workers
 
@@ -36,6 +38,9 @@ LARGEST_SIDE = 1 << 16
 MOST_PHOTONS = 1 << 32
 MOST_THREADS = 1024
 LEAST_PHOTONS = 1 << 14
+
+FEW_CUTS = 1e-5
+"""Share of photons that may be cut before a warning is due: less than errors can show."""
 
 
 def render(
@@ -91,15 +96,15 @@ def render(
         prepared = prepare(scene, bands, film.width / film.height)
         loaded = time.perf_counter()
         progress.stage("compile" if is_cached() else "first compile")
-        _compile(bands, workers, method)
+        _compile(bands, workers, method, prepared)
         compiled = time.perf_counter()
         progress.stage("render")
         warn_of_hidden_lights(prepared, film, stream_key(seed, 0, PROBE))
         run = Passes(prepared, film, bands.count, photons, seed, workers, method)
-        moments = Accumulator(pixels, bands.count, workers)
+        moments = Accumulator(pixels, bands.count, workers, prepared.optics is not None)
         with workers.holding_interrupts():
             interrupted = _run_passes(run, moments, budget, progress)
-        _warn_of_cuts(run, budget, time.perf_counter() - compiled)
+        _warn_of_cuts(run, moments, budget, time.perf_counter() - compiled)
         outcome = _outcome(run, moments)
         flat, errors = _finish(prepared, film, run, moments, workers)
         rendering = time.perf_counter() - compiled
@@ -156,16 +161,23 @@ def _check_numbers(photons: int, seed: int, threads: int | None, method: str) ->
         raise InputError(f"method {method!r} is neither 'photon' nor 'path'")
 
 
-def _compile(bands: Bands, workers: Workers, method: Literal["photon", "path"]) -> None:
-    """Call every kernel that a render needs, on one pixel of a scene of one triangle."""
+def _compile(
+    bands: Bands, workers: Workers, method: Literal["photon", "path"], wanted: Prepared
+) -> None:
+    """Call every kernel that `wanted` needs, on one pixel of a scene of one triangle."""
     triangle = Mesh(np.eye(3) - [0.0, 0.0, 1.0], np.array([[0, 1, 2]]))
     camera = Camera((1.0, 1.0, 1.0), (0.3, 0.3, -0.7))
-    prepared = prepare(Scene([triangle], [PointLight((1.0, 1.0, 1.0))], camera), bands)
+    light: Light = PointLight((1.0, 1.0, 1.0))
+    if wanted.lights.environment is not None:
+        light = EnvironmentLight(np.ones((1, 2, 3)))
+    if wanted.optics is not None:
+        triangle = replace(triangle, material=Material(reflectance=0.4, mirror=0.4))
+    prepared = prepare(Scene([triangle], [light], camera), bands)
     film = Film(1, 1, True)
-    moments = Accumulator(1, bands.count, workers)
+    moments = Accumulator(1, bands.count, workers, prepared.optics is not None)
     run = Passes(prepared, film, bands.count, 1, 0, workers, method)
-    moments.add(run.run(0))
-    moments.add(run.run(1))
+    moments.add(run.run(0), run.seen)
+    moments.add(run.run(1), run.seen)
     moments.error()
     moments.finish(1.0)
     warn_of_hidden_lights(prepared, film, stream_key(0, 0, PROBE))
@@ -178,7 +190,7 @@ def _run_passes(run: Passes, moments: Accumulator, budget: Budget, progress: Pro
     error, elapsed = np.inf, 0.0
     try:
         while not budget.is_spent(moments.count, error, elapsed):
-            moments.add(run.run(moments.count))
+            moments.add(run.run(moments.count), run.seen)
             error = moments.error()
             elapsed = time.perf_counter() - start
             fraction = budget.fraction(moments.count, error, elapsed)
@@ -190,11 +202,16 @@ def _run_passes(run: Passes, moments: Accumulator, budget: Budget, progress: Pro
     return False
 
 
-def _warn_of_cuts(run: Passes, budget: Budget, elapsed: float) -> None:
-    if run.cut:
+def _warn_of_cuts(run: Passes, moments: Accumulator, budget: Budget, elapsed: float) -> None:
+    if run.cut > FEW_CUTS * run.photons:
         warn(
             f"{run.cut} of {run.photons} photons were cut after {MAX_BOUNCES} bounces: surfaces "
             f"reflect nearly everything, and light is missing from indirect"
+        )
+    if chains := moments.cut():
+        warn(
+            f"{chains} pixels see chains of more than {MOST_SMOOTH} reflections, as between facing "
+            f"mirrors: what is beyond is missing"
         )
     if budget.error is not None and elapsed >= 0.9 * CEILING:
         warn(f"stopped after {CEILING:.0f} s, before the error {budget.error} was reached")

@@ -89,6 +89,17 @@ class Result:
         return self._buffer("indirect")
 
     @property
+    def caustics(self) -> Image:
+        """(H, W, N) float32, W·m⁻²·sr⁻¹: light that smooth surfaces alone sent; part of indirect.
+
+        In a scene of diffuse surfaces alone it is exactly 0, and not written.
+        """
+        if "caustics" in self.buffers:
+            return self.buffers["caustics"]
+        width, height = self.size
+        return np.zeros((height, width, self.bands.count), np.float32)
+
+    @property
     def reflectance(self) -> Image:
         """(H, W, N) float32 in [0, 1]: diffuse albedo of the surface seen."""
         return self._buffer("reflectance")
@@ -132,9 +143,11 @@ class Result:
     def residual(self) -> Image:
         """(H, W, N) float32, W·m⁻²·sr⁻¹: radiance − emission − reflectance × shading.
 
-        All that is not Lambertian, and every material is: it is 0 by construction, and is
-        returned so, without the rounding that subtracting the buffers would leave.
+        All that is not Lambertian: what is seen in mirrors and through glass. In a scene of
+        diffuse surfaces alone it is exactly 0, and not written.
         """
+        if "residual" in self.buffers:
+            return self.buffers["residual"]
         width, height = self.size
         return np.zeros((height, width, self.bands.count), np.float32)
 

@@ -1,4 +1,4 @@
-"""What a user describes: meshes, materials, lights and a camera, in scene units."""
+"""What a user describes: meshes, materials and a camera, in scene units; see `lights` too."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from photonmap.lights import Light
 from photonmap.spectra.curves import Color
-
-Vector = tuple[float, float, float]
+from photonmap.vectors import Vector
 
 
 @dataclass(frozen=True)
@@ -90,44 +90,6 @@ class Mesh:
         """Take the geometry of a `trimesh.Trimesh`; `smooth` takes its vertex normals too."""
         normals = mesh.vertex_normals if smooth else None
         return cls(mesh.vertices, mesh.faces, material or Material(), name, normals)
-
-
-class Light:
-    """A light that is no surface: a `PointLight` or a `DomeLight`."""
-
-    name: str
-
-    @property
-    def color(self) -> Color:
-        """Its amount of light, in the unit of its kind."""
-        raise NotImplementedError
-
-
-@dataclass(frozen=True)
-class PointLight(Light):
-    """An isotropic point: radiant intensity, W·sr⁻¹, from a position in scene units."""
-
-    position: Vector
-    intensity: Color = 1.0
-    name: str = "point"
-
-    @property
-    def color(self) -> Color:
-        """The intensity."""
-        return self.intensity
-
-
-@dataclass(frozen=True)
-class DomeLight(Light):
-    """The same radiance, W·m⁻²·sr⁻¹, from every direction, infinitely far away."""
-
-    radiance: Color = 1.0
-    name: str = "dome"
-
-    @property
-    def color(self) -> Color:
-        """The radiance."""
-        return self.radiance
 
 
 @dataclass(frozen=True)

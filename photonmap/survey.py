@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.kernels.records import Camera, Film, Geometry, Lights, Plan, Survey
+from photonmap.kernels.records import Camera, Film, Geometry, Lights, Optics, Plan, Survey
 from photonmap.kernels.share import count_windows
 from photonmap.kernels.survey import survey_pixels
 from photonmap.workers import Workers
@@ -11,7 +11,7 @@ from photonmap.workers import Workers
 SAMPLES = 4
 """Camera samples a pixel in a pass; a power of two, so that coverage sums to exactly 1."""
 EDGE_SAMPLES = 16
-"""The same where a pixel shows several surfaces."""
+"""The same where a pixel shows several surfaces, or a mirror or glass."""
 LIGHT_SAMPLES, PENUMBRA_SAMPLES = 4, 16
 """Light samples a pixel, and where some are blocked and some are not."""
 GATHERS, LONELY_GATHERS = 4, 32
@@ -27,6 +27,7 @@ TILE = 2048
 def survey(
     geometry: Geometry,
     lights: Lights,
+    optics: Optics | None,
     camera: Camera,
     film: Film,
     key: np.uint64,
@@ -38,11 +39,12 @@ def survey(
     that follow are neither biased nor correlated by what is decided here.
     """
     pixels = film.width * film.height
-    look = Survey(*(np.zeros(pixels, kind) for kind in (np.uint8, np.float32, np.uint8)))
+    kinds = np.uint8, np.float32, np.uint8, np.uint8
+    look = Survey(*(np.zeros(pixels, kind) for kind in kinds))
     plane = np.zeros((pixels, 7), np.float32)
     workers.ranges(
         lambda first, last: survey_pixels(
-            geometry, lights, camera, film, SAMPLES, key, first, last, plane, look
+            geometry, lights, optics, camera, film, SAMPLES, key, first, last, plane, look
         ),
         pixels,
         TILE,
@@ -59,10 +61,11 @@ def survey(
         TILE,
     )
     penumbra = _neighbours(look.penumbra, film).max(axis=0) != 0
-    flat, lonely = look.flat != 0, partners < FEW_PARTNERS
+    smooth = look.smooth != 0
+    flat, lonely = (look.flat != 0) & ~smooth, (partners < FEW_PARTNERS) | smooth
     samples = np.where(flat, SAMPLES, EDGE_SAMPLES) if film.jitter else np.ones(pixels, np.int64)
     lights = np.where(penumbra, PENUMBRA_SAMPLES, LIGHT_SAMPLES)
-    gathers = np.where(lonely & flat, LONELY_GATHERS, GATHERS)
+    gathers = np.where(lonely & (flat | smooth), LONELY_GATHERS, GATHERS)
     return Plan(
         samples.astype(np.uint8),
         np.maximum(lights // samples, 1).astype(np.uint8),

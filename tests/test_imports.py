@@ -10,8 +10,8 @@ import pytest
 ROOT = Path(__file__).parent.parent
 FOUNDATION = {"numpy", "numba", "llvmlite", "embreex", "platformdirs", "photonmap.kernels"}
 TOUCH_KERNELS = {
-    "accumulate", "cells", "emitters", "hidden_lights", "passes", "prepare", "record", "render",
-    "survey",
+    "accumulate", "caustics", "cells", "emitters", "environment", "hidden_lights", "matter",
+    "passes", "prepare", "record", "render", "survey",
 }  # fmt: skip
 
 

@@ -76,8 +76,10 @@ BAD_MESHES = {
     "vertices must be": pm.Mesh(np.zeros((3, 2)), [[0, 1, 2]], GREY, "bad"),
     "faces must be": pm.Mesh(np.eye(3), [[0, 1, 2, 0]], GREY, "bad"),
     "normals must be": pm.Mesh(np.eye(3), [[0, 1, 2]], GREY, "bad", np.zeros((2, 3))),
-    "reflects 1.5": pm.Mesh(np.eye(3), [[0, 1, 2]], pm.Material("m", 1.5), "bad"),
-    "reflects -0.5": pm.Mesh(np.eye(3), [[0, 1, 2]], pm.Material("m", (0.1, -0.5, 0.1)), "bad"),
+    "reflectance is 1.5": pm.Mesh(np.eye(3), [[0, 1, 2]], pm.Material("m", 1.5), "bad"),
+    "reflectance is -0.5": pm.Mesh(
+        np.eye(3), [[0, 1, 2]], pm.Material("m", (0.1, -0.5, 0.1)), "bad"
+    ),
     "emits -1": pm.Mesh(np.eye(3), [[0, 1, 2]], pm.Material("m", 0.5, -1.0), "bad"),
 }
 

@@ -18,6 +18,7 @@ def plan_for(scene, jitter=True):
         plan = survey(
             prepared.geometry,
             prepared.lights,
+            prepared.optics,
             prepared.film_camera(SIDE, SIDE),
             Film(SIDE, SIDE, jitter),
             np.uint64(1),

@@ -1,4 +1,4 @@
-"""Load a scene: a mesh file, and the TOML file that adds a camera and materials."""
+"""Load a scene: a mesh file, and the TOML file that adds a camera, materials and lights."""
 
 from __future__ import annotations
 
@@ -12,13 +12,15 @@ from photonmap.camera import check_camera
 from photonmap.errors import InputError, naming
 from photonmap.messages import shown
 from photonmap.readers.obj import read_obj
-from photonmap.readers.toml import Toml, read_toml
+from photonmap.readers.scene_lights import SECTION as LIGHT
+from photonmap.readers.scene_lights import read_lights
+from photonmap.readers.toml import Toml, as_text, read_toml
 from photonmap.scene import Camera, Material, Mesh, Scene
 from photonmap.spectra.curves import Color
 from photonmap.spectra.text import emission, reflectance
 
 _MESHES: dict[str, Callable[[Path], list[Mesh]]] = {".obj": read_obj}
-_SECTIONS = ("mesh", "camera", "material")
+_SECTIONS = ("mesh", "camera", "material", LIGHT)
 _CAMERA, _REQUIRED = ("origin", "target", "up", "fov"), ("origin", "target")
 _COLORS: dict[str, Callable[[str, Path], Color]] = {
     "reflectance": reflectance,
@@ -33,7 +35,10 @@ def load_scene(path: str | PathLike[str]) -> Scene:
     may hold a section `[camera]` with `origin` and `target` (scene units), and optionally `up`
     and `fov` (degrees, vertical); and sections `[material.NAME]` with `reflectance` and
     `emission`, each a number, `[red, green, blue]`, or a text as `photonmap.spectra.text`
-    describes it, in place of those that the mesh file gives this material.
+    describes it, in place of those that the mesh file gives this material; and any number of
+    sections `[[light]]`, whose `type` is "point", "spot", "directional", "dome" or "environment",
+    and whose other keys are the attributes of the light of this kind in `photonmap.lights`; the
+    image of an environment is its `file`.
 
     Parameters
     ----------
@@ -58,7 +63,7 @@ def load_scene(path: str | PathLike[str]) -> Scene:
         known = ", ".join((*_MESHES, ".toml"))
         raise InputError(f"is of no known kind; supported: {known}", mesh)
     camera = _read_camera(toml)
-    return Scene(_recolor(reader(mesh), toml), camera=camera, name=path.stem)
+    return Scene(_recolor(reader(mesh), toml), read_lights(toml), camera, path.stem)
 
 
 def _mesh_path(path: Path, toml: Toml) -> Path:
@@ -110,18 +115,8 @@ def _with_colors(material: Material, toml: Toml) -> Material:
     colors: dict[str, Any] = {}
     for key, value in _section(toml, "material", tuple(_COLORS), label, material.name).items():
         with naming(f"{label} {key}", toml.path, toml.line(*way, key)):
-            colors[key] = _COLORS[key](_as_text(value), toml.path.parent)
+            colors[key] = _COLORS[key](as_text(value), toml.path.parent)
     return replace(material, **colors)
-
-
-def _as_text(value: Any) -> str:
-    """Write a TOML value as a colour's text."""
-    numbers = value if isinstance(value, list) else [value]
-    if isinstance(value, str):
-        return value
-    if len(numbers) not in (1, 3) or any(type(number) not in (int, float) for number in numbers):
-        raise InputError(f"{shown(value)} is no colour; write a number, three, or a text")
-    return repr(value) if value is numbers[0] else "rgb:" + ",".join(map(repr, numbers))
 
 
 def _section(

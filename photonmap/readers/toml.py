@@ -28,34 +28,62 @@ class Toml:
     text: str
     sections: dict[str, Any]
 
-    def line(self, *names: str) -> int | None:
-        """Find the line of the section or key that this way of names leads to."""
-        at = 0
+    def line(self, *names: str | int) -> int | None:
+        """Find the line of the section or key that this way of names leads to.
+
+        A number, from 0, counts the sections `[[NAME]]` of the name before it.
+        """
+        at, last = 0, ""
         for name in names:
-            pattern = rf"(?<![\w-]){re.escape(name)}[\"']?[ \t]*[=.\]]"
-            found = re.compile(pattern).finditer(self.text, at)
-            start = next((m.start() for m in found if not self._is_comment(m.start())), None)
+            if isinstance(name, int):
+                start = self._header(last, name)
+            else:
+                pattern = rf"(?<![\w-]){re.escape(name)}[\"']?[ \t]*[=.\]]"
+                start, last = self._find(pattern, at), name
             if start is None:
                 return None
-            at = start + len(name)
+            at = start + len(last)
         return self.text.count("\n", 0, at) + 1
+
+    def _find(self, pattern: str, at: int) -> int | None:
+        """Find where a pattern begins, from a place on, outside of comments."""
+        found = re.compile(pattern).finditer(self.text, at)
+        return next((m.start() for m in found if not self._is_comment(m.start())), None)
+
+    def _header(self, name: str, index: int) -> int | None:
+        """Find a section `[[NAME]]`, or else where the array of that name is written out."""
+        pattern = rf"^[ \t]*\[\[[ \t]*[\"']?{re.escape(name)}[\"']?[ \t]*\]\]"
+        found = [match.end() - 2 for match in re.finditer(pattern, self.text, re.MULTILINE)]
+        if index < len(found):
+            return found[index] - len(name)
+        return self._find(rf"(?<![\w-]){re.escape(name)}[ \t]*=", 0)
 
     def _is_comment(self, at: int) -> bool:
         return "#" in self.text[self.text.rfind("\n", 0, at) + 1 : at]
 
-    def error(self, message: str, *names: str) -> InputError:
+    def error(self, message: str, *names: str | int) -> InputError:
         """Say what is wrong with the section or key that this way of names leads to."""
         return InputError(message, self.path, self.line(*names))
 
-    def check_known(self, known: Collection[str], kind: str, *way: str) -> None:
+    def check_known(self, known: Collection[str], kind: str, *way: str | int) -> None:
         """Raise `InputError` if a section's key, or a section, is not among the known ones."""
-        section = self.sections
-        for name in way:
-            section = section[name]
+        section: Any = self.sections
+        for step in way:
+            section = section[step]
         for name in section:
             if name not in known:
                 message = f"{kind} {shown(name)} is not known; {suggest(name, known)}"
                 raise self.error(message, *way, name)
+
+
+def as_text(value: Any) -> str:
+    """Write a TOML value as a colour's text."""
+    numbers = value if isinstance(value, list) else [value]
+    if isinstance(value, str):
+        return value
+    if len(numbers) not in (1, 3) or any(type(number) not in (int, float) for number in numbers):
+        raise InputError(f"{shown(value)} is no colour; write a number, three, or a text")
+    return repr(value) if value is numbers[0] else "rgb:" + ",".join(map(repr, numbers))
 
 
 def read_toml(path: Path) -> Toml:

@@ -1,0 +1,128 @@
+"""Caustic photons of each pass: aimed at smooth surfaces, and counted over shrinking disks."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.kernels.caustics import fill_buckets, trace_caustics
+from photonmap.kernels.records import Caustics, Geometry, Guide, Lights, Optics
+from photonmap.workers import Workers
+
+BUNDLE = 8192
+PILOT = 1 << 16
+"""Photons that look where smooth surfaces are, before the passes."""
+BOXES = 32
+ANYWHERE = 0.2
+"""Share of photons that leave regardless of what the pilot found."""
+WANTED = 20
+"""Photons within a disk of the first pass, about."""
+LARGEST = 0.02
+"""Radius at most, in sizes of the scene."""
+MOST = 4
+"""Caustic photons at most, times those of the irradiance store."""
+
+Photons = tuple[NDArray[np.float32], NDArray[np.float32]]
+"""Places and flux, as in `Caustics`."""
+
+
+class CausticTracer:
+    """Traces the caustic photons of passes, with random numbers of their own.
+
+    Parameters
+    ----------
+    geometry, lights, optics : the scene
+    bands : N
+    photons : in each pass of the irradiance store
+    wanted : caustic photons that should arrive in a pass
+    key : of the pilot
+    workers : that share the work
+    """
+
+    def __init__(
+        self,
+        geometry: Geometry,
+        lights: Lights,
+        optics: Optics,
+        bands: int,
+        photons: int,
+        wanted: int,
+        key: np.uint64,
+        workers: Workers,
+    ) -> None:
+        self._scene = geometry, lights, optics
+        self._bands, self._workers = bands, workers
+        self._guide = _guide(np.empty((0, 4), np.float32))
+        origins, (places, _) = self._trace(PILOT, key)
+        self._guide = _guide(origins)
+        found, _ = self._trace(PILOT // 4, key ^ np.uint64(1))
+        rate = max(len(found), 1) / (PILOT // 4)
+        self.photons = int(np.clip(wanted / rate, min(wanted, photons), MOST * photons))
+        self._radius = _first_radius(places[:, :3], self.photons * rate)
+
+    def trace(self, index: int, key: np.uint64) -> Caustics:
+        """Return the caustic photons of pass number `index`."""
+        radius = self._radius * (1.0 + index) ** (-1.0 / 6.0)
+        return _sort(self._trace(self.photons, key)[1], radius)
+
+    def _trace(self, total: int, key: np.uint64) -> tuple[NDArray[np.float32], Photons]:
+        """Trace photons in bundles; return where they left, and those that arrived."""
+        bundles = -(-total // BUNDLE)
+
+        def trace(bundle: int) -> list[NDArray[np.float32]]:
+            first, last = bundle * total // bundles, (bundle + 1) * total // bundles
+            columns = 4, 6, self._bands
+            arrays = [np.empty((last - first, width), np.float32) for width in columns]
+            count = trace_caustics(*self._scene, self._guide, key, first, last, total, *arrays)
+            return [array[:count] for array in arrays]
+
+        origins, places, flux = map(
+            np.concatenate, zip(*self._workers.map(trace, bundles), strict=True)
+        )
+        return origins, (places, flux)
+
+
+def _guide(origins: NDArray[np.float32]) -> Guide:
+    """Return where to send photons: in part as those of a pilot that arrived, in part anywhere."""
+    tables = []
+    for columns in (slice(0, 2), slice(2, 4)):
+        boxes = np.minimum((origins[:, columns] * BOXES).astype(int), BOXES - 1)
+        density = np.full((BOXES, BOXES), 1.0 / BOXES**2)
+        if len(origins):
+            counts = np.zeros((BOXES, BOXES))
+            np.add.at(counts, tuple(boxes.T), 1.0)
+            density = ANYWHERE * density + (1.0 - ANYWHERE) * counts / len(origins)
+        rows = density.sum(axis=1)
+        tables += [_cumulative(rows), _cumulative(density / rows[:, None])]
+    return Guide(*tables)
+
+
+def _cumulative(chances: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return running sums along the last axis, from 0 to exactly 1."""
+    sums = np.cumsum(chances, axis=-1)
+    zero = np.zeros((*chances.shape[:-1], 1))
+    return np.concatenate([zero, sums / sums[..., -1:]], axis=-1)
+
+
+def _first_radius(positions: NDArray[np.float32], arriving: float) -> float:
+    """Return the radius within which about `WANTED` of the arriving photons lie."""
+    from scipy.spatial import cKDTree
+
+    if len(positions) <= WANTED:
+        return LARGEST
+    some = positions[:: max(len(positions) // 512, 1)]
+    distances = cKDTree(positions).query(some, k=WANTED + 1)[0][:, -1]
+    denser = max(arriving / len(positions), 1e-3)
+    return float(min(np.median(distances) / np.sqrt(denser), LARGEST))
+
+
+def _sort(photons: Photons, radius: float) -> Caustics:
+    """Sort photons by buckets of boxes as wide as the disk."""
+    places, flux = photons
+    count = max(2 * len(places), 1)
+    buckets = np.empty(len(places), np.int32)
+    fill_buckets(places, 2.0 * radius, 0, len(places), count, buckets)
+    order = np.argsort(buckets, kind="stable")
+    starts = np.zeros(count + 1, np.int32)
+    np.cumsum(np.bincount(buckets, minlength=count), out=starts[1:])
+    return Caustics(places[order], flux[order], starts, radius)
