@@ -19,7 +19,18 @@ from benchmarks.table import markdown, show
 from benchmarks.timing import Others
 from photonmap.record import describe_versions
 
-NAMES = ("rays", "cornell", "energy", "bands", "colors", "start", "memory", "scaling", "profile")
+NAMES = (
+    "rays",
+    "cornell",
+    "energy",
+    "bands",
+    "colors",
+    "effects",
+    "start",
+    "memory",
+    "scaling",
+    "profile",
+)
 ROOT = Path(__file__).parent.parent
 DISTURBED = 0.1
 """Share of all processors that other programs may take before a warning is due."""

@@ -26,11 +26,12 @@ class Mitsuba:
     ----------
     interpreter : a Python that has Mitsuba 3
     threads : that it renders with
+    case : of the server's CASES; the Cornell box by default
     """
 
     reason = ""
 
-    def __init__(self, interpreter: str, threads: int) -> None:
+    def __init__(self, interpreter: str, threads: int, case: str | None = None) -> None:
         self._folder = tempfile.TemporaryDirectory()
         self._errors = Path(self._folder.name) / "stderr"
         environment = dict(os.environ)
@@ -38,7 +39,7 @@ class Mitsuba:
             environment["DRJIT_LIBLLVM_PATH"] = library
         with self._errors.open("w") as errors:
             self._process = subprocess.Popen(
-                [interpreter, str(SERVER), str(threads)],
+                [interpreter, str(SERVER), str(threads), *([case] if case else [])],
                 env=environment,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,

@@ -1,6 +1,7 @@
-"""Mitsuba 3 as a child process: `python mitsuba_server.py THREADS`, in an interpreter that has it.
+"""Mitsuba 3 as a child process: `python mitsuba_server.py THREADS [CASE]`, where there is Mitsuba.
 
-Knows nothing of photonmap. It renders Mitsuba's own Cornell box as the reference was made:
+Knows nothing of photonmap. It renders Mitsuba's own Cornell box as the reference was made, or one
+of CASES, in which a thing or two of the box are others:
 256×256, box filter, independent sampler, path tracer without a depth limit (Russian roulette
 from depth 5), surfaces two-sided. Prints one JSON line when ready; then, for each line
 `DEPTH SAMPLES SEED FILE` on stdin, renders, writes FILE.npy and prints {"seconds": …}.
@@ -16,9 +17,64 @@ import numpy as np
 SIZE = 256
 
 
-def make_scene():
-    """Return the Cornell box as a dictionary for `mi.load_dict`."""
+def ball(x, y, z, bsdf):
+    """Return a sphere of radius 0.35."""
+    return {"type": "sphere", "center": [x, y, z], "radius": 0.35, "bsdf": bsdf}
+
+
+MIRROR = {"type": "conductor", "material": "none", "specular_reflectance": 0.9}
+GLASS = {"type": "dielectric", "int_ior": 1.5, "ext_ior": 1.0}
+
+
+def grey(value):
+    """Return a colour."""
+    return {"type": "rgb", "value": value}
+
+
+def sky():
+    """Return the map of 8 × 16 texels of `benchmarks.matter`, whose centre is its edge here."""
+    rows, columns = np.mgrid[0:8, 0:16]
+    texels = np.stack([rows + 1.0, columns + 1.0, 9.0 - rows], axis=-1) / 8.0
+    texels = np.roll(texels, 8, axis=1)
+    return np.repeat(np.repeat(texels, 64, axis=0), 64, axis=1).astype(np.float32)
+
+
+def things(case):
+    """Return what a case adds to the box without its two boxes; lamps replace the box's own."""
+    if case == "spot":
+        aim = mi.ScalarTransform4f().look_at([0.3, 0.8, 0.5], [-0.2, -1, -0.2], [0, 0, 1])
+        return {
+            "lamp": {
+                "type": "spot",
+                "intensity": grey(2.0),
+                "cutoff_angle": 40.0,
+                "beam_width": 39.9,
+                "to_world": aim,
+            }
+        }
+    return {
+        "mirror": {"thing": ball(-0.3, -0.65, -0.2, {"type": "twosided", "bsdf": MIRROR})},
+        "glass": {"thing": ball(0.3, -0.65, 0.1, GLASS)},
+        "both": {
+            "thing": ball(-0.4, -0.65, -0.3, {"type": "twosided", "bsdf": MIRROR}),
+            "other": ball(0.4, -0.65, 0.2, GLASS),
+        },
+        "point": {"lamp": {"type": "point", "position": [0.3, 0.2, 0.4], "intensity": grey(1.0)}},
+        "sun": {
+            "lamp": {"type": "directional", "direction": [0.3, -0.5, -1.0], "irradiance": grey(2.0)}
+        },
+        "dome": {"lamp": {"type": "constant", "radiance": grey(1.0)}},
+        "sky": {"lamp": {"type": "envmap", "bitmap": mi.Bitmap(sky())}},
+    }[case]
+
+
+def make_scene(case=None):
+    """Return the Cornell box, or a case, as a dictionary for `mi.load_dict`."""
     scene = mi.cornell_box()
+    if case:
+        added = things(case)
+        left_out = ["small-box", "large-box"] + ["light"] * ("lamp" in added)
+        scene = {name: thing for name, thing in scene.items() if name not in left_out} | added
     film = scene["sensor"]["film"]
     film["width"], film["height"], film["rfilter"] = SIZE, SIZE, {"type": "box"}
     scene["sensor"]["sampler"] = {"type": "independent"}
@@ -34,7 +90,7 @@ def main():
     import drjit as dr
 
     dr.set_thread_count(int(sys.argv[1]))
-    scene = mi.load_dict(make_scene())
+    scene = mi.load_dict(make_scene(*sys.argv[2:]))
     integrators = {
         depth: mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 5})
         for depth in (-1, 1, 2)

@@ -11,14 +11,14 @@ import numpy as np
 from photonmap.kernels.bands import add_product, divide
 from photonmap.kernels.jit import jit, outlined
 from photonmap.kernels.light import add_emitted_product, emitted
+from photonmap.kernels.opaque import hit
 from photonmap.kernels.optics import leave
-from photonmap.kernels.ray import intersect
 from photonmap.kernels.records import INDIRECT
 from photonmap.kernels.rng import draw
 from photonmap.kernels.store import cell_at
 from photonmap.kernels.surface import side_of
 
-MOST_SMOOTH = 64
+MOST_SMOOTH = 256
 """Reflections and refractions in a row, after which a path is cut."""
 CERTAIN_SMOOTH = 4
 """Of them, before Russian roulette begins."""
@@ -77,7 +77,7 @@ def gather_beyond(
         alive, state = survives(step, weight, state, throughput)
         if not alive:
             return found
-        triangle, u, v, _ = intersect(geometry.scene, origin, direction)
+        triangle, u, v, _ = hit(geometry, origin, direction)
         if triangle < 0:
             return found
         cell = cell_at(cells, triangle, side_of(geometry, triangle, direction), u, v)
@@ -86,7 +86,7 @@ def gather_beyond(
     return found
 
 
-@jit
+@outlined
 def pass_smooth(
     geometry, lights, optics, row, triangle, u, v, direction, state, throughput, irradiance
 ):
@@ -113,11 +113,13 @@ def pass_smooth(
         alive, state = survives(step, before, state, throughput)
         if not alive:
             break
-        triangle, u, v, _ = intersect(geometry.scene, origin, direction)
+        triangle, u, v, _ = hit(geometry, origin, direction)
         side = side_of(geometry, triangle, direction) if triangle >= 0 else 0
         emitter = emitted(geometry, lights, triangle, side)
         if row >= 0 and emitter >= 0:
-            add_emitted_product(irradiance, row, lights, emitter, direction, throughput, math.pi)
+            add_emitted_product(
+                irradiance, row, lights, emitter, (u, v), direction, throughput, math.pi
+            )
         if triangle < 0:
             break
     return np.int64(-1), u, v, direction, state

@@ -9,8 +9,8 @@ from photonmap.kernels.bands import divide
 from photonmap.kernels.beyond import MOST_SMOOTH
 from photonmap.kernels.jit import jit, outlined
 from photonmap.kernels.light import emit, start_flux
+from photonmap.kernels.opaque import hit, make_whole
 from photonmap.kernels.optics import leave
-from photonmap.kernels.ray import intersect
 from photonmap.kernels.rng import draw, sobol_2d, stream
 from photonmap.kernels.surface import meet
 
@@ -29,7 +29,7 @@ def _follow(geometry, optics, origin, direction, state, flux, place):
     surface becomes irradiance about the shading normal. Where surfaces do both, chance decides.
     """
     for bounce in range(MOST_SMOOTH):
-        triangle, u, v, _ = intersect(geometry.scene, origin, direction)
+        triangle, u, v, _ = hit(geometry, origin, direction)
         if triangle < 0:
             return 0
         material = geometry.material[triangle]
@@ -42,6 +42,7 @@ def _follow(geometry, optics, origin, direction, state, flux, place):
                 point, ng, ns, _ = meet(geometry, triangle, u, v, direction)
                 factor = max(0.0, -vec.dot(ns, direction)) / max(1e-9, -vec.dot(ng, direction))
                 divide(flux, (1.0 - smooth) / max(factor, 1e-9))
+                make_whole(geometry, geometry.alpha, triangle, u, v, flux)
                 for axis in range(3):
                     place[axis], place[3 + axis] = point[axis], ng[axis]
                 return 1
@@ -86,9 +87,9 @@ def trace_caustics(geometry, lights, optics, guide, key, first, last, total, ori
     for index in range(first, last):
         place, at = _boxed(guide.place_rows, guide.place_columns, sobol_2d(index, place_key))
         aim, towards = _boxed(guide.aim_rows, guide.aim_columns, sobol_2d(index, aim_key))
-        emitter, weight, origin, direction = emit(geometry, lights, place, aim)
+        emitter, weight, spot, origin, direction = emit(geometry, lights, place, aim)
         row = flux[count]
-        start_flux(row, lights, emitter, direction, weight / (total * at * towards))
+        start_flux(row, lights, emitter, spot, direction, weight / (total * at * towards))
         for axis in range(2):
             origins[count, axis], origins[count, 2 + axis] = place[axis], aim[axis]
         state = stream(key, CHOOSE, index)

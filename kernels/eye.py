@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from photonmap.kernels.albedo import paint
 from photonmap.kernels.beyond import smoothness
 from photonmap.kernels.film import FLAT, morton, note_hit
 from photonmap.kernels.irradiance import light_and_gather, light_keys
@@ -16,7 +17,7 @@ FILM, FIRST_HIT, BEYOND = 0, 1, 5
 @jit
 def _render_pixel(scene, store, caustics, camera, film, plan, keys, pixel, scratch, pixels, seen):
     """Add all samples of one pixel to `pixels` and `seen`."""
-    geometry, materials, lights, optics = scene
+    geometry, materials, lights, optics, textures = scene
     film_key, light, beyond = keys
     throughput, _, irradiance = scratch
     samples, lights_each = int(plan.samples[pixel]), int(plan.lights[pixel])
@@ -31,14 +32,14 @@ def _render_pixel(scene, store, caustics, camera, film, plan, keys, pixel, scrat
         if triangle < 0:
             continue
         note_hit(pixels.plane, pixel, first, hit[0], hit[2])
-        material = geometry.material[triangle]
         if smoothness(geometry, optics, triangle) < 1.0:
             pixels.found[pixel] |= light_and_gather(
                 scene, store, caustics, hit, index, lights_each, gathers, light, throughput,
                 irradiance,
             )  # fmt: skip
-            reflect(materials, material, share, pixel, irradiance, pixels)
-            reflect_caustics(seen, materials, material, share, pixel, irradiance)
+            color = paint(geometry, textures, triangle, ray[0], ray[1])
+            reflect(materials, textures, color, share, pixel, irradiance, pixels)
+            reflect_caustics(seen, materials, textures, color, share, pixel, irradiance)
         see_beyond(
             scene, optics, store, caustics, triangle, ray, index, lights_each, gathers, beyond,
             share, pixel, scratch, pixels, seen,
@@ -53,9 +54,9 @@ def camera_pass(
 ):
     """Render pixels first..last of one pass.
 
-    scene = (Geometry, Materials, Lights, Optics), store = (Cells, radiosity (cells, N) float32),
-    scratch = (throughput (N,), throughput (N,), irradiance (2, N) or (3, N)) float32. Optics,
-    caustics and seen are None in a scene without smooth surfaces.
+    scene = (Geometry, Materials, Lights, Optics, Textures), store = (Cells, radiosity (cells, N)
+    float32), scratch = (throughput (N,), throughput (N,), irradiance (2, N) or (3, N)) float32.
+    Optics, caustics and seen are None in a scene without smooth surfaces, Textures without any.
     """
     keys = (stream(key, FILM, 0), light_keys(key, FIRST_HIT), light_keys(key, BEYOND))
     for pixel in range(first, last):

@@ -5,7 +5,7 @@ import math
 from photonmap.kernels import vec
 from photonmap.kernels.film import camera_ray
 from photonmap.kernels.jit import jit
-from photonmap.kernels.ray import intersect
+from photonmap.kernels.opaque import hit
 from photonmap.kernels.surface import meet, point_at
 
 
@@ -15,7 +15,7 @@ def first_hits(geometry, camera, film, first, last, triangles, depth, normal):
     for pixel in range(first, last):
         column, row = pixel % film.width, pixel // film.width
         direction = camera_ray(camera, column + 0.5, row + 0.5)
-        triangle, u, v, _ = intersect(geometry.scene, camera.origin, direction)
+        triangle, u, v, _ = hit(geometry, camera.origin, direction)
         triangles[pixel] = triangle
         depth[pixel] = 0.0
         normal[pixel] = 0.0

@@ -3,12 +3,13 @@
 import numpy as np
 
 from photonmap.kernels import vec, warp
+from photonmap.kernels.albedo import albedo, paint
 from photonmap.kernels.bands import total
 from photonmap.kernels.beyond import gather_beyond, smoothness
 from photonmap.kernels.caustics import add_caustics
 from photonmap.kernels.jit import jit, outlined
 from photonmap.kernels.light import add_emitted, emitted, weigh_hit, weigh_miss
-from photonmap.kernels.ray import intersect
+from photonmap.kernels.opaque import hit as first_hit
 from photonmap.kernels.records import DIRECT, INDIRECT
 from photonmap.kernels.rng import sobol_2d, stream
 from photonmap.kernels.store import answers, cell_at
@@ -43,28 +44,28 @@ def gather(scene, store, caustics, hit, place, keys, samples, gathers, throughpu
     to answer, a path goes on from there. `place` numbers the ray, `keys` are for its AIM, the WALK
     on, and what lies BEYOND smooth surfaces. Returns what was found, as `_look_up`.
     """
-    geometry, materials, lights, optics = scene
+    geometry, materials, lights, optics, textures = scene
     cells, radiosity = store
     point, ng, ns, _ = hit
     u, v = sobol_2d(place, keys[AIM])
     direction = vec.from_frame(warp.cosine_hemisphere(u, v), ns)
     if vec.dot(ng, direction) <= 0.0:
         return 0
-    triangle, u, v, distance = intersect(geometry.scene, point, direction)
+    triangle, u, v, distance = first_hit(geometry, point, direction)
     side = side_of(geometry, triangle, direction) if triangle >= 0 else 0
     emitter = emitted(geometry, lights, triangle, side)
     cosine = vec.dot(ns, direction)
     if triangle < 0:
         if emitter >= 0:
             weight = weigh_miss(lights, direction, cosine, samples, gathers)
-            add_emitted(irradiance, DIRECT, lights, emitter, direction, weight)
+            add_emitted(irradiance, DIRECT, lights, emitter, (u, v), direction, weight)
         return 0
     if emitter >= 0:
         end = meet(geometry, triangle, u, v, direction)[0]
         weight = weigh_hit(
             geometry, lights, emitter, point, end, direction, cosine, samples, gathers
         )
-        add_emitted(irradiance, DIRECT, lights, emitter, direction, weight)
+        add_emitted(irradiance, DIRECT, lights, emitter, (u, v), direction, weight)
     material = geometry.material[triangle]
     found = 0
     smooth = smoothness(geometry, optics, triangle)
@@ -81,8 +82,9 @@ def gather(scene, store, caustics, hit, place, keys, samples, gathers, throughpu
     if answers(cells, triangle, side, distance):
         cell = cell_at(cells, triangle, side, u, v)
         return found | _look_up(materials, material, radiosity, cell, 1.0 / gathers, irradiance)
+    color = paint(geometry, textures, triangle, u, v)
     for band in range(len(throughput)):
-        throughput[band] = materials.reflectance[material, band] / np.float32(gathers)
+        throughput[band] = albedo(materials, textures, color, band) / np.float32(gathers)
     before = total(irradiance, INDIRECT)
     state = stream(keys[WALK], 0, place)
     end_hit = meet(geometry, triangle, u, v, direction)

@@ -5,7 +5,7 @@ import numpy as np
 from photonmap.kernels.bands import clear
 from photonmap.kernels.caustics import add_caustics
 from photonmap.kernels.gather import gather
-from photonmap.kernels.jit import jit, outlined
+from photonmap.kernels.jit import jit
 from photonmap.kernels.light import add_emitted, sample_direct
 from photonmap.kernels.records import CAUSTIC, DIRECT
 from photonmap.kernels.rng import sobol_2d, stream
@@ -23,19 +23,24 @@ def light_keys(key, first):
 
 
 @jit
-def _light_and_gather(
+def light_and_gather(
     scene, store, caustics, hit, index, samples, gathers, keys, throughput, irradiance
 ):
-    geometry, _, lights, _ = scene
+    """Estimate the irradiance, (2, N) or (3, N), of one hit; return what gather rays found.
+
+    `index` numbers the hit for low-discrepancy points, `keys` are of `light_keys`, `throughput`
+    is scratch.
+    """
+    geometry, _, lights, _, _ = scene
     point, ng, ns, _ = hit
     clear(irradiance)
     for sample in range(samples):
         u, v = sobol_2d(index * np.uint64(samples) + np.uint64(sample), keys[LIGHT])
-        emitter, weight, direction = sample_direct(
+        emitter, weight, place, direction = sample_direct(
             geometry, lights, point, ng, ns, u, v, samples, gathers
         )
         if weight > 0.0:
-            add_emitted(irradiance, DIRECT, lights, emitter, direction, weight)
+            add_emitted(irradiance, DIRECT, lights, emitter, place, direction, weight)
     found = 0
     for ray in range(gathers):
         place = index * np.uint64(gathers) + np.uint64(ray)
@@ -47,30 +52,3 @@ def _light_and_gather(
         throughput[:] = 1.0
         add_caustics(caustics, point, ng, throughput, irradiance, CAUSTIC)
     return found
-
-
-@outlined
-def _light_and_gather_apart(
-    scene, store, caustics, hit, index, samples, gathers, keys, throughput, irradiance
-):
-    return _light_and_gather(
-        scene, store, caustics, hit, index, samples, gathers, keys, throughput, irradiance
-    )
-
-
-@jit
-def light_and_gather(
-    scene, store, caustics, hit, index, samples, gathers, keys, throughput, irradiance
-):
-    """Estimate the irradiance, (2, N) or (3, N), of one hit; return what gather rays found.
-
-    `index` numbers the hit for low-discrepancy points, `keys` are of `light_keys`, `throughput`
-    is scratch. In a scene with smooth surfaces it is called at two places, and inlined at none.
-    """
-    if caustics is None:
-        return _light_and_gather(
-            scene, store, caustics, hit, index, samples, gathers, keys, throughput, irradiance
-        )
-    return _light_and_gather_apart(
-        scene, store, caustics, hit, index, samples, gathers, keys, throughput, irradiance
-    )

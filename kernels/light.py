@@ -8,10 +8,14 @@ from photonmap.kernels import surface, vec, warp
 from photonmap.kernels.bands import add_mix, add_mix_product, add_product, add_row, mix
 from photonmap.kernels.environment import environment_pdf, radiance_at, sample_environment
 from photonmap.kernels.jit import jit
-from photonmap.kernels.ray import occluded
+from photonmap.kernels.opaque import blocked, opacity_at
 from photonmap.kernels.records import DIRECTIONAL, DOME, POINT, SPOT, TRIANGLE
+from photonmap.kernels.texels import coordinates, look_up
 
 # Numba leaves out a branch on None only where it is an argument of the function itself.
+
+NOWHERE = (0.0, 0.0)
+"""Place on an emitter that is no triangle."""
 
 
 @jit
@@ -21,51 +25,121 @@ def emitted(geometry, lights, triangle, side):
 
 
 @jit
-def add_emitted(target, i, lights, emitter, direction, factor):
-    """Add factor · what an emitter sends to row i of target; `direction` looks towards it."""
-    _add_emitted(target, i, lights, lights.environment, emitter, direction, factor)
+def _textured(lights, glow, emitter):
+    """Return which textured lamp an emitter belongs to, -1 for none."""
+    return -1 if glow is None else glow.slot[lights.spectrum[emitter]]
 
 
 @jit
-def _add_emitted(target, i, lights, environment, emitter, direction, factor):
+def _glow_at(lights, glow, emitter, slot, place):
+    """Return the linear RGB, and the basis (3, N), of a textured lamp at barycentrics `place`."""
+    triangle = lights.triangle[emitter]
+    s, t = coordinates(glow.uv, glow.triangles, triangle, place[0], place[1])
+    return look_up(glow.maps, glow.image[slot], s, t), glow.basis[3 * slot : 3 * slot + 3]
+
+
+@jit
+def add_emitted(target, i, lights, emitter, place, direction, factor):
+    """Add factor · what an emitter sends to row i of target; `direction` looks towards it.
+
+    `place` are the barycentrics on a triangle that emits.
+    """
+    _add_emitted(
+        target, i, lights, lights.environment, lights.glow, emitter, place, direction, factor
+    )
+
+
+@jit
+def _add_emitted(target, i, lights, environment, glow, emitter, place, direction, factor):
     if environment is not None and emitter == lights.dome:
         add_mix(target, i, radiance_at(environment, direction), environment.basis, factor)
     else:
+        _add_lamp(target, i, lights, glow, emitter, place, factor)
+
+
+@jit
+def _add_lamp(target, i, lights, glow, emitter, place, factor):
+    if glow is None:
         add_row(target, i, lights.spectra, lights.spectrum[emitter], factor)
+        return
+    slot = _textured(lights, glow, emitter)
+    if slot < 0:
+        add_row(target, i, lights.spectra, lights.spectrum[emitter], factor)
+        return
+    rgb, basis = _glow_at(lights, glow, emitter, slot, place)
+    add_mix(target, i, rgb, basis, factor)
 
 
 @jit
-def add_emitted_product(target, i, lights, emitter, direction, throughput, factor):
+def add_emitted_product(target, i, lights, emitter, place, direction, throughput, factor):
     """Add throughput times what `add_emitted` adds."""
-    _add_product(target, i, lights, lights.environment, emitter, direction, throughput, factor)
+    _add_product(
+        target, i, lights, lights.environment, lights.glow, emitter, place, direction, throughput,
+        factor,
+    )  # fmt: skip
 
 
 @jit
-def _add_product(target, i, lights, environment, emitter, direction, throughput, factor):
+def _add_product(
+    target, i, lights, environment, glow, emitter, place, direction, throughput, factor
+):
     if environment is not None and emitter == lights.dome:
         rgb = radiance_at(environment, direction)
         add_mix_product(target, i, rgb, environment.basis, throughput, factor)
     else:
+        _add_lamp_product(target, i, lights, glow, emitter, place, throughput, factor)
+
+
+@jit
+def _add_lamp_product(target, i, lights, glow, emitter, place, throughput, factor):
+    if glow is None:
         row = lights.spectrum[emitter]
         add_product(target, i, lights.spectra, row, throughput, factor)
+        return
+    slot = _textured(lights, glow, emitter)
+    if slot < 0:
+        row = lights.spectrum[emitter]
+        add_product(target, i, lights.spectra, row, throughput, factor)
+        return
+    rgb, basis = _glow_at(lights, glow, emitter, slot, place)
+    add_mix_product(target, i, rgb, basis, throughput, factor)
 
 
 @jit
-def start_flux(flux, lights, emitter, direction, factor):
-    """Fill flux, (N,), with factor · what an emitter sends in a direction."""
-    _start_flux(flux, lights, lights.environment, emitter, direction, factor)
+def start_flux(flux, lights, emitter, place, direction, factor):
+    """Fill flux, (N,), with factor · what an emitter sends in a direction from a place of it."""
+    _start_flux(flux, lights, lights.environment, lights.glow, emitter, place, direction, factor)
 
 
 @jit
-def _start_flux(flux, lights, environment, emitter, direction, factor):
+def _start_flux(flux, lights, environment, glow, emitter, place, direction, factor):
     if environment is not None and emitter == lights.dome:
         rgb = radiance_at(environment, vec.scale(direction, -1.0))
         for band in range(len(flux)):
             flux[band] = np.float32(factor * mix(rgb, environment.basis, band))
     else:
-        spectrum = lights.spectra[lights.spectrum[emitter]]
-        for band in range(len(flux)):
-            flux[band] = spectrum[band] * np.float32(factor)
+        _start_lamp(flux, lights, glow, emitter, place, factor)
+
+
+@jit
+def _start_lamp(flux, lights, glow, emitter, place, factor):
+    if glow is None:
+        _start_row(flux, lights, emitter, factor)
+        return
+    slot = _textured(lights, glow, emitter)
+    if slot < 0:
+        _start_row(flux, lights, emitter, factor)
+        return
+    rgb, basis = _glow_at(lights, glow, emitter, slot, place)
+    for band in range(len(flux)):
+        flux[band] = np.float32(factor * mix(rgb, basis, band))
+
+
+@jit
+def _start_row(flux, lights, emitter, factor):
+    spectrum = lights.spectra[lights.spectrum[emitter]]
+    for band in range(len(flux)):
+        flux[band] = spectrum[band] * np.float32(factor)
 
 
 @jit
@@ -86,11 +160,12 @@ def falloff(cosines, emitter, cosine):
 
 @jit
 def _point_of_emitter(geometry, triangle, u, v):
-    """Return (point, ng) on the front of an emitting triangle, offset off it."""
-    b1, b2 = warp.uniform_triangle(u, v)
-    point, size = surface.point_at(geometry, triangle, b1, b2)
+    """Return (point, ng, place, opacity) on the front of an emitting triangle, offset off it."""
+    place = warp.uniform_triangle(u, v)
+    point, size = surface.point_at(geometry, triangle, place[0], place[1])
     normal = vec.row(geometry.normals, triangle)
-    return surface.offset(point, size, normal), normal
+    opacity = opacity_at(geometry, geometry.alpha, triangle, place[0], place[1])
+    return surface.offset(point, size, normal), normal, place, opacity
 
 
 @jit
@@ -131,7 +206,7 @@ def _far_sample(lights, emitter, ns, u, v):
 def sample_direct(geometry, lights, point, ng, ns, u, v, samples, gathers):
     """Sample one emitter for the irradiance at a point.
 
-    Returns (emitter, weight, direction): the sum of weight · what the emitter sends, as
+    Returns (emitter, weight, place, direction): the sum of weight · what the emitter sends, as
     `add_emitted`, over `samples` such samples and `gathers` cosine-distributed rays, weighed by
     the balance heuristic (Veach 1997, 9.2.4), estimates irradiance. A weight of 0 with emitter
     >= 0 is a light that is blocked; emitter -1 is one that is not in front.
@@ -143,22 +218,23 @@ def sample_direct(geometry, lights, point, ng, ns, u, v, samples, gathers):
         direction, pdf = _far_sample(lights, emitter, ns, u, v)
         cosine = _lit(ng, ns, direction)
         if cosine == 0.0:
-            return -1, 0.0, direction
-        if occluded(geometry.scene, point, direction, math.inf):
-            return emitter, 0.0, direction
+            return -1, 0.0, NOWHERE, direction
+        if blocked(geometry, point, direction, math.inf):
+            return emitter, 0.0, NOWHERE, direction
         if kind == DIRECTIONAL:
-            return emitter, cosine / (samples * chance), direction
+            return emitter, cosine / (samples * chance), NOWHERE, direction
         density = samples * chance * pdf + gathers * warp.cosine_hemisphere_pdf(cosine)
-        return emitter, cosine / density, direction
+        return emitter, cosine / density, NOWHERE, direction
+    place, opacity = NOWHERE, 1.0
     if kind == TRIANGLE:
-        target, normal = _point_of_emitter(geometry, lights.triangle[emitter], u, v)
+        target, normal, place, opacity = _point_of_emitter(geometry, lights.triangle[emitter], u, v)
     else:
         target = vec.row(lights.position, emitter)
         normal = ng
     segment = vec.sub(target, point)
     squared = vec.dot(segment, segment)
     if squared == 0.0:
-        return -1, 0.0, ns
+        return -1, 0.0, NOWHERE, ns
     direction = vec.scale(segment, 1.0 / math.sqrt(squared))
     cosine = _lit(ng, ns, direction)
     facing = 1.0
@@ -168,14 +244,14 @@ def sample_direct(geometry, lights, point, ng, ns, u, v, samples, gathers):
         axis = vec.row(lights.axis, emitter)
         facing = falloff(lights.cosines, emitter, -vec.dot(axis, direction))
     if cosine == 0.0 or facing <= 0.0:
-        return -1, 0.0, direction
-    if occluded(geometry.scene, point, segment, 1.0):
-        return emitter, 0.0, direction
+        return -1, 0.0, NOWHERE, direction
+    if blocked(geometry, point, segment, 1.0):
+        return emitter, 0.0, NOWHERE, direction
     if kind != TRIANGLE:
-        return emitter, facing * cosine / (samples * squared * chance), direction
+        return emitter, facing * cosine / (samples * squared * chance), NOWHERE, direction
     pdf = chance * warp.uniform_triangle_pdf(lights.area[emitter]) * squared / facing
     weight = cosine / (samples * pdf + gathers * warp.cosine_hemisphere_pdf(cosine))
-    return emitter, weight, direction
+    return emitter, weight * opacity, place, direction
 
 
 @jit
@@ -210,8 +286,8 @@ def _sky_shine(environment, u, v):
 def emit(geometry, lights, place, aim):
     """Send a photon from an emitter: place and aim are points of the unit square.
 
-    Returns (emitter, weight, origin, direction): its flux is weight · what the emitter sends, as
-    `start_flux`.
+    Returns (emitter, weight, spot, origin, direction): its flux is weight · what the emitter
+    sends from barycentrics `spot`, as `start_flux`.
     """
     emitter, u = warp.discrete(lights.cumulative, place[0])
     v = place[1]
@@ -220,14 +296,14 @@ def emit(geometry, lights, place, aim):
     if kind == POINT:
         weight = 1.0 / (warp.uniform_sphere_pdf() * chance)
         origin = vec.row(lights.position, emitter)
-        return emitter, weight, origin, warp.uniform_sphere(aim[0], aim[1])
+        return emitter, weight, NOWHERE, origin, warp.uniform_sphere(aim[0], aim[1])
     if kind == SPOT:
         cosine = lights.cosines[emitter, 1]
         local = warp.uniform_cone(aim[0], aim[1], cosine)
         weight = falloff(lights.cosines, emitter, local[2])
         weight /= warp.uniform_cone_pdf(cosine) * chance
         direction = vec.from_frame(local, vec.row(lights.axis, emitter))
-        return emitter, weight, vec.row(lights.position, emitter), direction
+        return emitter, weight, NOWHERE, vec.row(lights.position, emitter), direction
     if kind in (DOME, DIRECTIONAL):
         direction, density = vec.row(lights.axis, emitter), 1.0
         if kind == DOME:
@@ -235,7 +311,8 @@ def emit(geometry, lights, place, aim):
         x, y = warp.uniform_disk(u, v)
         local = (lights.radius * x, lights.radius * y, -2.0 * lights.radius)
         weight = lights.radius * lights.radius / (density * warp.uniform_disk_pdf() * chance)
-        return emitter, weight, vec.from_frame(local, direction), direction
-    origin, normal = _point_of_emitter(geometry, lights.triangle[emitter], u, v)
+        return emitter, weight, NOWHERE, vec.from_frame(local, direction), direction
+    origin, normal, spot, opacity = _point_of_emitter(geometry, lights.triangle[emitter], u, v)
     direction = vec.from_frame(warp.cosine_hemisphere(aim[0], aim[1]), normal)
-    return emitter, math.pi * lights.area[emitter] / chance, origin, direction
+    weight = math.pi * lights.area[emitter] / chance * opacity
+    return emitter, weight, spot, origin, direction

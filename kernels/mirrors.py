@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from photonmap.kernels.albedo import albedo, paint
 from photonmap.kernels.beyond import MOST_SMOOTH, survives
 from photonmap.kernels.irradiance import light_and_gather
 from photonmap.kernels.jit import jit, outlined
 from photonmap.kernels.light import add_emitted_product, emitted
+from photonmap.kernels.opaque import hit as first_hit
 from photonmap.kernels.optics import leave
-from photonmap.kernels.ray import intersect
 from photonmap.kernels.records import (
     CAUSTIC,
     DIRECT,
@@ -27,31 +28,14 @@ MOST_BOUNCES = 1000
 
 
 @jit
-def _reflect_beyond(materials, material, share, through, pixel, irradiance, seen):
+def _reflect_beyond(materials, textures, color, share, through, pixel, irradiance, seen):
     """Add what a surface seen in smooth ones makes of its irradiance, (3, N)."""
     for band in range(irradiance.shape[1]):
-        albedo = materials.reflectance[material, band] * through[band]
-        albedo *= share * np.float32(INV_PI)
-        seen[SEEN_DIRECT, pixel, band] += albedo * irradiance[DIRECT, band]
-        seen[SEEN_INDIRECT, pixel, band] += albedo * irradiance[INDIRECT, band]
-        seen[SEEN_CAUSTIC, pixel, band] += albedo * irradiance[CAUSTIC, band]
-
-
-@jit
-def _light_end(
-    scene, store, caustics, hit, index, samples, gathers, keys, state, throughput, irradiance
-):
-    """Estimate the irradiance, (3, N), of a hit seen in smooth surfaces; return the state."""
-    if caustics is None:
-        throughput[:] = 1.0
-        irradiance[:] = 0.0
-        return walk(
-            scene, store, caustics, hit, DIRECT, MOST_BOUNCES, state, throughput, irradiance
-        )
-    light_and_gather(
-        scene, store, caustics, hit, index, samples, gathers, keys, throughput, irradiance
-    )
-    return state
+        rho = albedo(materials, textures, color, band) * through[band]
+        rho *= share * np.float32(INV_PI)
+        seen[SEEN_DIRECT, pixel, band] += rho * irradiance[DIRECT, band]
+        seen[SEEN_INDIRECT, pixel, band] += rho * irradiance[INDIRECT, band]
+        seen[SEEN_CAUSTIC, pixel, band] += rho * irradiance[CAUSTIC, band]
 
 
 @outlined
@@ -66,7 +50,7 @@ def see_beyond(
     """
     if optics is None:
         return
-    geometry, materials, lights, _ = scene
+    geometry, materials, lights, _, textures = scene
     throughput, through, irradiance = scratch
     through[:] = 1.0
     u, v, direction = ray
@@ -81,20 +65,30 @@ def see_beyond(
         alive, state = survives(step, np.float32(1.0), state, through)
         if not alive:
             return
-        triangle, u, v, _ = intersect(geometry.scene, origin, direction)
+        triangle, u, v, _ = first_hit(geometry, origin, direction)
         side = side_of(geometry, triangle, direction) if triangle >= 0 else 0
         emitter = emitted(geometry, lights, triangle, side)
         if emitter >= 0:
-            add_emitted_product(pixels.emission, pixel, lights, emitter, direction, through, share)
+            add_emitted_product(
+                pixels.emission, pixel, lights, emitter, (u, v), direction, through, share
+            )
         if triangle < 0:
             return
         material = geometry.material[triangle]
         if optics.chance[material] < 1.0:
             hit = meet(geometry, triangle, u, v, direction)
             place = index + (np.uint64(step + 1) << np.uint64(40))
-            state = _light_end(
-                scene, store, caustics, hit, place, samples, gathers, keys, state, throughput,
-                irradiance,
-            )  # fmt: skip
-            _reflect_beyond(materials, material, share, through, pixel, irradiance, seen)
+            if caustics is None:
+                throughput[:] = 1.0
+                irradiance[:] = 0.0
+                state = walk(
+                    scene, store, None, hit, DIRECT, MOST_BOUNCES, state, throughput, irradiance
+                )
+            else:
+                light_and_gather(
+                    scene, store, caustics, hit, place, samples, gathers, keys, throughput,
+                    irradiance,
+                )  # fmt: skip
+            color = paint(geometry, textures, triangle, u, v)
+            _reflect_beyond(materials, textures, color, share, through, pixel, irradiance, seen)
     pixels.found[pixel] |= CUT

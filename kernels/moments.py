@@ -142,8 +142,11 @@ def sum_radiance(moments, first, last, total):
 
 
 @jit
-def sum_relative_variance(moments, mean, count, first, last):
-    """Sum SE² / (v² + 0.01 mean²) over judged pixels first..last and bands; mean is (N,)."""
+def sum_relative_variance(moments, mean, weights, count, first, last):
+    """Sum SE² / (v² + 0.01 mean²) over judged pixels first..last and bands.
+
+    mean and weights are (N,): a column counts as often as its weight says.
+    """
     total = 0.0
     scale = 1.0 / (count * (count - 1.0))
     for pixel in range(first, last):
@@ -152,7 +155,8 @@ def sum_relative_variance(moments, mean, count, first, last):
                 value = moments.direct[pixel, band] + moments.indirect[pixel, band]
                 norm = value * value + 0.01 * mean[band] * mean[band]
                 if norm > 0.0:
-                    total += moments.radiance_spread[pixel, band] * scale / norm
+                    spread = moments.radiance_spread[pixel, band]
+                    total += weights[band] * (spread * scale / norm)
     return total
 
 

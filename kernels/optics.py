@@ -4,7 +4,7 @@ import numpy as np
 
 from photonmap.kernels import vec
 from photonmap.kernels.fresnel import fresnel, mirrored, refracted
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import jit, outlined
 from photonmap.kernels.records import MIRROR
 from photonmap.kernels.surface import offset, point_at, shading_normal, side_of
 
@@ -23,7 +23,7 @@ def _multiply(throughput, table, row, factor):
         throughput[band] *= table[row, band] * np.float32(factor)
 
 
-@jit
+@outlined
 def leave(geometry, optics, triangle, u, v, direction, chance, carries_flux, throughput):
     """Send light on from a smooth surface; return (origin, unit direction).
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from photonmap.kernels.albedo import paint
 from photonmap.kernels.bands import clear
 from photonmap.kernels.beyond import smoothness
 from photonmap.kernels.irradiance import light_keys
@@ -23,7 +24,7 @@ def path_pass(
 
     `nothing` is an empty store, `scratch` and `seen` as there.
     """
-    geometry, materials, lights, optics = scene
+    geometry, materials, lights, optics, textures = scene
     throughput, _, irradiance = scratch
     share = np.float32(1.0 / samples)
     beyond = light_keys(key, BEYOND)
@@ -44,9 +45,9 @@ def path_pass(
                 state = walk(
                     scene, nothing, None, hit, DIRECT, bounces, state, throughput, irradiance
                 )
-                material = geometry.material[triangle]
-                reflect(materials, material, share, pixel, irradiance, pixels)
-                reflect_caustics(seen, materials, material, share, pixel, irradiance)
+                color = paint(geometry, textures, triangle, ray[0], ray[1])
+                reflect(materials, textures, color, share, pixel, irradiance, pixels)
+                reflect_caustics(seen, materials, textures, color, share, pixel, irradiance)
             see_beyond(
                 scene, optics, nothing, None, triangle, ray,
                 np.uint64(pixel) * np.uint64(samples) + np.uint64(sample), 1, 1, beyond,

@@ -3,12 +3,13 @@
 import numpy as np
 
 from photonmap.kernels import vec, warp
-from photonmap.kernels.bands import attenuate, divide
+from photonmap.kernels.albedo import absorb, paint
+from photonmap.kernels.bands import divide
 from photonmap.kernels.beyond import largest, smoothness
 from photonmap.kernels.jit import jit
 from photonmap.kernels.light import emit, start_flux
+from photonmap.kernels.opaque import hit
 from photonmap.kernels.optics import leave
-from photonmap.kernels.ray import intersect
 from photonmap.kernels.rng import draw, sobol_2d, stream
 from photonmap.kernels.store import cell_at
 from photonmap.kernels.surface import meet
@@ -45,13 +46,14 @@ def _pass_smooth(geometry, optics, triangle, u, v, direction, flux, state):
 
 @jit
 def _trace(
-    geometry, materials, optics, cells, index, key, origin, direction, flux, bounces, radiosity
-):
+    geometry, materials, optics, textures, cells, index, key, origin, direction, flux, bounces,
+    radiosity,
+):  # fmt: skip
     """Follow one photon until it dies; return (stores, 1 if it was cut at `bounces`)."""
     state = stream(key, SURVIVE, index)
     stores = 0
     for bounce in range(bounces):
-        triangle, u, v, _ = intersect(geometry.scene, origin, direction)
+        triangle, u, v, _ = hit(geometry, origin, direction)
         if triangle < 0:
             return stores, 0
         passed, origin, direction, state = _pass_smooth(
@@ -66,8 +68,8 @@ def _trace(
         # tracing": flux through the geometric surface becomes irradiance about ns; leaving
         # about ng takes up the other two cosines of his adjoint factor.
         factor = max(0.0, -vec.dot(ns, direction)) / max(1e-9, -vec.dot(ng, direction))
-        material = geometry.material[triangle]
-        before, after = attenuate(flux, materials.reflectance, material, factor)
+        color = paint(geometry, textures, triangle, u, v)
+        before, after = absorb(flux, materials, textures, color, factor)
         density = cells.inverse_area[triangle, side]
         cell = cell_at(cells, triangle, side, u, v)
         stores += 1
@@ -85,8 +87,9 @@ def _trace(
 
 @jit
 def trace_photons(
-    geometry, materials, lights, optics, cells, key, first, last, total, bounces, flux, radiosity
-):
+    geometry, materials, lights, optics, textures, cells, key, first, last, total, bounces, flux,
+    radiosity,
+):  # fmt: skip
     """Trace photons first..last of `total`, in order, and fill `radiosity`, (cells, N) float32.
 
     `flux` is scratch, (N,) float32. Returns (stores, photons cut at `bounces`).
@@ -96,12 +99,15 @@ def trace_photons(
     place_key, aim_key = stream(key, PLACE, 0), stream(key, AIM, 0)
     for index in range(first, last):
         place, aim = sobol_2d(index, place_key), sobol_2d(index, aim_key)
-        emitter, weight, origin, direction = emit(geometry, lights, place, aim)
-        start_flux(flux, lights, emitter, direction, weight / total)
+        emitter, weight, spot, origin, direction = emit(geometry, lights, place, aim)
+        start_flux(flux, lights, emitter, spot, direction, weight / total)
+        if largest(flux) == 0.0:
+            continue
         counts = _trace(
             geometry,
             materials,
             optics,
+            textures,
             cells,
             index,
             key,

@@ -3,10 +3,11 @@
 import numpy as np
 
 from photonmap.kernels import warp
+from photonmap.kernels.albedo import albedo
 from photonmap.kernels.film import camera_ray
 from photonmap.kernels.jit import jit
 from photonmap.kernels.light import add_emitted, emitted
-from photonmap.kernels.ray import intersect
+from photonmap.kernels.opaque import hit
 from photonmap.kernels.records import (
     CAUSTIC,
     DIRECT,
@@ -48,11 +49,11 @@ def see(geometry, lights, camera, film, pixel, x, y, share, pixels):
     hit is as from `meet`, ray = (u, v, direction): where on the triangle it came, and how.
     """
     direction = camera_ray(camera, pixel % film.width + x, pixel // film.width + y)
-    triangle, u, v, _ = intersect(geometry.scene, camera.origin, direction)
+    triangle, u, v, _ = hit(geometry, camera.origin, direction)
     side = side_of(geometry, triangle, direction) if triangle >= 0 else 0
     emitter = emitted(geometry, lights, triangle, side)
     if emitter >= 0:
-        add_emitted(pixels.emission, pixel, lights, emitter, direction, share)
+        add_emitted(pixels.emission, pixel, lights, emitter, (u, v), direction, share)
     if triangle < 0:
         return triangle, (camera.origin, direction, direction, 0), (u, v, direction)
     pixels.coverage[pixel] += share
@@ -60,25 +61,25 @@ def see(geometry, lights, camera, film, pixel, x, y, share, pixels):
 
 
 @jit
-def reflect_caustics(seen, materials, material, share, pixel, irradiance):
+def reflect_caustics(seen, materials, textures, color, share, pixel, irradiance):
     """Add a first hit's caustics, row CAUSTIC of irradiance, to `seen`, if there is one."""
     if seen is None:
         return
     for band in range(irradiance.shape[1]):
         light = share * irradiance[CAUSTIC, band]
-        albedo = materials.reflectance[material, band]
+        rho = albedo(materials, textures, color, band)
         seen[LIT_BY_CAUSTIC, pixel, band] += light
-        seen[FIRST_CAUSTIC, pixel, band] += albedo * light * np.float32(warp.INV_PI)
+        seen[FIRST_CAUSTIC, pixel, band] += rho * light * np.float32(warp.INV_PI)
 
 
 @jit
-def reflect(materials, material, share, pixel, irradiance, pixels):
-    """Add a sample's irradiance, (2, N), and what its material makes of it to a pixel."""
+def reflect(materials, textures, color, share, pixel, irradiance, pixels):
+    """Add a sample's irradiance, (2, N), and what its paint makes of it to a pixel."""
     for band in range(irradiance.shape[1]):
-        albedo = materials.reflectance[material, band] * share
+        rho = albedo(materials, textures, color, band) * share
         direct, indirect = irradiance[DIRECT, band], irradiance[INDIRECT, band]
-        pixels.reflectance[pixel, band] += albedo
-        pixels.direct[pixel, band] += albedo * direct * np.float32(warp.INV_PI)
-        pixels.indirect[pixel, band] += albedo * indirect * np.float32(warp.INV_PI)
+        pixels.reflectance[pixel, band] += rho
+        pixels.direct[pixel, band] += rho * direct * np.float32(warp.INV_PI)
+        pixels.indirect[pixel, band] += rho * indirect * np.float32(warp.INV_PI)
         pixels.irradiance_direct[pixel, band] += share * direct
         pixels.irradiance_indirect[pixel, band] += share * indirect

@@ -4,7 +4,7 @@ from photonmap.kernels import vec, warp
 from photonmap.kernels.film import camera_ray
 from photonmap.kernels.jit import jit
 from photonmap.kernels.light import emit, sample_direct
-from photonmap.kernels.ray import intersect, occluded
+from photonmap.kernels.opaque import blocked, hit
 from photonmap.kernels.rng import draw, stream
 from photonmap.kernels.surface import meet
 
@@ -18,7 +18,7 @@ def view_points(geometry, camera, film, key, points, normals):
         x, state = draw(state)
         y, state = draw(state)
         direction = camera_ray(camera, x * film.width, y * film.height)
-        triangle, u, v, _ = intersect(geometry.scene, camera.origin, direction)
+        triangle, u, v, _ = hit(geometry, camera.origin, direction)
         if triangle >= 0 and count < len(points):
             point, ng, _, _ = meet(geometry, triangle, u, v, direction)
             for axis in range(3):
@@ -35,7 +35,7 @@ def _sees(geometry, point, ng, points, normals, count, start):
         segment = vec.sub(vec.row(points, i), point)
         if vec.dot(segment, ng) <= 0.0 or vec.dot(segment, vec.row(normals, i)) >= 0.0:
             continue
-        if not occluded(geometry.scene, point, segment, 1.0):
+        if not blocked(geometry, point, segment, 1.0):
             return True
     return False
 
@@ -53,9 +53,9 @@ def reaches_view(geometry, lights, key, paths, bounces, points, normals, count):
             return True
         s, state = draw(state)
         t, state = draw(state)
-        _, _, origin, direction = emit(geometry, lights, (u, v), (s, t))
+        _, _, _, origin, direction = emit(geometry, lights, (u, v), (s, t))
         for _ in range(bounces):
-            triangle, u, v, _ = intersect(geometry.scene, origin, direction)
+            triangle, u, v, _ = hit(geometry, origin, direction)
             if triangle < 0:
                 break
             origin, ng, _, _ = meet(geometry, triangle, u, v, direction)

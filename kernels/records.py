@@ -14,10 +14,67 @@ DIRECT, INDIRECT, CAUSTIC = 0, 1, 2
 """Rows of a sample's irradiance, (2, N), or (3, N) where the scene has smooth surfaces."""
 MIRROR, GLASS = 1, 2
 """Kinds of smooth surfaces; 0 is none."""
+BYTES, SRGB, FLOATS = 0, 1, 2
+"""Kinds of texels: linear bytes, sRGB bytes, linear float32; the first two are rows of a table."""
 FIRST_CAUSTIC, LIT_BY_CAUSTIC, SEEN_DIRECT, SEEN_INDIRECT, SEEN_CAUSTIC = 0, 1, 2, 3, 4
 """Rows of `seen`, (5, P, N) float32, what a pass estimates beside `Pixels` where there are smooth
 surfaces: caustics reflected by first hits, and their irradiance there; and what is seen in smooth
 surfaces of direct, indirect and caustic light."""
+
+
+class Maps(NamedTuple):
+    """Images as surfaces use them, one row for each of R uses: see `texels`."""
+
+    address: np.ndarray
+    """(R,) int64, of the first texel"""
+    shape: np.ndarray
+    """(R, 3) int32, rows, columns, and channels (1 or 3)"""
+    kind: np.ndarray
+    """(R,) uint8: BYTES, SRGB or FLOATS"""
+    clamp: np.ndarray
+    """(R,) uint8, 1 where edges go on outside the unit square; otherwise the image repeats"""
+    place: np.ndarray
+    """(R, 4) float64, scale of u and v, then their offset"""
+    factor: np.ndarray
+    """(R, 3) float64, of red, green and blue"""
+    tables: np.ndarray
+    """(2, 256) float32, linear values of bytes"""
+
+
+class Alpha(NamedTuple):
+    """How much of a surface is there; a scene whose surfaces are all whole has None instead."""
+
+    value: np.ndarray
+    """(M,) float64, opacity where there is no texture"""
+    image: np.ndarray
+    """(M,) int32, row of `maps`, -1 for none"""
+    maps: Maps
+
+
+class Textures(NamedTuple):
+    """Reflectances that vary over surfaces; a scene without any has None in its place."""
+
+    maps: Maps
+    reflectance: np.ndarray
+    """(M,) int32, row of `maps`, -1 for none"""
+    basis: np.ndarray
+    """(3, N) float32, which makes reflectances of linear RGB"""
+
+
+class Glow(NamedTuple):
+    """Lamps whose radiance varies over them."""
+
+    maps: Maps
+    slot: np.ndarray
+    """(R,) int32, which of E textures a row of `Lights.spectra` stands for, -1 for none"""
+    image: np.ndarray
+    """(E,) int32, row of `maps`"""
+    basis: np.ndarray
+    """(3 E, N) float32, three rows for each, which make radiances of linear RGB"""
+    uv: np.ndarray
+    """(V, 2) float32"""
+    triangles: np.ndarray
+    """(T, 3) int32"""
 
 
 class Geometry(NamedTuple):
@@ -37,13 +94,17 @@ class Geometry(NamedTuple):
     """(T,) int32"""
     emitter: np.ndarray
     """(T,) int32, -1 for a triangle that does not emit"""
+    uv: np.ndarray
+    """(V, 2) float32, (0, 2) in a scene without textures"""
+    alpha: Alpha | None
+    """None where all surfaces are opaque"""
 
 
 class Materials(NamedTuple):
     """What surfaces do with light."""
 
     reflectance: np.ndarray
-    """(M, N) float32"""
+    """(M, N) float32, of textures the mean"""
 
 
 class Optics(NamedTuple):
@@ -98,7 +159,7 @@ class Lights(NamedTuple):
     """(K,) int32, row of `spectra`"""
     spectra: np.ndarray
     """(R, N) float32: radiance, intensity (POINT, SPOT) or irradiance (DIRECTIONAL); of an
-    environment the mean"""
+    environment or a texture the mean"""
     cumulative: np.ndarray
     """(K,) float64, rises to 1 in proportion to power"""
     dome: int
@@ -107,6 +168,8 @@ class Lights(NamedTuple):
     """of a sphere around the origin that holds the scene"""
     environment: Environment | None
     """what the dome looks like; None where it is the same all around, or where there is none"""
+    glow: Glow | None
+    """None without textured lamps"""
 
 
 class Camera(NamedTuple):

@@ -7,7 +7,7 @@ from photonmap.kernels.beyond import smoothness
 from photonmap.kernels.film import FLAT, camera_ray, morton, note_hit
 from photonmap.kernels.jit import jit
 from photonmap.kernels.light import sample_direct
-from photonmap.kernels.ray import intersect
+from photonmap.kernels.opaque import hit
 from photonmap.kernels.rng import sobol_2d, stream
 from photonmap.kernels.surface import meet, point_at
 
@@ -19,7 +19,7 @@ NEAREST = 1e-6
 def _nearness(geometry, point, ns, u, v):
     """Return 1 / distance to what a cosine-distributed ray meets, 0 where it meets nothing."""
     direction = vec.from_frame(warp.cosine_hemisphere(u, v), ns)
-    triangle, u, v, _ = intersect(geometry.scene, point, direction)
+    triangle, u, v, _ = hit(geometry, point, direction)
     if triangle < 0:
         return 0.0
     step = vec.sub(point_at(geometry, triangle, u, v)[0], point)
@@ -38,7 +38,7 @@ def survey_pixels(geometry, lights, optics, camera, film, samples, key, first, l
         for sample in range(samples):
             x, y = sobol_2d(base + sample, keys[FILM]) if film.jitter else (0.5, 0.5)
             direction = camera_ray(camera, column + x, row + y)
-            triangle, u, v, _ = intersect(geometry.scene, camera.origin, direction)
+            triangle, u, v, _ = hit(geometry, camera.origin, direction)
             if triangle < 0:
                 continue
             point, ng, ns, _ = meet(geometry, triangle, u, v, direction)
@@ -47,7 +47,9 @@ def survey_pixels(geometry, lights, optics, camera, film, samples, key, first, l
             if smoothness(geometry, optics, triangle) > 0.0:
                 survey.smooth[pixel] = 1
             at = sobol_2d(base + sample, keys[LIGHT])
-            emitter, weight, _ = sample_direct(geometry, lights, point, ng, ns, at[0], at[1], 1, 0)
+            emitter, weight, _, _ = sample_direct(
+                geometry, lights, point, ng, ns, at[0], at[1], 1, 0
+            )
             lit += weight > 0.0
             blocked += emitter >= 0 and weight == 0.0
             at = sobol_2d(base + sample, keys[GATHER])

@@ -1,7 +1,8 @@
 """Paths from surface to surface, ended by the irradiance store where it can answer."""
 
 from photonmap.kernels import vec, warp
-from photonmap.kernels.bands import add_product, attenuate, divide
+from photonmap.kernels.albedo import absorb, paint
+from photonmap.kernels.bands import add_product, divide
 from photonmap.kernels.beyond import pass_smooth
 from photonmap.kernels.caustics import add_caustics
 from photonmap.kernels.jit import jit, outlined
@@ -12,7 +13,7 @@ from photonmap.kernels.light import (
     weigh_hit,
     weigh_miss,
 )
-from photonmap.kernels.ray import intersect
+from photonmap.kernels.opaque import hit as first_hit
 from photonmap.kernels.records import CAUSTIC, INDIRECT
 from photonmap.kernels.rng import draw
 from photonmap.kernels.store import answers, cell_at
@@ -39,21 +40,21 @@ def walk(scene, store, caustics, hit, part, bounces, state, throughput, irradian
     plain path tracing; with them, they answer for caustics after the first hit, whose own they
     leave to the caller. `throughput` is used up; returns the random state.
     """
-    geometry, materials, lights, optics = scene
+    geometry, materials, lights, optics, textures = scene
     cells, radiosity = store
     point, ng, ns, _ = hit
     for bounce in range(bounces):
         u, state = draw(state)
         v, state = draw(state)
-        emitter, weight, aim = sample_direct(geometry, lights, point, ng, ns, u, v, 1, 1)
+        emitter, weight, place, aim = sample_direct(geometry, lights, point, ng, ns, u, v, 1, 1)
         if weight > 0.0:
-            add_emitted_product(irradiance, part, lights, emitter, aim, throughput, weight)
+            add_emitted_product(irradiance, part, lights, emitter, place, aim, throughput, weight)
         u, state = draw(state)
         v, state = draw(state)
         direction = vec.from_frame(warp.cosine_hemisphere(u, v), ns)
         if vec.dot(ng, direction) <= 0.0:
             break
-        triangle, u, v, distance = intersect(geometry.scene, point, direction)
+        triangle, u, v, distance = first_hit(geometry, point, direction)
         side = side_of(geometry, triangle, direction) if triangle >= 0 else 0
         emitter = emitted(geometry, lights, triangle, side)
         cosine = vec.dot(ns, direction)
@@ -61,14 +62,16 @@ def walk(scene, store, caustics, hit, part, bounces, state, throughput, irradian
             if emitter >= 0:
                 weight = weigh_miss(lights, direction, cosine, 1, 1)
                 add_emitted_product(
-                    irradiance, part, lights, emitter, direction, throughput, weight
+                    irradiance, part, lights, emitter, (u, v), direction, throughput, weight
                 )
             break
         origin = point
         if emitter >= 0:
             point, _, _, _ = meet(geometry, triangle, u, v, direction)
             weight = weigh_hit(geometry, lights, emitter, origin, point, direction, cosine, 1, 1)
-            add_emitted_product(irradiance, part, lights, emitter, direction, throughput, weight)
+            add_emitted_product(
+                irradiance, part, lights, emitter, (u, v), direction, throughput, weight
+            )
         bright = _row_of_lamps(caustics, bounce)
         triangle, u, v, direction, state = pass_smooth(
             geometry, lights, optics, bright, triangle, u, v, direction, state, throughput,
@@ -82,8 +85,8 @@ def walk(scene, store, caustics, hit, part, bounces, state, throughput, irradian
             cell = cell_at(cells, triangle, side, u, v)
             add_product(irradiance, part, radiosity, cell, throughput, 1.0)
             break
-        material = geometry.material[triangle]
-        _, survival = attenuate(throughput, materials.reflectance, material, 1.0)
+        color = paint(geometry, textures, triangle, u, v)
+        _, survival = absorb(throughput, materials, textures, color, 1.0)
         if survival == 0.0:
             break
         add_caustics(caustics, point, ng, throughput, irradiance, INDIRECT)

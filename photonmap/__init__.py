@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from photonmap.scene import Camera, Material, Mesh, Scene
     from photonmap.spectra.curves import Spectrum, SpectrumSet
     from photonmap.spectra.text import emission, reflectance
+    from photonmap.textures import Texture
 
 __version__ = "0.1.0"
 
@@ -54,6 +55,7 @@ _HOMES = {
     "load_scene": "readers.scene_file",
     "Spectrum": "spectra.curves",
     "SpectrumSet": "spectra.curves",
+    "Texture": "textures",
     "emission": "spectra.text",
     "reflectance": "spectra.text",
 }

@@ -34,10 +34,19 @@ class Accumulator:
     bands : N
     workers : that share the work
     smooth : the scene has smooth surfaces; 24 bytes more
+    weights : (N,) how many bands a column stands for in the error; 1 each by default
     """
 
-    def __init__(self, size: int, bands: int, workers: Workers, smooth: bool = False) -> None:
+    def __init__(
+        self,
+        size: int,
+        bands: int,
+        workers: Workers,
+        smooth: bool = False,
+        weights: NDArray[np.float64] | None = None,
+    ) -> None:
         self.count = 0
+        self._weights = np.ones(bands) if weights is None else weights
         self._size, self._workers = size, workers
         self._moments = Moments(
             *(np.zeros((size, bands)) for _ in range(MEANS)),
@@ -90,12 +99,14 @@ class Accumulator:
             return 0.0
         mean = totals[:-1] / totals[-1]
         sums = self._workers.ranges(
-            lambda first, last: sum_relative_variance(moments, mean, self.count, first, last),
+            lambda first, last: sum_relative_variance(
+                moments, mean, self._weights, self.count, first, last
+            ),
             self._size,
             RANGE,
             whole=True,
         )
-        return math.sqrt(math.fsum(sums) / (totals[-1] * bands))
+        return math.sqrt(math.fsum(sums) / (totals[-1] * self._weights.sum()))
 
     def finish(self, scale: float) -> tuple[Buffers, Buffers]:
         """Return the buffers and their standard errors, each (P, N) float32.

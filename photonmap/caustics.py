@@ -82,6 +82,12 @@ class CausticTracer:
         return origins, (places, flux)
 
 
+def no_caustics(bands: int) -> Caustics:
+    """Return a map without photons."""
+    places, flux = np.empty((0, 6), np.float32), np.empty((0, bands), np.float32)
+    return Caustics(places, flux, np.zeros(1, np.int32), 1.0)
+
+
 def _guide(origins: NDArray[np.float32]) -> Guide:
     """Return where to send photons: in part as those of a pilot that arrived, in part anywhere."""
     tables = []

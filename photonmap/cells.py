@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.kernels.opaque import measure_cells
 from photonmap.kernels.records import Cells, Geometry
 
 DIRECTIONS = 4
@@ -39,6 +40,25 @@ def lay_cells(geometry: Geometry, areas: NDArray[np.float64], area: float) -> tu
     both = np.stack([first, first + one_side], axis=1).astype(np.int32)
     inverse = np.repeat((1.0 / cell_area).astype(np.float32)[:, None], 2, axis=1)
     return Cells(both, divisions, inverse), 2 * one_side
+
+
+LEAST_FILL = 1 / 64
+"""Part of a cell that is surface, at least, if light was found there."""
+
+
+def measure_fill(
+    geometry: Geometry, areas: NDArray[np.float64], cells: Cells, count: int
+) -> NDArray[np.float32] | None:
+    """Return which part of each cell is surface, (count, 1); None where all surfaces are opaque.
+
+    What photons leave in a cell, over its area, is radiosity times that.
+    """
+    if geometry.alpha is None:
+        return None
+    whole, there = np.zeros(count), np.zeros(count)
+    measure_cells(geometry, geometry.alpha, cells, areas, whole, there)
+    fill = np.divide(there, whole, out=np.ones(count), where=whole > 0.0)
+    return np.maximum(fill, LEAST_FILL).astype(np.float32)[:, None]
 
 
 def _group_neighbours(

@@ -74,7 +74,7 @@ def _run(options: argparse.Namespace) -> None:
         with listening() as told:
             start = time.perf_counter()
             progress.stage("load")
-            scene = load_scene(options.scene)
+            scene = load_scene(options.scene, options.missing_textures)
             scene.camera = _camera(options, scene)
             loading = time.perf_counter() - start
             from photonmap.render import render
@@ -91,6 +91,8 @@ def _run(options: argparse.Namespace) -> None:
                 seed=options.seed,
                 threads=options.threads,
                 method=options.method,
+                effects=options.effects,
+                per_light=options.per_light,
                 progress=progress,
             )
         # What is done is kept, however often Ctrl-C is pressed.
@@ -137,6 +139,7 @@ def _report(record: dict[str, Any], output: str) -> None:
     if record["camera"]["framed"]:
         x, y, z = record["camera"]["origin"]
         print(f"no camera given: framed from +z, at {x:.6g},{y:.6g},{z:.6g}")
+    print(_effect_table(record["effects"]))
     error = "unknown" if record["error"] is None else f"{record['error']:.4f}"
     state = "interrupted after " if record["interrupted"] else ""
     print(
@@ -144,6 +147,15 @@ def _report(record: dict[str, Any], output: str) -> None:
         f"error {error}: {output}, {Path(output).with_suffix('.png')}, "
         f"{Path(output).with_suffix('.json')}"
     )
+
+
+def _effect_table(effects: dict[str, Any]) -> str:
+    """Lay out what was simulated, and why."""
+    lines = []
+    for name, effect in effects.items():
+        spent = "" if effect["seconds"] is None else f" ({effect['seconds']:.1f} s)"
+        lines.append(f"{name:<13} {'on ' if effect['on'] else 'off'}  {effect['why']}{spent}")
+    return "\n".join(lines)
 
 
 def _show_warning(
@@ -220,7 +232,24 @@ def _parser() -> argparse.ArgumentParser:
         default="photon",
         help="photon mapping, or the plain path tracer that checks it",
     )
+    work.add_argument(
+        "--effects",
+        default="auto",
+        metavar="LIST",
+        help="auto: what the scene calls for (default); all; or names, separated by commas",
+    )
+    work.add_argument(
+        "--per-light",
+        action="store_true",
+        help="split direct, indirect, caustics and shading by groups of lights",
+    )
     files = parser.add_argument_group("files")
+    files.add_argument(
+        "--missing-textures",
+        choices=("error", "grey"),
+        default="error",
+        help="what becomes of an MTL file's textures that cannot be read (default: error)",
+    )
     files.add_argument("--output", metavar="FILE.exr", help="default: SCENE's name, here")
     files.add_argument(
         "--buffers",

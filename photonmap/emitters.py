@@ -30,7 +30,7 @@ from photonmap.lights import (
     spot_axis,
 )
 from photonmap.scene import Material
-from photonmap.spectra.curves import Color
+from photonmap.textures import Paint, Pictures, mean_color
 from photonmap.vectors import unit
 
 _KINDS = {
@@ -65,6 +65,7 @@ def collect_emitters(
     bands: Bands,
     center: NDArray[np.float64],
     size: float,
+    pictures: Pictures,
 ) -> Emitters:
     """Collect all emitters, at a total power of 1.
 
@@ -73,6 +74,7 @@ def collect_emitters(
     geometry : in the kernels' units
     material : (T,) index into materials
     center, size : of the scene, to turn lights' positions into the kernels' units
+    pictures : the materials' textures
 
     Raises
     ------
@@ -133,16 +135,20 @@ def collect_emitters(
         dome,
         radius,
         sky.record(power) if sky and dome >= 0 else None,
+        pictures.glow(bands, power, len(spectra), geometry.uv, geometry.triangles),
     )
     names = lamp_names + [light.name for light in shining]
     groups = lamp_names + [light.group or light.name for light in shining]
     return Emitters(record, names, groups, of_triangle, power)
 
 
-def emission_of(color: Color, bands: Bands, owner: str) -> NDArray[np.float64]:
-    """Return a colour's emission per band, (N,); InputError names its owner if it is no light."""
+def emission_of(color: Paint, bands: Bands, owner: str) -> NDArray[np.float64]:
+    """Return the emission per band, (N,), of a colour, or of a texture the mean.
+
+    InputError names its owner if it is no light.
+    """
     with naming(owner):
-        values = bands.emission(color)
+        values = bands.emission(mean_color(color))
     if not (np.isfinite(values).all() and (values >= 0.0).all()):
         raise InputError(f"{owner} emits {values.min():.6g}: emission is finite and not negative")
     return values

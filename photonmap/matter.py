@@ -12,17 +12,20 @@ from photonmap.errors import InputError, naming, warn
 from photonmap.kernels import records
 from photonmap.messages import listed
 from photonmap.scene import Material
-from photonmap.spectra.curves import LARGEST_REFLECTANCE, Color
+from photonmap.spectra.curves import LARGEST_REFLECTANCE
+from photonmap.textures import Paint, Texture, mean_color
 
 Floats = NDArray[np.float64]
 
 
 def collect_matter(
     materials: list[Material], bands: Bands
-) -> tuple[records.Materials, records.Optics | None]:
+) -> tuple[records.Materials, records.Optics | None, Floats]:
     """Return what M materials do with light; None for the smooth part where there is none.
 
-    Where diffuse and mirror reflectance add up to more than 1, both are scaled, with a warning.
+    Textures count with their mean. Where diffuse and mirror reflectance add up to more than 1,
+    anywhere on a texture, both are scaled, with a warning; the last array, (M,), is what they
+    were divided by.
 
     Raises
     ------
@@ -38,24 +41,24 @@ def collect_matter(
             raise InputError(
                 f"material {material.name!r} is glass; set its reflectance and mirror to 0"
             )
-    _bound(materials, reflectance, mirror)
+    shrink = _bound(materials, reflectance, mirror)
     matter = records.Materials(reflectance.astype(np.float32))
     kind = np.select(
         [ior > 0.0, mirror.any(axis=1)], [records.GLASS, records.MIRROR], default=0
     ).astype(np.uint8)
     if not kind.any():
-        return matter, None
+        return matter, None, shrink
     polished, dull = mirror.mean(axis=1), reflectance.mean(axis=1)
     chance = np.where(kind == records.MIRROR, polished / np.maximum(polished + dull, 1e-300), 0.0)
     chance[kind == records.GLASS] = 1.0
     optics = records.Optics(kind, mirror.astype(np.float32), ior, tint.astype(np.float32), chance)
-    return matter, optics
+    return matter, optics, shrink
 
 
-def _part(material: Material, name: str, color: Color, bands: Bands) -> Floats:
+def _part(material: Material, name: str, color: Paint, bands: Bands) -> Floats:
     """Return the bands of one of a material's reflectances, (N,), cut to 1."""
     with naming(f"material {material.name!r}: {name}"):
-        values = bands.reflectance(color)
+        values = bands.reflectance(mean_color(color))
     bad = ~((values >= 0.0) & (values <= LARGEST_REFLECTANCE))
     if bad.any():
         band = bands.names[int(np.argmax(bad))]
@@ -77,9 +80,13 @@ def _ior(material: Material) -> float:
     return float(material.ior)
 
 
-def _bound(materials: list[Material], reflectance: Floats, mirror: Floats) -> None:
-    """Scale rows that reflect more than they receive, in place, and say so."""
+def _bound(materials: list[Material], reflectance: Floats, mirror: Floats) -> Floats:
+    """Scale rows that reflect more than they receive, in place, and say so: return divisors."""
     most = (reflectance + mirror).max(axis=1)
+    for index, material in enumerate(materials):
+        if isinstance(material.reflectance, Texture):
+            largest = min(material.reflectance.largest, 1.0)
+            most[index] = largest + mirror[index].max()
     excess = most > LARGEST_REFLECTANCE
     if excess.any():
         names = [material.name for material, much in zip(materials, excess, strict=True) if much]
@@ -87,3 +94,4 @@ def _bound(materials: list[Material], reflectance: Floats, mirror: Floats) -> No
     factor = np.maximum(most, 1.0)[:, None]
     reflectance /= factor
     mirror /= factor
+    return factor[:, 0]

@@ -9,22 +9,33 @@ from photonmap.passes import CELLS_PER_PHOTON, bundle_count
 BUFFERS = 12
 """Float32 buffers of N bands in a result: six, and their errors."""
 PASS_BUFFERS = 7
+SMOOTH_BYTES_PER_VALUE = 60
+"""Moments, passes and buffers of caustics and of what mirrors and glass show."""
 BYTES_PER_PIXEL = 120
 BYTES_PER_TRIANGLE = 300
 """Arrays, Embree's tree, and what its construction needs for a moment."""
 BASE = 250e6
 
 
-def estimate_memory(pixels: int, bands: int, photons: int, triangles: int) -> float:
-    """Return the bytes that a render needs at its peak, the interpreter included."""
-    values = pixels * bands * (BYTES_PER_VALUE + 4 * max(PASS_BUFFERS, BUFFERS))
+def estimate_memory(
+    pixels: int, bands: int, photons: int, triangles: int, smooth: bool = False
+) -> float:
+    """Return the bytes that a render needs at its peak, the interpreter included.
+
+    `bands` counts those of the whole and of each group of lights that is split off; `smooth` tells
+    of mirrors or glass.
+    """
+    each = BYTES_PER_VALUE + 4 * max(PASS_BUFFERS, BUFFERS) + SMOOTH_BYTES_PER_VALUE * smooth
+    values = pixels * bands * each
     cells = 2.0 * photons * CELLS_PER_PHOTON * bands * 4 * (bundle_count(photons) + 2)
     return BASE + values + cells + BYTES_PER_PIXEL * pixels + BYTES_PER_TRIANGLE * triangles
 
 
-def check_memory(pixels: int, bands: int, photons: int, triangles: int) -> None:
+def check_memory(
+    pixels: int, bands: int, photons: int, triangles: int, smooth: bool = False
+) -> None:
     """Raise InputError, with the numbers, where a render needs more than is free."""
-    need = estimate_memory(pixels, bands, photons, triangles)
+    need = estimate_memory(pixels, bands, photons, triangles, smooth)
     free = psutil.virtual_memory().available
     if need > free:
         raise InputError(

@@ -198,9 +198,14 @@ def sensitivity_texts(bands: Bands) -> tuple[str, ...]:
     return tuple(texts)
 
 
+def _base(part: str) -> str:
+    """Return the buffer of `BUFFERS` that a part holds: "direct" of "direct@sun.error"."""
+    return part.removesuffix(_ERROR).partition("@")[0]
+
+
 def _channels(part: str, bands: Bands) -> list[str]:
     """Return the names of a part's channels, in the order of the buffer's last axis."""
-    buffer = part.removesuffix(_ERROR)
+    buffer = _base(part)
     if buffer in _CHANNELS:
         return list(_CHANNELS[buffer])
     if bands.centroids is None:

@@ -13,13 +13,25 @@ from typing import Literal
 
 import numpy as np
 
-from photonmap.caustics import CausticTracer
-from photonmap.cells import lay_cells
+from photonmap.caustics import CausticTracer, no_caustics
+from photonmap.cells import lay_cells, measure_fill
+from photonmap.effects import EffectPlan
 from photonmap.emitters import triangle_areas
 from photonmap.kernels.eye import camera_pass
 from photonmap.kernels.path import path_pass
 from photonmap.kernels.photon import trace_photons
-from photonmap.kernels.records import Caustics, Cells, Film, Pixels, Plan
+from photonmap.kernels.records import (
+    FIRST_CAUSTIC,
+    LIT_BY_CAUSTIC,
+    SEEN_CAUSTIC,
+    SEEN_DIRECT,
+    SEEN_INDIRECT,
+    Caustics,
+    Cells,
+    Film,
+    Pixels,
+    Plan,
+)
 from photonmap.kernels.share import share
 from photonmap.kernels.store import join
 from photonmap.prepare import Prepared
@@ -71,7 +83,9 @@ class Passes:
         seed: int,
         workers: Workers,
         method: Literal["photon", "path"] = "photon",
+        plan: EffectPlan | None = None,
     ) -> None:
+        self._effects = plan
         self._scene = prepared.arrays
         self._smooth = prepared.optics is not None
         self._caustics: CausticTracer | None = None
@@ -85,9 +99,10 @@ class Passes:
         self._areas = triangle_areas(prepared.geometry)
         self._level = -1
         self._cells: tuple[Cells, int]
+        self._fill: np.ndarray | None = None
         self._bundles = np.empty((0, 0, 0), np.float32)
         self._plan: Plan | None = None
-        self.photon_seconds = 0.0
+        self.photon_seconds = self.caustic_seconds = 0.0
         self.photons = self.stores = self.cut = self.rays = 0
 
     def run(self, index: int) -> Pixels:
@@ -96,16 +111,46 @@ class Passes:
         So is `seen`, what the pass saw in smooth surfaces; None where there are none.
         """
         if self._method == "path":
-            return self._trace_paths(index)
+            return self._leave_out(self._trace_paths(index))
         start = time.perf_counter()
-        store, caustics = self._trace_photons(index), self._trace_caustics(index)
+        store = self._trace_photons(index) if self._on("indirect") else empty_store(self._bands)
+        traced = time.perf_counter()
+        caustics = self._trace_caustics(index)
+        self.caustic_seconds += time.perf_counter() - traced
         self.photon_seconds += time.perf_counter() - start
-        return self._share(index, self._render(index, store, caustics))
+        pixels = self._render(index, store, caustics)
+        return self._leave_out(self._share(index, pixels) if self._on("indirect") else pixels)
+
+    @property
+    def effect_seconds(self) -> dict[str, float]:
+        """Seconds of the effects that are timed apart: of their photons."""
+        spent = {"indirect": self.photon_seconds - self.caustic_seconds}
+        return spent | ({"caustics": self.caustic_seconds} if self._smooth else {})
+
+    def _on(self, effect: str) -> bool:
+        return self._effects is None or self._effects.on(effect)
+
+    def _leave_out(self, pixels: Pixels) -> Pixels:
+        """Clear what was estimated along the way, though it is to be left out."""
+        for effect, names, rows in (
+            ("emission", ("emission",), ()),
+            ("direct", ("direct", "irradiance_direct"), (SEEN_DIRECT,)),
+            ("indirect", ("indirect", "irradiance_indirect"), (SEEN_INDIRECT,)),
+            ("caustics", (), (FIRST_CAUSTIC, LIT_BY_CAUSTIC, SEEN_CAUSTIC)),
+        ):
+            if not self._on(effect):
+                for name in names:
+                    getattr(pixels, name)[:] = 0.0
+                if self.seen is not None:
+                    self.seen[list(rows)] = 0.0
+        return pixels
 
     def _trace_caustics(self, index: int) -> Caustics | None:
-        geometry, _, lights, optics = self._scene
+        geometry, _, lights, optics, _ = self._scene
         if optics is None:
             return None
+        if not self._on("caustics"):
+            return no_caustics(self._bands)
         if self._caustics is None:
             key = stream_key(self._seed, 0, CAUSTIC_PILOT)
             self._caustics = CausticTracer(
@@ -146,6 +191,8 @@ class Passes:
         self._workers.ranges(
             lambda first, last: join(self._bundles, first, last, radiosity), count, CELL_RANGE
         )
+        if self._fill is not None:
+            radiosity /= self._fill
         return cells, radiosity
 
     def _layout(self, index: int) -> tuple[Cells, int]:
@@ -154,6 +201,7 @@ class Passes:
         if level != self._level:
             cells = max(self._photons * CELLS_PER_PHOTON, 1.0) * 2.0 ** (0.5 * level)
             self._cells = lay_cells(self._scene[0], self._areas, self._areas.sum() / cells)
+            self._fill = measure_fill(self._scene[0], self._areas, *self._cells)
             self._level = level
         return self._cells
 
@@ -161,11 +209,17 @@ class Passes:
         self, index: int, store: tuple[Cells, np.ndarray], caustics: Caustics | None = None
     ) -> Pixels:
         if self._plan is None:
-            geometry, _, lights, optics = self._scene
+            geometry, _, lights, optics, _ = self._scene
             key = stream_key(self._seed, 0, SURVEY)
             self._plan = survey(
                 geometry, lights, optics, self._camera, self._film, key, self._workers
             )
+            if not self._on("indirect"):
+                none = np.zeros_like(self._plan.gathers)
+                self._plan = self._plan._replace(gathers=none)
+            if not self._on("soft_shadows"):
+                one = np.ones_like(self._plan.lights)
+                self._plan = self._plan._replace(lights=one)
             self._plan_rays = _count_rays(self._plan)
         plan, key = self._plan, stream_key(self._seed, index, CAMERA)
         self._over_pixels(
@@ -210,7 +264,7 @@ class Passes:
                 self._camera,
                 self._film,
                 SAMPLES,
-                MAX_BOUNCES,
+                MAX_BOUNCES if self._on("indirect") else 1,
                 key,
                 first,
                 last,

@@ -5,7 +5,8 @@ the factors that turn lengths and radiances back.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +18,10 @@ from photonmap.errors import InputError, warn
 from photonmap.kernels import records
 from photonmap.kernels.embree import EmbreeScene
 from photonmap.matter import collect_matter
+from photonmap.messages import listed
 from photonmap.scene import Camera, Material, Mesh, Scene
-from photonmap.spectra.curves import Color, Spectrum
+from photonmap.spectra.curves import Spectrum
+from photonmap.textures import Paint, Texture, collect_pictures, mean_color, mean_opacity
 
 
 @dataclass
@@ -30,6 +33,8 @@ class Prepared:
     lights: records.Lights
     optics: records.Optics | None
     """None in a scene without smooth surfaces"""
+    textures: records.Textures | None
+    """None in a scene without textured reflectances"""
     camera: Camera
     """in scene units"""
     center: NDArray[np.float64]
@@ -47,13 +52,21 @@ class Prepared:
     """of each emitter, (K,)"""
     counts: dict[str, int]
     embree: EmbreeScene
+    images: list[Any] = field(repr=False)
+    """texels, of which kernels have the addresses"""
 
     @property
     def arrays(
         self,
-    ) -> tuple[records.Geometry, records.Materials, records.Lights, records.Optics | None]:
+    ) -> tuple[
+        records.Geometry,
+        records.Materials,
+        records.Lights,
+        records.Optics | None,
+        records.Textures | None,
+    ]:
         """The scene as kernels take it."""
-        return self.geometry, self.materials, self.lights, self.optics
+        return self.geometry, self.materials, self.lights, self.optics, self.textures
 
     def film_camera(self, width: int, height: int) -> records.Camera:
         """Return the camera over an image of the given size, in the kernels' units."""
@@ -87,6 +100,7 @@ def prepare(scene: Scene, bands: Bands, aspect: float = 1.0) -> Prepared:
         raise InputError(f"scene {scene.name!r} has no faces: there is nothing to render")
     for mesh in meshes:
         _check_mesh(mesh)
+    meshes = _flatten(meshes)
     camera = check_camera(scene.camera) if scene.camera else None
     vertices = np.concatenate([mesh.vertices for mesh in meshes])
     low, high = vertices.min(axis=0), vertices.max(axis=0)
@@ -95,15 +109,24 @@ def prepare(scene: Scene, bands: Bands, aspect: float = 1.0) -> Prepared:
     geometry, owner = _triangles(meshes, center, size)
     index_of = {id(material): index for index, material in enumerate(materials)}
     material = np.array([index_of[id(mesh.material)] for mesh in meshes], np.int32)[owner]
-    emitters = collect_emitters(geometry, material, materials, scene.lights, bands, center, size)
-    matter, optics = collect_matter(materials, bands)
+    matter, optics, shrink = collect_matter(materials, bands)
+    pictures = collect_pictures(materials, shrink)
+    emitters = collect_emitters(
+        geometry, material, materials, scene.lights, bands, center, size, pictures
+    )
     embree = EmbreeScene(geometry.vertices, geometry.triangles)
     objects = _object_ids(meshes)
     return Prepared(
-        geometry._replace(scene=embree.address, material=material, emitter=emitters.of_triangle),
+        geometry._replace(
+            scene=embree.address,
+            material=material,
+            emitter=emitters.of_triangle,
+            alpha=pictures.holes(),
+        ),
         matter,
         emitters.lights,
         optics,
+        pictures.textures(bands),
         camera or frame_scene(vertices, aspect),
         center,
         size,
@@ -122,6 +145,7 @@ def prepare(scene: Scene, bands: Bands, aspect: float = 1.0) -> Prepared:
             "spectra": any(isinstance(color, Spectrum) for color in _colors(scene)),
         },
         embree,
+        pictures.images,
     )
 
 
@@ -140,9 +164,47 @@ def _check_mesh(mesh: Mesh) -> None:
         raise InputError(
             f"{name}: normals must be {mesh.vertices.shape}, one a vertex, not {mesh.normals.shape}"
         )
+    if mesh.uv is not None and _is_textured(mesh.material):
+        if mesh.uv.shape != (len(mesh.vertices), 2):
+            wanted = (len(mesh.vertices), 2)
+            raise InputError(f"{name}: uv must be {wanted}, one a vertex, not {mesh.uv.shape}")
+        if not np.isfinite(mesh.uv).all():
+            row = int(np.argmin(np.isfinite(mesh.uv).all(axis=1)))
+            raise InputError(f"{name}: uv {row} is {mesh.uv[row]}; give finite numbers")
 
 
-def _colors(scene: Scene) -> Iterator[Color]:
+def _is_textured(material: Material) -> bool:
+    paints = (material.reflectance, material.emission, material.alpha)
+    return any(isinstance(paint, Texture) for paint in paints)
+
+
+def _flatten(meshes: list[Mesh]) -> list[Mesh]:
+    """Give meshes without texture coordinates the mean of their textures, and say so."""
+    flat: dict[int, Material] = {}
+    named: dict[str, None] = {}
+    result = []
+    for mesh in meshes:
+        material = mesh.material
+        if mesh.uv is None and _is_textured(material):
+            named[f"{mesh.name} ({material.name})"] = None
+            if id(material) not in flat:
+                flat[id(material)] = replace(
+                    material,
+                    reflectance=mean_color(material.reflectance),
+                    emission=mean_color(material.emission),
+                    alpha=mean_opacity(material.alpha),
+                )
+            mesh = replace(mesh, material=flat[id(material)])
+        result.append(mesh)
+    if named:
+        warn(
+            f"no texture coordinates in meshes (of material) {listed(named)}: "
+            "their textures' mean is taken"
+        )
+    return result
+
+
+def _colors(scene: Scene) -> Iterator[Paint]:
     """Give all colours of a scene."""
     for mesh in scene.meshes:
         material = mesh.material
@@ -187,6 +249,8 @@ def _triangles(
     smooth = any(mesh.normals is not None for mesh in meshes)
     shading = np.concatenate([_shading_normals(mesh) for mesh in meshes]) if smooth else None
     none = np.empty(0, np.int32)
+    textured = any(_is_textured(mesh.material) for mesh in meshes)
+    uv = np.concatenate([_uv(mesh) for mesh in meshes]) if textured else None
     return records.Geometry(
         0,
         vertices,
@@ -195,7 +259,15 @@ def _triangles(
         np.zeros((0, 3), np.float32) if shading is None else shading,
         none,
         none,
+        np.zeros((0, 2), np.float32) if uv is None else uv,
+        None,
     ), owner
+
+
+def _uv(mesh: Mesh) -> NDArray[np.float32]:
+    if mesh.uv is None or not _is_textured(mesh.material):
+        return np.zeros((len(mesh.vertices), 2), np.float32)
+    return mesh.uv.astype(np.float32)
 
 
 def _shading_normals(mesh: Mesh) -> NDArray[np.float32]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterable
 from dataclasses import asdict, replace
 from typing import Any, Literal
 
@@ -16,12 +17,15 @@ import numpy as np
 from photonmap.accumulate import Accumulator
 from photonmap.bands import Bands
 from photonmap.budget import CEILING, Budget
+from photonmap.columns import Columns, carry, choose_columns, count_distinct
+from photonmap.effects import leave_out, parse_effects, plan_effects
 from photonmap.errors import InputError, listening, warn
 from photonmap.hidden_lights import warn_of_hidden_lights
 from photonmap.kernels.beyond import MOST_SMOOTH
 from photonmap.kernels.first_hit import first_hits
 from photonmap.kernels.jit import is_cached
 from photonmap.kernels.records import Film
+from photonmap.ledger import Ledger
 from photonmap.lights import EnvironmentLight, Light, PointLight
 from photonmap.memory import check_memory
 from photonmap.output import BUFFERS
@@ -32,6 +36,7 @@ from photonmap.record import describe_camera, describe_measured_sets, describe_v
 from photonmap.result import Result
 from photonmap.scene import Camera, Material, Mesh, Scene
 from photonmap.survey import TILE
+from photonmap.textures import stand_ins
 from photonmap.workers import Workers
 
 LARGEST_SIDE = 1 << 16
@@ -56,6 +61,8 @@ def render(
     seed: int = 0,
     threads: int | None = None,
     method: Literal["photon", "path"] = "photon",
+    effects: str | Iterable[str] = "auto",
+    per_light: bool = False,
     progress: Progress | None = None,
 ) -> Result:
     """Render a scene into ground-truth buffers with standard errors.
@@ -72,6 +79,9 @@ def render(
     seed : with the same passes, the same arrays bit for bit, for any number of threads
     threads : None takes every processor
     method : photon mapping, or the plain "path" tracer that arbitrates
+    effects : "auto" simulates what the scene calls for, "all" everything, and a list of names, or
+        names separated by commas, those alone: see `photonmap.effects`
+    per_light : split direct, indirect, caustics and shading by groups of lights too
     progress : is told how far the render is
 
     Returns
@@ -86,26 +96,34 @@ def render(
     start = time.perf_counter()
     progress = progress or Silent()
     bands, budget = Bands.parse(bands), Budget.choose(passes, seconds, error)
+    wanted = parse_effects(effects)
     film = _film(size, pixel)
     pixels = film.width * film.height
     photons = max(pixels, LEAST_PHOTONS) if photons is None else photons
     _check_numbers(photons, seed, threads, method)
-    check_memory(pixels, bands.count, photons, sum(len(mesh.faces) for mesh in scene.meshes))
+    faces = sum(len(mesh.faces) for mesh in scene.meshes)
+    check_memory(pixels, 1, photons, faces)
 
     with listening() as told, Workers(threads) as workers:
         prepared = prepare(scene, bands, film.width / film.height)
+        plan = plan_effects(prepared, wanted, count_distinct(prepared), bands.count)
+        prepared = leave_out(prepared, plan)
+        columns = choose_columns(prepared, plan.on("band_merging"), per_light)
+        carried = carry(prepared, columns)
+        counted = columns.count + per_light * columns.distinct
+        check_memory(pixels, counted, photons, faces, carried.optics is not None)
         loaded = time.perf_counter()
         progress.stage("compile" if is_cached() else "first compile")
         _compile(bands, workers, method, prepared)
         compiled = time.perf_counter()
         progress.stage("render")
         warn_of_hidden_lights(prepared, film, stream_key(seed, 0, PROBE))
-        run = Passes(prepared, film, bands.count, photons, seed, workers, method)
-        moments = Accumulator(pixels, bands.count, workers, prepared.optics is not None)
+        run = Passes(carried, film, columns.count, photons, seed, workers, method, plan)
+        moments = Ledger(columns, pixels, workers, carried.optics is not None)
         with workers.holding_interrupts():
             interrupted = _run_passes(run, moments, budget, progress)
-        _warn_of_cuts(run, moments, budget, time.perf_counter() - compiled)
-        outcome = _outcome(run, moments)
+        _warn_of_cuts(run, moments.whole, budget, time.perf_counter() - compiled)
+        outcome = _outcome(run, moments.whole)
         flat, errors = _finish(prepared, film, run, moments, workers)
         rendering = time.perf_counter() - compiled
 
@@ -120,6 +138,9 @@ def render(
             "threads": workers.threads,
             "method": method,
         },
+        "effects": plan.describe(run.effect_seconds),
+        "partial": plan.partial,
+        "light_groups": list(columns.groups) if per_light else [],
         "bands": bands.describe(),
         "camera": {"framed": scene.camera is None, **describe_camera(prepared.camera, film)},
         "measured_sets": describe_measured_sets(),
@@ -172,31 +193,34 @@ def _compile(
         light = EnvironmentLight(np.ones((1, 2, 3)))
     if wanted.optics is not None:
         triangle = replace(triangle, material=Material(reflectance=0.4, mirror=0.4))
+    painted = replace(triangle.material, **stand_ins(wanted))
+    triangle = replace(triangle, material=painted, uv=np.zeros((3, 2)))
     prepared = prepare(Scene([triangle], [light], camera), bands)
     film = Film(1, 1, True)
-    moments = Accumulator(1, bands.count, workers, prepared.optics is not None)
+    columns = Columns(np.arange(bands.count))
+    moments = Ledger(columns, 1, workers, prepared.optics is not None)
     run = Passes(prepared, film, bands.count, 1, 0, workers, method)
     moments.add(run.run(0), run.seen)
     moments.add(run.run(1), run.seen)
-    moments.error()
+    moments.whole.error()
     moments.finish(1.0)
     warn_of_hidden_lights(prepared, film, stream_key(0, 0, PROBE))
     _first_hits(prepared, film, workers)
 
 
-def _run_passes(run: Passes, moments: Accumulator, budget: Budget, progress: Progress) -> bool:
+def _run_passes(run: Passes, moments: Ledger, budget: Budget, progress: Progress) -> bool:
     """Take passes into the moments until the budget is spent; True if Ctrl-C ended them."""
     start = time.perf_counter()
-    error, elapsed = np.inf, 0.0
+    whole, error, elapsed = moments.whole, np.inf, 0.0
     try:
-        while not budget.is_spent(moments.count, error, elapsed):
-            moments.add(run.run(moments.count), run.seen)
-            error = moments.error()
+        while not budget.is_spent(whole.count, error, elapsed):
+            moments.add(run.run(whole.count), run.seen)
+            error = whole.error()
             elapsed = time.perf_counter() - start
-            fraction = budget.fraction(moments.count, error, elapsed)
-            progress.update(moments.count, error, fraction, elapsed, run.rays / elapsed)
+            fraction = budget.fraction(whole.count, error, elapsed)
+            progress.update(whole.count, error, fraction, elapsed, run.rays / elapsed)
     except KeyboardInterrupt:
-        if moments.count == 0:
+        if whole.count == 0:
             raise
         return True
     return False
@@ -230,16 +254,21 @@ def _outcome(run: Passes, moments: Accumulator) -> dict[str, Any]:
 
 
 def _finish(
-    prepared: Prepared, film: Film, run: Passes, moments: Accumulator, workers: Workers
+    prepared: Prepared, film: Film, run: Passes, moments: Ledger, workers: Workers
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return all buffers, in the order of `BUFFERS`, and their errors, one row a pixel."""
     light, errors = moments.finish(prepared.power)
     flat = {
         **light,
-        "unresolved": moments.unresolved() & (run.stores > 0),
+        "unresolved": moments.whole.unresolved() & (run.stores > 0),
         **_first_hits(prepared, film, workers),
     }
-    return {name: flat[name] for name in BUFFERS if name in flat}, errors
+    return {name: flat[name] for name in sorted(flat, key=_place)}, errors
+
+
+def _place(name: str) -> int:
+    """Return where a buffer stands in the order of `BUFFERS`; those of groups come last."""
+    return BUFFERS.index(name) if name in BUFFERS else len(BUFFERS)
 
 
 def _first_hits(prepared: Prepared, film: Film, workers: Workers) -> dict[str, Any]:

@@ -152,6 +152,21 @@ class Result:
         return np.zeros((height, width, self.bands.count), np.float32)
 
     @property
+    def per_light(self) -> dict[str, dict[str, Image]]:
+        """The buffers split by groups of lights: group to name to image, (H, W, N) float32.
+
+        `direct`, `indirect`, `shading`, and `caustics` where there are any; the whole buffers are
+        their sums in this order. Empty unless the render was asked to split them. Standard errors
+        go by names as in "direct@sun".
+        """
+        split: dict[str, dict[str, Image]] = {}
+        for name, image in self.buffers.items():
+            buffer, _, group = name.partition("@")
+            if group:
+                split.setdefault(group, {})[buffer] = image
+        return split
+
+    @property
     def scalar_shading(self) -> Image:
         """(H, W) float32, W·m⁻²·sr⁻¹: the mean of `shading` over the bands."""
         return self.shading.mean(axis=-1, dtype=np.float64).astype(np.float32)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from photonmap.lights import Light
 from photonmap.spectra.curves import Color
+from photonmap.textures import Paint, Texture
 from photonmap.vectors import Vector
 
 
@@ -28,16 +29,19 @@ class Material:
     mirror : reflectance of a mirror, alone or as a coat; with `reflectance` 1 at most
     ior : index of refraction of the inside, against air; None for what is no glass
     tint : what glass transmits at each crossing of its surface, in [0, 1]
+    alpha : opacity in [0, 1]: the chance that a ray does not pass straight through
 
-    A colour is a number (a constant spectrum), a linear RGB triple, or a `Spectrum`.
+    A colour is a number (a constant spectrum), a linear RGB triple, or a `Spectrum`; reflectance,
+    emission and alpha may be a `Texture`.
     """
 
     name: str = "grey"
-    reflectance: Color = 0.5
-    emission: Color = 0.0
+    reflectance: Paint = 0.5
+    emission: Paint = 0.0
     mirror: Color = 0.0
     ior: float | None = None
     tint: Color = 1.0
+    alpha: float | Texture = 1.0
 
     @classmethod
     def polished(cls, name: str = "mirror", mirror: Color = 1.0) -> Material:

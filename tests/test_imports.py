@@ -10,8 +10,9 @@ import pytest
 ROOT = Path(__file__).parent.parent
 FOUNDATION = {"numpy", "numba", "llvmlite", "embreex", "platformdirs", "photonmap.kernels"}
 TOUCH_KERNELS = {
-    "accumulate", "caustics", "cells", "emitters", "environment", "hidden_lights", "matter",
-    "passes", "prepare", "record", "render", "survey",
+    "accumulate", "caustics", "cells", "columns", "effects", "emitters", "environment",
+    "hidden_lights", "ledger", "matter", "passes", "prepare", "record", "render", "survey",
+    "textures",
 }  # fmt: skip
 
 

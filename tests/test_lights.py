@@ -256,8 +256,8 @@ def sum_power(geometry, lights, n, flux, total, worst):
         key = rng.stream(3, 0, 0)
         place = rng.sobol_2d(index, key)
         aim = rng.sobol_2d(index, rng.stream(3, 1, 0))
-        emitter, weight, _, direction = emit(geometry, lights, place, aim)
-        start_flux(flux, lights, emitter, direction, weight / n)
+        emitter, weight, spot, _, direction = emit(geometry, lights, place, aim)
+        start_flux(flux, lights, emitter, spot, direction, weight / n)
         worst[0] = max(worst[0], abs(vec.dot(direction, direction) - 1.0))
         for band in range(len(flux)):
             total[emitter, band] += flux[band]

@@ -1,12 +1,16 @@
+import base64
+import json
+
 import numpy as np
 import OpenImageIO
 import pytest
+import trimesh
 
 from photonmap.camera import check_camera
 from photonmap.errors import InputError
 from photonmap.lights import DirectionalLight, DomeLight, PointLight, SpotLight
 from photonmap.readers.scene_file import load_scene
-from photonmap.scene import Camera
+from photonmap.scene import Camera, Material
 from photonmap.spectra.curves import Spectrum
 from photonmap.spectra.munsell import munsell
 from photonmap.spectra.names import light as named_light
@@ -55,7 +59,8 @@ def test_suffix_in_capitals(load):
 
 @pytest.mark.parametrize("name", ["room.fbx", "room", "obj"])
 def test_unknown_kind(load, name):
-    with pytest.raises(InputError, match=rf"{name}: .*supported: \.obj, \.toml"):
+    every = r"\.obj, \.ply, \.stl, \.glb, \.gltf, \.toml"
+    with pytest.raises(InputError, match=rf"{name}: .*supported: {every}$"):
         load(name=name)
 
 
@@ -139,8 +144,8 @@ ROOM = (
 
 @pytest.fixture
 def room(tmp_path):
-    def load(toml, name="room.obj"):
-        (tmp_path / "room.mtl").write_text(MATERIALS)
+    def load(toml, name="room.obj", mtl=MATERIALS):
+        (tmp_path / "room.mtl").write_text(mtl)
         (tmp_path / "room.obj").write_text(ROOM)
         (tmp_path / "chip.csv").write_text("400,0.1\n700,0.9\n")
         (tmp_path / name).with_suffix(".toml").write_text(toml)
@@ -194,6 +199,18 @@ def test_a_toml_names_its_mesh(room):
         ("[material.wall]\nemission = [1, 2]\n", "room.obj", r":2: .*\[1, 2\] is no colour; write"),
         ("[material.wall]\nemission = true\n", "room.obj", r":2: .*True is no colour"),
         ("[material.wall]\nemission = -1\n", "room.obj", r":2: .*'-1' is no light"),
+        ("[material.wall]\nmirror = 1.5\n", "room.obj", r":2: .* mirror: '1.5' is no reflectance"),
+        ("[material.wall]\nior = 2\ntint = -1\n", "room.obj", r":3: .* tint: '-1' is no reflecta"),
+        ("[material.wall]\ntint = 0.5\n", "room.obj", r":2: .*only glass has one; add ior = 1.5"),
+        ("[material.wall]\nior = 0\n", "room.obj", r"toml:2: \[material.wall\] ior: 0 is no index"),
+        ("\n[material.wall]\nior = nan\n", "room.obj", r":3: .*nan is no index of refraction"),
+        ("[material.wall]\nior = true\n", "room.obj", r":2: .*True is no index of refraction"),
+        ('[material.wall]\nior = "glass"\n', "room.obj", r":2: .*'glass' is no index of refract"),
+        (
+            "[material.wall]\nior = 1.5\nmirror = 0.5\n",
+            "room.obj",
+            r":3: \[material.wall\] mirror: glass has none; leave out mirror or ior",
+        ),
         ('[material.wall]\nreflectance = "x.csv"\n', "room.obj", r":2: .*x.csv: cannot be read"),
         ("[camera]\n", "variant.toml", r'variant.toml: names no mesh; add mesh = "FILE.obj"'),
         ("mesh = 3\n", "variant.toml", r":1: mesh 3 is no name"),
@@ -205,6 +222,78 @@ def test_a_toml_names_its_mesh(room):
 def test_errors_in_materials_name_their_line(room, toml, name, message):
     with pytest.raises(InputError, match=message):
         room(toml, name)
+
+
+@pytest.mark.parametrize("name", ["room.ply", "room.stl", "room.glb", "room.gltf"])
+def test_other_kinds_of_meshes(tmp_path, name):
+    shape = trimesh.creation.box((1, 2, 3))
+    (tmp_path / name).write_bytes(exported(shape, name))
+    (mesh,) = load_scene(tmp_path / name).meshes
+    assert mesh.material.name == "default"
+    assert mesh.material.reflectance == 0.5
+    assert np.ptp(mesh.vertices, axis=0).tolist() == [1, 2, 3]
+    (tmp_path / "room.toml").write_text("[material.default]\nreflectance = [0.1, 0.2, 0.3]\n")
+    (mesh,) = load_scene(tmp_path / name).meshes
+    assert mesh.material == Material("default", (0.1, 0.2, 0.3))
+    (tmp_path / "other.toml").write_text(f'mesh = "{name}"\n[material.default]\nmirror = 0.4\n')
+    (mesh,) = load_scene(tmp_path / "other.toml").meshes
+    assert mesh.material == Material("default", 0.5, mirror=0.4)
+
+
+def exported(shape, name):
+    """Give the file of a shape that has no material of its own."""
+    shape = trimesh.Trimesh(shape.vertices, shape.faces, process=False)
+    if not name.endswith(".gltf"):
+        return shape.export(file_type=name.partition(".")[2])
+    data = np.concatenate([shape.faces.astype("<u4").ravel(), shape.vertices.astype("<f4").ravel()
+                           .view("<u4")]).tobytes()  # fmt: skip
+    views = [(0, 144, 5125, 36, "SCALAR"), (144, 96, 5126, 8, "VEC3")]
+    uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+    tree = {
+        "asset": {"version": "2.0"},
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 1}, "indices": 0}]}],
+        "accessors": [
+            {"bufferView": index, "componentType": kind, "count": count, "type": shape}
+            for index, (_, _, kind, count, shape) in enumerate(views)
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": at, "byteLength": size} for at, size, *_ in views
+        ],
+        "buffers": [{"byteLength": len(data), "uri": uri}],
+    }
+    return json.dumps(tree).encode()
+
+
+GLASS = """newmtl wall
+illum 7
+Ni 1.5
+newmtl lamp
+illum 3
+Kd 0.2 0.2 0.2
+Ks 0.5 0.5 0.5
+"""
+
+
+def test_a_toml_makes_mirrors_and_glass(room):
+    materials = room("[material.wall]\nmirror = [0.1, 0.2, 0.3]\n[material.lamp]\nior = 1.33\n")
+    assert materials["a"] == Material("wall", (0.5, 0.5, 0.5), mirror=(0.1, 0.2, 0.3))
+    assert materials["b"] == Material("lamp", 0.0, (1, 1, 1), ior=1.33)
+    materials = room(
+        '[material.wall]\ntint = "chip.csv"\nior = 2\nreflectance = 0\nmirror = [0, 0, 0]\n'
+        "[material.lamp]\nmirror = 0.5\nreflectance = 0.25\nemission = 0\n"
+    )
+    tint = Spectrum([400, 700], [0.1, 0.9])
+    assert materials["a"] == Material("wall", 0.0, mirror=(0, 0, 0), ior=2.0, tint=tint)
+    assert materials["b"] == Material("lamp", 0.25, mirror=0.5)
+
+
+def test_a_toml_changes_mirrors_and_glass_of_the_mtl(room):
+    materials = room("[material.wall]\ntint = 0.9\n[material.lamp]\nior = 1.4\n", mtl=GLASS)
+    assert materials["a"] == Material("wall", 0.0, ior=1.5, tint=0.9)
+    assert materials["b"] == Material("lamp", 0.0, ior=1.4)
+    with pytest.raises(InputError, match=r"room.toml:2: .*wall\] reflectance: glass has none"):
+        room("[material.wall]\nreflectance = 0.9\n", mtl=GLASS)
 
 
 LIGHTS = """

@@ -43,7 +43,8 @@ class Image:
 
     Parameters
     ----------
-    texels : (H, W, 3) uint8 or float32, RGB, the top row first; float32 is linear
+    texels : (H, W, 3) uint8 or float32, RGB, or (H, W, 1) grey, the top row first; float32 is
+        linear
     srgb : whether uint8 texels are encoded in sRGB
     """
 

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from os import PathLike
+from typing import Literal
 
 from photonmap.errors import InputError, warn
 from photonmap.messages import listed, shown
 from photonmap.readers.illumination import Draft, make_material
+from photonmap.readers.map_options import parse_map
 from photonmap.readers.wavefront import Source, read_source
 from photonmap.scene import Material
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Color
 from photonmap.spectra.text import emission, reflectance
+from photonmap.textures import Texture, check_texture, shared_image
 
 _AMBIENT = ("Ka", "map_Ka")
 _COLORS = {
@@ -21,21 +25,37 @@ _COLORS = {
     "Ke": ("radiance", "write finite numbers from 0"),
 }
 _NUMBERS = ("illum", "Ni")
-_NEUTRAL = {"d": 1.0, "Tr": 0.0, "Pm": 0.0, "Ps": 0.0, "Pc": 0.0}
+_MAPS = {"map_Kd": LARGEST_REFLECTANCE, "map_Ke": math.inf, "map_d": LARGEST_REFLECTANCE}
+"""And the largest value in each."""
+_OPACITIES = ("d", "Tr")
+_NEUTRAL = {"d": 1.0, "Pm": 0.0, "Ps": 0.0, "Pc": 0.0}
+
+Missing = Literal["error", "grey"]
 
 
-def read_mtl(path: str | PathLike[str]) -> dict[str, Material]:
+@dataclass
+class _Textures:
+    """How textures are read, and those that could not be."""
+
+    missing: Missing
+    lost: list[str]
+
+
+def read_mtl(path: str | PathLike[str], missing_textures: Missing = "error") -> dict[str, Material]:
     """Read the materials of an MTL file.
 
     `Kd` is the reflectance and `Ke` the radiance: linear RGB, `xyz` and CIE XYZ, or `spectral` and
     what `photonmap.spectra.text` describes; a material without them keeps the defaults of
-    `Material`. `illum` says what becomes of `Ks`, `Ni` and `Tf`, as `make_material` tells. `Ka` is
-    passed over: ambient light is not physical. All else that would change the picture is named
-    in one warning.
+    `Material`. `map_Kd` and `map_Ke` are textures, multiplied by `Kd` and `Ke` where these are
+    given. `d`, or 1 - `Tr`, times `map_d` is the opacity. `illum` says what becomes of `Ks`, `Ni`
+    and `Tf`, as `make_material` tells. `Ka` is passed over: ambient light is not physical. All
+    else that would change the picture is named in one warning.
 
     Parameters
     ----------
     path : the file
+    missing_textures : "error", or "grey": with a warning, a texture that cannot be read is 0.5
+        grey, and as opacity 1
 
     Returns
     -------
@@ -44,8 +64,11 @@ def read_mtl(path: str | PathLike[str]) -> dict[str, Material]:
     Raises
     ------
     InputError : the file is missing or no text, a number is malformed, `Kd` is outside [0, 1]
-        or `Ke` is negative or not finite
+        or `Ke` is negative or not finite, or a texture cannot be read
     """
+    if missing_textures not in ("error", "grey"):
+        raise InputError(f"missing_textures {missing_textures!r} is neither 'error' nor 'grey'")
+    textures = _Textures(missing_textures, [])
     source = read_source(path, "MTL")
     drafts: dict[str, Draft] = {}
     repeated: list[str] = []
@@ -62,12 +85,21 @@ def read_mtl(path: str | PathLike[str]) -> dict[str, Material]:
             raise source.error(f"{shown(keyword)} before any newmtl; begin with newmtl", offset)
         elif keyword in _COLORS:
             _read_color(source, offset, keyword, rest, drafts[name])
+        elif keyword in _MAPS:
+            _read_map(source, offset, keyword, rest, drafts[name], textures)
+        elif keyword in _OPACITIES and not rest.startswith("-halo"):
+            drafts[name].numbers[keyword] = _read_opacity(source, offset, keyword, rest)
         elif keyword in _NUMBERS:
             drafts[name].numbers[keyword] = _read_number(source, offset, keyword, rest)
         elif keyword not in _AMBIENT and not _is_neutral(source, offset, keyword, rest):
-            drafts[name].ignored.append(keyword)
+            halo = " -halo" if keyword == "d" else ""
+            drafts[name].ignored.append(keyword + halo)
     materials = {name: make_material(name, draft) for name, draft in drafts.items()}
     _warn_of_changes(source, drafts, repeated)
+    if textures.lost:
+        count = f"{len(textures.lost)} texture{'s' * (len(textures.lost) > 1)}"
+        places = ", ".join(textures.lost[:8])
+        warn(f"{count} cannot be read, and stand as grey: {places}")
     return materials
 
 
@@ -100,6 +132,43 @@ def _parse_color(source: Source, offset: int, keyword: str, rest: str) -> Color:
         message = f"{keyword} {shown(rest)} is no {_COLORS[keyword][0]}"
         raise source.error(f"{message}; {_COLORS[keyword][1]}", offset)
     return red, green, blue
+
+
+def _read_map(
+    source: Source, offset: int, keyword: str, rest: str, draft: Draft, textures: _Textures
+) -> None:
+    """Read a texture, and note its options that are left out."""
+    try:
+        options, name = parse_map(rest)
+    except InputError as error:
+        raise source.error(f"{keyword}: {error}", offset) from None
+    draft.ignored += [f"{keyword} {option}" for option in options.ignored]
+    try:
+        path = source.path.parent / name
+        if "\\" in name and not path.exists():
+            path = source.path.parent / name.replace("\\", "/")
+        image = shared_image(path, mask=keyword == "map_d")
+        texture = Texture(image, options.scale[:2], options.offset[:2], options.clamp)
+        check_texture(texture, _MAPS[keyword])
+    except InputError as error:
+        place = source.error(f"{keyword}: {error}", offset)
+        if textures.missing == "error":
+            raise place from None
+        textures.lost.append(f"{str(place).partition(': ')[0]} {shown(name)}")
+        draft.maps[keyword] = None
+        return
+    draft.maps[keyword] = texture
+
+
+def _read_opacity(source: Source, offset: int, keyword: str, rest: str) -> float:
+    """Read `d` or `Tr`, which may be repeated for red, green and blue."""
+    numbers = _parse_numbers(source, offset, keyword, rest.split())
+    if not numbers or len(set(numbers)) > 1 or not math.isfinite(numbers[0]):
+        raise source.error(f"{keyword} {shown(rest)}; write a finite number", offset)
+    if not 0.0 <= numbers[0] <= 1.0:
+        message = f"{keyword} {shown(rest)} is no opacity; keep it within [0, 1]"
+        raise source.error(message, offset)
+    return numbers[0] if keyword == "d" else 1.0 - numbers[0]
 
 
 def _read_number(source: Source, offset: int, keyword: str, rest: str) -> float:

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError, warn
 from photonmap.messages import listed, shown, suggest
-from photonmap.readers.mtl import read_mtl
+from photonmap.readers.mtl import Missing, read_mtl
 from photonmap.readers.obj_lines import ObjLines, parse_lines
 from photonmap.readers.polygons import triangulate
 from photonmap.readers.wavefront import Source, read_source
 from photonmap.scene import Material, Mesh
 
 
-def read_obj(path: str | PathLike[str]) -> list[Mesh]:
+def read_obj(path: str | PathLike[str], missing_textures: Missing = "error") -> list[Mesh]:
     """Read the surfaces of an OBJ file and their materials.
 
     There is one mesh for each object and material. An object is named by its `o` line, or by
@@ -29,6 +29,7 @@ def read_obj(path: str | PathLike[str]) -> list[Mesh]:
     Parameters
     ----------
     path : the file; its MTL files are looked up beside it
+    missing_textures : as in `read_mtl`
 
     Returns
     -------
@@ -41,7 +42,7 @@ def read_obj(path: str | PathLike[str]) -> list[Mesh]:
     """
     source = read_source(path, "OBJ")
     lines = parse_lines(source)
-    materials = _find_materials(source, lines)
+    materials = _find_materials(source, lines, missing_textures)
     if not len(lines.sizes):
         raise InputError("has no faces; export the surfaces as polygons", source.path)
     triangles, owners = triangulate(lines.vertices, lines.corners[:, 0] - 1, lines.sizes)
@@ -100,7 +101,9 @@ def _distinct(rows: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.in
     return rows[first], inverse
 
 
-def _find_materials(source: Source, lines: ObjLines) -> Mapping[str, Material]:
+def _find_materials(
+    source: Source, lines: ObjLines, missing_textures: Missing
+) -> Mapping[str, Material]:
     """Read all MTL files, the first one that has a name decides; "" is the default material."""
     materials: dict[str, Material] = {}
     seen: set[Path] = set()
@@ -109,7 +112,7 @@ def _find_materials(source: Source, lines: ObjLines) -> Mapping[str, Material]:
             for path in _find_libraries(source, offset, names):
                 if path not in seen:
                     seen.add(path)
-                    materials = {**read_mtl(path), **materials}
+                    materials = {**read_mtl(path, missing_textures), **materials}
     for offset, keyword, name in lines.states:
         if keyword == "usemtl" and name and name not in materials:
             if not seen:

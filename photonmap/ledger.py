@@ -1,0 +1,68 @@
+"""The moments of a render: of the whole image, and of each group of lights where they are split."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.accumulate import Accumulator, Buffers
+from photonmap.columns import Columns, split_pixels
+from photonmap.kernels.records import Pixels
+from photonmap.workers import Workers
+
+OF_GROUPS = ("direct", "indirect", "caustics", "shading")
+"""Buffers that are split by groups of lights."""
+
+
+class Ledger:
+    """Takes in passes one by one.
+
+    Parameters
+    ----------
+    columns : what the passes carry
+    size : number of pixels P
+    workers : that share the work
+    smooth : the scene has smooth surfaces
+    """
+
+    def __init__(self, columns: Columns, size: int, workers: Workers, smooth: bool) -> None:
+        self._columns = columns
+        self.whole = Accumulator(size, columns.distinct, workers, smooth, columns.weights)
+        split = columns.groups != ("",)
+        self._groups = {
+            group: Accumulator(size, columns.distinct, workers, smooth)
+            for group in (columns.groups if split else ())
+        }
+
+    def add(self, pixels: Pixels, seen: NDArray[np.float32] | None) -> None:
+        """Take in one complete pass, and what it saw in smooth surfaces."""
+        columns = self._columns
+        for index, accumulator in enumerate(self._groups.values()):
+            part = None if seen is None else columns.of_group(seen, index)
+            accumulator.add(split_pixels(columns, pixels, index), part)
+        self.whole.add(split_pixels(columns, pixels), None if seen is None else columns.whole(seen))
+
+    def finish(self, scale: float) -> tuple[Buffers, Buffers]:
+        """Return all buffers and their standard errors, as `Accumulator.finish`, in all bands.
+
+        Those of groups are named as in "direct@sun". Where lights are split, buffers of the whole
+        are the sums of theirs, in their order.
+        """
+        buffers, errors = self.whole.finish(scale)
+        for index, (group, accumulator) in enumerate(self._groups.items()):
+            parts, spreads = accumulator.finish(scale)
+            for name in OF_GROUPS:
+                if name in parts:
+                    buffers[name] = parts[name] if index == 0 else buffers[name] + parts[name]
+                    buffers[f"{name}@{group}"] = parts[name]
+                if name in spreads:
+                    errors[f"{name}@{group}"] = spreads[name]
+        if self._groups:
+            buffers["radiance"] = (buffers["emission"] + buffers["direct"]) + buffers["indirect"]
+        return self._expand(buffers), self._expand(errors)
+
+    def _expand(self, images: Buffers) -> Buffers:
+        return {
+            name: self._columns.expand(image) if image.ndim == 2 else image
+            for name, image in images.items()
+        }
