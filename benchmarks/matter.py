@@ -61,10 +61,6 @@ def make_scene(case: str) -> pm.Scene:
     things = {
         "mirror": [_ball(-0.3, -0.65, -0.2, pm.Material.polished("mirror", 0.9))],
         "glass": [_ball(0.3, -0.65, 0.1, pm.Material.glass())],
-        "both": [
-            _ball(-0.4, -0.65, -0.3, pm.Material.polished("mirror", 0.9)),
-            _ball(0.4, -0.65, 0.2, pm.Material.glass()),
-        ],
     }
     lights: dict[str, pm.Light] = {
         "point": pm.PointLight((0.3, 0.2, 0.4), (1.0, 1.0, 1.0)),
@@ -73,6 +69,8 @@ def make_scene(case: str) -> pm.Scene:
         "dome": pm.DomeLight((1.0, 1.0, 1.0)),
         "sky": pm.EnvironmentLight(_sky()),
     }
+    if case == "both":
+        return pm.scenes.cornell_balls()
     if case in lights:
         meshes = [mesh for mesh in meshes if mesh.name != "light"]
         return replace(box, meshes=meshes, lights=[lights[case]])
