@@ -15,40 +15,6 @@ FILM, FIRST_HIT, BEYOND = 0, 1, 5
 
 
 @jit
-def _render_pixel(scene, store, caustics, camera, film, plan, keys, pixel, scratch, pixels, seen):
-    """Add all samples of one pixel to `pixels` and `seen`."""
-    geometry, materials, lights, optics, textures = scene
-    film_key, light, beyond = keys
-    throughput, _, irradiance = scratch
-    samples, lights_each = int(plan.samples[pixel]), int(plan.lights[pixel])
-    gathers = int(plan.gathers[pixel])
-    share = np.float32(1.0 / samples)
-    base = morton(pixel % film.width, pixel // film.width) * np.uint64(samples)
-    for sample in range(samples):
-        index = base + np.uint64(sample)
-        x, y = sobol_2d(index, film_key) if film.jitter else (0.5, 0.5)
-        first = pixels.coverage[pixel] == 0.0
-        triangle, hit, ray = see(geometry, lights, camera, film, pixel, x, y, share, pixels)
-        if triangle < 0:
-            continue
-        note_hit(pixels.plane, pixel, first, hit[0], hit[2])
-        if smoothness(geometry, optics, triangle) < 1.0:
-            pixels.found[pixel] |= light_and_gather(
-                scene, store, caustics, hit, index, lights_each, gathers, light, throughput,
-                irradiance,
-            )  # fmt: skip
-            color = paint(geometry, textures, triangle, ray[0], ray[1])
-            reflect(materials, textures, color, share, pixel, irradiance, pixels)
-            reflect_caustics(seen, materials, textures, color, share, pixel, irradiance)
-        see_beyond(
-            scene, optics, store, caustics, triangle, ray, index, lights_each, gathers, beyond,
-            share, pixel, scratch, pixels, seen,
-        )  # fmt: skip
-    if pixels.coverage[pixel] < 1.0:
-        pixels.plane[pixel, FLAT] = 0.0
-
-
-@jit
 def camera_pass(
     scene, store, caustics, camera, film, plan, key, first, last, scratch, pixels, seen
 ):
@@ -58,10 +24,36 @@ def camera_pass(
     float32), scratch = (throughput (N,), throughput (N,), irradiance (2, N) or (3, N)) float32.
     Optics, caustics and seen are None in a scene without smooth surfaces, Textures without any.
     """
-    keys = (stream(key, FILM, 0), light_keys(key, FIRST_HIT), light_keys(key, BEYOND))
+    geometry, materials, lights, optics, textures = scene
+    throughput, _, irradiance = scratch
+    film_key = stream(key, FILM, 0)
+    light, beyond = light_keys(key, FIRST_HIT), light_keys(key, BEYOND)
     for pixel in range(first, last):
         start_pixel(pixels, pixel)
         start_seen(seen, pixel)
-        _render_pixel(
-            scene, store, caustics, camera, film, plan, keys, pixel, scratch, pixels, seen
-        )
+        samples, lights_each = int(plan.samples[pixel]), int(plan.lights[pixel])
+        gathers = int(plan.gathers[pixel])
+        share = np.float32(1.0 / samples)
+        base = morton(pixel % film.width, pixel // film.width) * np.uint64(samples)
+        for sample in range(samples):
+            index = base + np.uint64(sample)
+            x, y = sobol_2d(index, film_key) if film.jitter else (0.5, 0.5)
+            is_first = pixels.coverage[pixel] == 0.0
+            triangle, hit, ray = see(geometry, lights, camera, film, pixel, x, y, share, pixels)
+            if triangle < 0:
+                continue
+            note_hit(pixels.plane, pixel, is_first, hit[0], hit[2])
+            if smoothness(geometry, optics, triangle) < 1.0:
+                pixels.found[pixel] |= light_and_gather(
+                    scene, store, caustics, hit, index, lights_each, gathers, light, throughput,
+                    irradiance,
+                )  # fmt: skip
+                color = paint(geometry, textures, triangle, ray[0], ray[1])
+                reflect(materials, textures, color, share, pixel, irradiance, pixels)
+                reflect_caustics(seen, materials, textures, color, share, pixel, irradiance)
+            see_beyond(
+                scene, optics, store, caustics, triangle, ray, index, lights_each, gathers,
+                beyond, share, pixel, scratch, pixels, seen,
+            )  # fmt: skip
+        if pixels.coverage[pixel] < 1.0:
+            pixels.plane[pixel, FLAT] = 0.0

@@ -5,7 +5,7 @@ import numpy as np
 from photonmap.kernels.bands import clear
 from photonmap.kernels.caustics import add_caustics
 from photonmap.kernels.gather import gather
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import jit, outlined
 from photonmap.kernels.light import add_emitted, sample_direct
 from photonmap.kernels.records import CAUSTIC, DIRECT
 from photonmap.kernels.rng import sobol_2d, stream
@@ -22,7 +22,7 @@ def light_keys(key, first):
     )
 
 
-@jit
+@outlined
 def light_and_gather(
     scene, store, caustics, hit, index, samples, gathers, keys, throughput, irradiance
 ):
