@@ -60,8 +60,3 @@ def _compile(function: Callable, **options: bool) -> Callable:
         return numba.njit(nogil=True, cache=True, error_model="numpy", _nrt=False, **options)(
             function
         )
-
-
-def is_cached() -> bool:
-    """Tell whether kernels of these sources were compiled before on this machine."""
-    return next(CACHE_FOLDER.rglob("*.nbi"), None) is not None

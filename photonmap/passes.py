@@ -209,17 +209,7 @@ class Passes:
         self, index: int, store: tuple[Cells, np.ndarray], caustics: Caustics | None = None
     ) -> Pixels:
         if self._plan is None:
-            geometry, _, lights, optics, _ = self._scene
-            key = stream_key(self._seed, 0, SURVEY)
-            self._plan = survey(
-                geometry, lights, optics, self._camera, self._film, key, self._workers
-            )
-            if not self._on("indirect"):
-                none = np.zeros_like(self._plan.gathers)
-                self._plan = self._plan._replace(gathers=none)
-            if not self._on("soft_shadows"):
-                one = np.ones_like(self._plan.lights)
-                self._plan = self._plan._replace(lights=one)
+            self._plan = self._survey()
             self._plan_rays = _count_rays(self._plan)
         plan, key = self._plan, stream_key(self._seed, index, CAMERA)
         self._over_pixels(
@@ -240,6 +230,16 @@ class Passes:
         )
         self.rays += self._plan_rays
         return self._pixels
+
+    def _survey(self) -> Plan:
+        geometry, _, lights, optics, _ = self._scene
+        key = stream_key(self._seed, 0, SURVEY)
+        plan = survey(geometry, lights, optics, self._camera, self._film, key, self._workers)
+        if not self._on("indirect"):
+            plan = plan._replace(gathers=np.zeros_like(plan.gathers))
+        if not self._on("soft_shadows"):
+            plan = plan._replace(lights=np.ones_like(plan.lights))
+        return plan
 
     def _share(self, index: int, pixels: Pixels) -> Pixels:
         assert self._plan is not None

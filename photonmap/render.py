@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterable
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any, Literal
 
 import numpy as np
@@ -17,16 +17,15 @@ import numpy as np
 from photonmap.accumulate import Accumulator
 from photonmap.bands import Bands
 from photonmap.budget import CEILING, Budget
-from photonmap.columns import Columns, carry, choose_columns, count_distinct
+from photonmap.columns import carry, choose_columns, count_distinct
+from photonmap.compiling import compile_kernels, is_compiled
 from photonmap.effects import leave_out, parse_effects, plan_effects
 from photonmap.errors import InputError, listening, warn
+from photonmap.first_hits import first_hit_buffers
 from photonmap.hidden_lights import warn_of_hidden_lights
 from photonmap.kernels.beyond import MOST_SMOOTH
-from photonmap.kernels.first_hit import first_hits
-from photonmap.kernels.jit import is_cached
 from photonmap.kernels.records import Film
 from photonmap.ledger import Ledger
-from photonmap.lights import EnvironmentLight, Light, PointLight
 from photonmap.memory import check_memory
 from photonmap.output import BUFFERS
 from photonmap.passes import MAX_BOUNCES, PROBE, Passes, stream_key
@@ -34,9 +33,7 @@ from photonmap.prepare import Prepared, prepare
 from photonmap.progress import Progress, Silent
 from photonmap.record import describe_camera, describe_measured_sets, describe_versions
 from photonmap.result import Result
-from photonmap.scene import Camera, Material, Mesh, Scene
-from photonmap.survey import TILE
-from photonmap.textures import stand_ins
+from photonmap.scene import Scene
 from photonmap.workers import Workers
 
 LARGEST_SIDE = 1 << 16
@@ -113,8 +110,8 @@ def render(
         counted = columns.count + per_light * columns.distinct
         check_memory(pixels, counted, photons, faces, carried.optics is not None)
         loaded = time.perf_counter()
-        progress.stage("compile" if is_cached() else "first compile")
-        _compile(bands, workers, method, prepared)
+        progress.stage("compile" if is_compiled(prepared, method) else "first compile")
+        compile_kernels(prepared, bands, workers, method)
         compiled = time.perf_counter()
         progress.stage("render")
         warn_of_hidden_lights(prepared, film, stream_key(seed, 0, PROBE))
@@ -182,32 +179,6 @@ def _check_numbers(photons: int, seed: int, threads: int | None, method: str) ->
         raise InputError(f"method {method!r} is neither 'photon' nor 'path'")
 
 
-def _compile(
-    bands: Bands, workers: Workers, method: Literal["photon", "path"], wanted: Prepared
-) -> None:
-    """Call every kernel that `wanted` needs, on one pixel of a scene of one triangle."""
-    triangle = Mesh(np.eye(3) - [0.0, 0.0, 1.0], np.array([[0, 1, 2]]))
-    camera = Camera((1.0, 1.0, 1.0), (0.3, 0.3, -0.7))
-    light: Light = PointLight((1.0, 1.0, 1.0))
-    if wanted.lights.environment is not None:
-        light = EnvironmentLight(np.ones((1, 2, 3)))
-    if wanted.optics is not None:
-        triangle = replace(triangle, material=Material(reflectance=0.4, mirror=0.4))
-    painted = replace(triangle.material, **stand_ins(wanted))
-    triangle = replace(triangle, material=painted, uv=np.zeros((3, 2)))
-    prepared = prepare(Scene([triangle], [light], camera), bands)
-    film = Film(1, 1, True)
-    columns = Columns(np.arange(bands.count))
-    moments = Ledger(columns, 1, workers, prepared.optics is not None)
-    run = Passes(prepared, film, bands.count, 1, 0, workers, method)
-    moments.add(run.run(0), run.seen)
-    moments.add(run.run(1), run.seen)
-    moments.whole.error()
-    moments.finish(1.0)
-    warn_of_hidden_lights(prepared, film, stream_key(0, 0, PROBE))
-    _first_hits(prepared, film, workers)
-
-
 def _run_passes(run: Passes, moments: Ledger, budget: Budget, progress: Progress) -> bool:
     """Take passes into the moments until the budget is spent; True if Ctrl-C ended them."""
     start = time.perf_counter()
@@ -261,7 +232,7 @@ def _finish(
     flat = {
         **light,
         "unresolved": moments.whole.unresolved() & (run.stores > 0),
-        **_first_hits(prepared, film, workers),
+        **first_hit_buffers(prepared, film, workers),
     }
     return {name: flat[name] for name in sorted(flat, key=_place)}, errors
 
@@ -269,29 +240,6 @@ def _finish(
 def _place(name: str) -> int:
     """Return where a buffer stands in the order of `BUFFERS`; those of groups come last."""
     return BUFFERS.index(name) if name in BUFFERS else len(BUFFERS)
-
-
-def _first_hits(prepared: Prepared, film: Film, workers: Workers) -> dict[str, Any]:
-    """Return depth, normal and ids at the pixels' centres, one row a pixel."""
-    pixels = film.width * film.height
-    triangles = np.empty(pixels, np.int32)
-    depth, normal = np.empty(pixels, np.float32), np.empty((pixels, 3), np.float32)
-    camera = prepared.film_camera(film.width, film.height)
-    workers.ranges(
-        lambda first, last: first_hits(
-            prepared.geometry, camera, film, first, last, triangles, depth, normal
-        ),
-        pixels,
-        TILE,
-        whole=True,
-    )
-    hit = triangles >= 0
-    return {
-        "depth": depth * np.float32(prepared.size),
-        "normal": normal,
-        "object_id": np.where(hit, prepared.object_ids[triangles], 0).astype(np.uint32),
-        "material_id": np.where(hit, prepared.material_ids[triangles], 0).astype(np.uint32),
-    }
 
 
 def _images(flat: dict[str, Any], film: Film) -> dict[str, Any]:
