@@ -1,0 +1,45 @@
+"""The density by boxes from which caustic photons leave, against its samples (χ²)."""
+
+import numpy as np
+from scipy import stats
+
+from photonmap.caustics import BOXES, _guide
+from photonmap.kernels import rng
+from photonmap.kernels.caustics import _boxed
+from photonmap.kernels.jit import jit
+
+SAMPLES = 200_000
+
+
+@jit
+def sample(rows, columns, out):
+    state = rng.stream(3, 1, 4)
+    for i in range(len(out)):
+        u, state = rng.draw(state)
+        v, state = rng.draw(state)
+        point, density = _boxed(rows, columns, (u, v))
+        out[i, 0], out[i, 1], out[i, 2] = point[0], point[1], density
+
+
+def test_samples_follow_their_density():
+    origins = np.random.default_rng(1).normal(0.3, 0.05, (500, 4)).astype(np.float32)
+    guide = _guide(origins.clip(0.0, 0.999))
+    for rows, columns in (
+        (guide.place_rows, guide.place_columns),
+        (guide.aim_rows, guide.aim_columns),
+    ):
+        out = np.empty((SAMPLES, 3))
+        sample(rows, columns, out)
+        counts = np.histogram2d(out[:, 0], out[:, 1], bins=BOXES, range=[[0, 1], [0, 1]])[0]
+        expected = SAMPLES * np.diff(rows)[:, None] * np.diff(columns, axis=1)
+        assert stats.chisquare(counts.ravel(), expected.ravel()).pvalue > 1e-3
+        boxes = np.minimum((out[:, :2] * BOXES).astype(int), BOXES - 1)
+        told = expected[boxes[:, 0], boxes[:, 1]] * BOXES**2 / SAMPLES
+        np.testing.assert_allclose(out[:, 2], told, rtol=1e-9)
+        within = out[:, :2] * BOXES % 1.0
+        assert stats.kstest(within.ravel(), "uniform").pvalue > 1e-3
+
+
+def test_without_a_pilot_photons_leave_anywhere():
+    guide = _guide(np.empty((0, 4), np.float32))
+    np.testing.assert_allclose(guide.place_rows, np.linspace(0, 1, BOXES + 1), atol=1e-12)
