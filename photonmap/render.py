@@ -17,9 +17,9 @@ import numpy as np
 from photonmap.accumulate import Accumulator
 from photonmap.bands import Bands
 from photonmap.budget import CEILING, Budget
-from photonmap.columns import carry, choose_columns, count_distinct
+from photonmap.columns import Columns, carry, choose_columns, count_distinct
 from photonmap.compiling import compile_kernels, is_compiled
-from photonmap.effects import leave_out, parse_effects, plan_effects
+from photonmap.effects import EffectPlan, leave_out, parse_effects, plan_effects
 from photonmap.errors import InputError, listening, warn
 from photonmap.first_hits import first_hit_buffers
 from photonmap.hidden_lights import warn_of_hidden_lights
@@ -103,12 +103,10 @@ def render(
 
     with listening() as told, Workers(threads) as workers:
         prepared = prepare(scene, bands, film.width / film.height)
-        plan = plan_effects(prepared, wanted, count_distinct(prepared), bands.count)
-        prepared = leave_out(prepared, plan)
-        columns = choose_columns(prepared, plan.on("band_merging"), per_light)
+        plan, columns, prepared = _plan(prepared, wanted, bands.count, per_light)
         carried = carry(prepared, columns)
-        counted = columns.count + per_light * columns.distinct
-        check_memory(pixels, counted, photons, faces, carried.optics is not None)
+        carried_and_whole = columns.count + per_light * columns.distinct
+        check_memory(pixels, carried_and_whole, photons, faces, carried.optics is not None)
         loaded = time.perf_counter()
         progress.stage("compile" if is_compiled(prepared, method) else "first compile")
         compile_kernels(prepared, bands, workers, method)
@@ -134,6 +132,8 @@ def render(
             "seed": seed,
             "threads": workers.threads,
             "method": method,
+            "effects": wanted if isinstance(wanted, str) else sorted(wanted),
+            "per_light": per_light,
         },
         "effects": plan.describe(run.effect_seconds),
         "partial": plan.partial,
@@ -154,6 +154,15 @@ def render(
         "warnings": told,
     }
     return Result(_images(flat, film), _images(errors, film), bands, record)
+
+
+def _plan(
+    prepared: Prepared, wanted: str | frozenset[str], bands: int, per_light: bool
+) -> tuple[EffectPlan, Columns, Prepared]:
+    """Decide on effects and columns; return both, and the scene without what is left out."""
+    plan = plan_effects(prepared, wanted, count_distinct(prepared), bands)
+    left = leave_out(prepared, plan)
+    return plan, choose_columns(left, plan.on("band_merging"), per_light), left
 
 
 def _film(size: tuple[int, int], pixel: str) -> Film:
