@@ -10,14 +10,6 @@ from photonmap.kernels.surface import offset, point_at, shading_normal, side_of
 
 
 @jit
-def is_smooth(geometry, optics, triangle):
-    """Tell whether a surface reflects or refracts in one direction; optics may be None."""
-    if optics is None:
-        return False
-    return optics.kind[geometry.material[triangle]] != 0
-
-
-@jit
 def _multiply(throughput, table, row, factor):
     for band in range(len(throughput)):
         throughput[band] *= table[row, band] * np.float32(factor)

@@ -206,7 +206,8 @@ def _indirect(prepared: Prepared) -> Effect:
     triangles, vertices = len(prepared.geometry.triangles), len(prepared.geometry.vertices)
     if triangles * vertices > MOST_CHECKS:
         return Effect(True, "too many triangles to check whether surfaces see each other")
-    if optics is None and _is_convex(prepared.geometry) and not _lit_inside(prepared):
+    whole = optics is None and prepared.geometry.alpha is None
+    if whole and _is_convex(prepared.geometry) and not _lit_inside(prepared):
         return Effect(False, "one closed convex body: no surface sees another from outside")
     return Effect(True, "surfaces may see each other")
 

@@ -52,6 +52,7 @@ SCENES = {
     "open cube": (scene(body(OPEN)), "indirect", True),
     "camera inside": (scene(cube(), camera=pm.Camera((0, 0, 0.1), (0, 0, 0))), "indirect", True),
     "lamp inside": (scene(cube(), lights=[pm.PointLight((0, 0, 0))]), "indirect", True),
+    "holes": (scene(cube(material=pm.Material("holes", 0.5, alpha=0.5))), "indirect", True),
     "concave": (scene(body(trimesh.creation.annulus(0.5, 1.0, 1.0))), "indirect", True),
     "sun": (scene(*two()), "soft_shadows", False),
     "dome": (scene(*two(), lights=[pm.DomeLight()]), "soft_shadows", True),

@@ -122,13 +122,6 @@ def upsample_emission(rgb: ArrayLike) -> Spectrum:
     return Spectrum(eye.wavelengths, np.asarray(rgb) @ eye.basis * eye.d65, extrapolate=True)
 
 
-def reflectance_spectrum(color: Color) -> Spectrum:
-    """Return the curve of a reflectance given in any way."""
-    if isinstance(color, Spectrum):
-        return color
-    return upsample_reflectance(np.broadcast_to(color, 3))
-
-
 def emission_spectrum(color: Color) -> Spectrum:
     """Return the curve of a radiance given in any way; a number is the same at all wavelengths."""
     if isinstance(color, Spectrum):
