@@ -14,7 +14,7 @@ from numba import njit, types
 from numpy.typing import NDArray
 
 from photonmap.kernels.embree import LIBRARY
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import kernel
 from photonmap.kernels.ray import GEOMETRY, MASK, MISS, PRIMITIVE, TFAR, WORDS, U, V, intersect
 
 Loop = Callable[[int, int, int], None]
@@ -35,7 +35,7 @@ def bare_loop(scene, records, first, last):
         INTERSECT(scene, records + RECORD * i, 0)
 
 
-@jit
+@kernel
 def renderer_loop(scene, rays, first, last, triangles, places):
     """Cast rays first..last of (n, 6) float32 as kernels do; keep (n,) int32 and (n, 2)."""
     for i in range(first, last):

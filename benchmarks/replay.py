@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from photonmap.kernels import vec, warp
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import jit, kernel
 from photonmap.kernels.ray import intersect, occluded
 from photonmap.kernels.rng import sobol_2d
 from photonmap.kernels.store import cell_at
@@ -19,7 +19,7 @@ def ray_at(rays, i):
     return origin, (rays[i, 3], rays[i, 4], rays[i, 5])
 
 
-@jit
+@kernel
 def cast_rays(scene, rays, first, last):
     """Cast rays first..last and do nothing else; return how many hit."""
     hits = 0
@@ -32,7 +32,7 @@ def cast_rays(scene, rays, first, last):
     return hits
 
 
-@jit
+@kernel
 def cast_and_look_up(geometry, cells, radiosity, eye, rays, first, last, total):
     """Cast rays first..last; add what those not from the eye find in the store to total, (N,)."""
     hits = 0
@@ -52,7 +52,7 @@ def cast_and_look_up(geometry, cells, radiosity, eye, rays, first, last, total):
     return hits
 
 
-@jit
+@kernel
 def draw_samples(rays, key, first, last):
     """Draw a point for each of rays first..last, and a direction for each closest-hit ray."""
     total = 0.0

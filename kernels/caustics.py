@@ -7,7 +7,7 @@ import numpy as np
 from photonmap.kernels import vec, warp
 from photonmap.kernels.bands import divide
 from photonmap.kernels.beyond import MOST_SMOOTH
-from photonmap.kernels.jit import jit, outlined
+from photonmap.kernels.jit import jit, kernel, outlined
 from photonmap.kernels.light import emit, start_flux
 from photonmap.kernels.opaque import hit, make_whole
 from photonmap.kernels.optics import leave
@@ -75,7 +75,7 @@ def _invert(cumulative, u):
     return low, (u - cumulative[low]) / (cumulative[high] - cumulative[low])
 
 
-@jit
+@kernel
 def trace_caustics(geometry, lights, optics, guide, key, first, last, total, origins, places, flux):
     """Trace photons first..last of `total` to where they make caustics; return their number.
 
@@ -106,7 +106,7 @@ def bucket_of(x, y, z, buckets):
     return np.int64((mixed ^ (mixed >> np.uint64(29))) % np.uint64(buckets))
 
 
-@jit
+@kernel
 def fill_buckets(places, width, first, last, buckets, out):
     """Fill `out`, (n,) int32, with the buckets of photons first..last."""
     for photon in range(first, last):

@@ -6,7 +6,7 @@ from photonmap.kernels.albedo import paint
 from photonmap.kernels.beyond import smoothness
 from photonmap.kernels.film import FLAT, morton, note_hit
 from photonmap.kernels.irradiance import light_and_gather, light_keys
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import kernel
 from photonmap.kernels.mirrors import see_beyond
 from photonmap.kernels.pixel import reflect, reflect_caustics, see, start_pixel, start_seen
 from photonmap.kernels.rng import sobol_2d, stream
@@ -14,7 +14,7 @@ from photonmap.kernels.rng import sobol_2d, stream
 FILM, FIRST_HIT, BEYOND = 0, 1, 5
 
 
-@jit
+@kernel
 def camera_pass(
     scene, store, caustics, camera, film, plan, key, first, last, scratch, pixels, seen
 ):

@@ -4,12 +4,12 @@ import math
 
 from photonmap.kernels import vec
 from photonmap.kernels.film import camera_ray
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import kernel
 from photonmap.kernels.opaque import hit
 from photonmap.kernels.surface import meet, point_at
 
 
-@jit
+@kernel
 def first_hits(geometry, camera, film, first, last, triangles, depth, normal):
     """Fill triangles (P,) int32 (-1: none), depth (P,), normal (P, 3) of pixels first..last."""
     for pixel in range(first, last):

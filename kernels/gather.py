@@ -54,17 +54,14 @@ def gather(scene, store, caustics, hit, place, keys, samples, gathers, throughpu
     triangle, u, v, distance = first_hit(geometry, point, direction)
     side = side_of(geometry, triangle, direction) if triangle >= 0 else 0
     emitter = emitted(geometry, lights, triangle, side)
-    cosine = vec.dot(ns, direction)
     if triangle < 0:
         if emitter >= 0:
-            weight = weigh_miss(lights, direction, cosine, samples, gathers)
+            weight = weigh_miss(lights, direction, vec.dot(ns, direction), samples, gathers)
             add_emitted(irradiance, DIRECT, lights, emitter, (u, v), direction, weight)
         return 0
     if emitter >= 0:
         end = meet(geometry, triangle, u, v, direction)[0]
-        weight = weigh_hit(
-            geometry, lights, emitter, point, end, direction, cosine, samples, gathers
-        )
+        weight = weigh_hit(geometry, lights, emitter, point, ns, end, direction, samples, gathers)
         add_emitted(irradiance, DIRECT, lights, emitter, (u, v), direction, weight)
     material = geometry.material[triangle]
     found = 0

@@ -7,11 +7,13 @@ the cache folder is named by a hash over all kernel sources.
 import hashlib
 from collections.abc import Callable
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 import numba
 import platformdirs
 from numba import config
+from numba.core.registry import CPUDispatcher
 
 
 def source_hash(folder: Path) -> str:
@@ -41,18 +43,49 @@ def _cached_in(folder: Path):
         config.CACHE_DIR = before
 
 
-def jit(function: Callable) -> Callable:
-    """Compile into the callers' machine code: releases the GIL, divides as NumPy does, is cached.
+def kernel(function: Callable) -> Callable:
+    """Compile a function that Python calls: releases the GIL, divides as NumPy does, is cached.
 
     Kernels allocate nothing: without Numba's reference counts, whose atomic increments took half
     of the camera pass, arrays cost nothing to pass on.
     """
-    return _compile(function, forceinline=True)
+    return _compile(function)
+
+
+def jit(function: Callable) -> Callable:
+    """Compile a function of kernels into its callers' machine code."""
+    return _inner(_compile(function, forceinline=True, **_NO_WRAPPERS))
 
 
 def outlined(function: Callable) -> Callable:
-    """Compile a function that is large and rare: it is called, not inlined."""
-    return _compile(function)
+    """Compile a function of kernels that is large and rare: it is called, not inlined."""
+    return _inner(_compile(function, **_NO_WRAPPERS))
+
+
+# Turning Python's objects into a scene's arrays takes more code than many a function itself.
+_NO_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
+class _Inner(CPUDispatcher):
+    """A function of kernels; one that Python calls after all, as tests do, gets a wrapper then."""
+
+    def __call__(self, *arguments: object) -> object:
+        return _wrapped(self)(*arguments)
+
+
+@cache
+def _wrapped(function: Callable) -> Callable:
+    @numba.njit(error_model="numpy", _nrt=False)
+    def call(*arguments):
+        return function(*arguments)
+
+    return call
+
+
+def _inner(compiled: Callable) -> Callable:
+    if isinstance(compiled, CPUDispatcher):
+        compiled.__class__ = _Inner
+    return compiled
 
 
 def _compile(function: Callable, **options: bool) -> Callable:

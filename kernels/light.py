@@ -8,6 +8,7 @@ from photonmap.kernels import surface, vec, warp
 from photonmap.kernels.bands import add_mix, add_mix_product, add_product, add_row, mix
 from photonmap.kernels.environment import environment_pdf, radiance_at, sample_environment
 from photonmap.kernels.jit import jit
+from photonmap.kernels.light_tree import chance_of, choose
 from photonmap.kernels.opaque import blocked, opacity_at
 from photonmap.kernels.records import DIRECTIONAL, DOME, POINT, SPOT, TRIANGLE
 from photonmap.kernels.texels import coordinates, look_up
@@ -211,8 +212,9 @@ def sample_direct(geometry, lights, point, ng, ns, u, v, samples, gathers):
     the balance heuristic (Veach 1997, 9.2.4), estimates irradiance. A weight of 0 with emitter
     >= 0 is a light that is blocked; emitter -1 is one that is not in front.
     """
-    emitter, u = warp.discrete(lights.cumulative, u)
-    chance = warp.discrete_pdf(lights.cumulative, emitter)
+    emitter, chance, u = choose(lights, lights.tree, point, ns, u)
+    if emitter < 0:
+        return -1, 0.0, NOWHERE, ns
     kind = lights.kind[emitter]
     if kind in (DOME, DIRECTIONAL):
         direction, pdf = _far_sample(lights, emitter, ns, u, v)
@@ -255,11 +257,12 @@ def sample_direct(geometry, lights, point, ng, ns, u, v, samples, gathers):
 
 
 @jit
-def weigh_hit(geometry, lights, emitter, point, hit, direction, cosine, samples, gathers):
+def weigh_hit(geometry, lights, emitter, point, ns, hit, direction, samples, gathers):
     """Weight of an emitting triangle hit by a cosine-distributed ray, as in `sample_direct`."""
     segment = vec.sub(hit, point)
     facing = -vec.dot(vec.row(geometry.normals, lights.triangle[emitter]), direction)
-    chance = warp.discrete_pdf(lights.cumulative, emitter)
+    cosine = vec.dot(ns, direction)
+    chance = chance_of(lights, lights.tree, emitter, point, ns)
     pdf = chance * warp.uniform_triangle_pdf(lights.area[emitter])
     pdf *= vec.dot(segment, segment) / facing
     return cosine / (samples * pdf + gathers * warp.cosine_hemisphere_pdf(cosine))

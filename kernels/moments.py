@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import jit, kernel
 from photonmap.kernels.records import (
     FIRST_CAUSTIC,
     LIT_BY_CAUSTIC,
@@ -86,7 +86,7 @@ def _add_smooth(smooth, pixel, band, caustics, residual, share):
     return _add(smooth.residual, smooth.residual_spread, pixel, band, residual, share)
 
 
-@jit
+@kernel
 def add_pass(moments, smooth, pixels, seen, count, first, last):
     """Take pixels first..last of the pass number `count` (from 1) into the moments.
 
@@ -130,7 +130,7 @@ def is_judged(moments, pixel):
     return moments.coverage[pixel] == 1.0
 
 
-@jit
+@kernel
 def sum_radiance(moments, first, last, total):
     """Set total (N + 1,) to the sums of radiance over judged pixels, and their number."""
     total[:] = 0.0
@@ -141,7 +141,7 @@ def sum_radiance(moments, first, last, total):
                 total[band] += moments.direct[pixel, band] + moments.indirect[pixel, band]
 
 
-@jit
+@kernel
 def sum_relative_variance(moments, mean, weights, count, first, last):
     """Sum SE² / (v² + 0.01 mean²) over judged pixels first..last and bands.
 
@@ -165,7 +165,7 @@ def _residual(smooth, pixel, band):
     return 0.0 if smooth is None else smooth.residual[pixel, band]
 
 
-@jit
+@kernel
 def finish_shading(moments, smooth, count, first, last, factor, shading, error):
     """Fill shading and its standard error, times factor, (P, N) float32, of pixels first..last.
 

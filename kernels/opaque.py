@@ -10,7 +10,7 @@ import numpy as np
 
 from photonmap.kernels import vec
 from photonmap.kernels.bands import divide
-from photonmap.kernels.jit import jit, outlined
+from photonmap.kernels.jit import jit, kernel, outlined
 from photonmap.kernels.ray import intersect, occluded
 from photonmap.kernels.rng import draw, stream
 from photonmap.kernels.store import cell_at
@@ -48,7 +48,7 @@ def make_whole(geometry, alpha, triangle, u, v, flux):
     divide(flux, opacity_at(geometry, alpha, triangle, u, v))
 
 
-@jit
+@kernel
 def measure_cells(geometry, alpha, cells, areas, whole, there):
     """Add to `whole` and `there`, both (cells,), the area of each cell, and that of its surface."""
     for triangle in range(len(areas)):

@@ -6,7 +6,7 @@ from photonmap.kernels.albedo import paint
 from photonmap.kernels.bands import clear
 from photonmap.kernels.beyond import smoothness
 from photonmap.kernels.irradiance import light_keys
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import kernel
 from photonmap.kernels.mirrors import see_beyond
 from photonmap.kernels.pixel import reflect, reflect_caustics, see, start_pixel, start_seen
 from photonmap.kernels.records import DIRECT
@@ -16,7 +16,7 @@ from photonmap.kernels.walk import walk
 BEYOND = 1
 
 
-@jit
+@kernel
 def path_pass(
     scene, nothing, camera, film, samples, bounces, key, first, last, scratch, pixels, seen
 ):

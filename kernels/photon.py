@@ -6,7 +6,7 @@ from photonmap.kernels import vec, warp
 from photonmap.kernels.albedo import absorb, paint
 from photonmap.kernels.bands import divide
 from photonmap.kernels.beyond import largest, smoothness
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import jit, kernel
 from photonmap.kernels.light import emit, start_flux
 from photonmap.kernels.opaque import hit
 from photonmap.kernels.optics import leave
@@ -85,7 +85,7 @@ def _trace(
     return stores, 1
 
 
-@jit
+@kernel
 def trace_photons(
     geometry, materials, lights, optics, textures, cells, key, first, last, total, bounces, flux,
     radiosity,

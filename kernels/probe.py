@@ -2,14 +2,14 @@
 
 from photonmap.kernels import vec, warp
 from photonmap.kernels.film import camera_ray
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import jit, kernel
 from photonmap.kernels.light import emit, sample_direct
 from photonmap.kernels.opaque import blocked, hit
 from photonmap.kernels.rng import draw, stream
 from photonmap.kernels.surface import meet
 
 
-@jit
+@kernel
 def view_points(geometry, camera, film, key, points, normals):
     """Fill points and normals, (n, 3), with random first hits; return how many were found."""
     count = 0
@@ -40,7 +40,7 @@ def _sees(geometry, point, ng, points, normals, count, start):
     return False
 
 
-@jit
+@kernel
 def reaches_view(geometry, lights, key, paths, bounces, points, normals, count):
     """Tell whether any of some paths from the only emitter in `lights` reaches a view point."""
     for index in range(paths):

@@ -140,8 +140,29 @@ class Environment(NamedTuple):
     """of the map about +y, counter-clockwise seen from above, 1 for a full turn"""
 
 
+NODE_CENTER, NODE_AXIS, NODE_SQUARED_RADIUS, NODE_STRENGTH, NODE_TURN, NODE_REACH = 0, 3, 6, 7, 8, 9
+"""Columns of a light tree's nodes: center (3) and squared radius of a sphere around its emitters;
+axis (3) of a cone of their normals; the sum of their intensities; and the cosines of the cone's
+half angle and of that to which an emitter shines from its normal."""
+
+
+class LightTree(NamedTuple):
+    """Emitters by place and direction, to choose among for a point: see `light_tree`."""
+
+    nodes: np.ndarray
+    """(2S, 10) float64, columns NODE_…; row 0 is unused, S is a power of two"""
+    emitter: np.ndarray
+    """(S,) int32, of each leaf"""
+    leaf: np.ndarray
+    """(K,) int32, of each emitter, -1 if it is infinitely far"""
+    near: float
+    """chance of those in the tree, by power"""
+    far: np.ndarray
+    """(K,) float64, rises to 1 in proportion to the power of the others"""
+
+
 class Lights(NamedTuple):
-    """Emitters of all kinds, chosen by power."""
+    """Emitters of all kinds, chosen by power, and for direct light by importance."""
 
     kind: np.ndarray
     """(K,) uint8: TRIANGLE, POINT, DOME, SPOT or DIRECTIONAL"""
@@ -170,6 +191,8 @@ class Lights(NamedTuple):
     """what the dome looks like; None where it is the same all around, or where there is none"""
     glow: Glow | None
     """None without textured lamps"""
+    tree: LightTree | None
+    """None where emitters are few"""
 
 
 class Camera(NamedTuple):

@@ -10,7 +10,7 @@ import numpy as np
 
 from photonmap.kernels import vec
 from photonmap.kernels.film import FLAT, continues, plane_normal, plane_point
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import jit, kernel
 from photonmap.kernels.warp import INV_PI
 
 
@@ -46,7 +46,7 @@ def _add_window(film, plane, reach, radius, scale, pixel, source, target):
     return count
 
 
-@jit
+@kernel
 def share(film, plan, radius, scale, first, last, pixels, shared):
     """Share indirect light among pixels first..last and their neighbours.
 
@@ -69,7 +69,7 @@ def share(film, plan, radius, scale, first, last, pixels, shared):
                 )
 
 
-@jit
+@kernel
 def count_windows(film, plane, reach, radius, scale, first, last, nothing, counts):
     """Count the pixels that would share with each of first..last; `nothing` is (P, 0)."""
     for pixel in range(first, last):

@@ -6,7 +6,7 @@ so the store holds radiosity, it conserves energy exactly, knows no edge bias, a
 O(1). Cells shrink from pass to pass.
 """
 
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import jit, kernel
 
 NEAR = 1.0
 """Distance, in widths of a cell, within which it is not looked up."""
@@ -39,7 +39,7 @@ def answers(cells, triangle, side, distance):
     return distance * distance * cells.inverse_area[triangle, side] > NEAR * NEAR
 
 
-@jit
+@kernel
 def join(bundles, first, last, radiosity):
     """Add the bundles' cells first..last in order: (bundles, cells, N) into (cells, N)."""
     for cell in range(first, last):

@@ -5,7 +5,7 @@ import math
 from photonmap.kernels import vec, warp
 from photonmap.kernels.beyond import smoothness
 from photonmap.kernels.film import FLAT, camera_ray, morton, note_hit
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import jit, kernel
 from photonmap.kernels.light import sample_direct
 from photonmap.kernels.opaque import hit
 from photonmap.kernels.rng import sobol_2d, stream
@@ -26,7 +26,7 @@ def _nearness(geometry, point, ns, u, v):
     return 1.0 / max(math.sqrt(vec.dot(step, step)), NEAREST)
 
 
-@jit
+@kernel
 def survey_pixels(geometry, lights, optics, camera, film, samples, key, first, last, plane, survey):
     """Fill `survey` and `plane`, (P, 7), of pixels first..last from `samples` samples each."""
     keys = (stream(key, FILM, 0), stream(key, LIGHT, 0), stream(key, GATHER, 0))

@@ -57,10 +57,9 @@ def walk(scene, store, caustics, hit, part, bounces, state, throughput, irradian
         triangle, u, v, distance = first_hit(geometry, point, direction)
         side = side_of(geometry, triangle, direction) if triangle >= 0 else 0
         emitter = emitted(geometry, lights, triangle, side)
-        cosine = vec.dot(ns, direction)
         if triangle < 0:
             if emitter >= 0:
-                weight = weigh_miss(lights, direction, cosine, 1, 1)
+                weight = weigh_miss(lights, direction, vec.dot(ns, direction), 1, 1)
                 add_emitted_product(
                     irradiance, part, lights, emitter, (u, v), direction, throughput, weight
                 )
@@ -68,7 +67,7 @@ def walk(scene, store, caustics, hit, part, bounces, state, throughput, irradian
         origin = point
         if emitter >= 0:
             point, _, _, _ = meet(geometry, triangle, u, v, direction)
-            weight = weigh_hit(geometry, lights, emitter, origin, point, direction, cosine, 1, 1)
+            weight = weigh_hit(geometry, lights, emitter, origin, ns, point, direction, 1, 1)
             add_emitted_product(
                 irradiance, part, lights, emitter, (u, v), direction, throughput, weight
             )

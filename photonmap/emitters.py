@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,9 @@ from photonmap.kernels.records import (
     TRIANGLE,
     Geometry,
     Lights,
+    LightTree,
 )
+from photonmap.light_tree import grow_tree
 from photonmap.lights import (
     DirectionalLight,
     DomeLight,
@@ -83,63 +86,108 @@ def collect_emitters(
     emission = np.stack([emission_of(m.emission, bands, f"material {m.name!r}") for m in materials])
     glowing = np.flatnonzero(emission[material].any(axis=1))
     lamps = {materials[i].name for i in np.unique(material[glowing])}
-    lights = name_lights([check_light(light) for light in lights], lamps)
-    sky = _sky(lights, bands)
-    shining = [light for light in lights if _spectrum(light, sky, bands).any()]
+    shining, sky = _shining(name_lights([check_light(light) for light in lights], lamps), bands)
     if not shining and not len(glowing):
         warn("the scene has no light: a dome of radiance 1 in every band lights it")
         shining, sky = [DomeLight(name="dome")], None
 
+    places = _place(geometry, glowing, shining, center, size)
     row = np.concatenate([material[glowing], len(emission) + np.arange(len(shining))])
     spectra = np.concatenate([emission, *(_spectrum(light, sky, bands)[None] for light in shining)])
-    kind = np.array([TRIANGLE] * len(glowing) + [_KINDS[light.kind] for light in shining], np.uint8)
-    position, axis, cosines = (
-        np.zeros((len(row), 3)),
-        np.zeros((len(row), 3)),
-        np.ones((len(row), 2)),
-    )
-    area = np.concatenate([triangle_areas(geometry, glowing), np.zeros(len(shining))])
+    spectra[row[np.isin(places.kind, (POINT, SPOT))]] /= size * size
     radius = 1.001 * float(np.linalg.norm(geometry.vertices, axis=1).max())
-    extent = np.pi * area
-    for index, light in enumerate(shining, start=len(glowing)):
-        if isinstance(light, PointLight | SpotLight):
-            position[index] = (np.array(light.position) - center) / size
-            spectra[row[index]] /= size * size
-        if isinstance(light, DirectionalLight):
-            axis[index] = unit(np.array(light.direction))
-        if isinstance(light, SpotLight):
-            axis[index] = spot_axis(light)
-            cosines[index] = np.cos(np.radians([light.inner, light.outer]))
-        extent[index] = _extent(light, cosines[index], radius)
-    flux = extent * spectra[row].mean(axis=1)
+    mean = spectra[row].mean(axis=1)
+    flux = _extents(places, radius) * mean
     power = float(flux.sum())
-
-    of_triangle = np.full(len(material), -1, np.int32)
-    of_triangle[glowing] = np.arange(len(glowing))
-    triangle = np.full(len(row), -1, np.int32)
-    triangle[: len(glowing)] = glowing
-    cumulative = np.minimum(np.cumsum(flux) / power, 1.0)
-    cumulative[-1] = 1.0
-    dome = int(np.argmax(kind == DOME)) if (kind == DOME).any() else -1
-    lamp_names = [materials[material[t]].name for t in glowing]
     record = Lights(
-        kind,
-        triangle,
-        position,
-        axis,
-        cosines,
-        area,
+        places.kind,
+        places.triangle,
+        places.position,
+        places.axis,
+        places.cosines,
+        places.area,
         row.astype(np.int32),
         (spectra / power).astype(np.float32),
-        cumulative,
-        dome,
+        _rise(flux),
+        int(np.argmax(places.kind == DOME)) if (places.kind == DOME).any() else -1,
         radius,
-        sky.record(power) if sky and dome >= 0 else None,
+        sky.record(power) if sky and (places.kind == DOME).any() else None,
         pictures.glow(bands, power, len(spectra), geometry.uv, geometry.triangles),
+        _tree(geometry, places, mean, flux),
     )
+    of_triangle = np.full(len(material), -1, np.int32)
+    of_triangle[glowing] = np.arange(len(glowing))
+    lamp_names = [materials[material[t]].name for t in glowing]
     names = lamp_names + [light.name for light in shining]
     groups = lamp_names + [light.group or light.name for light in shining]
     return Emitters(record, names, groups, of_triangle, power)
+
+
+class _Places(NamedTuple):
+    """Where emitters are and how they shine, as in `Lights`."""
+
+    kind: NDArray[np.uint8]
+    triangle: NDArray[np.int32]
+    position: NDArray[np.float64]
+    axis: NDArray[np.float64]
+    cosines: NDArray[np.float64]
+    area: NDArray[np.float64]
+
+
+def _place(
+    geometry: Geometry,
+    glowing: NDArray[np.int64],
+    shining: Sequence[Light],
+    center: NDArray[np.float64],
+    size: float,
+) -> _Places:
+    """Place emitting triangles and lights, in the kernels' units."""
+    first, count = len(glowing), len(glowing) + len(shining)
+    places = _Places(
+        np.array([TRIANGLE] * first + [_KINDS[light.kind] for light in shining], np.uint8),
+        np.full(count, -1, np.int32),
+        np.zeros((count, 3)),
+        np.zeros((count, 3)),
+        np.ones((count, 2)),
+        np.zeros(count),
+    )
+    places.triangle[:first] = glowing
+    places.area[:first] = triangle_areas(geometry, glowing)
+    for index, light in enumerate(shining, start=first):
+        if isinstance(light, PointLight | SpotLight):
+            places.position[index] = (np.array(light.position) - center) / size
+        if isinstance(light, DirectionalLight):
+            places.axis[index] = unit(np.array(light.direction))
+        if isinstance(light, SpotLight):
+            places.axis[index] = spot_axis(light)
+            places.cosines[index] = np.cos(np.radians([light.inner, light.outer]))
+    return places
+
+
+def _tree(
+    geometry: Geometry, places: _Places, mean: NDArray[np.float64], flux: NDArray[np.float64]
+) -> LightTree | None:
+    """Build the tree of emitters that are not infinitely far."""
+    lamp = places.kind == TRIANGLE
+    lamps = places.triangle[lamp]
+    low, high, axis = places.position.copy(), places.position.copy(), places.axis.copy()
+    corners = geometry.vertices[geometry.triangles[lamps]]
+    low[lamp], high[lamp] = corners.min(axis=1), corners.max(axis=1)
+    axis[lamp] = geometry.normals[lamps]
+    cosines = np.ones((len(mean), 2))
+    cosines[lamp] = 1.0, 0.0
+    cosines[places.kind == POINT, 0] = -1.0
+    cosines[places.kind == SPOT, 0] = places.cosines[places.kind == SPOT, 1]
+    strength = mean * np.where(lamp, places.area, 1.0)
+    far = np.isin(places.kind, (DOME, DIRECTIONAL))
+    return grow_tree(low, high, axis, cosines, strength, flux, far)
+
+
+def _rise(flux: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a table that rises to 1 in proportion to power."""
+    cumulative = np.minimum(np.cumsum(flux) / flux.sum(), 1.0)
+    cumulative[-1] = 1.0
+    return cumulative
 
 
 def emission_of(color: Paint, bands: Bands, owner: str) -> NDArray[np.float64]:
@@ -154,13 +202,14 @@ def emission_of(color: Paint, bands: Bands, owner: str) -> NDArray[np.float64]:
     return values
 
 
-def _sky(lights: Sequence[Light], bands: Bands) -> Sky | None:
-    """Read the environment's map, if there is one."""
+def _shining(lights: Sequence[Light], bands: Bands) -> tuple[list[Light], Sky | None]:
+    """Return the lights that are not black, and the environment's map if there is one."""
     skies = [light for light in lights if isinstance(light, DomeLight | EnvironmentLight)]
     if len(skies) > 1:
         named = f"{skies[0].name!r} and {skies[1].name!r}"
         raise InputError(f"a scene has one dome or environment at most: leave one of {named} out")
-    return next((sky_of(s, bands) for s in skies if isinstance(s, EnvironmentLight)), None)
+    sky = next((sky_of(s, bands) for s in skies if isinstance(s, EnvironmentLight)), None)
+    return [light for light in lights if _spectrum(light, sky, bands).any()], sky
 
 
 def _spectrum(light: Light, sky: Sky | None, bands: Bands) -> NDArray[np.float64]:
@@ -170,17 +219,19 @@ def _spectrum(light: Light, sky: Sky | None, bands: Bands) -> NDArray[np.float64
     return emission_of(light.color, bands, f"light {light.name!r}")
 
 
-def _extent(light: Light, cosines: NDArray[np.float64], radius: float) -> float:
-    """Return the power of a light of amount 1, over a scene within `radius`."""
-    match light:
-        case PointLight():
-            return 4.0 * np.pi
-        case SpotLight():
-            # The falloff's mean over its range of cosines is 1/2.
-            return np.pi * float(2.0 - cosines.sum())
-        case DirectionalLight():
-            return np.pi * radius**2
-    return (2.0 * np.pi * radius) ** 2
+def _extents(places: _Places, radius: float) -> NDArray[np.float64]:
+    """Return the power, (K,), of emitters of amount 1, over a scene within `radius`."""
+    extents = np.pi * places.area
+    # A spot's falloff has a mean of 1/2 over its range of cosines.
+    spots = np.pi * (2.0 - places.cosines.sum(axis=1))
+    for kind, extent in (
+        (POINT, 4.0 * np.pi),
+        (SPOT, spots),
+        (DIRECTIONAL, np.pi * radius**2),
+        (DOME, (2.0 * np.pi * radius) ** 2),
+    ):
+        extents = np.where(places.kind == kind, extent, extents)
+    return extents
 
 
 def triangle_areas(

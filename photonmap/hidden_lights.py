@@ -53,4 +53,5 @@ def _only(lights: Lights, members: np.ndarray) -> Lights:
         spectrum=lights.spectrum[members],
         cumulative=cumulative,
         dome=int(np.argmax(members == lights.dome)) if lights.dome in members else -1,
+        tree=None,
     )

@@ -9,6 +9,7 @@ import hashlib
 import math
 import time
 from collections.abc import Callable
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -46,6 +47,9 @@ CELL_RANGE = 16384
 CELLS_HOLD, WINDOWS_HOLD = 8, 64
 """Passes after which cells and windows begin to shrink; before, noise outweighs their bias."""
 MAX_BOUNCES = 1000
+Store = tuple[Cells, np.ndarray]
+Light = tuple[Store, Caustics | None]
+
 SURVEY, PHOTONS, CAMERA, PROBE, CAUSTIC_PILOT, CAUSTICS = 0, 1, 2, 3, 4, 5
 
 
@@ -101,7 +105,6 @@ class Passes:
         self._cells: tuple[Cells, int]
         self._fill: np.ndarray | None = None
         self._bundles = np.empty((0, 0, 0), np.float32)
-        self._plan: Plan | None = None
         self.photon_seconds = self.caustic_seconds = 0.0
         self.photons = self.stores = self.cut = self.rays = 0
 
@@ -110,16 +113,30 @@ class Passes:
 
         So is `seen`, what the pass saw in smooth surfaces; None where there are none.
         """
+        return self.finish(index, self.look(index, *self.illuminate(index)))
+
+    def illuminate(self, index: int) -> Light:
+        """Trace the photons of a pass: the store, and the map of caustics if there is one."""
         if self._method == "path":
-            return self._leave_out(self._trace_paths(index))
+            return empty_store(self._bands), None
         start = time.perf_counter()
         store = self._trace_photons(index) if self._on("indirect") else empty_store(self._bands)
         traced = time.perf_counter()
         caustics = self._trace_caustics(index)
         self.caustic_seconds += time.perf_counter() - traced
         self.photon_seconds += time.perf_counter() - start
-        pixels = self._render(index, store, caustics)
-        return self._leave_out(self._share(index, pixels) if self._on("indirect") else pixels)
+        return store, caustics
+
+    def look(self, index: int, store: Store, caustics: Caustics | None) -> Pixels:
+        """Run the camera pass, or trace the paths."""
+        if self._method == "path":
+            return self._trace_paths(index)
+        return self._render(index, store, caustics)
+
+    def finish(self, index: int, pixels: Pixels) -> Pixels:
+        """Share indirect light between pixels, and clear what is to be left out."""
+        shared = self._method == "photon" and self._on("indirect")
+        return self._leave_out(self._share(index, pixels) if shared else pixels)
 
     @property
     def effect_seconds(self) -> dict[str, float]:
@@ -161,7 +178,7 @@ class Passes:
         self.photons += self._caustics.photons
         return self._caustics.trace(index, key)
 
-    def _trace_photons(self, index: int) -> tuple[Cells, np.ndarray]:
+    def _trace_photons(self, index: int) -> Store:
         cells, count = self._layout(index)
         total = self._photons
         bundles = bundle_count(total)
@@ -205,13 +222,8 @@ class Passes:
             self._level = level
         return self._cells
 
-    def _render(
-        self, index: int, store: tuple[Cells, np.ndarray], caustics: Caustics | None = None
-    ) -> Pixels:
-        if self._plan is None:
-            self._plan = self._survey()
-            self._plan_rays = _count_rays(self._plan)
-        plan, key = self._plan, stream_key(self._seed, index, CAMERA)
+    def _render(self, index: int, store: Store, caustics: Caustics | None) -> Pixels:
+        plan, key = self.plan, stream_key(self._seed, index, CAMERA)
         self._over_pixels(
             lambda first, last: camera_pass(
                 self._scene,
@@ -228,10 +240,12 @@ class Passes:
                 self.seen,
             )
         )
-        self.rays += self._plan_rays
+        self.rays += _count_rays(plan)
         return self._pixels
 
-    def _survey(self) -> Plan:
+    @cached_property
+    def plan(self) -> Plan:
+        """How much sampling each pixel gets."""
         geometry, _, lights, optics, _ = self._scene
         key = stream_key(self._seed, 0, SURVEY)
         plan = survey(geometry, lights, optics, self._camera, self._film, key, self._workers)
@@ -242,8 +256,7 @@ class Passes:
         return plan
 
     def _share(self, index: int, pixels: Pixels) -> Pixels:
-        assert self._plan is not None
-        plan, shrink = self._plan, (1.0 + index / WINDOWS_HOLD) ** (-1.0 / 6.0)
+        plan, shrink = self.plan, (1.0 + index / WINDOWS_HOLD) ** (-1.0 / 6.0)
         self._over_pixels(
             lambda first, last: share(
                 self._film, plan, WINDOW * shrink, shrink, first, last, pixels, self._shared
@@ -282,7 +295,7 @@ def _scratch(bands: int, smooth: bool) -> tuple[np.ndarray, np.ndarray, np.ndarr
     return throughput, through, np.empty((3 if smooth else 2, bands), np.float32)
 
 
-def empty_store(bands: int) -> tuple[Cells, np.ndarray]:
+def empty_store(bands: int) -> Store:
     """Make a store that never answers."""
     none = np.zeros((0, 2), np.int32), np.zeros(0, np.int32), np.zeros((0, 2), np.float32)
     return Cells(*none), np.zeros((0, bands), np.float32)

@@ -6,12 +6,12 @@ from scipy import stats
 from photonmap.caustics import BOXES, _guide
 from photonmap.kernels import rng
 from photonmap.kernels.caustics import _boxed
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import kernel
 
 SAMPLES = 200_000
 
 
-@jit
+@kernel
 def sample(rows, columns, out):
     state = rng.stream(3, 1, 4)
     for i in range(len(out)):

@@ -17,7 +17,7 @@ from photonmap.kernels.environment import (
     sample_environment,
     texel_at,
 )
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import kernel
 from photonmap.kernels.light import emit, start_flux
 from photonmap.prepare import prepare
 from photonmap.readers.panorama import read_panorama
@@ -165,7 +165,7 @@ def test_an_environment_in_the_furnace():
     assert abs(a - b) < 5.0 * np.hypot(first, second) + 0.004 * a
 
 
-@jit
+@kernel
 def sample_sky(environment, n, out, pdf):
     state = rng.stream(8, 0, 0)
     for i in range(n):
@@ -175,7 +175,7 @@ def sample_sky(environment, n, out, pdf):
         out[i, 0], out[i, 1], out[i, 2], pdf[i] = x, y, z, density
 
 
-@jit
+@kernel
 def sample_cone(cosine, n, out):
     state = rng.stream(9, 0, 0)
     for i in range(n):
@@ -250,7 +250,7 @@ def test_cone_sampler(degrees):
     assert stats.chisquare(counts.ravel(), np.full(160, expected)).pvalue > 1e-4
 
 
-@jit
+@kernel
 def sum_power(geometry, lights, n, flux, total, worst):
     for index in range(n):
         key = rng.stream(3, 0, 0)

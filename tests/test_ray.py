@@ -9,7 +9,7 @@ import photonmap as pm
 from photonmap.bands import Bands
 from photonmap.kernels import ray, surface, vec
 from photonmap.kernels.embree import EmbreeScene
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import kernel
 from photonmap.prepare import prepare
 
 
@@ -38,7 +38,7 @@ def test_a_scene_without_triangles_is_empty():
     assert ray.intersect(scene.address, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))[0] == -1
 
 
-@jit
+@kernel
 def count_self_hits(geometry, directions):
     """Leave each hit at a grazing angle; count rays that meet the triangle they leave."""
     count = 0
@@ -63,7 +63,7 @@ def test_no_ray_meets_the_triangle_that_it_leaves(shift):
     assert count_self_hits(prepared.geometry, directions) == 0
 
 
-@jit
+@kernel
 def count_misses(scene, origins, targets):
     """Count rays that meet nothing on their way through points of a closed mesh."""
     count = 0

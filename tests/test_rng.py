@@ -5,17 +5,17 @@ import pytest
 from scipy import stats
 
 from photonmap.kernels import rng
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import kernel
 
 
-@jit
+@kernel
 def fill(seed, item, out):
     state = rng.stream(seed, 0, item)
     for i in range(len(out)):
         out[i], state = rng.draw(state)
 
 
-@jit
+@kernel
 def fill_sobol(key, first, out):
     for i in range(len(out)):
         out[i, 0], out[i, 1] = rng.sobol_2d(np.uint64(first + i), key)

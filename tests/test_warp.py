@@ -5,13 +5,13 @@ import pytest
 from scipy import stats
 
 from photonmap.kernels import rng, warp
-from photonmap.kernels.jit import jit
+from photonmap.kernels.jit import kernel
 
 SAMPLES = 200_000
 SIGNIFICANCE = 1e-4 / 8
 
 
-@jit
+@kernel
 def sample_directions(which, n, out):
     state = rng.stream(5, which, 0)
     for i in range(n):
@@ -86,7 +86,7 @@ def test_triangle():
     assert chi_squared(counts, expected) > SIGNIFICANCE
 
 
-@jit
+@kernel
 def sample_discrete(cumulative, n, counts, renewed):
     state = rng.stream(6, 0, 0)
     for i in range(n):

@@ -1,0 +1,121 @@
+"""The choice of an emitter for a point: by power, or down a tree of lights by what may reach it.
+
+A. Conty Estévez and C. Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting",
+HPG 2018; bounds as in pbrt-v4, 12.6.3. The tree is complete: node n has the children 2n and
+2n + 1, its root is node 1, and leaves fill its second half.
+"""
+
+import math
+
+from photonmap.kernels import vec, warp
+from photonmap.kernels.jit import jit, outlined
+from photonmap.kernels.records import (
+    NODE_AXIS,
+    NODE_CENTER,
+    NODE_REACH,
+    NODE_SQUARED_RADIUS,
+    NODE_STRENGTH,
+    NODE_TURN,
+)
+
+BELOW_ONE = 1.0 - 2.0**-53
+
+
+@jit
+def _sine(cosine):
+    return math.sqrt(max(1.0 - cosine * cosine, 0.0))
+
+
+@jit
+def _closer(cosine, less):
+    """Return the cosine of an angle made smaller by another, 0 at least, both given by cosines."""
+    if cosine >= less:
+        return 1.0
+    return cosine * less + _sine(cosine) * _sine(less)
+
+
+@jit
+def _vector(nodes, node, first):
+    return nodes[node, first], nodes[node, first + 1], nodes[node, first + 2]
+
+
+@jit
+def importance(nodes, node, point, ns):
+    """Bound the irradiance at a point, about its normal, that comes from a node; roughly."""
+    strength = nodes[node, NODE_STRENGTH]
+    if strength == 0.0:
+        return 0.0
+    step = vec.sub(_vector(nodes, node, NODE_CENTER), point)
+    squared, squared_radius = vec.dot(step, step), nodes[node, NODE_SQUARED_RADIUS]
+    if squared <= squared_radius:
+        return strength / max(squared_radius, 1e-30)
+    direction = vec.scale(step, 1.0 / math.sqrt(squared))
+    width = math.sqrt(1.0 - squared_radius / squared)
+    lit = _closer(vec.dot(ns, direction), width)
+    if lit <= 0.0:
+        return 0.0
+    sent = -vec.dot(_vector(nodes, node, NODE_AXIS), direction)
+    sent = _closer(_closer(sent, nodes[node, NODE_TURN]), width)
+    if sent < nodes[node, NODE_REACH]:
+        return 0.0
+    return strength * lit * max(sent, 0.0) / squared
+
+
+@outlined
+def _descend(nodes, point, ns, u):
+    """Go down from the root by importance; return (leaf, chance, u renewed).
+
+    leaf is -1 where all importance is 0.
+    """
+    node, chance, leaves = 1, 1.0, len(nodes) // 2
+    while node < leaves:
+        first = importance(nodes, 2 * node, point, ns)
+        both = first + importance(nodes, 2 * node + 1, point, ns)
+        if both == 0.0:
+            return -1, 0.0, u
+        share = first / both
+        if u < share:
+            node, chance, u = 2 * node, chance * share, u / share
+        else:
+            node, chance, u = 2 * node + 1, chance * (1.0 - share), (u - share) / (1.0 - share)
+        u = min(u, BELOW_ONE)
+    return node - leaves, chance, u
+
+
+@outlined
+def _chance_of_leaf(nodes, leaf, point, ns):
+    """Return the probability of `_descend` to end at a leaf."""
+    node, chance = leaf + len(nodes) // 2, 1.0
+    while node > 1:
+        own = importance(nodes, node, point, ns)
+        if own == 0.0:
+            return 0.0
+        chance *= own / (own + importance(nodes, node ^ 1, point, ns))
+        node //= 2
+    return chance
+
+
+@jit
+def choose(lights, tree, point, ns, u):
+    """Choose an emitter for the light at a point; return (emitter, chance, u renewed).
+
+    emitter is -1 where none can reach it. `tree` is None where all are chosen by power.
+    """
+    if tree is None:
+        emitter, u = warp.discrete(lights.cumulative, u)
+        return emitter, warp.discrete_pdf(lights.cumulative, emitter), u
+    if u >= tree.near:
+        emitter, u = warp.discrete(tree.far, (u - tree.near) / (1.0 - tree.near))
+        return emitter, (1.0 - tree.near) * warp.discrete_pdf(tree.far, emitter), u
+    leaf, chance, u = _descend(tree.nodes, point, ns, u / tree.near)
+    if leaf < 0:
+        return -1, 0.0, u
+    return tree.emitter[leaf], tree.near * chance, u
+
+
+@jit
+def chance_of(lights, tree, emitter, point, ns):
+    """Return the probability of `choose` to return an emitter that is not infinitely far."""
+    if tree is None:
+        return warp.discrete_pdf(lights.cumulative, emitter)
+    return tree.near * _chance_of_leaf(tree.nodes, tree.leaf[emitter], point, ns)

@@ -1,0 +1,106 @@
+"""Many lights: the tree's choice has the chances it claims, and costs less error than power's."""
+
+import numpy as np
+import pytest
+from conftest import assert_within
+from scipy import stats
+
+import photonmap as pm
+from photonmap import emitters
+from photonmap.bands import Bands
+from photonmap.kernels import rng
+from photonmap.kernels.jit import kernel
+from photonmap.kernels.light_tree import chance_of, choose
+from photonmap.prepare import prepare
+
+SAMPLES = 200_000
+
+
+@kernel
+def count_choices(lights, point, ns, n, counts, worst):
+    state = rng.stream(12, 0, 0)
+    for _ in range(n):
+        u, state = rng.draw(state)
+        emitter, chance, u = choose(lights, lights.tree, point, ns, u)
+        counts[emitter] += 1
+        if emitter >= 0 and lights.kind[emitter] not in (2, 4):
+            other = chance_of(lights, lights.tree, emitter, point, ns)
+            worst[0] = max(worst[0], abs(chance / other - 1.0))
+        worst[1] = max(worst[1], u)
+
+
+@pytest.fixture(scope="module")
+def many(cornell):
+    """The Cornell box with its lamp, 20 points, 5 spots and a sun."""
+    random = np.random.default_rng(4)
+    places = random.uniform((-0.8, 0.35, -0.8), 0.8, (25, 3))
+    color = random.uniform(0.02, 1.0, (25, 3))
+    points = [pm.PointLight(tuple(p), tuple(c)) for p, c in zip(places, color, strict=True)]
+    spots = [
+        pm.SpotLight(tuple(p), tuple(-p), tuple(c), inner=20.0, outer=40.0)
+        for p, c in zip(places[20:], color, strict=False)
+    ]
+    sun = pm.DirectionalLight((0.0, -0.3, -1.0), (0.5, 0.5, 0.5))
+    return pm.Scene(cornell.meshes, [*points[:20], *spots, sun], cornell.camera, "many lights")
+
+
+def test_choices_have_their_chances(many):
+    """χ² at p > 1e-3 for each of 8 places; emitters of no chance are never chosen."""
+    lights = prepare(many, Bands.parse("rgb"), 1.0).lights
+    random = np.random.default_rng(5)
+    for _ in range(8):
+        point, ns = random.uniform(-0.3, 0.3, 3), random.normal(size=3)
+        ns /= np.linalg.norm(ns)
+        counts, worst = np.zeros(len(lights.kind) + 1), np.zeros(2)
+        count_choices(lights, tuple(point), tuple(ns), SAMPLES, counts, worst)
+        assert worst[0] < 1e-9
+        assert worst[1] < 1.0
+        near = np.isin(lights.kind, (0, 1, 3))
+        chances = np.zeros(len(counts))
+        for emitter in np.flatnonzero(near):
+            chances[emitter] = chance_of(lights, lights.tree, emitter, tuple(point), tuple(ns))
+        power = np.diff(lights.cumulative, prepend=0.0)
+        chances[:-1][~near] = power[~near]
+        chances[-1] = max(1.0 - chances[:-1].sum(), 0.0)
+        assert not counts[chances == 0.0].any()
+        common = chances * SAMPLES > 10.0
+        rest = np.array([counts[~common].sum()]), np.array([chances[~common].sum() * SAMPLES])
+        seen = np.append(counts[common], rest[0])
+        wanted = np.append(chances[common] * SAMPLES, max(rest[1][0], 1e-9))
+        assert stats.chisquare(seen, wanted * seen.sum() / wanted.sum()).pvalue > 1e-3
+
+
+def test_no_light_that_shines_on_a_point_has_no_chance(many):
+    """Wherever a light is in front of a surface and shines there, the tree may choose it."""
+    lights = prepare(many, Bands.parse("rgb"), 1.0).lights
+    random = np.random.default_rng(6)
+    for emitter in np.flatnonzero(np.isin(lights.kind, (1, 3))):
+        for _ in range(20):
+            point, ns = random.uniform(-0.5, 0.5, 3), random.normal(size=3)
+            ns /= np.linalg.norm(ns)
+            step = point - lights.position[emitter]
+            lit = -step @ ns > 0.0
+            if lights.kind[emitter] == 3:
+                cosine = lights.axis[emitter] @ step / np.linalg.norm(step)
+                lit &= cosine > lights.cosines[emitter, 1]
+            if lit:
+                assert chance_of(lights, lights.tree, emitter, tuple(point), tuple(ns)) > 0.0
+
+
+def test_the_tree_changes_the_error_alone(many, monkeypatch):
+    """Direct light of points agrees with the choice by power, at less than half its error."""
+    walls = [mesh for mesh in many.meshes if mesh.name != "light"]
+    many = pm.Scene(walls, many.lights[:20], many.camera, "points")
+    options = {"bands": "rgb", "size": (24, 24), "passes": 24, "effects": "emission,direct"}
+    tree = pm.render(many, **options)
+    monkeypatch.setattr(emitters, "grow_tree", lambda *_: None)
+    power = pm.render(many, **options, seed=1)
+    error = np.hypot(tree.standard_error("direct"), power.standard_error("direct"))
+    assert_within(tree.direct, power.direct, error, sigmas=6.0)
+    ratio = np.square(tree.standard_error("direct")).sum()
+    ratio /= np.square(power.standard_error("direct")).sum()
+    assert ratio < 0.25
+
+
+def test_few_lights_need_no_tree(cornell):
+    assert prepare(cornell, Bands.parse("rgb"), 1.0).lights.tree is None
