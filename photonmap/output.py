@@ -35,6 +35,7 @@ Images = dict[str, NDArray[Any]]
 _CHANNELS: dict[str, tuple[str, ...]] = {
     "coverage": ("Y",),
     "unresolved": ("Y",),
+    "passes": ("count",),
     "depth": ("Z",),
     "normal": ("X", "Y", "Z"),
     "object_id": ("id",),
@@ -43,10 +44,10 @@ _CHANNELS: dict[str, tuple[str, ...]] = {
 """Channels of the buffers without bands."""
 
 LIGHT = ("radiance", "emission", "direct", "indirect", "caustics", "residual")
-BUFFERS = (*LIGHT, "reflectance", "shading", *_CHANNELS)
+BUFFERS = (*LIGHT, "reflectance", "shading", "covariance", *_CHANNELS)
 """Names of all buffers there may be."""
 
-_INTEGERS = ("unresolved", "object_id", "material_id")
+_INTEGERS = ("unresolved", "passes", "object_id", "material_id")
 _RGB = ("R", "G", "B")
 _ERROR = ".error"
 _COMPRESSION = "zip"

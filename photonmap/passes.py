@@ -8,7 +8,8 @@ shrink, so the answer converges to the truth (Knaus and Zwicker 2011).
 import hashlib
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Literal
 
 import numpy as np
@@ -46,6 +47,7 @@ CELL_RANGE = 16384
 CELLS_HOLD, WINDOWS_HOLD = 8, 64
 """Passes after which cells and windows begin to shrink; before, noise outweighs their bias."""
 MAX_BOUNCES = 1000
+COUNTERS = ("photons", "stores", "cut", "rays", "photon_seconds", "caustic_seconds")
 SURVEY, PHOTONS, CAMERA, PROBE, CAUSTIC_PILOT, CAUSTICS = 0, 1, 2, 3, 4, 5
 
 
@@ -102,8 +104,23 @@ class Passes:
         self._fill: np.ndarray | None = None
         self._bundles = np.empty((0, 0, 0), np.float32)
         self._plan: Plan | None = None
-        self.photon_seconds = self.caustic_seconds = 0.0
+        self.photon_seconds = self.caustic_seconds = self.setup_seconds = 0.0
         self.photons = self.stores = self.cut = self.rays = 0
+
+    @property
+    def shares(self) -> bool:
+        """Whether pixels share their indirect light with neighbours."""
+        return self._method == "photon" and self._on("indirect")
+
+    @property
+    def counters(self) -> dict[str, float]:
+        """All that passes leave behind here: each is else a function of seed and number alone."""
+        return {name: getattr(self, name) for name in COUNTERS}
+
+    def resume(self, counters: dict[str, float]) -> None:
+        """Go on from the counters of earlier passes."""
+        for name in COUNTERS:
+            setattr(self, name, counters[name])
 
     def run(self, index: int) -> Pixels:
         """Run pass `index` (from 0); the arrays returned are overwritten by the next.
@@ -153,10 +170,11 @@ class Passes:
             return no_caustics(self._bands)
         if self._caustics is None:
             key = stream_key(self._seed, 0, CAUSTIC_PILOT)
-            self._caustics = CausticTracer(
-                geometry, lights, optics, self._bands, self._photons, self._size, key,
-                self._workers,
-            )  # fmt: skip
+            with self._setting_up():
+                self._caustics = CausticTracer(
+                    geometry, lights, optics, self._bands, self._photons, self._size, key,
+                    self._workers,
+                )  # fmt: skip
         key = stream_key(self._seed, index, CAUSTICS)
         self.photons += self._caustics.photons
         return self._caustics.trace(index, key)
@@ -209,8 +227,9 @@ class Passes:
         self, index: int, store: tuple[Cells, np.ndarray], caustics: Caustics | None = None
     ) -> Pixels:
         if self._plan is None:
-            self._plan = self._survey()
-            self._plan_rays = _count_rays(self._plan)
+            with self._setting_up():
+                self._plan = self._survey()
+                self._plan_rays = _count_rays(self._plan)
         plan, key = self._plan, stream_key(self._seed, index, CAMERA)
         self._over_pixels(
             lambda first, last: camera_pass(
@@ -230,6 +249,13 @@ class Passes:
         )
         self.rays += self._plan_rays
         return self._pixels
+
+    @contextmanager
+    def _setting_up(self) -> Iterator[None]:
+        """Take the time of what is done once, in the first pass."""
+        start = time.perf_counter()
+        yield
+        self.setup_seconds += time.perf_counter() - start
 
     def _survey(self) -> Plan:
         geometry, _, lights, optics, _ = self._scene
