@@ -49,6 +49,7 @@ class Rounds:
                 self._load(checkpoint)
             else:
                 warn(f"{checkpoint.path}: there is no checkpoint yet: starting anew")
+        self._counters = run.counters
         self._forecast = Forecast(budget, self.resumed, self.earlier, run.shares)
 
     def _load(self, checkpoint: Checkpoint) -> None:
@@ -109,6 +110,7 @@ class Rounds:
             if self._moments.whole.count == 0 or self._adding:
                 raise
             self.interrupted = True
+            self._run.resume(self._counters)  # without the pass that was cut off
         if self._checkpoint is not None:
             self._checkpoint.save(self._moments.arrays, self._state())
 
@@ -120,6 +122,7 @@ class Rounds:
             self._adding = True
             self._moments.add(pixels, run.seen)
             self._adding = False
+            self._counters = run.counters
             error, elapsed = self.error(), self.elapsed
             total = self._forecast.total(whole.count, error, elapsed, run.setup_seconds)
             progress.update(whole.count, error, elapsed / total, elapsed, run.rays / elapsed)
@@ -129,7 +132,7 @@ class Rounds:
     def _state(self) -> dict[str, Any]:
         return {
             "passes": self._moments.whole.count,
-            "counters": self._run.counters,
+            "counters": self._counters,
             "elapsed": self.elapsed,
             "saving": self.saving,
         }
