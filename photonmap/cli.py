@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 BAD_INPUT, INTERRUPTED = 2, 130
 
-_COMMANDS = {"sensors": "photonmap.sensors.command"}
+_COMMANDS = {"merge": "photonmap.merge_command", "sensors": "photonmap.sensors.command"}
 """Modules with HELP, add_arguments and run."""
 
 

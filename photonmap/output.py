@@ -57,6 +57,17 @@ _RECORD, _BANDS = "photonmapRecord", "photonmapBands"
 """Attributes of part 0, JSON: `Result.record` and `Bands.describe`."""
 
 
+def in_order(buffers: Images) -> Images:
+    """Return buffers in the order of `BUFFERS`, then those of each group as in "direct@sun"."""
+    groups = ["", *dict.fromkeys(name.partition("@")[2] for name in buffers)]
+
+    def place(name: str) -> tuple[int, int]:
+        buffer, _, group = name.partition("@")
+        return groups.index(group), BUFFERS.index(buffer)
+
+    return {name: buffers[name] for name in sorted(buffers, key=place)}
+
+
 def check_output(path: str | PathLike[str], buffers: Iterable[str] | None = None) -> Path:
     """Check before a render that FILE.exr, FILE.png and FILE.json can be written.
 

@@ -29,7 +29,7 @@ from photonmap.kernels.beyond import MOST_SMOOTH
 from photonmap.kernels.records import Film
 from photonmap.ledger import Ledger
 from photonmap.memory import check_memory
-from photonmap.output import BUFFERS
+from photonmap.output import in_order
 from photonmap.passes import MAX_BOUNCES, PROBE, Passes, stream_key
 from photonmap.prepare import Prepared, prepare
 from photonmap.progress import Progress, Silent
@@ -262,12 +262,7 @@ def _finish(
         "passes": moments.whole.counts,
         **first_hit_buffers(prepared, film, workers),
     }
-    return {name: flat[name] for name in sorted(flat, key=_place)}, errors
-
-
-def _place(name: str) -> int:
-    """Return where a buffer stands in the order of `BUFFERS`; those of groups come last."""
-    return BUFFERS.index(name) if name in BUFFERS else len(BUFFERS)
+    return in_order(flat), errors
 
 
 def _images(flat: dict[str, Any], film: Film) -> dict[str, Any]:
