@@ -83,7 +83,7 @@ def test_means_and_errors_are_those_of_one_run(runs):
     for name, error in one.errors.items():
         scale = np.abs(one.buffers[name]).max()
         np.testing.assert_allclose(
-            merged.errors[name], error, rtol=1e-4, atol=1e-6 * scale, err_msg=name
+            merged.errors[name], error, rtol=1e-5, atol=1e-6 * scale, err_msg=name
         )
 
 
@@ -114,7 +114,7 @@ def test_merged_results_merge_again(runs):
     for name, error in merged.errors.items():
         scale = np.abs(merged.buffers[name]).max()
         np.testing.assert_allclose(
-            again.errors[name], error, rtol=1e-4, atol=1e-6 * scale, err_msg=name
+            again.errors[name], error, rtol=1e-5, atol=1e-6 * scale, err_msg=name
         )
     assert [run["seed"] for run in again.record["merged"]] == [3, 1, 8]
 
