@@ -52,7 +52,6 @@ class Accumulator:
         self.count = 0
         self._weights = np.ones(bands) if weights is None else weights
         self._size, self._workers = size, workers
-        self._listed: NDArray[np.float32] | None = None
         self._moments = Moments(
             *(np.zeros((size, bands)) for _ in range(MEANS)),
             *(np.zeros((size, bands), np.float32) for _ in range(SPREADS)),
@@ -122,9 +121,7 @@ class Accumulator:
     def _percentile(
         self, what: tuple[Any, ...], mean: NDArray[np.float64], percentile: float
     ) -> float:
-        if self._listed is None:
-            self._listed = np.empty((self._size, len(mean)), np.float32)
-        listed = self._listed
+        listed = np.empty((self._size, len(mean)), np.float32)
         rows = self._over_pixels(
             lambda first, last: list_relative_variance(*what, mean, first, last, listed)
         )

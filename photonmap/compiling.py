@@ -41,7 +41,8 @@ def compile_kernels(wanted: Prepared, bands: Bands, workers: Workers, method: Me
     moments = Ledger(columns, 1, workers, prepared.optics is not None)
     moments.add(run.run(0), run.seen)
     moments.add(run.run(1), run.seen)
-    moments.whole.error()
+    for percentile in (None, 50.0):
+        moments.whole.error(percentile=percentile)
     moments.finish(1.0)
     warn_of_hidden_lights(prepared, _FILM, stream_key(0, 0, PROBE))
     first_hit_buffers(prepared, _FILM, workers)
