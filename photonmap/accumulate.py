@@ -108,15 +108,14 @@ class Accumulator:
         parts = np.zeros((-(-self._size // RANGE), len(self._weights) + 1))
         self._over_pixels(lambda first, last: sum_judged(*what, first, last, parts[first // RANGE]))
         totals = parts.sum(axis=0)
-        if totals[-1] == 0.0:
-            return 0.0
-        mean = totals[:-1] / totals[-1]
+        judged = max(totals[-1], 1.0)
+        mean = totals[:-1] / judged
         if percentile is not None:
             return self._percentile(what, mean, percentile)
         sums = self._over_pixels(
             lambda first, last: sum_relative_variance(*what, mean, self._weights, first, last)
         )
-        return math.sqrt(math.fsum(sums) / (totals[-1] * self._weights.sum()))
+        return math.sqrt(math.fsum(sums) / (judged * self._weights.sum()))
 
     def _percentile(
         self, what: tuple[Any, ...], mean: NDArray[np.float64], percentile: float
@@ -126,6 +125,8 @@ class Accumulator:
             lambda first, last: list_relative_variance(*what, mean, first, last, listed)
         )
         values = np.concatenate([listed[i * RANGE :][:count] for i, count in enumerate(rows)])
+        if not len(values):
+            return 0.0
         even = (self._weights == 1.0).all()
         variance = np.percentile(
             values,

@@ -74,6 +74,7 @@ class Checkpoint:
         self.seconds = 0.0
         self._next = time.monotonic() + EVERY
         self._saved: int | None = None
+        self._failed = False
 
     def load(self, arrays: Arrays) -> dict[str, Any]:
         """Fill arrays with those of the file; return the rest of the state.
@@ -106,7 +107,7 @@ class Checkpoint:
             self.save(arrays, state)
 
     def save(self, arrays: Arrays, state: dict[str, Any]) -> None:
-        """Save unless these passes were; where that fails, a warning tells why.
+        """Save unless these passes were; where that begins to fail, a warning tells why.
 
         Parameters
         ----------
@@ -118,10 +119,12 @@ class Checkpoint:
         start = time.monotonic()
         try:
             self._write(arrays, state)
-            self._saved = state["passes"]
+            self._saved, self._failed = state["passes"], False
         except (OSError, KeyboardInterrupt) as error:
             reason = getattr(error, "strerror", None) or "interrupted"
-            warn(f"{self.path}: pass {state['passes']} was not saved ({reason})")
+            if not self._failed:
+                warn(f"{self.path}: pass {state['passes']} was not saved ({reason})")
+            self._failed = True
         spent = time.monotonic() - start
         self.seconds += spent
         self._next = time.monotonic() + max(EVERY, spent / MOST_SHARE)
