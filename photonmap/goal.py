@@ -59,8 +59,8 @@ class Goal:
         """Return what `parse` reads."""
         head = [] if self.is_plain else [self.buffer]
         if self.percentile is not None:
-            head.append(f"p{self.percentile:g}")
-        return ":".join([*head, f"{self.limit:g}"])
+            head.append(f"p{self.percentile:.12g}")
+        return ":".join([*head, f"{self.limit:.12g}"])
 
     @property
     def is_plain(self) -> bool:
