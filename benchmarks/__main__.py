@@ -28,6 +28,8 @@ NAMES = (
     "effects",
     "start",
     "memory",
+    "checkpoint",
+    "forecast",
     "scaling",
     "profile",
 )

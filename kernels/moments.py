@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from photonmap.kernels.gather import EMPTY, FOUND
 from photonmap.kernels.jit import jit, kernel
 from photonmap.kernels.records import (
     FIRST_CAUSTIC,
@@ -14,6 +15,10 @@ from photonmap.kernels.records import (
     SEEN_INDIRECT,
 )
 from photonmap.kernels.warp import INV_PI
+
+JUDGED = ("radiance", "direct", "indirect", "caustics", "residual", "shading")
+"""Buffers whose error may be asked for; kernels take their index."""
+RADIANCE, DIRECT, INDIRECT, CAUSTICS, RESIDUAL, SHADING = range(len(JUDGED))
 
 
 class Moments(NamedTuple):
@@ -42,6 +47,8 @@ class Moments(NamedTuple):
     """(P,) float64, mean"""
     found: np.ndarray
     """(P,) uint8, flags of all passes, as in `Pixels`"""
+    counts: np.ndarray
+    """(P,) uint32, passes taken into each pixel"""
 
 
 class SmoothMoments(NamedTuple):
@@ -87,14 +94,15 @@ def _add_smooth(smooth, pixel, band, caustics, residual, share):
 
 
 @kernel
-def add_pass(moments, smooth, pixels, seen, count, first, last):
-    """Take pixels first..last of the pass number `count` (from 1) into the moments.
+def add_pass(moments, smooth, pixels, seen, first, last):
+    """Take pixels first..last of a pass into the moments.
 
     `smooth` and `seen` are None in a scene without smooth surfaces.
     """
-    share = 1.0 / count
-    rest = 1.0 - share
     for pixel in range(first, last):
+        moments.counts[pixel] += 1
+        share = 1.0 / moments.counts[pixel]
+        rest = 1.0 - share
         moments.coverage[pixel] += (pixels.coverage[pixel] - moments.coverage[pixel]) * share
         moments.found[pixel] |= pixels.found[pixel]
         for band in range(pixels.direct.shape[1]):
@@ -122,42 +130,17 @@ def add_pass(moments, smooth, pixels, seen, count, first, last):
 
 
 @jit
-def is_judged(moments, pixel):
-    """Tell whether a pixel counts in the error: covered by surfaces, none of which emits."""
+def is_judged(moments, lit, pixel):
+    """Tell whether a pixel counts in the error: covered by surfaces, none of which emits.
+
+    Where photons are stored (`lit`), gather rays must have met some of their light, or none at all.
+    """
+    if lit and (moments.found[pixel] & (EMPTY | FOUND)) == EMPTY:
+        return False
     for band in range(moments.emission.shape[1]):
         if moments.emission[pixel, band] != 0.0:
             return False
     return moments.coverage[pixel] == 1.0
-
-
-@kernel
-def sum_radiance(moments, first, last, total):
-    """Set total (N + 1,) to the sums of radiance over judged pixels, and their number."""
-    total[:] = 0.0
-    for pixel in range(first, last):
-        if is_judged(moments, pixel):
-            total[-1] += 1.0
-            for band in range(moments.direct.shape[1]):
-                total[band] += moments.direct[pixel, band] + moments.indirect[pixel, band]
-
-
-@kernel
-def sum_relative_variance(moments, mean, weights, count, first, last):
-    """Sum SE² / (v² + 0.01 mean²) over judged pixels first..last and bands.
-
-    mean and weights are (N,): a column counts as often as its weight says.
-    """
-    total = 0.0
-    scale = 1.0 / (count * (count - 1.0))
-    for pixel in range(first, last):
-        if is_judged(moments, pixel):
-            for band in range(len(mean)):
-                value = moments.direct[pixel, band] + moments.indirect[pixel, band]
-                norm = value * value + 0.01 * mean[band] * mean[band]
-                if norm > 0.0:
-                    spread = moments.radiance_spread[pixel, band]
-                    total += weights[band] * (spread * scale / norm)
-    return total
 
 
 @jit
@@ -165,28 +148,114 @@ def _residual(smooth, pixel, band):
     return 0.0 if smooth is None else smooth.residual[pixel, band]
 
 
+@jit
+def _shading(moments, smooth, pixel, band):
+    """Return shading and its spread.
+
+    The ratio of diffuse light to reflectance where that is not 0, with the spread of a ratio by
+    the delta method; the mean irradiance / π elsewhere.
+    """
+    r = moments.reflectance[pixel, band]
+    if r == 0.0:
+        return moments.irradiance[pixel, band], float(moments.irradiance_spread[pixel, band])
+    light = moments.direct[pixel, band] + moments.indirect[pixel, band]
+    s = (light - _residual(smooth, pixel, band)) / r
+    spread = (
+        moments.diffuse_spread[pixel, band]
+        - 2.0 * s * moments.product[pixel, band]
+        + s * s * moments.reflectance_spread[pixel, band]
+    ) / (r * r)
+    return s, max(spread, 0.0)
+
+
+@jit
+def _smooth_light(smooth, buffer, pixel, band):
+    """Return the mean and spread of caustics or residual: 0 without smooth surfaces."""
+    if smooth is None:
+        return 0.0, 0.0
+    if buffer == CAUSTICS:
+        return smooth.caustics[pixel, band], float(smooth.caustics_spread[pixel, band])
+    return smooth.residual[pixel, band], float(smooth.residual_spread[pixel, band])
+
+
+@jit
+def _light(moments, smooth, buffer, pixel, band):
+    """Return the mean and spread of a buffer of `JUDGED`, where nothing emits."""
+    if buffer == RADIANCE:
+        value = moments.direct[pixel, band] + moments.indirect[pixel, band]
+        return value, float(moments.radiance_spread[pixel, band])
+    if buffer == DIRECT:
+        return moments.direct[pixel, band], float(moments.direct_spread[pixel, band])
+    if buffer == INDIRECT:
+        return moments.indirect[pixel, band], float(moments.indirect_spread[pixel, band])
+    if buffer == SHADING:
+        return _shading(moments, smooth, pixel, band)
+    return _smooth_light(smooth, buffer, pixel, band)
+
+
 @kernel
-def finish_shading(moments, smooth, count, first, last, factor, shading, error):
+def sum_judged(moments, smooth, buffer, lit, first, last, total):
+    """Set total (N + 1,) to the sums of a buffer over judged pixels, and their number."""
+    total[:] = 0.0
+    for pixel in range(first, last):
+        if is_judged(moments, lit, pixel):
+            total[-1] += 1.0
+            for band in range(moments.direct.shape[1]):
+                total[band] += _light(moments, smooth, buffer, pixel, band)[0]
+
+
+@jit
+def _relative_variance(moments, smooth, buffer, mean, pixel, band):
+    """Return SE² / (v² + 0.01 mean²); infinite before the pixel's second pass."""
+    count = float(moments.counts[pixel])
+    if count < 2.0:
+        return math.inf
+    value, spread = _light(moments, smooth, buffer, pixel, band)
+    norm = value * value + 0.01 * mean[band] * mean[band]
+    return spread * (1.0 / (count * (count - 1.0))) / norm if norm > 0.0 else 0.0
+
+
+@kernel
+def sum_relative_variance(moments, smooth, buffer, lit, mean, weights, first, last):
+    """Sum SE² / (v² + 0.01 mean²) over judged pixels first..last and bands.
+
+    mean and weights are (N,): a column counts as often as its weight says.
+    """
+    total = 0.0
+    for pixel in range(first, last):
+        if is_judged(moments, lit, pixel):
+            for band in range(len(mean)):
+                variance = _relative_variance(moments, smooth, buffer, mean, pixel, band)
+                total += weights[band] * variance
+    return total
+
+
+@kernel
+def list_relative_variance(moments, smooth, buffer, lit, mean, first, last, out):
+    """Write SE² / (v² + 0.01 mean²) of judged pixels first..last from row `first` on.
+
+    mean is (N,), out (P, N) float32; returns how many rows were written.
+    """
+    row = first
+    for pixel in range(first, last):
+        if is_judged(moments, lit, pixel):
+            for band in range(len(mean)):
+                out[row, band] = _relative_variance(moments, smooth, buffer, mean, pixel, band)
+            row += 1
+    return row - first
+
+
+@kernel
+def finish_shading(moments, smooth, first, last, factor, shading, error):
     """Fill shading and its standard error, times factor, (P, N) float32, of pixels first..last.
 
-    The ratio of diffuse light to reflectance where that is not 0, with the error of a ratio by
-    the delta method; the mean irradiance / π elsewhere. With one pass, error stays as it is.
+    Before a pixel's second pass, error stays as it is.
     """
-    scale = 1.0 / (count * max(count - 1.0, 1.0))
     for pixel in range(first, last):
+        count = float(moments.counts[pixel])
+        scale = 1.0 / (count * max(count - 1.0, 1.0))
         for band in range(shading.shape[1]):
-            r = moments.reflectance[pixel, band]
-            if r > 0.0:
-                light = moments.direct[pixel, band] + moments.indirect[pixel, band]
-                s = (light - _residual(smooth, pixel, band)) / r
-                variance = (
-                    moments.diffuse_spread[pixel, band]
-                    - 2.0 * s * moments.product[pixel, band]
-                    + s * s * moments.reflectance_spread[pixel, band]
-                ) / (r * r)
-            else:
-                s = moments.irradiance[pixel, band]
-                variance = float(moments.irradiance_spread[pixel, band])
-            shading[pixel, band] = s * factor
-            if count > 1:
-                error[pixel, band] = factor * math.sqrt(max(variance, 0.0) * scale)
+            value, spread = _shading(moments, smooth, pixel, band)
+            shading[pixel, band] = value * factor
+            if count > 1.0:
+                error[pixel, band] = factor * math.sqrt(spread * scale)

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         PointLight,
         SpotLight,
     )
+    from photonmap.merge import merge
     from photonmap.readers.scene_file import load_scene
     from photonmap.render import render
     from photonmap.result import Result, load_result
@@ -39,6 +40,7 @@ _HOMES = {
     "Bands": "bands",
     "InputError": "errors",
     "SceneWarning": "errors",
+    "merge": "merge",
     "render": "render",
     "Result": "result",
     "load_result": "result",

@@ -1,6 +1,8 @@
 """Means and standard errors over independent passes."""
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,11 +10,13 @@ from numpy.typing import NDArray
 from photonmap.kernels.gather import EMPTY, FOUND
 from photonmap.kernels.mirrors import CUT
 from photonmap.kernels.moments import (
+    JUDGED,
     Moments,
     SmoothMoments,
     add_pass,
     finish_shading,
-    sum_radiance,
+    list_relative_variance,
+    sum_judged,
     sum_relative_variance,
 )
 from photonmap.kernels.records import Pixels
@@ -53,6 +57,7 @@ class Accumulator:
             *(np.zeros((size, bands), np.float32) for _ in range(SPREADS)),
             coverage=np.zeros(size),
             found=np.zeros(size, np.uint8),
+            counts=np.zeros(size, np.uint32),
         )
         self._smooth = (
             SmoothMoments(
@@ -65,48 +70,71 @@ class Accumulator:
 
     def add(self, pixels: Pixels, seen: NDArray[np.float32] | None = None) -> None:
         """Take in one complete pass, and what is seen in smooth surfaces if there are any."""
-        count = self.count + 1
-        self._workers.ranges(
-            lambda first, last: add_pass(
-                self._moments, self._smooth, pixels, seen, count, first, last
-            ),
-            self._size,
-            RANGE,
-            whole=True,
+        self._over_pixels(
+            lambda first, last: add_pass(self._moments, self._smooth, pixels, seen, first, last)
         )
-        self.count = count
+        self.count += 1
 
-    def error(self) -> float:
-        """Return the relative standard error of radiance, as the run record states it.
+    @property
+    def counts(self) -> NDArray[np.uint32]:
+        """Passes taken into each pixel, (P,)."""
+        return self._moments.counts
+
+    @property
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """All that passes leave behind but their number, by name: the arrays themselves."""
+        smooth = {} if self._smooth is None else self._smooth._asdict()
+        return {**self._moments._asdict(), **smooth}
+
+    def error(
+        self, buffer: str = "radiance", percentile: float | None = None, lit: bool = True
+    ) -> float:
+        """Return the relative standard error of a buffer, as the run record states it.
 
         sqrt(mean(SE² / (v² + 0.01 m²))) over bands and over the pixels that surfaces cover
-        wholly and none of which emits; v is radiance, m its mean in a band. Infinite before the
-        second pass, 0 where there is no such pixel.
+        wholly, none of which emits, and whose indirect light was found; v is the buffer, m its
+        mean in a band. Infinite before the second pass, 0 where there is no such pixel.
+
+        Parameters
+        ----------
+        buffer : one of the kernels' `JUDGED`
+        percentile : in place of the root mean square, the least value that so many percent of
+            SE / sqrt(v² + 0.01 m²) do not exceed
+        lit : photons were stored, so that a pixel that found none is left out
         """
         if self.count < 2:
             return math.inf
-        moments = self._moments
-        bands = moments.direct.shape[1]
-        parts = np.zeros((-(-self._size // RANGE), bands + 1))
-        self._workers.ranges(
-            lambda first, last: sum_radiance(moments, first, last, parts[first // RANGE]),
-            self._size,
-            RANGE,
-            whole=True,
-        )
+        what = self._moments, self._smooth, JUDGED.index(buffer), lit
+        parts = np.zeros((-(-self._size // RANGE), len(self._weights) + 1))
+        self._over_pixels(lambda first, last: sum_judged(*what, first, last, parts[first // RANGE]))
         totals = parts.sum(axis=0)
-        if totals[-1] == 0.0:
-            return 0.0
-        mean = totals[:-1] / totals[-1]
-        sums = self._workers.ranges(
-            lambda first, last: sum_relative_variance(
-                moments, mean, self._weights, self.count, first, last
-            ),
-            self._size,
-            RANGE,
-            whole=True,
+        judged = max(totals[-1], 1.0)
+        mean = totals[:-1] / judged
+        if percentile is not None:
+            return self._percentile(what, mean, percentile)
+        sums = self._over_pixels(
+            lambda first, last: sum_relative_variance(*what, mean, self._weights, first, last)
         )
-        return math.sqrt(math.fsum(sums) / (totals[-1] * self._weights.sum()))
+        return math.sqrt(math.fsum(sums) / (judged * self._weights.sum()))
+
+    def _percentile(
+        self, what: tuple[Any, ...], mean: NDArray[np.float64], percentile: float
+    ) -> float:
+        listed = np.empty((self._size, len(mean)), np.float32)
+        rows = self._over_pixels(
+            lambda first, last: list_relative_variance(*what, mean, first, last, listed)
+        )
+        values = np.concatenate([listed[i * RANGE :][:count] for i, count in enumerate(rows)])
+        if not len(values):
+            return 0.0
+        even = (self._weights == 1.0).all()
+        variance = np.percentile(
+            values,
+            percentile,
+            method="inverted_cdf",
+            weights=None if even else np.broadcast_to(self._weights, values.shape),
+        )
+        return math.sqrt(variance)
 
     def finish(self, scale: float) -> tuple[Buffers, Buffers]:
         """Return the buffers and their standard errors, each (P, N) float32.
@@ -118,21 +146,19 @@ class Accumulator:
         Returns
         -------
         buffers : radiance, emission, direct, indirect, reflectance, shading, and caustics and
-            residual where there are smooth surfaces; coverage (P,)
-        errors : of all but the last; empty after a single pass
+            residual where there are smooth surfaces; covariance; coverage (P,)
+        errors : of all but the last two; empty after a single pass, infinite where a pixel of
+            several passes has one
         """
         moments = self._moments
         shading = np.empty(moments.direct.shape, np.float32)
-        errors: Buffers = {"shading": np.zeros_like(shading)}
-        self._workers.ranges(
+        errors: Buffers = {"shading": np.full_like(shading, np.inf)}
+        self._over_pixels(
             lambda first, last: finish_shading(
-                moments, self._smooth, self.count, first, last, scale, shading, errors["shading"]
-            ),
-            self._size,
-            RANGE,
-            whole=True,
+                moments, self._smooth, first, last, scale, shading, errors["shading"]
+            )
         )
-        buffers: Buffers = {"shading": shading}
+        buffers: Buffers = {"shading": shading, "covariance": self._covariance(scale)}
         for name, spread, factor in (
             ("emission", moments.emission_spread, scale),
             ("direct", moments.direct_spread, scale),
@@ -161,5 +187,18 @@ class Accumulator:
 
     def _standard_error(self, spread: NDArray[np.float32], factor: float) -> NDArray[np.float32]:
         error = np.sqrt(spread)
-        error *= factor / math.sqrt(self.count * max(self.count - 1, 1))
+        error *= (factor / np.sqrt(self._divisor())).astype(np.float32)[:, None]
+        error[self.counts < 2] = np.inf
         return error
+
+    def _covariance(self, factor: float) -> NDArray[np.float32]:
+        """Return the covariance of the means of diffuse light and reflectance."""
+        return self._moments.product * (factor / self._divisor()).astype(np.float32)[:, None]
+
+    def _divisor(self) -> NDArray[np.float64]:
+        """Return what a sum of squared deviations is divided by for a mean's variance, (P,)."""
+        count = self.counts.astype(np.float64)
+        return np.maximum(count * (count - 1.0), 1.0)
+
+    def _over_pixels(self, task: Callable[[int, int], Any]) -> list[Any]:
+        return self._workers.ranges(task, self._size, RANGE, whole=True)

@@ -2,8 +2,10 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from photonmap.errors import InputError
+from photonmap.goal import Goal
 
 DEFAULT_ERROR = 0.02
 LEAST_PASSES = 16
@@ -14,15 +16,18 @@ CEILING = 3600.0
 
 @dataclass(frozen=True)
 class Budget:
-    """Exactly one of passes, seconds and error."""
+    """Exactly one of passes, seconds and an error to reach."""
 
     passes: int | None = None
     seconds: float | None = None
-    error: float | None = None
+    goal: Goal | None = None
 
     @classmethod
     def choose(
-        cls, passes: int | None = None, seconds: float | None = None, error: float | None = None
+        cls,
+        passes: int | None = None,
+        seconds: float | None = None,
+        error: float | str | None = None,
     ) -> "Budget":
         """Check a user's choice; none at all is the default error.
 
@@ -30,19 +35,24 @@ class Budget:
         ------
         InputError : two budgets at once, or one that is not positive and finite
         """
-        given = {
-            name: value
-            for name, value in (("passes", passes), ("seconds", seconds), ("error", error))
-            if value is not None
-        }
-        if len(given) > 1:
-            raise InputError(f"{' and '.join(given)} are two budgets at once: give one")
-        for name, value in given.items():
-            if not (math.isfinite(value) and value > 0):
+        given = {"passes": passes, "seconds": seconds, "error": error}
+        names = [name for name, value in given.items() if value is not None]
+        if len(names) > 1:
+            raise InputError(f"{' and '.join(names)} are two budgets at once: give one")
+        for name, value in (("passes", passes), ("seconds", seconds)):
+            if value is not None and not (math.isfinite(value) and value > 0):
                 raise InputError(f"{name} {value} must be positive and finite")
         if passes is not None and passes != int(passes):
             raise InputError(f"passes {passes} must be a whole number")
-        return cls(**given) if given else cls(error=DEFAULT_ERROR)  # type: ignore[arg-type]
+        if passes is None and seconds is None:
+            return cls(goal=Goal.parse(DEFAULT_ERROR if error is None else error))
+        return cls(passes, seconds)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON-able record: what was given, by name."""
+        if self.goal is not None:
+            return {"error": self.goal.limit if self.goal.is_plain else str(self.goal)}
+        return {"passes": self.passes} if self.passes else {"seconds": self.seconds}
 
     @property
     def ceiling(self) -> float:
@@ -57,17 +67,5 @@ class Budget:
         if self.passes is not None:
             return count >= self.passes
         late = count > 0 and elapsed * (count + 1) / count > self.ceiling
-        reached = self.error is not None and count >= LEAST_PASSES and error <= self.error
+        reached = self.goal is not None and count >= LEAST_PASSES and error <= self.goal.limit
         return late or reached
-
-    def fraction(self, count: int, error: float, elapsed: float) -> float:
-        """Estimate which part of the work is done, in [0, 1]; 0 while nothing is known."""
-        if self.passes is not None:
-            return count / self.passes
-        if self.error is None:
-            return min(elapsed / self.ceiling, 1.0)
-        if not math.isfinite(error):
-            return 0.0
-        # Variance falls with the number of passes.
-        needed = max(count * (error / self.error) ** 2, LEAST_PASSES)
-        return min(max(count / needed, elapsed / self.ceiling), 1.0)

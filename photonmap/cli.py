@@ -10,18 +10,27 @@ import time
 import warnings
 from importlib import import_module
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
-from photonmap.arguments import limits, size, vector
-from photonmap.budget import CEILING, DEFAULT_ERROR
 from photonmap.errors import InputError, SceneWarning, listening
-from photonmap.progress import choose_progress
+from photonmap.options import add_render_options
+from photonmap.progress import Progress, choose_progress
 from photonmap.scene import Camera, Scene
+
+if TYPE_CHECKING:
+    from photonmap.result import Result
 
 BAD_INPUT, INTERRUPTED = 2, 130
 
-_COMMANDS = {"sensors": "photonmap.sensors.command"}
+_COMMANDS = {"merge": "photonmap.merge_command", "sensors": "photonmap.sensors.command"}
 """Modules with HELP, add_arguments and run."""
+
+
+_PASSED_ON = (
+    "size", "pixel", "passes", "seconds", "error", "photons", "seed", "threads", "method",
+    "effects", "per_light", "resume",
+)  # fmt: skip
+"""Options that `photonmap.render` takes by the same name."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -61,50 +70,55 @@ def _dispatch(arguments: list[str]) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from photonmap.bands import Bands
     from photonmap.output import check_output
-    from photonmap.readers.scene_file import load_scene
 
     output = options.output or Path(options.scene).with_suffix(".exr").name
     check_output(output, options.buffers)
-    bands = Bands.parse(options.bands, options.range)
     _name_measured_sets(options)
     progress = choose_progress(options.quiet)
     try:
-        with listening() as told:
-            start = time.perf_counter()
-            progress.stage("load")
-            scene = load_scene(options.scene, options.missing_textures)
-            scene.camera = _camera(options, scene)
-            loading = time.perf_counter() - start
-            from photonmap.render import render
-
-            result = render(
-                scene,
-                bands=bands,
-                size=options.size,
-                pixel=options.pixel,
-                passes=options.passes,
-                seconds=options.seconds,
-                error=options.error,
-                photons=options.photons,
-                seed=options.seed,
-                threads=options.threads,
-                method=options.method,
-                effects=options.effects,
-                per_light=options.per_light,
-                progress=progress,
-            )
-        # What is done is kept, however often Ctrl-C is pressed.
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        result.record["warnings"] = told
-        result.record["seconds"]["load"] += loading
+        result = _render(options, output, progress)
         progress.stage("write")
         result.save(output, buffers=options.buffers)
     finally:
         progress.close()
     if not options.quiet:
         _report(result.record, output)
+
+
+def _render(options: argparse.Namespace, output: str, progress: Progress) -> Result:
+    """Load the scene and render it; from then on Ctrl-C is ignored."""
+    from photonmap.bands import Bands
+    from photonmap.readers.scene_file import load_scene
+
+    bands = Bands.parse(options.bands, options.range)
+    with listening() as told:
+        start = time.perf_counter()
+        progress.stage("load")
+        scene = load_scene(options.scene, options.missing_textures)
+        scene.camera = _camera(options, scene)
+        loading = time.perf_counter() - start
+        from photonmap.render import render
+
+        result = render(
+            scene,
+            bands=bands,
+            checkpoint=_checkpoint(options, output),
+            progress=progress,
+            **{name: getattr(options, name) for name in _PASSED_ON},
+        )
+    # What is done is kept, however often Ctrl-C is pressed.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    result.record["warnings"] = told
+    result.record["seconds"]["load"] += loading
+    return result
+
+
+def _checkpoint(options: argparse.Namespace, output: str) -> Path | None:
+    """Return the file to save the state to, if that is asked for."""
+    if options.checkpoint is None and not options.resume:
+        return None
+    return Path(options.checkpoint or Path(output).with_suffix(".checkpoint"))
 
 
 def _name_measured_sets(options: argparse.Namespace) -> None:
@@ -140,13 +154,23 @@ def _report(record: dict[str, Any], output: str) -> None:
         x, y, z = record["camera"]["origin"]
         print(f"no camera given: framed from +z, at {x:.6g},{y:.6g},{z:.6g}")
     print(_effect_table(record["effects"]))
-    error = "unknown" if record["error"] is None else f"{record['error']:.4f}"
     state = "interrupted after " if record["interrupted"] else ""
     print(
         f"{state}{record['passes']} passes in {record['seconds']['render']:.1f} s, "
-        f"error {error}: {output}, {Path(output).with_suffix('.png')}, "
+        f"{_reached(record)}: {output}, {Path(output).with_suffix('.png')}, "
         f"{Path(output).with_suffix('.json')}"
     )
+
+
+def _reached(record: dict[str, Any]) -> str:
+    """Tell the error that was judged, and of how many pixels it says nothing."""
+    goal = record["goal"] or {"buffer": "radiance", "percentile": None, "reached": record["error"]}
+    error = "unknown" if goal["reached"] is None else f"{goal['reached']:.4f}"
+    kind = "" if goal["buffer"] == "radiance" else f" of {goal['buffer']}"
+    if goal["percentile"] is not None:
+        kind += f" at {goal['percentile']:g}% of pixels and bands"
+    left = f", {record['unresolved']} pixels unresolved" if record["unresolved"] else ""
+    return f"error {error}{kind}{left}"
 
 
 def _effect_table(effects: dict[str, Any]) -> str:
@@ -176,91 +200,8 @@ def _parser() -> argparse.ArgumentParser:
         description="Render a scene into direct, indirect, reflectance and shading, in N bands, "
         "with a standard error on each.",
         epilog="Writes FILE.exr (all buffers), FILE.png (preview) and FILE.json (run record). "
-        "Another command: photonmap sensors --help.",
+        f"Other commands: {', '.join(f'photonmap {name} --help' for name in _COMMANDS)}.",
         allow_abbrev=False,
     )
-    parser.add_argument("scene", metavar="SCENE", help="OBJ file, SCENE.toml beside it; or TOML")
-    parser.add_argument("--version", action="version", version=_version())
-    parser.add_argument("--quiet", action="store_true", help="print errors and warnings alone")
-    image = parser.add_argument_group("image")
-    image.add_argument(
-        "--bands",
-        default="6",
-        metavar="BANDS",
-        help="N Gaussian bands (default 6), box:N, FILE.csv of sensitivities, the name of a camera "
-        "or observer; or rgb: the scene's R, G, B as they stand",
-    )
-    image.add_argument(
-        "--range", type=limits, metavar="LOW:HIGH", help="of the bands, nm (default 400:700)"
-    )
-    image.add_argument("--size", type=size, default=(512, 512), metavar="WxH", help="512x512")
-    image.add_argument(
-        "--pixel",
-        choices=("box", "center"),
-        default="box",
-        help="samples cover the pixel (default), or all pass through its centre",
-    )
-    spectra = parser.add_argument_group("spectra")
-    spectra.add_argument(
-        "--munsell", metavar="PATH", help="measured chips for munsell: (or $PHOTONMAP_MUNSELL)"
-    )
-    spectra.add_argument(
-        "--illuminants", metavar="PATH", help="measured lights for sfu: (or $PHOTONMAP_ILLUMINANTS)"
-    )
-    camera = parser.add_argument_group("camera", "in place of the one in SCENE.toml")
-    for name in ("origin", "target", "up"):
-        camera.add_argument(f"--{name}", type=vector, metavar="x,y,z", help="scene units")
-    camera.add_argument("--fov", type=float, metavar="DEG", help="full vertical angle (default 40)")
-    budget = parser.add_argument_group("budget", f"one of these; --error {DEFAULT_ERROR} if none")
-    budget.add_argument("--passes", type=int, metavar="N")
-    budget.add_argument("--seconds", type=float, metavar="S", help="of rendering")
-    budget.add_argument(
-        "--error",
-        type=float,
-        metavar="E",
-        help=f"relative standard error of radiance; gives up after {CEILING / 3600:g} hour",
-    )
-    work = parser.add_argument_group("work")
-    work.add_argument(
-        "--photons", type=int, metavar="N", help="emitted in each pass (default: one a pixel)"
-    )
-    work.add_argument("--seed", type=int, default=0, metavar="N", help="default 0")
-    work.add_argument("--threads", type=int, metavar="N", help="default: every processor")
-    work.add_argument(
-        "--method",
-        choices=("photon", "path"),
-        default="photon",
-        help="photon mapping, or the plain path tracer that checks it",
-    )
-    work.add_argument(
-        "--effects",
-        default="auto",
-        metavar="LIST",
-        help="auto: what the scene calls for (default); all; or names, separated by commas",
-    )
-    work.add_argument(
-        "--per-light",
-        action="store_true",
-        help="split direct, indirect, caustics and shading by groups of lights",
-    )
-    files = parser.add_argument_group("files")
-    files.add_argument(
-        "--missing-textures",
-        choices=("error", "grey"),
-        default="error",
-        help="what becomes of an MTL file's textures that cannot be read (default: error)",
-    )
-    files.add_argument("--output", metavar="FILE.exr", help="default: SCENE's name, here")
-    files.add_argument(
-        "--buffers",
-        type=lambda text: text.split(","),
-        metavar="LIST",
-        help="write these alone, separated by commas (default: all)",
-    )
+    add_render_options(parser)
     return parser
-
-
-def _version() -> str:
-    from photonmap import __version__
-
-    return f"photonmap {__version__}"

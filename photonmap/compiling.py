@@ -72,7 +72,8 @@ def _call_around(small: Scene, bands: Bands, workers: Workers, method: Method) -
     for index in range(2):
         run.illuminate(index)
         moments.add(run.finish(index, empty_pixels(1, bands.count)), run.seen)
-    moments.whole.error()
+    for percentile in (None, 50.0):
+        moments.whole.error(percentile=percentile)
     moments.finish(1.0)
     warn_of_hidden_lights(prepared, _FILM, stream_key(0, 0, PROBE))
     first_hit_buffers(prepared, _FILM, workers)

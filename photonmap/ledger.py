@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,7 +12,7 @@ from photonmap.columns import Columns, split_pixels
 from photonmap.kernels.records import Pixels
 from photonmap.workers import Workers
 
-OF_GROUPS = ("direct", "indirect", "caustics", "shading")
+OF_GROUPS = ("direct", "indirect", "caustics", "shading", "covariance")
 """Buffers that are split by groups of lights."""
 
 
@@ -42,11 +44,25 @@ class Ledger:
             accumulator.add(split_pixels(columns, pixels, index), part)
         self.whole.add(split_pixels(columns, pixels), None if seen is None else columns.whole(seen))
 
+    @property
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """All that passes leave behind but their number, by name: the arrays themselves."""
+        return {
+            f"{index} {name}": array
+            for index, accumulator in enumerate((self.whole, *self._groups.values()))
+            for name, array in accumulator.arrays.items()
+        }
+
+    def resume(self, count: int) -> None:
+        """Go on after `count` passes, those that `arrays` were filled with."""
+        for accumulator in (self.whole, *self._groups.values()):
+            accumulator.count = count
+
     def finish(self, scale: float) -> tuple[Buffers, Buffers]:
         """Return all buffers and their standard errors, as `Accumulator.finish`, in all bands.
 
         Those of groups are named as in "direct@sun". Where lights are split, buffers of the whole
-        are the sums of theirs, in their order.
+        are the sums of theirs, in their order. A covariance that is 0 everywhere is left out.
         """
         buffers, errors = self.whole.finish(scale)
         for index, (group, accumulator) in enumerate(self._groups.items()):
@@ -59,6 +75,9 @@ class Ledger:
                     errors[f"{name}@{group}"] = spreads[name]
         if self._groups:
             buffers["radiance"] = (buffers["emission"] + buffers["direct"]) + buffers["indirect"]
+        for name in [name for name in buffers if name.startswith("covariance")]:
+            if not buffers[name].any():
+                del buffers[name]
         return self._expand(buffers), self._expand(errors)
 
     def _expand(self, images: Buffers) -> Buffers:

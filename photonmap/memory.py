@@ -6,12 +6,12 @@ from photonmap.accumulate import BYTES_PER_VALUE
 from photonmap.errors import InputError
 from photonmap.passes import CELLS_PER_PHOTON, bundle_count
 
-BUFFERS = 12
-"""Float32 buffers of N bands in a result: six, and their errors."""
+BUFFERS = 13
+"""Float32 buffers of N bands in a result: six, their errors, and a covariance."""
 PASS_BUFFERS = 7
 SMOOTH_BYTES_PER_VALUE = 60
 """Moments, passes and buffers of caustics and of what mirrors and glass show."""
-BYTES_PER_PIXEL = 120
+BYTES_PER_PIXEL = 128
 BYTES_PER_TRIANGLE = 300
 """Arrays, Embree's tree, and what its construction needs for a moment."""
 BASE = 250e6

@@ -35,6 +35,7 @@ Images = dict[str, NDArray[Any]]
 _CHANNELS: dict[str, tuple[str, ...]] = {
     "coverage": ("Y",),
     "unresolved": ("Y",),
+    "passes": ("count",),
     "depth": ("Z",),
     "normal": ("X", "Y", "Z"),
     "object_id": ("id",),
@@ -43,10 +44,10 @@ _CHANNELS: dict[str, tuple[str, ...]] = {
 """Channels of the buffers without bands."""
 
 LIGHT = ("radiance", "emission", "direct", "indirect", "caustics", "residual")
-BUFFERS = (*LIGHT, "reflectance", "shading", *_CHANNELS)
+BUFFERS = (*LIGHT, "reflectance", "shading", "covariance", *_CHANNELS)
 """Names of all buffers there may be."""
 
-_INTEGERS = ("unresolved", "object_id", "material_id")
+_INTEGERS = ("unresolved", "passes", "object_id", "material_id")
 _RGB = ("R", "G", "B")
 _ERROR = ".error"
 _COMPRESSION = "zip"
@@ -54,6 +55,17 @@ _COMPRESSION = "zip"
 
 _RECORD, _BANDS = "photonmapRecord", "photonmapBands"
 """Attributes of part 0, JSON: `Result.record` and `Bands.describe`."""
+
+
+def in_order(buffers: Images) -> Images:
+    """Return buffers in the order of `BUFFERS`, then those of each group as in "direct@sun"."""
+    groups = ["", *dict.fromkeys(name.partition("@")[2] for name in buffers)]
+
+    def place(name: str) -> tuple[int, int]:
+        buffer, _, group = name.partition("@")
+        return groups.index(group), BUFFERS.index(buffer)
+
+    return {name: buffers[name] for name in sorted(buffers, key=place)}
 
 
 def check_output(path: str | PathLike[str], buffers: Iterable[str] | None = None) -> Path:

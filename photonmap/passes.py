@@ -8,7 +8,8 @@ shrink, so the answer converges to the truth (Knaus and Zwicker 2011).
 import hashlib
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from typing import Literal
 
@@ -47,6 +48,7 @@ CELL_RANGE = 16384
 CELLS_HOLD, WINDOWS_HOLD = 8, 64
 """Passes after which cells and windows begin to shrink; before, noise outweighs their bias."""
 MAX_BOUNCES = 1000
+COUNTERS = ("photons", "stores", "cut", "rays", "photon_seconds", "caustic_seconds")
 Store = tuple[Cells, np.ndarray]
 Light = tuple[Store, Caustics | None]
 
@@ -105,8 +107,23 @@ class Passes:
         self._cells: tuple[Cells, int]
         self._fill: np.ndarray | None = None
         self._bundles = np.empty((0, 0, 0), np.float32)
-        self.photon_seconds = self.caustic_seconds = 0.0
+        self.photon_seconds = self.caustic_seconds = self.setup_seconds = 0.0
         self.photons = self.stores = self.cut = self.rays = 0
+
+    @property
+    def shares(self) -> bool:
+        """Whether pixels share their indirect light with neighbours."""
+        return self._method == "photon" and self._on("indirect")
+
+    @property
+    def counters(self) -> dict[str, float]:
+        """All that passes leave behind here: each is else a function of seed and number alone."""
+        return {name: getattr(self, name) for name in COUNTERS}
+
+    def resume(self, counters: dict[str, float]) -> None:
+        """Go on from the counters of earlier passes."""
+        for name in COUNTERS:
+            setattr(self, name, counters[name])
 
     def run(self, index: int) -> Pixels:
         """Run pass `index` (from 0); the arrays returned are overwritten by the next.
@@ -135,8 +152,7 @@ class Passes:
 
     def finish(self, index: int, pixels: Pixels) -> Pixels:
         """Share indirect light between pixels, and clear what is to be left out."""
-        shared = self._method == "photon" and self._on("indirect")
-        return self._leave_out(self._share(index, pixels) if shared else pixels)
+        return self._leave_out(self._share(index, pixels) if self.shares else pixels)
 
     @property
     def effect_seconds(self) -> dict[str, float]:
@@ -170,10 +186,11 @@ class Passes:
             return no_caustics(self._bands)
         if self._caustics is None:
             key = stream_key(self._seed, 0, CAUSTIC_PILOT)
-            self._caustics = CausticTracer(
-                geometry, lights, optics, self._bands, self._photons, self._size, key,
-                self._workers,
-            )  # fmt: skip
+            with self._setting_up():
+                self._caustics = CausticTracer(
+                    geometry, lights, optics, self._bands, self._photons, self._size, key,
+                    self._workers,
+                )  # fmt: skip
         key = stream_key(self._seed, index, CAUSTICS)
         self.photons += self._caustics.photons
         return self._caustics.trace(index, key)
@@ -223,7 +240,9 @@ class Passes:
         return self._cells
 
     def _render(self, index: int, store: Store, caustics: Caustics | None) -> Pixels:
-        plan, key = self.plan, stream_key(self._seed, index, CAMERA)
+        with self._setting_up():
+            plan = self.plan
+        key = stream_key(self._seed, index, CAMERA)
         self._over_pixels(
             lambda first, last: camera_pass(
                 self._scene,
@@ -242,6 +261,13 @@ class Passes:
         )
         self.rays += _count_rays(plan)
         return self._pixels
+
+    @contextmanager
+    def _setting_up(self) -> Iterator[None]:
+        """Take the time of what is done once, in the first pass."""
+        start = time.perf_counter()
+        yield
+        self.setup_seconds += time.perf_counter() - start
 
     @cached_property
     def plan(self) -> Plan:

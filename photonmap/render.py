@@ -9,38 +9,39 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterable
-from dataclasses import asdict
-from typing import Any, Literal
-
-import numpy as np
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
 
 from photonmap.accumulate import Accumulator
 from photonmap.bands import Bands
 from photonmap.budget import CEILING, Budget
+from photonmap.checkpoint import Checkpoint, check_checkpoint
 from photonmap.columns import Columns, carry, choose_columns, count_distinct
 from photonmap.compiling import compile_kernels, is_compiled
-from photonmap.effects import EffectPlan, leave_out, parse_effects, plan_effects
+from photonmap.effects import EffectPlan, leave_out, plan_effects
 from photonmap.errors import InputError, listening, warn
+from photonmap.fingerprint import describe_run
 from photonmap.first_hits import first_hit_buffers
 from photonmap.hidden_lights import warn_of_hidden_lights
 from photonmap.kernels.beyond import MOST_SMOOTH
 from photonmap.kernels.records import Film
 from photonmap.ledger import Ledger
 from photonmap.memory import check_memory
-from photonmap.output import BUFFERS
+from photonmap.output import in_order
 from photonmap.passes import MAX_BOUNCES, PROBE, Passes, stream_key
 from photonmap.prepare import Prepared, prepare
 from photonmap.progress import Progress, Silent
 from photonmap.record import describe_camera, describe_measured_sets, describe_versions
 from photonmap.result import Result
+from photonmap.rounds import Rounds
 from photonmap.scene import Scene
+from photonmap.settings import Method, Pixel, Settings
 from photonmap.workers import Workers
 
-LARGEST_SIDE = 1 << 16
-MOST_PHOTONS = 1 << 32
-MOST_THREADS = 1024
-LEAST_PHOTONS = 1 << 14
-
+OF_SMOOTH = ("caustics", "residual")
+"""Buffers that only scenes with mirrors or glass have."""
 FEW_CUTS = 1e-5
 """Share of photons that may be cut before a warning is due: less than errors can show."""
 
@@ -50,16 +51,18 @@ def render(
     *,
     bands: Bands | int | str = 6,
     size: tuple[int, int] = (512, 512),
-    pixel: Literal["box", "center"] = "box",
+    pixel: Pixel = "box",
     passes: int | None = None,
     seconds: float | None = None,
-    error: float | None = None,
+    error: float | str | None = None,
     photons: int | None = None,
     seed: int = 0,
     threads: int | None = None,
-    method: Literal["photon", "path"] = "photon",
+    method: Method = "photon",
     effects: str | Iterable[str] = "auto",
     per_light: bool = False,
+    checkpoint: str | PathLike[str] | None = None,
+    resume: bool = False,
     progress: Progress | None = None,
 ) -> Result:
     """Render a scene into ground-truth buffers with standard errors.
@@ -71,7 +74,8 @@ def render(
     size : (width, height), pixels
     pixel : samples cover the pixel ("box"), or all pass through its centre ("center")
     passes, seconds, error : the budget, one of them at most; error 0.02 if none is given.
-        A render that aims at an error stops after an hour anyway.
+        A render that aims at an error stops after an hour anyway. An error may be of a buffer,
+        "indirect:0.01", and a percentile over pixels and bands, "indirect:p95:0.01".
     photons : emitted in each pass; None takes one for each pixel, 16384 at least
     seed : with the same passes, the same arrays bit for bit, for any number of threads
     threads : None takes every processor
@@ -79,6 +83,9 @@ def render(
     effects : "auto" simulates what the scene calls for, "all" everything, and a list of names, or
         names separated by commas, those alone: see `photonmap.effects`
     per_light : split direct, indirect, caustics and shading by groups of lights too
+    checkpoint : file to which the state is saved every minute and in the end
+    resume : go on from the checkpoint as if there had been no break; the budget counts earlier
+        passes and seconds. Where there is no such file, a warning says so.
     progress : is told how far the render is
 
     Returns
@@ -87,123 +94,98 @@ def render(
 
     Raises
     ------
-    InputError : input that cannot be rendered
+    InputError : input that cannot be rendered, or a checkpoint that cannot be gone on from
     KeyboardInterrupt : Ctrl-C before the first pass was complete
     """
     start = time.perf_counter()
+    budget = Budget.choose(passes, seconds, error)
+    settings = Settings.check(
+        bands, size, pixel, budget, photons, seed, threads, method, effects, per_light
+    )
+    file = _checkpoint_file(checkpoint, resume)
     progress = progress or Silent()
-    bands, budget = Bands.parse(bands), Budget.choose(passes, seconds, error)
-    wanted = parse_effects(effects)
-    film = _film(size, pixel)
-    pixels = film.width * film.height
-    photons = max(pixels, LEAST_PHOTONS) if photons is None else photons
-    _check_numbers(photons, seed, threads, method)
-    faces = sum(len(mesh.faces) for mesh in scene.meshes)
-    check_memory(pixels, 1, photons, faces)
-
     with listening() as told, Workers(threads) as workers:
-        prepared = prepare(scene, bands, film.width / film.height)
-        plan, columns, prepared = _plan(prepared, wanted, bands.count, per_light)
-        carried = carry(prepared, columns)
-        carried_and_whole = columns.count + per_light * columns.distinct
-        check_memory(pixels, carried_and_whole, photons, faces, carried.optics is not None)
+        job = _set_up(scene, settings)
+        run, moments = _begin(job, settings, workers)
+        saved = None if file is None else Checkpoint(file, job.fingerprint)
+        rounds = Rounds(run, moments, budget, saved, resume)
         loaded = time.perf_counter()
-        progress.stage("compile" if is_compiled(prepared, method) else "first compile")
-        compile_kernels(prepared, bands, workers, method)
+        progress.stage("compile" if is_compiled(job.whole, method) else "first compile")
+        compile_kernels(job.whole, settings.bands, workers, method)
         compiled = time.perf_counter()
         progress.stage("render")
-        warn_of_hidden_lights(prepared, film, stream_key(seed, 0, PROBE))
-        run = Passes(carried, film, columns.count, photons, seed, workers, method, plan)
-        moments = Ledger(columns, pixels, workers, carried.optics is not None)
+        warn_of_hidden_lights(job.whole, settings.film, stream_key(seed, 0, PROBE))
         with workers.holding_interrupts():
-            interrupted = _run_passes(run, moments, budget, progress)
-        _warn_of_cuts(run, moments.whole, budget, time.perf_counter() - compiled)
-        outcome = _outcome(run, moments.whole)
-        flat, errors = _finish(prepared, film, run, moments, workers)
-        rendering = time.perf_counter() - compiled
+            rounds.go(progress)
+        _warn_of_cuts(run, moments.whole, budget, rounds.elapsed)
+        outcome = _describe_passes(run, moments.whole, rounds)
+        flat, errors = _finish(job.whole, settings.film, run, moments, workers)
+        ended = time.perf_counter()
 
     record = {
-        "scene": {"name": scene.name, **prepared.counts},
-        "arguments": {
-            "size": [film.width, film.height],
-            "pixel": pixel,
-            "budget": {name: value for name, value in asdict(budget).items() if value},
-            "photons": photons,
-            "seed": seed,
-            "threads": workers.threads,
-            "method": method,
-            "effects": wanted if isinstance(wanted, str) else sorted(wanted),
-            "per_light": per_light,
-        },
-        "effects": plan.describe(run.effect_seconds),
-        "partial": plan.partial,
-        "light_groups": list(columns.groups) if per_light else [],
-        "bands": bands.describe(),
-        "camera": {"framed": scene.camera is None, **describe_camera(prepared.camera, film)},
-        "measured_sets": describe_measured_sets(),
-        "versions": describe_versions(),
+        **_describe_job(scene, job, settings, workers.threads),
+        "effects": job.plan.describe(run.effect_seconds),
         **outcome,
-        "interrupted": interrupted,
-        "seconds": {
-            "load": loaded - start,
-            "compile": compiled - loaded,
-            "photons": run.photon_seconds,
-            "camera": rendering - run.photon_seconds,
-            "render": rendering,
-        },
+        "unresolved": int(flat["unresolved"].sum()),
+        "seconds": _describe_seconds(run, rounds, start, loaded, compiled, ended),
         "warnings": told,
     }
-    return Result(_images(flat, film), _images(errors, film), bands, record)
+    film = settings.film
+    return Result(_images(flat, film), _images(errors, film), settings.bands, record)
 
 
-def _plan(
-    prepared: Prepared, wanted: str | frozenset[str], bands: int, per_light: bool
-) -> tuple[EffectPlan, Columns, Prepared]:
-    """Decide on effects and columns; return both, and the scene without what is left out."""
-    plan = plan_effects(prepared, wanted, count_distinct(prepared), bands)
-    left = leave_out(prepared, plan)
-    return plan, choose_columns(left, plan.on("band_merging"), per_light), left
+@dataclass(frozen=True)
+class Job:
+    """A scene, and how it is simulated."""
+
+    whole: Prepared
+    """the scene without what is left out, in its bands"""
+    carried: Prepared
+    """the same in the columns that passes carry"""
+    plan: EffectPlan
+    columns: Columns
+    fingerprint: dict[str, Any]
 
 
-def _film(size: tuple[int, int], pixel: str) -> Film:
-    width, height = size
-    if not all(isinstance(side, int | np.integer) for side in size) or min(size) < 1:
-        raise InputError(f"size {width}x{height} must be whole pixels, 1x1 at least")
-    if max(size) > LARGEST_SIDE:
-        raise InputError(f"size {width}x{height} is too large: {LARGEST_SIDE} a side at most")
-    if pixel not in ("box", "center"):
-        raise InputError(f"pixel {pixel!r} is neither 'box' nor 'center'")
-    return Film(int(width), int(height), pixel == "box")
+def _checkpoint_file(path: str | PathLike[str] | None, resume: bool) -> Path | None:
+    """Check where the checkpoint is to be; say so if there is none yet to go on from."""
+    if path is None:
+        if resume:
+            raise InputError("resume needs the checkpoint to go on from: name its file")
+        return None
+    return check_checkpoint(path)
 
 
-def _check_numbers(photons: int, seed: int, threads: int | None, method: str) -> None:
-    for name, value, low, high in (
-        ("photons", photons, 0, MOST_PHOTONS),
-        ("seed", seed, 0, 2**63 - 1),
-        ("threads", 1 if threads is None else threads, 1, MOST_THREADS),
-    ):
-        if not isinstance(value, int | np.integer) or not low <= value <= high:
-            raise InputError(f"{name} {value} must be a whole number from {low} to {high}")
-    if method not in ("photon", "path"):
-        raise InputError(f"method {method!r} is neither 'photon' nor 'path'")
+def _set_up(scene: Scene, settings: Settings) -> Job:
+    """Check the scene, and decide on effects and columns."""
+    film, bands, photons = settings.film, settings.bands, settings.photons
+    faces = sum(len(mesh.faces) for mesh in scene.meshes)
+    check_memory(settings.pixels, 1, photons, faces)
+    prepared = prepare(scene, bands, film.width / film.height)
+    fingerprint = describe_run(prepared, bands, film, settings.deciding)
+    plan = plan_effects(prepared, settings.effects, count_distinct(prepared), bands.count)
+    whole = leave_out(prepared, plan)
+    columns = choose_columns(whole, plan.on("band_merging"), settings.per_light)
+    carried = carry(whole, columns)
+    count = columns.count + settings.per_light * columns.distinct
+    check_memory(settings.pixels, count, photons, faces, carried.optics is not None)
+    goal = settings.budget.goal
+    if goal is not None and goal.buffer in OF_SMOOTH and carried.optics is None:
+        raise InputError(
+            f"error {goal}: without mirrors and glass {goal.buffer} is exactly 0; "
+            f"aim at another buffer"
+        )
+    return Job(whole, carried, plan, columns, fingerprint)
 
 
-def _run_passes(run: Passes, moments: Ledger, budget: Budget, progress: Progress) -> bool:
-    """Take passes into the moments until the budget is spent; True if Ctrl-C ended them."""
-    start = time.perf_counter()
-    whole, error, elapsed = moments.whole, np.inf, 0.0
-    try:
-        while not budget.is_spent(whole.count, error, elapsed):
-            moments.add(run.run(whole.count), run.seen)
-            error = whole.error()
-            elapsed = time.perf_counter() - start
-            fraction = budget.fraction(whole.count, error, elapsed)
-            progress.update(whole.count, error, fraction, elapsed, run.rays / elapsed)
-    except KeyboardInterrupt:
-        if whole.count == 0:
-            raise
-        return True
-    return False
+def _begin(job: Job, settings: Settings, workers: Workers) -> tuple[Passes, Ledger]:
+    """Return what runs the passes, and the moments into which they are taken."""
+    columns, method = job.columns, settings.method
+    run = Passes(
+        job.carried, settings.film, columns.count, settings.photons, settings.seed, workers,
+        method, job.plan,
+    )  # fmt: skip
+    return run, Ledger(columns, settings.pixels, workers, job.carried.optics is not None)
 
 
 def _warn_of_cuts(run: Passes, moments: Accumulator, budget: Budget, elapsed: float) -> None:
@@ -217,19 +199,55 @@ def _warn_of_cuts(run: Passes, moments: Accumulator, budget: Budget, elapsed: fl
             f"{chains} pixels see chains of more than {MOST_SMOOTH} reflections, as between facing "
             f"mirrors: what is beyond is missing"
         )
-    if budget.error is not None and elapsed >= 0.9 * CEILING:
-        warn(f"stopped after {CEILING:.0f} s, before the error {budget.error} was reached")
+    if budget.goal is not None and elapsed >= 0.9 * CEILING:
+        warn(f"stopped after {CEILING:.0f} s, before the error {budget.goal} was reached")
 
 
-def _outcome(run: Passes, moments: Accumulator) -> dict[str, Any]:
+def _describe_job(scene: Scene, job: Job, settings: Settings, threads: int) -> dict[str, Any]:
+    """Return what the record says of scene and arguments."""
+    camera = describe_camera(job.whole.camera, settings.film)
+    return {
+        "scene": {"name": scene.name, **job.whole.counts},
+        "arguments": settings.describe(threads),
+        "partial": job.plan.partial,
+        "light_groups": list(job.columns.groups) if settings.per_light else [],
+        "bands": settings.bands.describe(),
+        "camera": {"framed": scene.camera is None, **camera},
+        "measured_sets": describe_measured_sets(),
+        "versions": describe_versions(),
+        "fingerprint": job.fingerprint,
+    }
+
+
+def _describe_passes(run: Passes, moments: Accumulator, rounds: Rounds) -> dict[str, Any]:
     """Return what the record says of the passes."""
-    error = moments.error()
+    error = moments.error(lit=run.stores > 0)
     return {
         "passes": moments.count,
         "photons": run.photons,
         "photons_stored": run.stores,
         "rays": run.rays,
         "error": error if math.isfinite(error) else None,
+        "goal": rounds.describe_goal(),
+        "interrupted": rounds.interrupted,
+        "resumed": rounds.resumed,
+        "predicted_seconds": rounds.predicted,
+    }
+
+
+def _describe_seconds(
+    run: Passes, rounds: Rounds, start: float, loaded: float, compiled: float, ended: float
+) -> dict[str, float]:
+    """Return the seconds of each stage; those of rendering are of earlier runs too."""
+    rendering = rounds.earlier + ended - compiled
+    saving = {"checkpoint": rounds.saving} if rounds.saves else {}
+    return {
+        "load": loaded - start,
+        "compile": compiled - loaded,
+        "photons": run.photon_seconds,
+        "camera": rendering - run.photon_seconds - rounds.saving,
+        **saving,
+        "render": rendering,
     }
 
 
@@ -241,14 +259,10 @@ def _finish(
     flat = {
         **light,
         "unresolved": moments.whole.unresolved() & (run.stores > 0),
+        "passes": moments.whole.counts,
         **first_hit_buffers(prepared, film, workers),
     }
-    return {name: flat[name] for name in sorted(flat, key=_place)}, errors
-
-
-def _place(name: str) -> int:
-    """Return where a buffer stands in the order of `BUFFERS`; those of groups come last."""
-    return BUFFERS.index(name) if name in BUFFERS else len(BUFFERS)
+    return in_order(flat), errors
 
 
 def _images(flat: dict[str, Any], film: Film) -> dict[str, Any]:

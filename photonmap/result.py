@@ -59,6 +59,13 @@ class Result:
             raise AttributeError(self._missing(name))
         return self.buffers[name]
 
+    def _or_zeros(self, name: str) -> Image:
+        """Return a buffer with bands, or zeros in its place."""
+        if name in self.buffers:
+            return self.buffers[name]
+        width, height = self.size
+        return np.zeros((height, width, self.bands.count), np.float32)
+
     def _missing(self, name: str) -> str:
         return f"{name!r} was not among the buffers written, which are {listed(self.buffers, 99)}"
 
@@ -94,10 +101,7 @@ class Result:
 
         In a scene of diffuse surfaces alone it is exactly 0, and not written.
         """
-        if "caustics" in self.buffers:
-            return self.buffers["caustics"]
-        width, height = self.size
-        return np.zeros((height, width, self.bands.count), np.float32)
+        return self._or_zeros("caustics")
 
     @property
     def reflectance(self) -> Image:
@@ -118,6 +122,11 @@ class Result:
     def unresolved(self) -> NDArray[np.bool_]:
         """(H, W) bool: no photon was found for the indirect light, although some were stored."""
         return self._buffer("unresolved")
+
+    @property
+    def passes(self) -> Ids:
+        """(H, W) uint32: the number of passes that the pixel's means are over."""
+        return self._buffer("passes")
 
     @property
     def depth(self) -> Image:
@@ -146,10 +155,16 @@ class Result:
         All that is not Lambertian: what is seen in mirrors and through glass. In a scene of
         diffuse surfaces alone it is exactly 0, and not written.
         """
-        if "residual" in self.buffers:
-            return self.buffers["residual"]
-        width, height = self.size
-        return np.zeros((height, width, self.bands.count), np.float32)
+        return self._or_zeros("residual")
+
+    @property
+    def covariance(self) -> Image:
+        """(H, W, N) float32, W·m⁻²·sr⁻¹: of the means of reflectance × shading and reflectance.
+
+        What the error of shading needs besides those of both, where a pixel shows several
+        reflectances. If it is exactly 0 everywhere, it is not written.
+        """
+        return self._or_zeros("covariance")
 
     @property
     def per_light(self) -> dict[str, dict[str, Image]]:
@@ -162,7 +177,7 @@ class Result:
         split: dict[str, dict[str, Image]] = {}
         for name, image in self.buffers.items():
             buffer, _, group = name.partition("@")
-            if group:
+            if group and buffer != "covariance":
                 split.setdefault(group, {})[buffer] = image
         return split
 

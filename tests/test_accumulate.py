@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from photonmap.accumulate import Accumulator
+from photonmap.kernels.gather import EMPTY, FOUND
+from photonmap.kernels.moments import JUDGED, add_pass
 from photonmap.passes import empty_pixels
 from photonmap.workers import Workers
 
@@ -94,3 +96,81 @@ def test_error_counts_covered_pixels_that_do_not_emit(stacked):
     mean = radiance.mean(axis=0)
     relative = standard_error(radiance) ** 2 / (mean**2 + 0.01 * mean.mean(axis=0) ** 2)
     assert moments.error() == pytest.approx(np.sqrt(relative.mean()), rel=1e-5)
+
+
+def test_each_pixel_counts_its_own_passes(stacked):
+    """The first 20 pixels took in all passes, the others none, one or three of them."""
+    passes, _ = stacked
+    ends = {0: PASSES, 20: 0, 30: 1, 40: 3}
+    with Workers(1) as workers:
+        moments = Accumulator(SIZE, BANDS, workers)
+        for index, pixels in enumerate(passes):
+            for (first, count), last in zip(ends.items(), (20, 30, 40, SIZE), strict=True):
+                if index < count:
+                    add_pass(moments._moments, None, pixels, None, first, last)
+            moments.count += 1
+        buffers, errors = moments.finish(2.0)
+        assert moments.error() == np.inf
+    np.testing.assert_array_equal(moments.counts, np.repeat([7, 0, 1, 3], [20, 10, 10, 10]))
+    for name in ("emission", "direct", "indirect", "radiance"):
+        assert (buffers[name][20:30] == 0.0).all()
+        assert np.isinf(errors[name][20:40]).all()
+    assert np.isinf(errors["shading"][20:40]).all()
+    for pixels, count in ((slice(0, 20), 7), (slice(40, SIZE), 3)):
+        values = 2.0 * stack(passes[:count], "direct")[:, pixels]
+        np.testing.assert_allclose(buffers["direct"][pixels], values.mean(axis=0), rtol=1e-6)
+        np.testing.assert_allclose(
+            errors["direct"][pixels], standard_error(values), rtol=1e-4, atol=1e-9
+        )
+    irradiance = stack(passes[:3], "irradiance_direct") + stack(passes[:3], "irradiance_indirect")
+    np.testing.assert_allclose(
+        errors["shading"][40:], 2.0 * standard_error(irradiance / np.pi)[40:], rtol=1e-4
+    )
+
+
+def test_covariance_of_the_means(stacked):
+    passes, moments = stacked
+    light, reflectance = (
+        stack(passes, "direct") + stack(passes, "indirect"),
+        stack(passes, "reflectance"),
+    )
+    deviations = [v - v.mean(axis=0) for v in (3.0 * light, reflectance)]
+    covariance = (deviations[0] * deviations[1]).sum(axis=0) / (PASSES * (PASSES - 1))
+    np.testing.assert_allclose(moments.finish(3.0)[0]["covariance"], covariance, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", JUDGED)
+@pytest.mark.parametrize("weights", [[1.0, 1.0, 1.0], [1.0, 4.0, 2.0]])
+def test_errors_of_any_buffer(stacked, name, weights):
+    """Root mean squares and percentiles, over bands as often as columns stand for them."""
+    passes, _ = stacked
+    rng = np.random.default_rng(8)
+    with Workers(2) as workers:
+        moments = Accumulator(SIZE, BANDS, workers, True, np.array(weights))
+        for pixels in passes:
+            moments.add(pixels, rng.random((5, SIZE, BANDS), dtype=np.float32))
+        buffers, errors = moments.finish(1.0)
+        judged = np.arange(SIZE) >= 10
+        value, error = buffers[name][judged].astype(float), errors[name][judged].astype(float)
+        relative = error / np.sqrt(value**2 + 0.01 * value.mean(axis=0) ** 2)
+        every = np.repeat(relative, np.array(weights, int), axis=1).ravel()
+        assert moments.error(name) == pytest.approx(np.sqrt((every**2).mean()), rel=1e-5)
+        for percentile in (50.0, 95.0, 100.0):
+            expected = np.percentile(every, percentile, method="inverted_cdf")
+            assert moments.error(name, percentile) == pytest.approx(expected, rel=1e-5)
+
+
+def test_pixels_without_photons_are_left_out(stacked):
+    passes, _ = stacked
+    for pixels in passes:
+        pixels.found[10:30], pixels.found[30:] = EMPTY, EMPTY | FOUND
+    with Workers(1) as workers:
+        moments = Accumulator(SIZE, BANDS, workers)
+        for pixels in passes:
+            moments.add(pixels)
+        assert moments.unresolved().sum() == 20
+        for lit, first in ((True, 30), (False, 10)):
+            radiance = (stack(passes, "direct") + stack(passes, "indirect"))[:, first:]
+            mean = radiance.mean(axis=0)
+            relative = standard_error(radiance) ** 2 / (mean**2 + 0.01 * mean.mean(axis=0) ** 2)
+            assert moments.error(lit=lit) == pytest.approx(np.sqrt(relative.mean()), rel=1e-5)

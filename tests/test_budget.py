@@ -4,16 +4,17 @@ import pytest
 
 from photonmap.budget import CEILING, DEFAULT_ERROR, LEAST_PASSES, Budget
 from photonmap.errors import InputError
+from photonmap.goal import BUFFERS, Goal
+from photonmap.kernels.moments import JUDGED
 
 
 def test_default():
-    assert Budget.choose().error == DEFAULT_ERROR
+    assert Budget.choose().goal == Goal(DEFAULT_ERROR)
 
 
 def test_passes():
     budget = Budget.choose(passes=3)
     assert [budget.is_spent(n, 0.0, 1e9) for n in range(5)] == [False, False, False, True, True]
-    assert budget.fraction(1, math.inf, 5.0) == pytest.approx(1 / 3)
 
 
 def test_seconds_begin_no_pass_that_would_end_late():
@@ -21,7 +22,6 @@ def test_seconds_begin_no_pass_that_would_end_late():
     assert not budget.is_spent(0, math.inf, 0.0)
     assert not budget.is_spent(4, math.inf, 7.9)
     assert budget.is_spent(4, math.inf, 8.1)
-    assert budget.fraction(4, math.inf, 5.0) == pytest.approx(0.5)
 
 
 def test_error_is_not_believed_too_early():
@@ -30,13 +30,64 @@ def test_error_is_not_believed_too_early():
     assert budget.is_spent(LEAST_PASSES, 0.1, 1.0)
     assert not budget.is_spent(LEAST_PASSES, 0.11, 1.0)
     assert budget.is_spent(LEAST_PASSES, 0.11, CEILING)
-    assert budget.fraction(1, math.inf, 1.0) == 0.0
-    assert budget.fraction(20, 0.2, 1.0) == pytest.approx(1 / 4)
+
+
+@pytest.mark.parametrize(
+    ("text", "goal", "described"),
+    [
+        (0.02, Goal(0.02), 0.02),
+        ("0.02", Goal(0.02), 0.02),
+        ("radiance:1e-2", Goal(0.01), 0.01),
+        ("shading:0.02", Goal(0.02, "shading"), "shading:0.02"),
+        ("indirect:p95:0.01", Goal(0.01, "indirect", 95.0), "indirect:p95:0.01"),
+        ("radiance:p99.9:0.1", Goal(0.1, "radiance", 99.9), "radiance:p99.9:0.1"),
+    ],
+)
+def test_goals(text, goal, described):
+    assert Goal.parse(text) == goal
+    assert Goal.parse(str(goal)) == goal
+    assert Budget.choose(error=text).describe() == {"error": described}
+
+
+def test_goals_are_of_the_buffers_that_kernels_judge():
+    assert BUFFERS == JUDGED
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("little", "'little'"),
+        ("", "''"),
+        ("indirect:", "0.02"),
+        ("indirect:95:0.01", "'95'"),
+        ("indirect:p:0.01", "'p'"),
+        ("indirect:p0:0.01", "'p0'"),
+        ("indirect:p101:0.01", "'p101'"),
+        ("indirect:pnan:0.01", "'pnan'"),
+        ("indrect:0.01", "did you mean 'indirect'"),
+        ("depth:0.01", "'depth:0.01'"),
+        ("indirect:p95:0.01:1", "'indirect:p95:0.01:1'"),
+        ("indirect:p95:-1", "positive"),
+        ("nan", "positive"),
+        ("inf", "positive"),
+    ],
+)
+def test_bad_goals_are_told_in_one_line(text, named):
+    with pytest.raises(InputError) as caught:
+        Goal.parse(text)
+    assert named in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
     "choice",
-    [{"passes": 1, "seconds": 1.0}, {"error": 0.0}, {"seconds": math.nan}, {"passes": 2.5}],
+    [
+        {"passes": 1, "seconds": 1.0},
+        {"error": 0.0},
+        {"error": "x"},
+        {"seconds": math.nan},
+        {"passes": 2.5},
+    ],
 )
 def test_bad_choices(choice):
     with pytest.raises(InputError):

@@ -127,6 +127,11 @@ def test_ctrl_c_keeps_what_is_done(tmp_path):
 BAD = {
     "missing scene": (["nowhere.obj"], "nowhere.obj"),
     "two budgets": (["ok.obj", "--passes", "3", "--seconds", "1"], "two budgets"),
+    "wrong error": (["ok.obj", "--error", "indirect:95:0.01"], "'95' is no p95"),
+    "error of no buffer": (["ok.obj", "--error", "depth:0.01"], "'depth:0.01'"),
+    "checkpoint in nowhere": (["ok.obj", "--checkpoint", "no/such"], "no/such"),
+    "checkpoint over the scene": (["ok.obj", "--checkpoint", "ok.obj"], "no checkpoint"),
+    "merge of one": (["merge", "one.exr", "-o", "out.exr"], "one.exr"),
     "zero size": (["ok.obj", "--size", "0x10"], "0x10"),
     "absurd size": (["ok.obj", "--size", "99999999x10"], "too large"),
     "no size": (["ok.obj", "--size", "big"], "big"),

@@ -11,8 +11,8 @@ ROOT = Path(__file__).parent.parent
 FOUNDATION = {"numpy", "numba", "llvmlite", "embreex", "platformdirs", "photonmap.kernels"}
 TOUCH_KERNELS = {
     "accumulate", "caustics", "cells", "columns", "compiling", "effects", "emitters",
-    "environment", "first_hits", "hidden_lights", "ledger", "light_tree", "matter", "passes",
-    "prepare", "record", "render", "survey", "textures",
+    "environment", "fingerprint", "first_hits", "hidden_lights", "ledger", "light_tree", "matter",
+    "passes", "prepare", "record", "render", "settings", "survey", "textures",
 }  # fmt: skip
 
 

@@ -85,11 +85,28 @@ def test_an_error_budget_is_reproduced_by_its_passes(cornell):
 
 def test_the_stated_error_is_the_definition(cornell):
     result = pm.render(cornell, bands=3, size=(32, 32), passes=5)
-    judged = (result.coverage == 1.0) & ~result.emission.any(axis=2)
+    judged = (result.coverage == 1.0) & ~result.emission.any(axis=2) & ~result.unresolved
     value = result.radiance[judged].astype(float)
     error = result.standard_error("radiance")[judged].astype(float)
     relative = error**2 / (value**2 + 0.01 * value.mean(axis=0) ** 2)
     assert result.record["error"] == pytest.approx(np.sqrt(relative.mean()), rel=1e-5)
+
+
+def test_an_error_of_another_buffer_is_the_definition(cornell):
+    result = pm.render(cornell, bands=2, size=(24, 24), error="shading:p75:0.2", seed=3)
+    judged = (result.coverage == 1.0) & ~result.emission.any(axis=2) & ~result.unresolved
+    value = result.shading[judged].astype(float)
+    error = result.standard_error("shading")[judged].astype(float)
+    relative = error / np.sqrt(value**2 + 0.01 * value.mean(axis=0) ** 2)
+    goal = result.record["goal"]
+    assert goal["reached"] == pytest.approx(
+        np.percentile(relative, 75, method="inverted_cdf"), rel=1e-5
+    )
+    assert {**goal, "reached": 0.2} == {
+        "buffer": "shading", "percentile": 75.0, "limit": 0.2, "reached": 0.2,
+    }  # fmt: skip
+    assert goal["reached"] <= 0.2
+    assert result.record["error"] != goal["reached"]
 
 
 def test_a_time_budget_holds(cornell):
@@ -199,6 +216,8 @@ def test_smooth_normals_agree_with_the_path_tracer():
         ({"threads": 0}, "threads 0"),
         ({"pixel": "round"}, "round"),
         ({"method": "magic"}, "magic"),
+        ({"error": "indirect:95:0.1"}, "'95' is no p95"),
+        ({"error": "residual:0.1"}, "residual is exactly 0"),
     ],
 )
 def test_bad_options(cornell, options, message):
@@ -215,6 +234,8 @@ def test_unresolved_marks_pixels_that_no_photon_reached(cornell):
             pm.Scene([*cornell.meshes, sealed], camera=camera), bands=1, size=(8, 8), passes=2
         )
     assert inside.unresolved.all()
+    assert inside.record["unresolved"] == 64
+    assert inside.record["error"] == 0.0
     assert (inside.radiance == 0.0).all()
     assert not pm.render(cornell, bands=1, size=(16, 16), passes=2).unresolved.any()
 
