@@ -23,6 +23,9 @@ from photonmap.scene import Camera, Material, Mesh, Scene
 from photonmap.spectra.curves import Spectrum
 from photonmap.textures import Paint, Texture, collect_pictures, mean_color, mean_opacity
 
+CLOSE = 1e-3
+"""Of a scene's size: nearer vertices are seen in detail that its middle would blur."""
+
 
 @dataclass
 class Prepared:
@@ -104,7 +107,8 @@ def prepare(scene: Scene, bands: Bands, aspect: float = 1.0) -> Prepared:
     camera = check_camera(scene.camera) if scene.camera else None
     vertices = np.concatenate([mesh.vertices for mesh in meshes])
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    center, size = 0.5 * (low + high), float((high - low).max()) or 1.0
+    size = float((high - low).max()) or 1.0
+    center = _choose_center(vertices, camera, 0.5 * (low + high), size)
     materials = _distinct_materials(meshes)
     geometry, owner = _triangles(meshes, center, size)
     index_of = {id(material): index for index, material in enumerate(materials)}
@@ -147,6 +151,25 @@ def prepare(scene: Scene, bands: Bands, aspect: float = 1.0) -> Prepared:
         embree,
         pictures.images,
     )
+
+
+def _choose_center(
+    vertices: NDArray[np.float64],
+    camera: Camera | None,
+    middle: NDArray[np.float64],
+    size: float,
+) -> NDArray[np.float64]:
+    """Return the origin of the kernels' numbers, about which float32 is finest.
+
+    The scene's middle; or the camera, where it stands among things that are small against the
+    scene.
+    """
+    if camera is None:
+        return middle
+    origin = np.array(camera.origin)
+    nearest = np.abs(vertices - origin).max(axis=1).min()
+    inside = np.abs(origin - middle).max() <= size
+    return origin if inside and nearest < CLOSE * size else middle
 
 
 def _check_mesh(mesh: Mesh) -> None:
