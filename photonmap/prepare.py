@@ -22,6 +22,7 @@ from photonmap.messages import listed
 from photonmap.scene import Camera, Material, Mesh, Scene
 from photonmap.spectra.curves import Spectrum
 from photonmap.textures import Paint, Texture, collect_pictures, mean_color, mean_opacity
+from photonmap.tidy import find_single, without_strays
 
 CLOSE = 1e-3
 """Of a scene's size: nearer vertices are seen in detail that its middle would blur."""
@@ -103,7 +104,7 @@ def prepare(scene: Scene, bands: Bands, aspect: float = 1.0) -> Prepared:
         raise InputError(f"scene {scene.name!r} has no faces: there is nothing to render")
     for mesh in meshes:
         _check_mesh(mesh)
-    meshes = _flatten(meshes)
+    meshes = _flatten([without_strays(mesh) for mesh in meshes])
     camera = check_camera(scene.camera) if scene.camera else None
     vertices = np.concatenate([mesh.vertices for mesh in meshes])
     low, high = vertices.min(axis=0), vertices.max(axis=0)
@@ -262,13 +263,12 @@ def _triangles(
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normals, axis=1)
     sound = length > 0.0
-    if not sound.all():
-        count = int((~sound).sum())
+    if count := int((~sound).sum()):
         warn(f"{count} degenerate triangle{'s' * (count > 1)} (no area) left out")
-        triangles, owner = triangles[sound], owner[sound]
-        normals, length = normals[sound], length[sound]
-    if not len(triangles):
+    if not sound.any():
         raise InputError("every triangle is degenerate (no area): there is nothing to render")
+    sound[sound] = _single(meshes, vertices, triangles[sound], owner[sound])
+    triangles, owner, normals, length = (x[sound] for x in (triangles, owner, normals, length))
     smooth = any(mesh.normals is not None for mesh in meshes)
     shading = np.concatenate([_shading_normals(mesh) for mesh in meshes]) if smooth else None
     none = np.empty(0, np.int32)
@@ -285,6 +285,29 @@ def _triangles(
         np.zeros((0, 2), np.float32) if uv is None else uv,
         None,
     ), owner
+
+
+def _single(
+    meshes: list[Mesh],
+    vertices: NDArray[np.float32],
+    triangles: NDArray[np.int64],
+    owner: NDArray[np.int64],
+) -> NDArray[np.bool_]:
+    """Tell which triangles are there once, and warn of the others: (T,)."""
+    lamps = np.array([_may_emit(mesh.material.emission) for mesh in meshes])
+    indices = np.array([_index(mesh.material) for mesh in meshes])
+    kept = find_single(vertices, triangles, owner, lamps, indices)
+    if count := int((~kept).sum()):
+        warn(f"{count} triangle{'s' * (count > 1)} at the place of another left out")
+    return kept
+
+
+def _index(material: Material) -> float:
+    return float(material.ior) if isinstance(material.ior, int | float) else 0.0
+
+
+def _may_emit(paint: Paint) -> bool:
+    return isinstance(paint, Spectrum | Texture) or bool(np.any(paint))
 
 
 def _uv(mesh: Mesh) -> NDArray[np.float32]:
