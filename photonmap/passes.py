@@ -9,6 +9,7 @@ import hashlib
 import math
 import time
 from collections.abc import Callable
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -34,6 +35,7 @@ from photonmap.kernels.records import (
 )
 from photonmap.kernels.share import share
 from photonmap.kernels.store import join
+from photonmap.landing import do_photons_land
 from photonmap.prepare import Prepared
 from photonmap.survey import SAMPLES, TILE, WINDOW, survey
 from photonmap.workers import Workers
@@ -46,7 +48,7 @@ CELL_RANGE = 16384
 CELLS_HOLD, WINDOWS_HOLD = 8, 64
 """Passes after which cells and windows begin to shrink; before, noise outweighs their bias."""
 MAX_BOUNCES = 1000
-SURVEY, PHOTONS, CAMERA, PROBE, CAUSTIC_PILOT, CAUSTICS = 0, 1, 2, 3, 4, 5
+SURVEY, PHOTONS, CAMERA, PROBE, CAUSTIC_PILOT, CAUSTICS, LANDING = 0, 1, 2, 3, 4, 5, 6
 
 
 def stream_key(seed: int, index: int, domain: int) -> np.uint64:
@@ -86,6 +88,7 @@ class Passes:
         plan: EffectPlan | None = None,
     ) -> None:
         self._effects = plan
+        self._prepared = prepared
         self._scene = prepared.arrays
         self._smooth = prepared.optics is not None
         self._caustics: CausticTracer | None = None
@@ -113,13 +116,22 @@ class Passes:
         if self._method == "path":
             return self._leave_out(self._trace_paths(index))
         start = time.perf_counter()
-        store = self._trace_photons(index) if self._on("indirect") else empty_store(self._bands)
+        stored = self._on("indirect") and not self.traces_paths_instead
+        store = self._trace_photons(index) if stored else empty_store(self._bands)
         traced = time.perf_counter()
         caustics = self._trace_caustics(index)
         self.caustic_seconds += time.perf_counter() - traced
         self.photon_seconds += time.perf_counter() - start
         pixels = self._render(index, store, caustics)
         return self._leave_out(self._share(index, pixels) if self._on("indirect") else pixels)
+
+    @cached_property
+    def traces_paths_instead(self) -> bool:
+        """Whether too few photons land to say what indirect light there is."""
+        if self._method == "path" or not self._on("indirect"):
+            return False
+        key = stream_key(self._seed, 0, LANDING)
+        return not do_photons_land(self._prepared, self._areas, self._bands, self._photons, key)
 
     @property
     def effect_seconds(self) -> dict[str, float]:

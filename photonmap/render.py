@@ -25,6 +25,7 @@ from photonmap.first_hits import first_hit_buffers
 from photonmap.hidden_lights import warn_of_hidden_lights
 from photonmap.kernels.beyond import MOST_SMOOTH
 from photonmap.kernels.records import Film
+from photonmap.landing import warn_of_few_photons
 from photonmap.ledger import Ledger
 from photonmap.memory import check_memory
 from photonmap.output import BUFFERS
@@ -118,6 +119,7 @@ def render(
         with workers.holding_interrupts():
             interrupted = _run_passes(run, moments, budget, progress)
         _warn_of_cuts(run, moments.whole, budget, time.perf_counter() - compiled)
+        warn_of_few_photons(run, moments.whole.unresolved())
         outcome = _outcome(run, moments.whole)
         flat, errors = _finish(prepared, film, run, moments, workers)
         rendering = time.perf_counter() - compiled

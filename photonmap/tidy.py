@@ -1,4 +1,4 @@
-"""Meshes without what exporters leave in them: vertices of no face, surfaces that are there twice."""
+"""Meshes without what exporters leave in them: stray vertices, surfaces that are there twice."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ def test_triangles_without_area_are_left_out(good):
 
 @pytest.mark.parametrize("turned", [False, True])
 def test_surfaces_that_are_there_twice_count_once(turned, good):
-    """A room whose every mesh is doubled, the copies' faces in the same order or wound inversely."""
+    """A room whose every mesh is doubled, the copies wound like the originals or inversely."""
     copies = [
         replace(mesh, faces=np.roll(mesh.faces, 1, axis=1)[:, :: -1 if turned else 1])
         for mesh in BOX.meshes
@@ -97,8 +97,9 @@ def test_surfaces_that_are_there_twice_count_once(turned, good):
     ]
     scene = replace(BOX, meshes=[*BOX.meshes, *copies])
     with pytest.warns(pm.SceneWarning, match="triangles at the place of another"):
-        for buffer in ("direct", "indirect"):
-            assert_same(means(scene, buffer), good[buffer])
+        found = {buffer: means(scene, buffer) for buffer in ("direct", "indirect")}
+    for buffer, values in found.items():
+        assert_same(values, good[buffer])
 
 
 def test_coplanar_overlapping_floors(good):
