@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.bands import Bands
+from photonmap.chances import even_out, rise
 from photonmap.environment import Sky, sky_of
 from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.records import (
@@ -40,6 +41,9 @@ _KINDS = {
     DomeLight.kind: DOME,
     EnvironmentLight.kind: DOME,
 }
+
+DIMMEST, BRIGHTEST = 1e-30, 1e30
+"""Of all lights, W·m⁻²·sr⁻¹ times the square of the scene's size: images are float32."""
 
 
 @dataclass(frozen=True)
@@ -111,17 +115,22 @@ def collect_emitters(
             axis[index] = spot_axis(light)
             cosines[index] = np.cos(np.radians([light.inner, light.outer]))
         extent[index] = _extent(light, cosines[index], radius)
-    flux = extent * spectra[row].mean(axis=1)
-    power = float(flux.sum())
+    with np.errstate(over="ignore"):
+        flux = extent * spectra[row].mean(axis=1)
+        power = float(flux.sum())
+    if not DIMMEST <= power <= BRIGHTEST:
+        raise InputError(
+            f"lights radiate {power:.3g} in units of the scene: images hold what comes from "
+            f"{DIMMEST:g} to {BRIGHTEST:g}; scale the lights"
+        )
 
     of_triangle = np.full(len(material), -1, np.int32)
     of_triangle[glowing] = np.arange(len(glowing))
     triangle = np.full(len(row), -1, np.int32)
     triangle[: len(glowing)] = glowing
-    cumulative = np.minimum(np.cumsum(flux) / power, 1.0)
-    cumulative[-1] = 1.0
     dome = int(np.argmax(kind == DOME)) if (kind == DOME).any() else -1
     lamp_names = [materials[material[t]].name for t in glowing]
+    names = lamp_names + [light.name for light in shining]
     record = Lights(
         kind,
         triangle,
@@ -131,13 +140,12 @@ def collect_emitters(
         area,
         row.astype(np.int32),
         (spectra / power).astype(np.float32),
-        cumulative,
+        rise(even_out(flux, names)),
         dome,
         radius,
         sky.record(power) if sky and dome >= 0 else None,
         pictures.glow(bands, power, len(spectra), geometry.uv, geometry.triangles),
     )
-    names = lamp_names + [light.name for light in shining]
     groups = lamp_names + [light.group or light.name for light in shining]
     return Emitters(record, names, groups, of_triangle, power)
 

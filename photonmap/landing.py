@@ -1,9 +1,5 @@
 """Whether photons come to a scene's surfaces, and warnings where they do not."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,15 +8,12 @@ from photonmap.errors import warn
 from photonmap.kernels.photon import trace_photons
 from photonmap.prepare import Prepared
 
-if TYPE_CHECKING:
-    from photonmap.passes import Passes
-
 PILOT = 4096
 """Photons at most."""
 HARDLY = 1 / 64
 """Hits for each photon, below which a store would be empty where light is looked up."""
 
-MANY = 0.5
+MANY = 0.9
 """Part of the pixels that may be unresolved before a warning is due."""
 
 
@@ -53,19 +46,14 @@ def do_photons_land(
     return stores >= HARDLY * total
 
 
-def warn_of_few_photons(run: Passes, unresolved: NDArray[np.bool_]) -> None:
-    """Warn where photons tell little of indirect light, after all passes of a run.
+def warn_of_few_photons(unresolved: NDArray[np.bool_]) -> None:
+    """Warn where photons tell nothing of indirect light.
 
     Parameters
     ----------
-    unresolved : (P,) pixels in which gather rays found no photon
+    unresolved : (P,) pixels in which gather rays found no photon, although some were stored
     """
-    if run.traces_paths_instead:
-        warn(
-            "hardly any photon meets a surface, as where a sky shines into a pit: paths are traced "
-            "in their place"
-        )
-    elif run.stores > 0 and unresolved.mean() > MANY:
+    if unresolved.mean() > MANY:
         warn(
             f"no photon tells of the indirect light of {unresolved.sum()} pixels (unresolved): "
             f"hardly any light gets there, and what does is missing; take more photons"

@@ -127,8 +127,11 @@ class Passes:
 
     @cached_property
     def traces_paths_instead(self) -> bool:
-        """Whether too few photons land to say what indirect light there is."""
-        if self._method == "path" or not self._on("indirect"):
+        """Whether too few photons land to say what indirect light there is.
+
+        What gather rays see in mirrors and through glass is always looked up.
+        """
+        if self._method == "path" or self._smooth or not self._on("indirect"):
             return False
         key = stream_key(self._seed, 0, LANDING)
         return not do_photons_land(self._prepared, self._areas, self._bands, self._photons, key)

@@ -24,6 +24,8 @@ from photonmap.spectra.curves import Spectrum
 from photonmap.textures import Paint, Texture, collect_pictures, mean_color, mean_opacity
 from photonmap.tidy import find_single, without_strays
 
+SMALLEST, LARGEST = 1e-30, 1e30
+"""Scene units of a scene: images are float32."""
 CLOSE = 1e-3
 """Of a scene's size: nearer vertices are seen in detail that its middle would blur."""
 
@@ -108,7 +110,7 @@ def prepare(scene: Scene, bands: Bands, aspect: float = 1.0) -> Prepared:
     camera = check_camera(scene.camera) if scene.camera else None
     vertices = np.concatenate([mesh.vertices for mesh in meshes])
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    size = float((high - low).max()) or 1.0
+    size = _size(low, high)
     center = _choose_center(vertices, camera, 0.5 * (low + high), size)
     materials = _distinct_materials(meshes)
     geometry, owner = _triangles(meshes, center, size)
@@ -152,6 +154,18 @@ def prepare(scene: Scene, bands: Bands, aspect: float = 1.0) -> Prepared:
         embree,
         pictures.images,
     )
+
+
+def _size(low: NDArray[np.float64], high: NDArray[np.float64]) -> float:
+    """Return the longest side of the box from low to high; 1 where all is in one point."""
+    with np.errstate(over="ignore"):
+        size = float((high - low).max()) or 1.0
+    if not SMALLEST <= size <= LARGEST:
+        raise InputError(
+            f"the scene measures {size:.3g} units: depths of {SMALLEST:g} to {LARGEST:g} can be "
+            f"told; choose another unit"
+        )
+    return size
 
 
 def _choose_center(

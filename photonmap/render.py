@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from photonmap.accumulate import Accumulator
 from photonmap.bands import Bands
 from photonmap.budget import CEILING, Budget
+from photonmap.chances import choose_seldom
 from photonmap.columns import Columns, carry, choose_columns, count_distinct
 from photonmap.compiling import compile_kernels, is_compiled
 from photonmap.effects import EffectPlan, leave_out, parse_effects, plan_effects
@@ -113,15 +114,19 @@ def render(
         compile_kernels(prepared, bands, workers, method)
         compiled = time.perf_counter()
         progress.stage("render")
-        warn_of_hidden_lights(prepared, film, stream_key(seed, 0, PROBE))
+        hidden = warn_of_hidden_lights(prepared, film, stream_key(seed, 0, PROBE))
+        carried = replace(
+            carried, lights=choose_seldom(carried.lights, carried.light_names, hidden)
+        )
         run = Passes(carried, film, columns.count, photons, seed, workers, method, plan)
         moments = Ledger(columns, pixels, workers, carried.optics is not None)
         with workers.holding_interrupts():
             interrupted = _run_passes(run, moments, budget, progress)
         _warn_of_cuts(run, moments.whole, budget, time.perf_counter() - compiled)
-        warn_of_few_photons(run, moments.whole.unresolved())
         outcome = _outcome(run, moments.whole)
         flat, errors = _finish(prepared, film, run, moments, workers)
+        if set(hidden) != set(prepared.light_names):
+            warn_of_few_photons(flat["unresolved"])
         rendering = time.perf_counter() - compiled
 
     record = {
