@@ -22,7 +22,8 @@ def do_photons_land(
 ) -> bool:
     """Tell whether photons meet surfaces often enough to say what light there is.
 
-    They do not where a sky shines into a pit, or a lamp past a few small things.
+    They do not where a sky shines into a pit, or a lamp past a few small things; or where there are
+    no photons.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ def do_photons_land(
         np.empty(bands, np.float32),
         np.empty((count, bands), np.float32),
     )
-    return stores >= HARDLY * total
+    return stores > HARDLY * total
 
 
 def warn_of_few_photons(unresolved: NDArray[np.bool_]) -> None:
