@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+import shutil
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +13,7 @@ import numpy as np
 
 from photonmap.bands import Bands
 from photonmap.columns import Columns
+from photonmap.errors import warn
 from photonmap.first_hits import first_hit_buffers
 from photonmap.hidden_lights import warn_of_hidden_lights
 from photonmap.kernels.jit import CACHE_FOLDER
@@ -34,6 +37,19 @@ def is_compiled(wanted: Prepared, method: Method) -> bool:
 
 
 def compile_kernels(wanted: Prepared, bands: Bands, workers: Workers, method: Method) -> None:
+    """Call every kernel that `wanted` needs; anew where the cache of before cannot be read."""
+    try:
+        _call_kernels(wanted, bands, workers, method)
+    except (pickle.UnpicklingError, EOFError):
+        warn(f"the cache of compiled kernels, {CACHE_FOLDER}, is damaged, and made anew")
+        shutil.rmtree(CACHE_FOLDER, ignore_errors=True)
+        _call_kernels(wanted, bands, workers, method)
+    with suppress(OSError):  # a cache that cannot be written is no reason to stop
+        CACHE_FOLDER.mkdir(parents=True, exist_ok=True)
+        _marker(wanted, method).touch()
+
+
+def _call_kernels(wanted: Prepared, bands: Bands, workers: Workers, method: Method) -> None:
     """Call every kernel that `wanted` needs, on one pixel of a scene of one triangle."""
     prepared = prepare(_smallest(wanted), bands)
     run = Passes(prepared, _FILM, bands.count, 1, 0, workers, method)
@@ -45,9 +61,6 @@ def compile_kernels(wanted: Prepared, bands: Bands, workers: Workers, method: Me
     moments.finish(1.0)
     warn_of_hidden_lights(prepared, _FILM, stream_key(0, 0, PROBE))
     first_hit_buffers(prepared, _FILM, workers)
-    with suppress(OSError):  # a cache that cannot be written is no reason to stop
-        CACHE_FOLDER.mkdir(parents=True, exist_ok=True)
-        _marker(wanted, method).touch()
 
 
 def _smallest(wanted: Prepared) -> Scene:
