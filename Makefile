@@ -2,7 +2,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 INSTALLED := .venv/installed
 
-.PHONY: demo test lint bench examples wheel clean
+.PHONY: demo test lint fuzz bench examples wheel clean
 
 demo: $(INSTALLED)  ## render the Cornell box into out/
 	mkdir -p out
@@ -17,6 +17,13 @@ lint: $(INSTALLED)  ## format, style, types
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+
+SEED ?= $(shell date +%s)
+COUNT ?= 100
+fuzz: $(INSTALLED)  ## random scenes and damaged files: COUNT of each, from SEED; 5 million triangles
+	@echo "make fuzz SEED=$(SEED) COUNT=$(COUNT)"
+	PHOTONMAP_SEED=$(SEED) PHOTONMAP_EXAMPLES=$(COUNT) PHOTONMAP_TRIANGLES=5000000 \
+		$(BIN)/python -m pytest tests/hard
 
 examples: $(INSTALLED)  ## run every example into out/
 	mkdir -p out

@@ -106,7 +106,7 @@ def choose(lights, tree, point, ns, u):
         return emitter, warp.discrete_pdf(lights.cumulative, emitter), u
     if u >= tree.near:
         emitter, u = warp.discrete(tree.far, (u - tree.near) / (1.0 - tree.near))
-        return emitter, (1.0 - tree.near) * warp.discrete_pdf(tree.far, emitter), u
+        return emitter, warp.discrete_pdf(lights.cumulative, emitter), u
     leaf, chance, u = _descend(tree.nodes, point, ns, u / tree.near)
     if leaf < 0:
         return -1, 0.0, u

@@ -15,6 +15,8 @@ from photonmap.vectors import finite, unit, vector
 
 _FRAMING_FOV = 40.0
 _MARGIN = 1.05
+FARTHEST = 1e30
+"""Scene units from the origin: depths are float32."""
 _PARALLEL = 1e-6
 """Sine of the angle between view and up below which nothing tells what is upright."""
 
@@ -39,7 +41,7 @@ def check_camera(
     Raises
     ------
     InputError : a vector is not three finite numbers, target is origin, up is along the view,
-        or fov is outside (0, 180) degrees
+        or fov is outside (0, 180) degrees; or coordinates are beyond 1e30
     """
 
     def error(attribute: str, problem: str) -> InputError:
@@ -52,6 +54,8 @@ def check_camera(
         value = vector(getattr(camera, attribute))
         if value is None:
             raise error(attribute, "is no vector; give three finite numbers")
+        if max(map(abs, value)) > FARTHEST:
+            raise error(attribute, f"is out of sight; give coordinates up to {FARTHEST:g}")
         vectors[attribute] = value
     fov = finite(camera.fov)
     if fov is None or not 0 < fov < 180:

@@ -57,6 +57,7 @@ class CausticTracer:
         self._guide = _guide(origins)
         found, _ = self._trace(PILOT // 4, key ^ np.uint64(1))
         rate = max(len(found), 1) / (PILOT // 4)
+        photons = max(photons, 1)
         self.photons = int(np.clip(wanted / rate, min(wanted, photons), MOST * photons))
         self._radius = _first_radius(places[:, :3], self.photons * rate)
 

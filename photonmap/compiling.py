@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -16,6 +17,7 @@ import numpy as np
 from photonmap.bands import Bands
 from photonmap.caustics import no_caustics
 from photonmap.columns import Columns
+from photonmap.errors import warn
 from photonmap.first_hits import first_hit_buffers
 from photonmap.hidden_lights import warn_of_hidden_lights
 from photonmap.kernels.jit import CACHE_FOLDER
@@ -40,7 +42,7 @@ def is_compiled(wanted: Prepared, method: Method) -> bool:
 
 
 def compile_kernels(wanted: Prepared, bands: Bands, workers: Workers, method: Method) -> None:
-    """Call every kernel that `wanted` needs, on one pixel of a scene of one triangle.
+    """Call every kernel that `wanted` needs; anew where the cache of before cannot be read.
 
     The first time, a second process compiles what comes before and after the camera pass.
     """
@@ -48,11 +50,20 @@ def compile_kernels(wanted: Prepared, bands: Bands, workers: Workers, method: Me
     if workers.threads > 1 and not is_compiled(wanted, method):
         with _aside(small, bands, method):
             _look(small, bands, workers, method)
-    _call_around(small, bands, workers, method)
-    _look(small, bands, workers, method)
+    try:
+        _call_kernels(small, bands, workers, method)
+    except (pickle.UnpicklingError, EOFError):
+        warn(f"the cache of compiled kernels, {CACHE_FOLDER}, is damaged, and made anew")
+        shutil.rmtree(CACHE_FOLDER, ignore_errors=True)
+        _call_kernels(small, bands, workers, method)
     with suppress(OSError):  # a cache that cannot be written is no reason to stop
         CACHE_FOLDER.mkdir(parents=True, exist_ok=True)
         _marker(wanted, method).touch()
+
+
+def _call_kernels(small: Scene, bands: Bands, workers: Workers, method: Method) -> None:
+    _call_around(small, bands, workers, method)
+    _look(small, bands, workers, method)
 
 
 def _look(small: Scene, bands: Bands, workers: Workers, method: Method) -> None:

@@ -213,10 +213,15 @@ def _indirect(prepared: Prepared) -> Effect:
 
 
 def _is_flat(geometry: Geometry) -> bool:
-    """Tell whether all vertices lie in the plane of the first triangle, to the last digit."""
+    """Tell whether all vertices lie in the plane of the first triangle, to the last digit.
+
+    And all triangles: what stands on it may be lower than a digit of the scene's size.
+    """
     corner = geometry.vertices[geometry.triangles[0, 0]].astype(np.float64)
-    heights = (geometry.vertices - corner) @ geometry.normals[0].astype(np.float64)
-    return bool(np.abs(heights).max() <= 1e-7)
+    normal = geometry.normals[0].astype(np.float64)
+    heights = (geometry.vertices - corner) @ normal
+    parallel = np.abs(geometry.normals @ normal) > 1.0 - 1e-6
+    return bool(np.abs(heights).max() <= 1e-7 and parallel.all())
 
 
 def _is_convex(geometry: Geometry) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.bands import Bands
+from photonmap.chances import even_out, rise
 from photonmap.environment import Sky, sky_of
 from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.records import (
@@ -43,6 +44,9 @@ _KINDS = {
     DomeLight.kind: DOME,
     EnvironmentLight.kind: DOME,
 }
+
+DIMMEST, BRIGHTEST = 1e-30, 1e30
+"""Of all lights, W·m⁻²·sr⁻¹ times the square of the scene's size: images are float32."""
 
 
 @dataclass(frozen=True)
@@ -97,8 +101,17 @@ def collect_emitters(
     spectra[row[np.isin(places.kind, (POINT, SPOT))]] /= size * size
     radius = 1.001 * float(np.linalg.norm(geometry.vertices, axis=1).max())
     mean = spectra[row].mean(axis=1)
-    flux = _extents(places, radius) * mean
-    power = float(flux.sum())
+    with np.errstate(over="ignore"):
+        flux = _extents(places, radius) * mean
+        power = float(flux.sum())
+    if not DIMMEST <= power <= BRIGHTEST:
+        raise InputError(
+            f"lights radiate {power:.3g} in units of the scene: images hold what comes from "
+            f"{DIMMEST:g} to {BRIGHTEST:g}; scale the lights"
+        )
+    lamp_names = [materials[material[t]].name for t in glowing]
+    names = lamp_names + [light.name for light in shining]
+    cumulative = rise(even_out(flux, names))
     record = Lights(
         places.kind,
         places.triangle,
@@ -108,17 +121,15 @@ def collect_emitters(
         places.area,
         row.astype(np.int32),
         (spectra / power).astype(np.float32),
-        _rise(flux),
+        cumulative,
         int(np.argmax(places.kind == DOME)) if (places.kind == DOME).any() else -1,
         radius,
         sky.record(power) if sky and (places.kind == DOME).any() else None,
         pictures.glow(bands, power, len(spectra), geometry.uv, geometry.triangles),
-        _tree(geometry, places, mean, flux),
+        _tree(geometry, places, mean, cumulative),
     )
     of_triangle = np.full(len(material), -1, np.int32)
     of_triangle[glowing] = np.arange(len(glowing))
-    lamp_names = [materials[material[t]].name for t in glowing]
-    names = lamp_names + [light.name for light in shining]
     groups = lamp_names + [light.group or light.name for light in shining]
     return Emitters(record, names, groups, of_triangle, power)
 
@@ -165,7 +176,7 @@ def _place(
 
 
 def _tree(
-    geometry: Geometry, places: _Places, mean: NDArray[np.float64], flux: NDArray[np.float64]
+    geometry: Geometry, places: _Places, mean: NDArray[np.float64], cumulative: NDArray[np.float64]
 ) -> LightTree | None:
     """Build the tree of emitters that are not infinitely far."""
     lamp = places.kind == TRIANGLE
@@ -180,14 +191,7 @@ def _tree(
     cosines[places.kind == SPOT, 0] = places.cosines[places.kind == SPOT, 1]
     strength = mean * np.where(lamp, places.area, 1.0)
     far = np.isin(places.kind, (DOME, DIRECTIONAL))
-    return grow_tree(low, high, axis, cosines, strength, flux, far)
-
-
-def _rise(flux: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a table that rises to 1 in proportion to power."""
-    cumulative = np.minimum(np.cumsum(flux) / flux.sum(), 1.0)
-    cumulative[-1] = 1.0
-    return cumulative
+    return grow_tree(low, high, axis, cosines, strength, cumulative, far)
 
 
 def emission_of(color: Paint, bands: Bands, owner: str) -> NDArray[np.float64]:

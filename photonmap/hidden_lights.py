@@ -5,37 +5,49 @@ import numpy as np
 from photonmap.errors import warn
 from photonmap.kernels.probe import reaches_view, view_points
 from photonmap.kernels.records import Film, Lights
+from photonmap.messages import listed
 from photonmap.prepare import Prepared
 
 POINTS = 64
-PATHS = 256
+PATHS, FEWEST_PATHS, MOST_PATHS = 256, 32, 1 << 14
+"""From a light; where there are many, as few as this; and from all, about."""
 BOUNCES = 8
 
 
-def warn_of_hidden_lights(prepared: Prepared, film: Film, key: np.uint64) -> None:
-    """Warn of each light none of whose probing paths reaches a point that the camera sees.
+def warn_of_hidden_lights(prepared: Prepared, film: Film, key: np.uint64) -> list[str]:
+    """Warn of the lights none of whose probing paths reaches a point that the camera sees.
 
-    Every light sends 256 paths of up to 8 bounces; each of their vertices is joined to 64 points
-    in view until one connection is free. A light that lights the view costs a few rays. Where
-    there are smooth surfaces nothing is said: light may come by them, and be seen in them.
+    Every light sends up to 256 paths of up to 8 bounces; each of their vertices is joined to 64
+    points in view until one connection is free. A light that lights the view costs a few rays.
+    Where there are smooth surfaces nothing is said: light may come by them, and be seen in them.
+
+    Returns
+    -------
+    names of these lights
     """
     if prepared.optics is not None:
-        return
+        return []
     points, normals = np.zeros((POINTS, 3)), np.zeros((POINTS, 3))
     camera = prepared.film_camera(film.width, film.height)
     count = view_points(prepared.geometry, camera, film, key, points, normals)
     if count == 0:
-        return
+        return []
     emitters: dict[str, list[int]] = {}
     for emitter, name in enumerate(prepared.light_names):
         emitters.setdefault(name, []).append(emitter)
+    paths = int(np.clip(MOST_PATHS // len(emitters), FEWEST_PATHS, PATHS))
+    hidden = []
     for name, members in emitters.items():
         lights = _only(prepared.lights, np.array(members))
-        if not reaches_view(prepared.geometry, lights, key, PATHS, BOUNCES, points, normals, count):
-            warn(
-                f"light {name!r} sends nothing into the view: all of {PATHS} paths from it were "
-                f"blocked or lost; is it wound the wrong way, or buried in a wall?"
-            )
+        if not reaches_view(prepared.geometry, lights, key, paths, BOUNCES, points, normals, count):
+            hidden.append(name)
+    if hidden:
+        each = "it" if len(hidden) == 1 else "each"
+        warn(
+            f"light {listed(hidden)} sends nothing into the view: all of {paths} paths from {each} "
+            f"were blocked or lost; is it wound the wrong way, or buried in a wall?"
+        )
+    return hidden
 
 
 def _only(lights: Lights, members: np.ndarray) -> Lights:

@@ -27,7 +27,7 @@ def grow_tree(
     axis: Array,
     cosines: Array,
     strength: Array,
-    flux: Array,
+    cumulative: Array,
     far: NDArray[np.bool_],
 ) -> LightTree | None:
     """Build a balanced tree by halving along the longest side; None where emitters are few.
@@ -38,7 +38,7 @@ def grow_tree(
     axis : (K, 3) unit normals
     cosines : (K, 2) of the half angles of the cone of normals, and of the light about each
     strength : (K,) intensities
-    flux : (K,) power
+    cumulative : (K,) rises to 1 by the chances of emitters where all are chosen alike
     far : (K,) bool, infinitely far
     """
     near = np.flatnonzero(~far)
@@ -63,9 +63,25 @@ def grow_tree(
         if len(level[-1]) == 1:
             break
         level = _join(*level)
-    share = flux[near].sum() / flux.sum()
-    beyond = np.cumsum(np.where(far, flux, 0.0))
-    return LightTree(nodes, emitter, leaf, share, beyond / beyond[-1] if far.any() else beyond)
+    return LightTree(nodes, emitter, leaf, *_share_out(cumulative, far))
+
+
+def reweigh(tree: LightTree, weights: Array, cumulative: Array) -> LightTree:
+    """Return a tree whose emitters' strengths are multiplied by weights, (K,)."""
+    nodes, leaves = tree.nodes.copy(), len(tree.emitter)
+    strength = nodes[:, NODE_STRENGTH]
+    strength[leaves:] *= weights[tree.emitter]
+    for node in range(leaves - 1, 0, -1):
+        strength[node] = strength[2 * node] + strength[2 * node + 1]
+    near, far = _share_out(cumulative, tree.leaf < 0)
+    return tree._replace(nodes=nodes, near=near, far=far)
+
+
+def _share_out(cumulative: Array, far: NDArray[np.bool_]) -> tuple[float, Array]:
+    """Return the chance of all near emitters, and the rise of chances among the far ones."""
+    chances = np.diff(cumulative, prepend=0.0)
+    beyond = np.cumsum(np.where(far, chances, 0.0))
+    return float(chances[~far].sum()), beyond / max(beyond[-1], 1e-300)
 
 
 def _order(center: Array, leaves: int) -> NDArray[np.int64]:

@@ -31,12 +31,25 @@ def estimate_memory(
     return BASE + values + cells + BYTES_PER_PIXEL * pixels + BYTES_PER_TRIANGLE * triangles
 
 
+def free_memory() -> int:
+    """Return the bytes that this process may still take: of the machine, and of its own limit."""
+    free = int(psutil.virtual_memory().available)
+    try:
+        import resource
+    except ImportError:  # Windows has no such limits
+        return free
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if limit == resource.RLIM_INFINITY:
+        return free
+    return min(free, max(limit - int(psutil.Process().memory_info().vms), 0))
+
+
 def check_memory(
     pixels: int, bands: int, photons: int, triangles: int, smooth: bool = False
 ) -> None:
     """Raise InputError, with the numbers, where a render needs more than is free."""
     need = estimate_memory(pixels, bands, photons, triangles, smooth)
-    free = psutil.virtual_memory().available
+    free = free_memory()
     if need > free:
         raise InputError(
             f"this render needs about {need / 1e9:.1f} GB and {free / 1e9:.1f} GB are free: "

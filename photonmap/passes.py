@@ -36,6 +36,7 @@ from photonmap.kernels.records import (
 )
 from photonmap.kernels.share import share
 from photonmap.kernels.store import join
+from photonmap.landing import do_photons_land
 from photonmap.prepare import Prepared
 from photonmap.survey import SAMPLES, TILE, WINDOW, survey
 from photonmap.workers import Workers
@@ -52,7 +53,7 @@ COUNTERS = ("photons", "stores", "cut", "rays", "photon_seconds", "caustic_secon
 Store = tuple[Cells, np.ndarray]
 Light = tuple[Store, Caustics | None]
 
-SURVEY, PHOTONS, CAMERA, PROBE, CAUSTIC_PILOT, CAUSTICS = 0, 1, 2, 3, 4, 5
+SURVEY, PHOTONS, CAMERA, PROBE, CAUSTIC_PILOT, CAUSTICS, LANDING = 0, 1, 2, 3, 4, 5, 6
 
 
 def stream_key(seed: int, index: int, domain: int) -> np.uint64:
@@ -92,6 +93,7 @@ class Passes:
         plan: EffectPlan | None = None,
     ) -> None:
         self._effects = plan
+        self._prepared = prepared
         self._scene = prepared.arrays
         self._smooth = prepared.optics is not None
         self._caustics: CausticTracer | None = None
@@ -137,7 +139,8 @@ class Passes:
         if self._method == "path":
             return empty_store(self._bands), None
         start = time.perf_counter()
-        store = self._trace_photons(index) if self._on("indirect") else empty_store(self._bands)
+        stored = self._on("indirect") and not self.traces_paths_instead
+        store = self._trace_photons(index) if stored else empty_store(self._bands)
         traced = time.perf_counter()
         caustics = self._trace_caustics(index)
         self.caustic_seconds += time.perf_counter() - traced
@@ -153,6 +156,17 @@ class Passes:
     def finish(self, index: int, pixels: Pixels) -> Pixels:
         """Share indirect light between pixels, and clear what is to be left out."""
         return self._leave_out(self._share(index, pixels) if self.shares else pixels)
+
+    @cached_property
+    def traces_paths_instead(self) -> bool:
+        """Whether too few photons land to say what indirect light there is.
+
+        What gather rays see in mirrors and through glass is always looked up.
+        """
+        if self._method == "path" or self._smooth or not self._on("indirect"):
+            return False
+        key = stream_key(self._seed, 0, LANDING)
+        return not do_photons_land(self._prepared, self._areas, self._bands, self._photons, key)
 
     @property
     def effect_seconds(self) -> dict[str, float]:

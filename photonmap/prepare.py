@@ -22,6 +22,12 @@ from photonmap.messages import listed
 from photonmap.scene import Camera, Material, Mesh, Scene
 from photonmap.spectra.curves import Spectrum
 from photonmap.textures import Paint, Texture, collect_pictures, mean_color, mean_opacity
+from photonmap.tidy import find_single, without_strays
+
+SMALLEST, LARGEST = 1e-30, 1e30
+"""Scene units of a scene: images are float32."""
+CLOSE = 1e-3
+"""Of a scene's size: nearer vertices are seen in detail that its middle would blur."""
 
 
 @dataclass
@@ -100,11 +106,12 @@ def prepare(scene: Scene, bands: Bands, aspect: float = 1.0) -> Prepared:
         raise InputError(f"scene {scene.name!r} has no faces: there is nothing to render")
     for mesh in meshes:
         _check_mesh(mesh)
-    meshes = _flatten(meshes)
+    meshes = _flatten([without_strays(mesh) for mesh in meshes])
     camera = check_camera(scene.camera) if scene.camera else None
     vertices = np.concatenate([mesh.vertices for mesh in meshes])
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    center, size = 0.5 * (low + high), float((high - low).max()) or 1.0
+    size = _size(low, high)
+    center = _choose_center(vertices, camera, 0.5 * (low + high), size)
     materials = _distinct_materials(meshes)
     geometry, owner = _triangles(meshes, center, size)
     index_of = {id(material): index for index, material in enumerate(materials)}
@@ -147,6 +154,37 @@ def prepare(scene: Scene, bands: Bands, aspect: float = 1.0) -> Prepared:
         embree,
         pictures.images,
     )
+
+
+def _size(low: NDArray[np.float64], high: NDArray[np.float64]) -> float:
+    """Return the longest side of the box from low to high; 1 where all is in one point."""
+    with np.errstate(over="ignore"):
+        size = float((high - low).max()) or 1.0
+    if not SMALLEST <= size <= LARGEST:
+        raise InputError(
+            f"the scene measures {size:.3g} units: depths of {SMALLEST:g} to {LARGEST:g} can be "
+            f"told; choose another unit"
+        )
+    return size
+
+
+def _choose_center(
+    vertices: NDArray[np.float64],
+    camera: Camera | None,
+    middle: NDArray[np.float64],
+    size: float,
+) -> NDArray[np.float64]:
+    """Return the origin of the kernels' numbers, about which float32 is finest.
+
+    The scene's middle; or the camera, where it stands among things that are small against the
+    scene.
+    """
+    if camera is None:
+        return middle
+    origin = np.array(camera.origin)
+    nearest = np.abs(vertices - origin).max(axis=1).min()
+    inside = np.abs(origin - middle).max() <= size
+    return origin if inside and nearest < CLOSE * size else middle
 
 
 def _check_mesh(mesh: Mesh) -> None:
@@ -239,13 +277,12 @@ def _triangles(
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normals, axis=1)
     sound = length > 0.0
-    if not sound.all():
-        count = int((~sound).sum())
+    if count := int((~sound).sum()):
         warn(f"{count} degenerate triangle{'s' * (count > 1)} (no area) left out")
-        triangles, owner = triangles[sound], owner[sound]
-        normals, length = normals[sound], length[sound]
-    if not len(triangles):
+    if not sound.any():
         raise InputError("every triangle is degenerate (no area): there is nothing to render")
+    sound[sound] = _single(meshes, vertices, triangles[sound], owner[sound])
+    triangles, owner, normals, length = (x[sound] for x in (triangles, owner, normals, length))
     smooth = any(mesh.normals is not None for mesh in meshes)
     shading = np.concatenate([_shading_normals(mesh) for mesh in meshes]) if smooth else None
     none = np.empty(0, np.int32)
@@ -262,6 +299,29 @@ def _triangles(
         np.zeros((0, 2), np.float32) if uv is None else uv,
         None,
     ), owner
+
+
+def _single(
+    meshes: list[Mesh],
+    vertices: NDArray[np.float32],
+    triangles: NDArray[np.int64],
+    owner: NDArray[np.int64],
+) -> NDArray[np.bool_]:
+    """Tell which triangles are there once, and warn of the others: (T,)."""
+    lamps = np.array([_may_emit(mesh.material.emission) for mesh in meshes])
+    indices = np.array([_index(mesh.material) for mesh in meshes])
+    kept = find_single(vertices, triangles, owner, lamps, indices)
+    if count := int((~kept).sum()):
+        warn(f"{count} triangle{'s' * (count > 1)} at the place of another left out")
+    return kept
+
+
+def _index(material: Material) -> float:
+    return float(material.ior) if isinstance(material.ior, int | float) else 0.0
+
+
+def _may_emit(paint: Paint) -> bool:
+    return isinstance(paint, Spectrum | Texture) or bool(np.any(paint))
 
 
 def _uv(mesh: Mesh) -> NDArray[np.float32]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from typing import Any
 from photonmap.accumulate import Accumulator
 from photonmap.bands import Bands
 from photonmap.budget import CEILING, Budget
+from photonmap.chances import choose_seldom
 from photonmap.checkpoint import Checkpoint, check_checkpoint
 from photonmap.columns import Columns, carry, choose_columns, count_distinct
 from photonmap.compiling import compile_kernels, is_compiled
@@ -27,6 +28,7 @@ from photonmap.first_hits import first_hit_buffers
 from photonmap.hidden_lights import warn_of_hidden_lights
 from photonmap.kernels.beyond import MOST_SMOOTH
 from photonmap.kernels.records import Film
+from photonmap.landing import warn_of_few_photons
 from photonmap.ledger import Ledger
 from photonmap.memory import check_memory
 from photonmap.output import in_order
@@ -106,20 +108,22 @@ def render(
     progress = progress or Silent()
     with listening() as told, Workers(threads) as workers:
         job = _set_up(scene, settings)
-        run, moments = _begin(job, settings, workers)
-        saved = None if file is None else Checkpoint(file, job.fingerprint)
-        rounds = Rounds(run, moments, budget, saved, resume)
         loaded = time.perf_counter()
         progress.stage("compile" if is_compiled(job.whole, method) else "first compile")
         compile_kernels(job.whole, settings.bands, workers, method)
         compiled = time.perf_counter()
         progress.stage("render")
-        warn_of_hidden_lights(job.whole, settings.film, stream_key(seed, 0, PROBE))
+        hidden = warn_of_hidden_lights(job.whole, settings.film, stream_key(seed, 0, PROBE))
+        run, moments = _begin(job, settings, workers, hidden)
+        saved = None if file is None else Checkpoint(file, job.fingerprint)
+        rounds = Rounds(run, moments, budget, saved, resume)
         with workers.holding_interrupts():
             rounds.go(progress)
         _warn_of_cuts(run, moments.whole, budget, rounds.elapsed)
         outcome = _describe_passes(run, moments.whole, rounds)
         flat, errors = _finish(job.whole, settings.film, run, moments, workers)
+        if set(hidden) != set(job.whole.light_names):
+            warn_of_few_photons(flat["unresolved"])
         ended = time.perf_counter()
 
     record = {
@@ -178,13 +182,25 @@ def _set_up(scene: Scene, settings: Settings) -> Job:
     return Job(whole, carried, plan, columns, fingerprint)
 
 
-def _begin(job: Job, settings: Settings, workers: Workers) -> tuple[Passes, Ledger]:
-    """Return what runs the passes, and the moments into which they are taken."""
+def _begin(
+    job: Job, settings: Settings, workers: Workers, hidden: list[str]
+) -> tuple[Passes, Ledger]:
+    """Return what runs the passes, and the moments into which they are taken.
+
+    Lights that seem hidden are chosen seldom.
+    """
     columns, method = job.columns, settings.method
+    lights = choose_seldom(job.carried.lights, job.carried.light_names, hidden)
     run = Passes(
-        job.carried, settings.film, columns.count, settings.photons, settings.seed, workers,
-        method, job.plan,
-    )  # fmt: skip
+        replace(job.carried, lights=lights),
+        settings.film,
+        columns.count,
+        settings.photons,
+        settings.seed,
+        workers,
+        method,
+        job.plan,
+    )
     return run, Ledger(columns, settings.pixels, workers, job.carried.optics is not None)
 
 

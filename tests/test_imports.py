@@ -10,9 +10,9 @@ import pytest
 ROOT = Path(__file__).parent.parent
 FOUNDATION = {"numpy", "numba", "llvmlite", "embreex", "platformdirs", "photonmap.kernels"}
 TOUCH_KERNELS = {
-    "accumulate", "caustics", "cells", "columns", "compiling", "effects", "emitters",
-    "environment", "fingerprint", "first_hits", "hidden_lights", "ledger", "light_tree", "matter",
-    "passes", "prepare", "record", "render", "settings", "survey", "textures",
+    "accumulate", "caustics", "cells", "chances", "columns", "compiling", "effects", "emitters",
+    "environment", "fingerprint", "first_hits", "hidden_lights", "landing", "ledger", "light_tree",
+    "matter", "passes", "prepare", "record", "render", "settings", "survey", "textures",
 }  # fmt: skip
 
 

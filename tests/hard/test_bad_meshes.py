@@ -1,0 +1,162 @@
+"""Bad meshes: what exporters write must not change the light."""
+
+import os
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+from cases import assert_mean, assert_same, means, rendered
+from conftest import GREY, quad
+
+import photonmap as pm
+
+BOX = pm.scenes.cornell_box()
+TRIANGLES = int(os.environ.get("PHOTONMAP_TRIANGLES", "200000"))
+"""Of the largest mesh; 5 million in long runs."""
+
+
+def with_floor(*meshes):
+    """The Cornell box on another floor."""
+    others = [mesh for mesh in BOX.meshes if mesh.name != "floor"]
+    return replace(BOX, meshes=[*others, *meshes])
+
+
+def floor_of(vertices, faces, name="floor"):
+    """A floor of the Cornell box's material, in its plane: vertices (x, z)."""
+    points = np.array(vertices, float)
+    points = np.stack([points[:, 0], np.full(len(points), -1.0), points[:, 1]], axis=1)
+    white = next(mesh.material for mesh in BOX.meshes if mesh.name == "floor")
+    return pm.Mesh(points, faces, white, name)
+
+
+def strips(edges):
+    """A floor in strips along z between the given x."""
+    vertices = [(x, z) for x in edges for z in (-1.0, 1.0)]
+    faces = []
+    for i in range(0, 2 * len(edges) - 2, 2):
+        faces += [[i, i + 1, i + 3], [i, i + 3, i + 2]]
+    return floor_of(vertices, faces)
+
+
+def floors():
+    """The same floor, tiled badly."""
+    edges = np.linspace(-1.0, 1.0, 9)
+    slivers = np.sort(np.concatenate([edges, edges[1:-1] + 1e-6]))
+    fan = [(0.123, 0.321), (-1, -1), (-1, 1), (1, 1), (1, -1)]
+    needles = np.array([[-1.0 + 2e-6 * i, -1.0] for i in range(40)] + [[-1, 1.0], [1, -1], [1, 1]])
+    faces = [[i, 40, i + 1] for i in range(39)] + [[39, 40, 42], [39, 42, 41]]
+    return {
+        "slivers": strips(slivers),
+        "needles": floor_of(needles, faces),
+        "fan": floor_of(fan, [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]]),
+        "T-junctions": floor_of(
+            [(-1, -1), (-1, 1), (1, 1), (1, -1), (1, 0.1), (1, -0.3)],
+            [[0, 1, 2], [0, 2, 4], [0, 4, 5], [0, 5, 3]],
+        ),
+        "cracks": floor_of(
+            [(-1, -1), (-1, 1), (1e-7, 1), (1e-7, -1), (2e-7, -1), (2e-7, 1), (1, 1), (1, -1)],
+            [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
+        ),
+        "wound inversely": floor_of([(-1, -1), (-1, 1), (1, 1), (1, -1)], [[0, 2, 1], [0, 3, 2]]),
+        "wound both ways": floor_of([(-1, -1), (-1, 1), (1, 1), (1, -1)], [[0, 2, 1], [0, 2, 3]]),
+        "stray vertices": floor_of(
+            [(-1, -1), (-1, 1), (1, 1), (1, -1), (1e9, 1e9), (-1e9, 3e8)], [[0, 1, 2], [0, 2, 3]]
+        ),
+    }
+
+
+@pytest.fixture(scope="module")
+def good():
+    """Means of the box as it is."""
+    return {name: means(BOX, name) for name in ("direct", "indirect")}
+
+
+@pytest.mark.parametrize("name", floors())
+@pytest.mark.parametrize("buffer", ["direct", "indirect"])
+def test_how_a_floor_is_tiled_does_not_matter(name, buffer, good):
+    assert_same(means(with_floor(floors()[name]), buffer), good[buffer], slack=5e-3)
+
+
+def test_triangles_without_area_are_left_out(good):
+    floor = next(mesh for mesh in BOX.meshes if mesh.name == "floor")
+    faces = np.concatenate([floor.faces, [[0, 0, 1], [2, 2, 2], [0, 1, 1]]])
+    scene = with_floor(replace(floor, faces=faces))
+    with pytest.warns(pm.SceneWarning, match="3 degenerate triangles"):
+        values = means(scene, "indirect")
+    assert_same(values, good["indirect"])
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_surfaces_that_are_there_twice_count_once(turned, good):
+    """A room whose every mesh is doubled, the copies wound like the originals or inversely."""
+    copies = [
+        replace(mesh, faces=np.roll(mesh.faces, 1, axis=1)[:, :: -1 if turned else 1])
+        for mesh in BOX.meshes
+        if not turned or mesh.name != "light"
+    ]
+    scene = replace(BOX, meshes=[*BOX.meshes, *copies])
+    with pytest.warns(pm.SceneWarning, match="triangles at the place of another"):
+        found = {buffer: means(scene, buffer) for buffer in ("direct", "indirect")}
+    for buffer, values in found.items():
+        assert_same(values, good[buffer])
+
+
+def test_coplanar_overlapping_floors(good):
+    """Two floors in one plane, tiled differently, of one material: light goes to either."""
+    floor = next(mesh for mesh in BOX.meshes if mesh.name == "floor")
+    other = floor_of([(-0.9, -1), (-1, 1), (0.8, 1)], [[0, 1, 2]], "rug")
+    scene = with_floor(floor, other)
+    assert_same(means(scene, "direct"), good["direct"], slack=5e-3)
+    assert_same(means(scene, "indirect"), good["indirect"], slack=0.05)
+
+
+def test_a_fan_of_walls_on_one_edge():
+    """Eleven half-planes meet in one edge."""
+    turns = np.linspace(0.0, 2.0 * np.pi, 11, endpoint=False)
+    rim = np.stack([np.cos(turns), np.sin(turns), 0 * turns], axis=1)
+    vertices = np.concatenate([[[0, 0, -1.0], [0, 0, 1.0]], rim - [0, 0, 1], rim + [0, 0, 1]])
+    faces = [[0, 1, 13 + i] for i in range(11)] + [[0, 13 + i, 2 + i] for i in range(11)]
+    scene = pm.Scene(
+        [pm.Mesh(vertices, faces)], [pm.DomeLight()], pm.Camera((0.4, 0.6, 4), (0, 0, 0), fov=40)
+    )
+    values, wanted = (means(scene, "indirect", method=method) for method in ("photon", "path"))
+    assert_same(values, wanted, slack=5e-3)
+
+
+def test_bodies_that_cut_each_other():
+    body = trimesh.creation.box((1.0, 1.0, 1.0))
+    turn = trimesh.transformations.rotation_matrix(0.6, [1, 2, 3])[:3, :3]
+    meshes = [
+        pm.Mesh(body.vertices, body.faces, GREY, "one"),
+        pm.Mesh(body.vertices @ turn.T + 0.3, body.faces, GREY, "other"),
+        quad((-2, -0.4, -2), (-2, -0.4, 2), (2, -0.4, 2), (2, -0.4, -2), GREY, "floor"),
+    ]
+    light = pm.PointLight((1.0, 3.0, 2.0), 5.0)
+    scene = pm.Scene(meshes, [light], pm.Camera((1, 2, 4), (0, 0, 0)))
+    values, wanted = (means(scene, "indirect", method=method) for method in ("photon", "path"))
+    assert_same(values, wanted, slack=0.01)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_one_triangle(side):
+    """Under a sky of 1 it reflects its albedo, on both sides."""
+    mesh = pm.Mesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]], pm.Material("t", 0.3))
+    scene = pm.Scene([mesh], [pm.DomeLight()], pm.Camera((0, 0, 3 * side), (0, 0, 0), fov=10))
+    result = rendered(scene)
+    assert not result.indirect.any()
+    assert_mean(means(scene, "direct"), 0.3 * np.ones(2))
+
+
+def test_many_triangles():
+    """A grid of many small triangles is the plane it lies in."""
+    count = int(np.sqrt(TRIANGLES / 2))
+    ticks = np.linspace(-1.0, 1.0, count + 1)
+    x, z = np.meshgrid(ticks, ticks, indexing="ij")
+    index = np.arange((count + 1) ** 2).reshape(count + 1, count + 1)
+    a, b, c, d = (part.ravel() for part in (index[:-1, :-1], index[:-1, 1:], index[1:, 1:],
+                                            index[1:, :-1]))  # fmt: skip
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    scene = with_floor(floor_of(np.stack([x.ravel(), z.ravel()], axis=1), faces))
+    values, wanted = (means(s, "indirect", seeds=4) for s in (scene, BOX))
+    assert_same(values, wanted, slack=5e-3)

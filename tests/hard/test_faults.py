@@ -1,0 +1,162 @@
+"""Faults from outside: full disks, folders that vanish, caches that rot, signals, little memory."""
+
+import json
+import os
+import pickle
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import photonmap as pm
+
+SCENE = str(pm.scenes.FOLDER / "cornell_box.obj")
+SMALL = ("--size", "64x64", "--passes", "2", "--quiet")
+SUFFIXES = (".exr", ".json", ".png")
+
+
+def start(*arguments, limits=(), code=None, **environment):
+    """Start the command line, or a program, with limits of `resource`."""
+
+    def restrict():
+        for kind, value in limits:
+            resource.setrlimit(kind, (value, value))
+
+    program = ["-c", code] if code else ["-m", "photonmap"]
+    return subprocess.Popen(
+        [sys.executable, *program, *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, **environment},
+        preexec_fn=restrict,
+    )
+
+
+def run(*arguments, **options):
+    """Run it to its end: exit code, and the lines it told."""
+    process = start(*arguments, **options)
+    _, told = process.communicate(timeout=300)
+    return process.returncode, told.splitlines()
+
+
+def assert_refused(code, told, message):
+    assert code == 2
+    assert len(told) == 1
+    assert told[0].startswith("photonmap: error: ")
+    assert message in told[0]
+
+
+def assert_whole_or_nothing(folder, name="out"):
+    """Assert that all files of a render are there and sound, or none."""
+    files = {path.suffix for path in folder.glob(f"{name}.*")}
+    assert files in ({*SUFFIXES}, set())
+    if files:
+        result = pm.load_result(folder / f"{name}.exr")
+        assert np.isfinite(result.radiance).all()
+        assert json.loads((folder / f"{name}.json").read_text())["passes"] >= 1
+        assert (folder / f"{name}.png").read_bytes()[-8:-4] == b"IEND"
+
+
+def test_a_disk_that_is_full(tmp_path):
+    """Files may be of 20 kB at most: writing fails half-way, and nothing is left."""
+    limits = [(resource.RLIMIT_FSIZE, 20_000)]
+    code, told = run(SCENE, *SMALL, "--output", tmp_path / "out.exr", limits=limits)
+    assert_refused(code, told, "cannot write out.exr")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_disk_that_is_full_keeps_the_files_of_before(tmp_path):
+    run(SCENE, *SMALL, "--output", tmp_path / "out.exr")
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert len(before) == 3
+    limits = [(resource.RLIMIT_FSIZE, 20_000)]
+    run(SCENE, *SMALL, "--seed", 1, "--output", tmp_path / "out.exr", limits=limits)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_an_output_folder_that_vanishes(tmp_path):
+    folder = tmp_path / "gone"
+    folder.mkdir()
+    vanish = (
+        "import shutil, sys, photonmap.render as r; from photonmap import cli; whole = r.render\n"
+        "def render(*a, **k):\n"
+        f"    result = whole(*a, **k); shutil.rmtree({str(folder)!r}); return result\n"
+        "r.render = render; sys.exit(cli.main(sys.argv[1:]))"
+    )
+    code, told = run(SCENE, *SMALL, "--output", folder / "out.exr", code=vanish)
+    assert_refused(code, told, "does not exist; create it or choose another")
+    assert not folder.exists()
+
+
+def test_runs_that_write_the_same_file(tmp_path):
+    """Whoever is last wins, file by file; each is whole."""
+    runs = [
+        start(SCENE, *SMALL, "--seed", seed, "--output", tmp_path / "out.exr") for seed in range(3)
+    ]
+    assert [process.wait(timeout=300) for process in runs] == [0, 0, 0]
+    for process in runs:
+        process.communicate()
+    assert sorted(path.suffix for path in tmp_path.iterdir()) == sorted(SUFFIXES)
+    assert_whole_or_nothing(tmp_path)
+
+
+SMALL_KERNEL = "from photonmap.kernels import warp; print(warp.cosine_hemisphere_pdf(1.0))"
+
+
+def test_a_cache_folder_that_cannot_be_made(tmp_path):
+    (tmp_path / "file").write_text("no folder")
+    process = start(code=SMALL_KERNEL, NUMBA_CACHE_DIR=str(tmp_path / "file" / "cache"))
+    told, _ = process.communicate(timeout=300)
+    assert float(told) == pytest.approx(1.0 / np.pi)
+
+
+@pytest.mark.parametrize("error", [pickle.UnpicklingError("invalid load key"), EOFError()])
+def test_a_cache_that_rots(tmp_path, monkeypatch, error):
+    """Where its files cannot be read, kernels are compiled again."""
+    from photonmap import compiling
+
+    calls = []
+
+    def call(*arguments):
+        calls.append(arguments)
+        if len(calls) == 1:
+            raise error
+
+    cache = tmp_path / "kernels-of-this-version"
+    cache.mkdir()
+    (cache / "rotten.nbi").write_bytes(b"damaged")
+    monkeypatch.setattr(compiling, "CACHE_FOLDER", cache)
+    monkeypatch.setattr(compiling, "_call_kernels", call)
+    with pytest.warns(pm.SceneWarning, match="is damaged, and made anew"):
+        pm.render(pm.scenes.cornell_box(), size=(4, 4), passes=1, photons=10)
+    assert len(calls) == 2
+    assert not (cache / "rotten.nbi").exists()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("seconds", [0.3, 1.3, 1.9, 2.6])
+def test_signals_at_any_moment(tmp_path, number, seconds):
+    """What is written is whole, or not there; Ctrl-C keeps the passes that are complete."""
+    process = start(SCENE, "--size", "96x96", "--seconds", 1.5, "--quiet", "--output",
+                    tmp_path / "out.exr")  # fmt: skip
+    time.sleep(seconds)
+    process.send_signal(number)
+    _, told = process.communicate(timeout=300)
+    expected = {0, 130, -signal.SIGINT} if number == signal.SIGINT else {0, -signal.SIGKILL}
+    assert process.returncode in expected, told
+    assert_whole_or_nothing(tmp_path)
+
+
+@pytest.mark.parametrize("gigabytes", [2, 4])
+def test_a_limit_of_memory(tmp_path, gigabytes):
+    """`ulimit -v`: refused before work begins, with numbers and a remedy."""
+    limits = [(resource.RLIMIT_AS, gigabytes << 30)]
+    code, told = run(SCENE, "--size", "2048x2048", "--bands", 16, "--passes", 1, "--quiet",
+                     "--output", tmp_path / "out.exr", limits=limits)  # fmt: skip
+    assert_refused(code, told, "take a smaller size, fewer bands or fewer photons")
+    assert not list(tmp_path.iterdir())

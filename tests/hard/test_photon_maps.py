@@ -1,0 +1,117 @@
+"""Photon maps: hardly any photons, all of them in one place, and none where one looks."""
+
+from dataclasses import replace
+
+import pytest
+import trimesh
+from cases import assert_same, means, rendered
+from conftest import GREY, closed_box, quad
+
+import photonmap as pm
+
+BOX = pm.scenes.cornell_box()
+BALLS = pm.scenes.cornell_balls()
+FLOOR = quad((-2, 0, -2), (-2, 0, 2), (2, 0, 2), (2, 0, -2), GREY, "floor")
+CUT = pytest.mark.filterwarnings("ignore:[0-9]* of [0-9]* photons were cut")
+
+
+@pytest.fixture(scope="module")
+def truth():
+    """Indirect light of the Cornell box by plain paths."""
+    return means(BOX, "indirect", method="path", passes=32)
+
+
+@pytest.mark.parametrize("photons", [0, 1, 10, 100, 20_000])
+def test_any_number_of_photons(photons, truth):
+    """Where they are few, cells are so large that paths answer in their place."""
+    values = means(BOX, "indirect", photons=photons, passes=16)
+    assert_same(values, truth, slack=0.02)
+
+
+@CUT
+@pytest.mark.parametrize("photons", [0, 1, 10])
+def test_any_number_of_photons_for_caustics(photons):
+    rendered(BALLS, photons=photons)
+
+
+def spot(position, target, angle):
+    return pm.SpotLight(position, target, 10.0, angle, angle)
+
+
+def test_all_photons_in_one_point():
+    """A spot of a thousandth of a degree lights one point of the floor, and that the room.
+
+    As much as one of a tenth does, for its power. The path tracer never finds the point.
+    """
+    lit = {}
+    for angle in (1e-3, 0.1):
+        narrow = pm.Scene(
+            [mesh for mesh in BOX.meshes if mesh.name != "light"],
+            [spot((0, 0.9, 0.6), (0, -1, 0.6), angle)],
+            BOX.camera,
+        )
+        lit[angle] = means(narrow, "indirect", passes=8) / angle**2
+    assert_same(lit[1e-3], lit[0.1], slack=0.01)
+
+
+@pytest.mark.filterwarnings("ignore:light .* sends nothing into the view")
+def test_all_photons_on_one_line():
+    """A sun through a slit."""
+    lids = [quad((-2, 1, a), (-2, 1, b), (2, 1, b), (2, 1, a), GREY, "lid")
+            for a, b in ((-2, -0.002), (0.002, 2))]  # fmt: skip
+    scene = pm.Scene([FLOOR, *lids], [pm.DirectionalLight((0, -1, 0), 100.0)],
+                     pm.Camera((0, 0.5, 1.9), (0, 0, 0), fov=70))  # fmt: skip
+    values, wanted = (
+        means(scene, "indirect", method=m, photons=50_000) for m in ("photon", "path")
+    )
+    assert_same(values, wanted, slack=0.02)
+
+
+def test_all_photons_on_one_triangle():
+    """A panel of one triangle under a lamp that it shades the rest from."""
+    panel = pm.Mesh([[-0.5, 1, -0.5], [0, 1, 0.5], [0.5, 1, -0.5]], [[0, 1, 2]], GREY, "panel")
+    scene = pm.Scene([FLOOR, panel], [spot((0, 1.5, 0), (0, 0, 0), 30.0)],
+                     pm.Camera((0, 3, 3), (0, 1, 0), fov=30))  # fmt: skip
+    rendered(scene)
+
+
+@CUT
+@pytest.mark.parametrize("radius", [1e-9, 0.5, 100.0])
+def test_disks_of_caustics_far_too_small_or_too_large(radius, monkeypatch):
+    """Sound, and where they are too small on average right: but hardly one pixel meets a photon."""
+    monkeypatch.setattr("photonmap.caustics._first_radius", lambda positions, arriving: radius)
+    rendered(BALLS)
+
+
+@pytest.mark.parametrize("share", [1e-6, 1e6])
+def test_cells_far_too_large_or_too_small(share, monkeypatch, truth):
+    """Large ones never answer; small ones answer with noise that their errors tell of."""
+    monkeypatch.setattr("photonmap.passes.CELLS_PER_PHOTON", min(share, 500.0))
+    values = means(BOX, "indirect", passes=16)
+    assert_same(values, truth, slack=0.02)
+
+
+def test_a_view_in_which_no_photon_lands():
+    """A closed room beside the one with the lamp: black, and two warnings that say why."""
+    other = closed_box(GREY, 2.0, 3.0, "other")
+    camera = pm.Camera((2.5, 2.5, 2.9), (2.5, 2.4, 2.0), fov=80)
+    with pytest.warns(pm.SceneWarning, match="sends nothing into the view"):
+        result = rendered(replace(BOX, meshes=[*BOX.meshes, other], camera=camera))
+    assert not result.radiance.any()
+    assert result.unresolved.all()
+
+
+def test_a_view_that_photons_hardly_reach():
+    """Behind a pinhole, a sky's light is too rare for photons, and the warning says so."""
+    room = trimesh.creation.box(bounds=[[-1, -1, -1], [1, 1, 1]])
+    ticks = [-1.0, -0.001, 0.001, 1.0]
+    lid = [quad((-1, 1, a), (-1, 1, b), (1, 1, b), (1, 1, a), GREY, "lid")
+           for a, b in ((ticks[0], ticks[1]), (ticks[2], ticks[3]))]  # fmt: skip
+    lid += [quad((a, 1, -1e-3), (a, 1, 1e-3), (b, 1, 1e-3), (b, 1, -1e-3), GREY, "lid")
+            for a, b in ((ticks[0], ticks[1]), (ticks[2], ticks[3]))]  # fmt: skip
+    walls = room.faces[room.face_normals[:, 1] < 0.5][:, ::-1]
+    scene = pm.Scene([pm.Mesh(room.vertices, walls, GREY, "room"), *lid],
+                     [pm.DomeLight(1.0)], pm.Camera((0, 0, 0.9), (0, -1, 0), fov=60))  # fmt: skip
+    with pytest.warns(pm.SceneWarning, match="no photon tells of|sends nothing into the view"):
+        result = rendered(scene)
+    assert result.coverage.all()
