@@ -51,7 +51,7 @@ def in_one_run(scene, options):
                 None, "photon", "auto", options["per_light"],
             )  # fmt: skip
             job = render._set_up(scene, settings)
-            run, fresh = render._begin(job, settings, workers)
+            run, fresh = render._begin(job, settings, workers, [])
             ledger = ledger or fresh
             for index in range(passes):
                 ledger.add(run.run(index), run.seen)
