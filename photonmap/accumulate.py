@@ -117,6 +117,12 @@ class Accumulator:
         )
         return math.sqrt(math.fsum(sums) / (judged * self._weights.sum()))
 
+    def judged_radiance(self) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+        """Return radiance, (P, N), and which pixels surfaces cover wholly and none emits, (P,)."""
+        moments = self._moments
+        judged = (moments.coverage == 1.0) & ~moments.emission.any(axis=1)
+        return (moments.direct + moments.indirect).astype(np.float32), judged
+
     def _percentile(
         self, what: tuple[Any, ...], mean: NDArray[np.float64], percentile: float
     ) -> float:

@@ -61,9 +61,9 @@ class CausticTracer:
         self.photons = int(np.clip(wanted / rate, min(wanted, photons), MOST * photons))
         self._radius = _first_radius(places[:, :3], self.photons * rate)
 
-    def trace(self, index: int, key: np.uint64) -> Caustics:
-        """Return the caustic photons of pass number `index`."""
-        radius = self._radius * (1.0 + index) ** (-1.0 / 6.0)
+    def trace(self, index: int, key: np.uint64, wider: int = 0) -> Caustics:
+        """Return the caustic photons of pass number `index`, with disks `wider` times doubled."""
+        radius = self._radius * (1.0 + index) ** (-1.0 / 6.0) * 2.0**wider
         return _sort(self._trace(self.photons, key)[1], radius)
 
     def _trace(self, total: int, key: np.uint64) -> tuple[NDArray[np.float32], Photons]:

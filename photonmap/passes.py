@@ -8,7 +8,7 @@ shrink, so the answer converges to the truth (Knaus and Zwicker 2011).
 import hashlib
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import cached_property
 from typing import Literal
@@ -65,6 +65,14 @@ def stream_key(seed: int, index: int, domain: int) -> np.uint64:
 def bundle_count(photons: int) -> int:
     """Return how many copies of the store are filled side by side, for any number of threads."""
     return min(max(-(-photons // BUNDLE), 1), MOST_BUNDLES)
+
+
+def window_width(indices: Iterable[int]) -> float:
+    """Return the mean width of passes' windows, the supports that narrow the slowest.
+
+    In units of the first pass's.
+    """
+    return float(np.mean([(1.0 + index / WINDOWS_HOLD) ** (-1.0 / 6.0) for index in indices]))
 
 
 class Passes:
@@ -127,22 +135,29 @@ class Passes:
         for name in COUNTERS:
             setattr(self, name, counters[name])
 
-    def run(self, index: int) -> Pixels:
+    def run(self, index: int, wider: int = 0) -> Pixels:
         """Run pass `index` (from 0); the arrays returned are overwritten by the next.
 
-        So is `seen`, what the pass saw in smooth surfaces; None where there are none.
+        So is `seen`, what the pass saw in smooth surfaces; None where there are none. Supports
+        are so many times doubled in width, with the same random numbers.
         """
-        return self.finish(index, self.look(index, *self.illuminate(index)))
+        light = self.illuminate(index, wider)
+        return self.finish(index, self.look(index, *light), wider)
 
-    def illuminate(self, index: int) -> Light:
+    @property
+    def has_supports(self) -> bool:
+        """Whether light is averaged over cells, windows or disks."""
+        return self.shares or (self._smooth and self._method == "photon" and self._on("caustics"))
+
+    def illuminate(self, index: int, wider: int = 0) -> Light:
         """Trace the photons of a pass: the store, and the map of caustics if there is one."""
         if self._method == "path":
             return empty_store(self._bands), None
         start = time.perf_counter()
         stored = self._on("indirect") and not self.traces_paths_instead
-        store = self._trace_photons(index) if stored else empty_store(self._bands)
+        store = self._trace_photons(index, wider) if stored else empty_store(self._bands)
         traced = time.perf_counter()
-        caustics = self._trace_caustics(index)
+        caustics = self._trace_caustics(index, wider)
         self.caustic_seconds += time.perf_counter() - traced
         self.photon_seconds += time.perf_counter() - start
         return store, caustics
@@ -153,9 +168,9 @@ class Passes:
             return self._trace_paths(index)
         return self._render(index, store, caustics)
 
-    def finish(self, index: int, pixels: Pixels) -> Pixels:
+    def finish(self, index: int, pixels: Pixels, wider: int = 0) -> Pixels:
         """Share indirect light between pixels, and clear what is to be left out."""
-        return self._leave_out(self._share(index, pixels) if self.shares else pixels)
+        return self._leave_out(self._share(index, pixels, wider) if self.shares else pixels)
 
     @cached_property
     def traces_paths_instead(self) -> bool:
@@ -192,7 +207,7 @@ class Passes:
                     self.seen[list(rows)] = 0.0
         return pixels
 
-    def _trace_caustics(self, index: int) -> Caustics | None:
+    def _trace_caustics(self, index: int, wider: int) -> Caustics | None:
         geometry, _, lights, optics, _ = self._scene
         if optics is None:
             return None
@@ -207,10 +222,10 @@ class Passes:
                 )  # fmt: skip
         key = stream_key(self._seed, index, CAUSTICS)
         self.photons += self._caustics.photons
-        return self._caustics.trace(index, key)
+        return self._caustics.trace(index, key, wider)
 
-    def _trace_photons(self, index: int) -> Store:
-        cells, count = self._layout(index)
+    def _trace_photons(self, index: int, wider: int) -> Store:
+        cells, count = self._layout(index, wider)
         total = self._photons
         bundles = bundle_count(total)
         if self._bundles.shape[:2] != (bundles, count):
@@ -243,9 +258,9 @@ class Passes:
             radiosity /= self._fill
         return cells, radiosity
 
-    def _layout(self, index: int) -> tuple[Cells, int]:
+    def _layout(self, index: int, wider: int) -> tuple[Cells, int]:
         """Return cells whose area falls with the cube root of passes in the end, in steps of √2."""
-        level = int(2.0 * math.log2(1.0 + index / CELLS_HOLD) / 3.0)
+        level = int(2.0 * math.log2(1.0 + index / CELLS_HOLD) / 3.0) - 4 * wider
         if level != self._level:
             cells = max(self._photons * CELLS_PER_PHOTON, 1.0) * 2.0 ** (0.5 * level)
             self._cells = lay_cells(self._scene[0], self._areas, self._areas.sum() / cells)
@@ -295,8 +310,8 @@ class Passes:
             plan = plan._replace(lights=np.ones_like(plan.lights))
         return plan
 
-    def _share(self, index: int, pixels: Pixels) -> Pixels:
-        plan, shrink = self.plan, (1.0 + index / WINDOWS_HOLD) ** (-1.0 / 6.0)
+    def _share(self, index: int, pixels: Pixels, wider: int) -> Pixels:
+        plan, shrink = self.plan, window_width([index]) * 2.0**wider
         self._over_pixels(
             lambda first, last: share(
                 self._film, plan, WINDOW * shrink, shrink, first, last, pixels, self._shared

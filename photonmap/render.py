@@ -16,6 +16,7 @@ from typing import Any
 
 from photonmap.accumulate import Accumulator
 from photonmap.bands import Bands
+from photonmap.bias import BiasProbe
 from photonmap.budget import CEILING, Budget
 from photonmap.chances import choose_seldom
 from photonmap.checkpoint import Checkpoint, check_checkpoint
@@ -117,7 +118,8 @@ def render(
         hidden = warn_of_hidden_lights(job.whole, settings.film, stream_key(seed, 0, PROBE))
         run, moments = _begin(job, settings, workers, hidden)
         saved = None if file is None else Checkpoint(file, job.fingerprint)
-        rounds = Rounds(run, moments, budget, saved, resume)
+        probe = BiasProbe(run, settings.film, job.columns)
+        rounds = Rounds(run, moments, budget, probe, saved, resume)
         with workers.holding_interrupts():
             rounds.go(progress)
         _warn_of_cuts(run, moments.whole, budget, rounds.elapsed)
@@ -238,13 +240,16 @@ def _describe_job(scene: Scene, job: Job, settings: Settings, threads: int) -> d
 
 def _describe_passes(run: Passes, moments: Accumulator, rounds: Rounds) -> dict[str, Any]:
     """Return what the record says of the passes."""
-    error = moments.error(lit=run.stores > 0)
+    error, bias = moments.error(lit=run.stores > 0), rounds.bias
+    known = math.isfinite(error)
     return {
         "passes": moments.count,
         "photons": run.photons,
         "photons_stored": run.stores,
         "rays": run.rays,
-        "error": error if math.isfinite(error) else None,
+        "error": math.hypot(error, bias or 0.0) if known else None,
+        "standard_error": error if known else None,
+        "bias": bias,
         "goal": rounds.describe_goal(),
         "interrupted": rounds.interrupted,
         "resumed": rounds.resumed,

@@ -7,6 +7,7 @@ import time
 from dataclasses import asdict
 from typing import Any
 
+from photonmap.bias import BiasProbe
 from photonmap.budget import Budget
 from photonmap.checkpoint import Checkpoint
 from photonmap.errors import warn
@@ -23,6 +24,7 @@ class Rounds:
     ----------
     run, moments : from which passes come, and into which they are taken
     budget : when to stop
+    probe : estimates the bias on the way
     checkpoint : where to save the state; None for nowhere
     resume : go on from the checkpoint's file
 
@@ -36,10 +38,11 @@ class Rounds:
         run: Passes,
         moments: Ledger,
         budget: Budget,
+        probe: BiasProbe,
         checkpoint: Checkpoint | None = None,
         resume: bool = False,
     ) -> None:
-        self._run, self._moments, self._budget = run, moments, budget
+        self._run, self._moments, self._budget, self._probe = run, moments, budget, probe
         self._checkpoint = checkpoint
         self._start = time.perf_counter()
         self.resumed, self.earlier, self._saving = 0, 0.0, 0.0
@@ -52,8 +55,12 @@ class Rounds:
         self._counters = run.counters
         self._forecast = Forecast(budget, self.resumed, self.earlier, run.shares)
 
+    @property
+    def _arrays(self) -> dict[str, Any]:
+        return {**self._moments.arrays, "differences": self._probe.differences}
+
     def _load(self, checkpoint: Checkpoint) -> None:
-        state = checkpoint.load(self._moments.arrays)
+        state = checkpoint.load(self._arrays)
         self._moments.resume(state["passes"])
         self._run.resume(state["counters"])
         self.resumed, self.earlier = state["passes"], state["elapsed"]
@@ -92,9 +99,15 @@ class Rounds:
     def error(self) -> float:
         """Return the error that the budget judges so far; that of radiance if it judges none."""
         goal, lit = self._budget.goal, self._run.stores > 0
-        if goal is None:
-            return self._moments.whole.error(lit=lit)
+        if goal is None or goal.is_plain:
+            error = self._moments.whole.error(lit=lit)
+            return math.hypot(error, self.bias or 0.0)
         return self._moments.whole.error(goal.buffer, goal.percentile, lit)
+
+    @property
+    def bias(self) -> float | None:
+        """The estimated bias of radiance, see `BiasProbe`."""
+        return self._probe.bias(self._moments.whole)
 
     def go(self, progress: Progress) -> None:
         """Take passes until the budget is spent, or until Ctrl-C, and save the last state.
@@ -112,7 +125,7 @@ class Rounds:
             self.interrupted = True
             self._run.resume(self._counters)  # without the pass that was cut off
         if self._checkpoint is not None:
-            self._checkpoint.save(self._moments.arrays, self._state())
+            self._checkpoint.save(self._arrays, self._state())
 
     def _repeat(self, progress: Progress) -> None:
         run, whole = self._run, self._moments.whole
@@ -122,12 +135,13 @@ class Rounds:
             self._adding = True
             self._moments.add(pixels, run.seen)
             self._adding = False
+            self._probe.probe(whole.count - 1, pixels, whole)
             self._counters = run.counters
             error, elapsed = self.error(), self.elapsed
             total = self._forecast.total(whole.count, error, elapsed, run.setup_seconds)
             progress.update(whole.count, error, elapsed / total, elapsed, run.rays / elapsed)
             if self._checkpoint is not None:
-                self._checkpoint.save_if_due(self._moments.arrays, self._state())
+                self._checkpoint.save_if_due(self._arrays, self._state())
 
     def _state(self) -> dict[str, Any]:
         return {

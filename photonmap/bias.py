@@ -1,0 +1,94 @@
+"""How far supports that are still wide shift indirect light.
+
+Some passes are repeated with the same random numbers and supports twice as wide: cells, windows and
+the disks of caustics. What changes grows at least in proportion to their width, so it is the bias
+of the narrower ones, or more than it. The passes form two halves, and the product of their mean
+differences has no noise in its mean; blocks of pixels keep its spread small.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.accumulate import Accumulator
+from photonmap.columns import Columns
+from photonmap.kernels.records import FIRST_CAUSTIC, SEEN_CAUSTIC, SEEN_INDIRECT, Film, Pixels
+from photonmap.passes import Passes, window_width
+
+FIRST, EVERY = 12, 32
+"""Number of the first pass that is repeated, as is the one after it; and so on after so many passes.
+Both have cells of one size, which is what a bias depends on; shorter runs are noisy beyond it."""
+LARGEST_BLOCK, LEAST_ACROSS = 32, 4
+"""Side of a block in pixels, and how many lie across the image's shorter side at least."""
+
+
+def is_probed(index: int) -> bool:
+    """Tell whether pass `index` is repeated."""
+    return index >= FIRST and (index - FIRST) % EVERY < 2
+
+
+class BiasProbe:
+    """Estimates the bias of radiance by repeating passes.
+
+    Parameters
+    ----------
+    run : that runs the passes
+    film : the image
+    columns : what passes carry
+    """
+
+    def __init__(self, run: Passes, film: Film, columns: Columns) -> None:
+        self._run, self._film, self._columns = run, film, columns
+        side = min(film.width, film.height) // LEAST_ACROSS
+        self._block = min(max(side, 1), LARGEST_BLOCK)
+        blocks = -(-film.width // self._block) * -(-film.height // self._block)
+        self.differences = np.zeros((2, blocks, columns.distinct))
+        """Sums over the passes of either half"""
+
+    def probe(self, index: int, pixels: Pixels, moments: Accumulator) -> None:
+        """Repeat pass `index`, which gave `pixels`, if it is one to be probed."""
+        if not is_probed(index) or not self._run.has_supports:
+            return
+        _, judged = moments.judged_radiance()
+        narrow = self._indirect(pixels, judged)
+        wide = self._indirect(self._run.run(index, wider=1), judged)
+        self.differences[(index - FIRST) % EVERY] += wide - narrow
+
+    def bias(self, moments: Accumulator) -> float | None:
+        """Return the estimate, relative as the error is; None before two passes were probed.
+
+        sqrt(mean(bias² / (v² + 0.01 m²))) over bands and over blocks, by their judged pixels; v is
+        a block's radiance, m its mean in a band. What is noise alone comes out as 0 or small.
+        """
+        probed = [index for index in range(moments.count) if is_probed(index)]
+        radiance, judged = moments.judged_radiance()
+        pixels = self._sums(judged[:, None].astype(np.float64))
+        if len(probed) < 2 or not self._run.has_supports or not pixels.any():
+            return None
+        value = self._sums(radiance * judged[:, None])
+        norm = value**2 + 0.01 * (pixels * value.sum(axis=0) / pixels.sum()) ** 2
+        first, second = self.differences
+        square = first / (len(probed) - len(probed) // 2) * second / (len(probed) // 2)
+        relative = np.divide(square, norm, out=np.zeros_like(norm), where=norm > 0.0)
+        mean = np.average(
+            np.average(relative, axis=0, weights=pixels[:, 0]), weights=self._columns.weights
+        )
+        narrowing = window_width(range(moments.count)) / window_width(probed)
+        return math.sqrt(max(float(mean), 0.0)) * narrowing
+
+    def _indirect(self, pixels: Pixels, judged: NDArray[np.bool_]) -> NDArray[np.float64]:
+        light = pixels.indirect
+        if (seen := self._run.seen) is not None:
+            light = light + seen[FIRST_CAUSTIC] + seen[SEEN_INDIRECT] + seen[SEEN_CAUSTIC]
+        return self._sums(self._columns.whole(light) * judged[:, None])
+
+    def _sums(self, image: NDArray[np.floating]) -> NDArray[np.float64]:
+        """Return the sums over blocks, (B, N), of an image (P, N)."""
+        film = self._film
+        sums = image.reshape(film.height, film.width, -1).astype(np.float64)
+        for axis, side in enumerate((film.height, film.width)):
+            sums = np.add.reduceat(sums, np.arange(0, side, self._block), axis=axis)
+        return sums.reshape(-1, sums.shape[-1])
