@@ -155,8 +155,9 @@ def _report(record: dict[str, Any], output: str) -> None:
         print(f"no camera given: framed from +z, at {x:.6g},{y:.6g},{z:.6g}")
     print(_effect_table(record["effects"]))
     state = "interrupted after " if record["interrupted"] else ""
+    earlier = f" ({record['resumed']} of them earlier)" if record["resumed"] else ""
     print(
-        f"{state}{record['passes']} passes in {record['seconds']['render']:.1f} s, "
+        f"{state}{record['passes']} passes{earlier} in {record['seconds']['render']:.1f} s, "
         f"{_reached(record)}: {output}, {Path(output).with_suffix('.png')}, "
         f"{Path(output).with_suffix('.json')}"
     )

@@ -81,7 +81,7 @@ class Settings:
             "seed": int(self.seed),
             "method": self.method,
             "effects": effects if isinstance(effects, str) else ",".join(sorted(effects)),
-            "per_light": self.per_light,
+            "per_light": bool(self.per_light),
         }
 
     def describe(self, threads: int) -> dict[str, Any]:
