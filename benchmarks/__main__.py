@@ -29,6 +29,7 @@ NAMES = (
     "start",
     "memory",
     "scaling",
+    "hard",
     "profile",
 )
 ROOT = Path(__file__).parent.parent
