@@ -29,6 +29,8 @@ from photonmap.workers import Workers
 Method = Literal["photon", "path"]
 
 _FILM = Film(1, 1, True)
+_PHOTONS = 1024
+"""Enough that some land: otherwise paths would take their place."""
 
 
 def is_compiled(wanted: Prepared, method: Method) -> bool:
@@ -52,7 +54,7 @@ def compile_kernels(wanted: Prepared, bands: Bands, workers: Workers, method: Me
 def _call_kernels(wanted: Prepared, bands: Bands, workers: Workers, method: Method) -> None:
     """Call every kernel that `wanted` needs, on one pixel of a scene of one triangle."""
     prepared = prepare(_smallest(wanted), bands)
-    run = Passes(prepared, _FILM, bands.count, 1, 0, workers, method)
+    run = Passes(prepared, _FILM, bands.count, _PHOTONS, 0, workers, method)
     columns = Columns(np.arange(bands.count))
     moments = Ledger(columns, 1, workers, prepared.optics is not None)
     moments.add(run.run(0), run.seen)
