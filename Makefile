@@ -2,7 +2,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 INSTALLED := .venv/installed
 
-.PHONY: demo test lint fuzz bench examples wheel clean
+.PHONY: demo test lint fuzz kernels-checked bench examples wheel clean
 
 demo: $(INSTALLED)  ## render the Cornell box into out/
 	mkdir -p out
@@ -24,6 +24,10 @@ fuzz: $(INSTALLED)  ## random scenes and damaged files: COUNT of each, from SEED
 	@echo "make fuzz SEED=$(SEED) COUNT=$(COUNT)"
 	PHOTONMAP_SEED=$(SEED) PHOTONMAP_EXAMPLES=$(COUNT) PHOTONMAP_TRIANGLES=5000000 \
 		$(BIN)/python -m pytest tests/hard
+
+kernels-checked: $(INSTALLED)  ## every kernel once with bounds checked, and once as plain Python
+	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=out/kernels-checked $(BIN)/python tests/hard/checked.py
+	NUMBA_DISABLE_JIT=1 $(BIN)/python tests/hard/checked.py
 
 examples: $(INSTALLED)  ## run every example into out/
 	mkdir -p out

@@ -31,6 +31,7 @@ NAMES = (
     "checkpoint",
     "forecast",
     "scaling",
+    "hard",
     "profile",
 )
 ROOT = Path(__file__).parent.parent

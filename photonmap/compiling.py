@@ -34,6 +34,8 @@ from photonmap.workers import Workers
 Method = Literal["photon", "path"]
 
 _FILM = Film(1, 1, True)
+_PHOTONS = 1024
+"""Enough that some land: otherwise paths would take their place."""
 
 
 def is_compiled(wanted: Prepared, method: Method) -> bool:
@@ -69,7 +71,7 @@ def _call_kernels(small: Scene, bands: Bands, workers: Workers, method: Method) 
 def _look(small: Scene, bands: Bands, workers: Workers, method: Method) -> None:
     """Call the kernel of the camera pass."""
     prepared = prepare(small, bands)
-    run = Passes(prepared, _FILM, bands.count, 1, 0, workers, method)
+    run = Passes(prepared, _FILM, bands.count, _PHOTONS, 0, workers, method)
     run.plan = Plan(*np.ones((3, 1), np.uint8), np.ones(1, np.float32))
     caustics = None if prepared.optics is None else no_caustics(bands.count)
     run.look(0, empty_store(bands.count), caustics)
@@ -78,7 +80,7 @@ def _look(small: Scene, bands: Bands, workers: Workers, method: Method) -> None:
 def _call_around(small: Scene, bands: Bands, workers: Workers, method: Method) -> None:
     """Call all other kernels."""
     prepared = prepare(small, bands)
-    run = Passes(prepared, _FILM, bands.count, 1, 0, workers, method)
+    run = Passes(prepared, _FILM, bands.count, _PHOTONS, 0, workers, method)
     moments = Ledger(Columns(np.arange(bands.count)), 1, workers, prepared.optics is not None)
     for index in range(2):
         run.illuminate(index)

@@ -57,5 +57,5 @@ def warn_of_few_photons(unresolved: NDArray[np.bool_]) -> None:
     if unresolved.mean() > MANY:
         warn(
             f"no photon tells of the indirect light of {unresolved.sum()} pixels (unresolved): "
-            f"hardly any light gets there, and what does is missing; take more photons"
+            f"if any gets there, it is rare, and missing; take more photons"
         )

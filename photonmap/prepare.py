@@ -26,6 +26,8 @@ from photonmap.tidy import find_single, without_strays
 
 SMALLEST, LARGEST = 1e-30, 1e30
 """Scene units of a scene: images are float32."""
+LEAST_AREA = 1e-34
+"""Of a triangle, in the square of the scene's size, that light can meet: its inverse is float32."""
 CLOSE = 1e-3
 """Of a scene's size: nearer vertices are seen in detail that its middle would blur."""
 
@@ -276,7 +278,7 @@ def _triangles(
     corners = vertices[triangles].astype(np.float64)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normals, axis=1)
-    sound = length > 0.0
+    sound = length > LEAST_AREA
     if count := int((~sound).sum()):
         warn(f"{count} degenerate triangle{'s' * (count > 1)} (no area) left out")
     if not sound.any():

@@ -9,6 +9,7 @@ from test_warp import chi_squared
 
 import photonmap as pm
 from photonmap.bands import Bands
+from photonmap.chances import EVEN
 from photonmap.hidden_lights import _only
 from photonmap.kernels import rng, vec, warp
 from photonmap.kernels.environment import (
@@ -77,6 +78,7 @@ def test_sun_over_plane(method):
     np.testing.assert_allclose(result.direct[..., 0], 0.8 / np.pi * 2.0, rtol=2e-6)
 
 
+@pytest.mark.filterwarnings("ignore:no photon tells of the indirect light")
 def test_the_sun_casts_shadows_and_leaves_backs_dark():
     lid = quad((-9, 1, 9), (9, 1, 9), (9, 1, 0), (-9, 1, 0), pm.Material("lid", 0.0), "lid")
     camera = pm.Camera((0.0, 0.9, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), fov=60.0)
@@ -306,7 +308,8 @@ def test_photons_carry_the_power(light, power):
     assert worst[0] < 1e-12
     assert total.mean(axis=1).sum() == pytest.approx(1.0, rel=1e-3)
     chances = np.diff(prepared.lights.cumulative, prepend=0.0)
-    assert chances[1] == pytest.approx(4.0 * np.pi * 0.7 / factor, rel=1e-6)
+    share = 4.0 * np.pi * 0.7 / factor
+    assert chances[1] == pytest.approx((1.0 - EVEN) * share + EVEN / 2, rel=1e-6)
 
     for member in range(2):
         alone = _only(prepared.lights, np.array([member]))

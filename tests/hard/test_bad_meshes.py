@@ -1,6 +1,7 @@
 """Bad meshes: what exporters write must not change the light."""
 
 import os
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -85,6 +86,18 @@ def test_triangles_without_area_are_left_out(good):
     with pytest.warns(pm.SceneWarning, match="3 degenerate triangles"):
         values = means(scene, "indirect")
     assert_same(values, good["indirect"])
+
+
+@pytest.mark.parametrize("size", [1e-16, 1e-19, 1e-22, 1e-30])
+def test_triangles_too_small_to_be_met_are_left_out(size):
+    """A speck at the scene's centre that also shines, and a light that touches it."""
+    corners = size * np.array([[-1.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    speck = pm.Mesh(corners, [[0, 1, 2]], pm.Material("speck", 0.5, 1.0), "speck")
+    lights = [pm.PointLight((0.0, size / 3, size), 1.0)]
+    scene = replace(BOX, meshes=[*BOX.meshes, speck], lights=lights)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", pm.SceneWarning)
+        rendered(scene)
 
 
 @pytest.mark.parametrize("turned", [False, True])

@@ -53,9 +53,9 @@ def scenes(draw):
     lights = [draw(lamps(number)) for number in range(draw(st.integers(1, 2)))]
     origin = draw(st.sampled_from([(0.9, 0.9, 0.9), (-0.9, 0.5, 0.9), (0.1, -0.9, -0.9)]))
     camera = pm.Camera(origin, tuple(0.3 * np.array(draw(inside))), fov=draw(st.floats(30, 100)))
-    lamps = [light for light in lights if isinstance(light, pm.Mesh)]
+    panels = [light for light in lights if isinstance(light, pm.Mesh)]
     points = [light for light in lights if isinstance(light, pm.PointLight)]
-    return pm.Scene([room, *things, *lamps], points, camera)
+    return pm.Scene([room, *things, *panels], points, camera)
 
 
 def one_by_one(scene):

@@ -1,0 +1,85 @@
+"""Render tiny scenes of every kind, so that kernels run with bounds checked, or as plain Python.
+
+`make kernels-checked` does both. Prints the seconds of each scene; an error ends the program.
+"""
+
+import time
+import warnings
+
+import numpy as np
+import trimesh
+from cases import check
+from numba import config
+
+import photonmap as pm
+from photonmap.readers.images import Image
+
+TINY = {"size": (4, 3), "passes": 2, "photons": 20, "threads": 1, "seed": 4}
+GREY = pm.Material("grey", 0.5)
+
+
+def with_body(material, lights=(), **mesh):
+    """The Cornell box with a ball in it."""
+    ball = trimesh.creation.icosphere(subdivisions=1, radius=0.5)
+    mesh = {"normals": ball.vertices / 0.5, **mesh}
+    box = pm.scenes.cornell_box()
+    body = pm.Mesh(ball.vertices, ball.faces, material, "ball", **mesh)
+    return pm.Scene([*box.meshes, body], list(lights), box.camera)
+
+
+def cut_out():
+    """A ball that is there in stripes, painted, and that glows."""
+    ball = trimesh.creation.icosphere(subdivisions=1, radius=0.5)
+    image = np.linspace(0.0, 1.0, 48).reshape(4, 4, 3)
+    uv = ball.vertices[:, :2]
+    paint = texture(image)
+    material = pm.Material("paint", paint, paint, alpha=texture(image[:, ::-1]))
+    return with_body(material, uv=uv)
+
+
+def texture(image):
+    return pm.Texture(Image(np.ascontiguousarray(image, np.float32), srgb=False))
+
+
+def scenes():
+    """All kinds of surfaces and of lights; as plain Python, without the smooth ones.
+
+    Their pilot of 65536 photons would take an hour.
+    """
+    lights = [
+        pm.PointLight((0.2, 0.1, 0.3), (1.0, 1.0, 1.0)),
+        pm.SpotLight((0.3, 0.8, 0.5), (-0.2, -1, -0.2)),
+        pm.DirectionalLight((0.1, -1.0, -0.3)),
+    ]
+    sky = pm.EnvironmentLight(np.linspace(0.0, 1.0, 24).reshape(2, 4, 3))
+    low = pm.Mesh([[-1, 0, -1], [-1, 0, 1], [1, 0, 1]], [[0, 1, 2]], GREY)
+    camera = pm.Camera((0.5, 1.0, 2.0), (0, 0, 0))
+    smooth = {
+        "mirror": with_body(pm.Material("coat", 0.4, mirror=0.4)),
+        "glass": with_body(pm.Material.glass(), lights[:1]),
+    }
+    return ({} if config.DISABLE_JIT else smooth) | {
+        "lights": with_body(GREY, lights),
+        "textures": cut_out(),
+        "sky": pm.Scene([low], [sky], camera),
+        "dome": pm.Scene([low], [pm.DomeLight()], camera),
+    }
+
+
+def main():
+    """Render each scene in all ways."""
+    warnings.simplefilter("ignore")
+    for name, scene in scenes().items():
+        start = time.perf_counter()
+        for method in ("photon", "path"):
+            for pixel in ("box", "center"):
+                with np.errstate(over="ignore"):
+                    result = pm.render(scene, bands="rgb", method=method, pixel=pixel, **TINY)
+                check(result)
+        with np.errstate(over="ignore"):
+            pm.render(scene, bands=2, per_light=True, **TINY)
+        print(f"{name}: {time.perf_counter() - start:.1f} s", flush=True)
+
+
+if __name__ == "__main__":
+    main()
