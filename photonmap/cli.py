@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import signal
 import sys
 import time
@@ -12,15 +11,15 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, TextIO
 
-from photonmap.arguments import limits, size, vector
+from photonmap.arguments import limits, size
 from photonmap.budget import CEILING, DEFAULT_ERROR
 from photonmap.errors import InputError, SceneWarning, listening
 from photonmap.progress import choose_progress
-from photonmap.scene import Camera, Scene
+from photonmap.scene_options import add_scene_options, load_chosen_scene, name_measured_sets
 
 BAD_INPUT, INTERRUPTED = 2, 130
 
-_COMMANDS = {"sensors": "photonmap.sensors.command"}
+_COMMANDS = {"sensors": "photonmap.sensors.command", "study": "photonmap.study.command"}
 """Modules with HELP, add_arguments and run."""
 
 
@@ -63,19 +62,17 @@ def _dispatch(arguments: list[str]) -> None:
 def _run(options: argparse.Namespace) -> None:
     from photonmap.bands import Bands
     from photonmap.output import check_output
-    from photonmap.readers.scene_file import load_scene
 
     output = options.output or Path(options.scene).with_suffix(".exr").name
     check_output(output, options.buffers)
     bands = Bands.parse(options.bands, options.range)
-    _name_measured_sets(options)
+    name_measured_sets(options)
     progress = choose_progress(options.quiet)
     try:
         with listening() as told:
             start = time.perf_counter()
             progress.stage("load")
-            scene = load_scene(options.scene, options.missing_textures)
-            scene.camera = _camera(options, scene)
+            scene = load_chosen_scene(options)
             loading = time.perf_counter() - start
             from photonmap.render import render
 
@@ -105,33 +102,6 @@ def _run(options: argparse.Namespace) -> None:
         progress.close()
     if not options.quiet:
         _report(result.record, output)
-
-
-def _name_measured_sets(options: argparse.Namespace) -> None:
-    """Let the names of colours find the sets that the flags name."""
-    from photonmap.spectra import munsell, text
-
-    if options.munsell:
-        os.environ[munsell.VARIABLE] = options.munsell
-        munsell.measured_set()
-    if options.illuminants:
-        os.environ[text.ILLUMINANTS] = options.illuminants
-        text.measured_illuminants()
-
-
-def _camera(options: argparse.Namespace, scene: Scene) -> Camera | None:
-    """Return the scene's camera with the flags' values in place of its own."""
-    given = {
-        name: getattr(options, name)
-        for name in ("origin", "target", "up", "fov")
-        if getattr(options, name) is not None
-    }
-    if not given:
-        return scene.camera
-    known = vars(scene.camera) if scene.camera else {}
-    if missing := {"origin", "target"} - {*given, *known}:
-        raise InputError(f"a camera needs --{' and --'.join(sorted(missing))} too")
-    return Camera(**{**known, **given})
 
 
 def _report(record: dict[str, Any], output: str) -> None:
@@ -176,10 +146,10 @@ def _parser() -> argparse.ArgumentParser:
         description="Render a scene into direct, indirect, reflectance and shading, in N bands, "
         "with a standard error on each.",
         epilog="Writes FILE.exr (all buffers), FILE.png (preview) and FILE.json (run record). "
-        "Another command: photonmap sensors --help.",
+        "Other commands: photonmap sensors --help, photonmap study --help.",
         allow_abbrev=False,
     )
-    parser.add_argument("scene", metavar="SCENE", help="OBJ file, SCENE.toml beside it; or TOML")
+    add_scene_options(parser)
     parser.add_argument("--version", action="version", version=_version())
     parser.add_argument("--quiet", action="store_true", help="print errors and warnings alone")
     image = parser.add_argument_group("image")
@@ -200,17 +170,6 @@ def _parser() -> argparse.ArgumentParser:
         default="box",
         help="samples cover the pixel (default), or all pass through its centre",
     )
-    spectra = parser.add_argument_group("spectra")
-    spectra.add_argument(
-        "--munsell", metavar="PATH", help="measured chips for munsell: (or $PHOTONMAP_MUNSELL)"
-    )
-    spectra.add_argument(
-        "--illuminants", metavar="PATH", help="measured lights for sfu: (or $PHOTONMAP_ILLUMINANTS)"
-    )
-    camera = parser.add_argument_group("camera", "in place of the one in SCENE.toml")
-    for name in ("origin", "target", "up"):
-        camera.add_argument(f"--{name}", type=vector, metavar="x,y,z", help="scene units")
-    camera.add_argument("--fov", type=float, metavar="DEG", help="full vertical angle (default 40)")
     budget = parser.add_argument_group("budget", f"one of these; --error {DEFAULT_ERROR} if none")
     budget.add_argument("--passes", type=int, metavar="N")
     budget.add_argument("--seconds", type=float, metavar="S", help="of rendering")
@@ -244,12 +203,6 @@ def _parser() -> argparse.ArgumentParser:
         help="split direct, indirect, caustics and shading by groups of lights",
     )
     files = parser.add_argument_group("files")
-    files.add_argument(
-        "--missing-textures",
-        choices=("error", "grey"),
-        default="error",
-        help="what becomes of an MTL file's textures that cannot be read (default: error)",
-    )
     files.add_argument("--output", metavar="FILE.exr", help="default: SCENE's name, here")
     files.add_argument(
         "--buffers",
