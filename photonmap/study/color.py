@@ -6,7 +6,6 @@ share their noise, so that what is left is the bands'.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +14,10 @@ from numpy.typing import NDArray
 from photonmap.result import Result
 from photonmap.spectra.names import colour_science
 from photonmap.spectra.observer import observer
-from photonmap.study.metrics import Floats, Mask, mean_relative
+from photonmap.study.metrics import Floats, Mask, relative_distance
+
+MANY = "81"
+"""Bands that are taken for the truth."""
 
 _WHITE = 99.0  # percentile of the truth's luminance that is shown as white
 
@@ -29,7 +31,7 @@ class ColorError:
     delta_mean, delta_p95 : ΔE2000 of radiance, mean and 95th percentile over pixels
     indirect_mean, indirect_p95 : the same of indirect light alone
     luminance : relative error of radiance's Y
-    radiance, shading, indirect : relative errors over X, Y, Z
+    radiance, shading, indirect : distances of XYZ, relative to its length
     """
 
     delta_mean: float
@@ -50,10 +52,10 @@ def color_error(result: Result, truth: Result, mask: Mask) -> ColorError:
         for summary in _summary(differences(result.rgb(buffer), truth.rgb(buffer))[mask])
     ]
     off = {
-        buffer: _relative(result.xyz(buffer)[mask], truth.xyz(buffer)[mask])
+        buffer: relative_distance(result.xyz(buffer)[mask], truth.xyz(buffer)[mask])
         for buffer in ("radiance", "shading", "indirect")
     }
-    luminance = _relative(result.xyz()[mask][:, 1:2], truth.xyz()[mask][:, 1:2])
+    luminance = relative_distance(result.xyz()[mask][:, 1:2], truth.xyz()[mask][:, 1:2])
     return ColorError(*deltas, luminance, **off)
 
 
@@ -71,10 +73,6 @@ def differences(image: NDArray[np.floating], truth: NDArray[np.floating]) -> Flo
     with colour_science() as colour:
         labs = [colour.XYZ_to_Lab(seen / white @ to_xyz.T) for seen in (image, truth)]
         return np.asarray(colour.delta_E(*labs, method="CIE 2000"))
-
-
-def _relative(values: NDArray[np.float32], truth: NDArray[np.float32]) -> float:
-    return math.sqrt(mean_relative((values.astype(np.float64) - truth) ** 2, truth))
 
 
 def _summary(deltas: Floats) -> tuple[float, float]:

@@ -41,6 +41,14 @@ def relative_to(values: NDArray[Any]) -> Floats:
     return values**2 + _OF_MEAN * values.mean(axis=0) ** 2
 
 
+def relative_distance(values: NDArray[Any], truth: NDArray[Any]) -> float:
+    """Return sqrt(mean(|d|² / (|v|² + 0.01 |m|²))) of colours (P, 3): lengths, not single bands."""
+    squares = ((np.asarray(values, np.float64) - truth) ** 2).sum(axis=-1, keepdims=True)
+    norm = relative_to(truth).sum(axis=-1, keepdims=True)
+    ratio = np.divide(squares, norm, where=norm > 0.0, out=np.zeros(norm.shape))
+    return math.sqrt(float(ratio.mean()))
+
+
 def stated_error(result: Result, buffer: str, mask: Mask) -> float:
     """Return the error that a render states of one of its buffers; nan after a single pass."""
     if buffer not in result.errors:

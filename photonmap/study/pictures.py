@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.result import Result
-from photonmap.study.color import differences
+from photonmap.study.color import MANY, differences
 from photonmap.study.metrics import Floats, relative_to
 from photonmap.study.reference import Reference
 
@@ -23,7 +23,7 @@ COLORMAPS: dict[Kind, str] = {"true": "RdBu_r", "stated": "magma", "delta": "mag
 CAPTIONS: dict[Kind, str] = {
     "true": "luminance − reference, relative",
     "stated": "stated standard error of luminance, relative",
-    "delta": "ΔE2000 against 81 bands",
+    "delta": f"ΔE2000 against {MANY} bands",
 }
 
 _STEPS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
