@@ -46,17 +46,16 @@ class ColorError:
 
 def color_error(result: Result, truth: Result, mask: Mask) -> ColorError:
     """Compare a result with one of more bands and the same seed and passes, where pixels count."""
-    deltas = [
-        summary
+    seen, lit = (
+        _summary(differences(result.rgb(buffer), truth.rgb(buffer))[mask])
         for buffer in ("radiance", "indirect")
-        for summary in _summary(differences(result.rgb(buffer), truth.rgb(buffer))[mask])
-    ]
+    )
     off = {
         buffer: relative_distance(result.xyz(buffer)[mask], truth.xyz(buffer)[mask])
         for buffer in ("radiance", "shading", "indirect")
     }
     luminance = relative_distance(result.xyz()[mask][:, 1:2], truth.xyz()[mask][:, 1:2])
-    return ColorError(*deltas, luminance, **off)
+    return ColorError(*seen, *lit, luminance, **off)
 
 
 def differences(image: NDArray[np.floating], truth: NDArray[np.floating]) -> Floats:
@@ -64,7 +63,7 @@ def differences(image: NDArray[np.floating], truth: NDArray[np.floating]) -> Flo
 
     Parameters
     ----------
-    image, truth : (..., 3) linear sRGB; where the truth is black, so is the white, and nothing differs
+    image, truth : (..., 3) linear sRGB; nothing differs from a truth that is black
     """
     to_xyz = observer().rgb_to_xyz
     white = np.percentile(truth @ to_xyz[1], _WHITE)

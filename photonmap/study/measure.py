@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +14,7 @@ from photonmap.result import Result
 from photonmap.scene import Scene
 from photonmap.spectra.sensitivities import Limits
 from photonmap.study.color import color_error
-from photonmap.study.metrics import BUFFERS, counted_pixels, stated_error
+from photonmap.study.metrics import BUFFERS, counted_pixels, mean_error, stated_error
 from photonmap.study.pictures import ErrorMap, delta_map, picture, stated_map, true_map
 from photonmap.study.point import Point, Settings
 from photonmap.study.reference import Reference
@@ -28,6 +30,7 @@ class Study:
     within : range of the bands, nm; None for the usual one
     threads : None takes every processor
     progress : is told of every render
+    tell : is called with a line for each point
     """
 
     def __init__(
@@ -37,9 +40,10 @@ class Study:
         within: Limits | None,
         threads: int | None,
         progress: Progress,
+        tell: Callable[[str], None],
     ) -> None:
         self._scene, self._within, self._threads, self._progress = scene, within, threads, progress
-        self.base = base
+        self.base, self.tell = base, tell
         self.points: list[Point] = []
         self.reference: Reference | None = None
         self.record: dict[str, Any] = {}
@@ -95,7 +99,10 @@ class Study:
             if Ctrl-C ended the render; what it did is a point nevertheless
         """
         result = self.render(settings)
-        self.points.append(self._point(sweep, label, settings, result, truth))
+        point = self._point(sweep, label, settings, result, truth)
+        self.points.append(point)
+        error = f"error {point.stated['radiance']:.2%}"
+        self.tell(f"     {label}: {point.settings.passes} passes, {point.seconds:.2f} s, {error}")
         if result.record["interrupted"]:
             raise KeyboardInterrupt
         return result
@@ -141,7 +148,8 @@ class Study:
         if reference.fits(result):
             true = {buffer: reference.true_error(result, buffer) for buffer in BUFFERS}
             difference = reference.mean_difference(result)
-            point = replace(point, true=true, mean_difference=difference)
+            error = mean_error(result, mask) if settings.method == "path" else math.nan
+            point = replace(point, true=true, mean_difference=difference, mean_error=error)
         return point
 
     def _map(self, result: Result, truth: Result | None) -> ErrorMap | None:

@@ -1,7 +1,7 @@
 """Relative errors of images: what a render states, and what it is truly off by.
 
-All are sqrt(mean(d² / (v² + 0.01 m²))) over bands and over the pixels that surfaces cover wholly and
-none of which emits: d is a deviation, v the value it is relative to, m the mean of v in a band.
+All are sqrt(mean(d² / (v² + 0.01 m²))) over bands and over the pixels that surfaces cover wholly
+and none of which emits: d is a deviation, v the value it is relative to, m its mean in a band.
 """
 
 from __future__ import annotations
@@ -61,3 +61,15 @@ def mean_difference(values: NDArray[Any], truth: NDArray[Any]) -> float:
     """Return the relative difference of two images' means over all pixels and bands."""
     whole = float(np.mean(truth, dtype=np.float64))
     return float(np.mean(values, dtype=np.float64)) / whole - 1.0 if whole > 0.0 else 0.0
+
+
+def mean_error(result: Result, mask: Mask) -> float:
+    """Return the relative standard error of mean radiance, if pixels are independent.
+
+    So they are where no light is shared between them: in path tracing. nan after a single pass.
+    """
+    if "radiance" not in result.errors:
+        return math.nan
+    spread = result.errors["radiance"][mask].mean(axis=-1, dtype=np.float64)
+    mean = float(result.radiance[mask].mean(dtype=np.float64))
+    return float(np.sqrt((spread**2).sum())) / len(spread) / mean if mean > 0.0 else 0.0

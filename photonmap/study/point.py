@@ -39,6 +39,7 @@ class Point:
     stated : relative errors by buffer, as the render states them; nan after a single pass
     true : relative errors by buffer, against the reference; empty where none fits
     mean_difference : of mean radiance from the reference's, a part; nan where none fits
+    mean_error : its standard error; nan but for path tracing, whose pixels are independent
     color : against many bands of the same seed and passes; None where there is no such render
     picture : data URI
     error_map : where it is off
@@ -53,6 +54,7 @@ class Point:
     stated: dict[str, float]
     true: dict[str, float] = field(default_factory=dict)
     mean_difference: float = math.nan
+    mean_error: float = math.nan
     color: ColorError | None = None
     picture: str = ""
     error_map: ErrorMap | None = None
@@ -76,6 +78,7 @@ class Point:
             "rays": self.rays,
             "photons": self.photons,
             "mean_difference": self.mean_difference,
+            "mean_error": self.mean_error,
         }
         row |= {f"stated_{buffer}": self.stated.get(buffer) for buffer in BUFFERS}
         row |= {f"true_{buffer}": self.true.get(buffer) for buffer in BUFFERS}
@@ -100,7 +103,7 @@ COLUMNS = (
     *("passes", "effects", "seed", "seconds", "rays", "photons"),
     *(f"stated_{buffer}" for buffer in BUFFERS),
     *(f"true_{buffer}" for buffer in BUFFERS),
-    "mean_difference",
+    *("mean_difference", "mean_error"),
     *_COLOR_COLUMNS,
 )
 """Of the table: errors and differences are parts of 1, ΔE2000 as it is."""

@@ -18,8 +18,6 @@ BUFFER = "shading"
 PATH = "path tracing"
 
 _UNKNOWN = (0.0, math.nan)
-_FLOOR = 2.0  # times the reference's own error, below which a true error says little
-_BEYOND = 0.98  # of the smallest error measured; aims below it are extrapolated
 
 
 @dataclass(frozen=True)
@@ -31,7 +29,7 @@ class Law:
     label : as in "6 bands" or "path tracing"
     noise : error against passes
     cost : seconds against passes
-    least : the smallest error measured
+    most : the most passes measured
     spectral : part of the error that no pass takes away: too few bands; 0 where it is not known
     indirect : relative error of the colour of indirect light, too few bands again; nan likewise
     """
@@ -39,7 +37,7 @@ class Law:
     label: str
     noise: Power
     cost: Cost
-    least: float
+    most: int
     spectral: float = 0.0
     indirect: float = math.nan
 
@@ -49,8 +47,7 @@ class Law:
         Never less than the passes that a render which aims at an error takes anyway.
         """
         passes = max(math.ceil(self.noise.inverse(target)), LEAST_PASSES)
-        beyond = self.noise.at(passes) < _BEYOND * self.least
-        return Estimate(self.cost.seconds(passes), passes, beyond)
+        return Estimate(self.cost.seconds(passes), passes, passes > self.most)
 
     def total_after(self, seconds: float) -> float:
         """Return noise and spectral error together after so much time."""
@@ -74,7 +71,7 @@ class Correction:
     Parameters
     ----------
     ratio : true over stated
-    own_error : of the reference, near which a true error says little
+    own_error : of the reference, below which a true error says little
     """
 
     ratio: float = 1.0
@@ -82,7 +79,7 @@ class Correction:
 
     @classmethod
     def measure(cls, points: Sequence[Point], own_error: float) -> Correction:
-        """Take the median ratio of points well above the reference's own error; 1 without any."""
+        """Take the median ratio of points above the reference's own error; 1 without any."""
         told = cls(1.0, own_error)
         ratios = [
             point.true[BUFFER] / point.stated[BUFFER] for point in points if told.is_told(point)
@@ -90,11 +87,11 @@ class Correction:
         return cls(statistics.median(ratios), own_error) if ratios else told
 
     def is_told(self, point: Point, buffer: str = BUFFER) -> bool:
-        """Tell whether a point's true error is far enough above the reference's own."""
-        return point.true.get(buffer, 0.0) > _FLOOR * self.own_error and point.stated[buffer] > 0.0
+        """Tell whether a point's true error is above the reference's own."""
+        return point.true.get(buffer, 0.0) > self.own_error and point.stated[buffer] > 0.0
 
     def error(self, point: Point) -> float:
-        """Return the true error of a point's noise where it is told, else the corrected one."""
+        """Return the true error of a point's noise where it is told, or else the corrected one."""
         return point.true[BUFFER] if self.is_told(point) else self.ratio * point.stated[BUFFER]
 
 
@@ -127,7 +124,7 @@ def laws(points: Sequence[Point], base: str, correction: Correction) -> list[Law
         found.append(_scaled(whole, called(label), pairs, spectral.get(label, _UNKNOWN)))
     path = [point for point in points if point.sweep == "path"]
     slow = _fit(PATH, path, correction, spectral.get(base, _UNKNOWN))
-    return found + [slow] * (slow is not None)
+    return found if slow is None else [*found, slow]
 
 
 def _common(swept: dict[tuple[str, int], Point], label: str, base: str) -> list[int]:
@@ -145,7 +142,7 @@ def _fit(
     if noise is None or noise.exponent >= 0.0:
         return None
     cost = fit_cost(passes, [point.seconds for point in points])
-    return Law(label, noise, cost, min(errors), *off)
+    return Law(label, noise, cost, max(passes), *off)
 
 
 def _scaled(
@@ -158,7 +155,7 @@ def _scaled(
         noisier = statistics.mean(own.stated[BUFFER] / base.stated[BUFFER] for own, base in pairs)
     noise = replace(law.noise, factor=law.noise.factor * noisier)
     cost = Cost(law.cost.setup * longer, law.cost.each * longer)
-    return Law(label, noise, cost, law.least * noisier, *off)
+    return Law(label, noise, cost, law.most, *off)
 
 
 def spectral_errors(points: Sequence[Point]) -> dict[str, tuple[float, float]]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from photonmap.bands import Bands
+from photonmap.memory import check_memory
+from photonmap.render import LEAST_PHOTONS
 from photonmap.study.color import MANY
 from photonmap.study.measure import Study
 from photonmap.study.point import Settings
@@ -56,19 +58,42 @@ class Extent:
         few = ("3", "6", MANY)
         return cls(seconds, few, (1 / 4, 1, 4), (1 / 2, 1), (2, 1), 1, forced=False)
 
+    def without_rgb(self) -> Extent:
+        """Return it without the bands that have no range."""
+        return replace(self, bands=tuple(label for label in self.bands if label != "rgb"))
+
     def share(self, sweep: str) -> float:
         """Return the seconds of a sweep."""
         return SHARES[sweep] * self.seconds
 
 
-def run_sweeps(study: Study, extent: Extent, tell: Callable[[str], None]) -> None:
+def check_largest(study: Study, extent: Extent) -> None:
+    """Check before the sweeps that the largest of their renders fit into memory.
+
+    Raises
+    ------
+    InputError
+        if not
+    """
+    pixels = study.base.size[0] * study.base.size[1]
+    usual = max(pixels, LEAST_PHOTONS)
+    few = Bands.parse(study.base.bands).count
+    larger = max(extent.sides) ** 2
+    for size, bands, photons in (
+        (pixels, int(MANY), usual),
+        (round(pixels * larger), few, round(usual * larger)),
+        (pixels, few, round(usual * max(extent.photons))),
+    ):
+        check_memory(size, bands, photons, study.faces)
+
+
+def run_sweeps(study: Study, extent: Extent) -> None:
     """Measure the reference, then sweep by sweep.
 
     Parameters
     ----------
     study : takes in the points
     extent : how far to go
-    tell : is called with one line before each sweep
 
     Raises
     ------
@@ -86,7 +111,7 @@ def run_sweeps(study: Study, extent: Extent, tell: Callable[[str], None]) -> Non
         ("resolution", _resolution),
         ("choices", _choices),
     ):
-        tell(f"{study.spent / extent.seconds:4.0%} {sweep}")
+        study.tell(f"{study.spent / extent.seconds:4.0%} {sweep}")
         run(study, extent, pace)
 
 

@@ -12,6 +12,8 @@ from photonmap.study.recommend import BUFFER, PATH, Estimate, Law
 from photonmap.study.sweeps import called
 
 TARGETS = (0.05, 0.02, 0.01, 0.005)
+HEADLINE = 0.01
+"""The target that is told at length."""
 
 _CHEAPER = 0.97  # of the time, from which on it is worth a word
 _FINER = 1 / 3  # of the colour error, likewise
@@ -30,9 +32,10 @@ def recommend(laws: Sequence[Law], base: str, targets: Sequence[float] = TARGETS
     found = {law.label: law for law in laws}
     if called(base) not in found:
         return []
-    sentences = [_sentence(found, called(base), target) for target in targets]
+    first = _whole(found, called(base), HEADLINE)
+    rest = [_short(found, called(base), target) for target in targets if target != HEADLINE]
     bands = [law for law in laws if law.label != PATH]
-    return sentences + [text for text in (_limits(bands), _best(bands)) if text]
+    return [first, *rest, *(text for text in (_limits(bands), _best(bands)) if text)]
 
 
 def duration(seconds: float) -> str:
@@ -60,7 +63,15 @@ def told(estimate: Estimate) -> str:
     return duration(estimate.seconds) + " (extrapolated)" * estimate.extrapolated
 
 
-def _sentence(laws: dict[str, Law], base: str, target: float) -> str:
+def _short(laws: dict[str, Law], base: str, target: float) -> str:
+    """Say what a target takes with the base's bands, and by path tracing."""
+    took = laws[base].seconds_to(target)
+    path = f"; path tracing: {told(laws[PATH].seconds_to(target))}" if PATH in laws else ""
+    return f"{100 * target:g}% on {BUFFER}: {told(took)} with {base}{path}."
+
+
+def _whole(laws: dict[str, Law], base: str, target: float) -> str:
+    """Say the same, and what fewer and more bands change."""
     law, took = laws[base], laws[base].seconds_to(target)
     parts = [f"{100 * target:g}% on {BUFFER}: {told(took)} with {base}{_off(law)}"]
     others = [other for name, other in laws.items() if name not in (base, PATH)]
