@@ -12,7 +12,7 @@ from typing import Any
 
 from benchmarks.options import Options
 from benchmarks.table import markdown, show
-from photonmap.study.machine import Others, describe_machine
+from photonmap.study.machine import DISTURBED, Others, describe_machine
 
 NAMES = (
     "rays",
@@ -27,8 +27,6 @@ NAMES = (
     "profile",
 )
 ROOT = Path(__file__).parent.parent
-DISTURBED = 0.1
-"""Share of all processors that other programs may take before a warning is due."""
 
 
 def main() -> int:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from photonmap.study.machine import DISTURBED
 from photonmap.study.measure import Study
 from photonmap.study.metrics import BUFFERS
 from photonmap.study.sweeps import Extent, called
-
-_DISTURBED = 0.1  # share of the machine from which on seconds are doubtful
 
 
 @dataclass(frozen=True)
@@ -23,6 +22,7 @@ class About:
     interrupted : by Ctrl-C
     pairs : names and values of settings and machine
     why : reasons for effects, by name
+    clock : what seconds are
     """
 
     title: str
@@ -31,6 +31,7 @@ class About:
     interrupted: bool
     pairs: list[tuple[str, str]]
     why: dict[str, str]
+    clock: str
 
 
 def describe_study(
@@ -48,7 +49,7 @@ def describe_study(
     width, height = study.base.size
     record = study.record
     triangles = record["scene"]["triangles"]
-    bands = called(study.base.bands)
+    bands, clock = called(study.base.bands), _clock(study, others)
     pairs = [
         ("scene", f"{study.name}, {triangles} triangles"),
         ("image", f"{width}×{height}, {study.base.pixel} pixels, {bands}, seed {study.base.seed}"),
@@ -58,14 +59,14 @@ def describe_study(
         ("rendering", f"{study.spent:.0f} s of {extent.seconds:.0f} s allowed"),
         ("threads", f"{record['arguments']['threads']} of {machine['processors']} processors"),
         ("machine", f"{machine['processor']}, {machine['system']}"),
-        ("taken by other programs", f"{others:.0%} of the machine{_doubt(others)}"),
+        ("clock", clock),
         ("versions", ", ".join(f"{name} {v}" for name, v in machine["versions"].items())),
     ]
     why = {name: effect["why"] for name, effect in record["effects"].items()}
     subtitle = f"{width}×{height} pixels, {bands} unless stated, {triangles} triangles; " + (
         f"{machine['processor']}, {record['arguments']['threads']} threads"
     )
-    return About(study.name, subtitle, bands, interrupted, pairs, why)
+    return About(study.name, subtitle, bands, interrupted, pairs, why, clock)
 
 
 def _reference(study: Study) -> str:
@@ -78,5 +79,13 @@ def _reference(study: Study) -> str:
     )
 
 
-def _doubt(others: float) -> str:
-    return ": seconds are too long, ratios rough" if others > _DISTURBED else ""
+def _clock(study: Study, others: float) -> str:
+    """Tell which clock counts, and why."""
+    taken = f"other programs took {others:.0%} of the machine"
+    if others <= DISTURBED:
+        return f"by the wall clock, without loading and compiling; {taken}"
+    longer = study.spent * study.record["arguments"]["threads"] / study.processor
+    return (
+        f"processor time over threads, without loading and compiling, as {taken}; "
+        f"the wall clock showed {longer:.1f} times as much"
+    )

@@ -73,7 +73,7 @@ def run(options: argparse.Namespace) -> None:
     from photonmap.study.about import describe_study
     from photonmap.study.files import check_folder, write_study
     from photonmap.study.findings import Findings
-    from photonmap.study.machine import Others, describe_machine
+    from photonmap.study.machine import Others, choose_clock, describe_machine
 
     folder = check_folder(options.output or f"{Path(options.scene).stem}-study")
     study, extent = _prepare(options)
@@ -83,7 +83,9 @@ def run(options: argparse.Namespace) -> None:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # what is done is kept
     try:
         assert study.reference is not None
-        found = Findings(study.points, study.base.bands, study.reference.own_errors())
+        threads = study.record["arguments"]["threads"]
+        points = choose_clock(study.points, others.share, threads)
+        found = Findings(points, study.base.bands, study.reference.own_errors())
         about = describe_study(study, extent, interrupted, machine, others.share)
         write_study(folder, found, about)
     finally:

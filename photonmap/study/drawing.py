@@ -21,6 +21,7 @@ POINT = "point-"
 
 _HIT = 15.0  # points across, the invisible disk that is clicked
 _DPI = 150
+_THOUSANDS = 10000.0  # from which on ticks are written in thousands
 
 
 def new_figure(width: float, height: float, columns: int = 1) -> tuple[Figure, Sequence[Axes]]:
@@ -53,6 +54,7 @@ def style(axes: Axes, title: str, x: str, y: str, logarithmic: str = "xy") -> No
             axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             axis.set_minor_locator(NullLocator())
             axis.set_major_formatter(FuncFormatter(_plain))
+    axes.margins(0.08, 0.1)
     axes.grid(color=FAINT, lw=0.7)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
@@ -86,4 +88,4 @@ def as_svg(figure: Figure, name: str) -> str:
 
 
 def _plain(value: float, position: Any = None) -> str:
-    return f"{value:g}"
+    return f"{value / 1000:g}k" if value >= _THOUSANDS else f"{value:g}"

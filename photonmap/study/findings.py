@@ -66,6 +66,11 @@ class Findings:
         told = [point for _, point in self.of(sweep) if self.is_told(point, buffer)]
         return fit_power([p.seconds for p in told], [p.true[buffer] for p in told])
 
+    def slope_by_passes(self, sweep: str, buffer: str) -> Power | None:
+        """Fit true errors of a sweep against passes, which no other program disturbs."""
+        told = [point for _, point in self.of(sweep) if self.is_told(point, buffer)]
+        return fit_power([p.settings.passes for p in told], [p.true[buffer] for p in told])
+
     @cached_property
     def spectral(self) -> dict[str, tuple[float, float]]:
         """Errors of shading and indirect light by bands."""

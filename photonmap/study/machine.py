@@ -5,12 +5,18 @@ from __future__ import annotations
 import os
 import platform
 import time
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Self
 
 import psutil
 
 from photonmap.record import describe_versions
+from photonmap.study.point import Point
+
+DISTURBED = 0.1
+"""Share of all processors that other programs may take before the wall clock tells little."""
 
 _PROCESSORS = Path("/proc/cpuinfo")
 
@@ -24,6 +30,20 @@ def describe_machine() -> dict[str, Any]:
         "load_before": psutil.getloadavg()[0],
         "versions": describe_versions(),
     }
+
+
+def choose_clock(points: Sequence[Point], others: float, threads: int) -> list[Point]:
+    """Return points whose seconds are by the wall, or by the processors where others disturbed.
+
+    Parameters
+    ----------
+    points : timed by both
+    others : share of the machine that other programs took
+    threads : that rendered; on an idle machine seconds are about processor time over these
+    """
+    if others <= DISTURBED:
+        return list(points)
+    return [replace(point, seconds=point.processor / threads) for point in points]
 
 
 class Others:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -18,6 +19,22 @@ from photonmap.study.metrics import BUFFERS, counted_pixels, mean_error, stated_
 from photonmap.study.pictures import ErrorMap, delta_map, picture, stated_map, true_map
 from photonmap.study.point import Point, Settings
 from photonmap.study.reference import Reference
+
+
+class _Clocked:
+    """A progress that also notes the processor time at which rendering began, in seconds."""
+
+    began = 0.0
+
+    def __init__(self, inner: Progress) -> None:
+        self._inner = inner
+        self.update, self.close = inner.update, inner.close
+
+    def stage(self, name: str) -> None:
+        """Begin a stage of a render."""
+        if name == "render":
+            self.began = time.process_time()
+        self._inner.stage(name)
 
 
 class Study:
@@ -42,12 +59,13 @@ class Study:
         progress: Progress,
         tell: Callable[[str], None],
     ) -> None:
-        self._scene, self._within, self._threads, self._progress = scene, within, threads, progress
+        self._scene, self._within, self._threads = scene, within, threads
+        self._progress = _Clocked(progress)
         self.base, self.tell = base, tell
         self.points: list[Point] = []
         self.reference: Reference | None = None
         self.record: dict[str, Any] = {}
-        self.spent = 0.0
+        self.spent = self.processor = 0.0
 
     @property
     def name(self) -> str:
@@ -63,8 +81,8 @@ class Study:
         """Return the points of a sweep."""
         return [point for point in self.points if point.sweep == sweep]
 
-    def render(self, settings: Settings) -> Result:
-        """Render, and count the seconds as spent."""
+    def render(self, settings: Settings) -> tuple[Result, float]:
+        """Render, count the seconds as spent; return what came out, and its processor seconds."""
         result = render(
             self._scene,
             bands=Bands.parse(settings.bands, self._within),
@@ -78,9 +96,11 @@ class Study:
             effects=settings.effects,
             progress=self._progress,
         )
+        processor = time.process_time() - self._progress.began
         self.spent += result.record["seconds"]["render"]
+        self.processor += processor
         self.record = self.record or result.record
-        return result
+        return result, processor
 
     def measure(
         self, sweep: str, label: str, settings: Settings, truth: Result | None = None
@@ -98,8 +118,8 @@ class Study:
         KeyboardInterrupt
             if Ctrl-C ended the render; what it did is a point nevertheless
         """
-        result = self.render(settings)
-        point = self._point(sweep, label, settings, result, truth)
+        result, processor = self.render(settings)
+        point = self._point(sweep, label, settings, result, processor, truth)
         self.points.append(point)
         error = f"error {point.stated['radiance']:.2%}"
         self.tell(f"     {label}: {point.settings.passes} passes, {point.seconds:.2f} s, {error}")
@@ -118,14 +138,21 @@ class Study:
         for _ in range(times):
             for index in range(len(self.points) - last, len(self.points)):
                 point = self.points[index]
-                again = self.render(point.settings).record
-                if again["interrupted"]:
+                again, processor = self.render(point.settings)
+                if again.record["interrupted"]:
                     raise KeyboardInterrupt
-                seconds = min(point.seconds, again["seconds"]["render"])
-                self.points[index] = replace(point, seconds=seconds)
+                wall = min(point.wall, again.record["seconds"]["render"])
+                processor = min(point.processor, processor)
+                self.points[index] = replace(point, wall=wall, processor=processor, seconds=wall)
 
     def _point(
-        self, sweep: str, label: str, settings: Settings, result: Result, truth: Result | None
+        self,
+        sweep: str,
+        label: str,
+        settings: Settings,
+        result: Result,
+        processor: float,
+        truth: Result | None,
     ) -> Point:
         record, reference = result.record, self.reference
         assert reference is not None
@@ -136,6 +163,8 @@ class Study:
             sweep=sweep,
             label=label,
             settings=done,
+            wall=record["seconds"]["render"],
+            processor=processor,
             seconds=record["seconds"]["render"],
             rays=record["rays"] or None,
             photons=record["photons"],

@@ -13,7 +13,7 @@ from photonmap.study.fit import Power
 from photonmap.study.metrics import BUFFERS
 from photonmap.study.pictures import CAPTIONS, Kind, color_bar
 from photonmap.study.point import Point
-from photonmap.study.recommend import PATH, Law
+from photonmap.study.recommend import BUFFER, PATH, Law
 from photonmap.study.words import TARGETS, duration, percent, recommend, two_digits
 
 if TYPE_CHECKING:
@@ -78,6 +78,7 @@ def _facts(found: Findings) -> dict[str, str]:
     for sweep in ("passes", "path"):
         for buffer in ("radiance", "shading"):
             facts[f"{sweep}_{buffer}"] = _slope(found.slope(sweep, buffer))
+        facts[f"{sweep}_by_passes"] = _slope(found.slope_by_passes(sweep, BUFFER))
     if (path := found.bias) is not None:
         facts["bias"] = f"{100 * path.mean_difference:+.2f}% ± {100 * path.mean_error:.2f}%"
     return facts
@@ -87,8 +88,8 @@ def _slope(law: Power | None) -> str:
     """Return the exponent of a law, with its standard error where there is one."""
     if law is None:
         return _DASH
-    spread = "" if math.isnan(law.uncertainty) else f" ± {law.uncertainty:.2f}"
-    return f"{law.exponent:.2f}{spread}".replace("-", "−")
+    spread = "" if math.isnan(law.uncertainty) else f" ± {law.uncertainty:.3f}"
+    return f"{law.exponent:.3f}{spread}".replace("-", "−")
 
 
 def _choice_row(index: int, point: Point, found: Findings, about: About) -> dict[str, Any]:
@@ -100,7 +101,7 @@ def _choice_row(index: int, point: Point, found: Findings, about: About) -> dict
         "label": point.label,
         "why": about.why.get(point.label.removeprefix("without "), ""),
         "seconds": f"{point.seconds:.2f}",
-        "relative": f"{point.seconds / usual.seconds:.2f}",
+        "relative": f"{point.processor / usual.processor:.2f}",
         "stated": percent(point.stated["radiance"]),
         "mean": f"{100 * point.mean_difference:+.1f}%",
         "changed": "none beyond noise" if changed is None else percent(changed),
@@ -136,7 +137,7 @@ def _point_data(point: Point) -> dict[str, Any]:
         ["size", f"{settings.size[0]}×{settings.size[1]}, {settings.pixel} pixels"],
         ["passes", f"{settings.passes} of {settings.photons} photons"],
         ["effects", settings.effects.replace(",", ", ")],
-        ["seconds", f"{point.seconds:.3g}"],
+        ["seconds", f"{point.seconds:.3g}; by the wall clock {point.wall:.3g}"],
     ]
     if settings.method != "photon":
         rest[3][1] = str(settings.passes)
@@ -164,4 +165,4 @@ def _pair(first: float, second: float) -> str:
 
 
 def _part(value: float | None) -> str:
-    return _DASH if value is None or math.isnan(value) else f"{100 * value:.3g}%"
+    return _DASH if value is None or math.isnan(value) else f"{100 * value:#.3g}%"

@@ -80,13 +80,13 @@ def colors_by_bands(found: Findings) -> Figure:
     points = [(index, point) for index, point in found.most_passes("bands") if point.color]
     _draw_deltas(left, points)
     for index, point in points:
-        for name, label, color in (
-            ("shading", "shading", PHOTON),
-            ("indirect", "indirect light", TRACED),
+        for name, label, color, place in (
+            ("shading", "shading", PHOTON, {"xytext": (-7, 0), "ha": "right"}),
+            ("indirect", "indirect light", TRACED, {}),
         ):
             off = 100.0 * getattr(point.color, name)
             mark(right, point.seconds, off, index, color=color, label=label)
-            write(right, point.settings.bands, point.seconds, off, color)
+            write(right, point.settings.bands, point.seconds, off, color, **place)
     style(right, "and seconds that they take", "seconds", "relative distance in XYZ, %", "y")
     right.set_xlim(left=0.0)
     for axes in (left, right):
@@ -123,7 +123,7 @@ def pareto(found: Findings) -> Figure:
              for _, p in found.front]  # fmt: skip
     if steps:
         axes.step(*zip(*steps, strict=True), where="post", color=INK, lw=0.8, ls="--", zorder=1)
-    style(axes, "error of shading, noise and colour together", "seconds", "%")
+    style(axes, "error of shading, noise and colour together, by bands", "seconds", "%")
     return figure
 
 
@@ -134,7 +134,7 @@ def _draw_law(axes: Axes, found: Findings, law: Law, color: str) -> None:
     totals = np.array([100.0 * law.total_after(float(time)) for time in times])
     for part, line in ((times <= end, "-"), (times >= end, ":")):
         axes.plot(times[part], totals[part], line, color=color, lw=1.1, alpha=0.8)
-    write(axes, law.label, times[-1], totals[-1], color)
+    write(axes, law.label.removesuffix(" bands"), times[-1], totals[-1], color)
 
 
 def other_choices(found: Findings) -> Figure:
@@ -146,13 +146,19 @@ def other_choices(found: Findings) -> Figure:
 
 
 def _draw_photons(axes: Axes, found: Findings) -> None:
-    for index, point in found.of("photons"):
+    """Draw errors against photons a pass, with what each takes of the usual number's time."""
+    points = found.of("photons")
+    usual = found.points[0].settings.photons or 0
+    times = {point.settings.photons or 0: point.processor for _, point in points}
+    for index, point in points:
+        photons = point.settings.photons or 0
         for buffer, color in (("shading", PHOTON), ("indirect", TRACED)):
             error = 100.0 * point.true[buffer]
-            mark(axes, point.seconds, error, index, color=color, label=buffer)
-        name = str(point.settings.photons)
-        write(axes, name, point.seconds, error, xytext=(0, 9), ha="center")
-    style(axes, f"photons a pass, {_passes(found, 'photons')} passes", "seconds", "true error, %")
+            mark(axes, photons, error, index, color=color, label=buffer)
+        if usual in times:
+            share = f"{times[photons] / times[usual]:.2g}×"
+            write(axes, share, photons, error, xytext=(0, 9), ha="center")
+    style(axes, f"photons a pass, {_passes(found, 'photons')} passes", "photons", "true error, %")
     _legend(axes)
 
 
@@ -164,7 +170,7 @@ def _draw_resolution(axes: Axes, found: Findings) -> None:
         pixels.append(width * height)
         seconds.append(point.seconds)
         mark(axes, pixels[-1], seconds[-1], index, color=PHOTON)
-        write(axes, f"{width}×{height}", pixels[-1], seconds[-1], xytext=(-8, 6), ha="right")
+        write(axes, f"{width}×{height}", pixels[-1], seconds[-1], xytext=(0, 10), ha="center")
     if law := fit_power(pixels[-2:], seconds[-2:]):
         ends = pixels[-2:]
         axes.plot(ends, [law.at(end) for end in ends], color=PHOTON, lw=1.2, alpha=0.6)

@@ -33,7 +33,9 @@ class Point:
     sweep : to which it belongs
     label : what is special about it there, in a few words
     settings : of the render; `passes` are those that were done
-    seconds : of rendering, without loading and compiling
+    wall : seconds of rendering, without loading and compiling
+    processor : seconds of all processors together
+    seconds : those that count, by one of these two clocks
     rays : cast; None where they are not counted
     photons : emitted in all passes
     stated : relative errors by buffer, as the render states them; nan after a single pass
@@ -48,6 +50,8 @@ class Point:
     sweep: str
     label: str
     settings: Settings
+    wall: float
+    processor: float
     seconds: float
     rays: int | None
     photons: int
@@ -75,6 +79,8 @@ class Point:
             "effects": settings.effects,
             "seed": settings.seed,
             "seconds": self.seconds,
+            "wall_seconds": self.wall,
+            "processor_seconds": self.processor,
             "rays": self.rays,
             "photons": self.photons,
             "mean_difference": self.mean_difference,
@@ -100,7 +106,16 @@ _COLOR_COLUMNS = {
 
 COLUMNS = (
     *("sweep", "label", "method", "bands", "width", "height", "pixel", "photons_per_pass"),
-    *("passes", "effects", "seed", "seconds", "rays", "photons"),
+    *(
+        "passes",
+        "effects",
+        "seed",
+        "seconds",
+        "wall_seconds",
+        "processor_seconds",
+        "rays",
+        "photons",
+    ),
     *(f"stated_{buffer}" for buffer in BUFFERS),
     *(f"true_{buffer}" for buffer in BUFFERS),
     *("mean_difference", "mean_error"),

@@ -99,7 +99,7 @@ def laws(points: Sequence[Point], base: str, correction: Correction) -> list[Law
     """Return a law for each number of bands, and one for the path tracer.
 
     That of the base is fitted to all numbers of passes; others are the same law times what their
-    seconds and errors were of the base's in the sweep of bands, where they took turns.
+    processor seconds and errors were of the base's in the sweep of bands.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def _scaled(
     """Return the law of other bands from points of equal passes, theirs and the base's."""
     longer, noisier = 1.0, 1.0
     if pairs:
-        longer = sum(own.seconds for own, _ in pairs) / sum(base.seconds for _, base in pairs)
+        longer = sum(own.processor for own, _ in pairs) / sum(base.processor for _, base in pairs)
         noisier = statistics.mean(own.stated[BUFFER] / base.stated[BUFFER] for own, base in pairs)
     noise = replace(law.noise, factor=law.noise.factor * noisier)
     cost = Cost(law.cost.setup * longer, law.cost.each * longer)

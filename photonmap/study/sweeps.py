@@ -100,7 +100,7 @@ def run_sweeps(study: Study, extent: Extent) -> None:
     KeyboardInterrupt
         at Ctrl-C; the study keeps its points
     """
-    pilot = study.render(replace(study.base, passes=_PILOT))
+    pilot, _ = study.render(replace(study.base, passes=_PILOT))
     pace = pilot.record["seconds"]["render"] / _PILOT
     for sweep, run in (
         ("reference", _reference),
@@ -121,7 +121,7 @@ def _reference(study: Study, extent: Extent, pace: float) -> None:
     halves = []
     for half in (1, 2):
         settings = replace(study.base, passes=passes, seed=study.base.seed + half)
-        halves.append(study.render(settings))
+        halves.append(study.render(settings)[0])
         if half == 1 and halves[0].record["interrupted"]:
             raise KeyboardInterrupt
     study.reference = Reference(halves[0], halves[1])
