@@ -16,7 +16,7 @@ import numpy as np
 
 from photonmap.accumulate import Accumulator
 from photonmap.bands import Bands
-from photonmap.budget import CEILING, Budget
+from photonmap.budget import CEILING, LEAST_PHOTONS, Budget
 from photonmap.columns import Columns, carry, choose_columns, count_distinct
 from photonmap.compiling import compile_kernels, is_compiled
 from photonmap.effects import EffectPlan, leave_out, parse_effects, plan_effects
@@ -39,7 +39,6 @@ from photonmap.workers import Workers
 LARGEST_SIDE = 1 << 16
 MOST_PHOTONS = 1 << 32
 MOST_THREADS = 1024
-LEAST_PHOTONS = 1 << 14
 
 FEW_CUTS = 1e-5
 """Share of photons that may be cut before a warning is due: less than errors can show."""

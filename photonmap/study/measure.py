@@ -8,9 +8,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import photonmap as pm
 from photonmap.bands import Bands
 from photonmap.progress import Progress
-from photonmap.render import render
 from photonmap.result import Result
 from photonmap.scene import Scene
 from photonmap.spectra.sensitivities import Limits
@@ -83,7 +83,7 @@ class Study:
 
     def render(self, settings: Settings) -> tuple[Result, float]:
         """Render, count the seconds as spent; return what came out, and its processor seconds."""
-        result = render(
+        result = pm.render(
             self._scene,
             bands=Bands.parse(settings.bands, self._within),
             size=settings.size,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from photonmap.bands import Bands
+from photonmap.budget import LEAST_PHOTONS
 from photonmap.memory import check_memory
-from photonmap.render import LEAST_PHOTONS
 from photonmap.study.color import MANY
 from photonmap.study.measure import Study
 from photonmap.study.point import Settings
