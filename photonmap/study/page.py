@@ -80,7 +80,9 @@ def _facts(found: Findings) -> dict[str, str]:
             facts[f"{sweep}_{buffer}"] = _slope(found.slope(sweep, buffer))
         facts[f"{sweep}_by_passes"] = _slope(found.slope_by_passes(sweep, BUFFER))
     if (path := found.bias) is not None:
-        facts["bias"] = f"{100 * path.mean_difference:+.2f}% ± {100 * path.mean_error:.2f}%"
+        facts["bias"] = (
+            f"{100 * path.mean_difference:+.2f}% ± {100 * path.mean_error:.2f}%".replace("-", "−")
+        )
     return facts
 
 
@@ -103,7 +105,7 @@ def _choice_row(index: int, point: Point, found: Findings, about: About) -> dict
         "seconds": f"{point.seconds:.2f}",
         "relative": f"{point.processor / usual.processor:.2f}",
         "stated": percent(point.stated["radiance"]),
-        "mean": f"{100 * point.mean_difference:+.1f}%",
+        "mean": f"{100 * point.mean_difference:+.1f}%".replace("-", "−"),
         "changed": "none beyond noise" if changed is None else percent(changed),
     }
 

@@ -11,7 +11,6 @@ from functools import cached_property
 
 import numpy as np
 
-from photonmap.errors import InputError
 from photonmap.result import Result
 from photonmap.study.metrics import (
     BUFFERS,
@@ -28,21 +27,11 @@ class Reference:
 
     Parameters
     ----------
-    first, second : results that share size, bands and pixel mode
-
-    Raises
-    ------
-    InputError
-        if no pixel counts, so that there is no error to speak of
+    first, second : results that share size, bands and pixel mode; some of their pixels count
     """
 
     def __init__(self, first: Result, second: Result) -> None:
         self._halves = first, second
-        if not self.mask.any():
-            raise InputError(
-                "no pixel shows surfaces alone that do not emit: there is no error to study; "
-                "point the camera at some"
-            )
 
     @cached_property
     def mask(self) -> Mask:

@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 
 from photonmap.bands import Bands
 from photonmap.budget import LEAST_PHOTONS
+from photonmap.errors import InputError
 from photonmap.memory import check_memory
 from photonmap.study.color import MANY
 from photonmap.study.measure import Study
+from photonmap.study.metrics import counted_pixels
 from photonmap.study.point import Settings
 from photonmap.study.reference import Reference
 
@@ -97,10 +99,17 @@ def run_sweeps(study: Study, extent: Extent) -> None:
 
     Raises
     ------
+    InputError
+        if no pixel counts, so that there is no error to speak of
     KeyboardInterrupt
         at Ctrl-C; the study keeps its points
     """
     pilot, _ = study.render(replace(study.base, passes=_PILOT))
+    if not counted_pixels(pilot).any():
+        raise InputError(
+            f"{study.name}: no pixel shows surfaces alone that do not emit, so there is no error to "
+            f"study; point the camera at some"
+        )
     pace = pilot.record["seconds"]["render"] / _PILOT
     for sweep, run in (
         ("reference", _reference),
