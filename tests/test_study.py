@@ -6,7 +6,10 @@ import csv
 import dataclasses
 import io
 import math
+import signal
 import struct
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -373,6 +376,22 @@ def test_ctrl_c_keeps_what_is_done(tmp_path, monkeypatch, capsys):
     with pytest.raises(KeyboardInterrupt):
         run(scene, *options, "--output", tmp_path / "none")
     assert not (tmp_path / "none").exists()
+
+
+def test_ctrl_c_in_a_real_process(tmp_path):
+    command = [sys.executable, "-m", "photonmap", "study", f"{pm.scenes.FOLDER}/cornell_box.obj"]
+    with subprocess.Popen(
+        [*command, "--size", "8x8", "--minutes", "60", "--output", tmp_path / "box"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        lines = iter(process.stderr.readline, "")
+        assert any("pass " in line for line in lines)  # of the pilot, or of the reference
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_study_is_written_whole_or_not_at_all(tmp_path, monkeypatch):

@@ -105,9 +105,11 @@ def run_sweeps(study: Study, extent: Extent) -> None:
         at Ctrl-C; the study keeps its points
     """
     pilot, _ = study.render(replace(study.base, passes=_PILOT))
+    if pilot.record["interrupted"]:
+        raise KeyboardInterrupt
     if not counted_pixels(pilot).any():
         raise InputError(
-            f"{study.name}: no pixel shows surfaces alone that do not emit, so there is no error to "
+            f"{study.name}: no pixel shows surfaces alone that do not emit: there is no error to "
             f"study; point the camera at some"
         )
     pace = pilot.record["seconds"]["render"] / _PILOT
