@@ -23,6 +23,7 @@ class About:
     pairs : names and values of settings and machine
     why : reasons for effects, by name
     clock : what seconds are
+    repeats : of renders that are compared
     """
 
     title: str
@@ -32,6 +33,7 @@ class About:
     pairs: list[tuple[str, str]]
     why: dict[str, str]
     clock: str
+    repeats: str
 
 
 def describe_study(
@@ -62,11 +64,12 @@ def describe_study(
         ("clock", clock),
         ("versions", ", ".join(f"{name} {v}" for name, v in machine["versions"].items())),
     ]
+    repeats = f"{extent.repeats} run{'s' * (extent.repeats > 1)}"
     why = {name: effect["why"] for name, effect in record["effects"].items()}
     subtitle = f"{width}×{height} pixels, {bands} unless stated, {triangles} triangles; " + (
         f"{machine['processor']}, {record['arguments']['threads']} threads"
     )
-    return About(study.name, subtitle, bands, interrupted, pairs, why, clock)
+    return About(study.name, subtitle, bands, interrupted, pairs, why, clock, repeats)
 
 
 def _reference(study: Study) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from photonmap.budget import LEAST_PASSES
 from photonmap.study.about import About
 from photonmap.study.color import MANY
 from photonmap.study.drawing import as_svg
@@ -41,6 +42,7 @@ def write_page(found: Findings, about: About, figures: dict[str, Figure]) -> str
         sentences=recommend(found.laws, found.base),
         targets=[f"{100 * target:g}%" for target in TARGETS],
         many=MANY,
+        least=LEAST_PASSES,
         laws=[_law_row(law, found) for law in found.laws],
         figures={name: as_svg(figure, name) for name, figure in figures.items()},
         facts=_facts(found),

@@ -170,13 +170,13 @@ def _draw_resolution(axes: Axes, found: Findings) -> None:
         pixels.append(width * height)
         seconds.append(point.seconds)
         mark(axes, pixels[-1], seconds[-1], index, color=PHOTON)
-        write(axes, f"{width}×{height}", pixels[-1], seconds[-1], xytext=(0, 10), ha="center")
+        write(axes, f"{width}×{height}", pixels[-1], seconds[-1], xytext=(0, -12), ha="center")
     if law := fit_power(pixels[-2:], seconds[-2:]):
         ends = pixels[-2:]
         axes.plot(ends, [law.at(end) for end in ends], color=PHOTON, lw=1.2, alpha=0.6)
         middle = math.sqrt(ends[0] * ends[1])
         text = f"exponent {law.exponent:.2f}"
-        write(axes, text, middle, law.at(middle), PHOTON, xytext=(8, -8))
+        write(axes, text, middle, law.at(middle), PHOTON, xytext=(-8, 4), ha="right")
     style(axes, f"resolution, {_passes(found, 'resolution')} passes", "pixels", "seconds")
 
 
