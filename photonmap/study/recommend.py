@@ -86,9 +86,9 @@ class Correction:
         ]
         return cls(statistics.median(ratios), own_error) if ratios else told
 
-    def is_told(self, point: Point, buffer: str = BUFFER) -> bool:
+    def is_told(self, point: Point) -> bool:
         """Tell whether a point's true error is above the reference's own."""
-        return point.true.get(buffer, 0.0) > self.own_error and point.stated[buffer] > 0.0
+        return point.true.get(BUFFER, 0.0) > self.own_error and point.stated[BUFFER] > 0.0
 
     def error(self, point: Point) -> float:
         """Return the true error of a point's noise where it is told, or else the corrected one."""

@@ -15,11 +15,11 @@ from photonmap.study.point import Settings
 from photonmap.study.reference import Reference
 
 SHARES = {
-    "reference": 0.24,
-    "passes": 0.15,
+    "reference": 0.22,
+    "passes": 0.2,
     "path": 0.11,
-    "bands": 0.26,
-    "photons": 0.07,
+    "bands": 0.24,
+    "photons": 0.06,
     "resolution": 0.07,
     "choices": 0.1,
 }
