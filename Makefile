@@ -2,7 +2,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 INSTALLED := .venv/installed
 
-.PHONY: demo test lint fuzz kernels-checked bench examples wheel clean
+.PHONY: demo test lint fuzz kernels-checked bench study examples wheel clean
 
 demo: $(INSTALLED)  ## render the Cornell box into out/
 	mkdir -p out
@@ -36,6 +36,9 @@ examples: $(INSTALLED)  ## run every example into out/
 bench: $(INSTALLED)  ## print the tables of docs/performance.md
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[bench]"
 	$(BIN)/python -m benchmarks
+
+study: $(INSTALLED)  ## measure what accuracy costs on the Cornell box into docs/study/
+	$(BIN)/python -m photonmap study scenes/cornell_box.obj --minutes 12 --output docs/study
 
 wheel: $(INSTALLED)  ## build a wheel and try it outside the checkout
 	$(BIN)/pip wheel --quiet --no-deps --wheel-dir out .

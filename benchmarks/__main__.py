@@ -4,20 +4,15 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
-import platform
 import sys
 import time
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-import psutil
-
 from benchmarks.options import Options
 from benchmarks.table import markdown, show
-from benchmarks.timing import Others
-from photonmap.record import describe_versions
+from photonmap.study.machine import DISTURBED, Others, describe_machine
 
 NAMES = (
     "rays",
@@ -35,8 +30,6 @@ NAMES = (
     "profile",
 )
 ROOT = Path(__file__).parent.parent
-DISTURBED = 0.1
-"""Share of all processors that other programs may take before a warning is due."""
 
 
 def main() -> int:
@@ -66,16 +59,6 @@ def main() -> int:
     arguments.output.with_suffix(".md").write_text("\n".join(pages))
     print(f"{time.perf_counter() - begin:.0f} s in all: {arguments.output}")
     return 0
-
-
-def describe_machine() -> dict[str, Any]:
-    """Return what the numbers depend on."""
-    return {
-        "system": f"{platform.system()} {platform.machine()}",
-        "processors": os.cpu_count(),
-        "load_before": psutil.getloadavg()[0],
-        "versions": describe_versions(),
-    }
 
 
 def _parser() -> argparse.ArgumentParser:

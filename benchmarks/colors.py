@@ -13,6 +13,7 @@ from benchmarks.options import Options
 from benchmarks.table import Table
 from photonmap.spectra.names import colour_science
 from photonmap.spectra.observer import observer
+from photonmap.study.color import differences
 
 Floats = NDArray[np.float64]
 
@@ -50,17 +51,6 @@ def _bands(options: Options) -> Table:
                 row += [off.mean(), np.percentile(off, 95)]
             table.rows.append(row)
     return table
-
-
-def differences(ours: Floats, truth: Floats) -> Floats:
-    """Return ΔE2000 of each pixel: the brightest 1% of the truth's luminance is white, D65."""
-    luminance = observer().rgb_to_xyz[1]
-    white = np.percentile(truth @ luminance, 99.0)
-    with colour_science() as colour:
-        labs = [
-            colour.XYZ_to_Lab(image / white @ observer().rgb_to_xyz.T) for image in (ours, truth)
-        ]
-        return colour.delta_E(*labs, method="CIE 2000")
 
 
 def _upsampling() -> Table:

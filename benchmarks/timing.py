@@ -1,15 +1,13 @@
-"""Clocks for a machine that others use too: interleaved repeats, and how much others took."""
+"""Clocks for a machine that others use too: interleaved repeats."""
 
 from __future__ import annotations
 
-import os
 import statistics
 import time
 from collections.abc import Callable, Sequence
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
-import psutil
 
 
 def timed(call: Callable[[], Any]) -> float:
@@ -48,29 +46,3 @@ def ratio(above: list[float], below: list[float]) -> float:
 def exponent(sizes: Sequence[float], seconds: Sequence[float]) -> float:
     """Return p of the power law seconds ~ size^p that fits best."""
     return float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
-
-
-class Others:
-    """Tells which share of all processors other programs took while it was entered."""
-
-    share = 0.0
-
-    def __enter__(self) -> Self:
-        """Begin to watch."""
-        self._machine, self._own, self._wall = _busy(), _own(), time.perf_counter()
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """Work out the share; children count as own work once they have ended."""
-        foreign = (_busy() - self._machine) - (_own() - self._own)
-        span = (time.perf_counter() - self._wall) * (os.cpu_count() or 1)
-        self.share = max(foreign / span, 0.0)
-
-
-def _busy() -> float:
-    times = psutil.cpu_times()
-    return times.user + times.system + getattr(times, "nice", 0.0)
-
-
-def _own() -> float:
-    return sum(os.times()[:4])

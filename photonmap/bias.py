@@ -19,7 +19,7 @@ from photonmap.kernels.records import FIRST_CAUSTIC, SEEN_CAUSTIC, SEEN_INDIRECT
 from photonmap.passes import Passes, window_width
 
 FIRST, EVERY = 12, 32
-"""Number of the first pass that is repeated, as is the one after it; and so on after so many passes.
+"""Number of the first pass that is repeated, as is the one after it; so many passes later, again.
 Both have cells of one size, which is what a bias depends on; shorter runs are noisy beyond it."""
 LARGEST_BLOCK, LEAST_ACROSS = 32, 4
 """Side of a block in pixels, and how many lie across the image's shorter side at least."""

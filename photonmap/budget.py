@@ -10,6 +10,8 @@ from photonmap.goal import Goal
 DEFAULT_ERROR = 0.02
 LEAST_PASSES = 16
 """Before these, a spread over passes says too little to stop on."""
+LEAST_PHOTONS = 1 << 14
+"""In a pass, unless a user says otherwise."""
 CEILING = 3600.0
 """Seconds after which a render that aims at an error stops anyway."""
 

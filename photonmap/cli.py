@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import signal
 import sys
 import time
@@ -15,14 +14,18 @@ from typing import TYPE_CHECKING, Any, TextIO
 from photonmap.errors import InputError, SceneWarning, listening
 from photonmap.options import add_render_options
 from photonmap.progress import Progress, choose_progress
-from photonmap.scene import Camera, Scene
+from photonmap.scene_options import load_chosen_scene, name_measured_sets
 
 if TYPE_CHECKING:
     from photonmap.result import Result
 
 BAD_INPUT, INTERRUPTED = 2, 130
 
-_COMMANDS = {"merge": "photonmap.merge_command", "sensors": "photonmap.sensors.command"}
+_COMMANDS = {
+    "merge": "photonmap.merge_command",
+    "sensors": "photonmap.sensors.command",
+    "study": "photonmap.study.command",
+}
 """Modules with HELP, add_arguments and run."""
 
 
@@ -74,7 +77,7 @@ def _run(options: argparse.Namespace) -> None:
 
     output = options.output or Path(options.scene).with_suffix(".exr").name
     check_output(output, options.buffers)
-    _name_measured_sets(options)
+    name_measured_sets(options)
     progress = choose_progress(options.quiet)
     try:
         result = _render(options, output, progress)
@@ -89,14 +92,12 @@ def _run(options: argparse.Namespace) -> None:
 def _render(options: argparse.Namespace, output: str, progress: Progress) -> Result:
     """Load the scene and render it; from then on Ctrl-C is ignored."""
     from photonmap.bands import Bands
-    from photonmap.readers.scene_file import load_scene
 
     bands = Bands.parse(options.bands, options.range)
     with listening() as told:
         start = time.perf_counter()
         progress.stage("load")
-        scene = load_scene(options.scene, options.missing_textures)
-        scene.camera = _camera(options, scene)
+        scene = load_chosen_scene(options)
         loading = time.perf_counter() - start
         from photonmap.render import render
 
@@ -119,33 +120,6 @@ def _checkpoint(options: argparse.Namespace, output: str) -> Path | None:
     if options.checkpoint is None and not options.resume:
         return None
     return Path(options.checkpoint or Path(output).with_suffix(".checkpoint"))
-
-
-def _name_measured_sets(options: argparse.Namespace) -> None:
-    """Let the names of colours find the sets that the flags name."""
-    from photonmap.spectra import munsell, text
-
-    if options.munsell:
-        os.environ[munsell.VARIABLE] = options.munsell
-        munsell.measured_set()
-    if options.illuminants:
-        os.environ[text.ILLUMINANTS] = options.illuminants
-        text.measured_illuminants()
-
-
-def _camera(options: argparse.Namespace, scene: Scene) -> Camera | None:
-    """Return the scene's camera with the flags' values in place of its own."""
-    given = {
-        name: getattr(options, name)
-        for name in ("origin", "target", "up", "fov")
-        if getattr(options, name) is not None
-    }
-    if not given:
-        return scene.camera
-    known = vars(scene.camera) if scene.camera else {}
-    if missing := {"origin", "target"} - {*given, *known}:
-        raise InputError(f"a camera needs --{' and --'.join(sorted(missing))} too")
-    return Camera(**{**known, **given})
 
 
 def _report(record: dict[str, Any], output: str) -> None:

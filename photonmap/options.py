@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import argparse
 
-from photonmap.arguments import limits, size, vector
+from photonmap.arguments import limits, size
 from photonmap.budget import CEILING, DEFAULT_ERROR
+from photonmap.scene_options import add_scene_options
 
 
 def add_render_options(parser: argparse.ArgumentParser) -> None:
     """Add all arguments of a render."""
-    parser.add_argument("scene", metavar="SCENE", help="OBJ file, SCENE.toml beside it; or TOML")
+    add_scene_options(parser)
     parser.add_argument("--version", action="version", version=_version())
     parser.add_argument("--quiet", action="store_true", help="print errors and warnings alone")
     _add_image(parser)
-    _add_spectra(parser)
-    _add_camera(parser)
     _add_budget(parser)
     _add_work(parser)
     _add_files(parser)
@@ -40,23 +39,6 @@ def _add_image(parser: argparse.ArgumentParser) -> None:
         default="box",
         help="samples cover the pixel (default), or all pass through its centre",
     )
-
-
-def _add_spectra(parser: argparse.ArgumentParser) -> None:
-    spectra = parser.add_argument_group("spectra")
-    spectra.add_argument(
-        "--munsell", metavar="PATH", help="measured chips for munsell: (or $PHOTONMAP_MUNSELL)"
-    )
-    spectra.add_argument(
-        "--illuminants", metavar="PATH", help="measured lights for sfu: (or $PHOTONMAP_ILLUMINANTS)"
-    )
-
-
-def _add_camera(parser: argparse.ArgumentParser) -> None:
-    camera = parser.add_argument_group("camera", "in place of the one in SCENE.toml")
-    for name in ("origin", "target", "up"):
-        camera.add_argument(f"--{name}", type=vector, metavar="x,y,z", help="scene units")
-    camera.add_argument("--fov", type=float, metavar="DEG", help="full vertical angle (default 40)")
 
 
 def _add_budget(parser: argparse.ArgumentParser) -> None:
@@ -100,12 +82,6 @@ def _add_work(parser: argparse.ArgumentParser) -> None:
 
 def _add_files(parser: argparse.ArgumentParser) -> None:
     files = parser.add_argument_group("files")
-    files.add_argument(
-        "--missing-textures",
-        choices=("error", "grey"),
-        default="error",
-        help="what becomes of an MTL file's textures that cannot be read (default: error)",
-    )
     files.add_argument("--output", metavar="FILE.exr", help="default: SCENE's name, here")
     files.add_argument(
         "--buffers",

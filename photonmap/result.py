@@ -309,9 +309,14 @@ class Result:
             return 1.0
         return float(_SHOWN_AS / np.percentile(luminance[counted], _PERCENTILE))
 
-    def preview(self) -> NDArray[np.uint8]:
-        """Return `radiance` × `exposure`, cut to [0, 1], as 8-bit sRGB: (H, W, 3) uint8."""
-        exposure = np.float64(self.exposure)
+    def preview(self, exposure: float | None = None) -> NDArray[np.uint8]:
+        """Return `radiance` × exposure, cut to [0, 1], as 8-bit sRGB: (H, W, 3) uint8.
+
+        Parameters
+        ----------
+        exposure : None takes the image's own; another image's makes the two comparable
+        """
+        exposure = np.float64(self.exposure if exposure is None else exposure)
         rgb = np.nan_to_num(self.rgb(), copy=False)
         image = np.empty(rgb.shape, np.uint8)
         for line, row in zip(image, rgb, strict=True):

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from photonmap.bands import Bands
-from photonmap.budget import Budget
+from photonmap.budget import LEAST_PHOTONS, Budget
 from photonmap.effects import parse_effects
 from photonmap.errors import InputError
 from photonmap.kernels.records import Film
@@ -17,7 +17,6 @@ from photonmap.kernels.records import Film
 LARGEST_SIDE = 1 << 16
 MOST_PHOTONS = 1 << 32
 MOST_THREADS = 1024
-LEAST_PHOTONS = 1 << 14
 
 Method = Literal["photon", "path"]
 Pixel = Literal["box", "center"]

@@ -1,5 +1,9 @@
 """Scenes shared by the tests: Cornell boxes and closed forms."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 import trimesh
@@ -52,6 +56,21 @@ def furnace():
         return pm.Scene([closed_box(material)], camera=camera, name="furnace")
 
     return make
+
+
+@pytest.fixture(scope="session")
+def study_folder(tmp_path_factory):
+    """A quick study of the Cornell box, by the real command in a real process."""
+    folder = tmp_path_factory.mktemp("study") / "box"
+    scene = Path(pm.scenes.FOLDER) / "cornell_box.obj"
+    command = [sys.executable, "-m", "photonmap", "study", scene, "--quick", "--minutes", "0.05"]
+    done = subprocess.run(
+        [*command, "--output", folder], capture_output=True, text=True, timeout=600, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    (folder.parent / "stdout").write_text(done.stdout)
+    (folder.parent / "stderr").write_text(done.stderr)
+    return folder
 
 
 def assert_within(values, truth, error, sigmas=4.0, slack=1e-6):
