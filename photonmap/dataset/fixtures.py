@@ -126,6 +126,24 @@ def pendant(palette: Palette, radius: float, cord: float) -> Thing:
     return Thing("pendant lamp", parts)
 
 
+def shade_lamp(palette: Palette, radius: float, cord: float) -> Thing:
+    """Return a shade, open below, on a cord that ends at the ceiling, y = 0; a disc glows in it."""
+    tall, wall, y = 0.7 * radius, 0.006, -cord - 0.7 * radius
+    outer = curve([(radius, 0.0), (0.45 * radius, 0.8 * tall), (0.04, tall)], 24)
+    inner = curve(
+        [(0.0, tall - wall), (0.45 * radius, 0.8 * tall - wall), (radius - wall, 0.0)], 24
+    )
+    shade = lathe(inner, [inner[-1], outer[0]], outer, [outer[-1], (0.0, tall)])
+    disc = lathe([(0.0, 0.2 * tall), (0.8 * radius, 0.2 * tall)], segments=32)
+    parts = [
+        at(cylinder(0.004, cord, 0.001, 12), 0.0, -cord, 0.0, palette.grey(3)),
+        at(cylinder(0.05, 0.025, 0.008, 32), 0.0, -0.025, 0.0, palette.grey(8)),
+        at(shade, 0.0, y, 0.0, palette.glazed(palette.accent())),
+        Part(disc.moved((0.0, y, 0.0)), palette.grey(8), LAMP),
+    ]
+    return Thing("pendant lamp", parts)
+
+
 def ceiling_panel(palette: Palette, width: float, depth: float) -> Thing:
     """Return a flat lamp below the ceiling, y = 0."""
     half = (0.5 * width, 0.5 * depth)

@@ -142,7 +142,7 @@ def build_object(name: str, rng: Random, palette: Palette) -> Setting:
         place = center + _REACH * _direction(azimuth, elevation)
         panels.append(Thing(group, [Part(panel(place, center, side), palette.grey(2), group)]))
     radiances = {group: radiance_of(panels, group, center[None]) for group in _LIGHTS}
-    return Setting(name, [backdrop, thing, *panels], camera, radiances, [thing.name])
+    return Setting(name, [backdrop, thing, *panels], camera, radiances, ("backdrop", *_LIGHTS))
 
 
 def frame(thing: Thing, center: np.ndarray, view: np.ndarray) -> Camera:
@@ -176,9 +176,7 @@ def sweep(width: float, behind: float, tall: float, bend: float = 0.5) -> Shape:
     """Return a floor that bends up into a wall behind the origin, metres."""
     turn = arc((-behind + bend, bend), bend, 270.0, 180.0, 24)
     line = np.concatenate([[(1.8, 0.0)], turn, [(-behind, tall)]])
-    vertices = np.concatenate(
-        [np.stack([np.full(len(line), x), line[:, 1], line[:, 0]], 1) for x in (width, -width)]
-    ).reshape(2, len(line), 3)
-    vertices = vertices.transpose(1, 0, 2).reshape(-1, 3)
+    sides = [np.stack([np.full(len(line), x), line[:, 1], line[:, 0]], 1) for x in (width, -width)]
+    vertices = np.stack(sides, axis=1).reshape(-1, 3)
     faces = lattice(len(line), 2)[:, ::-1]
     return Shape(vertices, faces, smooth_normals(vertices, faces))

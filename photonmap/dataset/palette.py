@@ -39,9 +39,9 @@ def _chips_within(
 ) -> tuple[list[str], NDArray[np.float64]]:
     """Return names and hues of the chips within ranges of value and chroma."""
     names, rows = chips()
-    fits = (rows[:, 1:] >= (value[0], chroma[0])).all(axis=1)
-    fits &= (rows[:, 1:] <= (value[1], chroma[1])).all(axis=1)
-    return [name for name, fit in zip(names, fits, strict=True) if fit], rows[fits, 0]
+    low, high = np.array([value, chroma]).T
+    fits = np.flatnonzero(((rows[:, 1:] >= low) & (rows[:, 1:] <= high)).all(axis=1))
+    return [names[row] for row in fits], rows[fits, 0]
 
 
 class Palette:

@@ -16,12 +16,13 @@ from photonmap.dataset.shapes import Shape, box, rotation, sheet
 from photonmap.dataset.solids import Random
 from photonmap.dataset.things import Part, Thing, bounds_of, overlap
 from photonmap.scene import Camera, Material
+from photonmap.vectors import Vector
 
 BACK, LEFT, RIGHT, FRONT = "back", "left", "right", "front"
 _TURNS = {BACK: 0.0, LEFT: 90.0, FRONT: 180.0, RIGHT: -90.0}
 """Degrees by which what faces +z is turned to stand before a wall."""
-SHELL = ("floor", "ceiling", "walls", "skirting")
-"""Names of what makes up the room itself."""
+BACKDROP = ("floor", "ceiling", "walls", "skirting", "window")
+"""Kinds of things that make up the room itself."""
 _GAP = 0.03
 """Metres between walls and furniture."""
 _CLEAR = 0.45
@@ -56,10 +57,11 @@ class Room:
         self._windows: dict[str, list[tuple[float, float, float, float]]] = {}
         self._camera: Camera | None = None
 
-    def look(self, origin: Sequence[float], target: Sequence[float], fov: float = 52.0) -> None:
+    def look(self, origin: Vector, target: Vector, fov: float = 52.0) -> None:
         """Put the camera, about here; nothing will stand in its way."""
         moved = np.array(origin) + self.rng.uniform(-0.08, 0.08, 3) * (1.0, 0.5, 1.0)
-        self._camera = Camera(tuple(moved.tolist()), tuple(map(float, target)), fov=fov)
+        x, y, z = moved.tolist()
+        self._camera = Camera((x, y, z), target, fov=fov)
         free = np.stack([moved - _CLEAR, moved + _CLEAR])
         free[0, 1] = 0.0
         self._boxes.append(free[None])
@@ -142,8 +144,7 @@ class Room:
         radiances = {
             group: radiance_of(things, group, points, _BOUNCED / surface) for group in groups
         }
-        objects = [thing.name for thing in self.things if thing.name != "window"]
-        return Setting(self.name, things, self._camera, radiances, objects)
+        return Setting(self.name, things, self._camera, radiances, BACKDROP)
 
     def _before(self, wall: str, along: float, gap: float) -> tuple[float, float]:
         """Return x and z of a place before a wall."""

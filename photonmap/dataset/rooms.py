@@ -17,46 +17,39 @@ from photonmap.dataset.furnished import (
 )
 from photonmap.dataset.palette import Palette
 from photonmap.dataset.placing import centered, in_row, scatter
-from photonmap.dataset.room import BACK, LEFT, RIGHT, Room, plain, planks, tiles
+from photonmap.dataset.room import BACK, FRONT, LEFT, RIGHT, Room, plain, planks, tiles
 from photonmap.dataset.setting import Setting
 from photonmap.dataset.solids import Random
 from photonmap.dataset.things import Support
 
 
 def living_room(rng: Random, palette: Palette) -> Setting:
-    """Sofa and armchair around a low table, in the light of a window."""
+    """Build a sofa and an armchair around a low table, in the light of two windows."""
     room = Room("living_room", rng, palette, 5.0, 4.6, 2.6)
-    room.look((1.85, 1.45, 2.0), (-0.5, 0.72, -1.1))
+    room.look((2.0, 1.45, 1.95), (-0.35, 0.72, -1.1), 55.0)
     room.window(LEFT, 0.1, 0.85, 1.7, 1.35)
+    room.window(FRONT, 0.6, 0.85, 1.6, 1.35)
     for side in (-1.25, 1.25):
         room.hang([fixtures.curtain(palette, rng, 0.55, 2.35)], LEFT, 0.1 + side, 0.05)
     room.lay(furniture.rug(palette, 2.3, 1.7), -0.35, -0.25)
-    room.against([seating.sofa(rng, palette, 3)], BACK, -0.35)
+    room.against([seating.sofa(rng, palette, 3)], BACK, -0.5)
+    room.put([seating.sofa(rng, palette, 1)], -1.95, -0.5, 90.0)
     table = furniture.round_table(palette, 0.48, 0.42)
-    pile_of = pile(rng, palette, table.supports[0], 2, [])
-    room.put(
-        laden(
-            rng,
-            table,
-            [lambda: vessels.bowl(rng, palette, 0.13), lambda: vessels.cup(rng, palette)],
-            first=pile_of,
-        ),
-        -0.35,
-        -0.25,
-    )
-    room.put([seating.sofa(rng, palette, 1)], -1.65, 0.95, 115.0)
-    room.put([fixtures.floor_lamp(palette)], 1.15, -1.9)
-    board = furniture.cabinet(palette, 1.2, 0.75, 3)
-    room.against(laden(rng, board, ware(rng, palette, 5)), RIGHT, -0.75)
+    read = pile(rng, palette, table.supports[0], 2, [])
+    ware_on_it = [lambda: vessels.bowl(rng, palette, 0.13), lambda: vessels.cup(rng, palette)]
+    room.put(laden(rng, table, ware_on_it, first=read), -0.35, -0.25)
+    shelf = furniture.shelf(palette, 1.05, 1.7, 5)
+    room.against(filled_shelf(rng, palette, shelf, 0.5), BACK, 1.75)
+    room.put([fixtures.floor_lamp(palette)], 0.93, -1.95)
     room.put([fixtures.plant(rng, palette, 0.95)], -2.05, -1.75)
-    for along, wide, tall in ((-0.85, 0.8, 0.6), (0.2, 0.55, 0.7)):
+    for along, wide, tall in ((-1.0, 0.8, 0.6), (0.05, 0.55, 0.7)):
         room.hang([fixtures.picture(rng, palette, wide, tall)], BACK, along, 1.4)
-    room.hang([fixtures.looking_glass(palette, 0.32)], RIGHT, -0.75, 1.2)
-    return room.finish(WINDOW, planks, (palette.chip(palette.key, (6, 7), (2, 6)), palette.grey(8)))
+    walls = palette.chip(palette.key, (6, 7), (2, 6)), palette.grey(7)
+    return room.finish(WINDOW, planks, walls)
 
 
 def study(rng: Random, palette: Palette) -> Setting:
-    """A desk with a lamp, and shelves of books."""
+    """Build a desk with a lamp, and shelves of books."""
     room = Room("study", rng, palette, 4.2, 4.0, 2.6)
     room.look((-1.55, 1.5, 1.65), (0.42, 0.86, -1.0), 54.0)
     room.window(LEFT, 0.35, 0.9, 1.3, 1.3)
@@ -86,7 +79,7 @@ def study(rng: Random, palette: Palette) -> Setting:
 
 
 def dining_room(rng: Random, palette: Palette) -> Setting:
-    """A laid table with chairs around it, below a lantern."""
+    """Build a laid table with chairs around it, below a lamp."""
     room = Room("dining_room", rng, palette, 4.8, 4.8, 2.7)
     room.look((-1.9, 1.6, 2.05), (0.12, 0.72, -0.6), 50.0)
     room.window(RIGHT, -0.2, 0.9, 1.8, 1.4)
@@ -112,21 +105,21 @@ def dining_room(rng: Random, palette: Palette) -> Setting:
         room.put(
             [seating.chair(palette)], 0.1 + x, -0.3 + z, turn + float(rng.uniform(-8.0, 8.0)), 0.02
         )
-    room.suspend(fixtures.pendant(palette, 0.22, 0.75), 0.1, -0.3)
+    room.suspend(fixtures.shade_lamp(palette, 0.3, 0.75), 0.1, -0.3)
     board = furniture.cabinet(palette, 1.8, 0.85, 4)
     room.against(laden(rng, board, ware(rng, palette, 7)), BACK, 0.0)
     room.hang([fixtures.picture(rng, palette, 1.25, 0.75)], BACK, 0.0, 1.4)
     room.put([fixtures.plant(rng, palette, 1.0)], 1.9, -1.95)
     room.put([fixtures.plant(rng, palette, 0.8)], -1.95, -1.95)
-    return room.finish(LAMP, planks, (palette.chip(None, (6, 7), (4, 6)), palette.grey(8)))
+    return room.finish(LAMP, planks, (palette.chip(None, (6, 7), (4, 6)), palette.grey(7)))
 
 
 def kitchen(rng: Random, palette: Palette) -> Setting:
-    """Cupboards below a window, boards with ware, a round table with stools."""
+    """Build cupboards below a window, boards with ware, a round table with stools."""
     room = Room("kitchen", rng, palette, 4.2, 4.0, 2.6)
     room.look((1.5, 1.55, 1.65), (-0.35, 0.85, -1.0), 54.0)
     room.window(BACK, -0.5, 1.15, 1.2, 1.05)
-    colors = palette.wood(), palette.fabric()
+    colors = palette.wood(), palette.chip(None, (5, 7), (4, 8))
     counter = furniture.cabinet(palette, 2.4, 0.9, 4, 0.6, colors)
     room.against(laden(rng, counter, ware(rng, palette, 8)), BACK, -0.6)
     tall = furniture.cabinet(palette, 0.75, 2.0, 1, 0.6, colors)
@@ -145,11 +138,11 @@ def kitchen(rng: Random, palette: Palette) -> Setting:
         room.put([seating.stool(palette)], x, z)
     room.suspend(fixtures.ceiling_panel(palette, 1.2, 0.5), 0.0, 0.0)
     room.hang([fixtures.clock(palette)], BACK, 0.42, 1.75)
-    return room.finish(WINDOW, tiles, (palette.chip(25.0, (7, 8), (2, 6), 10.0), palette.grey(8)))
+    return room.finish(LAMP, tiles, (palette.chip(25.0, (7, 8), (2, 6), 10.0), palette.grey(7)))
 
 
 def bedroom(rng: Random, palette: Palette) -> Setting:
-    """A bed between two lamps."""
+    """Build a bed between two lamps."""
     room = Room("bedroom", rng, palette, 4.4, 4.6, 2.6)
     room.look((-1.75, 1.5, 2.0), (0.3, 0.62, -0.9), 52.0)
     room.window(LEFT, 0.9, 0.85, 1.5, 1.35)
@@ -165,8 +158,8 @@ def bedroom(rng: Random, palette: Palette) -> Setting:
     room.lay(furniture.rug(palette, 1.5, 0.9, 9), 0.0, 0.95)
     room.put([toys.ball(rng, palette, 0.12)], 0.35, 0.95)
     chest = furniture.cabinet(palette, 1.1, 0.85, 2)
-    room.against(laden(rng, chest, ware(rng, palette, 5)), RIGHT, 0.15)
-    room.hang([fixtures.looking_glass(palette, 0.34)], RIGHT, 0.15, 1.25)
+    room.against(laden(rng, chest, ware(rng, palette, 5)), RIGHT, -0.35)
+    room.hang([fixtures.looking_glass(palette, 0.34)], RIGHT, -0.35, 1.25)
     room.hang([fixtures.picture(rng, palette, 1.1, 0.6)], BACK, 0.25, 1.45)
     room.put([fixtures.plant(rng, palette, 0.9)], -1.75, -1.85)
     room.put([seating.stool(palette)], -1.2, -0.2)
@@ -178,7 +171,7 @@ def bedroom(rng: Random, palette: Palette) -> Setting:
 
 
 def playroom(rng: Random, palette: Palette) -> Setting:
-    """Toys on a rug, a low table and a shelf."""
+    """Scatter toys on a rug, a low table and a shelf."""
     room = Room("playroom", rng, palette, 4.4, 4.0, 2.6)
     room.look((1.45, 1.3, 1.65), (-0.25, 0.42, -0.75), 52.0)
     room.window(RIGHT, -0.5, 0.85, 1.5, 1.25)
@@ -203,21 +196,21 @@ def playroom(rng: Random, palette: Palette) -> Setting:
     for along, wide in ((-0.8, 0.6), (0.25, 0.8)):
         room.hang([fixtures.picture(rng, palette, wide, 0.55)], BACK, along, 1.5)
     room.hang([fixtures.picture(rng, palette, 0.7, 0.5)], LEFT, 0.5, 1.35)
-    room.put([fixtures.floor_lamp(palette)], 1.4, -1.6)
+    room.suspend(fixtures.pendant(palette, 0.2, 0.35), 0.35, -0.5)
     return room.finish(WINDOW, plain, (palette.chip(palette.key, (7, 8), (4, 6)), palette.pale()))
 
 
 def gallery(rng: Random, palette: Palette) -> Setting:
-    """Sculpture on plinths and pictures on white walls."""
+    """Stand sculpture on plinths before pictures on white walls."""
     room = Room("gallery", rng, palette, 6.0, 5.0, 3.0)
-    room.look((0.4, 1.6, 2.15), (-0.05, 1.12, -1.0), 50.0)
+    room.look((0.45, 1.6, 2.2), (0.08, 1.1, -1.0), 54.0)
     room.window(LEFT, 0.2, 0.9, 2.2, 1.7)
     spots = (
-        (-1.75, -0.7, 0.9),
-        (-0.75, -1.35, 1.1),
-        (0.4, -0.5, 0.8),
-        (1.35, -1.4, 1.15),
-        (2.05, -0.2, 0.95),
+        (-1.6, -0.75, 0.9),
+        (-0.7, -1.35, 1.1),
+        (0.3, -0.5, 0.8),
+        (1.15, -1.4, 1.15),
+        (1.65, -0.35, 0.95),
     )
     for make, (x, z, tall) in zip(sculptures(rng, palette, 5, 0.34), spots, strict=True):
         plinth = furniture.plinth(palette, 0.44, tall * float(rng.uniform(0.92, 1.08)))
@@ -229,13 +222,11 @@ def gallery(rng: Random, palette: Palette) -> Setting:
         room.hang([fixtures.picture(rng, palette, 1.0, 1.2)], RIGHT, along, 1.1)
     for x in (-1.5, 1.5):
         room.suspend(fixtures.ceiling_panel(palette, 0.5, 2.6), x, -0.3)
-    bench = furniture.table(palette, 1.3, 0.4, 0.44, 0.07)
-    room.put([bench], -1.2, 0.55, 20.0)
     return room.finish(LAMP, planks, (palette.grey(8), palette.grey(8)))
 
 
 def library(rng: Random, palette: Palette) -> Setting:
-    """Walls of books, an armchair and a lamp to read by."""
+    """Line walls with books around an armchair and a lamp to read by."""
     room = Room("library", rng, palette, 4.4, 4.2, 2.8)
     room.look((1.5, 1.5, 1.75), (-0.45, 0.85, -1.0), 52.0)
     room.window(RIGHT, 0.1, 0.8, 1.6, 1.6)
@@ -254,14 +245,14 @@ def library(rng: Random, palette: Palette) -> Setting:
     room.put(pile(rng, palette, floor, 4, []), 0.55, 0.45, 20.0)
     room.put(
         laden(rng, furniture.plinth(palette, 0.36, 0.9), sculptures(rng, palette, 1, 0.2)),
-        -1.85,
-        0.55,
+        -1.7,
+        -0.12,
     )
     return room.finish(WINDOW, planks, (palette.grey(7), palette.chip(palette.key, (6, 7), (2, 4))))
 
 
 def pottery(rng: Random, palette: Palette) -> Setting:
-    """A workshop: ware on a bench, on boards and on the floor."""
+    """Build a workshop: ware on a bench, on boards and on the floor."""
     room = Room("pottery", rng, palette, 4.8, 4.2, 2.7)
     room.look((-1.6, 1.55, 1.75), (0.25, 0.85, -0.9), 52.0)
     room.window(LEFT, 0.5, 0.9, 1.8, 1.3)
