@@ -134,7 +134,7 @@ def shade_lamp(palette: Palette, radius: float, cord: float) -> Thing:
         [(0.0, tall - wall), (0.45 * radius, 0.8 * tall - wall), (radius - wall, 0.0)], 24
     )
     shade = lathe(inner, [inner[-1], outer[0]], outer, [outer[-1], (0.0, tall)])
-    disc = lathe([(0.0, 0.2 * tall), (0.8 * radius, 0.2 * tall)], segments=32)
+    disc = lathe([(0.0, 0.02), (0.9 * radius, 0.02)], segments=32)
     parts = [
         at(cylinder(0.004, cord, 0.001, 12), 0.0, -cord, 0.0, palette.grey(3)),
         at(cylinder(0.05, 0.025, 0.008, 32), 0.0, -0.025, 0.0, palette.grey(8)),

@@ -113,16 +113,17 @@ def zigzag(base: float, count: int, depth: float) -> Field:
 
 def dots(rng: Random, shape: Shape, radius: float, count: int) -> Field:
     """Return a field that is negative within balls around points of a shape, kept apart."""
-    chosen = [shape.vertices[rng.integers(len(shape.vertices))]]
-    for point in shape.vertices[rng.permutation(len(shape.vertices))]:
-        if np.linalg.norm(np.array(chosen) - point, axis=1).min() > 2.6 * radius:
-            chosen.append(point)
-        if len(chosen) == count:
-            break
+    candidates = shape.vertices[rng.integers(0, len(shape.vertices), 40 * count)]
+    free, chosen = np.ones(len(candidates), bool), []
+    while free.any() and len(chosen) < count:
+        point = candidates[np.argmax(free)]
+        chosen.append(point)
+        free &= ((candidates - point) ** 2).sum(axis=1) > (2.6 * radius) ** 2
     centers = np.array(chosen)
 
     def field(points: Floats) -> Floats:
-        return np.linalg.norm(points[:, None] - centers, axis=2).min(axis=1) - radius
+        square = (points**2).sum(axis=1)[:, None] + (centers**2).sum(axis=1)
+        return np.sqrt(np.maximum(square - 2.0 * points @ centers.T, 0.0).min(axis=1)) - radius
 
     return field
 

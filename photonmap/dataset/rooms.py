@@ -105,13 +105,15 @@ def dining_room(rng: Random, palette: Palette) -> Setting:
         room.put(
             [seating.chair(palette)], 0.1 + x, -0.3 + z, turn + float(rng.uniform(-8.0, 8.0)), 0.02
         )
-    room.suspend(fixtures.shade_lamp(palette, 0.3, 0.75), 0.1, -0.3)
+    room.suspend(fixtures.shade_lamp(palette, 0.32, 0.45), 0.1, -0.3)
     board = furniture.cabinet(palette, 1.8, 0.85, 4)
     room.against(laden(rng, board, ware(rng, palette, 7)), BACK, 0.0)
     room.hang([fixtures.picture(rng, palette, 1.25, 0.75)], BACK, 0.0, 1.4)
     room.put([fixtures.plant(rng, palette, 1.0)], 1.9, -1.95)
     room.put([fixtures.plant(rng, palette, 0.8)], -1.95, -1.95)
-    return room.finish(LAMP, planks, (palette.chip(None, (6, 7), (4, 6)), palette.grey(7)))
+    return room.finish(
+        LAMP, planks, (palette.chip(None, (6, 7), (4, 6)), palette.chip(22.0, (7, 7), (2, 2)))
+    )
 
 
 def kitchen(rng: Random, palette: Palette) -> Setting:
@@ -210,7 +212,7 @@ def gallery(rng: Random, palette: Palette) -> Setting:
         (-0.7, -1.35, 1.1),
         (0.3, -0.5, 0.8),
         (1.15, -1.4, 1.15),
-        (1.65, -0.35, 0.95),
+        (1.45, -0.3, 0.95),
     )
     for make, (x, z, tall) in zip(sculptures(rng, palette, 5, 0.34), spots, strict=True):
         plinth = furniture.plinth(palette, 0.44, tall * float(rng.uniform(0.92, 1.08)))
@@ -228,12 +230,12 @@ def gallery(rng: Random, palette: Palette) -> Setting:
 def library(rng: Random, palette: Palette) -> Setting:
     """Line walls with books around an armchair and a lamp to read by."""
     room = Room("library", rng, palette, 4.4, 4.2, 2.8)
-    room.look((1.5, 1.5, 1.75), (-0.45, 0.85, -1.0), 52.0)
+    room.look((1.5, 1.5, 1.75), (-0.4, 0.9, -1.0), 54.0)
     room.window(RIGHT, 0.1, 0.8, 1.6, 1.6)
-    for along in (-1.65, -0.6, 0.45, 1.5):
-        shelf = furniture.shelf(palette, 1.0, 2.2, 7, 0.28)
+    for along in (-1.65, -0.6, 0.45):
+        shelf = furniture.shelf(palette, 1.0, 1.92, 6, 0.28)
         room.against(filled_shelf(rng, palette, shelf, 0.85), BACK, along)
-    shelf = furniture.shelf(palette, 1.0, 2.2, 7, 0.28)
+    shelf = furniture.shelf(palette, 1.0, 1.92, 6, 0.28)
     room.against(filled_shelf(rng, palette, shelf, 0.85), LEFT, 0.85)
     room.lay(furniture.rug(palette, 2.2, 1.6, 9), -0.35, -0.1)
     room.put([seating.sofa(rng, palette, 1)], -0.85, -0.3, 48.0)
@@ -241,6 +243,8 @@ def library(rng: Random, palette: Palette) -> Setting:
     stack = pile(rng, palette, table.supports[0], 3, [])
     room.put(laden(rng, table, [lambda: vessels.cup(rng, palette)], first=stack), 0.3, 0.05)
     room.put([fixtures.floor_lamp(palette)], 0.2, -1.05)
+    room.put([fixtures.plant(rng, palette, 1.0)], 1.55, -1.55)
+    room.hang([fixtures.picture(rng, palette, 0.6, 0.8)], BACK, 1.5, 1.4)
     floor = Support((-0.2, 0.2), (-0.2, 0.2), 0.0)
     room.put(pile(rng, palette, floor, 4, []), 0.55, 0.45, 20.0)
     room.put(
@@ -258,19 +262,22 @@ def pottery(rng: Random, palette: Palette) -> Setting:
     room.window(LEFT, 0.5, 0.9, 1.8, 1.3)
     bench = furniture.trestle(palette, 2.0, 0.8)
     group = laden(rng, bench, ware(rng, palette, 14))
-    group += scatter(rng, bench.supports[1], ware(rng, palette, 8))
+    group += scatter(rng, bench.supports[1], ware(rng, palette, 6))
     room.put(group, 0.35, -0.35, float(rng.uniform(-6.0, 6.0)))
     for height in (0.95, 1.4, 1.85):
         board = furniture.wall_board(palette, 3.0, 0.26)
-        row = in_row(rng, board.supports[0], ware(rng, palette, 18), (0.04, 0.12))
+        row = in_row(rng, board.supports[0], ware(rng, palette, 18), (0.07, 0.2))
         room.hang([board, *row], BACK, 0.2, height)
-    shelf = furniture.shelf(palette, 1.2, 1.8, 5, 0.36)
+    shelf = furniture.shelf(palette, 1.2, 1.8, 4, 0.36)
     room.against(filled_shelf(rng, palette, shelf, 0.0), RIGHT, -0.4)
     low = furniture.cabinet(palette, 2.0, 0.75, 4, 0.4)
     room.against(laden(rng, low, ware(rng, palette, 4)), BACK, 0.2)
     for x, z in ((-0.55, 0.5), (0.6, 0.55)):
         room.put([seating.stool(palette)], x, z)
-    tall = [vessels.decorate(rng, palette, "vase", vessels.vase_shape(rng, 0.55)) for _ in range(3)]
+    tall = [
+        vessels.decorate(rng, palette, "vase", vessels.vase_shape(rng, 0.55, detail=vessels.MEDIUM))
+        for _ in range(3)
+    ]
     for thing, (x, z) in zip(tall, ((-1.45, -1.4), (-1.75, -0.9), (-1.1, -1.05)), strict=True):
         room.put([thing], x, z)
     room.suspend(fixtures.pendant(palette, 0.2, 0.5), 0.3, -0.2)

@@ -271,6 +271,6 @@ def cone(
 
 def torus(radius: float, thickness: float, segments: int = SEGMENTS) -> Shape:
     """Return a ring that lies flat: radius of its centre line, radius of its cross-section."""
-    section = arc((radius, thickness), thickness, -90.0, 270.0, 8 + segments // 3)
+    section = arc((radius, thickness), thickness, -90.0, 270.0, 9 + 2 * (segments // 6))
     section[-1] = section[0]
     return lathe(section, segments=segments)

@@ -42,7 +42,7 @@ def ring_tower(palette: Palette, size: float, count: int, segments: int = ROUGH)
         radius = size * (0.80 - 0.115 * index)
         shape = torus(radius - 0.3 * thickness, thickness, segments).moved((0.0, y, 0.0))
         parts.append(Part(shape, palette.glazed(colors[index])))
-        y += 1.93 * thickness
+        y += 2.0 * thickness
     rod = cylinder(0.13 * size, y - 0.16 * size, segments=segments)
     parts.append(Part(rod.moved((0.0, 0.16 * size, 0.0)), stick))
     parts.append(Part(sphere(0.22 * size, 3).moved((0.0, y, 0.0)), palette.glazed(colors[count])))

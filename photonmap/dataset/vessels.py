@@ -54,7 +54,7 @@ class Detail:
     segments: int
 
 
-FINE, COARSE = Detail(64, 144), Detail(15, 32)
+FINE, MEDIUM, COARSE = Detail(64, 144), Detail(28, 56), Detail(14, 28)
 
 
 def hollow(outer: Floats, wall: float, floor: float, segments: int) -> Shape:
@@ -80,10 +80,10 @@ def hollow(outer: Floats, wall: float, floor: float, segments: int) -> Shape:
     middle, out = 0.5 * (rim + mouth), direction[-1] / np.linalg.norm(direction[-1])
     lip = [
         middle + 0.5 * wall * (out * math.sin(t) + (rim - mouth) / wall * math.cos(t))
-        for t in np.linspace(0, np.pi, 7)
+        for t in np.linspace(0, np.pi, 5)
     ]
     last = inner[-1]
-    bottom = curve([last, (0.75 * last[0], floor), (0.4 * last[0], floor), (0.0, floor)], 7)
+    bottom = curve([last, (0.75 * last[0], floor), (0.4 * last[0], floor), (0.0, floor)], 5)
     upward = np.concatenate([bead[-1:], side[:-1], lip, inner[1:], bottom[1:]])
     return lathe(base, bead, upward, segments=segments).resting()
 
