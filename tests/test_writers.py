@@ -7,6 +7,7 @@ import photonmap as pm
 from photonmap.dataset.build import build_scene
 from photonmap.dataset.recolor import luminance, recolor, relight
 from photonmap.errors import InputError, SceneWarning
+from photonmap.spectra.observer import observer
 
 from conftest import quad  # isort: skip
 
@@ -206,7 +207,7 @@ def test_maps_take_the_colour_of_light():
     material = pm.Material("screen", 0.0, emission=screen)
     mesh = pm.Mesh(panel.vertices, panel.faces, material, "screen", uv=uv)
     relit = relight(pm.Scene([mesh], [pm.EnvironmentLight(sky)]), "colored", 3)
-    weights = np.array([0.2126, 0.7152, 0.0722])
+    weights = observer().rgb_to_xyz[1]
     np.testing.assert_allclose(relit.lights[0].image @ weights, sky @ weights, rtol=1e-5)
     glow = relit.meshes[0].material.emission
     assert np.dot(weights, glow.mean) == pytest.approx(np.dot(weights, screen.mean), rel=1e-5)
@@ -220,7 +221,9 @@ def test_a_scene_without_light_gets_a_dome():
 
 
 def test_one_lamp_takes_one_colour(cornell):
-    with pytest.raises(InputError, match=r"has one group of lights, 'light'; .* needs two: choose"):
+    with pytest.raises(
+        InputError, match=r"box': has one group of lights, 'light'; .* needs two: choose"
+    ):
         relight(cornell, "two_mixed")
 
 

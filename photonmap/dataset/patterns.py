@@ -114,7 +114,8 @@ def zigzag(base: float, count: int, depth: float) -> Field:
 def dots(rng: Random, shape: Shape, radius: float, count: int) -> Field:
     """Return a field that is negative within balls around points of a shape, kept apart."""
     candidates = shape.vertices[rng.integers(0, len(shape.vertices), 40 * count)]
-    free, chosen = np.ones(len(candidates), bool), []
+    free = np.ones(len(candidates), bool)
+    chosen: list[Floats] = []
     while free.any() and len(chosen) < count:
         point = candidates[np.argmax(free)]
         chosen.append(point)

@@ -11,16 +11,15 @@ import numpy as np
 
 from photonmap.dataset.lighting import Illumination, choose_illumination, light
 from photonmap.dataset.palette import Palette
-from photonmap.errors import InputError
+from photonmap.dataset.solids import Random
+from photonmap.errors import InputError, naming
 from photonmap.lights import DomeLight, EnvironmentLight, Light
 from photonmap.readers.panorama import check_panorama, read_panorama
 from photonmap.scene import Material, Scene
 from photonmap.spectra.curves import Color, Spectrum
-from photonmap.spectra.observer import emission_spectrum, radiance_to_rgb
+from photonmap.spectra.observer import emission_spectrum, observer, radiance_to_rgb
 from photonmap.textures import Paint, Texture, mean_color
 
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-"""Of linear sRGB, IEC 61966-2-1."""
 _COLORS = ("intensity", "irradiance", "radiance")
 
 
@@ -52,18 +51,13 @@ def relight(scene: Scene, illumination: str | Illumination, seed: int = 0) -> Sc
     if not lamps and not lights:
         lights = [DomeLight(name="dome")]
     groups = list(dict.fromkeys([*(m.name for m in lamps.values()), *map(_group, lights)]))
-    if len(groups) < len(chosen.colors):
-        raise InputError(
-            f"scene {scene.name!r} has one group of lights, {groups[0]!r}; illumination "
-            f"{chosen.name!r} needs two: choose one of a single colour"
-        )
-    order = [groups[index] for index in rng.permutation(len(groups))]
-    colors = {name: chosen.colors[i % len(chosen.colors)] for i, name in enumerate(order)}
+    with naming(f"scene {scene.name!r}"):
+        spectra = _assign(groups, chosen, rng)
     changed = {
-        key: replace(lamp, emission=_recolored(lamp.emission, light(colors[lamp.name])))
+        key: replace(lamp, emission=_recolored(lamp.emission, spectra[lamp.name]))
         for key, lamp in lamps.items()
     }
-    shining = [_relit(each, light(colors[_group(each)])) for each in lights]
+    shining = [_relit(each, spectra[_group(each)]) for each in lights]
     return replace(_with_materials(scene, changed), lights=shining)
 
 
@@ -99,6 +93,18 @@ def _with_materials(scene: Scene, changed: dict[int, Material]) -> Scene:
     return replace(scene, meshes=meshes)
 
 
+def _assign(groups: list[str], chosen: Illumination, rng: Random) -> dict[str, Spectrum]:
+    """Give groups of lights the colours of an illumination in turn, in random order."""
+    colors = [light(name) for name in chosen.colors]
+    if len(groups) < len(colors):
+        raise InputError(
+            f"has one group of lights, {groups[0]!r}; illumination {chosen.name!r} needs two: "
+            f"choose one of a single colour"
+        )
+    order = rng.permutation(len(groups))
+    return {groups[group]: colors[i % len(colors)] for i, group in enumerate(order)}
+
+
 def _shines(emission: Paint) -> bool:
     """Tell whether a material emits."""
     if isinstance(emission, Texture):
@@ -119,7 +125,7 @@ def _group(light: Light) -> str:
 
 def luminance(color: Color) -> float:
     """Return ∫ L ȳ dλ / ∫ ȳ dλ of a radiance."""
-    return float(_LUMINANCE @ radiance_to_rgb(emission_spectrum(color)))
+    return float(observer().rgb_to_xyz[1] @ radiance_to_rgb(emission_spectrum(color)))
 
 
 def _recolored(paint: Paint, spectrum: Spectrum) -> Paint:
@@ -128,7 +134,7 @@ def _recolored(paint: Paint, spectrum: Spectrum) -> Paint:
         return spectrum * luminance(paint)
     linear = paint.image.linear(slice(None), slice(None)) * np.array(paint.factor)
     red, green, blue = _rgb(spectrum).tolist()
-    image = Texture.of(linear @ _LUMINANCE).image
+    image = Texture.of(linear @ observer().rgb_to_xyz[1]).image
     return replace(paint, image=image, factor=(red, green, blue))
 
 
@@ -139,7 +145,7 @@ def _relit(light: Light, spectrum: Spectrum) -> Light:
             texels = read_panorama(light.image)
         else:
             texels = check_panorama(light.image, light.kind)
-        return replace(light, image=(texels @ _LUMINANCE)[..., None] * _rgb(spectrum))
+        return replace(light, image=(texels @ observer().rgb_to_xyz[1])[..., None] * _rgb(spectrum))
     described: Any = light
     name = next(field.name for field in fields(described) if field.name in _COLORS)
     return replace(described, **{name: _recolored(light.color, spectrum)})
@@ -148,4 +154,4 @@ def _relit(light: Light, spectrum: Spectrum) -> Light:
 def _rgb(spectrum: Spectrum) -> np.ndarray:
     """Return the linear sRGB of a light, (3,), moved into the gamut at a luminance of 1."""
     rgb = np.maximum(radiance_to_rgb(spectrum), 0.0)
-    return rgb / (_LUMINANCE @ rgb)
+    return rgb / (observer().rgb_to_xyz[1] @ rgb)
