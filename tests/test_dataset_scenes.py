@@ -158,8 +158,10 @@ def test_mixed_materials():
     materials = {m.material.name: m.material for m in scene.meshes}
     assert materials["glass"].ior == 1.5
     assert any(name.startswith("glazed") for name in materials)
-    plain = build_scene("pottery", 0)
-    assert equal(plain, scene)
+    plain, mixed = build_setting("pottery", 0), build_setting("pottery", 0, "mixed")
+    assert [thing.name for thing in plain.named] == [thing.name for thing in mixed.named]
+    for a, b in zip(plain.things, mixed.things, strict=True):
+        np.testing.assert_array_equal(a.boxes, b.boxes)
 
 
 @pytest.mark.parametrize("name", SCENES)

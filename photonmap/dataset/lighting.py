@@ -31,6 +31,8 @@ NON_PLANCKIAN = (
 ILLUMINATIONS = ("white", "colored", "two_planckian", "two_mixed")
 """White light; colored light; warm and cool black bodies; two lamps that are no black bodies."""
 
+_NEAREST = 0.15
+"""Metres from a lamp, within which things are taken to be no brighter."""
 _LEVEL = 1.0
 """Irradiance averaged over directions, W·m⁻², that lamps are set to."""
 
@@ -104,7 +106,7 @@ def radiance_of(
 
     Parameters
     ----------
-    points : (P, 3), metres; the median over them counts, of irradiance averaged over directions
+    points : (P, 3), metres; the mean over them counts, of irradiance averaged over directions
     bounced : what surfaces add, of the lamps' power, m⁻²
     """
     lamps = joined([p.shape for thing in things for p in thing.parts if p.lamp == group])
@@ -112,8 +114,8 @@ def radiance_of(
     area = 0.5 * np.cross(b - a, c - a)
     way = points[:, None] - (a + b + c) / 3.0
     square = (way**2).sum(axis=2)
-    seen = np.maximum((way * area).sum(axis=2), 0.0) / np.maximum(square, 1e-4) ** 1.5
-    level = 0.25 * float(np.median(seen.sum(axis=1))) + bounced * math.pi * lamps.area
+    seen = np.maximum((way * area).sum(axis=2), 0.0) / np.maximum(square, _NEAREST**2) ** 1.5
+    level = 0.25 * float(seen.sum(axis=1).mean()) + bounced * math.pi * lamps.area
     return _LEVEL / level
 
 

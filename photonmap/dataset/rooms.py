@@ -70,6 +70,7 @@ def study(rng: Random, palette: Palette) -> Setting:
     )
     room.put(globe, 1.0, -1.6)
     room.hang([fixtures.clock(palette)], BACK, 0.6, 1.75)
+    room.suspend(fixtures.pendant(palette, 0.17, 0.3), 0.9, 0.1)
     room.hang([fixtures.picture(rng, palette, 0.9, 0.62)], BACK, -0.5, 1.4)
     return room.finish(
         WINDOW,
@@ -212,7 +213,7 @@ def gallery(rng: Random, palette: Palette) -> Setting:
         (-0.7, -1.35, 1.1),
         (0.3, -0.5, 0.8),
         (1.15, -1.4, 1.15),
-        (1.45, -0.3, 0.95),
+        (1.3, -0.3, 0.95),
     )
     for make, (x, z, tall) in zip(sculptures(rng, palette, 5, 0.34), spots, strict=True):
         plinth = furniture.plinth(palette, 0.44, tall * float(rng.uniform(0.92, 1.08)))

@@ -98,7 +98,7 @@ def _profile(rng: Random, knots: object, size: float, jitter: float, detail: Det
 def vase_shape(rng: Random, tall: float, kind: int | None = None, detail: Detail = COARSE) -> Shape:
     """Return a vase of about this height, metres; None draws one of the kinds."""
     knots = _VASES[int(rng.integers(len(_VASES))) if kind is None else kind]
-    outer = _profile(rng, knots, tall / knots[-1][1], 0.08, detail) * (0.6, 1.0)
+    outer = _profile(rng, knots, tall / knots[-1][1], 0.05, detail) * (0.6, 1.0)
     return hollow(outer, 0.022 * tall, 0.05 * tall, detail.segments)
 
 
