@@ -6,7 +6,7 @@ from photonmap.dataset import fixtures, toys, vessels
 from photonmap.dataset.palette import Palette
 from photonmap.dataset.placing import Maker, in_row, scatter
 from photonmap.dataset.solids import Random
-from photonmap.dataset.things import Support, Thing
+from photonmap.dataset.things import Support, Thing, overlap
 
 
 def ware(rng: Random, palette: Palette, count: int, small: bool = False) -> list[Maker]:
@@ -66,7 +66,10 @@ def pile(
         below = placed[-1].bounds
         middle = below.mean(axis=0)
         turned = thing.turned(float(rng.uniform(-9.0, 9.0)))
-        placed.append(turned.moved((middle[0], below[1, 1], middle[2])))
+        laid = turned.moved((middle[0], below[1, 1], middle[2]))
+        if any(overlap(laid.boxes, other.boxes) for other in taken):
+            break
+        placed.append(laid)
     return placed
 
 

@@ -82,7 +82,7 @@ def study(rng: Random, palette: Palette) -> Setting:
 def dining_room(rng: Random, palette: Palette) -> Setting:
     """Build a laid table with chairs around it, below a lamp."""
     room = Room("dining_room", rng, palette, 4.8, 4.8, 2.7)
-    room.look((-1.9, 1.6, 2.05), (0.12, 0.72, -0.6), 50.0)
+    room.look((-1.95, 1.6, 2.1), (0.12, 0.84, -0.6), 55.0)
     room.window(RIGHT, -0.2, 0.9, 1.8, 1.4)
     room.lay(furniture.rug(palette, 2.9, 2.5, 9), 0.1, -0.3)
     table = furniture.table(palette, 1.7, 0.95)
@@ -106,7 +106,7 @@ def dining_room(rng: Random, palette: Palette) -> Setting:
         room.put(
             [seating.chair(palette)], 0.1 + x, -0.3 + z, turn + float(rng.uniform(-8.0, 8.0)), 0.02
         )
-    room.suspend(fixtures.shade_lamp(palette, 0.32, 0.45), 0.1, -0.3)
+    room.suspend(fixtures.shade_lamp(palette, 0.32, 0.6), 0.1, -0.3)
     board = furniture.cabinet(palette, 1.8, 0.85, 4)
     room.against(laden(rng, board, ware(rng, palette, 7)), BACK, 0.0)
     room.hang([fixtures.picture(rng, palette, 1.25, 0.75)], BACK, 0.0, 1.4)
