@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from photonmap.spectra.curves import Spectrum, SpectrumSet
     from photonmap.spectra.text import emission, reflectance
     from photonmap.textures import Texture
+    from photonmap.writers.scene_file import save_scene
 
 __version__ = "0.1.0"
 
@@ -58,6 +59,7 @@ _HOMES = {
     "Spectrum": "spectra.curves",
     "SpectrumSet": "spectra.curves",
     "Texture": "textures",
+    "save_scene": "writers.scene_file",
     "emission": "spectra.text",
     "reflectance": "spectra.text",
 }

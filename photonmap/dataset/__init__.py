@@ -1,0 +1,1 @@
+"""Scenes for data sets of ground truth: built from a seed, relit, recoloured."""

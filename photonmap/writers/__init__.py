@@ -1,0 +1,1 @@
+"""Write scenes as files that `photonmap.readers` reads back."""
