@@ -44,6 +44,8 @@ def survives(step, before, state, throughput):
     """Play Russian roulette against the throughput `before` some reflections: (alive, state)."""
     if step < CERTAIN_SMOOTH:
         return True, state
+    if before <= 0.0:
+        return False, state
     survival = largest(throughput) / before
     if survival >= 1.0:
         return True, state

@@ -1,9 +1,9 @@
 """How far supports that are still wide shift indirect light.
 
-Some passes are repeated with the same random numbers and supports twice as wide: cells, windows and
-the disks of caustics. What changes grows at least in proportion to their width, so it is the bias
-of the narrower ones, or more than it. The passes form two halves, and the product of their mean
-differences has no noise in its mean; blocks of pixels keep its spread small.
+Some passes are repeated with the same random numbers and supports twice as wide: cells, windows
+and the disks of caustics. What that changes is once the narrower ones' bias if it grows with their
+width, thrice if with the square: a half is taken. The passes form two halves, and the product of
+their mean differences has no noise in its mean; blocks of pixels keep its spread small.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from photonmap.passes import Passes, window_width
 FIRST, EVERY = 12, 32
 """Number of the first pass that is repeated, as is the one after it; so many passes later, again.
 Both have cells of one size, which is what a bias depends on; shorter runs are noisy beyond it."""
+OF_DIFFERENCE = 0.5
+"""The bias of a width, of the difference to that of twice the width."""
 LARGEST_BLOCK, LEAST_ACROSS = 32, 4
 """Side of a block in pixels, and how many lie across the image's shorter side at least."""
 
@@ -77,7 +79,7 @@ class BiasProbe:
             np.average(relative, axis=0, weights=pixels[:, 0]), weights=self._columns.weights
         )
         narrowing = window_width(range(moments.count)) / window_width(probed)
-        return math.sqrt(max(float(mean), 0.0)) * narrowing
+        return OF_DIFFERENCE * math.sqrt(max(float(mean), 0.0)) * narrowing
 
     def _indirect(self, pixels: Pixels, judged: NDArray[np.bool_]) -> NDArray[np.float64]:
         light = pixels.indirect

@@ -46,6 +46,8 @@ from photonmap.workers import Workers
 
 OF_SMOOTH = ("caustics", "residual")
 """Buffers that only scenes with mirrors or glass have."""
+FEW_CHAINS = 1e-4
+"""Share of pixels that may miss the end of a chain of reflections before a warning is due."""
 FEW_CUTS = 1e-5
 """Share of photons that may be cut before a warning is due: less than errors can show."""
 
@@ -213,7 +215,8 @@ def _warn_of_cuts(run: Passes, moments: Accumulator, budget: Budget, elapsed: fl
             f"{run.cut} of {run.photons} photons were cut after {MAX_BOUNCES} bounces: surfaces "
             f"reflect nearly everything, and light is missing from indirect"
         )
-    if chains := moments.cut():
+    chains = moments.cut()
+    if chains > FEW_CHAINS * len(moments.counts):
         warn(
             f"{chains} pixels see chains of more than {MOST_SMOOTH} reflections, as between facing "
             f"mirrors: what is beyond is missing"
