@@ -9,7 +9,7 @@ from photonmap.messages import listed
 from photonmap.prepare import Prepared
 
 POINTS = 64
-PATHS, FEWEST_PATHS, MOST_PATHS = 256, 32, 1 << 14
+PATHS, FEWEST_PATHS, MOST_PATHS = 256, 16, 1 << 14
 """From a light; where there are many, as few as this; and from all, about."""
 BOUNCES = 8
 
