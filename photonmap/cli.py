@@ -31,7 +31,7 @@ _COMMANDS = {
 
 _PASSED_ON = (
     "size", "pixel", "passes", "seconds", "error", "photons", "seed", "threads", "method",
-    "effects", "per_light", "resume",
+    "effects", "per_light", "adaptive", "resume",
 )  # fmt: skip
 """Options that `photonmap.render` takes by the same name."""
 

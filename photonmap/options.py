@@ -78,6 +78,12 @@ def _add_work(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="split direct, indirect, caustics and shading by groups of lights",
     )
+    work.add_argument(
+        "--no-adaptive",
+        dest="adaptive",
+        action="store_false",
+        help="sample evenly to the end, not where the first passes were noisy",
+    )
 
 
 def _add_files(parser: argparse.ArgumentParser) -> None:

@@ -19,6 +19,7 @@ from photonmap.caustics import CausticTracer, no_caustics
 from photonmap.cells import lay_cells, measure_fill
 from photonmap.effects import EffectPlan
 from photonmap.emitters import triangle_areas
+from photonmap.focus import LEARNED, focused, rays_of
 from photonmap.kernels.eye import camera_pass
 from photonmap.kernels.path import path_pass
 from photonmap.kernels.photon import trace_photons
@@ -117,6 +118,8 @@ class Passes:
         self._cells: tuple[Cells, int]
         self._fill: np.ndarray | None = None
         self._bundles = np.empty((0, 0, 0), np.float32)
+        self.powers: np.ndarray | None = None
+        """(2, P) by which samples change after the first passes, see `Focus`"""
         self.photon_seconds = self.caustic_seconds = self.setup_seconds = 0.0
         self.photons = self.stores = self.cut = self.rays = 0
 
@@ -270,7 +273,7 @@ class Passes:
 
     def _render(self, index: int, store: Store, caustics: Caustics | None) -> Pixels:
         with self._setting_up():
-            plan = self.plan
+            plan = self._focused(index)
         key = stream_key(self._seed, index, CAMERA)
         self._over_pixels(
             lambda first, last: camera_pass(
@@ -288,8 +291,14 @@ class Passes:
                 self.seen,
             )
         )
-        self.rays += _count_rays(plan)
+        self.rays += int(rays_of(plan).sum())
         return self._pixels
+
+    def _focused(self, index: int) -> Plan:
+        """Return the plan of pass number `index`."""
+        if self.powers is None or index < LEARNED or not self.powers.any():
+            return self.plan
+        return focused(self.plan, self.powers[index % 2], self._film)
 
     @contextmanager
     def _setting_up(self) -> Iterator[None]:
@@ -364,9 +373,3 @@ def empty_pixels(size: int, bands: int) -> Pixels:
         found=np.zeros(size, np.uint8),
         plane=np.zeros((size, 7), np.float32),
     )
-
-
-def _count_rays(plan: Plan) -> int:
-    """Count the camera, shadow and gather rays of a camera pass whose every sample hits."""
-    each = 1 + plan.lights.astype(np.int64) + plan.gathers
-    return int((plan.samples * each).sum())

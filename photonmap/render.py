@@ -26,6 +26,7 @@ from photonmap.effects import EffectPlan, leave_out, plan_effects
 from photonmap.errors import InputError, listening, warn
 from photonmap.fingerprint import describe_run
 from photonmap.first_hits import first_hit_buffers
+from photonmap.focus import Focus
 from photonmap.hidden_lights import warn_of_hidden_lights
 from photonmap.kernels.beyond import MOST_SMOOTH
 from photonmap.kernels.records import Film
@@ -67,6 +68,7 @@ def render(
     method: Method = "photon",
     effects: str | Iterable[str] = "auto",
     per_light: bool = False,
+    adaptive: bool = True,
     checkpoint: str | PathLike[str] | None = None,
     resume: bool = False,
     progress: Progress | None = None,
@@ -89,6 +91,7 @@ def render(
     effects : "auto" simulates what the scene calls for, "all" everything, and a list of names, or
         names separated by commas, those alone: see `photonmap.effects`
     per_light : split direct, indirect, caustics and shading by groups of lights too
+    adaptive : after 8 passes, take more samples where these were noisy, and fewer elsewhere
     checkpoint : file to which the state is saved every minute and in the end
     resume : go on from the checkpoint as if there had been no break; the budget counts earlier
         passes and seconds. Where there is no such file, a warning says so.
@@ -106,7 +109,7 @@ def render(
     start = time.perf_counter()
     budget = Budget.choose(passes, seconds, error)
     settings = Settings.check(
-        bands, size, pixel, budget, photons, seed, threads, method, effects, per_light
+        bands, size, pixel, budget, photons, seed, threads, method, effects, per_light, adaptive
     )
     file = _checkpoint_file(checkpoint, resume)
     progress = progress or Silent()
@@ -121,7 +124,8 @@ def render(
         run, moments = _begin(job, settings, workers, hidden)
         saved = None if file is None else Checkpoint(file, job.fingerprint)
         probe = BiasProbe(run, settings.film, job.columns)
-        rounds = Rounds(run, moments, budget, probe, saved, resume)
+        focus = Focus(settings.film, job.columns) if settings.focuses else None
+        rounds = Rounds(run, moments, budget, probe, focus, saved, resume)
         with workers.holding_interrupts():
             rounds.go(progress)
         _warn_of_cuts(run, moments.whole, budget, rounds.elapsed)

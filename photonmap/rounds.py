@@ -11,6 +11,7 @@ from photonmap.bias import BiasProbe
 from photonmap.budget import Budget
 from photonmap.checkpoint import Checkpoint
 from photonmap.errors import warn
+from photonmap.focus import Focus
 from photonmap.forecast import Forecast
 from photonmap.ledger import Ledger
 from photonmap.passes import Passes
@@ -25,6 +26,7 @@ class Rounds:
     run, moments : from which passes come, and into which they are taken
     budget : when to stop
     probe : estimates the bias on the way
+    focus : learns where to sample; None to sample evenly
     checkpoint : where to save the state; None for nowhere
     resume : go on from the checkpoint's file
 
@@ -39,10 +41,14 @@ class Rounds:
         moments: Ledger,
         budget: Budget,
         probe: BiasProbe,
+        focus: Focus | None = None,
         checkpoint: Checkpoint | None = None,
         resume: bool = False,
     ) -> None:
         self._run, self._moments, self._budget, self._probe = run, moments, budget, probe
+        self._focus = focus
+        if focus is not None:
+            run.powers = focus.powers
         self._checkpoint = checkpoint
         self._start = time.perf_counter()
         self.resumed, self.earlier, self._saving = 0, 0.0, 0.0
@@ -57,7 +63,10 @@ class Rounds:
 
     @property
     def _arrays(self) -> dict[str, Any]:
-        return {**self._moments.arrays, "differences": self._probe.differences}
+        arrays = {**self._moments.arrays, "differences": self._probe.differences}
+        if self._focus is not None:
+            arrays |= {"first passes": self._focus.moments, "powers": self._focus.powers}
+        return arrays
 
     def _load(self, checkpoint: Checkpoint) -> None:
         state = checkpoint.load(self._arrays)
@@ -135,6 +144,8 @@ class Rounds:
             self._adding = True
             self._moments.add(pixels, run.seen)
             self._adding = False
+            if self._focus is not None:
+                self._focus.learn(whole.count - 1, pixels, run.seen, run.plan)
             self._probe.probe(whole.count - 1, pixels, whole)
             self._counters = run.counters
             error, elapsed = self.error(), self.elapsed

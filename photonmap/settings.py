@@ -35,6 +35,7 @@ class Settings:
     method: Method
     effects: str | frozenset[str]
     per_light: bool
+    adaptive: bool
 
     @classmethod
     def check(
@@ -49,6 +50,7 @@ class Settings:
         method: Method,
         effects: str | Iterable[str],
         per_light: bool,
+        adaptive: bool = True,
     ) -> Settings:
         """Check all arguments, and fill in the number of photons.
 
@@ -63,7 +65,14 @@ class Settings:
         _check_numbers(photons, seed, threads)
         if method not in ("photon", "path"):
             raise InputError(f"method {method!r} is neither 'photon' nor 'path'")
-        return cls(bands, film, budget, photons, seed, threads, method, effects, per_light)
+        return cls(
+            bands, film, budget, photons, seed, threads, method, effects, per_light, adaptive
+        )
+
+    @property
+    def focuses(self) -> bool:
+        """Whether sampling goes where the error is; the path tracer stays plain."""
+        return self.adaptive and self.method == "photon"
 
     @property
     def pixels(self) -> int:
@@ -81,6 +90,7 @@ class Settings:
             "method": self.method,
             "effects": effects if isinstance(effects, str) else ",".join(sorted(effects)),
             "per_light": bool(self.per_light),
+            "adaptive": bool(self.adaptive),
         }
 
     def describe(self, threads: int) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from scipy import stats
 
 import photonmap as pm
 
-SIGNED = ("normal", "residual")
+SIGNED = ("covariance", "normal", "residual")
 """Buffers that may be negative by nature."""
 ULP = 2.0**-23
 SMALLEST = 1e-36
