@@ -80,7 +80,7 @@ def gather_beyond(
         if not alive:
             return found
         triangle, u, v, _ = hit(geometry, origin, direction)
-        if triangle < 0:
+        if triangle < 0 or len(cells.divisions) == 0:
             return found
         cell = cell_at(cells, triangle, side_of(geometry, triangle, direction), u, v)
         add_product(irradiance, INDIRECT, radiosity, cell, throughput, 1.0)

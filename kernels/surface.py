@@ -44,7 +44,8 @@ def offset(point, size, normal):
 
     Pharr et al. 2023, "Physically Based Rendering", 6.8.
     """
-    distance = HIT_ERROR * (size[0] + size[1] + size[2]) + LEAST_OFFSET
+    across = abs(normal[0]) * size[0] + abs(normal[1]) * size[1] + abs(normal[2]) * size[2]
+    distance = HIT_ERROR * across + LEAST_OFFSET
     return vec.add(point, vec.scale(normal, distance))
 
 

@@ -42,7 +42,6 @@ from photonmap.result import Result
 from photonmap.rounds import Rounds
 from photonmap.scene import Scene
 from photonmap.settings import Method, Pixel, Settings
-from photonmap.steady import steady_errors
 from photonmap.workers import Workers
 
 OF_SMOOTH = ("caustics", "residual")
@@ -285,7 +284,6 @@ def _finish(
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return all buffers, in the order of `BUFFERS`, and their errors, one row a pixel."""
     light, errors = moments.finish(prepared.power)
-    errors = steady_errors(light, errors, moments.whole.counts, (film.height, film.width))
     flat = {
         **light,
         "unresolved": moments.whole.unresolved() & (run.stores > 0),

@@ -15,6 +15,7 @@ from photonmap.errors import InputError
 from photonmap.messages import listed
 from photonmap.output import encode_png, read_exr, save_all
 from photonmap.projection import Method, Projection, Target, choose_projection
+from photonmap.steady import steady_error, widen_ratio
 
 Image = NDArray[np.float32]
 Ids = NDArray[np.uint32]
@@ -200,18 +201,30 @@ class Result:
     def standard_error(self, name: str) -> Image:
         """Return the standard error of the mean of a buffer: its shape, unit and type.
 
+        With Student's t of as many passes less one, its intervals hold the truth as often as they
+        say. It is that of `errors`, which each pixel's own passes tell, steadied by neighbours:
+        see `photonmap.steady`.
+
         Raises
         ------
         ValueError
             if there is none, saying why
         """
         if name in self.errors:
-            return self.errors[name]
+            return self._steady_error(name)
         if name not in self.buffers:
             raise ValueError(self._missing(name))
         if self.errors:
             raise ValueError(f"{name!r} has no standard error; {listed(self.errors, 99)} have one")
         raise ValueError("a single pass has no standard errors; render with 2 passes or more")
+
+    def _steady_error(self, name: str) -> Image:
+        counts = self.buffers.get("passes", self.record.get("passes", 2))
+        error = steady_error(self.errors[name], self.buffers[name], counts)
+        if name.startswith("shading") and "reflectance" in self.errors:
+            of_reflectance = steady_error(self.errors["reflectance"], self.reflectance, counts)
+            error = widen_ratio(error, self.reflectance, of_reflectance)
+        return error
 
     def rgb(self, buffer: str = "radiance", method: Method | None = None) -> Image:
         """Project a buffer onto linear sRGB: (H, W, 3) float32, in the buffer's unit.

@@ -3,6 +3,8 @@
 An edge or a shadow that grazes a pixel may show in none of 16 passes: their spread is 0 then, and
 the truth lies infinitely many standard errors away. So each variance is a mean of the pixel's own
 and of what its eight neighbours show, which counts for `PRIOR` passes: nothing in the long run.
+What a brighter neighbour shows is scaled to the pixel's own light, or to the image's mean: beside a
+lamp, the wall is not as uncertain as the lamp's edge.
 """
 
 from __future__ import annotations
@@ -10,46 +12,53 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-PRIOR = 2.0
-"""Passes that the neighbours count for: of 1, 2 and 4 what kept 95% intervals nearest to 95%."""
+PRIOR = 3.0
+"""Passes that neighbours count for: measured, as is what they are scaled to, by how often intervals
+hold the truth over many seeds of scenes with diffuse surfaces, mirrors and glass."""
 SECOND_ORDER = 2.0
 """Of a ratio's error, times the square of its denominator's relative error."""
 
-Images = dict[str, NDArray[np.float32]]
+Image = NDArray[np.float32]
 
 
-def steady_errors(
-    buffers: Images, errors: Images, counts: NDArray[np.uint32], shape: tuple[int, int]
-) -> Images:
-    """Return standard errors steadied by neighbours, (P, N) each.
+def steady_error(error: Image, value: Image, counts: NDArray[np.integer] | int) -> Image:
+    """Return a standard error steadied by neighbours, (H, W, N).
 
     Parameters
     ----------
-    buffers, errors : (P, N), of several passes
-    counts : (P,) passes of each pixel
-    shape : height and width of the image
+    error, value : (H, W, N), of two passes or more, each pixel's own
+    counts : (H, W) passes of each pixel, or of all
     """
-    own = (np.maximum(counts, 1).astype(np.float32) - 1.0)[:, None]
-    steady = {
-        name: np.sqrt((PRIOR * _around(error, shape) + own * error**2) / (PRIOR + own))
-        for name, error in errors.items()
-    }
-    if "reflectance" in errors:
-        relative = np.divide(
-            steady["reflectance"],
-            buffers["reflectance"],
-            out=np.zeros_like(steady["reflectance"]),
-            where=buffers["reflectance"] > 0.0,
-        )
-        for name in errors:
-            if name.startswith("shading"):
-                steady[name] *= 1.0 + SECOND_ORDER * relative**2
-    return steady
+    scale = max(float(np.max(error)), float(np.max(np.abs(value))))
+    if scale == 0.0:
+        return error
+    error, value = error / np.float32(scale), value / np.float32(scale)
+    own = (np.maximum(counts, 1).astype(np.float32) - 1.0)[..., None]
+    steady = np.sqrt((PRIOR * _around(error**2, value) + own * error**2) / (PRIOR + own))
+    return steady * np.float32(scale)
 
 
-def _around(error: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Return the mean variance of the eight neighbours; the image goes on beyond its edges."""
-    variance = np.pad(error.reshape(*shape, -1) ** 2, ((1, 1), (1, 1), (0, 0)), mode="edge")
-    rows = variance[:-2] + variance[1:-1] + variance[2:]
-    nine = rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]
-    return ((nine - variance[1:-1, 1:-1]) / 8.0).reshape(error.shape)
+def widen_ratio(error: Image, denominator: Image, denominator_error: Image) -> Image:
+    """Return the error of a ratio whose denominator is uncertain, (H, W, N) all of them.
+
+    The delta method is of first order, and too narrow where few samples met what is divided by.
+    """
+    relative = np.divide(
+        denominator_error, denominator, out=np.zeros_like(error), where=denominator > 0.0
+    )
+    return error * (1.0 + SECOND_ORDER * relative**2)
+
+
+def _around(variance: Image, value: Image) -> Image:
+    """Return the mean variance of the eight neighbours, scaled; edges are doubled."""
+    norm = value**2 + value.mean(axis=(0, 1), dtype=np.float64).astype(np.float32) ** 2
+    relative = np.divide(variance, norm, out=np.zeros_like(variance), where=norm > 0.0)
+    height, width = variance.shape[:2]
+    edged = [np.pad(image, ((1, 1), (1, 1), (0, 0)), mode="edge") for image in (variance, relative)]
+    total = np.zeros_like(variance)
+    for row in range(3):
+        for column in range(3):
+            if (row, column) != (1, 1):
+                absolute, scaled = (image[row:, column:][:height, :width] for image in edged)
+                total += np.minimum(absolute, scaled * norm)
+    return total / np.float32(8.0)

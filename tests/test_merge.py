@@ -140,7 +140,7 @@ def test_single_passes_merge():
     stack = np.array([part.direct for part in parts], float)
     error = stack.std(axis=0, ddof=1) / 2.0
     np.testing.assert_allclose(merged.direct, stack.mean(axis=0), rtol=1e-6)
-    np.testing.assert_allclose(merged.standard_error("direct"), error, rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose(merged.errors["direct"], error, rtol=1e-5, atol=1e-9)
 
 
 def test_pixels_count_by_their_own_passes():
@@ -150,9 +150,7 @@ def test_pixels_count_by_their_own_passes():
     other.buffers["passes"][4, 4] = 6
     merged = pm.merge([one, other])
     np.testing.assert_array_equal(merged.radiance[0, 0], one.radiance[0, 0])
-    np.testing.assert_allclose(
-        merged.standard_error("direct")[0, 0], one.standard_error("direct")[0, 0], rtol=1e-6
-    )
+    np.testing.assert_allclose(merged.errors["direct"][0, 0], one.errors["direct"][0, 0], rtol=1e-6)
     mean = 0.25 * one.direct[4, 4] + 0.75 * other.direct[4, 4]
     np.testing.assert_allclose(merged.direct[4, 4], mean, rtol=1e-6)
     assert merged.passes[4, 4] == 8

@@ -87,16 +87,16 @@ def test_the_stated_error_is_the_definition(cornell):
     result = pm.render(cornell, bands=3, size=(32, 32), passes=5)
     judged = (result.coverage == 1.0) & ~result.emission.any(axis=2) & ~result.unresolved
     value = result.radiance[judged].astype(float)
-    error = result.standard_error("radiance")[judged].astype(float)
+    error = result.errors["radiance"][judged].astype(float)
     relative = error**2 / (value**2 + 0.01 * value.mean(axis=0) ** 2)
-    assert result.record["error"] == pytest.approx(np.sqrt(relative.mean()), rel=1e-5)
+    assert result.record["standard_error"] == pytest.approx(np.sqrt(relative.mean()), rel=1e-5)
 
 
 def test_an_error_of_another_buffer_is_the_definition(cornell):
     result = pm.render(cornell, bands=2, size=(24, 24), error="shading:p75:0.2", seed=3)
     judged = (result.coverage == 1.0) & ~result.emission.any(axis=2) & ~result.unresolved
     value = result.shading[judged].astype(float)
-    error = result.standard_error("shading")[judged].astype(float)
+    error = result.errors["shading"][judged].astype(float)
     relative = error / np.sqrt(value**2 + 0.01 * value.mean(axis=0) ** 2)
     goal = result.record["goal"]
     assert goal["reached"] == pytest.approx(
@@ -106,7 +106,7 @@ def test_an_error_of_another_buffer_is_the_definition(cornell):
         "buffer": "shading", "percentile": 75.0, "limit": 0.2, "reached": 0.2,
     }  # fmt: skip
     assert goal["reached"] <= 0.2
-    assert result.record["error"] != goal["reached"]
+    assert result.record["standard_error"] != goal["reached"]
 
 
 def test_a_time_budget_holds(cornell):

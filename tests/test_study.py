@@ -66,7 +66,9 @@ def test_true_errors_are_not_biased_by_the_reference():
 def test_stated_errors_are_the_renderers(cornell):
     result = pm.render(cornell, size=(16, 16), passes=4, photons=1000, bands=3)
     mask = counted_pixels(result)
-    assert stated_error(result, "radiance", mask) == pytest.approx(result.record["error"], rel=1e-4)
+    assert stated_error(result, "radiance", mask) == pytest.approx(
+        result.record["standard_error"], rel=1e-4
+    )
     single = pm.render(cornell, size=(16, 16), passes=1, photons=1000, bands=3)
     assert math.isnan(stated_error(single, "radiance", mask))
 

@@ -180,19 +180,7 @@ def test_black_surfaces_and_glass_in_contact():
 
 
 @CUT
-@pytest.mark.parametrize(
-    "method",
-    [
-        pytest.param(
-            "photon",
-            marks=pytest.mark.xfail(
-                strict=True,
-                reason="a path of throughput 0 divides by 0 after four reflections (kernels/walk)",
-            ),
-        ),
-        "path",
-    ],
-)
+@pytest.mark.parametrize("method", ["photon", "path"])
 def test_a_black_floor_between_mirrors(method):
     """Gather rays that end on reflectance 0 near a corner go on as paths that carry nothing."""
     shaft = trimesh.creation.box(bounds=[[-0.3, 0, -0.3], [0.3, 3, 0.3]])
