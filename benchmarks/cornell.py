@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import photonmap as pm
 from benchmarks import ours
-from benchmarks.mitsuba_client import Mitsuba
+from benchmarks.mitsuba_client import LLVM, SCALAR, Mitsuba
 from benchmarks.options import Options
 from benchmarks.table import Cell, Table, skipped
 from benchmarks.truth import SIZE, Truth
@@ -21,6 +21,7 @@ LEVELS = (1e-2, 1e-3, 1e-4)
 PHOTON_PASSES = (1, 4, 16, 128)
 PATH_PASSES = (1, 4, 16, 32)
 MITSUBA_SAMPLES = (64, 128, 256, 512)
+SCALAR_SAMPLES = (16, 32, 64, 128)
 SEEDS = (3, 3, 3, 2)
 MARK = "*"
 
@@ -35,7 +36,10 @@ def run(options: Options) -> list[Table]:
     truth = Truth(options.reference)
     if truth.reason:
         return [skipped(title, truth.reason)]
-    with Mitsuba(options.mitsuba, options.threads) as mitsuba:
+    with (
+        Mitsuba(options.mitsuba, options.threads, variant=LLVM) as mitsuba,
+        Mitsuba(options.mitsuba, options.threads, variant=SCALAR) as scalar,
+    ):
         renderers: dict[str, tuple[Renderer, tuple[int, ...]]] = {
             "photon": (_photonmap("photon", options.threads), PHOTON_PASSES),
             "path": (_photonmap("path", options.threads), PATH_PASSES),
@@ -43,12 +47,14 @@ def run(options: Options) -> list[Table]:
         if not mitsuba.reason:
             mitsuba.render(MITSUBA_SAMPLES[0], 99)
             renderers["mitsuba"] = (mitsuba.render, MITSUBA_SAMPLES)
+            renderers["scalar"] = (scalar.render, SCALAR_SAMPLES)
         points = _measure(renderers, truth)
     times = {name: [time_to(level, series) for level in LEVELS] for name, series in points.items()}
     names = {
         "photon": "photonmap, photon",
         "path": "photonmap, path",
         "mitsuba": f"Mitsuba {mitsuba.version}, llvm path",
+        "scalar": f"Mitsuba {mitsuba.version}, scalar path",
     }
     table = Table(title, ["renderer", *(f"{level:.0e}" for level in LEVELS)], notes=_notes(options))
     for name, label in names.items():
@@ -125,8 +131,13 @@ def _notes(options: Options) -> list[str]:
 def _curve(points: dict[str, list[Point]]) -> Table:
     """Return what was measured."""
     table = Table("cornell: the points measured", ["renderer", "budget", "seconds", "relMSE"])
-    budgets = {"photon": PHOTON_PASSES, "path": PATH_PASSES, "mitsuba": MITSUBA_SAMPLES}
-    units = {"photon": "passes", "path": "passes", "mitsuba": "samples"}
+    budgets = {
+        "photon": PHOTON_PASSES,
+        "path": PATH_PASSES,
+        "mitsuba": MITSUBA_SAMPLES,
+        "scalar": SCALAR_SAMPLES,
+    }
+    units = {"photon": "passes", "path": "passes", "mitsuba": "samples", "scalar": "samples"}
     for name, series in points.items():
         for budget, (seconds, error) in zip(budgets[name], series, strict=True):
             table.rows.append([name, f"{budget} {units[name]}", seconds, f"{error:.2e}"])

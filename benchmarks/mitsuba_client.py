@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 SERVER = Path(__file__).with_name("mitsuba_server.py")
+LLVM, SCALAR = "llvm_ad_rgb", "scalar_rgb"
+"""Mitsuba's variants: vectorised and compiled, and one sample after another in C++."""
 LLVM_PLACES = ("*/libLLVM*19*", "llvm-*/lib/libLLVM*.so*")
 """Below /usr/lib; Dr.Jit looks for other names."""
 UNLIMITED, ONLY_LAMPS, ONE_BOUNCE = -1, 1, 2
@@ -27,11 +29,14 @@ class Mitsuba:
     interpreter : a Python that has Mitsuba 3
     threads : that it renders with
     case : of the server's CASES; the Cornell box by default
+    variant : LLVM or SCALAR
     """
 
     reason = ""
 
-    def __init__(self, interpreter: str, threads: int, case: str | None = None) -> None:
+    def __init__(
+        self, interpreter: str, threads: int, case: str | None = None, variant: str = LLVM
+    ) -> None:
         self._folder = tempfile.TemporaryDirectory()
         self._errors = Path(self._folder.name) / "stderr"
         environment = dict(os.environ)
@@ -39,7 +44,7 @@ class Mitsuba:
             environment["DRJIT_LIBLLVM_PATH"] = library
         with self._errors.open("w") as errors:
             self._process = subprocess.Popen(
-                [interpreter, str(SERVER), str(threads), *([case] if case else [])],
+                [interpreter, str(SERVER), variant, str(threads), *([case] if case else [])],
                 env=environment,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,

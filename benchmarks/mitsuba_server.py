@@ -1,4 +1,4 @@
-"""Mitsuba 3 as a child process: `python mitsuba_server.py THREADS [CASE]`, where there is Mitsuba.
+"""Mitsuba 3 as a child process: `python mitsuba_server.py VARIANT THREADS [CASE]`.
 
 Knows nothing of photonmap. It renders Mitsuba's own Cornell box as the reference was made, or one
 of CASES, in which a thing or two of the box are others:
@@ -86,11 +86,11 @@ def make_scene(case=None):
 
 def main():
     """Serve renders until stdin ends."""
-    mi.set_variant("llvm_ad_rgb")
+    mi.set_variant(sys.argv[1])
     import drjit as dr
 
-    dr.set_thread_count(int(sys.argv[1]))
-    scene = mi.load_dict(make_scene(*sys.argv[2:]))
+    dr.set_thread_count(int(sys.argv[2]))
+    scene = mi.load_dict(make_scene(*sys.argv[3:]))
     integrators = {
         depth: mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 5})
         for depth in (-1, 1, 2)

@@ -1,4 +1,4 @@
-"""How time grows with pixels, with photons and with triangles."""
+"""How time grows with pixels, bands, photons, triangles and lights."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import statistics
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 import photonmap as pm
 from benchmarks import ours
@@ -16,6 +18,8 @@ from benchmarks.timing import exponent
 
 SIDES = (128, 256, 512, 1024)
 PHOTONS = (1 << 15, 1 << 17, 1 << 19, 1 << 21)
+BANDS = (3, 6, 9, 31, 81)
+LIGHTS = (1, 10, 100, 1000)
 TRIANGLES = (1_000, 10_000, 100_000, 1_000_000, 5_000_000)
 STAGES = ("load", "photons", "camera")
 PASSES, REPEATS = 2, 3
@@ -38,6 +42,8 @@ def run(options: Options) -> list[Table]:
         _series("pixels", "65 536 photons a pass", pixels, "camera", options),
         _series("photons", "256×256", photons, "photons", options),
         _series("triangles", "256×256, 65 536 photons", map(_case, TRIANGLES), "load", options),
+        _series("bands", "128×128", map(_banded, BANDS), "camera", options),
+        _series("lights", "128×128", map(_lit, LIGHTS), "camera", options),
     ]
     _draw(tables, CURVES)
     return tables
@@ -49,16 +55,29 @@ def _case(triangles: int) -> Case:
     return count, scene, {"size": (256, 256), "photons": 1 << 16}
 
 
+def _banded(bands: int) -> Case:
+    return bands, pm.scenes.cornell_box(), {"size": (128, 128), "bands": bands}
+
+
+def _lit(lights: int) -> Case:
+    """Return the Cornell box under so many points below its ceiling, of the same power in all."""
+    box = pm.scenes.cornell_box()
+    places = np.random.default_rng(4).uniform((-0.9, 0.3, -0.9), 0.9, (lights, 3))
+    points = [pm.PointLight(tuple(place), 1.0 / lights) for place in places]
+    walls = [mesh for mesh in box.meshes if mesh.name != "light"]
+    return lights, pm.Scene(walls, points, box.camera), {"size": (128, 128)}
+
+
 def _series(unit: str, fixed: str, cases: Iterable[Case], stage: str, options: Options) -> Table:
     """Time the stages of renders of growing size; `stage` is what should grow with it."""
     table = Table(
-        f"scaling with {unit}: seconds of {PASSES} passes, RGB, {fixed} (medians of {REPEATS})",
+        f"scaling with {unit}: seconds of {PASSES} passes, {fixed} (medians of {REPEATS})",
         [unit, *STAGES, f"{stage}, µs a {unit[:-1]}"],
     )
     settings = {"bands": "rgb", "passes": PASSES, "threads": options.threads}
     ours.render(pm.scenes.cornell_box(), size=(8, 8), **settings)
     for size, scene, own in cases:
-        records = [ours.render(scene, **settings, **own)[0].record for _ in range(REPEATS)]
+        records = [ours.render(scene, **{**settings, **own})[0].record for _ in range(REPEATS)]
         spent = {s: statistics.median(record["seconds"][s] for record in records) for s in STAGES}
         table.rows.append([size, *spent.values(), 1e6 * spent[stage] / size])
     table.notes = [_describe(table, unit, stage)]

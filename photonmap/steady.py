@@ -35,7 +35,7 @@ def steady_error(error: Image, value: Image, counts: NDArray[np.integer] | int) 
     error, value = error / np.float32(scale), value / np.float32(scale)
     own = (np.maximum(counts, 1).astype(np.float32) - 1.0)[..., None]
     steady = np.sqrt((PRIOR * _around(error**2, value) + own * error**2) / (PRIOR + own))
-    return steady * np.float32(scale)
+    return (steady * scale).astype(np.float32)
 
 
 def widen_ratio(error: Image, denominator: Image, denominator_error: Image) -> Image:
@@ -46,7 +46,7 @@ def widen_ratio(error: Image, denominator: Image, denominator_error: Image) -> I
     relative = np.divide(
         denominator_error, denominator, out=np.zeros_like(error), where=denominator > 0.0
     )
-    return error * (1.0 + SECOND_ORDER * relative**2)
+    return (error * (1.0 + SECOND_ORDER * relative**2)).astype(np.float32)
 
 
 def _around(variance: Image, value: Image) -> Image:

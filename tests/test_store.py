@@ -75,7 +75,7 @@ def test_every_cell_of_a_triangle_is_hit_evenly():
 
 
 def test_thin_walls_keep_their_sides_apart(cornell):
-    """Layers that all but coincide, with opposite normals never share a cell, nor do two sides of one."""
+    """Layers that all but coincide back to back never share a cell, nor do two sides of one."""
     sheet = trimesh.creation.icosphere(subdivisions=4)
     both = trimesh.util.concatenate(
         [sheet, trimesh.Trimesh(0.999999 * sheet.vertices, sheet.faces[:, ::-1])]
