@@ -12,8 +12,13 @@ import pytest
 from cases import SMALLEST, assert_same, means, rendered
 from conftest import closed_box, quad
 from hypothesis import strategies as st
+from hypothesis.internal.conjecture import providers
 
 import photonmap as pm
+
+# Examples would else depend on what was imported before: constants of those modules are tried too.
+providers._get_local_constants = lambda: NO_CONSTANTS
+NO_CONSTANTS = providers.Constants()
 
 EXAMPLES = int(os.environ.get("PHOTONMAP_EXAMPLES", "6"))
 SEED = os.environ.get("PHOTONMAP_SEED")
@@ -134,8 +139,10 @@ SETTINGS = {"bands": "rgb", "size": (10, 10)}
 
 @property_of_scenes
 def test_photons_agree_with_paths(scene):
+    """Cells of as many photons as a render's own leave 3% of indirect light in doubt, at most."""
+    settings = SETTINGS | {"photons": 1 << 14}
     for buffer in ("direct", "indirect"):
-        values, wanted = (means(scene, buffer, method=m, **SETTINGS) for m in ("photon", "path"))
+        values, wanted = (means(scene, buffer, method=m, **settings) for m in ("photon", "path"))
         assert_same(values, wanted, slack=0.03)
 
 
