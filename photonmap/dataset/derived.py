@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.bands import Bands
+from photonmap.output import LIGHT
 from photonmap.projection import Method
 from photonmap.result import Result
 
 Image = NDArray[Any]
 
-PROJECTED = ("radiance", "emission", "direct", "indirect", "reflectance", "shading")
+PROJECTED = (*LIGHT[:-1], "reflectance", "shading")
 MASKS = ("valid", "light_source", "background")
 
 
@@ -48,10 +49,14 @@ def _direct_illuminant(result: Result) -> Image:
     known = (reflectance > 0.0).all(axis=-1, keepdims=True)
     known &= ~result.residual.any(axis=-1, keepdims=True)
     shading = np.divide(result.direct, reflectance, where=known, out=np.zeros(reflectance.shape))
-    mean = shading.mean(axis=-1, keepdims=True)
-    lit = np.broadcast_to(mean > 0.0, shading.shape)
-    color = np.divide(shading, mean, where=lit, out=np.zeros(shading.shape))
-    return color.astype(np.float32)
+    return _over_mean(shading)
+
+
+def _over_mean(light: Image) -> Image:
+    """Return light over its mean over bands, 0 where that is 0."""
+    mean = light.mean(axis=-1, keepdims=True, dtype=np.float64)
+    lit = np.broadcast_to(mean > 0.0, light.shape)
+    return np.divide(light, mean, where=lit, out=np.zeros(light.shape)).astype(np.float32)
 
 
 def rgb_method(bands: Bands) -> Method | None:
@@ -60,20 +65,27 @@ def rgb_method(bands: Bands) -> Method | None:
 
 
 def as_rgb(result: Result) -> Result:
-    """Return a render in linear sRGB, (H, W, 3) float32 each.
+    """Return a render in linear sRGB, (H, W, 3) float32 each; those of groups of lights too.
 
     Radiances and shading are projected by one matrix, reflectance by the same under equal-energy
     white. Products do not commute with that: `residual` is the signed rest, radiance − emission −
-    reflectance × shading, of these RGB images. `illuminant` is shading over its mean.
+    reflectance × shading, of these RGB images. `illuminant` is shading over its mean,
+    `illuminant_direct` the same of direct light alone, 0 where that is not known.
+
+    Parameters
+    ----------
+    result : with what `with_derived` adds
     """
     method = rgb_method(result.bands)
-    rgb = {name: result.rgb(name, method) for name in PROJECTED}
+    names = [name for name in result.buffers if name.partition("@")[0] in PROJECTED]
+    rgb = {name: result.rgb(name, method) for name in names}
     product = rgb["reflectance"].astype(np.float64) * rgb["shading"]
     rest = rgb["radiance"].astype(np.float64) - rgb["emission"] - product
     rgb["residual"] = rest.astype(np.float32)
     projected = Result(rgb, {}, Bands.rgb(), result.record)
     rgb["scalar_shading"] = projected.scalar_shading
     rgb["illuminant"] = projected.illuminant.data
+    rgb["illuminant_direct"] = _over_mean(result.rgb("illuminant_direct", method))
     return projected
 
 

@@ -81,7 +81,7 @@ def render_job(
     ------
     KeyboardInterrupt : at Ctrl-C, also after the first passes
     """
-    from photonmap.render import render
+    from photonmap import render
 
     result = render(
         scene,

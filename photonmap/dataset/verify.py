@@ -157,7 +157,7 @@ def _render_again(image: Image, tell: Tell) -> Iterator[str]:
         return
     pairs = {**again.buffers, **_named_errors(again)}
     there = {**before.buffers, **_named_errors(before)}
-    differ = [n for n, array in pairs.items() if not np.array_equal(array, there.get(n))]
+    differ = [n for n in pairs if n not in there or not np.array_equal(pairs[n], there[n])]
     if differ:
         yield f"rendered again, these differ: {', '.join(differ)}"
     else:
