@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from photonmap.arguments import size
-from photonmap.errors import InputError
+from photonmap.errors import InputError, warn
 from photonmap.scene_options import add_measured_sets, name_measured_sets
 
 if TYPE_CHECKING:
@@ -157,7 +157,12 @@ def _tell(line: str) -> None:
 
 
 def _report(folder: Path, outcome: Outcome, options: argparse.Namespace) -> int:
-    """Print what came out; return the exit code."""
+    """Write the report, and print what came out; return the exit code."""
+    from photonmap.dataset.report import has_jinja, mean_share, write_report
+
+    written = write_report(folder, list(outcome.entries.values())) if outcome.entries else []
+    if not has_jinja():
+        warn("the report's page needs jinja2: pip install 'photonmap[dataset]'")
     for name, reason in outcome.failures.items():
         print(f"photonmap: failed: {name}: {reason}", file=sys.stderr)
     if not options.quiet:
@@ -165,6 +170,10 @@ def _report(folder: Path, outcome: Outcome, options: argparse.Namespace) -> int:
         earlier = f", {kept} were there" if kept else ""
         failed = f", {len(outcome.failures)} failed" if outcome.failures else ""
         print(f"{outcome.rendered} images rendered{earlier}{failed}: {folder}")
+        if (share := mean_share(outcome.entries.values())) is not None:
+            print(f"direct light is {share:.3f} of direct + indirect on average")
+        for path in written:
+            print(path)
     return _FAILED if outcome.failures else 0
 
 
