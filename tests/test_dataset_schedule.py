@@ -44,7 +44,7 @@ def die(task):
 @pytest.fixture(scope="module")
 def cluster():
     with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None
+        n_workers=1, threads_per_worker=1, processes=True, dashboard_address=":0"
     ) as running:
         yield running
 
@@ -83,6 +83,13 @@ def test_an_image_that_kills_every_worker_fails_alone(tmp_path, cluster, monkeyp
     monkeypatch.setattr(schedule, "produce", die)
     [(_, reason)] = schedule.run_tasks(tasks(tmp_path)[:1], cluster.scheduler_address)
     assert reason.startswith("KilledWorker: ")
+
+
+def test_images_are_given_up_where_there_are_no_workers(tmp_path, monkeypatch):
+    monkeypatch.setattr(schedule, "_PATIENCE", 0.5)
+    with distributed.LocalCluster(n_workers=0, dashboard_address=":0") as empty:
+        outcomes = list(schedule.run_tasks(tasks(tmp_path), empty.scheduler_address))
+    assert [reason for _, reason in outcomes] == [schedule._DESERTED] * 2
 
 
 def test_bad_scenes_fail_alone(tmp_path, cluster):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -19,6 +20,9 @@ LOCAL = "local"
 MOST_WORKERS = 1024
 _CONNECT = 10.0
 """Seconds to reach a scheduler."""
+_POLL, _PATIENCE = 1.0, 60.0
+"""Seconds between looks at the workers, and without any before the rest is given up."""
+_DESERTED = "the scheduler has no workers; start some, and go on with --resume"
 
 Outcome = tuple[Task, dict[str, Any] | str]
 """A task, and its entry or why it failed."""
@@ -77,16 +81,26 @@ def _distribute(
     client: Client, tasks: Sequence[Task], scheduler: str, workers: int
 ) -> Iterator[Outcome]:
     """Render images by dask.distributed."""
-    from distributed import as_completed
+    from distributed import wait
 
     if scheduler == LOCAL:
         threads = max((os.cpu_count() or 1) // workers, 1)
         tasks = [replace(task, threads=threads) for task in tasks]
     futures = {client.submit(produce, task, pure=False): task for task in tasks}
-    for future in as_completed(futures):
-        error = future.exception()
-        yield futures[future], future.result() if error is None else _reason(error)
-        future.release()
+    seen = time.monotonic()
+    while futures:
+        try:
+            done = wait(list(futures), timeout=_POLL, return_when="FIRST_COMPLETED").done
+        except TimeoutError:
+            done = set()
+        for future in done:
+            error = future.exception()
+            yield futures.pop(future), future.result() if error is None else _reason(error)
+        if done or client.scheduler_info()["workers"]:
+            seen = time.monotonic()
+        elif time.monotonic() - seen > _PATIENCE:
+            yield from ((task, _DESERTED) for task in futures.values())
+            return
 
 
 @contextmanager
@@ -97,7 +111,7 @@ def _connect(scheduler: str, workers: int) -> Iterator[Client]:
     if scheduler == LOCAL:
         with (
             LocalCluster(
-                n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None
+                n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=":0"
             ) as cluster,
             Client(cluster) as client,
         ):
