@@ -29,6 +29,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "words", nargs="+", metavar="[verify] FOLDER", help="the data set's folder, which is made"
     )
+    _add_images(parser)
+    _add_work(parser)
+    check = parser.add_argument_group("verify")
+    check.add_argument(
+        "--sample", type=int, default=1, metavar="N", help="images to render again (default 1)"
+    )
+
+
+def _add_images(parser: argparse.ArgumentParser) -> None:
+    """Add what decides the images."""
     what = parser.add_argument_group("what is rendered")
     what.add_argument(
         "--preset", default="small", metavar="NAME", help="small (default), icip2013, or FILE.toml"
@@ -42,7 +52,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     image = parser.add_argument_group("image")
     image.add_argument("--bands", default="6", metavar="BANDS", help="as for a render (default 6)")
     image.add_argument("--size", type=size, default=(640, 480), metavar="WxH", help="640x480")
-    image.add_argument("--error", default="0.02", metavar="E", help="as for a render")
+    image.add_argument(
+        "--error", default="0.02", metavar="E", help="as for a render (default 0.02)"
+    )
+
+
+def _add_work(parser: argparse.ArgumentParser) -> None:
+    """Add how and where images are rendered and written."""
     work = parser.add_argument_group("work")
     work.add_argument(
         "--format",
@@ -58,10 +74,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     work.add_argument("--resume", action="store_true", help="render what is missing or damaged")
     work.add_argument("--dry-run", action="store_true", help="list the images, render none")
     work.add_argument("--quiet", action="store_true", help="print errors and warnings alone")
-    check = parser.add_argument_group("verify")
-    check.add_argument(
-        "--sample", type=int, default=1, metavar="N", help="images to render again (default 1)"
-    )
 
 
 def run(options: argparse.Namespace) -> int:

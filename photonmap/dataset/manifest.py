@@ -83,6 +83,9 @@ def _difference(there: dict[str, Any], here: dict[str, Any]) -> str:
         "photonmap": (there["versions"]["photonmap"], here["versions"]["photonmap"]),
     }
     del pairs["munsell"], pairs["illuminants"]
+    if pairs["inputs"][0] != pairs["inputs"][1]:
+        pairs["curves of bands or measured sets"] = ("others", "these")
+    del pairs["inputs"]
     told = [f"{key} {old} there, {new} here" for key, (old, new) in pairs.items() if old != new]
     if not told and not set(there["images"]) & set(here["images"]):
         told = [f"preset {there['preset']} and other seeds there, {here['preset']} here"]

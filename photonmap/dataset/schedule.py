@@ -48,7 +48,7 @@ def run_tasks(tasks: Sequence[Task], scheduler: str = LOCAL, workers: int = 1) -
 
     With one local worker, or without dask, that is in this process, image by image. Otherwise
     dask.distributed renders them; the images of a worker that dies go to another one, and fail
-    when three have died of them.
+    when four have died of them.
 
     Raises
     ------
