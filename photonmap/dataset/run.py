@@ -70,11 +70,16 @@ def make_dataset(
             done = outcome.rendered + len(outcome.failures)
             tell(f"{done}/{len(tasks)} {_line(task.job.name, result)}")
     finally:
-        names = {job.name: place for place, job in enumerate(jobs)}
-        order = sorted(outcome.entries, key=lambda name: names.get(name, len(names)))
-        outcome.entries = {name: outcome.entries[name] for name in order}
+        outcome.entries = _in_order(outcome.entries, jobs)
         write_lines(folder, outcome.entries.values())
     return outcome
+
+
+def _in_order(entries: Entries, jobs: Sequence[Job]) -> Entries:
+    """Return entries in the order of the jobs, then the others."""
+    places = {job.name: place for place, job in enumerate(jobs)}
+    order = sorted(entries, key=lambda name: places.get(name, len(places)))
+    return {name: entries[name] for name in order}
 
 
 def _find_entries(folder: Path, jobs: Sequence[Job], tell: Callable[[str], None]) -> Entries:
