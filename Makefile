@@ -2,12 +2,18 @@ PYTHON ?= python3
 BIN := .venv/bin
 INSTALLED := .venv/installed
 
-.PHONY: demo test lint fuzz kernels-checked bench study examples wheel clean
+.PHONY: demo dataset-demo test lint fuzz kernels-checked bench study examples wheel clean
 
 demo: $(INSTALLED)  ## render the Cornell box into out/
 	mkdir -p out
 	$(BIN)/python -m photonmap scenes/cornell_box.obj --bands 6 --output out/cornell_box.exr
 	@echo "the picture: $(CURDIR)/out/cornell_box.png"
+
+dataset-demo: $(INSTALLED)  ## a data set of 4 scenes in 4 lights into out/dataset-demo/
+	mkdir -p out
+	$(BIN)/python -m photonmap dataset out/dataset-demo --preset small --size 96x72 --error 0.05 \
+		--resume
+	@echo "the contact sheet: $(CURDIR)/out/dataset-demo/report.html"
 
 test: $(INSTALLED)  ## lint, then every test
 	$(MAKE) lint

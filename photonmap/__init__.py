@@ -14,6 +14,7 @@ if not (Path(__file__).parent / "kernels").is_dir():
     __path__.append(str(Path(__file__).parent.parent))
 
 if TYPE_CHECKING:
+    import photonmap.dataset as dataset
     import photonmap.scenes as scenes
     from photonmap.bands import Bands
     from photonmap.errors import InputError, SceneWarning
@@ -63,13 +64,14 @@ _HOMES = {
     "emission": "spectra.text",
     "reflectance": "spectra.text",
 }
-__all__ = [*_HOMES, "scenes"]
+_PARTS = ("dataset", "scenes")
+__all__ = [*_HOMES, *_PARTS]
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first used: Numba alone takes half a second."""
-    if name == "scenes":
-        return import_module("photonmap.scenes")
+    if name in _PARTS:
+        return import_module(f"photonmap.{name}")
     if name in _HOMES:
         value = getattr(import_module(f"photonmap.{_HOMES[name]}"), name)
         globals()[name] = value

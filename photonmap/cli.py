@@ -22,11 +22,12 @@ if TYPE_CHECKING:
 BAD_INPUT, INTERRUPTED = 2, 130
 
 _COMMANDS = {
+    "dataset": "photonmap.dataset.command",
     "merge": "photonmap.merge_command",
     "sensors": "photonmap.sensors.command",
     "study": "photonmap.study.command",
 }
-"""Modules with HELP, add_arguments and run."""
+"""Modules with HELP, add_arguments and run, which may return an exit code."""
 
 
 _PASSED_ON = (
@@ -44,10 +45,15 @@ class _Parser(argparse.ArgumentParser):
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; return 0, 2 for bad input, or 130 for Ctrl-C before the first pass."""
+    """Run the command line.
+
+    Returns
+    -------
+    0; 1 where part of a data set failed; 2 for bad input; 130 for Ctrl-C before the first pass
+    """
     warnings.showwarning = _show_warning
     try:
-        _dispatch(sys.argv[1:] if arguments is None else arguments)
+        return _dispatch(sys.argv[1:] if arguments is None else arguments)
     except InputError as error:
         print(f"photonmap: error: {error}", file=sys.stderr)
         return BAD_INPUT
@@ -57,19 +63,18 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("photonmap: interrupted; nothing written", file=sys.stderr)
         return INTERRUPTED
-    return 0
 
 
-def _dispatch(arguments: list[str]) -> None:
-    """Run the command that the first argument names; a render if it names none."""
+def _dispatch(arguments: list[str]) -> int:
+    """Run the command that the first argument names, a render if it names none; return 0 or 1."""
     name = arguments[0] if arguments else ""
     if name not in _COMMANDS:
         _run(_parser().parse_args(arguments))
-        return
+        return 0
     command = import_module(_COMMANDS[name])
     parser = _Parser(prog=f"photonmap {name}", description=command.HELP, allow_abbrev=False)
     command.add_arguments(parser)
-    command.run(parser.parse_args(arguments[1:]))
+    return command.run(parser.parse_args(arguments[1:])) or 0
 
 
 def _run(options: argparse.Namespace) -> None:

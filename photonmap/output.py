@@ -45,9 +45,15 @@ _CHANNELS: dict[str, tuple[str, ...]] = {
 
 LIGHT = ("radiance", "emission", "direct", "indirect", "caustics", "residual")
 BUFFERS = (*LIGHT, "reflectance", "shading", "covariance", *_CHANNELS)
-"""Names of all buffers there may be."""
+"""Names of all buffers that a render may have."""
 
-_INTEGERS = ("unresolved", "passes", "object_id", "material_id")
+_MASKS = ("unresolved", "valid", "light_source", "background")
+_DERIVED = dict.fromkeys(("scalar_shading", *_MASKS[1:]), ("Y",))
+"""Channels of buffers without bands that data sets add."""
+
+_INTEGERS = (*_MASKS, "passes", "object_id", "material_id")
+_SHARES = ("reflectance", "illuminant", "illuminant_direct")
+"""Buffers with bands that have no unit."""
 _RGB = ("R", "G", "B")
 _ERROR = ".error"
 _COMPRESSION = "zip"
@@ -211,18 +217,18 @@ def sensitivity_texts(bands: Bands) -> tuple[str, ...]:
 
 
 def _base(part: str) -> str:
-    """Return the buffer of `BUFFERS` that a part holds: "direct" of "direct@sun.error"."""
+    """Return the buffer that a part holds: "direct" of "direct@sun.error"."""
     return part.removesuffix(_ERROR).partition("@")[0]
 
 
 def _channels(part: str, bands: Bands) -> list[str]:
     """Return the names of a part's channels, in the order of the buffer's last axis."""
     buffer = _base(part)
-    if buffer in _CHANNELS:
-        return list(_CHANNELS[buffer])
+    if planes := _CHANNELS.get(buffer) or _DERIVED.get(buffer):
+        return list(planes)
     if bands.centroids is None:
         return list(_RGB)
-    return channel_names("T" if buffer == "reflectance" else "S0", bands.centroids)
+    return channel_names("T" if buffer in _SHARES else "S0", bands.centroids)
 
 
 def _spec(part: str, image: NDArray[Any], bands: Bands) -> OpenImageIO.ImageSpec:
@@ -330,6 +336,6 @@ def _read_part(file: OpenImageIO.ImageInput, index: int, bands: Bands) -> tuple[
         raise ValueError(f"part {part!r} cannot be read: {file.geterror()}")
     if names != list(spec.channelnames):
         pixels = np.take(pixels, [spec.channelindex(name) for name in names], axis=-1)
-    if part.removesuffix(_ERROR) in _CHANNELS and len(names) == 1:
+    if len(names) == 1 and _base(part) in (*_CHANNELS, *_DERIVED):
         pixels = pixels[..., 0]
-    return part, pixels.astype(bool) if part == "unresolved" else pixels
+    return part, pixels.astype(bool) if part in _MASKS else pixels

@@ -16,13 +16,7 @@ if TYPE_CHECKING:
 def add_scene_options(parser: argparse.ArgumentParser) -> None:
     """Add SCENE and the options that say how to read it."""
     parser.add_argument("scene", metavar="SCENE", help="OBJ file, SCENE.toml beside it; or TOML")
-    spectra = parser.add_argument_group("spectra")
-    spectra.add_argument(
-        "--munsell", metavar="PATH", help="measured chips for munsell: (or $PHOTONMAP_MUNSELL)"
-    )
-    spectra.add_argument(
-        "--illuminants", metavar="PATH", help="measured lights for sfu: (or $PHOTONMAP_ILLUMINANTS)"
-    )
+    add_measured_sets(parser.add_argument_group("spectra"))
     camera = parser.add_argument_group("camera", "in place of the one in SCENE.toml")
     for name in ("origin", "target", "up"):
         camera.add_argument(f"--{name}", type=vector, metavar="x,y,z", help="scene units")
@@ -32,6 +26,16 @@ def add_scene_options(parser: argparse.ArgumentParser) -> None:
         choices=("error", "grey"),
         default="error",
         help="what becomes of an MTL file's textures that cannot be read (default: error)",
+    )
+
+
+def add_measured_sets(group: argparse._ArgumentGroup) -> None:
+    """Add the options that name sets of measured spectra."""
+    group.add_argument(
+        "--munsell", metavar="PATH", help="measured chips for munsell: (or $PHOTONMAP_MUNSELL)"
+    )
+    group.add_argument(
+        "--illuminants", metavar="PATH", help="measured lights for sfu: (or $PHOTONMAP_ILLUMINANTS)"
     )
 
 

@@ -105,12 +105,18 @@ class Settings:
         }
 
 
-def _film(size: tuple[int, int], pixel: str) -> Film:
+def check_size(size: tuple[int, int]) -> None:
+    """Raise `InputError` for an image without pixels, or with too many."""
     width, height = size
     if not all(isinstance(side, int | np.integer) for side in size) or min(size) < 1:
         raise InputError(f"size {width}x{height} must be whole pixels, 1x1 at least")
     if max(size) > LARGEST_SIDE:
         raise InputError(f"size {width}x{height} is too large: {LARGEST_SIDE} a side at most")
+
+
+def _film(size: tuple[int, int], pixel: str) -> Film:
+    check_size(size)
+    width, height = size
     if pixel not in ("box", "center"):
         raise InputError(f"pixel {pixel!r} is neither 'box' nor 'center'")
     return Film(int(width), int(height), pixel == "box")

@@ -1,1 +1,12 @@
-"""Scenes for data sets of ground truth: built from a seed, relit, recoloured."""
+"""Data sets of ground truth: scenes built from a seed, relit, recoloured, rendered, read.
+
+>>> from photonmap import dataset
+>>> for image in dataset.open("out/set"):
+...     image["shading"], image["reflectance"], image.rgb["radiance"]
+"""
+
+from photonmap.dataset.reader import Dataset, Image, open_dataset
+
+open = open_dataset
+
+__all__ = ["Dataset", "Image", "open"]

@@ -51,7 +51,14 @@ def build_scene(
     InputError : there is no such scene, illumination or material, or the seed is out of range
     """
     setting = build_setting(name, seed, materials)
-    return setting.lit(choose_illumination(illumination, _random(f"light of {name}", seed)))
+    return setting.lit(draw_illumination(name, seed, illumination))
+
+
+def draw_illumination(
+    name: str, seed: int, illumination: str | Illumination = "white"
+) -> Illumination:
+    """Draw the colours of an illumination for a scene's name and seed; see `build_scene`."""
+    return choose_illumination(illumination, _random(f"light of {name}", seed))
 
 
 def build_setting(name: str, seed: int = 0, materials: str = "lambertian") -> Setting:

@@ -1,0 +1,125 @@
+"""Images rendered by dask.distributed: a real local scheduler, and workers that die."""
+
+import functools
+import os
+import signal
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import photonmap as pm
+from photonmap import dataset
+from photonmap.cli import main
+from photonmap.dataset import schedule
+from photonmap.dataset.jobs import Common, plan_jobs
+from photonmap.dataset.presets import Preset
+from photonmap.dataset.produce import Task, produce
+from photonmap.dataset.verify import verify
+
+distributed = pytest.importorskip("distributed")
+
+COMMON = Common((16, 12), "3", "0.5", inputs="0")
+
+
+def tasks(folder):
+    preset = Preset("two", ("jug",), illuminations=("white", "two_mixed"))
+    return [Task(job, str(folder), ("exr",)) for job in plan_jobs(preset, [], COMMON)]
+
+
+def die_once(task, mark):
+    """Render an image; the first one to come this way is killed instead."""
+    try:
+        Path(mark).touch(exist_ok=False)
+    except FileExistsError:
+        return produce(task)
+    return os.kill(os.getpid(), signal.SIGKILL)
+
+
+def die(task):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=True, dashboard_address=":0"
+    ) as running:
+        yield running
+
+
+def test_workers_make_what_this_process_makes(tmp_path, cluster):
+    for place in ("here", "there"):
+        (tmp_path / place).mkdir()
+    here = dict(_named(schedule.run_tasks(tasks(tmp_path / "here"))))
+    there = dict(_named(schedule.run_tasks(tasks(tmp_path / "there"), cluster.scheduler_address)))
+    assert here.keys() == there.keys()
+    for name in here:
+        first = dataset.Image(tmp_path / "here", here[name])
+        second = dataset.Image(tmp_path / "there", there[name])
+        assert set(first) == set(second)
+        for buffer, array in first.items():
+            np.testing.assert_array_equal(array, second[buffer])
+
+
+def _named(outcomes):
+    return ((task.job.name, entry) for task, entry in outcomes)
+
+
+def test_the_images_of_a_worker_that_dies_go_to_another(tmp_path, cluster, monkeypatch):
+    mark = tmp_path / "died"
+    monkeypatch.setattr(schedule, "produce", functools.partial(die_once, mark=str(mark)))
+    folder = tmp_path / "set"
+    folder.mkdir()
+    outcomes = dict(_named(schedule.run_tasks(tasks(folder), cluster.scheduler_address)))
+    assert mark.exists()
+    assert len(outcomes) == 2
+    assert all(isinstance(entry, dict) for entry in outcomes.values())
+    assert sorted(path.name for path in folder.iterdir()) == sorted(outcomes)
+
+
+def test_an_image_that_kills_every_worker_fails_alone(tmp_path, cluster, monkeypatch):
+    monkeypatch.setattr(schedule, "produce", die)
+    [(_, reason)] = schedule.run_tasks(tasks(tmp_path)[:1], cluster.scheduler_address)
+    assert reason.startswith("KilledWorker: ")
+
+
+def test_images_are_given_up_where_there_are_no_workers(tmp_path, monkeypatch):
+    monkeypatch.setattr(schedule, "_PATIENCE", 0.5)
+    with distributed.LocalCluster(n_workers=0, dashboard_address=":0") as empty:
+        outcomes = list(schedule.run_tasks(tasks(tmp_path), empty.scheduler_address))
+    assert [reason for _, reason in outcomes] == [schedule._DESERTED] * 2
+
+
+def test_bad_scenes_fail_alone(tmp_path, cluster):
+    good = tasks(tmp_path)[0]
+    bad = replace(good, job=replace(good.job, colors=("D65",) * 3))
+    outcomes = dict(schedule.run_tasks([bad, good], cluster.scheduler_address))
+    assert "has 3 colours; give one or two" in outcomes[bad]
+    assert isinstance(outcomes[good], dict)
+
+
+def test_two_local_workers(tmp_path):
+    preset = tmp_path / "one.toml"
+    preset.write_text('scenes = ["jug"]\nilluminations = ["white", "two_mixed"]')
+    arguments = ["--preset", str(preset), "--size", "16x12", "--bands", "3", "--error", "0.5"]
+    folder = tmp_path / "set"
+    assert main(["dataset", str(folder), *arguments, "--workers", "2", "--quiet"]) == 0
+    assert len(dataset.open(folder)) == 2
+    assert verify(folder, sample=0) == []
+
+
+def test_without_dask_this_process_renders(tmp_path, monkeypatch):
+    monkeypatch.setattr(schedule, "find_spec", lambda name: None)
+    with pytest.warns(pm.SceneWarning, match=r"pip install 'photonmap\[cluster\]'"):
+        outcomes = list(schedule.run_tasks(tasks(tmp_path)[:1], workers=2))
+    assert isinstance(outcomes[0][1], dict)
+
+
+def test_a_scheduler_that_does_not_answer_is_told(tmp_path, monkeypatch):
+    monkeypatch.setattr(schedule, "_CONNECT", 0.5)
+    with pytest.raises(pm.InputError, match="cannot be reached"):
+        list(schedule.run_tasks(tasks(tmp_path), "tcp://127.0.0.1:9"))
+    with pytest.raises(pm.InputError, match="cannot be reached"):
+        list(schedule.run_tasks(tasks(tmp_path), "nonsense://x"))
