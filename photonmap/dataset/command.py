@@ -26,8 +26,11 @@ _VERIFY = "verify"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
+    parser.usage = (
+        f"{parser.prog} FOLDER [options]\n       {parser.prog} verify FOLDER [--sample N]"
+    )
     parser.add_argument(
-        "words", nargs="+", metavar="[verify] FOLDER", help="the data set's folder, which is made"
+        "words", nargs="+", metavar="FOLDER", help="the data set's; it is made where it is missing"
     )
     _add_images(parser)
     _add_work(parser)
