@@ -5,8 +5,10 @@
 >>> result.shading, result.standard_error("shading")
 """
 
+import sys
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 # In a checkout, kernels/ and scenes/ stand beside the package.
@@ -66,6 +68,17 @@ _HOMES = {
 }
 _PARTS = ("dataset", "scenes")
 __all__ = [*_HOMES, *_PARTS]
+
+
+class _Package(ModuleType):
+    """Keeps a function from being hidden by the module of its name, once that is imported."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not (name in _HOMES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
 
 
 def __getattr__(name: str) -> Any:

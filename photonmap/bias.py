@@ -49,37 +49,48 @@ class BiasProbe:
         blocks = -(-film.width // self._block) * -(-film.height // self._block)
         self.differences = np.zeros((2, blocks, columns.distinct))
         """Sums over the passes of either half"""
+        self.stated = np.full(1, np.nan)
+        """The bias for windows of width 1, not a number before two passes were probed"""
+
+    @property
+    def arrays(self) -> dict[str, NDArray[np.float64]]:
+        """All that passes leave behind, by name: the arrays themselves."""
+        return {"differences": self.differences, "bias": self.stated}
 
     def probe(self, index: int, pixels: Pixels, moments: Accumulator) -> None:
         """Repeat pass `index`, which gave `pixels`, if it is one to be probed."""
         if not is_probed(index) or not self._run.has_supports:
             return
-        _, judged = moments.judged_radiance()
+        radiance, judged = moments.judged_radiance()
         narrow = self._indirect(pixels, judged)
         wide = self._indirect(self._run.run(index, wider=1), judged)
-        self.differences[(index - FIRST) % EVERY] += wide - narrow
+        half = (index - FIRST) % EVERY
+        self.differences[half] += wide - narrow
+        if half == 1 and judged.any():
+            probed = [earlier for earlier in range(index + 1) if is_probed(earlier)]
+            self.stated[0] = self._estimate(radiance, judged, len(probed) // 2)
+            self.stated[0] /= window_width(np.array(probed))
 
-    def bias(self, moments: Accumulator) -> float | None:
-        """Return the estimate, relative as the error is; None before two passes were probed.
+    def bias(self, count: int) -> float | None:
+        """Return the estimate after `count` passes, relative as the error is; None if unknown."""
+        known = not math.isnan(self.stated[0])
+        return float(self.stated[0]) * window_width(np.arange(count)) if known else None
 
-        sqrt(mean(bias² / (v² + 0.01 m²))) over bands and over blocks, by their judged pixels; v is
-        a block's radiance, m its mean in a band. What is noise alone comes out as 0 or small.
+    def _estimate(
+        self, radiance: NDArray[np.float32], judged: NDArray[np.bool_], pairs: int
+    ) -> float:
+        """Return sqrt(mean(bias² / (v² + 0.01 m²))) over bands and blocks, by judged pixels.
+
+        v is a block's radiance, m its mean in a band. What is noise alone comes out 0 or small.
         """
-        probed = [index for index in range(moments.count) if is_probed(index)]
-        radiance, judged = moments.judged_radiance()
         pixels = self._sums(judged[:, None].astype(np.float64))
-        if len(probed) < 2 or not self._run.has_supports or not pixels.any():
-            return None
         value = self._sums(radiance * judged[:, None])
         norm = value**2 + 0.01 * (pixels * value.sum(axis=0) / pixels.sum()) ** 2
-        first, second = self.differences
-        square = first / (len(probed) - len(probed) // 2) * second / (len(probed) // 2)
+        square = self.differences.prod(axis=0) / pairs**2
         relative = np.divide(square, norm, out=np.zeros_like(norm), where=norm > 0.0)
-        mean = np.average(
-            np.average(relative, axis=0, weights=pixels[:, 0]), weights=self._columns.weights
-        )
-        narrowing = window_width(range(moments.count)) / window_width(probed)
-        return OF_DIFFERENCE * math.sqrt(max(float(mean), 0.0)) * narrowing
+        mean = np.average(relative, axis=0, weights=pixels[:, 0])
+        mean = np.average(mean, weights=self._columns.weights)
+        return OF_DIFFERENCE * math.sqrt(max(float(mean), 0.0))
 
     def _indirect(self, pixels: Pixels, judged: NDArray[np.bool_]) -> NDArray[np.float64]:
         light = pixels.indirect

@@ -8,7 +8,7 @@ shrink, so the answer converges to the truth (Knaus and Zwicker 2011).
 import hashlib
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cached_property
 from typing import Literal
@@ -68,12 +68,12 @@ def bundle_count(photons: int) -> int:
     return min(max(-(-photons // BUNDLE), 1), MOST_BUNDLES)
 
 
-def window_width(indices: Iterable[int]) -> float:
+def window_width(indices: np.ndarray) -> float:
     """Return the mean width of passes' windows, the supports that narrow the slowest.
 
     In units of the first pass's.
     """
-    return float(np.mean([(1.0 + index / WINDOWS_HOLD) ** (-1.0 / 6.0) for index in indices]))
+    return float(np.mean((1.0 + indices / WINDOWS_HOLD) ** (-1.0 / 6.0)))
 
 
 class Passes:
@@ -320,7 +320,7 @@ class Passes:
         return plan
 
     def _share(self, index: int, pixels: Pixels, wider: int) -> Pixels:
-        plan, shrink = self.plan, window_width([index]) * 2.0**wider
+        plan, shrink = self.plan, window_width(np.array([index])) * 2.0**wider
         self._over_pixels(
             lambda first, last: share(
                 self._film, plan, WINDOW * shrink, shrink, first, last, pixels, self._shared

@@ -63,7 +63,7 @@ class Rounds:
 
     @property
     def _arrays(self) -> dict[str, Any]:
-        arrays = {**self._moments.arrays, "differences": self._probe.differences}
+        arrays = {**self._moments.arrays, **self._probe.arrays}
         if self._focus is not None:
             arrays |= {"first passes": self._focus.moments, "powers": self._focus.powers}
         return arrays
@@ -116,7 +116,7 @@ class Rounds:
     @property
     def bias(self) -> float | None:
         """The estimated bias of radiance, see `BiasProbe`."""
-        return self._probe.bias(self._moments.whole)
+        return self._probe.bias(self._moments.whole.count)
 
     def go(self, progress: Progress) -> None:
         """Take passes until the budget is spent, or until Ctrl-C, and save the last state.

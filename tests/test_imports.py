@@ -53,6 +53,15 @@ def test_importing_the_package_and_help_are_light():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
+def test_functions_are_not_hidden_by_their_modules():
+    code = (
+        "import photonmap as pm, photonmap.render, photonmap.merge;"
+        "from photonmap.render import render; assert pm.render is render;"
+        "assert callable(pm.merge)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 def test_public_names():
     import photonmap
 

@@ -83,7 +83,8 @@ def test_an_output_folder_that_vanishes(tmp_path):
     folder = tmp_path / "gone"
     folder.mkdir()
     vanish = (
-        "import shutil, sys, photonmap.render as r; from photonmap import cli; whole = r.render\n"
+        "import shutil, sys, photonmap.render; from photonmap import cli\n"
+        "r = sys.modules['photonmap.render']; whole = r.render\n"
         "def render(*a, **k):\n"
         f"    result = whole(*a, **k); shutil.rmtree({str(folder)!r}); return result\n"
         "r.render = render; sys.exit(cli.main(sys.argv[1:]))"
