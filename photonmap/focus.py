@@ -62,7 +62,7 @@ class Focus:
         if seen is not None:
             light += seen[SEEN_DIRECT] + seen[SEEN_INDIRECT]
         weights = self._columns.weights / self._columns.weights.sum()
-        return self._columns.whole(light) @ weights.astype(np.float32)
+        return np.einsum("pb,b->p", self._columns.whole(light), weights.astype(np.float32))
 
     def _decide(self, moments: NDArray[np.float32], plan: Plan) -> NDArray[np.int8]:
         """Return powers for all pixels: samples in proportion to sqrt(variance / cost)."""
