@@ -27,11 +27,11 @@ def _sine(cosine):
 
 
 @jit
-def _closer(cosine, less):
-    """Return the cosine of an angle made smaller by another, 0 at least, both given by cosines."""
+def _closer(cosine, less, less_sine):
+    """Return the cosine of an angle made smaller by another, 0 at least."""
     if cosine >= less:
         return 1.0
-    return cosine * less + _sine(cosine) * _sine(less)
+    return cosine * less + _sine(cosine) * less_sine
 
 
 @jit
@@ -49,16 +49,21 @@ def importance(nodes, node, point, ns):
     squared, squared_radius = vec.dot(step, step), nodes[node, NODE_SQUARED_RADIUS]
     if squared <= squared_radius:
         return strength / max(squared_radius, 1e-30)
-    direction = vec.scale(step, 1.0 / math.sqrt(squared))
-    width = math.sqrt(1.0 - squared_radius / squared)
-    lit = _closer(vec.dot(ns, direction), width)
+    inverse = 1.0 / squared
+    direction = vec.scale(step, math.sqrt(inverse))
+    spread = squared_radius * inverse
+    width, width_sine = math.sqrt(1.0 - spread), math.sqrt(spread)
+    lit = _closer(vec.dot(ns, direction), width, width_sine)
     if lit <= 0.0:
         return 0.0
-    sent = -vec.dot(_vector(nodes, node, NODE_AXIS), direction)
-    sent = _closer(_closer(sent, nodes[node, NODE_TURN]), width)
-    if sent < nodes[node, NODE_REACH]:
-        return 0.0
-    return strength * lit * max(sent, 0.0) / squared
+    turn = nodes[node, NODE_TURN]
+    if turn > -1.0:
+        sent = -vec.dot(_vector(nodes, node, NODE_AXIS), direction)
+        sent = _closer(_closer(sent, turn, _sine(turn)), width, width_sine)
+        if sent < nodes[node, NODE_REACH]:
+            return 0.0
+        lit *= max(sent, 0.0)
+    return strength * lit * inverse
 
 
 @outlined
