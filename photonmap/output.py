@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from photonmap.bands import Bands
 from photonmap.errors import InputError
 from photonmap.messages import suggest
+from photonmap.places import check_writable
 
 if TYPE_CHECKING:
     import OpenImageIO
@@ -100,13 +101,7 @@ def check_output(path: str | PathLike[str], buffers: Iterable[str] | None = None
     if not folder.is_dir():
         state = "is not a folder" if folder.exists() else "does not exist"
         raise InputError(f"the folder {folder} {state}; create it or choose another", path)
-    try:
-        with tempfile.TemporaryFile(dir=folder):  # permissions alone do not tell
-            pass
-    except OSError as error:
-        reason = error.strerror or error
-        message = f"cannot write to the folder {folder} ({reason}); choose another"
-        raise InputError(message, path) from None
+    check_writable(folder, path)
     return path
 
 

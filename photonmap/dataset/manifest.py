@@ -13,6 +13,7 @@ from typing import Any
 
 from photonmap.dataset.jobs import Common, Job
 from photonmap.errors import InputError
+from photonmap.places import check_writable
 
 HEAD, LINES = "manifest.json", "manifest.jsonl"
 FORMAT = "photonmap data set 1"
@@ -54,13 +55,7 @@ def check_folder(path: str | PathLike[str], head: dict[str, Any], resume: bool) 
     parent = folder if folder.is_dir() else folder.parent
     if not parent.is_dir():
         raise InputError(f"the folder {parent} does not exist; create it", folder)
-    try:
-        with tempfile.TemporaryFile(dir=parent):  # permissions alone do not tell
-            pass
-    except OSError as error:
-        reason = error.strerror or error
-        message = f"cannot write to the folder {parent} ({reason}); choose another"
-        raise InputError(message, folder) from None
+    check_writable(parent, folder)
     return folder
 
 

@@ -9,6 +9,7 @@ from os import PathLike
 from pathlib import Path
 
 from photonmap.errors import InputError
+from photonmap.places import check_writable
 from photonmap.study.about import About
 from photonmap.study.drawing import as_png
 from photonmap.study.findings import Findings
@@ -33,13 +34,7 @@ def check_folder(path: str | PathLike[str]) -> Path:
     parent = folder if folder.is_dir() else folder.parent
     if not parent.is_dir():
         raise InputError(f"the folder {parent} does not exist; create it", folder)
-    try:
-        with tempfile.TemporaryFile(dir=parent):  # permissions alone do not tell
-            pass
-    except OSError as error:
-        reason = error.strerror or error
-        message = f"cannot write to the folder {parent} ({reason}); choose another"
-        raise InputError(message, folder) from None
+    check_writable(parent, folder)
     return folder
 
 
