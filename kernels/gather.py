@@ -56,7 +56,7 @@ def gather(scene, store, caustics, hit, place, keys, samples, gathers, throughpu
     emitter = emitted(geometry, lights, triangle, side)
     if triangle < 0:
         if emitter >= 0:
-            weight = weigh_miss(lights, direction, vec.dot(ns, direction), samples, gathers)
+            weight = weigh_miss(geometry, lights, point, ns, direction, samples, gathers)
             add_emitted(irradiance, DIRECT, lights, emitter, (u, v), direction, weight)
         return 0
     if emitter >= 0:

@@ -6,9 +6,10 @@ import numpy as np
 
 from photonmap.kernels import surface, vec, warp
 from photonmap.kernels.bands import add_mix, add_mix_product, add_product, add_row, mix
+from photonmap.kernels.choice import chance_of, choose
 from photonmap.kernels.environment import environment_pdf, radiance_at, sample_environment
 from photonmap.kernels.jit import jit
-from photonmap.kernels.light_tree import chance_of, choose
+from photonmap.kernels.lamp import look_at, sample_lamp
 from photonmap.kernels.opaque import blocked, opacity_at
 from photonmap.kernels.records import DIRECTIONAL, DOME, POINT, SPOT, TRIANGLE
 from photonmap.kernels.texels import coordinates, look_up
@@ -160,13 +161,12 @@ def falloff(cosines, emitter, cosine):
 
 
 @jit
-def _point_of_emitter(geometry, triangle, u, v):
-    """Return (point, ng, place, opacity) on the front of an emitting triangle, offset off it."""
-    place = warp.uniform_triangle(u, v)
+def _point_of_emitter(geometry, triangle, place):
+    """Return (point, ng, opacity) on the front of an emitting triangle, offset off it."""
     point, size = surface.point_at(geometry, triangle, place[0], place[1])
     normal = vec.row(geometry.normals, triangle)
     opacity = opacity_at(geometry, geometry.alpha, triangle, place[0], place[1])
-    return surface.offset(point, size, normal), normal, place, opacity
+    return surface.offset(point, size, normal), normal, opacity
 
 
 @jit
@@ -204,15 +204,29 @@ def _far_sample(lights, emitter, ns, u, v):
 
 
 @jit
+def _favour(a, b):
+    """Weigh a strategy of density a against one of b by the power heuristic (Veach 1997, 9.2.4)."""
+    if a >= b:
+        return 1.0 / (1.0 + (b / a) * (b / a))
+    return (a / b) * (a / b) / (1.0 + (a / b) * (a / b))
+
+
+@jit
+def _evenly(lights, emitter, chance, squared, facing):
+    """Return the density per steradian of points spread evenly over an emitting triangle."""
+    return chance * warp.uniform_triangle_pdf(lights.area[emitter]) * squared / facing
+
+
+@jit
 def sample_direct(geometry, lights, point, ng, ns, u, v, samples, gathers):
     """Sample one emitter for the irradiance at a point.
 
     Returns (emitter, weight, place, direction): the sum of weight · what the emitter sends, as
-    `add_emitted`, over `samples` such samples and `gathers` cosine-distributed rays, weighed by
-    the balance heuristic (Veach 1997, 9.2.4), estimates irradiance. A weight of 0 with emitter
-    >= 0 is a light that is blocked; emitter -1 is one that is not in front.
+    `add_emitted`, over `samples` such samples and `gathers` cosine-distributed rays, weighed
+    against each other, estimates irradiance. A weight of 0 with emitter >= 0 is a light that is
+    blocked; emitter -1 is one that is not in front.
     """
-    emitter, chance, u = choose(lights, lights.tree, point, ns, u)
+    emitter, chance, u = choose(geometry, lights, lights.tree, point, ns, u)
     if emitter < 0:
         return -1, 0.0, NOWHERE, ns
     kind = lights.kind[emitter]
@@ -227,33 +241,50 @@ def sample_direct(geometry, lights, point, ng, ns, u, v, samples, gathers):
             return emitter, cosine / (samples * chance), NOWHERE, direction
         density = samples * chance * pdf + gathers * warp.cosine_hemisphere_pdf(cosine)
         return emitter, cosine / density, NOWHERE, direction
-    place, opacity = NOWHERE, 1.0
     if kind == TRIANGLE:
-        target, normal, place, opacity = _point_of_emitter(geometry, lights.triangle[emitter], u, v)
-    else:
-        target = vec.row(lights.position, emitter)
-        normal = ng
+        return _sample_triangle(
+            geometry, lights, emitter, chance, point, ng, ns, u, v, samples, gathers
+        )
+    segment = vec.sub(vec.row(lights.position, emitter), point)
+    squared = vec.dot(segment, segment)
+    if squared == 0.0:
+        return -1, 0.0, NOWHERE, ns
+    direction = vec.scale(segment, 1.0 / math.sqrt(squared))
+    weight = _lit(ng, ns, direction) / (samples * squared * chance)
+    if kind == SPOT:
+        axis = vec.row(lights.axis, emitter)
+        weight *= falloff(lights.cosines, emitter, -vec.dot(axis, direction))
+    if weight == 0.0:
+        return -1, 0.0, NOWHERE, direction
+    if blocked(geometry, point, segment, 1.0):
+        return emitter, 0.0, NOWHERE, direction
+    return emitter, weight, NOWHERE, direction
+
+
+@jit
+def _sample_triangle(geometry, lights, emitter, chance, point, ng, ns, u, v, samples, gathers):
+    """Sample an emitting triangle roughly in proportion to what it sends to a point.
+
+    Heuristics may take any density for the sampler's; the one of even points is simple.
+    """
+    triangle = lights.triangle[emitter]
+    b1, b2, density = sample_lamp(look_at(geometry, triangle, point, ns), u, v)
+    if density == 0.0:
+        return -1, 0.0, NOWHERE, ns
+    target, normal, opacity = _point_of_emitter(geometry, triangle, (b1, b2))
     segment = vec.sub(target, point)
     squared = vec.dot(segment, segment)
     if squared == 0.0:
         return -1, 0.0, NOWHERE, ns
     direction = vec.scale(segment, 1.0 / math.sqrt(squared))
-    cosine = _lit(ng, ns, direction)
-    facing = 1.0
-    if kind == TRIANGLE:
-        facing = -vec.dot(normal, direction)
-    elif kind == SPOT:
-        axis = vec.row(lights.axis, emitter)
-        facing = falloff(lights.cosines, emitter, -vec.dot(axis, direction))
+    cosine, facing = _lit(ng, ns, direction), -vec.dot(normal, direction)
     if cosine == 0.0 or facing <= 0.0:
         return -1, 0.0, NOWHERE, direction
     if blocked(geometry, point, segment, 1.0):
         return emitter, 0.0, NOWHERE, direction
-    if kind != TRIANGLE:
-        return emitter, facing * cosine / (samples * squared * chance), NOWHERE, direction
-    pdf = chance * warp.uniform_triangle_pdf(lights.area[emitter]) * squared / facing
-    weight = cosine / (samples * pdf + gathers * warp.cosine_hemisphere_pdf(cosine))
-    return emitter, weight * opacity, place, direction
+    even = _evenly(lights, emitter, chance, squared, facing)
+    weight = _favour(samples * even, gathers * warp.cosine_hemisphere_pdf(cosine))
+    return emitter, weight * opacity * cosine / (samples * even * density), (b1, b2), direction
 
 
 @jit
@@ -261,17 +292,17 @@ def weigh_hit(geometry, lights, emitter, point, ns, hit, direction, samples, gat
     """Weight of an emitting triangle hit by a cosine-distributed ray, as in `sample_direct`."""
     segment = vec.sub(hit, point)
     facing = -vec.dot(vec.row(geometry.normals, lights.triangle[emitter]), direction)
-    cosine = vec.dot(ns, direction)
-    chance = chance_of(lights, lights.tree, emitter, point, ns)
-    pdf = chance * warp.uniform_triangle_pdf(lights.area[emitter])
-    pdf *= vec.dot(segment, segment) / facing
-    return cosine / (samples * pdf + gathers * warp.cosine_hemisphere_pdf(cosine))
+    chance = chance_of(geometry, lights, lights.tree, emitter, point, ns)
+    even = _evenly(lights, emitter, chance, vec.dot(segment, segment), facing)
+    own = gathers * warp.cosine_hemisphere_pdf(vec.dot(ns, direction))
+    return math.pi / gathers * _favour(own, samples * even)
 
 
 @jit
-def weigh_miss(lights, direction, cosine, samples, gathers):
+def weigh_miss(geometry, lights, point, ns, direction, samples, gathers):
     """Weight of the sky seen by a cosine-distributed ray, as in `sample_direct`."""
-    chance = warp.discrete_pdf(lights.cumulative, lights.dome)
+    cosine = vec.dot(ns, direction)
+    chance = chance_of(geometry, lights, lights.tree, lights.dome, point, ns)
     pdf = chance * _sky_pdf(lights.environment, direction, cosine)
     return cosine / (samples * pdf + gathers * warp.cosine_hemisphere_pdf(cosine))
 
@@ -315,7 +346,8 @@ def emit(geometry, lights, place, aim):
         local = (lights.radius * x, lights.radius * y, -2.0 * lights.radius)
         weight = lights.radius * lights.radius / (density * warp.uniform_disk_pdf() * chance)
         return emitter, weight, NOWHERE, vec.from_frame(local, direction), direction
-    origin, normal, spot, opacity = _point_of_emitter(geometry, lights.triangle[emitter], u, v)
+    spot = warp.uniform_triangle(u, v)
+    origin, normal, opacity = _point_of_emitter(geometry, lights.triangle[emitter], spot)
     direction = vec.from_frame(warp.cosine_hemisphere(aim[0], aim[1]), normal)
     weight = math.pi * lights.area[emitter] / chance * opacity
     return emitter, weight, spot, origin, direction

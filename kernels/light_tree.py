@@ -1,4 +1,4 @@
-"""The choice of an emitter for a point: by power, or down a tree of lights by what may reach it.
+"""The choice among many emitters for a point, down a tree by what may reach it.
 
 A. Conty Estévez and C. Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting",
 HPG 2018; bounds as in pbrt-v4, 12.6.3. The tree is complete: node n has the children 2n and
@@ -7,7 +7,7 @@ HPG 2018; bounds as in pbrt-v4, 12.6.3. The tree is complete: node n has the chi
 
 import math
 
-from photonmap.kernels import vec, warp
+from photonmap.kernels import vec
 from photonmap.kernels.jit import jit, outlined
 from photonmap.kernels.records import (
     NODE_AXIS,
@@ -67,7 +67,7 @@ def importance(nodes, node, point, ns):
 
 
 @outlined
-def _descend(nodes, point, ns, u):
+def descend(nodes, point, ns, u):
     """Go down from the root by importance; return (leaf, chance, u renewed).
 
     leaf is -1 where all importance is 0.
@@ -88,8 +88,8 @@ def _descend(nodes, point, ns, u):
 
 
 @outlined
-def _chance_of_leaf(nodes, leaf, point, ns):
-    """Return the probability of `_descend` to end at a leaf."""
+def chance_of_leaf(nodes, leaf, point, ns):
+    """Return the probability of `descend` to end at a leaf."""
     node, chance = leaf + len(nodes) // 2, 1.0
     while node > 1:
         own = importance(nodes, node, point, ns)
@@ -98,29 +98,3 @@ def _chance_of_leaf(nodes, leaf, point, ns):
         chance *= own / (own + importance(nodes, node ^ 1, point, ns))
         node //= 2
     return chance
-
-
-@jit
-def choose(lights, tree, point, ns, u):
-    """Choose an emitter for the light at a point; return (emitter, chance, u renewed).
-
-    emitter is -1 where none can reach it. `tree` is None where all are chosen by power.
-    """
-    if tree is None:
-        emitter, u = warp.discrete(lights.cumulative, u)
-        return emitter, warp.discrete_pdf(lights.cumulative, emitter), u
-    if u >= tree.near:
-        emitter, u = warp.discrete(tree.far, (u - tree.near) / (1.0 - tree.near))
-        return emitter, warp.discrete_pdf(lights.cumulative, emitter), u
-    leaf, chance, u = _descend(tree.nodes, point, ns, u / tree.near)
-    if leaf < 0:
-        return -1, 0.0, u
-    return tree.emitter[leaf], tree.near * chance, u
-
-
-@jit
-def chance_of(lights, tree, emitter, point, ns):
-    """Return the probability of `choose` to return an emitter that is not infinitely far."""
-    if tree is None:
-        return warp.discrete_pdf(lights.cumulative, emitter)
-    return tree.near * _chance_of_leaf(tree.nodes, tree.leaf[emitter], point, ns)

@@ -59,7 +59,7 @@ def walk(scene, store, caustics, hit, part, bounces, state, throughput, irradian
         emitter = emitted(geometry, lights, triangle, side)
         if triangle < 0:
             if emitter >= 0:
-                weight = weigh_miss(lights, direction, vec.dot(ns, direction), 1, 1)
+                weight = weigh_miss(geometry, lights, point, ns, direction, 1, 1)
                 add_emitted_product(
                     irradiance, part, lights, emitter, (u, v), direction, throughput, weight
                 )

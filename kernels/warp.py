@@ -5,6 +5,7 @@ import math
 from photonmap.kernels.jit import jit
 
 INV_PI = 1.0 / math.pi
+TINY = 1e-300
 
 
 @jit
@@ -77,6 +78,18 @@ def uniform_triangle(u, v):
 def uniform_triangle_pdf(area):
     """Return the density of `uniform_triangle` (per area)."""
     return 1.0 / area
+
+
+@jit
+def linear(u, a, b):
+    """Return x in [0, 1) with density 2 (a + x (b - a)) / (a + b), a, b >= 0, not both 0."""
+    return u * (a + b) / max(a + math.sqrt(a * a + u * (b * b - a * a)), TINY)
+
+
+@jit
+def linear_pdf(x, a, b):
+    """Return the density of `linear`."""
+    return 2.0 * (a + x * (b - a)) / (a + b)
 
 
 @jit

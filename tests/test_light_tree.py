@@ -9,22 +9,22 @@ import photonmap as pm
 from photonmap import emitters
 from photonmap.bands import Bands
 from photonmap.kernels import rng
+from photonmap.kernels.choice import chance_of, choose
 from photonmap.kernels.jit import kernel
-from photonmap.kernels.light_tree import chance_of, choose
 from photonmap.prepare import prepare
 
 SAMPLES = 200_000
 
 
 @kernel
-def count_choices(lights, point, ns, n, counts, worst):
+def count_choices(geometry, lights, point, ns, n, counts, worst):
     state = rng.stream(12, 0, 0)
     for _ in range(n):
         u, state = rng.draw(state)
-        emitter, chance, u = choose(lights, lights.tree, point, ns, u)
+        emitter, chance, u = choose(geometry, lights, lights.tree, point, ns, u)
         counts[emitter] += 1
         if emitter >= 0 and lights.kind[emitter] not in (2, 4):
-            other = chance_of(lights, lights.tree, emitter, point, ns)
+            other = chance_of(geometry, lights, lights.tree, emitter, point, ns)
             worst[0] = max(worst[0], abs(chance / other - 1.0))
         worst[1] = max(worst[1], u)
 
@@ -46,19 +46,21 @@ def many(cornell):
 
 def test_choices_have_their_chances(many):
     """χ² at p > 1e-3 for each of 8 places; emitters of no chance are never chosen."""
-    lights = prepare(many, Bands.parse("rgb"), 1.0).lights
+    prepared = prepare(many, Bands.parse("rgb"), 1.0)
+    geometry, lights = prepared.geometry, prepared.lights
     random = np.random.default_rng(5)
     for _ in range(8):
         point, ns = random.uniform(-0.3, 0.3, 3), random.normal(size=3)
         ns /= np.linalg.norm(ns)
         counts, worst = np.zeros(len(lights.kind) + 1), np.zeros(2)
-        count_choices(lights, tuple(point), tuple(ns), SAMPLES, counts, worst)
+        count_choices(geometry, lights, tuple(point), tuple(ns), SAMPLES, counts, worst)
         assert worst[0] < 1e-9
         assert worst[1] < 1.0
         near = np.isin(lights.kind, (0, 1, 3))
         chances = np.zeros(len(counts))
         for emitter in np.flatnonzero(near):
-            chances[emitter] = chance_of(lights, lights.tree, emitter, tuple(point), tuple(ns))
+            at = tuple(point), tuple(ns)
+            chances[emitter] = chance_of(geometry, lights, lights.tree, emitter, *at)
         power = np.diff(lights.cumulative, prepend=0.0)
         chances[:-1][~near] = power[~near]
         chances[-1] = max(1.0 - chances[:-1].sum(), 0.0)
@@ -72,7 +74,8 @@ def test_choices_have_their_chances(many):
 
 def test_no_light_that_shines_on_a_point_has_no_chance(many):
     """Wherever a light is in front of a surface and shines there, the tree may choose it."""
-    lights = prepare(many, Bands.parse("rgb"), 1.0).lights
+    prepared = prepare(many, Bands.parse("rgb"), 1.0)
+    geometry, lights = prepared.geometry, prepared.lights
     random = np.random.default_rng(6)
     for emitter in np.flatnonzero(np.isin(lights.kind, (1, 3))):
         for _ in range(20):
@@ -84,7 +87,8 @@ def test_no_light_that_shines_on_a_point_has_no_chance(many):
                 cosine = lights.axis[emitter] @ step / np.linalg.norm(step)
                 lit &= cosine > lights.cosines[emitter, 1]
             if lit:
-                assert chance_of(lights, lights.tree, emitter, tuple(point), tuple(ns)) > 0.0
+                at = tuple(point), tuple(ns)
+                assert chance_of(geometry, lights, lights.tree, emitter, *at) > 0.0
 
 
 def test_the_tree_changes_the_error_alone(many, monkeypatch):
