@@ -218,6 +218,8 @@ class Survey(NamedTuple):
 
     flat: np.ndarray
     """(P,) uint8, 1 where all samples hit one smooth piece of surface"""
+    even: np.ndarray
+    """(P,) uint8, 1 where it is flat, hardly curved, and of one material without textures"""
     nearness: np.ndarray
     """(P,) float32, mean of 1 / distance to the surfaces around"""
     penumbra: np.ndarray

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from photonmap.kernels import vec, warp
 from photonmap.kernels.beyond import smoothness
 from photonmap.kernels.film import FLAT, camera_ray, morton, note_hit
@@ -13,6 +15,7 @@ from photonmap.kernels.surface import meet, point_at
 
 FILM, LIGHT, GATHER = 0, 1, 2
 NEAREST = 1e-6
+EVEN_COSINE = 0.999
 
 
 @jit
@@ -27,14 +30,20 @@ def _nearness(geometry, point, ns, u, v):
 
 
 @kernel
-def survey_pixels(geometry, lights, optics, camera, film, samples, key, first, last, plane, survey):
-    """Fill `survey` and `plane`, (P, 7), of pixels first..last from `samples` samples each."""
+def survey_pixels(
+    geometry, lights, optics, textured, camera, film, samples, key, first, last, plane, survey
+):
+    """Fill `survey` and `plane`, (P, 7), of pixels first..last from `samples` samples each.
+
+    `textured`, (M,) uint8, tells which materials are.
+    """
     keys = (stream(key, FILM, 0), stream(key, LIGHT, 0), stream(key, GATHER, 0))
     for pixel in range(first, last):
         column, row = pixel % film.width, pixel // film.width
         base = morton(column, row) * samples
         hits = lit = blocked = 0
         nearness = 0.0
+        even, paint, normal = True, np.int32(-1), camera.origin
         for sample in range(samples):
             x, y = sobol_2d(base + sample, keys[FILM]) if film.jitter else (0.5, 0.5)
             direction = camera_ray(camera, column + x, row + y)
@@ -42,6 +51,11 @@ def survey_pixels(geometry, lights, optics, camera, film, samples, key, first, l
             if triangle < 0:
                 continue
             point, ng, ns, _ = meet(geometry, triangle, u, v, direction)
+            material = geometry.material[triangle]
+            if hits == 0:
+                paint, normal = material, ns
+            even &= material == paint and textured[material] == 0
+            even &= vec.dot(ns, normal) > EVEN_COSINE
             note_hit(plane, pixel, hits == 0, point, ns)
             hits += 1
             if smoothness(geometry, optics, triangle) > 0.0:
@@ -55,5 +69,6 @@ def survey_pixels(geometry, lights, optics, camera, film, samples, key, first, l
             at = sobol_2d(base + sample, keys[GATHER])
             nearness += _nearness(geometry, point, ns, at[0], at[1])
         survey.flat[pixel] = hits == samples and plane[pixel, FLAT] != 0.0
+        survey.even[pixel] = even and survey.flat[pixel] != 0
         survey.nearness[pixel] = nearness / max(hits, 1)
         survey.penumbra[pixel] = lit > 0 and blocked > 0

@@ -3,20 +3,31 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.kernels.records import Camera, Film, Geometry, Lights, Optics, Plan, Survey
+from photonmap.kernels.records import (
+    Camera,
+    Film,
+    Geometry,
+    Lights,
+    Materials,
+    Optics,
+    Plan,
+    Survey,
+    Textures,
+)
 from photonmap.kernels.share import count_windows
 from photonmap.kernels.survey import survey_pixels
 from photonmap.workers import Workers
 
 SAMPLES = 4
-"""Camera samples a pixel in a pass; a power of two, so that coverage sums to exactly 1."""
+"""Camera samples of a pixel in a survey, and in a pass; a power of two, as coverage sums to 1."""
 EDGE_SAMPLES = 16
 """The same where a pixel shows several surfaces, or a mirror or glass."""
-LIGHT_SAMPLES, PENUMBRA_SAMPLES = 4, 16
-"""Light samples a pixel, and where some are blocked and some are not."""
-GATHERS, LONELY_GATHERS = 4, 32
-"""Gather rays a pixel, and where few neighbours share their indirect light with it."""
-FEW_PARTNERS = 20
+EVEN_LIGHT_SAMPLES, LIGHT_SAMPLES, PENUMBRA_SAMPLES = 4, 4, 16
+"""Light samples of a pixel: of lamps that are alike, of others, and where something blocks some."""
+GATHERS, MOST_GATHERS = 8, 64
+"""Gather rays of a pixel, and where few neighbours share their indirect light with it."""
+SHARED_GATHERS = 256
+"""Gather rays of all that share their light, where a pixel's own are not too many."""
 WINDOW = 6.0
 """Radius of the first pass's sharing windows, pixels."""
 REACH = 0.2
@@ -28,6 +39,7 @@ def survey(
     geometry: Geometry,
     lights: Lights,
     optics: Optics | None,
+    textured: NDArray[np.uint8],
     camera: Camera,
     film: Film,
     key: np.uint64,
@@ -39,12 +51,12 @@ def survey(
     that follow are neither biased nor correlated by what is decided here.
     """
     pixels = film.width * film.height
-    kinds = np.uint8, np.float32, np.uint8, np.uint8
+    kinds = np.uint8, np.uint8, np.float32, np.uint8, np.uint8
     look = Survey(*(np.zeros(pixels, kind) for kind in kinds))
     plane = np.zeros((pixels, 7), np.float32)
     workers.ranges(
         lambda first, last: survey_pixels(
-            geometry, lights, optics, camera, film, SAMPLES, key, first, last, plane, look
+            geometry, lights, optics, textured, camera, film, SAMPLES, key, first, last, plane, look
         ),
         pixels,
         TILE,
@@ -61,17 +73,41 @@ def survey(
         TILE,
     )
     penumbra = _neighbours(look.penumbra, film).max(axis=0) != 0
-    smooth = look.smooth != 0
-    flat, lonely = (look.flat != 0) & ~smooth, (partners < FEW_PARTNERS) | smooth
-    samples = np.where(flat, SAMPLES, EDGE_SAMPLES) if film.jitter else np.ones(pixels, np.int64)
-    lights = np.where(penumbra, PENUMBRA_SAMPLES, LIGHT_SAMPLES)
-    gathers = np.where(lonely & (flat | smooth), LONELY_GATHERS, GATHERS)
+    flat, even, smooth = look.flat != 0, look.even != 0, look.smooth != 0
+    gathers = np.clip(2 ** np.ceil(np.log2(SHARED_GATHERS / partners)), GATHERS, MOST_GATHERS)
+    gathers[smooth | ~flat] = MOST_GATHERS
+    samples = np.where(flat & ~smooth, SAMPLES, EDGE_SAMPLES)
+    samples[even & ~penumbra & (gathers == GATHERS)] = 1
+    if not film.jitter:
+        samples[:] = 1
+    lamps = np.where(penumbra, PENUMBRA_SAMPLES, _light_samples(lights))
     return Plan(
         samples.astype(np.uint8),
-        np.maximum(lights // samples, 1).astype(np.uint8),
+        np.maximum(lamps // samples, 1).astype(np.uint8),
         np.maximum(gathers // samples, 1).astype(np.uint8),
         reach,
     )
+
+
+def textured_materials(
+    geometry: Geometry, materials: Materials, lights: Lights, textures: Textures | None
+) -> NDArray[np.uint8]:
+    """Tell of each material, (M,), whether its looks vary over a surface."""
+    textured = np.zeros(len(materials.reflectance), bool)
+    if textures is not None:
+        textured |= textures.reflectance >= 0
+    if geometry.alpha is not None:
+        textured |= geometry.alpha.image >= 0
+    if lights.glow is not None:
+        textured |= lights.glow.slot[: len(textured)] >= 0
+    return textured.astype(np.uint8)
+
+
+def _light_samples(lights: Lights) -> int:
+    """Return how many light samples a pixel gets where nothing blocks any."""
+    varied = lights.environment or lights.glow or lights.tree
+    alike = not varied and len(np.unique(lights.spectrum)) == 1
+    return EVEN_LIGHT_SAMPLES if alike else LIGHT_SAMPLES
 
 
 def _neighbours(values: NDArray, film: Film) -> NDArray:
