@@ -5,7 +5,7 @@ import numpy as np
 from photonmap.kernels import vec, warp
 from photonmap.kernels.albedo import albedo, paint
 from photonmap.kernels.bands import total
-from photonmap.kernels.beyond import gather_beyond, smoothness
+from photonmap.kernels.beyond import gather_beyond, largest, smoothness
 from photonmap.kernels.caustics import add_caustics
 from photonmap.kernels.jit import jit, outlined
 from photonmap.kernels.light import add_emitted, emitted, weigh_hit, weigh_miss
@@ -82,6 +82,8 @@ def gather(scene, store, caustics, hit, place, keys, samples, gathers, throughpu
     color = paint(geometry, textures, triangle, u, v)
     for band in range(len(throughput)):
         throughput[band] = albedo(materials, textures, color, band) / np.float32(gathers)
+    if largest(throughput) == 0.0:
+        return found
     before = total(irradiance, INDIRECT)
     state = stream(keys[WALK], 0, place)
     end_hit = meet(geometry, triangle, u, v, direction)

@@ -52,20 +52,6 @@ def _crossing(apex, end):
 
 
 @jit
-def sent_by(corners):
-    """Return the mean of cos θ cos θ' / r² over a triangle, roughly; corners of `look_at`.
-
-    Each is linear over the triangle, and so is the part of it that the horizon cuts off.
-    """
-    apex, left, right, _ = corners
-    mean = (apex[1] + left[1] + right[1]) / 3.0
-    if (apex[0] > 0.0) == (left[0] > 0.0):
-        return max(mean, 0.0)
-    part = _crossing(apex, left) * _crossing(apex, right) * apex[1] / 3.0
-    return part if apex[0] > 0.0 else max(mean - part, 0.0)
-
-
-@jit
 def _sent_along(apex, end):
     """Return what comes from the way from the apex to `end`, in proportion to its width."""
     if apex[0] > 0.0 and end[0] > 0.0:
@@ -76,6 +62,13 @@ def _sent_along(apex, end):
     if apex[0] > 0.0:
         return t * t * apex[1]
     return (1.0 - t) * (2.0 + t) * end[1]
+
+
+@jit
+def sent_by(corners):
+    """Return the mean of cos θ cos θ' / r² over a triangle, roughly; corners of `look_at`."""
+    apex, left, right, _ = corners
+    return (_sent_along(apex, left) + _sent_along(apex, right)) / 6.0
 
 
 @jit

@@ -195,6 +195,10 @@ class Lights(NamedTuple):
     """None where emitters are few"""
 
 
+SceneArrays = tuple[Geometry, Materials, Lights, Optics | None, Textures | None]
+"""The scene as kernels take it."""
+
+
 class Camera(NamedTuple):
     """A pinhole; the ray of film point (x, y) in pixels is corner + x·across + y·down."""
 
@@ -232,11 +236,11 @@ class Plan(NamedTuple):
     """How much sampling each pixel gets, and how far its indirect light is shared."""
 
     samples: np.ndarray
-    """(P,) uint8, camera samples in a pass"""
+    """(P,) uint16, camera samples in a pass"""
     lights: np.ndarray
-    """(P,) uint8, light samples of each camera sample"""
+    """(P,) uint16, light samples of each camera sample"""
     gathers: np.ndarray
-    """(P,) uint8, gather rays of each camera sample"""
+    """(P,) uint16, gather rays of each camera sample"""
     reach: np.ndarray
     """(P,) float32, distance over which indirect irradiance hardly changes"""
 

@@ -104,8 +104,8 @@ def focused(plan: Plan, powers: NDArray[np.int8], film: Film) -> Plan:
     """Return a plan with more or fewer samples: of the camera, or at the pixels' centres."""
     factor = 2.0**powers
 
-    def scaled(counts: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        return np.maximum(counts * factor, np.minimum(counts, 1)).astype(np.uint8)
+    def scaled(counts: NDArray[np.uint16]) -> NDArray[np.uint16]:
+        return np.maximum(counts * factor, np.minimum(counts, 1)).astype(np.uint16)
 
     if film.jitter:
         return plan._replace(samples=scaled(plan.samples))

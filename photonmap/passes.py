@@ -39,7 +39,7 @@ from photonmap.kernels.share import share
 from photonmap.kernels.store import join
 from photonmap.landing import do_photons_land
 from photonmap.prepare import Prepared
-from photonmap.survey import SAMPLES, TILE, WINDOW, survey, textured_materials
+from photonmap.survey import SAMPLES, TILE, WINDOW, survey
 from photonmap.workers import Workers
 
 CELLS_PER_PHOTON = 1 / 2
@@ -310,12 +310,8 @@ class Passes:
     @cached_property
     def plan(self) -> Plan:
         """How much sampling each pixel gets."""
-        geometry, materials, lights, optics, textures = self._scene
         key = stream_key(self._seed, 0, SURVEY)
-        textured = textured_materials(geometry, materials, lights, textures)
-        plan = survey(
-            geometry, lights, optics, textured, self._camera, self._film, key, self._workers
-        )
+        plan = survey(self._scene, self._camera, self._film, key, self._workers)
         if not self._on("indirect"):
             plan = plan._replace(gathers=np.zeros_like(plan.gathers))
         if not self._on("soft_shadows"):

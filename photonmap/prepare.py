@@ -64,15 +64,7 @@ class Prepared:
     """texels, of which kernels have the addresses"""
 
     @property
-    def arrays(
-        self,
-    ) -> tuple[
-        records.Geometry,
-        records.Materials,
-        records.Lights,
-        records.Optics | None,
-        records.Textures | None,
-    ]:
+    def arrays(self) -> records.SceneArrays:
         """The scene as kernels take it."""
         return self.geometry, self.materials, self.lights, self.optics, self.textures
 

@@ -6,13 +6,10 @@ from numpy.typing import NDArray
 from photonmap.kernels.records import (
     Camera,
     Film,
-    Geometry,
     Lights,
-    Materials,
-    Optics,
     Plan,
+    SceneArrays,
     Survey,
-    Textures,
 )
 from photonmap.kernels.share import count_windows
 from photonmap.kernels.survey import survey_pixels
@@ -36,20 +33,15 @@ TILE = 2048
 
 
 def survey(
-    geometry: Geometry,
-    lights: Lights,
-    optics: Optics | None,
-    textured: NDArray[np.uint8],
-    camera: Camera,
-    film: Film,
-    key: np.uint64,
-    workers: Workers,
+    scene: SceneArrays, camera: Camera, film: Film, key: np.uint64, workers: Workers
 ) -> Plan:
     """Look at every pixel and plan its sampling.
 
     Only geometry and visibility are looked at, with random numbers of their own, so the passes
     that follow are neither biased nor correlated by what is decided here.
     """
+    geometry, _, lights, optics, _ = scene
+    textured = _textured_materials(scene)
     pixels = film.width * film.height
     kinds = np.uint8, np.uint8, np.float32, np.uint8, np.uint8
     look = Survey(*(np.zeros(pixels, kind) for kind in kinds))
@@ -82,17 +74,16 @@ def survey(
         samples[:] = 1
     lamps = np.where(penumbra, PENUMBRA_SAMPLES, _light_samples(lights))
     return Plan(
-        samples.astype(np.uint8),
-        np.maximum(lamps // samples, 1).astype(np.uint8),
-        np.maximum(gathers // samples, 1).astype(np.uint8),
+        samples.astype(np.uint16),
+        np.maximum(lamps // samples, 1).astype(np.uint16),
+        np.maximum(gathers // samples, 1).astype(np.uint16),
         reach,
     )
 
 
-def textured_materials(
-    geometry: Geometry, materials: Materials, lights: Lights, textures: Textures | None
-) -> NDArray[np.uint8]:
+def _textured_materials(scene: SceneArrays) -> NDArray[np.uint8]:
     """Tell of each material, (M,), whether its looks vary over a surface."""
+    geometry, materials, lights, _, textures = scene
     textured = np.zeros(len(materials.reflectance), bool)
     if textures is not None:
         textured |= textures.reflectance >= 0

@@ -1,4 +1,6 @@
-"""Many lights: the tree's choice has the chances it claims, and costs less error than power's."""
+"""Choices among lights have the chances they claim, and cost less error than those by power."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,7 +25,7 @@ def count_choices(geometry, lights, point, ns, n, counts, worst):
         u, state = rng.draw(state)
         emitter, chance, u = choose(geometry, lights, lights.tree, point, ns, u)
         counts[emitter] += 1
-        if emitter >= 0 and lights.kind[emitter] not in (2, 4):
+        if emitter >= 0:
             other = chance_of(geometry, lights, lights.tree, emitter, point, ns)
             worst[0] = max(worst[0], abs(chance / other - 1.0))
         worst[1] = max(worst[1], u)
@@ -44,26 +46,29 @@ def many(cornell):
     return pm.Scene(cornell.meshes, [*points[:20], *spots, sun], cornell.camera, "many lights")
 
 
-def test_choices_have_their_chances(many):
+@pytest.fixture(scope="module")
+def few(many):
+    """Its lamp with 2 points, a spot, the sun and a dome: too few for a tree."""
+    return replace(many, lights=[*many.lights[:2], *many.lights[-2:], pm.DomeLight(0.1)])
+
+
+@pytest.mark.parametrize("lights", ["few", "many"])
+def test_choices_have_their_chances(lights, request):
     """χ² at p > 1e-3 for each of 8 places; emitters of no chance are never chosen."""
-    prepared = prepare(many, Bands.parse("rgb"), 1.0)
+    prepared = prepare(request.getfixturevalue(lights), Bands.parse("rgb"), 1.0)
     geometry, lights = prepared.geometry, prepared.lights
     random = np.random.default_rng(5)
     for _ in range(8):
         point, ns = random.uniform(-0.3, 0.3, 3), random.normal(size=3)
         ns /= np.linalg.norm(ns)
+        at = tuple(point), tuple(ns)
         counts, worst = np.zeros(len(lights.kind) + 1), np.zeros(2)
-        count_choices(geometry, lights, tuple(point), tuple(ns), SAMPLES, counts, worst)
+        count_choices(geometry, lights, *at, SAMPLES, counts, worst)
         assert worst[0] < 1e-9
         assert worst[1] < 1.0
-        near = np.isin(lights.kind, (0, 1, 3))
-        chances = np.zeros(len(counts))
-        for emitter in np.flatnonzero(near):
-            at = tuple(point), tuple(ns)
-            chances[emitter] = chance_of(geometry, lights, lights.tree, emitter, *at)
-        power = np.diff(lights.cumulative, prepend=0.0)
-        chances[:-1][~near] = power[~near]
-        chances[-1] = max(1.0 - chances[:-1].sum(), 0.0)
+        emitters = range(len(lights.kind))
+        chances = [chance_of(geometry, lights, lights.tree, i, *at) for i in emitters]
+        chances = np.append(chances, max(1.0 - sum(chances), 0.0))
         assert not counts[chances == 0.0].any()
         common = chances * SAMPLES > 10.0
         rest = np.array([counts[~common].sum()]), np.array([chances[~common].sum() * SAMPLES])

@@ -87,6 +87,40 @@ def test_triangle():
 
 
 @kernel
+def take_turns(v, out):
+    for i in range(len(v)):
+        out[i, 0], out[i, 1] = warp.turn(v[i])
+
+
+def test_turns():
+    v = np.append(np.linspace(0.0, 1.0, 10_001)[:-1], 1.0 - 2.0**-53)
+    out = np.zeros((len(v), 2))
+    take_turns(v, out)
+    np.testing.assert_allclose(out[:, 0], np.cos(2.0 * np.pi * v), atol=1e-15)
+    np.testing.assert_allclose(out[:, 1], np.sin(2.0 * np.pi * v), atol=1e-15)
+
+
+@kernel
+def sample_linear(a, b, n, out):
+    state = rng.stream(7, 0, 0)
+    for i in range(n):
+        u, state = rng.draw(state)
+        out[i] = warp.linear(u, a, b)
+
+
+@pytest.mark.parametrize(("a", "b"), [(1.0, 3.0), (2.0, 0.0), (0.0, 1e-9), (5.0, 5.0)])
+def test_linear(a, b):
+    out = np.zeros(SAMPLES)
+    sample_linear(a, b, SAMPLES, out)
+    assert out.min() >= 0.0
+    assert out.max() <= 1.0
+    edges = np.linspace(0.0, 1.0, 21)
+    expected = [0.05 * warp.linear_pdf(x, a, b) for x in 0.5 * (edges[1:] + edges[:-1])]
+    counts = np.histogram(out, edges)[0]
+    assert chi_squared(counts, SAMPLES * np.array(expected)) > SIGNIFICANCE
+
+
+@kernel
 def sample_discrete(cumulative, n, counts, renewed):
     state = rng.stream(6, 0, 0)
     for i in range(n):
