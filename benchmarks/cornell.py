@@ -49,7 +49,10 @@ def run(options: Options) -> list[Table]:
             renderers["mitsuba"] = (mitsuba.render, MITSUBA_SAMPLES)
             renderers["scalar"] = (scalar.render, SCALAR_SAMPLES)
         points = _measure(renderers, truth)
-    times = {name: [time_to(level, series) for level in LEVELS] for name, series in points.items()}
+    times = {
+        name: [time_to(level, series, renderers[name][1][0]) for level in LEVELS]
+        for name, series in points.items()
+    }
     names = {
         "photon": "photonmap, photon",
         "path": "photonmap, path",
@@ -95,14 +98,16 @@ def _measure(
     return points
 
 
-def time_to(level: float, points: list[Point]) -> tuple[float, bool]:
+def time_to(level: float, points: list[Point], least: int) -> tuple[float, bool]:
     """Return the seconds to a relMSE, and whether they lie outside of what was measured.
 
     Between two points by a power law; outside of all as variance falls with time, from the point
-    that did best.
+    that did best. Of `least`, the smallest budget, a single pass cannot be divided.
     """
     ordered = sorted(points)
     if level > ordered[0][1]:
+        if least == 1:
+            return ordered[0][0], False
         return ordered[0][0] * ordered[0][1] / level, True
     for (t0, e0), (t1, e1) in pairwise(ordered):
         if e1 <= level <= e0:
