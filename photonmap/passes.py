@@ -19,7 +19,7 @@ from photonmap.caustics import CausticTracer, no_caustics
 from photonmap.cells import lay_cells, measure_fill
 from photonmap.effects import EffectPlan
 from photonmap.emitters import triangle_areas
-from photonmap.focus import LEARNED, focused, rays_of
+from photonmap.focus import LEARNED, count_rays, focused
 from photonmap.kernels.eye import camera_pass
 from photonmap.kernels.path import path_pass
 from photonmap.kernels.photon import trace_photons
@@ -39,6 +39,7 @@ from photonmap.kernels.share import share
 from photonmap.kernels.store import join
 from photonmap.landing import do_photons_land
 from photonmap.prepare import Prepared
+from photonmap.storage import RAM, Storage
 from photonmap.survey import SAMPLES, TILE, WINDOW, survey
 from photonmap.workers import Workers
 
@@ -88,6 +89,8 @@ class Passes:
     seed : of all random numbers
     workers : that share the work
     method : photon mapping, or the plain path tracer that arbitrates
+    plan : of the effects; None for all
+    storage : where the arrays lie
     """
 
     def __init__(
@@ -100,6 +103,7 @@ class Passes:
         workers: Workers,
         method: Literal["photon", "path"] = "photon",
         plan: EffectPlan | None = None,
+        storage: Storage = RAM,
     ) -> None:
         self._effects = plan
         self._prepared = prepared
@@ -110,9 +114,10 @@ class Passes:
         self._seed, self._workers, self._method = seed, workers, method
         self._camera = prepared.film_camera(film.width, film.height)
         self._size = film.width * film.height
-        self._pixels = empty_pixels(self._size, bands)
-        self.seen = np.zeros((5, self._size, bands), np.float32) if self._smooth else None
-        self._shared = np.empty((self._size, bands), np.float32)
+        self._storage = storage
+        self._pixels = empty_pixels(self._size, bands, storage)
+        self.seen = storage.zeros((5, self._size, bands)) if self._smooth else None
+        self._shared = storage.zeros((self._size, bands))
         self._areas = triangle_areas(prepared.geometry)
         self._level = -1
         self._cells: tuple[Cells, int]
@@ -232,7 +237,7 @@ class Passes:
         total = self._photons
         bundles = bundle_count(total)
         if self._bundles.shape[:2] != (bundles, count):
-            self._bundles = np.empty((bundles, count, self._bands), np.float32)
+            self._bundles = self._storage.zeros((bundles, count, self._bands))
         key = stream_key(self._seed, index, PHOTONS)
         counts = self._workers.map(
             lambda bundle: trace_photons(
@@ -253,7 +258,7 @@ class Passes:
         self.cut += int(cut)
         self.photons += total
         self.rays += int(stores) + total
-        radiosity = np.empty((count, self._bands), np.float32)
+        radiosity = self._storage.zeros((count, self._bands))
         self._workers.ranges(
             lambda first, last: join(self._bundles, first, last, radiosity), count, CELL_RANGE
         )
@@ -291,7 +296,7 @@ class Passes:
                 self.seen,
             )
         )
-        self.rays += int(rays_of(plan).sum())
+        self.rays += count_rays(plan)
         return self._pixels
 
     def _focused(self, index: int) -> Plan:
@@ -312,7 +317,9 @@ class Passes:
         """How much sampling each pixel gets."""
         geometry, _, lights, optics, _ = self._scene
         key = stream_key(self._seed, 0, SURVEY)
-        plan = survey(geometry, lights, optics, self._camera, self._film, key, self._workers)
+        plan = survey(
+            geometry, lights, optics, self._camera, self._film, key, self._workers, self._storage
+        )
         if not self._on("indirect"):
             plan = plan._replace(gathers=np.zeros_like(plan.gathers))
         if not self._on("soft_shadows"):
@@ -365,11 +372,11 @@ def empty_store(bands: int) -> Store:
     return Cells(*none), np.zeros((0, bands), np.float32)
 
 
-def empty_pixels(size: int, bands: int) -> Pixels:
+def empty_pixels(size: int, bands: int, storage: Storage = RAM) -> Pixels:
     """Make the arrays of a pass over `size` pixels."""
     return Pixels(
-        *(np.zeros((size, bands), np.float32) for _ in range(6)),
-        coverage=np.zeros(size, np.float32),
-        found=np.zeros(size, np.uint8),
-        plane=np.zeros((size, 7), np.float32),
+        *storage.zeros((6, size, bands)),
+        coverage=storage.zeros(size),
+        found=storage.zeros(size, np.uint8),
+        plane=storage.zeros((size, 7)),
     )

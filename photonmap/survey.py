@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from photonmap.kernels.records import Camera, Film, Geometry, Lights, Optics, Plan, Survey
 from photonmap.kernels.share import count_windows
 from photonmap.kernels.survey import survey_pixels
+from photonmap.storage import RAM, Storage
 from photonmap.workers import Workers
 
 SAMPLES = 4
@@ -22,6 +23,8 @@ WINDOW = 6.0
 REACH = 0.2
 """Their radius in space, as a part of the mean distance to what lies around (Ward 1988)."""
 TILE = 2048
+LINES = 64
+"""Lines of the image that are planned at a time."""
 
 
 def survey(
@@ -32,6 +35,7 @@ def survey(
     film: Film,
     key: np.uint64,
     workers: Workers,
+    storage: Storage = RAM,
 ) -> Plan:
     """Look at every pixel and plan its sampling.
 
@@ -40,8 +44,8 @@ def survey(
     """
     pixels = film.width * film.height
     kinds = np.uint8, np.float32, np.uint8, np.uint8
-    look = Survey(*(np.zeros(pixels, kind) for kind in kinds))
-    plane = np.zeros((pixels, 7), np.float32)
+    look = Survey(*(storage.zeros(pixels, kind) for kind in kinds))
+    plane = storage.zeros((pixels, 7))
     workers.ranges(
         lambda first, last: survey_pixels(
             geometry, lights, optics, camera, film, SAMPLES, key, first, last, plane, look
@@ -49,33 +53,57 @@ def survey(
         pixels,
         TILE,
     )
-    nearness = _neighbours(look.nearness, film).mean(axis=0)
-    reach = REACH / np.maximum(nearness, 1e-12).astype(np.float32)
-    partners = np.zeros(pixels, np.int32)
+    plan = Plan(*(storage.zeros(pixels, np.uint8) for _ in range(3)), storage.zeros(pixels))
+    workers.ranges(
+        lambda first, last: _plan_reach(film, look, first, last, plan), film.height, LINES
+    )
+    partners = storage.zeros(pixels, np.int32)
     nothing = np.zeros((pixels, 0), np.float32)
     workers.ranges(
         lambda first, last: count_windows(
-            film, plane, reach, WINDOW, 1.0, first, last, nothing, partners
+            film, plane, plan.reach, WINDOW, 1.0, first, last, nothing, partners
         ),
         pixels,
         TILE,
     )
-    penumbra = _neighbours(look.penumbra, film).max(axis=0) != 0
-    smooth = look.smooth != 0
-    flat, lonely = (look.flat != 0) & ~smooth, (partners < FEW_PARTNERS) | smooth
-    samples = np.where(flat, SAMPLES, EDGE_SAMPLES) if film.jitter else np.ones(pixels, np.int64)
+    workers.ranges(
+        lambda first, last: _plan_samples(film, look, partners, first, last, plan),
+        film.height,
+        LINES,
+    )
+    return plan
+
+
+def _plan_reach(film: Film, look: Survey, first: int, last: int, plan: Plan) -> None:
+    """Decide how far the pixels of lines first..last share."""
+    nearness = _neighbours(look.nearness, film, first, last).mean(axis=0)
+    lines = slice(first * film.width, last * film.width)
+    plan.reach[lines] = REACH / np.maximum(nearness, 1e-12).astype(np.float32)
+
+
+def _plan_samples(
+    film: Film, look: Survey, partners: NDArray[np.int32], first: int, last: int, plan: Plan
+) -> None:
+    """Decide on the samples of the pixels of lines first..last."""
+    lines = slice(first * film.width, last * film.width)
+    penumbra = _neighbours(look.penumbra, film, first, last).max(axis=0) != 0
+    smooth = look.smooth[lines] != 0
+    flat, lonely = (look.flat[lines] != 0) & ~smooth, (partners[lines] < FEW_PARTNERS) | smooth
+    samples = np.where(flat, SAMPLES, EDGE_SAMPLES) if film.jitter else np.ones(len(flat), int)
     lights = np.where(penumbra, PENUMBRA_SAMPLES, LIGHT_SAMPLES)
     gathers = np.where(lonely & (flat | smooth), LONELY_GATHERS, GATHERS)
-    return Plan(
-        samples.astype(np.uint8),
-        np.maximum(lights // samples, 1).astype(np.uint8),
-        np.maximum(gathers // samples, 1).astype(np.uint8),
-        reach,
-    )
+    plan.samples[lines] = samples
+    plan.lights[lines] = np.maximum(lights // samples, 1)
+    plan.gathers[lines] = np.maximum(gathers // samples, 1)
 
 
-def _neighbours(values: NDArray, film: Film) -> NDArray:
-    """Return each pixel's value and those of its eight neighbours, (9, P)."""
-    padded = np.pad(values.reshape(film.height, film.width), 1, mode="edge")
-    views = np.lib.stride_tricks.sliding_window_view(padded, (film.height, film.width))
+def _neighbours(values: NDArray, film: Film, first: int, last: int) -> NDArray:
+    """Return the values of the pixels of lines first..last and of their eight neighbours, (9, L).
+
+    The image's edges are doubled.
+    """
+    lines = np.clip(np.arange(first - 1, last + 1), 0, film.height - 1)
+    image = values.reshape(film.height, film.width)[lines]
+    padded = np.pad(image, ((0, 0), (1, 1)), mode="edge")
+    views = np.lib.stride_tricks.sliding_window_view(padded, (last - first, film.width))
     return views.reshape(9, -1)
