@@ -17,6 +17,7 @@ import numpy as np
 
 from photonmap.caustics import CausticTracer, no_caustics
 from photonmap.cells import lay_cells, measure_fill
+from photonmap.cuts import share_cut
 from photonmap.effects import EffectPlan
 from photonmap.emitters import triangle_areas
 from photonmap.focus import LEARNED, count_rays, focused
@@ -55,7 +56,7 @@ COUNTERS = ("photons", "stores", "cut", "rays", "photon_seconds", "caustic_secon
 Store = tuple[Cells, np.ndarray]
 Light = tuple[Store, Caustics | None]
 
-SURVEY, PHOTONS, CAMERA, PROBE, CAUSTIC_PILOT, CAUSTICS, LANDING = 0, 1, 2, 3, 4, 5, 6
+SURVEY, PHOTONS, CAMERA, PROBE, CAUSTIC_PILOT, CAUSTICS, LANDING, CUTS = range(8)
 
 
 def stream_key(seed: int, index: int, domain: int) -> np.uint64:
@@ -191,6 +192,13 @@ class Passes:
         key = stream_key(self._seed, 0, LANDING)
         return not do_photons_land(self._prepared, self._areas, self._bands, self._photons, key)
 
+    def share_of_paths_cut(self) -> float:
+        """Return which share of the path tracer's paths is cut, see `share_cut`."""
+        if self._method != "path" or not self._on("indirect"):
+            return 0.0
+        key = stream_key(self._seed, 0, CUTS)
+        return share_cut(self._prepared, self._bands, MAX_BOUNCES, key)
+
     @property
     def effect_seconds(self) -> dict[str, float]:
         """Seconds of the effects that are timed apart: of their photons."""
@@ -216,8 +224,7 @@ class Passes:
         return pixels
 
     def _trace_caustics(self, index: int, wider: int) -> Caustics | None:
-        geometry, _, lights, optics, _ = self._scene
-        if optics is None:
+        if not self._smooth:
             return None
         if not self._on("caustics"):
             return no_caustics(self._bands)
@@ -225,9 +232,8 @@ class Passes:
             key = stream_key(self._seed, 0, CAUSTIC_PILOT)
             with self._setting_up():
                 self._caustics = CausticTracer(
-                    geometry, lights, optics, self._bands, self._photons, self._size, key,
-                    self._workers,
-                )  # fmt: skip
+                    self._scene, self._bands, self._photons, self._size, key, self._workers
+                )
         key = stream_key(self._seed, index, CAUSTICS)
         self.photons += self._caustics.photons
         return self._caustics.trace(index, key, wider)

@@ -31,6 +31,15 @@ LEAST_AREA = 1e-34
 CLOSE = 1e-3
 """Of a scene's size: nearer vertices are seen in detail that its middle would blur."""
 
+SceneArrays = tuple[
+    records.Geometry,
+    records.Materials,
+    records.Lights,
+    records.Optics | None,
+    records.Textures | None,
+]
+"""A scene as kernels take it."""
+
 
 @dataclass
 class Prepared:
@@ -64,15 +73,7 @@ class Prepared:
     """texels, of which kernels have the addresses"""
 
     @property
-    def arrays(
-        self,
-    ) -> tuple[
-        records.Geometry,
-        records.Materials,
-        records.Lights,
-        records.Optics | None,
-        records.Textures | None,
-    ]:
+    def arrays(self) -> SceneArrays:
         """The scene as kernels take it."""
         return self.geometry, self.materials, self.lights, self.optics, self.textures
 

@@ -25,6 +25,7 @@ from photonmap.chances import choose_seldom
 from photonmap.checkpoint import Checkpoint, check_checkpoint
 from photonmap.columns import Columns, carry, choose_columns, count_distinct
 from photonmap.compiling import compile_kernels, is_compiled
+from photonmap.cuts import SMALLEST_SHARE
 from photonmap.effects import EffectPlan, leave_out, plan_effects
 from photonmap.errors import InputError, listening, warn
 from photonmap.fingerprint import describe_run
@@ -50,8 +51,6 @@ from photonmap.workers import Workers
 
 FEW_CHAINS = 1e-4
 """Share of pixels that may miss the end of a chain of reflections before a warning is due."""
-FEW_CUTS = 1e-5
-"""Share of photons that may be cut before a warning is due: less than errors can show."""
 
 
 def render(
@@ -238,11 +237,12 @@ def _begin(
 
 
 def _warn_of_cuts(run: Passes, moments: Accumulator, budget: Budget, elapsed: float) -> None:
-    if run.cut > FEW_CUTS * run.photons:
-        warn(
-            f"{run.cut} of {run.photons} photons were cut after {MAX_BOUNCES} bounces: surfaces "
-            f"reflect nearly everything, and light is missing from indirect"
-        )
+    missing = "surfaces reflect nearly everything, and light is missing from indirect"
+    if run.cut > SMALLEST_SHARE * run.photons:
+        warn(f"{run.cut} of {run.photons} photons were cut after {MAX_BOUNCES} bounces: {missing}")
+    share = run.share_of_paths_cut()
+    if share > SMALLEST_SHARE:
+        warn(f"about {100 * share:.2g}% of paths are cut after {MAX_BOUNCES} bounces: {missing}")
     chains = moments.cut()
     if chains > FEW_CHAINS * len(moments.counts):
         warn(
