@@ -7,6 +7,7 @@ Spectral Images", JCGT 10(3), 2021; part 0 is what its readers see.
 from __future__ import annotations
 
 import json
+import shutil
 import struct
 import tempfile
 import time
@@ -305,7 +306,10 @@ def write_exr(result: Result, path: str | PathLike[str]) -> None:
                 done = done and file.write_scanlines(first, first + len(lines), 0, lines)
                 first += len(lines)
         if not (done and file.close()):
-            raise OSError(f"cannot write {Path(path).name}: {file.geterror()}")
+            free = shutil.disk_usage(Path(path).parent).free / 1e6
+            raise OSError(
+                f"cannot write {Path(path).name} ({free:.1f} MB are free there): {file.geterror()}"
+            )
 
 
 def read_exr(path: str | PathLike[str]) -> tuple[Images, Images, Bands, dict[str, Any]]:
