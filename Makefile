@@ -26,9 +26,9 @@ lint: $(INSTALLED)  ## format, style, types
 
 SEED ?= $(shell date +%s)
 COUNT ?= 100
-fuzz: $(INSTALLED)  ## random scenes and damaged files: COUNT of each, from SEED; 5 million triangles
+fuzz: $(INSTALLED)  ## random scenes and damaged files: COUNT of each, from SEED; the largest cases
 	@echo "make fuzz SEED=$(SEED) COUNT=$(COUNT)"
-	PHOTONMAP_SEED=$(SEED) PHOTONMAP_EXAMPLES=$(COUNT) PHOTONMAP_TRIANGLES=5000000 \
+	PHOTONMAP_SEED=$(SEED) PHOTONMAP_EXAMPLES=$(COUNT) PHOTONMAP_TRIANGLES=5000000 PHOTONMAP_SIDE=8192 \
 		$(BIN)/python -m pytest tests/hard
 
 kernels-checked: $(INSTALLED)  ## every kernel once with bounds checked, and once as plain Python

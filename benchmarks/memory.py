@@ -10,7 +10,7 @@ from benchmarks.children import run_photonmap
 from benchmarks.options import Options
 from benchmarks.start import SCENE
 from benchmarks.table import Table
-from photonmap.memory import estimate_memory
+from photonmap.memory import Work
 
 CASES = ((1024, 6), (1024, 3), (512, 6), (512, 31))
 TARGET = 1.5
@@ -28,7 +28,8 @@ def run(options: Options) -> list[Table]:
             arguments = [str(SCENE), "--size", f"{side}x{side}", "--bands", str(bands)]
             arguments += ["--passes", "2", "--threads", str(options.threads)]
             done = run_photonmap([*arguments, "--output", str(Path(folder) / "image.exr")])
-        estimate = estimate_memory(side * side, bands, side * side, triangles)
+        work = Work(side * side, bands, side * side, triangles)
+        estimate = work.always + work.arrays
         target = f"{TARGET}" if (side, bands) == CASES[0] else None
         peak = done.peak
         row = [f"{side}×{side}", bands, peak / 1e9, target, estimate / 1e9, estimate / peak]

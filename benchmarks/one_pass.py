@@ -39,11 +39,11 @@ class OnePass:
 
     def photons(self) -> None:
         """Trace photons into the store."""
-        self.store = self._passes._trace_photons(0)
+        self.store = self._passes._trace_photons(0, 0)
 
     def camera_pass(self) -> None:
         """Render all pixels."""
-        self.pixels = self._passes._render(0, self.store)
+        self.pixels = self._passes._render(0, self.store, None)
 
     def sharing(self) -> None:
         """Share indirect light between neighbours."""

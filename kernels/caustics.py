@@ -100,9 +100,9 @@ def trace_caustics(geometry, lights, optics, guide, key, first, last, total, ori
 @jit
 def bucket_of(x, y, z, buckets):
     """Return the bucket of a box of space (whole numbers)."""
-    mixed = np.uint64(x) * np.uint64(0x9E3779B97F4A7C15)
-    mixed ^= np.uint64(y) * np.uint64(0xC2B2AE3D27D4EB4F)
-    mixed ^= np.uint64(z) * np.uint64(0x165667B19E3779F9)
+    mixed = np.uint64(np.int64(x)) * np.uint64(0x9E3779B97F4A7C15)
+    mixed ^= np.uint64(np.int64(y)) * np.uint64(0xC2B2AE3D27D4EB4F)
+    mixed ^= np.uint64(np.int64(z)) * np.uint64(0x165667B19E3779F9)
     return np.int64((mixed ^ (mixed >> np.uint64(29))) % np.uint64(buckets))
 
 

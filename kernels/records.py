@@ -236,11 +236,11 @@ class Plan(NamedTuple):
     """How much sampling each pixel gets, and how far its indirect light is shared."""
 
     samples: np.ndarray
-    """(P,) uint16, camera samples in a pass"""
+    """(P,) uint8, camera samples in a pass"""
     lights: np.ndarray
-    """(P,) uint16, light samples of each camera sample"""
+    """(P,) uint8, light samples of each camera sample"""
     gathers: np.ndarray
-    """(P,) uint16, gather rays of each camera sample"""
+    """(P,) uint8, gather rays of each camera sample"""
     reach: np.ndarray
     """(P,) float32, distance over which indirect irradiance hardly changes"""
 

@@ -1,7 +1,7 @@
 """Means and standard errors over independent passes."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from photonmap.kernels.moments import (
     sum_relative_variance,
 )
 from photonmap.kernels.records import Pixels
+from photonmap.storage import RAM, Storage
 from photonmap.workers import Workers
 
 RANGE = 8192
@@ -27,6 +28,13 @@ MEANS, SPREADS = 5, 8
 BYTES_PER_VALUE = 8 * MEANS + 4 * SPREADS
 
 Buffers = dict[str, NDArray[np.float32]]
+ALL = (
+    "radiance", "emission", "direct", "indirect", "caustics", "residual", "reflectance", "shading",
+    "covariance", "coverage",
+)  # fmt: skip
+"""Buffers that follow from moments."""
+Finished = dict[str, tuple[NDArray[np.float64], NDArray[np.float32], float]]
+"""Mean and spread of each buffer, and what multiplies them"""
 
 
 class Accumulator:
@@ -39,6 +47,7 @@ class Accumulator:
     workers : that share the work
     smooth : the scene has smooth surfaces; 24 bytes more
     weights : (N,) how many bands a column stands for in the error; 1 each by default
+    storage : where the arrays lie
     """
 
     def __init__(
@@ -48,21 +57,21 @@ class Accumulator:
         workers: Workers,
         smooth: bool = False,
         weights: NDArray[np.float64] | None = None,
+        storage: Storage = RAM,
     ) -> None:
         self.count = 0
         self._weights = np.ones(bands) if weights is None else weights
-        self._size, self._workers = size, workers
+        self._size, self._workers, self._storage = size, workers, storage
         self._moments = Moments(
-            *(np.zeros((size, bands)) for _ in range(MEANS)),
-            *(np.zeros((size, bands), np.float32) for _ in range(SPREADS)),
-            coverage=np.zeros(size),
-            found=np.zeros(size, np.uint8),
-            counts=np.zeros(size, np.uint32),
+            *storage.zeros((MEANS, size, bands), np.float64),
+            *storage.zeros((SPREADS, size, bands)),
+            coverage=storage.zeros(size, np.float64),
+            found=storage.zeros(size, np.uint8),
+            counts=storage.zeros(size, np.uint32),
         )
         self._smooth = (
             SmoothMoments(
-                *(np.zeros((size, bands)) for _ in range(2)),
-                *(np.zeros((size, bands), np.float32) for _ in range(2)),
+                *storage.zeros((2, size, bands), np.float64), *storage.zeros((2, size, bands))
             )
             if smooth
             else None
@@ -117,20 +126,26 @@ class Accumulator:
         )
         return math.sqrt(math.fsum(sums) / (judged * self._weights.sum()))
 
-    def judged_radiance(self) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-        """Return radiance, (P, N), and which pixels surfaces cover wholly and none emits, (P,)."""
-        moments = self._moments
-        judged = (moments.coverage == 1.0) & ~moments.emission.any(axis=1)
-        return (moments.direct + moments.indirect).astype(np.float32), judged
+    def judged(self) -> NDArray[np.bool_]:
+        """Return which pixels surfaces cover wholly and none emits, (P,)."""
+        return (self._moments.coverage == 1.0) & ~self._moments.emission.any(axis=1)
+
+    def reflected(self, part: slice) -> NDArray[np.float32]:
+        """Return the light that surfaces send to some pixels: radiance where none emits."""
+        return (self._moments.direct[part] + self._moments.indirect[part]).astype(np.float32)
 
     def _percentile(
         self, what: tuple[Any, ...], mean: NDArray[np.float64], percentile: float
     ) -> float:
-        listed = np.empty((self._size, len(mean)), np.float32)
+        listed = self._storage.zeros((self._size, len(mean)))
         rows = self._over_pixels(
             lambda first, last: list_relative_variance(*what, mean, first, last, listed)
         )
-        values = np.concatenate([listed[i * RANGE :][:count] for i, count in enumerate(rows)])
+        end = 0
+        for index, count in enumerate(rows):
+            listed[end : end + count] = listed[index * RANGE :][:count]
+            end += count
+        values = listed[:end]
         if not len(values):
             return 0.0
         even = (self._weights == 1.0).all()
@@ -139,15 +154,17 @@ class Accumulator:
             percentile,
             method="inverted_cdf",
             weights=None if even else np.broadcast_to(self._weights, values.shape),
+            overwrite_input=True,
         )
         return math.sqrt(variance)
 
-    def finish(self, scale: float) -> tuple[Buffers, Buffers]:
+    def finish(self, scale: float, kept: Container[str] = ALL) -> tuple[Buffers, Buffers]:
         """Return the buffers and their standard errors, each (P, N) float32.
 
         Parameters
         ----------
         scale : multiplies all light
+        kept : names of the buffers to return
 
         Returns
         -------
@@ -156,32 +173,80 @@ class Accumulator:
         errors : of all but the last two; empty after a single pass, infinite where a pixel of
             several passes has one
         """
+        table, size = self._table(scale), (self._size, len(self._weights))
+        names = [name for name in ("shading", *table, "radiance") if name in kept]
+        buffers = {name: self._storage.zeros(size) for name in names}
+        errors = {name: self._storage.zeros(size) for name in names if self.count > 1}
+        if "covariance" in kept:
+            buffers["covariance"] = self._storage.zeros(size)
+        if "coverage" in kept:
+            buffers["coverage"] = self._storage.zeros(self._size)
+
+        def fill(first: int, last: int) -> None:
+            if "shading" in buffers:
+                self._fill_shading(first, last, scale, buffers["shading"], errors.get("shading"))
+            self._fill(slice(first, last), scale, table, buffers)
+            self._fill_errors(slice(first, last), scale, table, errors)
+
+        self._over_pixels(fill)
+        return buffers, errors
+
+    def _table(self, scale: float) -> Finished:
+        """Return what most buffers are made of."""
+        moments, smooth = self._moments, self._smooth
+        table: Finished = {
+            "emission": (moments.emission, moments.emission_spread, scale),
+            "direct": (moments.direct, moments.direct_spread, scale),
+            "indirect": (moments.indirect, moments.indirect_spread, scale),
+            "reflectance": (moments.reflectance, moments.reflectance_spread, 1.0),
+        }
+        if smooth is not None:
+            table["caustics"] = smooth.caustics, smooth.caustics_spread, scale
+            table["residual"] = smooth.residual, smooth.residual_spread, scale
+        return table
+
+    def _fill(self, part: slice, scale: float, table: Finished, buffers: Buffers) -> None:
+        """Fill a part of all buffers but shading."""
         moments = self._moments
-        shading = np.empty(moments.direct.shape, np.float32)
-        errors: Buffers = {"shading": np.full_like(shading, np.inf)}
-        self._over_pixels(
-            lambda first, last: finish_shading(
-                moments, self._smooth, first, last, scale, shading, errors["shading"]
+        for name, (mean, _, factor) in table.items():
+            if name in buffers:
+                buffers[name][part] = mean[part] * factor
+        if "radiance" in buffers:
+            emission, direct, indirect = (
+                (table[name][0][part] * scale).astype(np.float32)
+                for name in ("emission", "direct", "indirect")
             )
-        )
-        buffers: Buffers = {"shading": shading, "covariance": self._covariance(scale)}
-        for name, spread, factor in (
-            ("emission", moments.emission_spread, scale),
-            ("direct", moments.direct_spread, scale),
-            ("indirect", moments.indirect_spread, scale),
-            ("reflectance", moments.reflectance_spread, 1.0),
-        ):
-            buffers[name] = (getattr(moments, name) * factor).astype(np.float32)
-            errors[name] = self._standard_error(spread, factor)
-        buffers["radiance"] = (buffers["emission"] + buffers["direct"]) + buffers["indirect"]
-        errors["radiance"] = self._standard_error(moments.radiance_spread, scale)
-        if self._smooth is not None:
-            for name in ("caustics", "residual"):
-                buffers[name] = (getattr(self._smooth, name) * scale).astype(np.float32)
-                spread = getattr(self._smooth, f"{name}_spread")
-                errors[name] = self._standard_error(spread, scale)
-        buffers["coverage"] = moments.coverage.astype(np.float32)
-        return buffers, errors if self.count > 1 else {}
+            buffers["radiance"][part] = (emission + direct) + indirect
+        if "covariance" in buffers:
+            factors = (scale / self._divisor(part)).astype(np.float32)[:, None]
+            buffers["covariance"][part] = moments.product[part] * factors
+        if "coverage" in buffers:
+            buffers["coverage"][part] = moments.coverage[part]
+
+    def _fill_errors(self, part: slice, scale: float, table: Finished, errors: Buffers) -> None:
+        """Fill a part of the standard errors of all buffers but shading."""
+        spreads = {name: (spread, factor) for name, (_, spread, factor) in table.items()}
+        spreads["radiance"] = self._moments.radiance_spread, scale
+        for name, (spread, factor) in spreads.items():
+            if name in errors:
+                factors = (factor / np.sqrt(self._divisor(part))).astype(np.float32)
+                error = np.sqrt(spread[part]) * factors[:, None]
+                error[self.counts[part] < 2] = np.inf
+                errors[name][part] = error
+
+    def _fill_shading(
+        self,
+        first: int,
+        last: int,
+        scale: float,
+        shading: NDArray[np.float32],
+        error: NDArray[np.float32] | None,
+    ) -> None:
+        if error is None:
+            error = np.empty((0, shading.shape[1]), np.float32)  # no pixel has had two passes
+        else:
+            error[first:last] = np.inf
+        finish_shading(self._moments, self._smooth, first, last, scale, shading, error)
 
     def unresolved(self) -> NDArray[np.bool_]:
         """Return where gather rays met surfaces but never light on them, (P,)."""
@@ -191,19 +256,9 @@ class Accumulator:
         """Return how many pixels saw a chain of smooth surfaces that was cut."""
         return int(np.count_nonzero(self._moments.found & CUT))
 
-    def _standard_error(self, spread: NDArray[np.float32], factor: float) -> NDArray[np.float32]:
-        error = np.sqrt(spread)
-        error *= (factor / np.sqrt(self._divisor())).astype(np.float32)[:, None]
-        error[self.counts < 2] = np.inf
-        return error
-
-    def _covariance(self, factor: float) -> NDArray[np.float32]:
-        """Return the covariance of the means of diffuse light and reflectance."""
-        return self._moments.product * (factor / self._divisor()).astype(np.float32)[:, None]
-
-    def _divisor(self) -> NDArray[np.float64]:
-        """Return what a sum of squared deviations is divided by for a mean's variance, (P,)."""
-        count = self.counts.astype(np.float64)
+    def _divisor(self, part: slice) -> NDArray[np.float64]:
+        """Return what a sum of squared deviations is divided by for a mean's variance."""
+        count = self.counts[part].astype(np.float64)
         return np.maximum(count * (count - 1.0), 1.0)
 
     def _over_pixels(self, task: Callable[[int, int], Any]) -> list[Any]:

@@ -29,3 +29,17 @@ def limits(text: str) -> tuple[float, float]:
     except ValueError:
         raise ArgumentTypeError(f"{text!r} is no range; write it as 400:700") from None
     return low, high
+
+
+_UNITS = {unit: 1024**power for power, unit in enumerate("KMGT", 1)}
+
+
+def amount(text: str) -> float:
+    """Read "4G" or "512M", bytes in powers of 1024."""
+    number, unit = text[:-1], _UNITS.get(text[-1:].upper())
+    try:
+        return float(number if unit else text) * (unit or 1)
+    except ValueError:
+        raise ArgumentTypeError(
+            f"{text!r} is no amount of memory; write it as 4G or 512M"
+        ) from None

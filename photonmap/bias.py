@@ -9,11 +9,13 @@ their mean differences has no noise in its mean; blocks of pixels keep its sprea
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.accumulate import Accumulator
+from photonmap.blocks import block_sums
 from photonmap.columns import Columns
 from photonmap.kernels.records import FIRST_CAUSTIC, SEEN_CAUSTIC, SEEN_INDIRECT, Film, Pixels
 from photonmap.passes import Passes, window_width
@@ -61,14 +63,14 @@ class BiasProbe:
         """Repeat pass `index`, which gave `pixels`, if it is one to be probed."""
         if not is_probed(index) or not self._run.has_supports:
             return
-        radiance, judged = moments.judged_radiance()
+        judged = moments.judged()
         narrow = self._indirect(pixels, judged)
         wide = self._indirect(self._run.run(index, wider=1), judged)
         half = (index - FIRST) % EVERY
         self.differences[half] += wide - narrow
         if half == 1 and judged.any():
             probed = [earlier for earlier in range(index + 1) if is_probed(earlier)]
-            self.stated[0] = self._estimate(radiance, judged, len(probed) // 2)
+            self.stated[0] = self._estimate(moments, judged, len(probed) // 2)
             self.stated[0] /= window_width(np.array(probed))
 
     def bias(self, count: int) -> float | None:
@@ -76,15 +78,13 @@ class BiasProbe:
         known = not math.isnan(self.stated[0])
         return float(self.stated[0]) * window_width(np.arange(count)) if known else None
 
-    def _estimate(
-        self, radiance: NDArray[np.float32], judged: NDArray[np.bool_], pairs: int
-    ) -> float:
+    def _estimate(self, moments: Accumulator, judged: NDArray[np.bool_], pairs: int) -> float:
         """Return sqrt(mean(bias² / (v² + 0.01 m²))) over bands and blocks, by judged pixels.
 
         v is a block's radiance, m its mean in a band. What is noise alone comes out 0 or small.
         """
-        pixels = self._sums(judged[:, None].astype(np.float64))
-        value = self._sums(radiance * judged[:, None])
+        pixels = self._sums(lambda part: judged[part, None].astype(np.float64))
+        value = self._sums(lambda part: moments.reflected(part) * judged[part, None])
         norm = value**2 + 0.01 * (pixels * value.sum(axis=0) / pixels.sum()) ** 2
         square = self.differences.prod(axis=0) / pairs**2
         relative = np.divide(square, norm, out=np.zeros_like(norm), where=norm > 0.0)
@@ -93,15 +93,18 @@ class BiasProbe:
         return OF_DIFFERENCE * math.sqrt(max(float(mean), 0.0))
 
     def _indirect(self, pixels: Pixels, judged: NDArray[np.bool_]) -> NDArray[np.float64]:
-        light = pixels.indirect
-        if (seen := self._run.seen) is not None:
-            light = light + seen[FIRST_CAUSTIC] + seen[SEEN_INDIRECT] + seen[SEEN_CAUSTIC]
-        return self._sums(self._columns.whole(light) * judged[:, None])
+        seen = self._run.seen
 
-    def _sums(self, image: NDArray[np.floating]) -> NDArray[np.float64]:
-        """Return the sums over blocks, (B, N), of an image (P, N)."""
-        film = self._film
-        sums = image.reshape(film.height, film.width, -1).astype(np.float64)
-        for axis, side in enumerate((film.height, film.width)):
-            sums = np.add.reduceat(sums, np.arange(0, side, self._block), axis=axis)
+        def light(part: slice) -> NDArray[np.float32]:
+            some = pixels.indirect[part]
+            if seen is not None:
+                some = some + seen[FIRST_CAUSTIC, part] + seen[SEEN_INDIRECT, part]
+                some += seen[SEEN_CAUSTIC, part]
+            return self._columns.whole(some) * judged[part, None]
+
+        return self._sums(light)
+
+    def _sums(self, image: Callable[[slice], NDArray[np.floating]]) -> NDArray[np.float64]:
+        """Return the sums over blocks, (B, N), of an image given pixels by pixels."""
+        sums = block_sums(image, (self._film.width, self._film.height), self._block)
         return sums.reshape(-1, sums.shape[-1])

@@ -60,13 +60,29 @@ def check_camera(
     fov = finite(camera.fov)
     if fov is None or not 0 < fov < 180:
         raise error("fov", "is no angle of view; give degrees between 0 and 180")
-    view = unit(np.array(vectors["target"]) / 2 - np.array(vectors["origin"]) / 2)
+    checked = Camera(**vectors, fov=fov)
+    view = view_of(checked)
     if view is None:
         raise error("target", "is where the origin is; move one of them")
     up = unit(np.array(vectors["up"]))
     if up is None or np.linalg.norm(np.cross(view, up)) < _PARALLEL:
         raise error("up", "is zero or along the view; choose another direction")
-    return Camera(**vectors, fov=fov)
+    return checked
+
+
+def view_of(camera: Camera) -> np.ndarray | None:
+    """Return the direction in which a camera looks, of length 1; None where it is not known."""
+    return unit(np.array(camera.target) / 2 - np.array(camera.origin) / 2)
+
+
+def frame_of(camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a checked camera's view, right and up, of length 1 and at right angles."""
+    view, up = view_of(camera), unit(np.array(camera.up))
+    assert view is not None
+    assert up is not None
+    right = np.cross(view, up)
+    right /= np.linalg.norm(right)
+    return view, right, np.cross(right, view)
 
 
 def frame_scene(vertices: np.ndarray, aspect: float = 1.0) -> Camera:

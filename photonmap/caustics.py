@@ -5,13 +5,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.cells import one_cell
+from photonmap.kernels.beyond import MOST_SMOOTH
 from photonmap.kernels.caustics import fill_buckets, trace_caustics
-from photonmap.kernels.records import Caustics, Geometry, Guide, Lights, Optics
+from photonmap.kernels.photon import trace_photons
+from photonmap.kernels.records import Caustics, Guide, SceneArrays
 from photonmap.workers import Workers
 
 BUNDLE = 8192
 PILOT = 1 << 16
 """Photons that look where smooth surfaces are, before the passes."""
+PILOT_REFLECTIONS = 1 << 20
+"""Of its photons that linger between smooth surfaces: where many do, as in a ball of mirrors, fewer
+photons look, a sixteenth at least."""
+SCOUTS, LINGERING = 1024, 64
+"""Photons that tell how many linger, and the reflections after which one does."""
 BOXES = 32
 ANYWHERE = 0.2
 """Share of photons that leave regardless of what the pilot found."""
@@ -31,7 +39,7 @@ class CausticTracer:
 
     Parameters
     ----------
-    geometry, lights, optics : the scene
+    scene : with smooth surfaces
     bands : N
     photons : in each pass of the irradiance store
     wanted : caustic photons that should arrive in a pass
@@ -41,24 +49,25 @@ class CausticTracer:
 
     def __init__(
         self,
-        geometry: Geometry,
-        lights: Lights,
-        optics: Optics,
+        scene: SceneArrays,
         bands: int,
         photons: int,
         wanted: int,
         key: np.uint64,
         workers: Workers,
     ) -> None:
+        geometry, _, lights, optics, _ = scene
         self._scene = geometry, lights, optics
         self._bands, self._workers = bands, workers
+        pilot = _pilot_size(_lingering(scene, bands, key ^ np.uint64(2)))
         self._guide = _guide(np.empty((0, 4), np.float32))
-        origins, (places, _) = self._trace(PILOT, key)
+        origins, (places, _) = self._trace(pilot, key)
         self._guide = _guide(origins)
-        found, _ = self._trace(PILOT // 4, key ^ np.uint64(1))
-        rate = max(len(found), 1) / (PILOT // 4)
+        found, _ = self._trace(pilot // 4, key ^ np.uint64(1))
+        rate = max(len(found), 1) / (pilot // 4)
         photons = max(photons, 1)
-        self.photons = int(np.clip(wanted / rate, min(wanted, photons), MOST * photons))
+        most = MOST if len(origins) or len(found) else 1
+        self.photons = int(np.clip(wanted / rate, min(wanted, photons), most * photons))
         self._radius = _first_radius(places[:, :3], self.photons * rate)
 
     def trace(self, index: int, key: np.uint64, wider: int = 0) -> Caustics:
@@ -87,6 +96,39 @@ def no_caustics(bands: int) -> Caustics:
     """Return a map without photons."""
     places, flux = np.empty((0, 6), np.float32), np.empty((0, bands), np.float32)
     return Caustics(places, flux, np.zeros(1, np.int32), 1.0)
+
+
+def _lingering(scene: SceneArrays, bands: int, key: np.uint64) -> float:
+    """Return the share of photons that smooth surfaces alone keep after many reflections.
+
+    Of photons that lose nothing by them, and end at the first diffuse surface.
+    """
+    geometry, materials, lights, optics, textures = scene
+    assert optics is not None
+    if textures is not None:
+        textures = textures._replace(basis=np.zeros_like(textures.basis))
+    _, kept = trace_photons(
+        geometry,
+        materials._replace(reflectance=np.zeros_like(materials.reflectance)),
+        lights,
+        optics._replace(mirror=np.ones_like(optics.mirror), tint=np.ones_like(optics.tint)),
+        textures,
+        one_cell(len(geometry.triangles)),
+        key,
+        0,
+        SCOUTS,
+        SCOUTS,
+        LINGERING,
+        np.empty(bands, np.float32),
+        np.empty((1, bands), np.float32),
+    )
+    return kept / SCOUTS
+
+
+def _pilot_size(lingering: float) -> int:
+    """Return how many photons look where smooth surfaces are."""
+    fitting = PILOT_REFLECTIONS / max(lingering * MOST_SMOOTH, 1.0)
+    return int(np.clip(fitting, PILOT // 16, PILOT))
 
 
 def _guide(origins: NDArray[np.float32]) -> Guide:

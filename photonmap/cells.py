@@ -42,6 +42,12 @@ def lay_cells(geometry: Geometry, areas: NDArray[np.float64], area: float) -> tu
     return Cells(both, divisions, inverse), 2 * one_side
 
 
+def one_cell(triangles: int) -> Cells:
+    """Lay one cell of area 1 over all triangles, for photons that are but counted."""
+    first, inverse = np.zeros((triangles, 2), np.int32), np.ones((triangles, 2), np.float32)
+    return Cells(first, np.ones(triangles, np.int32), inverse)
+
+
 LEAST_FILL = 1 / 64
 """Part of a cell that is surface, at least, if light was found there."""
 

@@ -32,7 +32,7 @@ _COMMANDS = {
 
 _PASSED_ON = (
     "size", "pixel", "passes", "seconds", "error", "photons", "seed", "threads", "method",
-    "effects", "per_light", "adaptive", "resume",
+    "effects", "per_light", "adaptive", "memory", "resume",
 )  # fmt: skip
 """Options that `photonmap.render` takes by the same name."""
 
@@ -77,6 +77,10 @@ def _dispatch(arguments: list[str]) -> int:
     return command.run(parser.parse_args(arguments[1:])) or 0
 
 
+OF_PREVIEW = ("radiance", "emission")
+"""Buffers that the PNG is made of."""
+
+
 def _run(options: argparse.Namespace) -> None:
     from photonmap.output import check_output
 
@@ -109,6 +113,7 @@ def _render(options: argparse.Namespace, output: str, progress: Progress) -> Res
         result = render(
             scene,
             bands=bands,
+            buffers=None if options.buffers is None else {*options.buffers, *OF_PREVIEW},
             checkpoint=_checkpoint(options, output),
             progress=progress,
             **{name: getattr(options, name) for name in _PASSED_ON},

@@ -41,10 +41,6 @@ class Columns:
         """How many bands each distinct column stands for."""
         return np.bincount(self.of_band).astype(np.float64)
 
-    def expand(self, image: Array) -> Array:
-        """Return all bands (P, N) of distinct columns (P, U)."""
-        return image if len(self.of_band) == self.distinct else image[:, self.of_band]
-
     def of_group(self, image: Array, group: int) -> Array:
         """Return the distinct columns (P, U) of one group among all carried (P, C)."""
         start = group * self.distinct

@@ -34,6 +34,8 @@ from photonmap.workers import Workers
 Method = Literal["photon", "path"]
 
 _FILM = Film(1, 1, True)
+_at_hand: set[Path] = set()
+"""Markers of the kernels that this process has called"""
 _PHOTONS = 1024
 """Enough that some land: otherwise paths would take their place."""
 
@@ -46,8 +48,12 @@ def is_compiled(wanted: Prepared, method: Method) -> bool:
 def compile_kernels(wanted: Prepared, bands: Bands, workers: Workers, method: Method) -> None:
     """Call every kernel that `wanted` needs; anew where the cache of before cannot be read.
 
-    The first time, a second process compiles what comes before and after the camera pass.
+    The first time, a second process compiles what comes before and after the camera pass; in a
+    process that has called them, they are there.
     """
+    marker = _marker(wanted, method)
+    if marker in _at_hand:
+        return
     small = _smallest(wanted)
     if workers.threads > 1 and not is_compiled(wanted, method):
         with _aside(small, bands, method):
@@ -60,7 +66,8 @@ def compile_kernels(wanted: Prepared, bands: Bands, workers: Workers, method: Me
         _call_kernels(small, bands, workers, method)
     with suppress(OSError):  # a cache that cannot be written is no reason to stop
         CACHE_FOLDER.mkdir(parents=True, exist_ok=True)
-        _marker(wanted, method).touch()
+        marker.touch()
+    _at_hand.add(marker)
 
 
 def _call_kernels(small: Scene, bands: Bands, workers: Workers, method: Method) -> None:

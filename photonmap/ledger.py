@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.accumulate import Accumulator, Buffers
+from photonmap.accumulate import ALL, Accumulator, Buffers
 from photonmap.columns import Columns, split_pixels
 from photonmap.kernels.records import Pixels
+from photonmap.storage import RAM, Storage, strips
 from photonmap.workers import Workers
 
 OF_GROUPS = ("direct", "indirect", "caustics", "shading", "covariance")
@@ -25,14 +27,22 @@ class Ledger:
     size : number of pixels P
     workers : that share the work
     smooth : the scene has smooth surfaces
+    storage : where the arrays lie
     """
 
-    def __init__(self, columns: Columns, size: int, workers: Workers, smooth: bool) -> None:
-        self._columns = columns
-        self.whole = Accumulator(size, columns.distinct, workers, smooth, columns.weights)
+    def __init__(
+        self,
+        columns: Columns,
+        size: int,
+        workers: Workers,
+        smooth: bool,
+        storage: Storage = RAM,
+    ) -> None:
+        self._columns, self._storage = columns, storage
+        self.whole = Accumulator(size, columns.distinct, workers, smooth, columns.weights, storage)
         split = columns.groups != ("",)
         self._groups = {
-            group: Accumulator(size, columns.distinct, workers, smooth)
+            group: Accumulator(size, columns.distinct, workers, smooth, storage=storage)
             for group in (columns.groups if split else ())
         }
 
@@ -58,30 +68,46 @@ class Ledger:
         for accumulator in (self.whole, *self._groups.values()):
             accumulator.count = count
 
-    def finish(self, scale: float) -> tuple[Buffers, Buffers]:
-        """Return all buffers and their standard errors, as `Accumulator.finish`, in all bands.
+    def finish(self, scale: float, kept: Container[str] = ALL) -> tuple[Buffers, Buffers]:
+        """Return buffers and their standard errors, as `Accumulator.finish`, in all bands.
 
         Those of groups are named as in "direct@sun". Where lights are split, buffers of the whole
         are the sums of theirs, in their order. A covariance that is 0 everywhere is left out.
         """
-        buffers, errors = self.whole.finish(scale)
+        buffers, errors = self.whole.finish(scale, ALL if self._groups else kept)
         for index, (group, accumulator) in enumerate(self._groups.items()):
-            parts, spreads = accumulator.finish(scale)
-            for name in OF_GROUPS:
-                if name in parts:
-                    buffers[name] = parts[name] if index == 0 else buffers[name] + parts[name]
-                    buffers[f"{name}@{group}"] = parts[name]
-                if name in spreads:
-                    errors[f"{name}@{group}"] = spreads[name]
+            parts, spreads = accumulator.finish(scale, OF_GROUPS)
+            for name, part in parts.items():
+                buffers[name][:] = part if index == 0 else buffers[name] + part
+                buffers[f"{name}@{group}"] = part
+            errors |= {f"{name}@{group}": spread for name, spread in spreads.items()}
         if self._groups:
-            buffers["radiance"] = (buffers["emission"] + buffers["direct"]) + buffers["indirect"]
+            _add_up(buffers)
         for name in [name for name in buffers if name.startswith("covariance")]:
             if not buffers[name].any():
                 del buffers[name]
-        return self._expand(buffers), self._expand(errors)
+        return self._expand(buffers, kept), self._expand(errors, kept)
 
-    def _expand(self, images: Buffers) -> Buffers:
+    def _expand(self, images: Buffers, kept: Container[str]) -> Buffers:
+        """Return what is kept of images, in all bands."""
         return {
-            name: self._columns.expand(image) if image.ndim == 2 else image
+            name: self._in_all_bands(image) if image.ndim == 2 else image
             for name, image in images.items()
+            if name.partition("@")[0] in kept
         }
+
+    def _in_all_bands(self, image: NDArray[np.float32]) -> NDArray[np.float32]:
+        of_band = self._columns.of_band
+        if len(of_band) == self._columns.distinct:
+            return image
+        expanded = self._storage.zeros((len(image), len(of_band)))
+        for part in strips(len(image)):
+            expanded[part] = image[part][:, of_band]
+        return expanded
+
+
+def _add_up(buffers: Buffers) -> None:
+    """Make radiance the sum of its parts."""
+    for part in strips(len(buffers["radiance"])):
+        light = buffers["emission"][part] + buffers["direct"][part]
+        buffers["radiance"][part] = light + buffers["indirect"][part]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from photonmap.arguments import limits, size
+from photonmap.arguments import amount, limits, size
 from photonmap.budget import CEILING, DEFAULT_ERROR
 from photonmap.scene_options import add_scene_options
 
@@ -61,6 +61,13 @@ def _add_work(parser: argparse.ArgumentParser) -> None:
     )
     work.add_argument("--seed", type=int, default=0, metavar="N", help="default 0")
     work.add_argument("--threads", type=int, metavar="N", help="default: every processor")
+    work.add_argument(
+        "--memory",
+        type=amount,
+        metavar="SIZE",
+        help="as 4G, of RAM: where more is needed, the large arrays lie in scratch files in the "
+        "folder for temporary files (TMPDIR)",
+    )
     work.add_argument(
         "--method",
         choices=("photon", "path"),

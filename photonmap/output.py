@@ -7,12 +7,14 @@ Spectral Images", JCGT 10(3), 2021; part 0 is what its readers see.
 from __future__ import annotations
 
 import json
+import shutil
 import struct
 import tempfile
 import time
 import zlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
+from dataclasses import replace
 from functools import cache
 from os import PathLike
 from pathlib import Path
@@ -44,8 +46,11 @@ _CHANNELS: dict[str, tuple[str, ...]] = {
 }
 """Channels of the buffers without bands."""
 
-LIGHT = ("radiance", "emission", "direct", "indirect", "caustics", "residual")
-BUFFERS = (*LIGHT, "reflectance", "shading", "covariance", *_CHANNELS)
+OF_SMOOTH = ("caustics", "residual")
+"""Buffers that only scenes with mirrors or glass have."""
+LIGHT = ("radiance", "emission", "direct", "indirect", *OF_SMOOTH)
+BANDED = (*LIGHT, "reflectance", "shading", "covariance")
+BUFFERS = (*BANDED, *_CHANNELS)
 """Names of all buffers that a render may have."""
 
 _MASKS = ("unresolved", "valid", "light_source", "background")
@@ -59,6 +64,9 @@ _RGB = ("R", "G", "B")
 _ERROR = ".error"
 _COMPRESSION = "zip"
 """Lossless, and every reader knows it; htj2k and zstd do better, but need the latest OpenEXR."""
+
+_LINES = 64
+"""Of an image that are written at a time: a multiple of what is compressed together, 16."""
 
 _RECORD, _BANDS = "photonmapRecord", "photonmapBands"
 """Attributes of part 0, JSON: `Result.record` and `Bands.describe`."""
@@ -75,6 +83,18 @@ def in_order(buffers: Images) -> Images:
     return {name: buffers[name] for name in sorted(buffers, key=place)}
 
 
+def check_buffers(names: Iterable[str] | None) -> None:
+    """Raise InputError if one of the names is of no buffer, or if there is none; None is all."""
+    if names is None:
+        return
+    names = list(names)
+    for name in names:
+        if name not in BUFFERS:
+            raise InputError(f"there is no buffer {name!r}; {suggest(name, BUFFERS)}")
+    if not names:
+        raise InputError("no buffer was chosen")
+
+
 def check_output(path: str | PathLike[str], buffers: Iterable[str] | None = None) -> Path:
     """Check before a render that FILE.exr, FILE.png and FILE.json can be written.
 
@@ -88,9 +108,7 @@ def check_output(path: str | PathLike[str], buffers: Iterable[str] | None = None
     InputError
         if the suffix is another, the folder is missing or not writable, or there is no such buffer
     """
-    for name in buffers or ():
-        if name not in BUFFERS:
-            raise InputError(f"there is no buffer {name!r}; {suggest(name, BUFFERS)}")
+    check_buffers(buffers)
     path = Path(path)
     if path.suffix.lower() != ".exr":
         raise InputError("the name of the output must end in .exr, as in image.exr", path)
@@ -157,14 +175,15 @@ def write_png(preview: NDArray[np.uint8], path: str | PathLike[str]) -> None:
 def encode_png(preview: NDArray[np.uint8]) -> bytes:
     """Return an (H, W, 3) uint8 image in sRGB as the bytes of a PNG file (ISO/IEC 15948)."""
     height, width, _ = preview.shape
-    pixels = preview.reshape(height, -1)
-    above = np.vstack([np.zeros_like(pixels[:1]), pixels[:-1]])
-    up = np.full((height, 1), 2, np.uint8)  # the filter that stores differences to the line above
-    lines = np.hstack([up, pixels - above])
+    packer, above, packed = zlib.compressobj(), np.zeros(3 * width, np.uint8), []
+    for line in preview.reshape(height, -1):
+        # 2 is the filter that stores differences to the line above.
+        packed.append(packer.compress(b"\2" + (line - above).tobytes()))
+        above = line
     chunks = {
         b"IHDR": struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0),
         b"sRGB": b"\0",
-        b"IDAT": zlib.compress(lines.tobytes()),
+        b"IDAT": b"".join([*packed, packer.flush()]),
         b"IEND": b"",
     }
     return b"\x89PNG\r\n\x1a\n" + b"".join(
@@ -247,12 +266,15 @@ def _spec(part: str, image: NDArray[Any], bands: Bands) -> OpenImageIO.ImageSpec
     return spec
 
 
-def _pixels(part: str, image: NDArray[Any], result: Result) -> NDArray[Any]:
-    """Return a part's channels as `_spec` lists them: (H, W, C) float32 or uint32."""
-    if part == "radiance" and not result.bands.is_rgb:
-        return np.concatenate([result.rgb(), image], axis=-1, dtype=np.float32)
+def _pixels(part: str, image: NDArray[Any], result: Result) -> Iterator[NDArray[Any]]:
+    """Give a part's channels as `_spec` lists them: (lines, W, C) float32 or uint32, top down."""
     kind = np.uint32 if part in _INTEGERS else np.float32
-    return np.ascontiguousarray(image.reshape(*image.shape[:2], -1), dtype=kind)
+    for first in range(0, len(image), _LINES):
+        lines = image[first : first + _LINES]
+        if part == "radiance" and not result.bands.is_rgb:
+            rgb = replace(result, buffers={part: lines}, errors={}).rgb()
+            lines = np.concatenate([rgb, lines], axis=-1)
+        yield np.ascontiguousarray(lines.reshape(*lines.shape[:2], -1), dtype=kind)
 
 
 def write_exr(result: Result, path: str | PathLike[str]) -> None:
@@ -279,9 +301,15 @@ def write_exr(result: Result, path: str | PathLike[str]) -> None:
         done = file.open(str(path), specs)
         for index, (part, image) in enumerate(parts.items()):
             done = done and (index == 0 or file.open(str(path), specs[index], "AppendSubimage"))
-            done = done and file.write_image(_pixels(part, image, result))
+            first = 0
+            for lines in _pixels(part, image, result):
+                done = done and file.write_scanlines(first, first + len(lines), 0, lines)
+                first += len(lines)
         if not (done and file.close()):
-            raise OSError(f"cannot write {Path(path).name}: {file.geterror()}")
+            free = shutil.disk_usage(Path(path).parent).free / 1e6
+            raise OSError(
+                f"cannot write {Path(path).name} ({free:.1f} MB are free there): {file.geterror()}"
+            )
 
 
 def read_exr(path: str | PathLike[str]) -> tuple[Images, Images, Bands, dict[str, Any]]:

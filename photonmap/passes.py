@@ -17,9 +17,10 @@ import numpy as np
 
 from photonmap.caustics import CausticTracer, no_caustics
 from photonmap.cells import lay_cells, measure_fill
+from photonmap.cuts import share_cut
 from photonmap.effects import EffectPlan
 from photonmap.emitters import triangle_areas
-from photonmap.focus import LEARNED, focused, rays_of
+from photonmap.focus import LEARNED, count_rays, focused
 from photonmap.kernels.eye import camera_pass
 from photonmap.kernels.path import path_pass
 from photonmap.kernels.photon import trace_photons
@@ -39,6 +40,7 @@ from photonmap.kernels.share import share
 from photonmap.kernels.store import join
 from photonmap.landing import do_photons_land
 from photonmap.prepare import Prepared
+from photonmap.storage import RAM, Storage
 from photonmap.survey import SAMPLES, TILE, WINDOW, survey
 from photonmap.workers import Workers
 
@@ -54,7 +56,7 @@ COUNTERS = ("photons", "stores", "cut", "rays", "photon_seconds", "caustic_secon
 Store = tuple[Cells, np.ndarray]
 Light = tuple[Store, Caustics | None]
 
-SURVEY, PHOTONS, CAMERA, PROBE, CAUSTIC_PILOT, CAUSTICS, LANDING = 0, 1, 2, 3, 4, 5, 6
+SURVEY, PHOTONS, CAMERA, PROBE, CAUSTIC_PILOT, CAUSTICS, LANDING, CUTS = range(8)
 
 
 def stream_key(seed: int, index: int, domain: int) -> np.uint64:
@@ -88,6 +90,8 @@ class Passes:
     seed : of all random numbers
     workers : that share the work
     method : photon mapping, or the plain path tracer that arbitrates
+    plan : of the effects; None for all
+    storage : where the arrays lie
     """
 
     def __init__(
@@ -100,6 +104,7 @@ class Passes:
         workers: Workers,
         method: Literal["photon", "path"] = "photon",
         plan: EffectPlan | None = None,
+        storage: Storage = RAM,
     ) -> None:
         self._effects = plan
         self._prepared = prepared
@@ -110,9 +115,10 @@ class Passes:
         self._seed, self._workers, self._method = seed, workers, method
         self._camera = prepared.film_camera(film.width, film.height)
         self._size = film.width * film.height
-        self._pixels = empty_pixels(self._size, bands)
-        self.seen = np.zeros((5, self._size, bands), np.float32) if self._smooth else None
-        self._shared = np.empty((self._size, bands), np.float32)
+        self._storage = storage
+        self._pixels = empty_pixels(self._size, bands, storage)
+        self.seen = storage.zeros((5, self._size, bands)) if self._smooth else None
+        self._shared = storage.zeros((self._size, bands))
         self._areas = triangle_areas(prepared.geometry)
         self._level = -1
         self._cells: tuple[Cells, int]
@@ -186,6 +192,13 @@ class Passes:
         key = stream_key(self._seed, 0, LANDING)
         return not do_photons_land(self._prepared, self._areas, self._bands, self._photons, key)
 
+    def share_of_paths_cut(self) -> float:
+        """Return which share of the path tracer's paths is cut, see `share_cut`."""
+        if self._method != "path" or not self._on("indirect"):
+            return 0.0
+        key = stream_key(self._seed, 0, CUTS)
+        return share_cut(self._prepared, self._bands, MAX_BOUNCES, key)
+
     @property
     def effect_seconds(self) -> dict[str, float]:
         """Seconds of the effects that are timed apart: of their photons."""
@@ -211,8 +224,7 @@ class Passes:
         return pixels
 
     def _trace_caustics(self, index: int, wider: int) -> Caustics | None:
-        geometry, _, lights, optics, _ = self._scene
-        if optics is None:
+        if not self._smooth:
             return None
         if not self._on("caustics"):
             return no_caustics(self._bands)
@@ -220,9 +232,8 @@ class Passes:
             key = stream_key(self._seed, 0, CAUSTIC_PILOT)
             with self._setting_up():
                 self._caustics = CausticTracer(
-                    geometry, lights, optics, self._bands, self._photons, self._size, key,
-                    self._workers,
-                )  # fmt: skip
+                    self._scene, self._bands, self._photons, self._size, key, self._workers
+                )
         key = stream_key(self._seed, index, CAUSTICS)
         self.photons += self._caustics.photons
         return self._caustics.trace(index, key, wider)
@@ -232,7 +243,7 @@ class Passes:
         total = self._photons
         bundles = bundle_count(total)
         if self._bundles.shape[:2] != (bundles, count):
-            self._bundles = np.empty((bundles, count, self._bands), np.float32)
+            self._bundles = self._storage.zeros((bundles, count, self._bands))
         key = stream_key(self._seed, index, PHOTONS)
         counts = self._workers.map(
             lambda bundle: trace_photons(
@@ -253,7 +264,7 @@ class Passes:
         self.cut += int(cut)
         self.photons += total
         self.rays += int(stores) + total
-        radiosity = np.empty((count, self._bands), np.float32)
+        radiosity = self._storage.zeros((count, self._bands))
         self._workers.ranges(
             lambda first, last: join(self._bundles, first, last, radiosity), count, CELL_RANGE
         )
@@ -291,7 +302,7 @@ class Passes:
                 self.seen,
             )
         )
-        self.rays += int(rays_of(plan).sum())
+        self.rays += count_rays(plan)
         return self._pixels
 
     def _focused(self, index: int) -> Plan:
@@ -311,7 +322,7 @@ class Passes:
     def plan(self) -> Plan:
         """How much sampling each pixel gets."""
         key = stream_key(self._seed, 0, SURVEY)
-        plan = survey(self._scene, self._camera, self._film, key, self._workers)
+        plan = survey(self._scene, self._camera, self._film, key, self._workers, self._storage)
         if not self._on("indirect"):
             plan = plan._replace(gathers=np.zeros_like(plan.gathers))
         if not self._on("soft_shadows"):
@@ -364,11 +375,11 @@ def empty_store(bands: int) -> Store:
     return Cells(*none), np.zeros((0, bands), np.float32)
 
 
-def empty_pixels(size: int, bands: int) -> Pixels:
+def empty_pixels(size: int, bands: int, storage: Storage = RAM) -> Pixels:
     """Make the arrays of a pass over `size` pixels."""
     return Pixels(
-        *(np.zeros((size, bands), np.float32) for _ in range(6)),
-        coverage=np.zeros(size, np.float32),
-        found=np.zeros(size, np.uint8),
-        plane=np.zeros((size, 7), np.float32),
+        *storage.zeros((6, size, bands)),
+        coverage=storage.zeros(size),
+        found=storage.zeros(size, np.uint8),
+        plane=storage.zeros((size, 7)),
     )

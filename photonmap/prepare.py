@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.bands import Bands
-from photonmap.camera import check_camera, frame_scene
+from photonmap.camera import check_camera, frame_of, frame_scene
 from photonmap.emitters import collect_emitters
 from photonmap.errors import InputError, warn
 from photonmap.kernels import records
@@ -21,7 +21,7 @@ from photonmap.matter import collect_matter
 from photonmap.messages import listed
 from photonmap.scene import Camera, Material, Mesh, Scene
 from photonmap.spectra.curves import Spectrum
-from photonmap.textures import Paint, Texture, collect_pictures, mean_color, mean_opacity
+from photonmap.textures import FARTHEST, Paint, Texture, collect_pictures, mean_color, mean_opacity
 from photonmap.tidy import find_single, without_strays
 
 SMALLEST, LARGEST = 1e-30, 1e30
@@ -71,11 +71,7 @@ class Prepared:
     def film_camera(self, width: int, height: int) -> records.Camera:
         """Return the camera over an image of the given size, in the kernels' units."""
         origin = (np.array(self.camera.origin) - self.center) / self.size
-        view = np.array(self.camera.target) - np.array(self.camera.origin)
-        view /= np.linalg.norm(view)
-        right = np.cross(view, self.camera.up)
-        right /= np.linalg.norm(right)
-        up = np.cross(right, view)
+        view, right, up = frame_of(self.camera)
         pixel = 2.0 * np.tan(np.radians(self.camera.fov) / 2.0) / height
         corner = view + pixel * (0.5 * height * up - 0.5 * width * right)
         vectors = (origin, corner, pixel * right, -pixel * up)
@@ -200,9 +196,12 @@ def _check_mesh(mesh: Mesh) -> None:
         if mesh.uv.shape != (len(mesh.vertices), 2):
             wanted = (len(mesh.vertices), 2)
             raise InputError(f"{name}: uv must be {wanted}, one a vertex, not {mesh.uv.shape}")
-        if not np.isfinite(mesh.uv).all():
-            row = int(np.argmin(np.isfinite(mesh.uv).all(axis=1)))
-            raise InputError(f"{name}: uv {row} is {mesh.uv[row]}; give finite numbers")
+        sound = (np.abs(mesh.uv) <= FARTHEST).all(axis=1)
+        if not sound.all():
+            row = int(np.argmin(sound))
+            raise InputError(
+                f"{name}: uv {row} is {mesh.uv[row]}; give finite numbers up to {FARTHEST:g}"
+            )
 
 
 def _is_textured(material: Material) -> bool:
@@ -327,6 +326,8 @@ def _uv(mesh: Mesh) -> NDArray[np.float32]:
 def _shading_normals(mesh: Mesh) -> NDArray[np.float32]:
     if mesh.normals is None:
         return np.zeros(mesh.vertices.shape, np.float32)
-    length = np.linalg.norm(mesh.normals, axis=1, keepdims=True)
-    unit = np.divide(mesh.normals, length, out=np.zeros_like(mesh.normals), where=length > 0)
-    return unit.astype(np.float32)
+    largest = np.abs(mesh.normals).max(axis=1, initial=0.0, keepdims=True)
+    sound = (largest > 0.0) & (largest < np.inf)
+    scaled = np.divide(mesh.normals, largest, out=np.zeros_like(mesh.normals), where=sound)
+    length = np.linalg.norm(scaled, axis=1, keepdims=True)
+    return np.divide(scaled, length, out=scaled, where=sound).astype(np.float32)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import os
 import platform
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from photonmap.camera import frame_of
 from photonmap.spectra.munsell import VARIABLE as MUNSELL
 from photonmap.spectra.text import ILLUMINANTS
 
@@ -22,13 +24,15 @@ PACKAGES = ("photonmap", "numpy", "numba", "embreex", "OpenImageIO", "colour-sci
 
 def describe_versions() -> dict[str, str]:
     """Return the versions of Python and of the packages that results depend on."""
-    versions = {"python": platform.python_version()}
-    for package in PACKAGES:
-        try:
-            versions[package] = version(package)
-        except PackageNotFoundError:
-            versions[package] = "not installed"
-    return versions
+    return {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
+
+
+@cache
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"
 
 
 def describe_measured_sets() -> dict[str, str | None]:
@@ -42,12 +46,9 @@ def describe_camera(camera: Camera, film: Film) -> dict[str, Any]:
     `camera_to_world` is 4×4 with x right, y up and the view along −z, scene units; `intrinsics`
     is 3×3 in pixels, the image's corner at (0, 0), y down.
     """
-    origin, target = np.array(camera.origin), np.array(camera.target)
-    back = (origin - target) / np.linalg.norm(origin - target)
-    right = np.cross(camera.up, back)
-    right /= np.linalg.norm(right)
+    view, right, up = frame_of(camera)
     pose = np.eye(4)
-    pose[:3] = np.stack([right, np.cross(back, right), back, origin], axis=1)
+    pose[:3] = np.stack([right, up, -view, np.array(camera.origin)], axis=1)
     focal = 0.5 * film.height / math.tan(math.radians(camera.fov) / 2.0)
     return {
         "origin": list(camera.origin),

@@ -14,6 +14,9 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from photonmap.accumulate import Accumulator
 from photonmap.bands import Bands
 from photonmap.bias import BiasProbe
@@ -22,18 +25,19 @@ from photonmap.chances import choose_seldom
 from photonmap.checkpoint import Checkpoint, check_checkpoint
 from photonmap.columns import Columns, carry, choose_columns, count_distinct
 from photonmap.compiling import compile_kernels, is_compiled
+from photonmap.cuts import SMALLEST_SHARE
 from photonmap.effects import EffectPlan, leave_out, plan_effects
 from photonmap.errors import InputError, listening, warn
 from photonmap.fingerprint import describe_run
-from photonmap.first_hits import first_hit_buffers
+from photonmap.first_hits import AT_CENTRES, first_hit_buffers
 from photonmap.focus import Focus
 from photonmap.hidden_lights import warn_of_hidden_lights
 from photonmap.kernels.beyond import MOST_SMOOTH
 from photonmap.kernels.records import Film
 from photonmap.landing import warn_of_few_photons
 from photonmap.ledger import Ledger
-from photonmap.memory import check_memory
-from photonmap.output import in_order
+from photonmap.memory import Work, check_memory
+from photonmap.output import OF_SMOOTH, in_order
 from photonmap.passes import MAX_BOUNCES, PROBE, Passes, stream_key
 from photonmap.prepare import Prepared, prepare
 from photonmap.progress import Progress, Silent
@@ -42,14 +46,11 @@ from photonmap.result import Result
 from photonmap.rounds import Rounds
 from photonmap.scene import Scene
 from photonmap.settings import Method, Pixel, Settings
+from photonmap.storage import Storage
 from photonmap.workers import Workers
 
-OF_SMOOTH = ("caustics", "residual")
-"""Buffers that only scenes with mirrors or glass have."""
 FEW_CHAINS = 1e-4
 """Share of pixels that may miss the end of a chain of reflections before a warning is due."""
-FEW_CUTS = 1e-5
-"""Share of photons that may be cut before a warning is due: less than errors can show."""
 
 
 def render(
@@ -68,6 +69,8 @@ def render(
     effects: str | Iterable[str] = "auto",
     per_light: bool = False,
     adaptive: bool = True,
+    buffers: Iterable[str] | None = None,
+    memory: float | None = None,
     checkpoint: str | PathLike[str] | None = None,
     resume: bool = False,
     progress: Progress | None = None,
@@ -91,6 +94,9 @@ def render(
         names separated by commas, those alone: see `photonmap.effects`
     per_light : split direct, indirect, caustics and shading by groups of lights too
     adaptive : after 8 passes, take more samples where these were noisy, and fewer elsewhere
+    buffers : names of those to keep, with their errors; None for all. Fewer take less memory.
+    memory : bytes of RAM above which the large arrays, those of the result too, lie in files
+        without names in the folder for temporary files (TMPDIR); with the same numbers in them
     checkpoint : file to which the state is saved every minute and in the end
     resume : go on from the checkpoint as if there had been no break; the budget counts earlier
         passes and seconds. Where there is no such file, a warning says so.
@@ -108,8 +114,9 @@ def render(
     start = time.perf_counter()
     budget = Budget.choose(passes, seconds, error)
     settings = Settings.check(
-        bands, size, pixel, budget, photons, seed, threads, method, effects, per_light, adaptive
-    )
+        bands, size, pixel, budget, photons, seed, threads, method, effects, per_light, adaptive,
+        None if buffers is None else list(buffers), memory,
+    )  # fmt: skip
     file = _checkpoint_file(checkpoint, resume)
     progress = progress or Silent()
     with listening() as told, Workers(threads) as workers:
@@ -123,22 +130,22 @@ def render(
         run, moments = _begin(job, settings, workers, hidden)
         saved = None if file is None else Checkpoint(file, job.fingerprint)
         probe = BiasProbe(run, settings.film, job.columns)
-        focus = Focus(settings.film, job.columns) if settings.focuses else None
+        focus = Focus(settings.film, job.columns, job.storage) if settings.focuses else None
         rounds = Rounds(run, moments, budget, probe, focus, saved, resume)
         with workers.holding_interrupts():
             rounds.go(progress)
         _warn_of_cuts(run, moments.whole, budget, rounds.elapsed)
         outcome = _describe_passes(run, moments.whole, rounds)
-        flat, errors = _finish(job.whole, settings.film, run, moments, workers)
+        flat, errors, unresolved = _finish(job, settings, run, moments, workers)
         if set(hidden) != set(job.whole.light_names):
-            warn_of_few_photons(flat["unresolved"])
+            warn_of_few_photons(unresolved)
         ended = time.perf_counter()
 
     record = {
         **_describe_job(scene, job, settings, workers.threads),
         "effects": job.plan.describe(run.effect_seconds),
         **outcome,
-        "unresolved": int(flat["unresolved"].sum()),
+        "unresolved": int(unresolved.sum()),
         "seconds": _describe_seconds(run, rounds, start, loaded, compiled, ended),
         "warnings": told,
     }
@@ -156,6 +163,7 @@ class Job:
     """the same in the columns that passes carry"""
     plan: EffectPlan
     columns: Columns
+    storage: Storage
     fingerprint: dict[str, Any]
 
 
@@ -170,9 +178,10 @@ def _checkpoint_file(path: str | PathLike[str] | None, resume: bool) -> Path | N
 
 def _set_up(scene: Scene, settings: Settings) -> Job:
     """Check the scene, and decide on effects and columns."""
-    film, bands, photons = settings.film, settings.bands, settings.photons
+    film, bands = settings.film, settings.bands
     faces = sum(len(mesh.faces) for mesh in scene.meshes)
-    check_memory(settings.pixels, 1, photons, faces)
+    work = Work(settings.pixels, 1, settings.photons, faces, buffers=settings.buffers)
+    check_memory(work, settings.memory)
     prepared = prepare(scene, bands, film.width / film.height)
     fingerprint = describe_run(prepared, bands, film, settings.deciding)
     plan = plan_effects(prepared, settings.effects, count_distinct(prepared), bands.count)
@@ -180,14 +189,27 @@ def _set_up(scene: Scene, settings: Settings) -> Job:
     columns = choose_columns(whole, plan.on("band_merging"), settings.per_light)
     carried = carry(whole, columns)
     count = columns.count + settings.per_light * columns.distinct
-    check_memory(settings.pixels, count, photons, faces, carried.optics is not None)
-    goal = settings.budget.goal
-    if goal is not None and goal.buffer in OF_SMOOTH and carried.optics is None:
+    smooth = carried.optics is not None
+    work = replace(work, bands=count, smooth=smooth, split=settings.per_light)
+    storage = check_memory(work, settings.memory)
+    if not smooth:
+        _check_smooth_asked(settings)
+    return Job(whole, carried, plan, columns, storage, fingerprint)
+
+
+def _check_smooth_asked(settings: Settings) -> None:
+    """Check that more is asked for than what only scenes with mirrors or glass have."""
+    goal, kept = settings.budget.goal, settings.buffers
+    if goal is not None and goal.buffer in OF_SMOOTH:
         raise InputError(
             f"error {goal}: without mirrors and glass {goal.buffer} is exactly 0; "
             f"aim at another buffer"
         )
-    return Job(whole, carried, plan, columns, fingerprint)
+    if kept <= {*OF_SMOOTH, "covariance"}:
+        raise InputError(
+            f"buffers {', '.join(sorted(kept))}: without mirrors and glass there may be none of "
+            f"them; ask for another buffer too"
+        )
 
 
 def _begin(
@@ -208,16 +230,19 @@ def _begin(
         workers,
         method,
         job.plan,
+        job.storage,
     )
-    return run, Ledger(columns, settings.pixels, workers, job.carried.optics is not None)
+    smooth = job.carried.optics is not None
+    return run, Ledger(columns, settings.pixels, workers, smooth, job.storage)
 
 
 def _warn_of_cuts(run: Passes, moments: Accumulator, budget: Budget, elapsed: float) -> None:
-    if run.cut > FEW_CUTS * run.photons:
-        warn(
-            f"{run.cut} of {run.photons} photons were cut after {MAX_BOUNCES} bounces: surfaces "
-            f"reflect nearly everything, and light is missing from indirect"
-        )
+    missing = "surfaces reflect nearly everything, and light is missing from indirect"
+    if run.cut > SMALLEST_SHARE * run.photons:
+        warn(f"{run.cut} of {run.photons} photons were cut after {MAX_BOUNCES} bounces: {missing}")
+    share = run.share_of_paths_cut()
+    if share > SMALLEST_SHARE:
+        warn(f"about {100 * share:.2g}% of paths are cut after {MAX_BOUNCES} bounces: {missing}")
     chains = moments.cut()
     if chains > FEW_CHAINS * len(moments.counts):
         warn(
@@ -280,17 +305,20 @@ def _describe_seconds(
 
 
 def _finish(
-    prepared: Prepared, film: Film, run: Passes, moments: Ledger, workers: Workers
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return all buffers, in the order of `BUFFERS`, and their errors, one row a pixel."""
-    light, errors = moments.finish(prepared.power)
-    flat = {
-        **light,
-        "unresolved": moments.whole.unresolved() & (run.stores > 0),
-        "passes": moments.whole.counts,
-        **first_hit_buffers(prepared, film, workers),
-    }
-    return in_order(flat), errors
+    job: Job, settings: Settings, run: Passes, moments: Ledger, workers: Workers
+) -> tuple[dict[str, Any], dict[str, Any], NDArray[np.bool_]]:
+    """Return the buffers to keep, in the order of `BUFFERS`, and their errors, one row a pixel.
+
+    And which pixels are unresolved, (P,), kept or not.
+    """
+    kept = settings.buffers
+    light, errors = moments.finish(job.whole.power, kept)
+    unresolved = moments.whole.unresolved() & (run.stores > 0)
+    rest = {"unresolved": unresolved, "passes": moments.whole.counts}
+    if not kept.isdisjoint(AT_CENTRES):
+        rest |= first_hit_buffers(job.whole, settings.film, workers, job.storage)
+    flat = {**light, **{name: values for name, values in rest.items() if name in kept}}
+    return in_order(flat), errors, unresolved
 
 
 def _images(flat: dict[str, Any], film: Film) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from os import PathLike
 from typing import Any
@@ -292,6 +292,13 @@ class Result:
         return choose_projection(self.bands, target, method)
 
     def _project(self, buffer: str, target: Target, method: Method | None) -> Image:
+        rows = self._projected(buffer, target, method)
+        return np.stack([*rows])
+
+    def _projected(
+        self, buffer: str, target: Target = "rgb", method: Method | None = None
+    ) -> Iterator[NDArray[np.float32]]:
+        """Project line by line: (W, T) each. This spares copies of whole images."""
         if buffer not in self.buffers:
             raise ValueError(self._missing(buffer))
         image = self.buffers[buffer]
@@ -301,10 +308,8 @@ class Result:
         if buffer == "reflectance":
             matrix = matrix / matrix.sum(axis=0)
         most = np.finfo(np.float32).max
-        projected = np.empty((*image.shape[:2], matrix.shape[1]), np.float32)
-        for line, row in zip(projected, image, strict=True):  # spares float64 copies of images
-            line[:] = np.clip(row @ matrix, -most, most)
-        return projected
+        for row in image:
+            yield np.clip(row @ matrix, -most, most).astype(np.float32)
 
     @property
     def exposure(self) -> float:
@@ -313,7 +318,10 @@ class Result:
         Of the pixels that are not black; and not emissive, unless all the others are black. 1 if
         there is none.
         """
-        luminance = np.nan_to_num(self.rgb()) @ _LUMINANCE
+        width, height = self.size
+        luminance = np.empty((height, width))
+        for line, row in zip(luminance, self._projected("radiance"), strict=True):
+            line[:] = np.nan_to_num(row) @ _LUMINANCE
         counted = luminance > 0.0
         if "emission" in self.buffers:
             lit = counted & ~self.emission.any(axis=-1)
@@ -330,10 +338,11 @@ class Result:
         exposure : None takes the image's own; another image's makes the two comparable
         """
         exposure = np.float64(self.exposure if exposure is None else exposure)
-        rgb = np.nan_to_num(self.rgb(), copy=False)
-        image = np.empty(rgb.shape, np.uint8)
-        for line, row in zip(image, rgb, strict=True):
-            line[:] = np.rint(255.0 * _encode(np.clip(row * exposure, 0.0, 1.0)))
+        width, height = self.size
+        image = np.empty((height, width, 3), np.uint8)
+        for line, row in zip(image, self._projected("radiance"), strict=True):
+            scaled = np.nan_to_num(row) * exposure
+            line[:] = np.rint(255.0 * _encode(np.clip(scaled, 0.0, 1.0)))
         return image
 
     def select(self, names: Iterable[str]) -> Result:

@@ -64,7 +64,8 @@ class Mesh:
     faces : (F, 3) int, rows of vertex indices, counter-clockwise seen from the front
     material : of every face
     name : the object it belongs to; meshes of one name share an object id
-    normals : (V, 3) float64 shading normals, or None; a zero row means flat
+    normals : (V, 3) float64 shading normals, or None; a row that is zero or not finite
+        means flat
     uv : (V, 2) float64 texture coordinates, or None
     """
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -13,6 +14,7 @@ from photonmap.budget import LEAST_PHOTONS, Budget
 from photonmap.effects import parse_effects
 from photonmap.errors import InputError
 from photonmap.kernels.records import Film
+from photonmap.output import BUFFERS, check_buffers
 
 LARGEST_SIDE = 1 << 16
 MOST_PHOTONS = 1 << 32
@@ -36,6 +38,8 @@ class Settings:
     effects: str | frozenset[str]
     per_light: bool
     adaptive: bool
+    buffers: frozenset[str]
+    memory: float | None
 
     @classmethod
     def check(
@@ -51,6 +55,8 @@ class Settings:
         effects: str | Iterable[str],
         per_light: bool,
         adaptive: bool = True,
+        buffers: Iterable[str] | None = None,
+        memory: float | None = None,
     ) -> Settings:
         """Check all arguments, and fill in the number of photons.
 
@@ -63,11 +69,16 @@ class Settings:
         if photons is None:
             photons = max(film.width * film.height, LEAST_PHOTONS)
         _check_numbers(photons, seed, threads)
+        check_buffers(buffers)
+        if memory is not None and not 0.0 < memory < math.inf:
+            raise InputError(f"memory {memory} must be a number of bytes above 0")
         if method not in ("photon", "path"):
             raise InputError(f"method {method!r} is neither 'photon' nor 'path'")
+        kept = frozenset(BUFFERS if buffers is None else buffers)
         return cls(
-            bands, film, budget, photons, seed, threads, method, effects, per_light, adaptive
-        )
+            bands, film, budget, photons, seed, threads, method, effects, per_light, adaptive,
+            kept, memory,
+        )  # fmt: skip
 
     @property
     def focuses(self) -> bool:

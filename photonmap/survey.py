@@ -6,21 +6,21 @@ from numpy.typing import NDArray
 from photonmap.kernels.records import (
     Camera,
     Film,
-    Lights,
     Plan,
     SceneArrays,
     Survey,
 )
 from photonmap.kernels.share import count_windows
 from photonmap.kernels.survey import survey_pixels
+from photonmap.storage import RAM, Storage
 from photonmap.workers import Workers
 
 SAMPLES = 4
 """Camera samples of a pixel in a survey, and in a pass; a power of two, as coverage sums to 1."""
 EDGE_SAMPLES = 16
 """The same where a pixel shows several surfaces, or a mirror or glass."""
-EVEN_LIGHT_SAMPLES, LIGHT_SAMPLES, PENUMBRA_SAMPLES = 4, 4, 16
-"""Light samples of a pixel: of lamps that are alike, of others, and where something blocks some."""
+LIGHT_SAMPLES, PENUMBRA_SAMPLES = 4, 16
+"""Light samples of a pixel, and where some are blocked and some are not."""
 GATHERS, MOST_GATHERS = 8, 64
 """Gather rays of a pixel, and where few neighbours share their indirect light with it."""
 SHARED_GATHERS = 256
@@ -30,10 +30,17 @@ WINDOW = 6.0
 REACH = 0.2
 """Their radius in space, as a part of the mean distance to what lies around (Ward 1988)."""
 TILE = 2048
+LINES = 64
+"""Lines of the image that are planned at a time."""
 
 
 def survey(
-    scene: SceneArrays, camera: Camera, film: Film, key: np.uint64, workers: Workers
+    scene: SceneArrays,
+    camera: Camera,
+    film: Film,
+    key: np.uint64,
+    workers: Workers,
+    storage: Storage = RAM,
 ) -> Plan:
     """Look at every pixel and plan its sampling.
 
@@ -44,8 +51,8 @@ def survey(
     textured = _textured_materials(scene)
     pixels = film.width * film.height
     kinds = np.uint8, np.uint8, np.float32, np.uint8, np.uint8
-    look = Survey(*(np.zeros(pixels, kind) for kind in kinds))
-    plane = np.zeros((pixels, 7), np.float32)
+    look = Survey(*(storage.zeros(pixels, kind) for kind in kinds))
+    plane = storage.zeros((pixels, 7))
     workers.ranges(
         lambda first, last: survey_pixels(
             geometry, lights, optics, textured, camera, film, SAMPLES, key, first, last, plane, look
@@ -53,32 +60,56 @@ def survey(
         pixels,
         TILE,
     )
-    nearness = _neighbours(look.nearness, film).mean(axis=0)
-    reach = REACH / np.maximum(nearness, 1e-12).astype(np.float32)
-    partners = np.zeros(pixels, np.int32)
+    plan = Plan(*(storage.zeros(pixels, np.uint8) for _ in range(3)), storage.zeros(pixels))
+    workers.ranges(
+        lambda first, last: _plan_reach(film, look, first, last, plan), film.height, LINES
+    )
+    partners = storage.zeros(pixels, np.int32)
     nothing = np.zeros((pixels, 0), np.float32)
     workers.ranges(
         lambda first, last: count_windows(
-            film, plane, reach, WINDOW, 1.0, first, last, nothing, partners
+            film, plane, plan.reach, WINDOW, 1.0, first, last, nothing, partners
         ),
         pixels,
         TILE,
     )
-    penumbra = _neighbours(look.penumbra, film).max(axis=0) != 0
-    flat, even, smooth = look.flat != 0, look.even != 0, look.smooth != 0
-    gathers = np.clip(2 ** np.ceil(np.log2(SHARED_GATHERS / partners)), GATHERS, MOST_GATHERS)
-    gathers[smooth | ~flat] = MOST_GATHERS
+    workers.ranges(
+        lambda first, last: _plan_samples(film, look, partners, first, last, plan),
+        film.height,
+        LINES,
+    )
+    return plan
+
+
+def _plan_reach(film: Film, look: Survey, first: int, last: int, plan: Plan) -> None:
+    """Decide how far the pixels of lines first..last share."""
+    nearness = _neighbours(look.nearness, film, first, last).mean(axis=0)
+    lines = slice(first * film.width, last * film.width)
+    plan.reach[lines] = REACH / np.maximum(nearness, 1e-12).astype(np.float32)
+
+
+def _plan_samples(
+    film: Film,
+    look: Survey,
+    partners: NDArray[np.int32],
+    first: int,
+    last: int,
+    plan: Plan,
+) -> None:
+    """Decide on the samples of the pixels of lines first..last."""
+    lines = slice(first * film.width, last * film.width)
+    penumbra = _neighbours(look.penumbra, film, first, last).max(axis=0) != 0
+    flat, even, smooth = (part[lines] != 0 for part in (look.flat, look.even, look.smooth))
+    gathers = 2 ** np.ceil(np.log2(SHARED_GATHERS / partners[lines])).astype(int)
+    gathers = np.where(smooth | ~flat, MOST_GATHERS, np.clip(gathers, GATHERS, MOST_GATHERS))
     samples = np.where(flat & ~smooth, SAMPLES, EDGE_SAMPLES)
     samples[even & ~penumbra & (gathers == GATHERS)] = 1
     if not film.jitter:
         samples[:] = 1
-    lamps = np.where(penumbra, PENUMBRA_SAMPLES, _light_samples(lights))
-    return Plan(
-        samples.astype(np.uint16),
-        np.maximum(lamps // samples, 1).astype(np.uint16),
-        np.maximum(gathers // samples, 1).astype(np.uint16),
-        reach,
-    )
+    lights = np.where(penumbra, PENUMBRA_SAMPLES, LIGHT_SAMPLES)
+    plan.samples[lines] = samples
+    plan.lights[lines] = np.maximum(lights // samples, 1)
+    plan.gathers[lines] = np.maximum(gathers // samples, 1)
 
 
 def _textured_materials(scene: SceneArrays) -> NDArray[np.uint8]:
@@ -94,15 +125,13 @@ def _textured_materials(scene: SceneArrays) -> NDArray[np.uint8]:
     return textured.astype(np.uint8)
 
 
-def _light_samples(lights: Lights) -> int:
-    """Return how many light samples a pixel gets where nothing blocks any."""
-    varied = lights.environment or lights.glow or lights.tree
-    alike = not varied and len(np.unique(lights.spectrum)) == 1
-    return EVEN_LIGHT_SAMPLES if alike else LIGHT_SAMPLES
+def _neighbours(values: NDArray, film: Film, first: int, last: int) -> NDArray:
+    """Return the values of the pixels of lines first..last and of their eight neighbours, (9, L).
 
-
-def _neighbours(values: NDArray, film: Film) -> NDArray:
-    """Return each pixel's value and those of its eight neighbours, (9, P)."""
-    padded = np.pad(values.reshape(film.height, film.width), 1, mode="edge")
-    views = np.lib.stride_tricks.sliding_window_view(padded, (film.height, film.width))
+    The image's edges are doubled.
+    """
+    lines = np.clip(np.arange(first - 1, last + 1), 0, film.height - 1)
+    image = values.reshape(film.height, film.width)[lines]
+    padded = np.pad(image, ((0, 0), (1, 1)), mode="edge")
+    views = np.lib.stride_tricks.sliding_window_view(padded, (last - first, film.width))
     return views.reshape(9, -1)

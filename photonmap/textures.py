@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, naming
+from photonmap.messages import shown
 from photonmap.readers.images import LINEAR_TABLE, SRGB_TABLE, Image, read_mask, read_texture
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Color
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Triple = tuple[float, float, float]
+FARTHEST = 1e9
+"""Of texture coordinates, scales and offsets: beyond, kernels would run out of whole numbers."""
 ROWS = 256
 """Of an image that are looked at together, so that temporary arrays stay small."""
 
@@ -285,6 +288,11 @@ def check_texture(texture: Texture, most: float = np.inf) -> None:
     if numbers.shape != (7,) or not np.isfinite(numbers).all() or (numbers[4:] < 0.0).any():
         raise InputError(
             "a texture has two numbers for scale and offset, and three from 0 for factor"
+        )
+    if np.abs(numbers[:4]).max() > FARTHEST:
+        raise InputError(
+            f"the texture's scale {shown(texture.scale)} or offset {shown(texture.offset)} is "
+            f"beyond {FARTHEST:g}; keep them below"
         )
     if texels.dtype == np.float32 and not (texels.min() >= 0.0 and texels.max() < np.inf):
         raise InputError("the texture has values that are negative or not finite")

@@ -1,20 +1,107 @@
+"""What a render needs, what is refused, and where its arrays lie."""
+
+import argparse
+import mmap
+import tempfile
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
+from photonmap import storage
+from photonmap.arguments import amount
 from photonmap.errors import InputError
-from photonmap.memory import check_memory, estimate_memory
+from photonmap.memory import Work, check_memory
+from photonmap.storage import RAM, Storage
+
+LEAST = Work(pixels=10, bands=1, photons=10, triangles=10)
+LARGE = Work(8192 * 8192, 31, 100_000, 36)
 
 
 def test_estimate_grows_with_everything():
-    least = estimate_memory(10, 1, 10, 10)
-    for bigger in ((10**7, 1, 10, 10), (10, 256, 10**6, 10), (10, 1, 10, 10**7)):
-        assert estimate_memory(*bigger) > least + 10**8
+    least = LEAST.always + LEAST.arrays
+    for bigger in ({"pixels": 10**7}, {"bands": 256, "photons": 10**6}, {"triangles": 10**7}):
+        work = replace(LEAST, **bigger)
+        assert work.always + work.arrays > least + 10**8
+    for bigger in ({"smooth": True}, {"split": True}):
+        assert replace(LARGE, **bigger).always > LARGE.always
+    assert replace(LARGE, buffers=["radiance"]).arrays < 0.8 * LARGE.arrays
 
 
-def test_refusal_names_both_numbers(monkeypatch):
+@pytest.fixture
+def two_gigabytes(monkeypatch):
     class Free:
         available = 2.0e9
 
     monkeypatch.setattr("psutil.virtual_memory", lambda: Free)
-    check_memory(256 * 256, 6, 100_000, 36)
+
+
+@pytest.mark.usefixtures("two_gigabytes")
+def test_refusal_names_both_numbers():
+    assert check_memory(Work(256 * 256, 6, 100_000, 36)) == RAM
     with pytest.raises(InputError, match=r"needs about \d+\.\d GB and 2\.0 GB are free"):
-        check_memory(8192 * 8192, 31, 100_000, 36)
+        check_memory(LARGE)
+
+
+@pytest.mark.usefixtures("two_gigabytes")
+@pytest.mark.parametrize("room", [1e9, 1e13])
+def test_above_the_limit_the_disk_is_asked(monkeypatch, tmp_path, room):
+    class Disk:
+        free = room
+
+    monkeypatch.setattr("shutil.disk_usage", lambda folder: Disk)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr("photonmap.memory.is_in_ram", lambda folder: False)
+    small = replace(LARGE, pixels=4096**2)
+    assert check_memory(LEAST, limit=1e9) == RAM
+    if room > 1e12:
+        assert check_memory(small, limit=1e9).mapped
+        with pytest.raises(InputError, match=r"GB of RAM and 2\.0 GB are free"):
+            check_memory(LARGE, limit=1e9)
+    else:
+        with pytest.raises(InputError, match=f"GB in {tmp_path} and 1.0 GB are free"):
+            check_memory(small, limit=1e9)
+
+
+@pytest.mark.usefixtures("two_gigabytes")
+def test_scratch_files_in_ram_count_as_ram(monkeypatch):
+    monkeypatch.setattr("photonmap.memory.is_in_ram", lambda folder: True)
+    with pytest.raises(InputError, match="GB of RAM"):
+        check_memory(replace(LARGE, pixels=4096**2), limit=1e9)
+
+
+def test_the_file_system_of_a_folder(monkeypatch, tmp_path):
+    class Part:
+        mountpoint, fstype = str(tmp_path), "tmpfs"
+
+    monkeypatch.setattr("psutil.disk_partitions", lambda all: [Part])
+    assert storage.is_in_ram(tmp_path)
+    assert storage.is_in_ram(tmp_path / "below")
+    assert not storage.is_in_ram(tmp_path.parent)
+
+
+def test_mapped_arrays_are_plain_and_have_no_file(monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    array = Storage(mapped=True).zeros((3, 4), np.float64)
+    assert type(array) is np.ndarray
+    assert isinstance(array.base, mmap.mmap)
+    assert array.flags.carray
+    assert not array.any()
+    assert not list(tmp_path.iterdir())
+    array += 1.0
+    assert Storage(mapped=True).zeros((0, 4)).shape == (0, 4)
+
+
+def test_no_folder_for_scratch_files(monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "none"))
+    with pytest.raises(InputError, match="set TMPDIR to a folder on another disk"):
+        Storage(mapped=True).zeros(5)
+
+
+def test_amounts_of_memory():
+    assert amount("4G") == 4 << 30
+    assert amount("1.5m") == 1.5 * 2**20
+    assert amount("1000") == 1000
+    for text in ("", "G", "4 apples", "4GB"):
+        with pytest.raises(argparse.ArgumentTypeError, match="write it as 4G or 512M"):
+            amount(text)

@@ -23,7 +23,7 @@ def flat_wall():
 
 def shared(pixels, radius=3.0, reach=100.0):
     size = WIDTH * HEIGHT
-    each = np.ones(size, np.uint16)
+    each = np.ones(size, np.uint8)
     plan = Plan(each, each, each, np.full(size, reach, np.float32))
     out = np.empty((size, 2), np.float32)
     share(FILM, plan, radius, 1.0, 0, size, pixels, out)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from photonmap.bands import Bands
 from photonmap.budget import LEAST_PHOTONS
 from photonmap.errors import InputError
-from photonmap.memory import check_memory
+from photonmap.memory import Work, check_memory
 from photonmap.study.color import MANY
 from photonmap.study.measure import Study
 from photonmap.study.metrics import counted_pixels
@@ -86,7 +86,7 @@ def check_largest(study: Study, extent: Extent) -> None:
         (round(pixels * larger), few, round(usual * larger)),
         (pixels, few, round(usual * max(extent.photons))),
     ):
-        check_memory(size, bands, photons, study.faces)
+        check_memory(Work(size, bands, photons, study.faces))
 
 
 def run_sweeps(study: Study, extent: Extent) -> None:

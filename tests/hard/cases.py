@@ -65,12 +65,16 @@ def check_geometry(result):
 
 def means(scene, buffer="radiance", seeds=8, **settings):
     """Return the mean over pixels of renders with so many seeds, (seeds, bands)."""
-    return np.array(
-        [
-            rendered(scene, seed=seed, **settings).buffers[buffer].mean(axis=(0, 1), dtype=float)
-            for seed in range(seeds)
-        ]
-    )
+    return means_of(scene, seeds, **settings)[buffer]
+
+
+def means_of(scene, seeds=8, **settings):
+    """Return the means of all light's buffers, by name, as `means`."""
+    results = [rendered(scene, seed=seed, **settings) for seed in range(seeds)]
+    return {
+        name: np.array([result.buffers[name].mean(axis=(0, 1), dtype=float) for result in results])
+        for name in LIGHT
+    }
 
 
 def assert_mean(values, truth, slack=1e-3):

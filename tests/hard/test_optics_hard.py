@@ -7,6 +7,7 @@ from cases import assert_mean, assert_same, means, rendered
 from conftest import GREY, closed_box, quad
 
 import photonmap as pm
+from photonmap import caustics
 from photonmap.kernels import fresnel
 
 WHITE = pm.DomeLight(1.0)
@@ -195,3 +196,28 @@ def test_a_black_floor_between_mirrors(method):
                      [pm.PointLight((0.1, 2.5, 0.1), 5.0)],
                      pm.Camera((0, 0.5, 0.25), (0, 0.05, 0), fov=50))  # fmt: skip
     rendered(scene, method=method, size=(24, 24), passes=8)
+
+
+@CUT
+@pytest.mark.parametrize("core", [(0.0, 0.0, 0.0), (3.0, 0.0, 0.0)], ids=["inside", "outside"])
+def test_the_pilot_of_a_closed_ball_of_mirrors(core, monkeypatch):
+    """Photons that smooth surfaces keep for ever are few before the passes, and in them."""
+    totals = []
+    trace = caustics.CausticTracer._trace
+
+    def counted(self, total, key):
+        totals.append(total)
+        return trace(self, total, key)
+
+    monkeypatch.setattr(caustics.CausticTracer, "_trace", counted)
+    bowl = ball(1.0, pm.Material.polished(0.9), "bowl")
+    bowl = pm.Mesh(bowl.vertices, bowl.faces[:, ::-1], bowl.material, "bowl", -bowl.normals)
+    scene = pm.Scene([bowl, ball(0.05, GREY, "core", core)], [pm.PointLight((0.1, 0.2, 0.3))],
+                     pm.Camera((0.3, 0.2, 0.8), (-0.2, -0.1, -1)))  # fmt: skip
+    rendered(scene, passes=2)
+    pilot, check, *passes = totals[-4:]  # those before compile
+    assert caustics.PILOT // 16 <= pilot <= caustics.PILOT // 8
+    assert check == pilot // 4
+    assert max(passes) <= 2000
+    rendered(pm.scenes.cornell_balls(), passes=2)
+    assert totals[-4] == caustics.PILOT

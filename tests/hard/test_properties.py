@@ -9,7 +9,7 @@ from dataclasses import replace
 import hypothesis
 import numpy as np
 import pytest
-from cases import SMALLEST, assert_same, means, rendered
+from cases import SMALLEST, assert_same, means, means_of, rendered
 from conftest import closed_box, quad
 from hypothesis import strategies as st
 from hypothesis.internal.conjecture import providers
@@ -20,7 +20,8 @@ import photonmap as pm
 providers._get_local_constants = lambda: NO_CONSTANTS
 NO_CONSTANTS = providers.Constants()
 
-EXAMPLES = int(os.environ.get("PHOTONMAP_EXAMPLES", "6"))
+EXAMPLES = os.environ.get("PHOTONMAP_EXAMPLES")
+"""Of each property; without it, 250 in all, more of those that take few renders."""
 SEED = os.environ.get("PHOTONMAP_SEED")
 """Of the examples; without one, they are always the same."""
 pytestmark = pytest.mark.filterwarnings("ignore::photonmap.SceneWarning")
@@ -121,32 +122,36 @@ def painted(scene, change):
     return replace(scene, meshes=meshes, lights=lights)
 
 
-def property_of_scenes(test):
-    """Run a test over random scenes."""
-    configured = hypothesis.settings(
-        max_examples=EXAMPLES,
-        derandomize=SEED is None,
-        database=None,
-        deadline=None,
-        suppress_health_check=list(hypothesis.HealthCheck),
-        phases=[hypothesis.Phase.generate],
-    )(hypothesis.given(scenes())(test))
-    return configured if SEED is None else hypothesis.seed(int(SEED))(configured)
+def property_of_scenes(examples):
+    """Run a test over so many random scenes."""
+
+    def configure(test):
+        configured = hypothesis.settings(
+            max_examples=int(EXAMPLES or examples),
+            derandomize=SEED is None,
+            database=None,
+            deadline=None,
+            suppress_health_check=list(hypothesis.HealthCheck),
+            phases=[hypothesis.Phase.generate],
+        )(hypothesis.given(scenes())(test))
+        return configured if SEED is None else hypothesis.seed(int(SEED))(configured)
+
+    return configure
 
 
 SETTINGS = {"bands": "rgb", "size": (10, 10)}
 
 
-@property_of_scenes
+@property_of_scenes(30)
 def test_photons_agree_with_paths(scene):
     """Cells of as many photons as a render's own leave 3% of indirect light in doubt, at most."""
     settings = SETTINGS | {"photons": 1 << 14}
+    photons, paths = (means_of(scene, method=m, **settings) for m in ("photon", "path"))
     for buffer in ("direct", "indirect"):
-        values, wanted = (means(scene, buffer, method=m, **settings) for m in ("photon", "path"))
-        assert_same(values, wanted, slack=0.03)
+        assert_same(photons[buffer], paths[buffer], slack=0.03)
 
 
-@property_of_scenes
+@property_of_scenes(40)
 def test_light_is_linear_in_power(scene):
     bright = painted(scene, lambda color, light: 1000.0 * color if light else color)
     one, other = rendered(scene, **SETTINGS), rendered(bright, **SETTINGS)
@@ -155,14 +160,14 @@ def test_light_is_linear_in_power(scene):
         np.testing.assert_allclose(values, wanted, rtol=1e-4, atol=SMALLEST)
 
 
-@property_of_scenes
+@property_of_scenes(30)
 def test_light_is_the_sum_over_lights(scene):
     whole = means(scene, **SETTINGS)
     each = sum(means(one, **SETTINGS) for one in one_by_one(scene))
     assert_same(whole, each, slack=0.03)
 
 
-@property_of_scenes
+@property_of_scenes(40)
 def test_light_by_light_the_parts_add_up(scene):
     result = rendered(scene, per_light=True, **SETTINGS)
     for name in ("direct", "indirect", "shading"):
@@ -170,7 +175,7 @@ def test_light_by_light_the_parts_add_up(scene):
         np.testing.assert_allclose(total, result.buffers[name], rtol=1e-5, atol=1e-12)
 
 
-@property_of_scenes
+@property_of_scenes(30)
 def test_a_quarter_turn_and_a_mirror_image_look_alike(scene):
     wanted = means(scene, "shading", **SETTINGS)
     for matrix in ([[0, 0, 1], [0, 1, 0], [-1, 0, 0]], [[-1, 0, 0], [0, 1, 0], [0, 0, 1]]):
@@ -178,7 +183,7 @@ def test_a_quarter_turn_and_a_mirror_image_look_alike(scene):
         assert_same(values, wanted, slack=0.03)
 
 
-@property_of_scenes
+@property_of_scenes(40)
 def test_bands_know_nothing_of_each_other(scene):
     order = [2, 0, 1]
     one = rendered(scene, **SETTINGS)
@@ -189,7 +194,7 @@ def test_bands_know_nothing_of_each_other(scene):
         )
 
 
-@property_of_scenes
+@property_of_scenes(40)
 def test_more_reflectance_means_more_light(scene):
     whiter = painted(scene, lambda color, light: color if light else 0.5 + 0.5 * color)
     values, more = (means(s, "shading", seeds=4, **SETTINGS) for s in (scene, whiter))

@@ -1,0 +1,149 @@
+"""Odd input: normals, texture coordinates, lamps and cameras that are legal, or nearly."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+from cases import assert_same, means, rendered
+from conftest import GREY, closed_box
+
+import photonmap as pm
+from photonmap.readers.images import Image
+
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:[0-9]* pixels see chains", "ignore:[0-9]* of [0-9]* photons were cut"
+)
+"""Some light stays in glass for ever."""
+ROOM = closed_box(GREY)
+LAMP = pm.PointLight((0.0, 0.5, 0.0), 1.0)
+VIEW = pm.Camera((0.3, 0.2, 0.8), (-0.2, -0.1, -1.0), fov=70.0)
+BALL = trimesh.creation.icosphere(subdivisions=2, radius=0.4)
+SMOOTH = BALL.vertices / 0.4
+KINDS = {"grey": GREY, "mirror": pm.Material.polished(), "glass": pm.Material.glass()}
+
+
+def with_ball(normals=None, material=GREY, uv=None):
+    ball = pm.Mesh(BALL.vertices, BALL.faces, material, "ball", normals, uv)
+    return pm.Scene([ROOM, ball], [LAMP], VIEW)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("value", [0.0, np.nan, np.inf, -np.inf])
+def test_normals_that_are_none_mean_flat(kind, value):
+    result = rendered(with_ball(np.full_like(SMOOTH, value), KINDS[kind]))
+    flat = rendered(with_ball(np.zeros_like(SMOOTH), KINDS[kind]))
+    np.testing.assert_array_equal(result.radiance, flat.radiance)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("length", [2.0**-1000, 2.0**-60, 2.0**60, 2.0**1000])
+def test_normals_of_any_length(kind, length):
+    result = rendered(with_ball(length * SMOOTH, KINDS[kind]))
+    unit = rendered(with_ball(SMOOTH, KINDS[kind]))
+    np.testing.assert_array_equal(result.radiance, unit.radiance)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("turn", ["inverse", "sideways", "every other one flat"])
+def test_normals_that_are_wrong(kind, turn):
+    """Sound, and by both methods the same where surfaces are diffuse."""
+    normals = {
+        "inverse": -SMOOTH,
+        "sideways": np.cross(SMOOTH, [0.0, 1.0, 0.3]),
+        "every other one flat": SMOOTH * (np.arange(len(SMOOTH)) % 2)[:, None],
+    }[turn]
+    scene = with_ball(normals, KINDS[kind])
+    if kind == "grey":
+        settings = {"photons": 8000, "size": (16, 16)}
+        values, wanted = (means(scene, method=m, **settings) for m in ("photon", "path"))
+        assert_same(values, wanted, slack=0.02)
+    else:
+        rendered(scene)
+        rendered(scene, method="path")
+
+
+def checks(shape):
+    image = np.random.default_rng(0).random((*shape, 3))
+    return pm.Texture(Image(np.ascontiguousarray(image, np.float32), srgb=False))
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (5, 3)])
+@pytest.mark.parametrize("factor", [0.0, -1e5, 1e9])
+def test_texture_coordinates_of_any_size(shape, factor):
+    material = pm.Material("paint", checks(shape))
+    rendered(with_ball(None, material, factor * BALL.vertices[:, :2]))
+
+
+@pytest.mark.parametrize("factor", [1e10, 1e300, np.inf, np.nan])
+def test_texture_coordinates_beyond(factor):
+    material = pm.Material("paint", checks((5, 3)))
+    with pytest.raises(pm.InputError, match="give finite numbers up to 1e"):
+        rendered(with_ball(None, material, factor * (1.0 + BALL.vertices[:, :2])))
+
+
+@pytest.mark.parametrize("place", [{"scale": (1.0, 1e10)}, {"offset": (-1e10, 0.0)}])
+def test_textures_out_of_reach(place):
+    material = pm.Material("paint", replace(checks((5, 3)), **place))
+    with pytest.raises(pm.InputError, match="beyond 1e"):
+        rendered(with_ball(None, material, BALL.vertices[:, :2]))
+
+
+@pytest.mark.parametrize("count", [2, 7, 8, 20, 1000])
+def test_lights_at_one_place(count):
+    """As one light with the power of all, whether they hang in a tree or not."""
+    lights = [replace(LAMP, intensity=1.0 / count, name=f"{i}") for i in range(count)]
+    wanted = rendered(pm.Scene([ROOM], [LAMP], VIEW)).direct
+    found = rendered(pm.Scene([ROOM], lights, VIEW)).direct
+    np.testing.assert_allclose(found, wanted, rtol=1e-5)
+
+
+def test_black_lights_among_others():
+    black = [pm.PointLight((0.1 * i, 0.0, 0.0), 0.0, f"black {i}") for i in range(10)]
+    wanted, found = (rendered(pm.Scene([ROOM], [*more, LAMP], VIEW)) for more in ([], black))
+    np.testing.assert_array_equal(found.direct, wanted.direct)
+
+
+def strips(edges):
+    """A lamp of 0.6 in strips, that shines down."""
+    vertices = [(x, 0.9, z) for x in edges for z in (-0.3, 0.3)]
+    first = np.arange(0, 2 * len(edges) - 2, 2)[:, None]
+    faces = np.concatenate([first + [0, 2, 3], first + [0, 3, 1]])
+    return pm.Mesh(np.array(vertices), faces, pm.Material("lamp", 0.0, 1.0), "lamp")
+
+
+@pytest.mark.parametrize("width", [1e-3, 1e-7])
+def test_a_lamp_of_slivers(width):
+    """It shines as it does in one piece: each sliver by its area."""
+    edges = np.linspace(-0.3, 0.3, 9)
+    slivers = strips(np.sort(np.concatenate([edges, edges[1:-1] + width])))
+    for buffer in ("direct", "indirect"):
+        values, wanted = (
+            means(pm.Scene([ROOM, lamp], camera=VIEW), buffer)
+            for lamp in (slivers, strips(edges[[0, -1]]))
+        )
+        assert_same(values, wanted, slack=5e-3)
+
+
+@pytest.mark.parametrize("fov", [1e-9, 1e-5, 179.0, 179.999])
+def test_any_angle_of_view(fov):
+    rendered(pm.Scene([ROOM], [LAMP], replace(VIEW, fov=fov)))
+
+
+@pytest.mark.parametrize("length", [1e-200, 1e29])
+def test_up_of_any_length(length):
+    wanted = rendered(pm.Scene([ROOM], [LAMP], VIEW)).radiance
+    found = rendered(pm.Scene([ROOM], [LAMP], replace(VIEW, up=(0.0, length, 0.0)))).radiance
+    np.testing.assert_array_equal(found, wanted)
+
+
+@pytest.mark.parametrize("distance", [1e-200, 1e29])
+def test_a_target_at_any_distance(distance):
+    views = [replace(VIEW, origin=(0, 0, 0), target=(0, 0, -d)) for d in (1.0, distance)]
+    wanted, found = (rendered(pm.Scene([ROOM], [LAMP], view)).radiance for view in views)
+    np.testing.assert_array_equal(found, wanted)
+
+
+@pytest.mark.parametrize("angles", [(0.0, 0.001), (10.0, 10.0), (90.0, 90.0), (0.0, 179.999)])
+def test_any_angle_of_a_spot(angles):
+    rendered(pm.Scene([ROOM], [pm.SpotLight((0, 0.5, 0), (0, -1, 0), 1.0, *angles)], VIEW))
