@@ -1,8 +1,11 @@
 """Images rendered by dask.distributed: a real local scheduler, and workers that die."""
 
 import functools
+import json
 import os
 import signal
+import threading
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +15,7 @@ import pytest
 import photonmap as pm
 from photonmap import dataset
 from photonmap.cli import main
+from photonmap.dataset import produce as production
 from photonmap.dataset import schedule
 from photonmap.dataset.jobs import Common, plan_jobs
 from photonmap.dataset.presets import Preset
@@ -21,6 +25,18 @@ from photonmap.dataset.verify import verify
 distributed = pytest.importorskip("distributed")
 
 COMMON = Common((16, 12), "3", "0.5", inputs="0")
+
+
+class LostFuture:
+    """An image that is rendered, by a worker that is no longer there."""
+
+    status = "finished"
+
+    def cancelled(self):
+        return False
+
+    def result(self, timeout):
+        raise TimeoutError
 
 
 def tasks(folder):
@@ -37,8 +53,15 @@ def die_once(task, mark):
     return os.kill(os.getpid(), signal.SIGKILL)
 
 
-def die(task):
-    os.kill(os.getpid(), signal.SIGKILL)
+def wait_long(task):
+    time.sleep(60.0)
+
+
+def die_of(task, name):
+    """Render an image; that of this name kills whoever renders it."""
+    if task.job.name == name:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return produce(task)
 
 
 @pytest.fixture(scope="module")
@@ -79,10 +102,40 @@ def test_the_images_of_a_worker_that_dies_go_to_another(tmp_path, cluster, monke
     assert sorted(path.name for path in folder.iterdir()) == sorted(outcomes)
 
 
-def test_an_image_that_kills_every_worker_fails_alone(tmp_path, cluster, monkeypatch):
-    monkeypatch.setattr(schedule, "produce", die)
-    [(_, reason)] = schedule.run_tasks(tasks(tmp_path)[:1], cluster.scheduler_address)
-    assert reason.startswith("KilledWorker: ")
+def test_an_image_that_kills_every_worker_fails_alone(tmp_path, monkeypatch):
+    """Workers that are killed while they start are replaced, and the other image is rendered."""
+    poisoned, good = tasks(tmp_path)
+    monkeypatch.setattr(schedule, "produce", functools.partial(die_of, name=poisoned.job.name))
+    outcomes = dict(_named(schedule.run_tasks([poisoned, good], workers=2)))
+    assert outcomes[poisoned.job.name].startswith("KilledWorker: ")
+    assert isinstance(outcomes[good.job.name], dict)
+
+
+def test_workers_that_gave_up_are_replaced(tmp_path):
+    with schedule._connect(schedule.LOCAL, 1) as client:
+        [nanny] = client.cluster.workers.values()
+        client.sync(nanny.close)
+        [(_, entry)] = schedule._distribute(client, tasks(tmp_path)[:1], 1)
+    assert isinstance(entry, dict)
+
+
+def test_images_are_told_when_the_scheduler_goes_away(tmp_path, monkeypatch):
+    monkeypatch.setattr(schedule, "_CONNECT", 1.0)
+    monkeypatch.setattr(schedule, "produce", wait_long)
+    with distributed.LocalCluster(n_workers=0, dashboard_address=":0") as cluster:
+        close = threading.Timer(2.0, cluster.sync, [cluster.scheduler.close])
+        close.start()
+        outcomes = list(schedule.run_tasks(tasks(tmp_path), cluster.scheduler_address))
+        close.join()
+    assert [reason for _, reason in outcomes] == [schedule._LOST] * 2
+
+
+def test_an_image_whose_entry_was_lost_is_not_rendered_again(tmp_path, monkeypatch):
+    task = tasks(tmp_path)[0]
+    entry = produce(task)
+    monkeypatch.setattr(production, "render_job", lambda *_: pytest.fail("rendered again"))
+    assert produce(task) == json.loads(json.dumps(entry))
+    assert schedule._collect(LostFuture()) is None
 
 
 def test_images_are_given_up_where_there_are_no_workers(tmp_path, monkeypatch):

@@ -23,16 +23,38 @@ def describe_set(
     preset: str, common: Common, formats: Sequence[str], jobs: Sequence[Job]
 ) -> dict[str, Any]:
     """Return the head of a data set: what it was asked to be, and the names of its images."""
-    from photonmap.record import describe_versions
-
     return {
         "format": FORMAT,
         "preset": preset,
         "common": json.loads(json.dumps(asdict(common))),
         "formats": sorted(formats),
-        "versions": describe_versions(),
+        "versions": describe_code(),
         "images": [job.name for job in jobs],
     }
+
+
+def describe_code() -> dict[str, str]:
+    """Return what equal jobs give equal arrays with: versions, and a hash of the kernels."""
+    from photonmap.kernels.jit import CACHE_FOLDER
+    from photonmap.record import describe_versions
+
+    return {**describe_versions(), "kernels": CACHE_FOLDER.name.removeprefix("kernels-")}
+
+
+def check_code(wanted: dict[str, str]) -> None:
+    """Check that images rendered here are those of a data set, bit for bit.
+
+    Parameters
+    ----------
+    wanted : what `describe_code` returned where the set was begun
+
+    Raises
+    ------
+    InputError : something is of another version here
+    """
+    here = describe_code()
+    if told := _told({name: (wanted[name], here.get(name)) for name in wanted}):
+        raise InputError(f"this worker has other versions: {told}; install those of the set")
 
 
 def check_folder(path: str | PathLike[str], head: dict[str, Any], resume: bool) -> Path:
@@ -67,7 +89,8 @@ def _check_there(folder: Path, head: dict[str, Any], resume: bool) -> None:
     if not resume:
         raise InputError("holds a data set; add --resume, or name another folder", folder)
     if told := _difference(there, head):
-        raise InputError(f"holds another data set: {told}; name another folder", folder)
+        remedy = "name another folder, or bring back what the set was begun with"
+        raise InputError(f"holds another data set: {told}; {remedy}", folder)
 
 
 def _difference(there: dict[str, Any], here: dict[str, Any]) -> str:
@@ -75,16 +98,25 @@ def _difference(there: dict[str, Any], here: dict[str, Any]) -> str:
     pairs = {
         **{key: (there.get(key), here[key]) for key in ("formats",)},
         **{key: (there["common"].get(key), value) for key, value in here["common"].items()},
-        "photonmap": (there["versions"]["photonmap"], here["versions"]["photonmap"]),
+        **{key: (there["versions"].get(key), value) for key, value in here["versions"].items()},
     }
     del pairs["munsell"], pairs["illuminants"]
     if pairs["inputs"][0] != pairs["inputs"][1]:
         pairs["curves of bands or measured sets"] = ("others", "these")
     del pairs["inputs"]
-    told = [f"{key} {old} there, {new} here" for key, (old, new) in pairs.items() if old != new]
+    told = _told(pairs)
     if not told and not set(there["images"]) & set(here["images"]):
-        told = [f"preset {there['preset']} and other seeds there, {here['preset']} here"]
-    return ", ".join(told)
+        return f"preset {there['preset']} and other seeds there, {here['preset']} here"
+    return told
+
+
+def _told(pairs: dict[str, tuple[Any, Any]]) -> str:
+    """Say which entries differ there and here."""
+    return ", ".join(
+        f"{name} {there} there, {here} here"
+        for name, (there, here) in pairs.items()
+        if there != here
+    )
 
 
 def read_head(folder: str | PathLike[str]) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
+from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
@@ -165,9 +166,11 @@ class Dataset(Sequence[Image]):
         ------
         InputError : torch is not installed
         """
-        from photonmap.dataset.tensors import as_torch
+        if find_spec("torch") is None:
+            raise InputError("tensors need torch: pip install torch")
+        from photonmap.dataset.tensors import Tensors
 
-        return as_torch(self, names, rgb, transform)
+        return Tensors(self, names, rgb, transform)
 
 
 def open_dataset(folder: str | PathLike[str]) -> Dataset:
