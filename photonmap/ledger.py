@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.accumulate import Accumulator, Buffers
+from photonmap.blocks import BlockMoments
 from photonmap.columns import Columns, split_pixels
-from photonmap.kernels.records import Pixels
+from photonmap.kernels.records import Film, Pixels
 from photonmap.workers import Workers
 
 OF_GROUPS = ("direct", "indirect", "caustics", "shading", "covariance")
@@ -22,14 +23,15 @@ class Ledger:
     Parameters
     ----------
     columns : what the passes carry
-    size : number of pixels P
+    film : the image
     workers : that share the work
     smooth : the scene has smooth surfaces
     """
 
-    def __init__(self, columns: Columns, size: int, workers: Workers, smooth: bool) -> None:
-        self._columns = columns
+    def __init__(self, columns: Columns, film: Film, workers: Workers, smooth: bool) -> None:
+        self._columns, size = columns, film.width * film.height
         self.whole = Accumulator(size, columns.distinct, workers, smooth, columns.weights)
+        self._blocks = BlockMoments(film, columns.distinct, smooth)
         split = columns.groups != ("",)
         self._groups = {
             group: Accumulator(size, columns.distinct, workers, smooth)
@@ -42,19 +44,23 @@ class Ledger:
         for index, accumulator in enumerate(self._groups.values()):
             part = None if seen is None else columns.of_group(seen, index)
             accumulator.add(split_pixels(columns, pixels, index), part)
-        self.whole.add(split_pixels(columns, pixels), None if seen is None else columns.whole(seen))
+        whole = split_pixels(columns, pixels), None if seen is None else columns.whole(seen)
+        self.whole.add(*whole)
+        self._blocks.add(*whole)
 
     @property
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All that passes leave behind but their number, by name: the arrays themselves."""
-        return {
+        accumulators = enumerate((self.whole, *self._groups.values()))
+        return self._blocks.arrays | {
             f"{index} {name}": array
-            for index, accumulator in enumerate((self.whole, *self._groups.values()))
+            for index, accumulator in accumulators
             for name, array in accumulator.arrays.items()
         }
 
     def resume(self, count: int) -> None:
         """Go on after `count` passes, those that `arrays` were filled with."""
+        self._blocks.count = count
         for accumulator in (self.whole, *self._groups.values()):
             accumulator.count = count
 
@@ -79,6 +85,13 @@ class Ledger:
             if not buffers[name].any():
                 del buffers[name]
         return self._expand(buffers), self._expand(errors)
+
+    def block_errors(self, scale: float) -> Buffers:
+        """Return the standard errors of blocks' means of the whole, in all bands."""
+        return {
+            name: error[..., self._columns.of_band].astype(np.float32)
+            for name, error in self._blocks.finish(scale).items()
+        }
 
     def _expand(self, images: Buffers) -> Buffers:
         return {

@@ -143,7 +143,8 @@ def render(
         "warnings": told,
     }
     film = settings.film
-    return Result(_images(flat, film), _images(errors, film), settings.bands, record)
+    blocks = moments.block_errors(job.whole.power)
+    return Result(_images(flat, film), _images(errors, film), settings.bands, record, blocks)
 
 
 @dataclass(frozen=True)
@@ -209,7 +210,7 @@ def _begin(
         method,
         job.plan,
     )
-    return run, Ledger(columns, settings.pixels, workers, job.carried.optics is not None)
+    return run, Ledger(columns, settings.film, workers, job.carried.optics is not None)
 
 
 def _warn_of_cuts(run: Passes, moments: Accumulator, budget: Budget, elapsed: float) -> None:

@@ -25,7 +25,8 @@ class Image(Mapping[str, Array]):
     """One image: arrays by name, read from its files when one is first asked for.
 
     Names are those of `photonmap.Result`'s buffers, "shading@lamp" of one group of lights, and
-    "shading.error" of a standard error; and those that `photonmap.dataset.derived` adds.
+    "shading.error" of a standard error, "indirect.error8" of that of blocks' means; and those that
+    `photonmap.dataset.derived` adds.
 
     Parameters
     ----------
@@ -70,8 +71,9 @@ class Image(Mapping[str, Array]):
 
     @cached_property
     def _arrays(self) -> dict[str, Array]:
-        errors = {f"{name}.error": image for name, image in self.result.errors.items()}
-        return {**self.result.buffers, **errors}
+        from photonmap.output import name_errors
+
+        return self.result.buffers | name_errors(self.result)
 
     def __getitem__(self, name: str) -> Array:
         if name not in self._arrays:

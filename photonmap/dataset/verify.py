@@ -16,6 +16,7 @@ from photonmap.dataset.produce import ENTRY, name_sets, render_job
 from photonmap.dataset.reader import Image, open_dataset
 from photonmap.errors import InputError
 from photonmap.fingerprint import difference
+from photonmap.output import name_errors
 from photonmap.record import describe_versions
 from photonmap.result import Result
 
@@ -73,7 +74,7 @@ def _faults(image: Image) -> Iterator[str]:
     except InputError as error:
         yield str(error)
         return
-    for name, array in {**result.buffers, **_named_errors(result)}.items():
+    for name, array in {**result.buffers, **name_errors(result)}.items():
         if np.isnan(array).any():
             yield f"{name} has NaN"
     yield from check_identities(result)
@@ -155,14 +156,10 @@ def _render_again(image: Image, tell: Tell) -> Iterator[str]:
     if told := difference(then, now):
         yield f"is made from something else now: {told}"
         return
-    pairs = {**again.buffers, **_named_errors(again)}
-    there = {**before.buffers, **_named_errors(before)}
+    pairs = {**again.buffers, **name_errors(again)}
+    there = {**before.buffers, **name_errors(before)}
     differ = [n for n in pairs if n not in there or not np.array_equal(pairs[n], there[n])]
     if differ:
         yield f"rendered again, these differ: {', '.join(differ)}"
     else:
         tell(f"{image.name}: rendered again, the same bit for bit")
-
-
-def _named_errors(result: Result) -> dict[str, NDArray[Any]]:
-    return {f"{name}.error": image for name, image in result.errors.items()}
