@@ -16,8 +16,8 @@ from photonmap.cli import main
 from photonmap.dataset import files, produce, reader, schedule
 from photonmap.dataset.derived import as_rgb, rgb_residual, with_derived
 from photonmap.dataset.jobs import Job
-from photonmap.dataset.manifest import describe_code
 from photonmap.dataset.verify import check_identities, verify
+from photonmap.record import describe_code
 from photonmap.spectra.text import ILLUMINANTS
 
 SIZE = ["--size", "16x12", "--bands", "3", "--error", "0.5"]

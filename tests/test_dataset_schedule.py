@@ -115,7 +115,7 @@ def test_workers_that_gave_up_are_replaced(tmp_path):
     with schedule._connect(schedule.LOCAL, 1) as client:
         [nanny] = client.cluster.workers.values()
         client.sync(nanny.close)
-        [(_, entry)] = schedule._distribute(client, tasks(tmp_path)[:1], 1)
+        [(_, entry)] = schedule._distribute(client, produce, tasks(tmp_path)[:1], 1)
     assert isinstance(entry, dict)
 
 
@@ -135,7 +135,7 @@ def test_an_image_whose_entry_was_lost_is_not_rendered_again(tmp_path, monkeypat
     entry = produce(task)
     monkeypatch.setattr(production, "render_job", lambda *_: pytest.fail("rendered again"))
     assert produce(task) == json.loads(json.dumps(entry))
-    assert schedule._collect(LostFuture()) is None
+    assert schedule._collect(LostFuture()) is schedule._GOES_ON
 
 
 def test_images_are_given_up_where_there_are_no_workers(tmp_path, monkeypatch):

@@ -17,12 +17,16 @@ from photonmap.places import check_writable
 
 HEAD, LINES = "manifest.json", "manifest.jsonl"
 FORMAT = "photonmap data set 1"
+_KEYS = {"name", "geometry", "job", "files"}
+"""Some of those of an image's line."""
 
 
 def describe_set(
     preset: str, common: Common, formats: Sequence[str], jobs: Sequence[Job]
 ) -> dict[str, Any]:
     """Return the head of a data set: what it was asked to be, and the names of its images."""
+    from photonmap.record import describe_code
+
     return {
         "format": FORMAT,
         "preset": preset,
@@ -33,25 +37,19 @@ def describe_set(
     }
 
 
-def describe_code() -> dict[str, str]:
-    """Return what equal jobs give equal arrays with: versions, and a hash of the kernels."""
-    from photonmap.kernels.jit import CACHE_FOLDER
-    from photonmap.record import describe_versions
-
-    return {**describe_versions(), "kernels": CACHE_FOLDER.name.removeprefix("kernels-")}
-
-
 def check_code(wanted: dict[str, str]) -> None:
     """Check that images rendered here are those of a data set, bit for bit.
 
     Parameters
     ----------
-    wanted : what `describe_code` returned where the set was begun
+    wanted : what `photonmap.record.describe_code` returned where the set was begun
 
     Raises
     ------
     InputError : something is of another version here
     """
+    from photonmap.record import describe_code
+
     here = describe_code()
     if told := _told({name: (wanted[name], here.get(name)) for name in wanted}):
         raise InputError(f"this worker has other versions: {told}; install those of the set")
@@ -148,9 +146,12 @@ def read_lines(folder: str | PathLike[str]) -> list[dict[str, Any]]:
     path = Path(folder) / LINES
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
-        return [json.loads(line) for line in lines]
+        entries = [json.loads(line) for line in lines]
+        if any(not isinstance(entry, dict) or not entry.keys() >= _KEYS for entry in entries):
+            raise ValueError("a line is of no image")
     except (OSError, ValueError) as error:
         raise InputError(f"cannot be read ({error}); run the set with --resume", path) from None
+    return entries
 
 
 def write_head(folder: Path, head: dict[str, Any]) -> None:
