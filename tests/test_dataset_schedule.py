@@ -4,6 +4,8 @@ import functools
 import json
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from dataclasses import replace
@@ -51,10 +53,6 @@ def die_once(task, mark):
     except FileExistsError:
         return produce(task)
     return os.kill(os.getpid(), signal.SIGKILL)
-
-
-def wait_long(task):
-    time.sleep(60.0)
 
 
 def die_of(task, name):
@@ -119,14 +117,26 @@ def test_workers_that_gave_up_are_replaced(tmp_path):
     assert isinstance(entry, dict)
 
 
-def test_images_are_told_when_the_scheduler_goes_away(tmp_path, monkeypatch):
-    monkeypatch.setattr(schedule, "_CONNECT", 1.0)
-    monkeypatch.setattr(schedule, "produce", wait_long)
-    with distributed.LocalCluster(n_workers=0, dashboard_address=":0") as cluster:
-        close = threading.Timer(2.0, cluster.sync, [cluster.scheduler.close])
-        close.start()
-        outcomes = list(schedule.run_tasks(tasks(tmp_path), cluster.scheduler_address))
-        close.join()
+def test_images_are_told_when_the_scheduler_is_killed(tmp_path):
+    file = tmp_path / "scheduler.json"
+    command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0"]
+    process = subprocess.Popen(
+        [*command, "--no-dashboard", "--host", "127.0.0.1", "--scheduler-file", str(file)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    kill = threading.Timer(5.0, process.kill)
+    try:
+        while not file.exists():
+            assert process.poll() is None
+            time.sleep(0.05)
+        address = json.loads(file.read_text())["address"]
+        kill.start()
+        outcomes = list(schedule.run_tasks(tasks(tmp_path), address))
+    finally:
+        kill.cancel()
+        process.kill()
+        process.wait()
     assert [reason for _, reason in outcomes] == [schedule._LOST] * 2
 
 
