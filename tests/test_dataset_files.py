@@ -264,6 +264,15 @@ def test_verify_finds_what_is_wrong(copied, capsys):
     assert f"{images[3].name}: is missing" in told
 
 
+def test_verify_finds_images_of_other_code(copied):
+    head = json.loads((copied / "manifest.json").read_text())
+    head["versions"] |= {"kernels": "others"}
+    (copied / "manifest.json").write_text(json.dumps(head))
+    faults = verify(copied, sample=0)
+    assert len(faults) == 4
+    assert all("is of other versions than the set: kernels others there" in f for f in faults)
+
+
 def test_verify_passes_a_whole_set(made, capsys):
     assert main(["dataset", "verify", str(made)]) == 0
     assert "rendered again, the same bit for bit" in capsys.readouterr().out
@@ -381,7 +390,8 @@ def test_few_bands(tmp_path, bands):
     assert verify(folder) == []
 
 
-def test_an_illuminant_file_of_the_wrong_shape(tmp_path, preset, capsys):
+def test_an_illuminant_file_of_the_wrong_shape(tmp_path, preset, capsys, monkeypatch):
+    monkeypatch.setenv(ILLUMINANTS, "")  # the command sets it
     (tmp_path / "lights.csv").write_text("1,2,3\n4\n")
     assert command(tmp_path / "set", preset, "--illuminants", str(tmp_path / "lights.csv")) == 2
     told = capsys.readouterr().err.splitlines()

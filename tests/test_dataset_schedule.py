@@ -101,7 +101,7 @@ def test_the_images_of_a_worker_that_dies_go_to_another(tmp_path, cluster, monke
 
 
 def test_an_image_that_kills_every_worker_fails_alone(tmp_path, monkeypatch):
-    """Workers that are killed while they start are replaced, and the other image is rendered."""
+    """The other image is rendered, on workers that are started again and again."""
     poisoned, good = tasks(tmp_path)
     monkeypatch.setattr(schedule, "produce", functools.partial(die_of, name=poisoned.job.name))
     outcomes = dict(_named(schedule.run_tasks([poisoned, good], workers=2)))

@@ -51,7 +51,7 @@ def check_code(wanted: dict[str, str]) -> None:
     from photonmap.record import describe_code
 
     here = describe_code()
-    if told := _told({name: (wanted[name], here.get(name)) for name in wanted}):
+    if told := told_apart({name: (wanted[name], here.get(name)) for name in wanted}):
         raise InputError(f"this worker has other versions: {told}; install those of the set")
 
 
@@ -102,14 +102,14 @@ def _difference(there: dict[str, Any], here: dict[str, Any]) -> str:
     if pairs["inputs"][0] != pairs["inputs"][1]:
         pairs["curves of bands or measured sets"] = ("others", "these")
     del pairs["inputs"]
-    told = _told(pairs)
+    told = told_apart(pairs)
     if not told and not set(there["images"]) & set(here["images"]):
         return f"preset {there['preset']} and other seeds there, {here['preset']} here"
     return told
 
 
-def _told(pairs: dict[str, tuple[Any, Any]]) -> str:
-    """Say which entries differ there and here."""
+def told_apart(pairs: dict[str, tuple[Any, Any]]) -> str:
+    """Say which entries differ there and here; "" if none does."""
     return ", ".join(
         f"{name} {there} there, {here} here"
         for name, (there, here) in pairs.items()

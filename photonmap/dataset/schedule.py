@@ -140,7 +140,7 @@ def _collect(future: Future) -> Any:
 def _count_workers(client: Client, wanted: int) -> int:
     """Return how many workers there are; start those of this machine anew that gave up.
 
-    A worker that is killed while it starts is not started again by the process that watches it.
+    The process that watches a worker starts it again when it dies, but closes when that fails.
     """
     try:
         count = len(client.nthreads())

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from photonmap.dataset.files import hash_files
 from photonmap.dataset.jobs import Job
+from photonmap.dataset.manifest import told_apart
 from photonmap.dataset.produce import ENTRY, name_sets, render_job
 from photonmap.dataset.reader import Image, open_dataset
 from photonmap.errors import InputError
@@ -54,7 +55,8 @@ def verify(
     names = {image.name for image in images}
     faults = [f"{name}: is missing" for name in images.head["images"] if name not in names]
     for image in images:
-        faults += [f"{image.name}: {fault}" for fault in _faults(image)]
+        told = [*_faults(image), *_other_code(image.entry, images.head["versions"])]
+        faults += [f"{image.name}: {fault}" for fault in told]
     tell(f"{len(images)} images: files, numbers, identities and errors checked")
     rng = np.random.Generator(np.random.PCG64(seed))
     chosen = rng.choice(len(images), min(sample, len(images)), replace=False)
@@ -82,6 +84,14 @@ def _faults(image: Image) -> Iterator[str]:
     if not image.entry["reached"]:
         goal = image.entry["goal"]
         yield f"the error {goal['limit']} was not reached, but {goal['reached']:.4g}"
+
+
+def _other_code(entry: dict[str, Any], wanted: dict[str, str]) -> Iterator[str]:
+    """Tell of which versions an image is, where they are not those of the set."""
+    kernels = entry["fingerprint"]["kernels"].removeprefix("kernels-")
+    here = {**entry["versions"], "kernels": kernels}
+    if told := told_apart({name: (wanted[name], here.get(name)) for name in wanted}):
+        yield f"is of other versions than the set: {told}"
 
 
 def _wrong_files(folder: Path, wanted: dict[str, str]) -> str:
