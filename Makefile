@@ -11,8 +11,8 @@ demo: $(INSTALLED)  ## render the Cornell box into out/
 
 dataset-demo: $(INSTALLED)  ## a data set of 4 scenes in 4 lights into out/dataset-demo/
 	mkdir -p out
-	$(BIN)/python -m photonmap dataset out/dataset-demo --preset small --size 96x72 --error 0.05 \
-		--resume
+	rm -rf out/dataset-demo
+	$(BIN)/python -m photonmap dataset out/dataset-demo --preset small --size 96x72 --error 0.05
 	@echo "the contact sheet: $(CURDIR)/out/dataset-demo/report.html"
 
 test: $(INSTALLED)  ## lint, then every test

@@ -27,6 +27,8 @@ NAMES = (
     "forecast",
     "scaling",
     "hard",
+    "dataset",
+    "scale",
     "profile",
 )
 ROOT = Path(__file__).parent.parent
@@ -35,7 +37,13 @@ ROOT = Path(__file__).parent.parent
 def main() -> int:
     """Run what the command line names."""
     arguments = _parser().parse_args()
-    options = Options.choose(arguments.reference, arguments.mitsuba, arguments.threads)
+    options = Options.choose(
+        arguments.reference,
+        arguments.mitsuba,
+        arguments.threads,
+        arguments.preset,
+        arguments.dataset,
+    )
     report: dict[str, Any] = {"machine": describe_machine(), "benchmarks": {}}
     pages = []
     begin = time.perf_counter()
@@ -73,6 +81,13 @@ def _parser() -> argparse.ArgumentParser:
         help="interpreter that has Mitsuba 3; or set PHOTONMAP_MITSUBA_PYTHON (default: this one)",
     )
     parser.add_argument("--threads", type=int, help="default: every processor")
+    parser.add_argument("--preset", default="small", help="of dataset: small (default), icip2013")
+    parser.add_argument(
+        "--dataset",
+        type=Path,
+        metavar="FOLDER",
+        help="dataset and scale read this one instead of rendering",
+    )
     return parser
 
 

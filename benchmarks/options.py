@@ -22,9 +22,20 @@ class Options:
     mitsuba: str
     """the interpreter that has Mitsuba 3"""
     threads: int
+    preset: str
+    """of data sets"""
+    dataset: Path | None
+    """a data set that is there, to read instead of rendering one"""
 
     @classmethod
-    def choose(cls, reference: Path | None, mitsuba: str | None, threads: int | None) -> Options:
+    def choose(
+        cls,
+        reference: Path | None,
+        mitsuba: str | None,
+        threads: int | None,
+        preset: str,
+        dataset: Path | None,
+    ) -> Options:
         """Take flags first, then the environment, then defaults."""
         environment = os.environ
         place = environment.get("PHOTONMAP_REFERENCE", "")
@@ -32,6 +43,8 @@ class Options:
             reference or (Path(place) if place else default_reference()),
             mitsuba or environment.get("PHOTONMAP_MITSUBA_PYTHON") or sys.executable,
             threads or default_threads(),
+            preset,
+            dataset,
         )
 
 

@@ -25,6 +25,7 @@ _COMMANDS = {
     "dataset": "photonmap.dataset.command",
     "merge": "photonmap.merge_command",
     "sensors": "photonmap.sensors.command",
+    "split": "photonmap.split_command",
     "study": "photonmap.study.command",
 }
 """Modules with HELP, add_arguments and run, which may return an exit code."""
@@ -89,7 +90,9 @@ def _run(options: argparse.Namespace) -> None:
     name_measured_sets(options)
     progress = choose_progress(options.quiet)
     try:
-        result = _render(options, output, progress)
+        result = render_options(options, output, progress)
+        # What is done is kept, however often Ctrl-C is pressed.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         progress.stage("write")
         result.save(output, buffers=options.buffers)
     finally:
@@ -98,8 +101,8 @@ def _run(options: argparse.Namespace) -> None:
         _report(result.record, output)
 
 
-def _render(options: argparse.Namespace, output: str, progress: Progress) -> Result:
-    """Load the scene and render it; from then on Ctrl-C is ignored."""
+def render_options(options: argparse.Namespace, output: str, progress: Progress) -> Result:
+    """Load the scene and render it, as the options of `photonmap.options` say."""
     from photonmap.bands import Bands
 
     bands = Bands.parse(options.bands, options.range)
@@ -118,8 +121,6 @@ def _render(options: argparse.Namespace, output: str, progress: Progress) -> Res
             progress=progress,
             **{name: getattr(options, name) for name in _PASSED_ON},
         )
-    # What is done is kept, however often Ctrl-C is pressed.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     result.record["warnings"] = told
     result.record["seconds"]["load"] += loading
     return result

@@ -88,7 +88,7 @@ def _call_around(small: Scene, bands: Bands, workers: Workers, method: Method) -
     """Call all other kernels."""
     prepared = prepare(small, bands)
     run = Passes(prepared, _FILM, bands.count, _PHOTONS, 0, workers, method)
-    moments = Ledger(Columns(np.arange(bands.count)), 1, workers, prepared.optics is not None)
+    moments = Ledger(Columns(np.arange(bands.count)), _FILM, workers, prepared.optics is not None)
     for index in range(2):
         run.illuminate(index)
         moments.add(run.finish(index, empty_pixels(1, bands.count)), run.seen)

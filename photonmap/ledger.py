@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.accumulate import ALL, Accumulator, Buffers
+from photonmap.block_errors import BlockMoments
 from photonmap.columns import Columns, split_pixels
-from photonmap.kernels.records import Pixels
+from photonmap.kernels.records import Film, Pixels
 from photonmap.storage import RAM, Storage, strips
 from photonmap.workers import Workers
 
@@ -24,7 +25,7 @@ class Ledger:
     Parameters
     ----------
     columns : what the passes carry
-    size : number of pixels P
+    film : the image
     workers : that share the work
     smooth : the scene has smooth surfaces
     storage : where the arrays lie
@@ -33,13 +34,14 @@ class Ledger:
     def __init__(
         self,
         columns: Columns,
-        size: int,
+        film: Film,
         workers: Workers,
         smooth: bool,
         storage: Storage = RAM,
     ) -> None:
-        self._columns, self._storage = columns, storage
+        self._columns, self._storage, size = columns, storage, film.width * film.height
         self.whole = Accumulator(size, columns.distinct, workers, smooth, columns.weights, storage)
+        self._blocks = BlockMoments(film, columns.distinct, smooth)
         split = columns.groups != ("",)
         self._groups = {
             group: Accumulator(size, columns.distinct, workers, smooth, storage=storage)
@@ -52,19 +54,23 @@ class Ledger:
         for index, accumulator in enumerate(self._groups.values()):
             part = None if seen is None else columns.of_group(seen, index)
             accumulator.add(split_pixels(columns, pixels, index), part)
-        self.whole.add(split_pixels(columns, pixels), None if seen is None else columns.whole(seen))
+        whole = split_pixels(columns, pixels), None if seen is None else columns.whole(seen)
+        self.whole.add(*whole)
+        self._blocks.add(*whole)
 
     @property
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All that passes leave behind but their number, by name: the arrays themselves."""
-        return {
+        accumulators = enumerate((self.whole, *self._groups.values()))
+        return self._blocks.arrays | {
             f"{index} {name}": array
-            for index, accumulator in enumerate((self.whole, *self._groups.values()))
+            for index, accumulator in accumulators
             for name, array in accumulator.arrays.items()
         }
 
     def resume(self, count: int) -> None:
         """Go on after `count` passes, those that `arrays` were filled with."""
+        self._blocks.count = count
         for accumulator in (self.whole, *self._groups.values()):
             accumulator.count = count
 
@@ -87,6 +93,13 @@ class Ledger:
             if not buffers[name].any():
                 del buffers[name]
         return self._expand(buffers, kept), self._expand(errors, kept)
+
+    def block_errors(self, scale: float) -> Buffers:
+        """Return the standard errors of blocks' means of the whole, in all bands."""
+        return {
+            name: error[..., self._columns.of_band].astype(np.float32)
+            for name, error in self._blocks.finish(scale).items()
+        }
 
     def _expand(self, images: Buffers, kept: Container[str]) -> Buffers:
         """Return what is kept of images, in all bands."""

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.block_errors import BLOCKED, block_means, block_minima, pool_errors
 from photonmap.errors import InputError
 from photonmap.fingerprint import difference
 from photonmap.merged_record import merge_records, seeds_of
@@ -64,7 +65,8 @@ def merge(results: Iterable[Result], names: Sequence[str] | None = None) -> Resu
     buffers["passes"] = passes.astype(np.uint32)
     buffers |= {name: results[0].buffers[name] for name in CENTRES}
     errors = errors if (passes > 1).any() else {}
-    merged = Result(in_order(buffers), errors, results[0].bands, {})
+    blocks = _merge_blocks(runs) if errors else {}
+    merged = Result(in_order(buffers), errors, results[0].bands, {}, blocks)
     merged.record = merge_records([result.record for result in results], merged)
     return merged
 
@@ -152,6 +154,18 @@ def _pool(name: str, runs: list[_Run]) -> tuple[NDArray[np.float32], NDArray[np.
     return mean.astype(np.float32), _error(spread, runs).astype(np.float32)
 
 
+def _merge_blocks(runs: list[_Run]) -> dict[str, NDArray[np.float32]]:
+    """Return the standard errors of blocks' means; a block has the least passes of its pixels."""
+    counts = [block_minima(run.count) for run in runs]
+    nothing = np.zeros(1)
+    merged = {}
+    for name in dict.fromkeys(name for run in runs for name in run.result.block_errors):
+        means = [block_means(run.mean(name)) for run in runs]
+        errors = [run.result.block_errors.get(name, nothing) for run in runs]
+        merged[name] = pool_errors(counts, means, errors).astype(np.float32)
+    return merged
+
+
 def _merge_shading(
     ending: str, runs: list[_Run], buffers: dict[str, Any], errors: dict[str, Any]
 ) -> None:
@@ -201,6 +215,8 @@ def _check_whole(result: Result, name: str) -> None:
     if several and not missing:
         missing = [f"{buffer}.error" for buffer in POOLED if buffer in result.buffers]
         missing = [error for error in missing if error.partition(".")[0] not in result.errors]
+        blocked = [name for name in BLOCKED if name in result.buffers]
+        missing += [f"{name}.error8" for name in blocked if name not in result.block_errors]
     if missing:
         raise InputError(
             f"{name}: {listed(missing)} {'is' if len(missing) == 1 else 'are'} missing; "

@@ -61,7 +61,7 @@ _INTEGERS = (*_MASKS, "passes", "object_id", "material_id")
 _SHARES = ("reflectance", "illuminant", "illuminant_direct")
 """Buffers with bands that have no unit."""
 _RGB = ("R", "G", "B")
-_ERROR = ".error"
+_ERROR, _OF_BLOCKS = ".error", ".error8"
 _COMPRESSION = "zip"
 """Lossless, and every reader knows it; htj2k and zstd do better, but need the latest OpenEXR."""
 
@@ -232,7 +232,7 @@ def sensitivity_texts(bands: Bands) -> tuple[str, ...]:
 
 def _base(part: str) -> str:
     """Return the buffer that a part holds: "direct" of "direct@sun.error"."""
-    return part.removesuffix(_ERROR).partition("@")[0]
+    return part.removesuffix(_OF_BLOCKS).removesuffix(_ERROR).partition("@")[0]
 
 
 def _channels(part: str, bands: Bands) -> list[str]:
@@ -281,7 +281,8 @@ def write_exr(result: Result, path: str | PathLike[str]) -> None:
     """Write all buffers and errors to one multi-part OpenEXR, part by part.
 
     Part 0 is `radiance`, if it is there, with R, G, B for viewers, in linear sRGB. The other
-    buffers follow in their order, then the errors, named as in "direct.error".
+    buffers follow in their order, then the errors, named as in "direct.error", and those of blocks
+    of pixels, as in "indirect.error8", which are smaller images.
 
     Raises
     ------
@@ -291,8 +292,10 @@ def write_exr(result: Result, path: str | PathLike[str]) -> None:
     import OpenImageIO
 
     parts = dict(sorted(result.buffers.items(), key=lambda item: item[0] != "radiance"))
-    parts |= {name + _ERROR: image for name, image in result.errors.items()}
+    parts |= name_errors(result)
     specs = [_spec(part, image, result.bands) for part, image in parts.items()]
+    for spec in specs:
+        spec.full_width, spec.full_height = result.size  # the same in all parts of a file
     specs[0].attribute(_RECORD, json.dumps(result.record))
     specs[0].attribute(_BANDS, json.dumps(result.bands.describe()))
     file = OpenImageIO.ImageOutput.create("exr")
@@ -312,8 +315,25 @@ def write_exr(result: Result, path: str | PathLike[str]) -> None:
             )
 
 
-def read_exr(path: str | PathLike[str]) -> tuple[Images, Images, Bands, dict[str, Any]]:
-    """Read what `write_exr` wrote: buffers, errors, bands and record.
+def name_errors(result: Result) -> Images:
+    """Return the errors of a result, and those of blocks, by the names they have in files."""
+    errors = {name + _ERROR: image for name, image in result.errors.items()}
+    return errors | {name + _OF_BLOCKS: image for name, image in result.block_errors.items()}
+
+
+def sort_parts(parts: Images) -> tuple[Images, Images, Images]:
+    """Return the buffers, errors and errors of blocks among what a file has."""
+    endings = {"": {}, _ERROR: {}, _OF_BLOCKS: {}}  # type: dict[str, Images]
+    for part, image in parts.items():
+        ending = next((e for e in (_OF_BLOCKS, _ERROR) if part.endswith(e)), "")
+        endings[ending][part.removesuffix(ending)] = image
+    return endings[""], endings[_ERROR], endings[_OF_BLOCKS]
+
+
+def read_exr(
+    path: str | PathLike[str],
+) -> tuple[Images, Images, Bands, dict[str, Any], Images]:
+    """Read what `write_exr` wrote: buffers, errors, bands, record and errors of blocks.
 
     Raises
     ------
@@ -339,9 +359,8 @@ def read_exr(path: str | PathLike[str]) -> tuple[Images, Images, Bands, dict[str
             parts = dict(_read_part(file, index, bands) for index in range(count))
         except ValueError as error:
             raise InputError(f"this is damaged: {error}", path) from None
-    buffers = {part: image for part, image in parts.items() if not part.endswith(_ERROR)}
-    errors = {part[: -len(_ERROR)]: parts[part] for part in parts if part not in buffers}
-    return buffers, errors, bands, record
+    buffers, errors, blocks = sort_parts(parts)
+    return buffers, errors, bands, record, blocks
 
 
 def _read_part(file: OpenImageIO.ImageInput, index: int, bands: Bands) -> tuple[str, NDArray[Any]]:

@@ -35,6 +35,13 @@ def _version(package: str) -> str:
         return "not installed"
 
 
+def describe_code() -> dict[str, str]:
+    """Return what the same renders give the same arrays with: versions, and a hash of kernels."""
+    from photonmap.kernels.jit import CACHE_FOLDER
+
+    return {**describe_versions(), "kernels": CACHE_FOLDER.name.removeprefix("kernels-")}
+
+
 def describe_measured_sets() -> dict[str, str | None]:
     """Return the files of measured spectra that colours may be named from; None without one."""
     return {"munsell": os.environ.get(MUNSELL), "illuminants": os.environ.get(ILLUMINANTS)}

@@ -150,7 +150,8 @@ def render(
         "warnings": told,
     }
     film = settings.film
-    return Result(_images(flat, film), _images(errors, film), settings.bands, record)
+    blocks = moments.block_errors(job.whole.power)
+    return Result(_images(flat, film), _images(errors, film), settings.bands, record, blocks)
 
 
 @dataclass(frozen=True)
@@ -233,7 +234,7 @@ def _begin(
         job.storage,
     )
     smooth = job.carried.optics is not None
-    return run, Ledger(columns, settings.pixels, workers, smooth, job.storage)
+    return run, Ledger(columns, settings.film, workers, smooth, job.storage)
 
 
 def _warn_of_cuts(run: Passes, moments: Accumulator, budget: Budget, elapsed: float) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any
 
@@ -11,17 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.bands import Bands
+from photonmap.block_errors import block_means, block_minima
 from photonmap.errors import InputError
 from photonmap.messages import listed
 from photonmap.output import encode_png, read_exr, save_all
+from photonmap.preview import as_bytes, choose_exposure
 from photonmap.projection import Method, Projection, Target, choose_projection
 from photonmap.steady import steady_error, widen_ratio
 
 Image = NDArray[np.float32]
 Ids = NDArray[np.uint32]
-
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear sRGB, IEC 61966-2-1
-_PERCENTILE, _SHOWN_AS = 99.0, 0.8  # of the luminance, and the linear value a preview gives it
 
 
 @dataclass(eq=False, repr=False)
@@ -38,12 +37,15 @@ class Result:
         empty after a single pass
     bands : what the last axis of (H, W, N) counts
     record : how the images came about, JSON-able
+    block_errors : standard errors of the means over blocks of 8×8 pixels, by the name of their
+        buffer, (⌈H / 8⌉, ⌈W / 8⌉, N) float32
     """
 
     buffers: dict[str, NDArray[Any]]
     errors: dict[str, NDArray[Any]]
     bands: Bands
     record: dict[str, Any]
+    block_errors: dict[str, NDArray[Any]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         width, height = self.size
@@ -226,6 +228,30 @@ class Result:
             error = widen_ratio(error, self.reflectance, of_reflectance)
         return error
 
+    def block_mean(self, name: str) -> Image:
+        """Return the means of a buffer over blocks of 8×8 pixels: (⌈H / 8⌉, ⌈W / 8⌉, …) float32.
+
+        It raises ValueError if there is no such buffer.
+        """
+        if name not in self.buffers:
+            raise ValueError(self._missing(name))
+        return block_means(self.buffers[name]).astype(np.float32)
+
+    def block_error(self, name: str) -> Image:
+        """Return the standard error of `block_mean`: (⌈H / 8⌉, ⌈W / 8⌉, N) float32.
+
+        Of `indirect` and `caustics`: see `photonmap.block_errors`. Steadied by neighbours as
+        `standard_error` is; it raises ValueError as that does.
+        """
+        if name in self.block_errors:
+            counts = self.buffers.get("passes", np.array([[self.record.get("passes", 2)]]))
+            error, mean = self.block_errors[name], self.block_mean(name)
+            return steady_error(error, mean, block_minima(counts))
+        if name not in self.buffers:
+            raise ValueError(self._missing(name))
+        known = listed(self.block_errors) or "none, after a single pass,"
+        raise ValueError(f"{name!r} has no standard error of blocks: {known} has one")
+
     def rgb(self, buffer: str = "radiance", method: Method | None = None) -> Image:
         """Project a buffer onto linear sRGB: (H, W, 3) float32, in the buffer's unit.
 
@@ -318,17 +344,7 @@ class Result:
         Of the pixels that are not black; and not emissive, unless all the others are black. 1 if
         there is none.
         """
-        width, height = self.size
-        luminance = np.empty((height, width))
-        for line, row in zip(luminance, self._projected("radiance"), strict=True):
-            line[:] = np.nan_to_num(row) @ _LUMINANCE
-        counted = luminance > 0.0
-        if "emission" in self.buffers:
-            lit = counted & ~self.emission.any(axis=-1)
-            counted = lit if lit.any() else counted
-        if not counted.any():
-            return 1.0
-        return float(_SHOWN_AS / np.percentile(luminance[counted], _PERCENTILE))
+        return choose_exposure(self._projected("radiance"), self.buffers.get("emission"))
 
     def preview(self, exposure: float | None = None) -> NDArray[np.uint8]:
         """Return `radiance` × exposure, cut to [0, 1], as 8-bit sRGB: (H, W, 3) uint8.
@@ -337,13 +353,8 @@ class Result:
         ----------
         exposure : None takes the image's own; another image's makes the two comparable
         """
-        exposure = np.float64(self.exposure if exposure is None else exposure)
-        width, height = self.size
-        image = np.empty((height, width, 3), np.uint8)
-        for line, row in zip(image, self._projected("radiance"), strict=True):
-            scaled = np.nan_to_num(row) * exposure
-            line[:] = np.rint(255.0 * _encode(np.clip(scaled, 0.0, 1.0)))
-        return image
+        exposure = self.exposure if exposure is None else exposure
+        return as_bytes(self._projected("radiance"), exposure)
 
     def select(self, names: Iterable[str]) -> Result:
         """Return a `Result` of these buffers and their errors, which share their memory.
@@ -359,7 +370,8 @@ class Result:
             raise InputError(self._missing(missing[0]) if missing else "no buffer was chosen")
         buffers = {name: self.buffers[name] for name in names}
         errors = {name: self.errors[name] for name in names if name in self.errors}
-        return Result(buffers, errors, self.bands, self.record)
+        blocks = {name: self.block_errors[name] for name in names if name in self.block_errors}
+        return Result(buffers, errors, self.bands, self.record, blocks)
 
     def save(self, path: str | PathLike[str], buffers: Iterable[str] | None = None) -> None:
         """Write FILE.exr, a preview FILE.png and the record FILE.json: all of them or none.
@@ -377,11 +389,6 @@ class Result:
             if the disk is full or the like
         """
         save_all(self, path, buffers)
-
-
-def _encode(linear: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Apply the transfer curve of sRGB, IEC 61966-2-1, to values in [0, 1]."""
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 
 def load_result(path: str | PathLike[str]) -> Result:

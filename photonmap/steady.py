@@ -3,8 +3,10 @@
 An edge or a shadow that grazes a pixel may show in none of 16 passes: their spread is 0 then, and
 the truth lies infinitely many standard errors away. So each variance is a mean of the pixel's own
 and of what its eight neighbours show, which counts for `PRIOR` passes: nothing in the long run.
-What a brighter neighbour shows is scaled to the pixel's own light, or to the image's mean: beside a
-lamp, the wall is not as uncertain as the lamp's edge.
+What they show is scaled as that of counts is, variance with brightness: beside a lamp, the wall is
+not as uncertain as the lamp's edge, nor is a caustic as certain as the shadow beside it.
+Neighbours that do not vary say nothing of a pixel that does, as the wall beside a mirror of what is
+seen there.
 """
 
 from __future__ import annotations
@@ -15,6 +17,8 @@ from numpy.typing import NDArray
 PRIOR = 3.0
 """Passes that neighbours count for: measured, as is what they are scaled to, by how often intervals
 hold the truth over many seeds of scenes with diffuse surfaces, mirrors and glass."""
+ROUNDING = np.float32(2.0**-23)
+"""Relative, of sums of samples: by it means differ where every sample shows the same."""
 SECOND_ORDER = 2.0
 """Of a ratio's error, times the square of its denominator's relative error."""
 
@@ -34,8 +38,9 @@ def steady_error(error: Image, value: Image, counts: NDArray[np.integer] | int) 
         return error
     error, value = error / np.float32(scale), value / np.float32(scale)
     own = (np.maximum(counts, 1).astype(np.float32) - 1.0)[..., None]
-    steady = np.sqrt((PRIOR * _around(error**2, value) + own * error**2) / (PRIOR + own))
-    return (steady * scale).astype(np.float32)
+    variance = error**2
+    steady = (PRIOR * _around(variance, value) + own * variance) / (PRIOR + own)
+    return (np.sqrt(steady + (ROUNDING * value) ** 2) * scale).astype(np.float32)
 
 
 def widen_ratio(error: Image, denominator: Image, denominator_error: Image) -> Image:
@@ -50,15 +55,21 @@ def widen_ratio(error: Image, denominator: Image, denominator_error: Image) -> I
 
 
 def _around(variance: Image, value: Image) -> Image:
-    """Return the mean variance of the eight neighbours, scaled; edges are doubled."""
-    norm = value**2 + value.mean(axis=(0, 1), dtype=np.float64).astype(np.float32) ** 2
+    """Return the mean variance of those of eight neighbours that count, scaled; edges are doubled.
+
+    All count for a pixel without variance, for others those that have one; its own if none has.
+    """
+    norm = np.sqrt(value**2 + value.mean(axis=(0, 1), dtype=np.float64).astype(np.float32) ** 2)
     relative = np.divide(variance, norm, out=np.zeros_like(variance), where=norm > 0.0)
     height, width = variance.shape[:2]
-    edged = [np.pad(image, ((1, 1), (1, 1), (0, 0)), mode="edge") for image in (variance, relative)]
-    total = np.zeros_like(variance)
+    edged = np.pad(relative, ((1, 1), (1, 1), (0, 0)), mode="edge")
+    total, count = np.zeros_like(variance), np.zeros(variance.shape, np.float32)
     for row in range(3):
         for column in range(3):
             if (row, column) != (1, 1):
-                absolute, scaled = (image[row:, column:][:height, :width] for image in edged)
-                total += np.minimum(absolute, scaled * norm)
-    return total / np.float32(8.0)
+                shown = edged[row:, column:][:height, :width]
+                total += shown
+                count += shown > 0.0
+    varies = variance > 0.0
+    mean = total * norm / np.where(varies, np.maximum(count, 1.0), 8.0)
+    return np.where(varies & (count == 0.0), variance, mean)

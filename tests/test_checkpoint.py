@@ -50,6 +50,9 @@ def assert_same(one, other):
         np.testing.assert_array_equal(image, other.buffers[name], err_msg=name)
     for name, image in one.errors.items():
         np.testing.assert_array_equal(image, other.errors[name], err_msg=name)
+    assert list(one.block_errors) == list(other.block_errors)
+    for name, image in one.block_errors.items():
+        np.testing.assert_array_equal(image, other.block_errors[name], err_msg=name)
     for name in ("passes", "photons", "photons_stored", "rays", "error", "unresolved"):
         assert one.record[name] == other.record[name]
 

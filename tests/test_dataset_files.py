@@ -13,9 +13,12 @@ import pytest
 import photonmap as pm
 from photonmap import dataset
 from photonmap.cli import main
-from photonmap.dataset import files, produce, schedule, tensors
+from photonmap.dataset import files, produce, reader, schedule
 from photonmap.dataset.derived import as_rgb, rgb_residual, with_derived
+from photonmap.dataset.jobs import Job
 from photonmap.dataset.verify import check_identities, verify
+from photonmap.record import describe_code
+from photonmap.spectra.text import ILLUMINANTS
 
 SIZE = ["--size", "16x12", "--bands", "3", "--error", "0.5"]
 PRESET = """
@@ -185,6 +188,51 @@ def test_resume_makes_what_is_missing_or_damaged(copied, preset, capsys):
     assert verify(copied, sample=0) == []
 
 
+@pytest.mark.parametrize("name", ["kernels", "numpy"])
+def test_a_set_is_of_one_code(copied, preset, capsys, name):
+    """What an edit of the kernels, or another version, would render may not join the set."""
+    head = json.loads((copied / "manifest.json").read_text())
+    here = head["versions"][name]
+    (copied / "manifest.json").write_text(
+        json.dumps({**head, "versions": {**head["versions"], name: "other"}})
+    )
+    shutil.rmtree(dataset.open(copied)[0].folder)
+    assert command(copied, preset, "--resume") == 2
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) == 1
+    assert f"{name} other there, {here} here; name another folder, or bring back" in told[0]
+    assert len(list(copied.glob("jug-*"))) == 1
+
+
+def test_a_worker_of_other_versions_renders_nothing(made, tmp_path):
+    job = Job.from_description(dataset.open(made)[0].entry["job"])
+    task = produce.Task(job, str(tmp_path), ("exr",), {**describe_code(), "kernels": "edited"})
+    with pytest.raises(pm.InputError, match=r"kernels edited there, \w+ here; install those"):
+        produce.produce(task)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_kernels_are_those_of_the_render(made):
+    versions = dataset.open(made).head["versions"]
+    assert versions == describe_code()
+    for image in dataset.open(made):
+        assert image.entry["fingerprint"]["kernels"] == f"kernels-{versions['kernels']}"
+
+
+def test_other_measured_sets_make_another_set(tmp_path, preset, capsys, monkeypatch):
+    monkeypatch.setenv(ILLUMINANTS, "")  # the command sets it
+    lights = tmp_path / "lights"
+    lights.mkdir()
+    rows = "\n".join(f"{nm},1.0" for nm in range(380, 781, 10))
+    (lights / "even.csv").write_text(f"nm,even\n{rows}\n")
+    folder, more = tmp_path / "set", ["--illuminants", str(lights / "even.csv"), "--dry-run"]
+    assert command(folder, preset, *more[:2]) == 0
+    assert command(folder, preset, *more, "--resume") == 0
+    (lights / "even.csv").write_text(f"nm,even\n{rows}\n".replace("400,1.0", "400,1.1"))
+    assert command(folder, preset, *more, "--resume") == 2
+    assert "curves of bands or measured sets others there, these here" in capsys.readouterr().err
+
+
 def test_a_larger_count_goes_on_with_a_set(copied, preset):
     assert command(copied, preset, "--resume", "--count", "2") == 0
     images = dataset.open(copied)
@@ -214,6 +262,15 @@ def test_verify_finds_what_is_wrong(copied, capsys):
     assert f"{images[1].name}: missing or changed files: extra.txt" in told
     assert f"{images[2].name}: rendered again, these differ: " in told
     assert f"{images[3].name}: is missing" in told
+
+
+def test_verify_finds_images_of_other_code(copied):
+    head = json.loads((copied / "manifest.json").read_text())
+    head["versions"] |= {"kernels": "others"}
+    (copied / "manifest.json").write_text(json.dumps(head))
+    faults = verify(copied, sample=0)
+    assert len(faults) == 4
+    assert all("is of other versions than the set: kernels others there" in f for f in faults)
 
 
 def test_verify_passes_a_whole_set(made, capsys):
@@ -333,7 +390,8 @@ def test_few_bands(tmp_path, bands):
     assert verify(folder) == []
 
 
-def test_an_illuminant_file_of_the_wrong_shape(tmp_path, preset, capsys):
+def test_an_illuminant_file_of_the_wrong_shape(tmp_path, preset, capsys, monkeypatch):
+    monkeypatch.setenv(ILLUMINANTS, "")  # the command sets it
     (tmp_path / "lights.csv").write_text("1,2,3\n4\n")
     assert command(tmp_path / "set", preset, "--illuminants", str(tmp_path / "lights.csv")) == 2
     told = capsys.readouterr().err.splitlines()
@@ -348,7 +406,7 @@ def test_packages_that_are_missing_are_named(made, tmp_path, preset, monkeypatch
         return None if name == package else find_spec(name)
 
     monkeypatch.setattr(files, "find_spec", without)
-    monkeypatch.setattr(tensors, "find_spec", without)
+    monkeypatch.setattr(reader, "find_spec", without)
     monkeypatch.setattr(schedule, "find_spec", without)
     needs = {
         "h5py": lambda: files.check_formats(("hdf5",)),
@@ -366,23 +424,3 @@ def test_opening_a_set_is_light(made):
         "heavy &= set(sys.modules); sys.exit(str(heavy) if heavy else 0)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
-
-
-def test_channels_come_first():
-    image = np.arange(24, dtype=np.float32).reshape(2, 3, 4)
-    assert tensors.channels_first(image).shape == (4, 2, 3)
-    ids = tensors.channels_first(np.ones((2, 3), np.uint32))
-    assert ids.shape == (1, 2, 3)
-    assert ids.dtype == np.int64
-
-
-def test_tensors(made):
-    torch = pytest.importorskip("torch")
-    images = dataset.open(made)
-    view = images.torch(("radiance", "valid", "object_id"))
-    assert len(view) == 4
-    batch = next(iter(torch.utils.data.DataLoader(view, batch_size=4)))
-    assert batch["radiance"].shape == (4, 3, 12, 16)
-    np.testing.assert_array_equal(
-        batch["radiance"][1].numpy(), np.moveaxis(images[1]["radiance"], -1, 0)
-    )

@@ -1,8 +1,13 @@
 """Images rendered by dask.distributed: a real local scheduler, and workers that die."""
 
 import functools
+import json
 import os
 import signal
+import subprocess
+import sys
+import threading
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +17,7 @@ import pytest
 import photonmap as pm
 from photonmap import dataset
 from photonmap.cli import main
+from photonmap.dataset import produce as production
 from photonmap.dataset import schedule
 from photonmap.dataset.jobs import Common, plan_jobs
 from photonmap.dataset.presets import Preset
@@ -21,6 +27,18 @@ from photonmap.dataset.verify import verify
 distributed = pytest.importorskip("distributed")
 
 COMMON = Common((16, 12), "3", "0.5", inputs="0")
+
+
+class LostFuture:
+    """An image that is rendered, by a worker that is no longer there."""
+
+    status = "finished"
+
+    def cancelled(self):
+        return False
+
+    def result(self, timeout):
+        raise TimeoutError
 
 
 def tasks(folder):
@@ -37,8 +55,11 @@ def die_once(task, mark):
     return os.kill(os.getpid(), signal.SIGKILL)
 
 
-def die(task):
-    os.kill(os.getpid(), signal.SIGKILL)
+def die_of(task, name):
+    """Render an image; that of this name kills whoever renders it."""
+    if task.job.name == name:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return produce(task)
 
 
 @pytest.fixture(scope="module")
@@ -79,10 +100,52 @@ def test_the_images_of_a_worker_that_dies_go_to_another(tmp_path, cluster, monke
     assert sorted(path.name for path in folder.iterdir()) == sorted(outcomes)
 
 
-def test_an_image_that_kills_every_worker_fails_alone(tmp_path, cluster, monkeypatch):
-    monkeypatch.setattr(schedule, "produce", die)
-    [(_, reason)] = schedule.run_tasks(tasks(tmp_path)[:1], cluster.scheduler_address)
-    assert reason.startswith("KilledWorker: ")
+def test_an_image_that_kills_every_worker_fails_alone(tmp_path, monkeypatch):
+    """The other image is rendered, on workers that are started again and again."""
+    poisoned, good = tasks(tmp_path)
+    monkeypatch.setattr(schedule, "produce", functools.partial(die_of, name=poisoned.job.name))
+    outcomes = dict(_named(schedule.run_tasks([poisoned, good], workers=2)))
+    assert outcomes[poisoned.job.name].startswith("KilledWorker: ")
+    assert isinstance(outcomes[good.job.name], dict)
+
+
+def test_workers_that_gave_up_are_replaced(tmp_path):
+    with schedule._connect(schedule.LOCAL, 1) as client:
+        [nanny] = client.cluster.workers.values()
+        client.sync(nanny.close)
+        [(_, entry)] = schedule._distribute(client, produce, tasks(tmp_path)[:1], 1)
+    assert isinstance(entry, dict)
+
+
+def test_images_are_told_when_the_scheduler_is_killed(tmp_path):
+    file = tmp_path / "scheduler.json"
+    command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0"]
+    process = subprocess.Popen(
+        [*command, "--no-dashboard", "--host", "127.0.0.1", "--scheduler-file", str(file)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    kill = threading.Timer(5.0, process.kill)
+    try:
+        while not file.exists():
+            assert process.poll() is None
+            time.sleep(0.05)
+        address = json.loads(file.read_text())["address"]
+        kill.start()
+        outcomes = list(schedule.run_tasks(tasks(tmp_path), address))
+    finally:
+        kill.cancel()
+        process.kill()
+        process.wait()
+    assert [reason for _, reason in outcomes] == [schedule._LOST] * 2
+
+
+def test_an_image_whose_entry_was_lost_is_not_rendered_again(tmp_path, monkeypatch):
+    task = tasks(tmp_path)[0]
+    entry = produce(task)
+    monkeypatch.setattr(production, "render_job", lambda *_: pytest.fail("rendered again"))
+    assert produce(task) == json.loads(json.dumps(entry))
+    assert schedule._collect(LostFuture()) is schedule._GOES_ON
 
 
 def test_images_are_given_up_where_there_are_no_workers(tmp_path, monkeypatch):

@@ -10,10 +10,10 @@ import pytest
 ROOT = Path(__file__).parent.parent
 FOUNDATION = {"numpy", "numba", "llvmlite", "embreex", "platformdirs", "photonmap.kernels"}
 TOUCH_KERNELS = {
-    "accumulate", "bias", "caustics", "cells", "chances", "columns", "compiling", "cuts", "effects",
-    "emitters", "environment", "fingerprint", "first_hits", "focus", "hidden_lights", "landing",
-    "ledger", "light_tree", "matter", "passes", "prepare", "record", "render", "settings", "survey",
-    "textures",
+    "accumulate", "bias", "block_errors", "caustics", "cells", "chances", "columns", "compiling",
+    "cuts", "effects", "emitters", "environment", "fingerprint", "first_hits", "focus",
+    "hidden_lights", "landing", "ledger", "light_tree", "matter", "passes", "prepare", "record",
+    "render", "settings", "survey", "textures",
 }  # fmt: skip
 
 

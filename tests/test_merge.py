@@ -57,7 +57,8 @@ def in_one_run(scene, options):
                 ledger.add(run.run(index), run.seen)
         flat, errors = render._finish(job.whole, settings.film, run, ledger, workers)
     film = settings.film
-    return pm.Result(render._images(flat, film), render._images(errors, film), settings.bands, {})
+    images, errors = render._images(flat, film), render._images(errors, film)
+    return pm.Result(images, errors, settings.bands, {}, ledger.block_errors(job.whole.power))
 
 
 @pytest.fixture(scope="module", params=SCENES)
@@ -84,6 +85,12 @@ def test_means_and_errors_are_those_of_one_run(runs):
         scale = np.abs(one.buffers[name]).max()
         np.testing.assert_allclose(
             merged.errors[name], error, rtol=1e-5, atol=1e-6 * scale, err_msg=name
+        )
+    assert set(merged.block_errors) == set(one.block_errors)
+    for name, error in one.block_errors.items():
+        scale = np.abs(one.buffers[name]).max()
+        np.testing.assert_allclose(
+            merged.block_errors[name], error, rtol=1e-5, atol=1e-6 * scale, err_msg=name
         )
 
 
@@ -189,6 +196,8 @@ def test_the_command(files, capsys):
         np.testing.assert_array_equal(merged.buffers[name], image)
     for name, error in expected.errors.items():
         np.testing.assert_array_equal(merged.errors[name], error)
+    for name, error in expected.block_errors.items():
+        np.testing.assert_array_equal(merged.block_error(name), error)
     assert json.loads((files / "c.json").read_text())["merged"] == merged.record["merged"]
     assert output.with_suffix(".png").exists()
 

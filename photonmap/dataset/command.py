@@ -22,6 +22,8 @@ HELP = "render a data set of ground truth into FOLDER; or verify the one that is
 
 _FAILED, _INTERRUPTED = 1, 130
 _VERIFY = "verify"
+_NAMED = 4
+"""Images that one line names."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -138,17 +140,19 @@ def _plan(options: argparse.Namespace) -> tuple[Common, list[Job]]:
     Goal.parse(options.error)
     sets = [os.environ.get(name) for name in (munsell.VARIABLE, text.ILLUMINANTS)]
     chips, lights = (str(Path(path).resolve()) if path else None for path in sets)
-    common = Common(
-        options.size,
-        options.bands,
-        options.error,
-        options.materials or preset.materials,
-        preset.recolor,
-        chips,
-        lights,
+    common = describe_inputs(
+        Common(
+            options.size,
+            options.bands,
+            options.error,
+            options.materials or preset.materials,
+            preset.recolor,
+            chips,
+            lights,
+        )
     )
     files = read_user_scenes(preset.files)
-    return common, plan_jobs(preset, files, describe_inputs(common), options.seed, options.count)
+    return common, plan_jobs(preset, files, common, options.seed, options.count)
 
 
 def _list(jobs: Sequence[Job]) -> None:
@@ -178,8 +182,10 @@ def _report(folder: Path, outcome: Outcome, options: argparse.Namespace) -> int:
     written = write_report(folder, list(outcome.entries.values())) if outcome.entries else []
     if not has_jinja():
         warn("the report's page needs jinja2: pip install 'photonmap[dataset]'")
-    for name, reason in outcome.failures.items():
-        print(f"photonmap: failed: {name}: {reason}", file=sys.stderr)
+    for reason in dict.fromkeys(outcome.failures.values()):
+        names = [name for name, why in outcome.failures.items() if why == reason]
+        more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+        print(f"photonmap: failed: {', '.join(names[:_NAMED])}{more}: {reason}", file=sys.stderr)
     if not options.quiet:
         kept = len(outcome.entries) - outcome.rendered
         earlier = f", {kept} were there" if kept else ""

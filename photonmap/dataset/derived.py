@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,7 @@ def with_derived(result: Result) -> Result:
         "light_source": emits & ~background,
         "background": background,
     }
-    return Result(buffers, result.errors, result.bands, result.record)
+    return replace(result, buffers=buffers)
 
 
 def _direct_illuminant(result: Result) -> Image:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from photonmap.bands import Bands
 from photonmap.errors import InputError
 from photonmap.messages import suggest
-from photonmap.output import read_exr, write_exr, write_png
+from photonmap.output import name_errors, read_exr, sort_parts, write_exr, write_png
 from photonmap.result import Result
 
 FORMATS = ("exr", "hdf5", "png")
@@ -23,7 +23,6 @@ SHOWN = ("radiance", "direct", "indirect", "reflectance", "shading")
 """Buffers with a PNG."""
 _FINAL, _GEOMETRY = "images/scene_cam_00_final_hdf5", "images/scene_cam_00_geometry_hdf5"
 _DATASET = "dataset"
-_ERROR = ".error"
 _SHADING_SHOWN_AS, _PERCENTILE = 0.8, 99.0
 
 
@@ -92,8 +91,7 @@ def _write_bands(path: Path, result: Result) -> None:
     with h5py.File(path, "w") as file:
         file.attrs["bands"] = json.dumps(result.bands.describe())
         file.attrs["record"] = json.dumps(result.record)
-        parts = {**result.buffers, **{n + _ERROR: image for n, image in result.errors.items()}}
-        for name, image in parts.items():
+        for name, image in (result.buffers | name_errors(result)).items():
             file.create_dataset(name, data=image, compression="gzip", shuffle=True)
 
 
@@ -165,9 +163,8 @@ def _read_bands(path: Path) -> Result:
             parts = {name: file[name][()] for name in file}
     except (OSError, KeyError, ValueError) as error:
         raise InputError(f"this is damaged: {error}; render it with --resume", path) from None
-    buffers = {name: image for name, image in parts.items() if not name.endswith(_ERROR)}
-    errors = {name[: -len(_ERROR)]: parts[name] for name in parts if name not in buffers}
-    return Result(buffers, errors, bands, record)
+    buffers, errors, blocks = sort_parts(parts)
+    return Result(buffers, errors, bands, record, blocks)
 
 
 def hash_files(folder: Path) -> dict[str, str]:

@@ -17,22 +17,42 @@ from photonmap.places import check_writable
 
 HEAD, LINES = "manifest.json", "manifest.jsonl"
 FORMAT = "photonmap data set 1"
+_KEYS = {"name", "geometry", "job", "files"}
+"""Some of those of an image's line."""
 
 
 def describe_set(
     preset: str, common: Common, formats: Sequence[str], jobs: Sequence[Job]
 ) -> dict[str, Any]:
     """Return the head of a data set: what it was asked to be, and the names of its images."""
-    from photonmap.record import describe_versions
+    from photonmap.record import describe_code
 
     return {
         "format": FORMAT,
         "preset": preset,
         "common": json.loads(json.dumps(asdict(common))),
         "formats": sorted(formats),
-        "versions": describe_versions(),
+        "versions": describe_code(),
         "images": [job.name for job in jobs],
     }
+
+
+def check_code(wanted: dict[str, str]) -> None:
+    """Check that images rendered here are those of a data set, bit for bit.
+
+    Parameters
+    ----------
+    wanted : what `photonmap.record.describe_code` returned where the set was begun
+
+    Raises
+    ------
+    InputError : something is of another version here
+    """
+    from photonmap.record import describe_code
+
+    here = describe_code()
+    if told := told_apart({name: (wanted[name], here.get(name)) for name in wanted}):
+        raise InputError(f"this worker has other versions: {told}; install those of the set")
 
 
 def check_folder(path: str | PathLike[str], head: dict[str, Any], resume: bool) -> Path:
@@ -67,7 +87,8 @@ def _check_there(folder: Path, head: dict[str, Any], resume: bool) -> None:
     if not resume:
         raise InputError("holds a data set; add --resume, or name another folder", folder)
     if told := _difference(there, head):
-        raise InputError(f"holds another data set: {told}; name another folder", folder)
+        remedy = "name another folder, or bring back what the set was begun with"
+        raise InputError(f"holds another data set: {told}; {remedy}", folder)
 
 
 def _difference(there: dict[str, Any], here: dict[str, Any]) -> str:
@@ -75,16 +96,25 @@ def _difference(there: dict[str, Any], here: dict[str, Any]) -> str:
     pairs = {
         **{key: (there.get(key), here[key]) for key in ("formats",)},
         **{key: (there["common"].get(key), value) for key, value in here["common"].items()},
-        "photonmap": (there["versions"]["photonmap"], here["versions"]["photonmap"]),
+        **{key: (there["versions"].get(key), value) for key, value in here["versions"].items()},
     }
     del pairs["munsell"], pairs["illuminants"]
     if pairs["inputs"][0] != pairs["inputs"][1]:
         pairs["curves of bands or measured sets"] = ("others", "these")
     del pairs["inputs"]
-    told = [f"{key} {old} there, {new} here" for key, (old, new) in pairs.items() if old != new]
+    told = told_apart(pairs)
     if not told and not set(there["images"]) & set(here["images"]):
-        told = [f"preset {there['preset']} and other seeds there, {here['preset']} here"]
-    return ", ".join(told)
+        return f"preset {there['preset']} and other seeds there, {here['preset']} here"
+    return told
+
+
+def told_apart(pairs: dict[str, tuple[Any, Any]]) -> str:
+    """Say which entries differ there and here; "" if none does."""
+    return ", ".join(
+        f"{name} {there} there, {here} here"
+        for name, (there, here) in pairs.items()
+        if there != here
+    )
 
 
 def read_head(folder: str | PathLike[str]) -> dict[str, Any]:
@@ -116,9 +146,12 @@ def read_lines(folder: str | PathLike[str]) -> list[dict[str, Any]]:
     path = Path(folder) / LINES
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
-        return [json.loads(line) for line in lines]
+        entries = [json.loads(line) for line in lines]
+        if any(not isinstance(entry, dict) or not entry.keys() >= _KEYS for entry in entries):
+            raise ValueError("a line is of no image")
     except (OSError, ValueError) as error:
         raise InputError(f"cannot be read ({error}); run the set with --resume", path) from None
+    return entries
 
 
 def write_head(folder: Path, head: dict[str, Any]) -> None:

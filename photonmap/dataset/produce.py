@@ -15,6 +15,7 @@ from photonmap.bands import Bands
 from photonmap.dataset.derived import as_rgb, rgb_method, rgb_residual, with_derived
 from photonmap.dataset.files import hash_files, write_image
 from photonmap.dataset.jobs import Job
+from photonmap.dataset.manifest import check_code
 from photonmap.dataset.sources import make_scene
 from photonmap.dataset.statistics import summarise
 from photonmap.output import write_json
@@ -34,19 +35,28 @@ class Task:
     job: Job
     folder: str
     formats: tuple[str, ...]
+    versions: dict[str, str] | None = None
+    """those it must be rendered with, see `describe_code`; None for any"""
     threads: int | None = None
 
 
 def produce(task: Task) -> dict[str, Any]:
-    """Render an image and write its folder, in place of one that is there; return its entry.
+    """Render an image and write its folder, in place of a damaged one; return its entry.
+
+    One that is there already is not rendered again: a worker wrote it, and died before it said so.
 
     Raises
     ------
-    InputError : its scene cannot be rendered
+    InputError : its scene cannot be rendered, or not with the same versions
     OSError : it cannot be written
     KeyboardInterrupt : at Ctrl-C; nothing is written
     """
-    job, start = task.job, time.perf_counter()
+    job, start, used = task.job, time.perf_counter(), time.process_time()
+    if task.versions is not None:
+        check_code(task.versions)
+    place = Path(task.folder)
+    if there := read_entry(place / job.name):
+        return there
     name_sets(job)
     scene = make_scene(job)
     built = time.perf_counter()
@@ -54,7 +64,6 @@ def produce(task: Task) -> dict[str, Any]:
     rendered = time.perf_counter()
     result = with_derived(result)
     rgb = as_rgb(result)
-    place = Path(task.folder)
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=place) as made:
         folder = Path(made) / job.name
         folder.mkdir()
@@ -67,6 +76,7 @@ def produce(task: Task) -> dict[str, Any]:
             "render": rendered - built - result.record["seconds"]["compile"],
             "write": time.perf_counter() - rendered,
         }
+        entry["cpu_seconds"] = time.process_time() - used
         write_json(entry, folder / ENTRY)
         _put(folder, place / job.name, Path(made))
     return entry

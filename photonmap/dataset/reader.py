@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
+from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
@@ -24,7 +25,8 @@ class Image(Mapping[str, Array]):
     """One image: arrays by name, read from its files when one is first asked for.
 
     Names are those of `photonmap.Result`'s buffers, "shading@lamp" of one group of lights, and
-    "shading.error" of a standard error; and those that `photonmap.dataset.derived` adds.
+    "shading.error" of a standard error, "indirect.error8" of that of blocks' means; and those that
+    `photonmap.dataset.derived` adds.
 
     Parameters
     ----------
@@ -69,8 +71,9 @@ class Image(Mapping[str, Array]):
 
     @cached_property
     def _arrays(self) -> dict[str, Array]:
-        errors = {f"{name}.error": image for name, image in self.result.errors.items()}
-        return {**self.result.buffers, **errors}
+        from photonmap.output import name_errors
+
+        return self.result.buffers | name_errors(self.result)
 
     def __getitem__(self, name: str) -> Array:
         if name not in self._arrays:
@@ -165,9 +168,11 @@ class Dataset(Sequence[Image]):
         ------
         InputError : torch is not installed
         """
-        from photonmap.dataset.tensors import as_torch
+        if find_spec("torch") is None:
+            raise InputError("tensors need torch: pip install torch")
+        from photonmap.dataset.tensors import Tensors
 
-        return as_torch(self, names, rgb, transform)
+        return Tensors(self, names, rgb, transform)
 
 
 def open_dataset(folder: str | PathLike[str]) -> Dataset:

@@ -63,7 +63,8 @@ def make_dataset(
     outcome = Outcome(_find_entries(folder, jobs, tell))
     write_lines(folder, outcome.entries.values())
     missing = [job for job in jobs if job.name not in outcome.entries]
-    tasks = [Task(job, str(folder.resolve()), tuple(formats)) for job in missing]
+    place, versions = str(folder.resolve()), head["versions"]
+    tasks = [Task(job, place, tuple(formats), versions) for job in missing]
     try:
         for task, result in run_tasks(tasks, scheduler, workers):
             _take(outcome, task.job.name, result, folder)

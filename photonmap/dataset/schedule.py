@@ -2,30 +2,35 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from importlib.util import find_spec
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
-from photonmap.dataset.produce import Task, produce
+from photonmap.dataset.produce import produce
 from photonmap.errors import InputError, warn
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, Future
 
 LOCAL = "local"
 MOST_WORKERS = 1024
 _CONNECT = 10.0
-"""Seconds to reach a scheduler."""
+"""Seconds to reach a scheduler, or a worker that has an entry."""
 _POLL, _PATIENCE = 1.0, 60.0
 """Seconds between looks at the workers, and without any before the rest is given up."""
+_GONE = "5s"
+"""After which a worker of this machine that does not come back may be replaced."""
+_BATCH = 1000
+"""Images that are sent to the scheduler at once."""
+_GOES_ON = object()
 _DESERTED = "the scheduler has no workers; start some, and go on with --resume"
-
-Outcome = tuple[Task, dict[str, Any] | str]
-"""A task, and its entry or why it failed."""
+_LOST = "the scheduler is gone; start it again, and go on with --resume"
 
 
 def check_scheduler(scheduler: str, workers: int) -> None:
@@ -43,73 +48,118 @@ def check_scheduler(scheduler: str, workers: int) -> None:
         )
 
 
-def run_tasks(tasks: Sequence[Task], scheduler: str = LOCAL, workers: int = 1) -> Iterator[Outcome]:
-    """Render images; yield each as it is done or has failed.
+def run_tasks(
+    tasks: Sequence[Any],
+    scheduler: str = LOCAL,
+    workers: int = 1,
+    work: Callable[[Any], Any] | None = None,
+) -> Iterator[tuple[Any, Any]]:
+    """Render images; yield each as it is done or has failed: with its entry, or the reason.
 
     With one local worker, or without dask, that is in this process, image by image. Otherwise
     dask.distributed renders them; the images of a worker that dies go to another one, and fail
     when four have died of them.
 
+    Parameters
+    ----------
+    tasks : dataclasses with a field `threads`, of `photonmap.dataset.produce.Task` if not of others
+    scheduler, workers : as `check_scheduler` passed them
+    work : renders one of them; `produce` if left out
+
     Raises
     ------
     InputError : the scheduler cannot be reached
     """
+    work = work or produce
     if not tasks:
         return
     if scheduler == LOCAL and (workers == 1 or not _has_dask()):
         if workers > 1:
             warn(f"{workers} workers need dask: pip install 'photonmap[cluster]'; one renders now")
-        yield from map(_attempt, tasks)
+        yield from ((task, _attempt(work, task)) for task in tasks)
         return
+    if scheduler == LOCAL:
+        threads = max((os.cpu_count() or 1) // workers, 1)
+        tasks = [replace(task, threads=threads) for task in tasks]
     with _connect(scheduler, workers) as client:
-        yield from _distribute(client, tasks, scheduler, workers)
+        yield from _distribute(client, work, tasks, workers)
 
 
 def _has_dask() -> bool:
     return find_spec("distributed") is not None
 
 
-def _attempt(task: Task) -> Outcome:
+def _attempt(work: Callable[[Any], Any], task: Any) -> Any:
     """Render an image in this process; whatever goes wrong is of this image alone."""
     try:
-        return task, produce(task)
+        return work(task)
     except Exception as error:
-        return task, _reason(error)
+        return _reason(error)
 
 
 def _distribute(
-    client: Client, tasks: Sequence[Task], scheduler: str, workers: int
-) -> Iterator[Outcome]:
-    """Render images by dask.distributed."""
-    from distributed import wait
-
-    if scheduler == LOCAL:
-        threads = max((os.cpu_count() or 1) // workers, 1)
-        tasks = [replace(task, threads=threads) for task in tasks]
-    futures = {client.submit(produce, task, pure=False): task for task in tasks}
+    client: Client, work: Callable[[Any], Any], tasks: Sequence[Any], workers: int
+) -> Iterator[tuple[Any, Any]]:
+    """Render images by dask.distributed; `workers` are those that this machine is to have."""
+    ended: SimpleQueue[Future] = SimpleQueue()
+    sent = client.map(work, tasks, pure=False, batch_size=_BATCH)
+    futures = dict(zip(sent, tasks, strict=True))
+    for future in futures:
+        future.add_done_callback(ended.put)
     seen = time.monotonic()
     while futures:
         try:
-            done = wait(list(futures), timeout=_POLL, return_when="FIRST_COMPLETED").done
-        except TimeoutError:
-            done = set()
-        for future in done:
-            error = future.exception()
-            yield futures.pop(future), future.result() if error is None else _reason(error)
-        if done or client.scheduler_info()["workers"]:
-            seen = time.monotonic()
-        elif time.monotonic() - seen > _PATIENCE:
-            yield from ((task, _DESERTED) for task in futures.values())
-            return
+            future = ended.get(timeout=_POLL)
+        except Empty:
+            if _count_workers(client, workers):
+                seen = time.monotonic()
+            elif time.monotonic() - seen > _PATIENCE:
+                yield from ((task, _DESERTED) for task in futures.values())
+                return
+            continue
+        seen = time.monotonic()
+        result = _collect(future)
+        if result is _GOES_ON:
+            future.add_done_callback(ended.put)
+        else:
+            yield futures.pop(future), result
+
+
+def _collect(future: Future) -> Any:
+    """Return an image's entry, or why it failed; or that its entry was lost with its worker."""
+    if future.cancelled():
+        return _LOST
+    if future.status == "error":
+        return _reason(future.exception())
+    try:
+        return future.result(timeout=_CONNECT)
+    except TimeoutError:
+        return _GOES_ON
+
+
+def _count_workers(client: Client, wanted: int) -> int:
+    """Return how many workers there are; start those of this machine anew that gave up.
+
+    The process that watches a worker starts it again when it dies, but closes when that fails.
+    """
+    try:
+        count = len(client.nthreads())
+    except OSError:
+        return 0
+    if client.cluster is not None and count < wanted:
+        client.cluster.scale(wanted)
+    return count
 
 
 @contextmanager
 def _connect(scheduler: str, workers: int) -> Iterator[Client]:
     """Start worker processes of this machine, or reach a scheduler."""
+    import dask
     from distributed import Client, LocalCluster
 
     if scheduler == LOCAL:
         with (
+            dask.config.set({"distributed.deploy.lost-worker-timeout": _GONE}),
             LocalCluster(
                 n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=":0"
             ) as cluster,
@@ -125,6 +175,7 @@ def _connect(scheduler: str, workers: int) -> Iterator[Client]:
             f"scheduler {scheduler!r} cannot be reached ({reason}); check the address, as in "
             f"tcp://host:8786"
         ) from None
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # told by `_LOST`
     with client:
         yield client
 

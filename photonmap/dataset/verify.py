@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 
 from photonmap.dataset.files import hash_files
 from photonmap.dataset.jobs import Job
+from photonmap.dataset.manifest import told_apart
 from photonmap.dataset.produce import ENTRY, name_sets, render_job
 from photonmap.dataset.reader import Image, open_dataset
 from photonmap.errors import InputError
 from photonmap.fingerprint import difference
+from photonmap.output import name_errors
 from photonmap.record import describe_versions
 from photonmap.result import Result
 
@@ -53,7 +55,8 @@ def verify(
     names = {image.name for image in images}
     faults = [f"{name}: is missing" for name in images.head["images"] if name not in names]
     for image in images:
-        faults += [f"{image.name}: {fault}" for fault in _faults(image)]
+        told = [*_faults(image), *_other_code(image.entry, images.head["versions"])]
+        faults += [f"{image.name}: {fault}" for fault in told]
     tell(f"{len(images)} images: files, numbers, identities and errors checked")
     rng = np.random.Generator(np.random.PCG64(seed))
     chosen = rng.choice(len(images), min(sample, len(images)), replace=False)
@@ -73,7 +76,7 @@ def _faults(image: Image) -> Iterator[str]:
     except InputError as error:
         yield str(error)
         return
-    for name, array in {**result.buffers, **_named_errors(result)}.items():
+    for name, array in {**result.buffers, **name_errors(result)}.items():
         if np.isnan(array).any():
             yield f"{name} has NaN"
     yield from check_identities(result)
@@ -81,6 +84,14 @@ def _faults(image: Image) -> Iterator[str]:
     if not image.entry["reached"]:
         goal = image.entry["goal"]
         yield f"the error {goal['limit']} was not reached, but {goal['reached']:.4g}"
+
+
+def _other_code(entry: dict[str, Any], wanted: dict[str, str]) -> Iterator[str]:
+    """Tell of which versions an image is, where they are not those of the set."""
+    kernels = entry["fingerprint"]["kernels"].removeprefix("kernels-")
+    here = {**entry["versions"], "kernels": kernels}
+    if told := told_apart({name: (wanted[name], here.get(name)) for name in wanted}):
+        yield f"is of other versions than the set: {told}"
 
 
 def _wrong_files(folder: Path, wanted: dict[str, str]) -> str:
@@ -155,14 +166,10 @@ def _render_again(image: Image, tell: Tell) -> Iterator[str]:
     if told := difference(then, now):
         yield f"is made from something else now: {told}"
         return
-    pairs = {**again.buffers, **_named_errors(again)}
-    there = {**before.buffers, **_named_errors(before)}
+    pairs = {**again.buffers, **name_errors(again)}
+    there = {**before.buffers, **name_errors(before)}
     differ = [n for n in pairs if n not in there or not np.array_equal(pairs[n], there[n])]
     if differ:
         yield f"rendered again, these differ: {', '.join(differ)}"
     else:
         tell(f"{image.name}: rendered again, the same bit for bit")
-
-
-def _named_errors(result: Result) -> dict[str, NDArray[Any]]:
-    return {f"{name}.error": image for name, image in result.errors.items()}
