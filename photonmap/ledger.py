@@ -94,11 +94,12 @@ class Ledger:
                 del buffers[name]
         return self._expand(buffers, kept), self._expand(errors, kept)
 
-    def block_errors(self, scale: float) -> Buffers:
+    def block_errors(self, scale: float, kept: Container[str] = ALL) -> Buffers:
         """Return the standard errors of blocks' means of the whole, in all bands."""
         return {
             name: error[..., self._columns.of_band].astype(np.float32)
             for name, error in self._blocks.finish(scale).items()
+            if name in kept
         }
 
     def _expand(self, images: Buffers, kept: Container[str]) -> Buffers:

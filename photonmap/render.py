@@ -150,7 +150,7 @@ def render(
         "warnings": told,
     }
     film = settings.film
-    blocks = moments.block_errors(job.whole.power)
+    blocks = moments.block_errors(job.whole.power, settings.buffers)
     return Result(_images(flat, film), _images(errors, film), settings.bands, record, blocks)
 
 
