@@ -73,8 +73,9 @@ def survey(
         pixels,
         TILE,
     )
+    least = 1 if optics is None else SAMPLES  # caustics vary within a pixel
     workers.ranges(
-        lambda first, last: _plan_samples(film, look, partners, first, last, plan),
+        lambda first, last: _plan_samples(film, look, partners, least, first, last, plan),
         film.height,
         LINES,
     )
@@ -92,18 +93,19 @@ def _plan_samples(
     film: Film,
     look: Survey,
     partners: NDArray[np.int32],
+    least: int,
     first: int,
     last: int,
     plan: Plan,
 ) -> None:
-    """Decide on the samples of the pixels of lines first..last."""
+    """Decide on the samples of the pixels of lines first..last, `least` of the camera."""
     lines = slice(first * film.width, last * film.width)
     penumbra = _neighbours(look.penumbra, film, first, last).max(axis=0) != 0
     flat, even, smooth = (part[lines] != 0 for part in (look.flat, look.even, look.smooth))
     gathers = 2 ** np.ceil(np.log2(SHARED_GATHERS / partners[lines])).astype(int)
     gathers = np.where(smooth | ~flat, MOST_GATHERS, np.clip(gathers, GATHERS, MOST_GATHERS))
     samples = np.where(flat & ~smooth, SAMPLES, EDGE_SAMPLES)
-    samples[even & ~penumbra & (gathers == GATHERS)] = 1
+    samples[even & ~penumbra & (gathers == GATHERS)] = least
     if not film.jitter:
         samples[:] = 1
     lights = np.where(penumbra, PENUMBRA_SAMPLES, LIGHT_SAMPLES)
