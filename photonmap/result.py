@@ -17,7 +17,7 @@ from photonmap.messages import listed
 from photonmap.output import encode_png, read_exr, save_all
 from photonmap.preview import as_bytes, choose_exposure
 from photonmap.projection import Method, Projection, Target, choose_projection
-from photonmap.steady import steady_error, widen_ratio
+from photonmap.steady import PRIOR, PRIORS, steady_error, widen_ratio
 
 Image = NDArray[np.float32]
 Ids = NDArray[np.uint32]
@@ -222,7 +222,8 @@ class Result:
 
     def _steady_error(self, name: str) -> Image:
         counts = self.buffers.get("passes", self.record.get("passes", 2))
-        error = steady_error(self.errors[name], self.buffers[name], counts)
+        prior = PRIORS.get(name.partition("@")[0], PRIOR)
+        error = steady_error(self.errors[name], self.buffers[name], counts, prior)
         if name.startswith("shading") and "reflectance" in self.errors:
             of_reflectance = steady_error(self.errors["reflectance"], self.reflectance, counts)
             error = widen_ratio(error, self.reflectance, of_reflectance)

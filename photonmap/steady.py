@@ -2,7 +2,7 @@
 
 An edge or a shadow that grazes a pixel may show in none of 16 passes: their spread is 0 then, and
 the truth lies infinitely many standard errors away. So each variance is a mean of the pixel's own
-and of what its eight neighbours show, which counts for `PRIOR` passes: nothing in the long run.
+and of what its eight neighbours show, which counts for some passes: nothing in the long run.
 What they show is scaled as that of counts is, variance with brightness: beside a lamp, the wall is
 not as uncertain as the lamp's edge, nor is a caustic as certain as the shadow beside it.
 Neighbours that do not vary say nothing of a pixel that does, as the wall beside a mirror of what is
@@ -14,9 +14,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-PRIOR = 3.0
+PRIOR = 4.0
 """Passes that neighbours count for: measured, as is what they are scaled to, by how often intervals
 hold the truth over many seeds of scenes with diffuse surfaces, mirrors and glass."""
+PRIORS = {"direct": 1.5, "radiance": 2.5}
+"""The same where noise is in patches, as that of direct light in penumbrae."""
 ROUNDING = np.float32(2.0**-23)
 """Relative, of sums of samples: by it means differ where every sample shows the same."""
 SECOND_ORDER = 2.0
@@ -25,13 +27,16 @@ SECOND_ORDER = 2.0
 Image = NDArray[np.float32]
 
 
-def steady_error(error: Image, value: Image, counts: NDArray[np.integer] | int) -> Image:
+def steady_error(
+    error: Image, value: Image, counts: NDArray[np.integer] | int, prior: float = PRIOR
+) -> Image:
     """Return a standard error steadied by neighbours, (H, W, N).
 
     Parameters
     ----------
     error, value : (H, W, N), of two passes or more, each pixel's own
     counts : (H, W) passes of each pixel, or of all
+    prior : passes that neighbours count for
     """
     scale = max(float(np.max(error)), float(np.max(np.abs(value))))
     if scale == 0.0:
@@ -39,7 +44,7 @@ def steady_error(error: Image, value: Image, counts: NDArray[np.integer] | int) 
     error, value = error / np.float32(scale), value / np.float32(scale)
     own = (np.maximum(counts, 1).astype(np.float32) - 1.0)[..., None]
     variance = error**2
-    steady = (PRIOR * _around(variance, value) + own * variance) / (PRIOR + own)
+    steady = (prior * _around(variance, value) + own * variance) / (prior + own)
     return (np.sqrt(steady + (ROUNDING * value) ** 2) * scale).astype(np.float32)
 
 
