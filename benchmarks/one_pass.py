@@ -47,7 +47,7 @@ class OnePass:
 
     def sharing(self) -> None:
         """Share indirect light between neighbours."""
-        self._passes._share(0, self.pixels)
+        self._passes._share(0, self.pixels, 0)
 
     def averaging(self) -> None:
         """Take the pass into the moments, and work out the error."""

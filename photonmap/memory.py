@@ -108,7 +108,7 @@ def check_memory(work: Work, limit: float | None = None) -> Storage:
             raise InputError(
                 f"this render needs about {need / 1e9:.1f} GB and {free / 1e9:.1f} GB are free: "
                 f"take a smaller size, fewer bands or fewer photons, or keep arrays on disk "
-                f"(memory)"
+                f"(--memory 2G)"
             )
         return RAM
     folder = scratch_folder()

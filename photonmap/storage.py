@@ -1,8 +1,8 @@
 """Where the large arrays of a render lie: in RAM, or in scratch files mapped into memory.
 
 A mapped array is a plain array to NumPy and to the kernels. Its file has no name from the start
-(on Windows, it goes with the process), so nothing stays behind, whatever happens; and its space is
-reserved at once, so a full disk is told before the work, not amid it.
+(on Windows, it goes with the process), so nothing stays behind, whatever happens. Where the system
+can, its space is reserved at once, so a full disk is told before the work, not amid it.
 """
 
 from __future__ import annotations

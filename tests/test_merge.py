@@ -55,7 +55,7 @@ def in_one_run(scene, options):
             ledger = ledger or fresh
             for index in range(passes):
                 ledger.add(run.run(index), run.seen)
-        flat, errors = render._finish(job.whole, settings.film, run, ledger, workers)
+        flat, errors, _ = render._finish(job, settings, run, ledger, workers)
     film = settings.film
     images, errors = render._images(flat, film), render._images(errors, film)
     return pm.Result(images, errors, settings.bands, {}, ledger.block_errors(job.whole.power))

@@ -68,11 +68,15 @@ def test_all_photons_on_one_line():
 
 
 def test_all_photons_on_one_triangle():
-    """A panel of one triangle under a lamp that it shades the rest from."""
+    """A panel of one triangle catches a spot's light: what else is lit, by way of the ceiling."""
     panel = pm.Mesh([[-0.5, 1, -0.5], [0, 1, 0.5], [0.5, 1, -0.5]], [[0, 1, 2]], GREY, "panel")
-    scene = pm.Scene([FLOOR, panel], [spot((0, 1.5, 0), (0, 0, 0), 30.0)],
-                     pm.Camera((0, 3, 3), (0, 1, 0), fov=30))  # fmt: skip
-    rendered(scene)
+    ceiling = replace(FLOOR, vertices=FLOOR.vertices + [0, 2, 0])
+    scene = pm.Scene([FLOOR, panel, ceiling], [spot((0, 1.5, 0), (0, 0, 0), 10.0)],
+                     pm.Camera((0, 0.5, 3), (0, 0.4, 0), fov=60))  # fmt: skip
+    settings = {"photons": 16384, "size": (16, 16)}
+    values, wanted = (means(scene, method=m, **settings) for m in ("photon", "path"))
+    assert values.all()
+    assert_same(values, wanted, slack=0.02)
 
 
 @CUT
