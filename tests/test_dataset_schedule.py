@@ -88,12 +88,12 @@ def _named(outcomes):
     return ((task.job.name, entry) for task, entry in outcomes)
 
 
-def test_the_images_of_a_worker_that_dies_go_to_another(tmp_path, cluster, monkeypatch):
+def test_the_images_of_a_worker_that_dies_go_to_another(tmp_path, monkeypatch):
     mark = tmp_path / "died"
     monkeypatch.setattr(schedule, "produce", functools.partial(die_once, mark=str(mark)))
     folder = tmp_path / "set"
     folder.mkdir()
-    outcomes = dict(_named(schedule.run_tasks(tasks(folder), cluster.scheduler_address)))
+    outcomes = dict(_named(schedule.run_tasks(tasks(folder), workers=2)))
     assert mark.exists()
     assert len(outcomes) == 2
     assert all(isinstance(entry, dict) for entry in outcomes.values())
@@ -109,7 +109,7 @@ def test_an_image_that_kills_every_worker_fails_alone(tmp_path, monkeypatch):
     assert isinstance(outcomes[good.job.name], dict)
 
 
-def test_workers_that_gave_up_are_replaced(tmp_path):
+def test_workers_that_were_given_up_are_replaced(tmp_path):
     with schedule._connect(schedule.LOCAL, 1) as client:
         [nanny] = client.cluster.workers.values()
         client.sync(nanny.close)

@@ -24,8 +24,6 @@ _CONNECT = 10.0
 """Seconds to reach a scheduler, or a worker that has an entry."""
 _POLL, _PATIENCE = 1.0, 60.0
 """Seconds between looks at the workers, and without any before the rest is given up."""
-_GONE = "5s"
-"""After which a worker of this machine that does not come back may be replaced."""
 _BATCH = 1000
 """Images that are sent to the scheduler at once."""
 _GOES_ON = object()
@@ -138,9 +136,10 @@ def _collect(future: Future) -> Any:
 
 
 def _count_workers(client: Client, wanted: int) -> int:
-    """Return how many workers there are; start those of this machine anew that gave up.
+    """Return how many workers there are; start those of this machine anew that are given up.
 
-    The process that watches a worker starts it again when it dies, but closes when that fails.
+    A local cluster looks for a worker 15 s after it died, and drops it where it is not there just
+    then, also if it has come back since, died again, and is being started again.
     """
     try:
         count = len(client.nthreads())
@@ -154,12 +153,10 @@ def _count_workers(client: Client, wanted: int) -> int:
 @contextmanager
 def _connect(scheduler: str, workers: int) -> Iterator[Client]:
     """Start worker processes of this machine, or reach a scheduler."""
-    import dask
     from distributed import Client, LocalCluster
 
     if scheduler == LOCAL:
         with (
-            dask.config.set({"distributed.deploy.lost-worker-timeout": _GONE}),
             LocalCluster(
                 n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=":0"
             ) as cluster,
