@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 
 Images = dict[str, NDArray[Any]]
 
+LITTLE_ROOM = 100e6
+"""Bytes on a disk, below which one may be full."""
+
 _CHANNELS: dict[str, tuple[str, ...]] = {
     "coverage": ("Y",),
     "unresolved": ("Y",),
@@ -309,10 +312,14 @@ def write_exr(result: Result, path: str | PathLike[str]) -> None:
                 done = done and file.write_scanlines(first, first + len(lines), 0, lines)
                 first += len(lines)
         if not (done and file.close()):
-            free = shutil.disk_usage(Path(path).parent).free / 1e6
-            raise OSError(
-                f"cannot write {Path(path).name} ({free:.1f} MB are free there): {file.geterror()}"
-            )
+            why = file.geterror() + _tell_if_full(Path(path).parent)
+            raise OSError(f"cannot write {Path(path).name}: {why}")
+
+
+def _tell_if_full(folder: Path) -> str:
+    """Tell how much room a folder's disk has, if it is little: OpenEXR does not say."""
+    free = shutil.disk_usage(folder).free
+    return f" ({free / 1e6:.1f} MB are free there)" if free < LITTLE_ROOM else ""
 
 
 def name_errors(result: Result) -> Images:

@@ -82,10 +82,10 @@ def test_a_render_goes_on_bit_for_bit(name, tmp_path):
 
 def test_an_error_is_reached_after_the_same_passes(tmp_path):
     settings = {"bands": 1, "size": (16, 16), "seed": 1}
-    whole = pm.render(BOX, error="indirect:p90:0.08", **settings)
+    whole = pm.render(BOX, error="indirect:p90:0.04", **settings)
     file = tmp_path / "state"
     pm.render(BOX, passes=5, checkpoint=file, **settings)
-    part = pm.render(BOX, error="indirect:p90:0.08", checkpoint=file, resume=True, **settings)
+    part = pm.render(BOX, error="indirect:p90:0.04", checkpoint=file, resume=True, **settings)
     assert_same(part, whole)
     assert part.record["passes"] > 16
 

@@ -197,7 +197,7 @@ def test_the_command(files, capsys):
     for name, error in expected.errors.items():
         np.testing.assert_array_equal(merged.errors[name], error)
     for name, error in expected.block_errors.items():
-        np.testing.assert_array_equal(merged.block_error(name), error)
+        np.testing.assert_array_equal(merged.block_errors[name], error)
     assert json.loads((files / "c.json").read_text())["merged"] == merged.record["merged"]
     assert output.with_suffix(".png").exists()
 

@@ -12,7 +12,7 @@ from photonmap.errors import InputError
 from photonmap.output import encode_png
 from photonmap.result import Result
 from photonmap.spectra.observer import upsample_reflectance
-from photonmap.steady import steady_error
+from photonmap.steady import PRIORS, steady_error
 
 H, W = 4, 5
 LIGHT = ("radiance", "emission", "direct", "indirect", "shading")
@@ -77,7 +77,7 @@ def test_a_selection_shares_memory_and_takes_the_errors_along():
 
 def test_a_standard_error_is_given_or_its_absence_explained():
     result = make()
-    steady = steady_error(result.errors["direct"], result.direct, 2)
+    steady = steady_error(result.errors["direct"], result.direct, 2, PRIORS["direct"])
     np.testing.assert_array_equal(result.standard_error("direct"), steady)
     once = Result(result.buffers, {}, result.bands, {})
     for source, name, message in (
