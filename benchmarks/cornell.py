@@ -18,7 +18,7 @@ from benchmarks.table import Cell, Table, skipped
 from benchmarks.truth import SIZE, Truth
 
 LEVELS = (1e-2, 1e-3, 1e-4)
-PHOTON_PASSES = (1, 4, 16, 128)
+PHOTON_PASSES = (1, 4, 16, 48)
 PATH_PASSES = (1, 4, 16, 32)
 MITSUBA_SAMPLES = (64, 128, 256, 512)
 SCALAR_SAMPLES = (16, 32, 64, 128)
