@@ -21,6 +21,7 @@ NAMES = (
     "bands",
     "colors",
     "effects",
+    "methods",
     "start",
     "memory",
     "checkpoint",
