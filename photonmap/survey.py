@@ -22,8 +22,8 @@ EDGE_SAMPLES = 16
 """The same where a pixel shows several surfaces, or a mirror or glass."""
 LIGHT_SAMPLES, PENUMBRA_SAMPLES = 4, 32
 """Light samples of a pixel, and where some are blocked and some are not."""
-MIXED_LIGHT_SAMPLES, MIXED_PENUMBRA_SAMPLES = 32, 64
-"""The same where one tells little of all light: of a sky, of lamps of several colours, of many."""
+MIXED_LIGHT_SAMPLES = 16
+"""Where one tells little of all light: of a sky, of lamps of several colours, of many."""
 GATHERS, MOST_GATHERS = 8, 64
 """Gather rays of a pixel, and where few neighbours share their indirect light with it."""
 SHARED_GATHERS = 256
@@ -76,8 +76,8 @@ def survey(
         pixels,
         TILE,
     )
-    lit = _light_samples(lights)
     least = 1 if optics is None else SAMPLES  # caustics vary within a pixel
+    lit = _light_samples(lights)
     workers.ranges(
         lambda first, last: _plan_samples(film, look, partners, least, lit, first, last, plan),
         film.height,
@@ -98,14 +98,14 @@ def _plan_samples(
     look: Survey,
     partners: NDArray[np.int32],
     least: int,
-    lit: tuple[int, int],
+    lit: int,
     first: int,
     last: int,
     plan: Plan,
 ) -> None:
     """Decide on the samples of the pixels of lines first..last.
 
-    `least` samples of the camera; of lights as `_light_samples` returns.
+    `least` samples of the camera, and `lit` of lights outside of penumbrae, at the least.
     """
     lines = slice(first * film.width, last * film.width)
     penumbra = _neighbours(look.penumbra, film, first, last).max(axis=0) != 0
@@ -116,7 +116,7 @@ def _plan_samples(
     samples[even & ~penumbra & (gathers == GATHERS)] = least
     if not film.jitter:
         samples[:] = 1
-    lights = np.where(penumbra, lit[1], lit[0])
+    lights = np.where(penumbra, PENUMBRA_SAMPLES, lit)
     plan.samples[lines] = samples
     plan.lights[lines] = np.maximum(lights // samples, 1)
     plan.gathers[lines] = np.maximum(gathers // samples, 1)
@@ -135,12 +135,11 @@ def _textured_materials(scene: SceneArrays) -> NDArray[np.uint8]:
     return textured.astype(np.uint8)
 
 
-def _light_samples(lights: Lights) -> tuple[int, int]:
-    """Return how many light samples a pixel gets, and how many in a penumbra."""
+def _light_samples(lights: Lights) -> int:
+    """Return how many light samples a pixel gets outside of penumbrae."""
     many = lights.tree or lights.environment or lights.glow
-    if many or len(np.unique(lights.spectrum)) > 1:
-        return MIXED_LIGHT_SAMPLES, MIXED_PENUMBRA_SAMPLES
-    return LIGHT_SAMPLES, PENUMBRA_SAMPLES
+    mixed = many or len(np.unique(lights.spectrum)) > 1
+    return MIXED_LIGHT_SAMPLES if mixed else LIGHT_SAMPLES
 
 
 def _neighbours(values: NDArray, film: Film, first: int, last: int) -> NDArray:
