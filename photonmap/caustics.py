@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.cells import one_cell
+from photonmap.cuts import share_going_on
 from photonmap.kernels.beyond import MOST_SMOOTH
 from photonmap.kernels.caustics import fill_buckets, trace_caustics
-from photonmap.kernels.photon import trace_photons
 from photonmap.kernels.records import Caustics, Guide, SceneArrays
 from photonmap.workers import Workers
 
@@ -107,22 +106,10 @@ def _lingering(scene: SceneArrays, bands: int, key: np.uint64) -> float:
     assert optics is not None
     if textures is not None:
         textures = textures._replace(basis=np.zeros_like(textures.basis))
-    _, kept = trace_photons(
-        geometry,
-        materials._replace(reflectance=np.zeros_like(materials.reflectance)),
-        lights,
-        optics._replace(mirror=np.ones_like(optics.mirror), tint=np.ones_like(optics.tint)),
-        textures,
-        one_cell(len(geometry.triangles)),
-        key,
-        0,
-        SCOUTS,
-        SCOUTS,
-        LINGERING,
-        np.empty(bands, np.float32),
-        np.empty((1, bands), np.float32),
-    )
-    return kept / SCOUTS
+    reflecting = optics._replace(mirror=np.ones_like(optics.mirror), tint=np.ones_like(optics.tint))
+    black = materials._replace(reflectance=np.zeros_like(materials.reflectance))
+    smooth_alone = geometry, black, lights, reflecting, textures
+    return share_going_on(smooth_alone, bands, SCOUTS, LINGERING, key)
 
 
 def _pilot_size(lingering: float) -> int:

@@ -4,6 +4,7 @@ import numpy as np
 
 from photonmap.cells import one_cell
 from photonmap.kernels.photon import trace_photons
+from photonmap.kernels.records import SceneArrays
 from photonmap.prepare import Prepared
 
 PILOT = 4096
@@ -21,16 +22,22 @@ def share_cut(prepared: Prepared, bands: int, bounces: int, key: np.uint64) -> f
     largest = float(reflectance.max()) if prepared.textures is None else 1.0
     if largest**bounces < SMALLEST_SHARE:
         return 0.0
-    cells = one_cell(len(prepared.geometry.triangles))
+    return share_going_on(prepared.arrays, bands, PILOT, bounces, key)
+
+
+def share_going_on(
+    scene: SceneArrays, bands: int, photons: int, bounces: int, key: np.uint64
+) -> float:
+    """Return which share of photons goes on after so many bounces."""
     _, cut = trace_photons(
-        *prepared.arrays,
-        cells,
+        *scene,
+        one_cell(len(scene[0].triangles)),
         key,
         0,
-        PILOT,
-        PILOT,
+        photons,
+        photons,
         bounces,
         np.empty(bands, np.float32),
         np.empty((1, bands), np.float32),
     )
-    return cut / PILOT
+    return cut / photons
