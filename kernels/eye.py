@@ -21,11 +21,10 @@ def camera_pass(
     """Render pixels first..last of one pass.
 
     scene = (Geometry, Materials, Lights, Optics, Textures), store = (Cells, radiosity (cells, N)
-    float32), scratch = (throughput (N,), throughput (N,), irradiance (2, N) or (3, N)) float32.
-    Optics, caustics and seen are None in a scene without smooth surfaces, Textures without any.
+    float32). Optics, caustics and seen are None in a scene without smooth surfaces, Textures
+    without any.
     """
     geometry, materials, lights, optics, textures = scene
-    throughput, _, irradiance = scratch
     film_key = stream(key, FILM, 0)
     light, beyond = light_keys(key, FIRST_HIT), light_keys(key, BEYOND)
     for pixel in range(first, last):
@@ -45,12 +44,11 @@ def camera_pass(
             note_hit(pixels.plane, pixel, is_first, hit[0], hit[2])
             if smoothness(geometry, optics, triangle) < 1.0:
                 pixels.found[pixel] |= light_and_gather(
-                    scene, store, caustics, hit, index, lights_each, gathers, light, throughput,
-                    irradiance,
-                )  # fmt: skip
+                    scene, store, caustics, hit, index, lights_each, gathers, light, scratch
+                )
                 color = paint(geometry, textures, triangle, ray[0], ray[1])
-                reflect(materials, textures, color, share, pixel, irradiance, pixels)
-                reflect_caustics(seen, materials, textures, color, share, pixel, irradiance)
+                reflect(materials, textures, color, share, pixel, scratch.irradiance, pixels)
+                reflect_caustics(seen, materials, textures, color, share, pixel, scratch.irradiance)
             see_beyond(
                 scene, optics, store, caustics, triangle, ray, index, lights_each, gathers,
                 beyond, share, pixel, scratch, pixels, seen,

@@ -11,13 +11,14 @@ from photonmap.kernels.jit import jit, outlined
 from photonmap.kernels.light import add_emitted, emitted, weigh_hit, weigh_miss
 from photonmap.kernels.opaque import hit as first_hit
 from photonmap.kernels.records import DIRECT, INDIRECT
-from photonmap.kernels.rng import sobol_2d, stream
+from photonmap.kernels.rng import LANES, sobol_block, stream
 from photonmap.kernels.store import answers, cell_at
 from photonmap.kernels.surface import meet, side_of
 from photonmap.kernels.walk import walk
 
 EMPTY, FOUND = 1, 2
-AIM, WALK, BEYOND = 0, 1, 2
+WALK, BEYOND = 2, 3
+"""Keys of `light_keys` for what goes on from a ray's end."""
 MOST_BOUNCES = 1000
 
 
@@ -36,19 +37,32 @@ def _look_up(materials, material, radiosity, cell, weight, irradiance):
     return 0
 
 
+@jit
+def aim(ns, first, key, points, directions):
+    """Fill directions, (3, LANES), with cosine-distributed ones about ns, of points from `first`.
+
+    `points` is scratch.
+    """
+    sobol_block(first, key, points)
+    for lane in range(LANES):
+        local = warp.cosine_hemisphere(points[0, lane], points[1, lane])
+        x, y, z = vec.from_frame(local, ns)
+        directions[0, lane], directions[1, lane], directions[2, lane] = x, y, z
+
+
 @outlined
-def gather(scene, store, caustics, hit, place, keys, samples, gathers, throughput, irradiance):
+def gather(
+    scene, store, caustics, hit, direction, place, keys, samples, gathers, throughput, irradiance
+):
     """Add what one of `gathers` cosine-distributed rays sees to `irradiance`, (2, N).
 
     `samples` light samples are taken at the same hit. Where the ray ends too near for the store
-    to answer, a path goes on from there. `place` numbers the ray, `keys` are for its AIM, the WALK
-    on, and what lies BEYOND smooth surfaces. Returns what was found, as `_look_up`.
+    to answer, a path goes on from there. `place` numbers the ray, `keys` are for the WALK on, and
+    what lies BEYOND smooth surfaces. Returns what was found, as `_look_up`.
     """
     geometry, materials, lights, optics, textures = scene
     cells, radiosity = store
     point, ng, ns, _ = hit
-    u, v = sobol_2d(place, keys[AIM])
-    direction = vec.from_frame(warp.cosine_hemisphere(u, v), ns)
     if vec.dot(ng, direction) <= 0.0:
         return 0
     triangle, u, v, distance = first_hit(geometry, point, direction)

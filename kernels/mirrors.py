@@ -51,7 +51,7 @@ def see_beyond(
     if optics is None:
         return
     geometry, materials, lights, _, textures = scene
-    throughput, through, irradiance = scratch
+    throughput, through, irradiance, _, _ = scratch
     through[:] = 1.0
     u, v, direction = ray
     state = stream(keys[0], 0, index)
@@ -86,9 +86,8 @@ def see_beyond(
                 )
             else:
                 light_and_gather(
-                    scene, store, caustics, hit, place, samples, gathers, keys, throughput,
-                    irradiance,
-                )  # fmt: skip
+                    scene, store, caustics, hit, place, samples, gathers, keys, scratch
+                )
             color = paint(geometry, textures, triangle, u, v)
             _reflect_beyond(materials, textures, color, share, through, pixel, irradiance, seen)
     pixels.found[pixel] |= CUT

@@ -25,7 +25,7 @@ def path_pass(
     `nothing` is an empty store, `scratch` and `seen` as there.
     """
     geometry, materials, lights, optics, textures = scene
-    throughput, _, irradiance = scratch
+    throughput, _, irradiance, _, _ = scratch
     share = np.float32(1.0 / samples)
     beyond = light_keys(key, BEYOND)
     for pixel in range(first, last):

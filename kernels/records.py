@@ -232,6 +232,21 @@ class Survey(NamedTuple):
     """(P,) uint8, 1 where a sample hit a mirror or glass"""
 
 
+class Scratch(NamedTuple):
+    """What a kernel needs for one sample of a pixel."""
+
+    throughput: np.ndarray
+    """(N,) float32, of a path"""
+    through: np.ndarray
+    """(N,) float32, of smooth surfaces that the camera sees by"""
+    irradiance: np.ndarray
+    """(2, N) float32, or (3, N) where the scene has smooth surfaces"""
+    points: np.ndarray
+    """(2, LANES) float64, of the unit square"""
+    directions: np.ndarray
+    """(3, LANES) float64, of gather rays"""
+
+
 class Plan(NamedTuple):
     """How much sampling each pixel gets, and how far its indirect light is shared."""
 

@@ -35,7 +35,9 @@ from photonmap.kernels.records import (
     Film,
     Pixels,
     Plan,
+    Scratch,
 )
+from photonmap.kernels.rng import LANES
 from photonmap.kernels.share import share
 from photonmap.kernels.store import join
 from photonmap.landing import do_photons_land
@@ -363,10 +365,11 @@ class Passes:
         return self._pixels
 
 
-def _scratch(bands: int, smooth: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Make the rows in which a kernel keeps one sample's light: throughputs and irradiance."""
+def _scratch(bands: int, smooth: bool) -> Scratch:
+    """Make what a kernel needs for one sample."""
     throughput, through = np.empty((2, bands), np.float32)
-    return throughput, through, np.empty((3 if smooth else 2, bands), np.float32)
+    irradiance = np.empty((3 if smooth else 2, bands), np.float32)
+    return Scratch(throughput, through, irradiance, np.empty((2, LANES)), np.empty((3, LANES)))
 
 
 def empty_store(bands: int) -> Store:

@@ -21,6 +21,11 @@ def fill_sobol(key, first, out):
         out[i, 0], out[i, 1] = rng.sobol_2d(np.uint64(first + i), key)
 
 
+@kernel
+def fill_block(key, first, out):
+    rng.sobol_block(np.uint64(first), key, out)
+
+
 def draws(seed, item, n=100_000):
     out = np.zeros(n)
     fill(seed, item, out)
@@ -53,6 +58,15 @@ def test_every_aligned_block_is_stratified(key):
                 x = (block[:, 0] * 2**x_bits).astype(int)
                 y = (block[:, 1] * 2 ** (power - x_bits)).astype(int)
                 assert len(np.unique(x * size + y)) == size
+
+
+@pytest.mark.parametrize("first", [0, 8, 13, 2**32 - 8])
+def test_a_block_holds_the_points_one_by_one(first):
+    key = np.uint64(2**64 - 12345)
+    block, points = np.zeros((2, rng.LANES)), np.zeros((rng.LANES, 2))
+    fill_block(key, first, block)
+    fill_sobol(key, first, points)
+    np.testing.assert_array_equal(block.T, points)
 
 
 def test_scrambles_are_uniform_and_independent():
