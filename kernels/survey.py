@@ -13,7 +13,8 @@ from photonmap.kernels.opaque import hit
 from photonmap.kernels.rng import sobol_2d, stream
 from photonmap.kernels.surface import meet, point_at
 
-FILM, LIGHT, GATHER = 0, 1, 2
+LIGHT, GATHER = 0, 1
+CORNERS = 4
 NEAREST = 1e-6
 EVEN_COSINE = 0.999
 
@@ -31,21 +32,22 @@ def _nearness(geometry, point, ns, u, v):
 
 @kernel
 def survey_pixels(
-    geometry, lights, optics, textured, camera, film, samples, key, first, last, plane, survey
+    geometry, lights, optics, textured, camera, film, key, first, last, plane, survey
 ):
-    """Fill `survey` and `plane`, (P, 7), of pixels first..last from `samples` samples each.
+    """Fill `survey` and `plane`, (P, 7), of pixels first..last by looks at their corners.
 
-    `textured`, (M,) uint8, tells which materials are.
+    A straight edge through a pixel always parts its corners. `textured`, (M,) uint8, tells which
+    materials are.
     """
-    keys = (stream(key, FILM, 0), stream(key, LIGHT, 0), stream(key, GATHER, 0))
+    keys = (stream(key, LIGHT, 0), stream(key, GATHER, 0))
     for pixel in range(first, last):
         column, row = pixel % film.width, pixel // film.width
-        base = morton(column, row) * samples
+        base = morton(column, row) * CORNERS
         hits = lit = blocked = 0
         nearness = 0.0
         even, paint, normal = True, np.int32(-1), camera.origin
-        for sample in range(samples):
-            x, y = sobol_2d(base + sample, keys[FILM]) if film.jitter else (0.5, 0.5)
+        for corner in range(CORNERS):
+            x, y = (corner & 1, corner >> 1) if film.jitter else (0.5, 0.5)
             direction = camera_ray(camera, column + x, row + y)
             triangle, u, v, _ = hit(geometry, camera.origin, direction)
             if triangle < 0:
@@ -60,15 +62,15 @@ def survey_pixels(
             hits += 1
             if smoothness(geometry, optics, triangle) > 0.0:
                 survey.smooth[pixel] = 1
-            at = sobol_2d(base + sample, keys[LIGHT])
+            at = sobol_2d(base + corner, keys[LIGHT])
             emitter, weight, _, _ = sample_direct(
                 geometry, lights, point, ng, ns, at[0], at[1], 1, 0
             )
             lit += weight > 0.0
             blocked += emitter >= 0 and weight == 0.0
-            at = sobol_2d(base + sample, keys[GATHER])
+            at = sobol_2d(base + corner, keys[GATHER])
             nearness += _nearness(geometry, point, ns, at[0], at[1])
-        survey.flat[pixel] = hits == samples and plane[pixel, FLAT] != 0.0
+        survey.flat[pixel] = hits == CORNERS and plane[pixel, FLAT] != 0.0
         survey.even[pixel] = even and survey.flat[pixel] != 0
         survey.nearness[pixel] = nearness / max(hits, 1)
         survey.penumbra[pixel] = lit > 0 and blocked > 0

@@ -17,7 +17,7 @@ from photonmap.storage import RAM, Storage
 from photonmap.workers import Workers
 
 SAMPLES = 4
-"""Camera samples of a pixel in a survey, and in a pass; a power of two, as coverage sums to 1."""
+"""Camera samples of a pixel in a pass; a power of two, as coverage sums to 1."""
 EDGE_SAMPLES = 16
 """The same where a pixel shows several surfaces, or a mirror or glass."""
 LIGHT_SAMPLES, PENUMBRA_SAMPLES = 4, 32
@@ -58,7 +58,7 @@ def survey(
     plane = storage.zeros((pixels, 7))
     workers.ranges(
         lambda first, last: survey_pixels(
-            geometry, lights, optics, textured, camera, film, SAMPLES, key, first, last, plane, look
+            geometry, lights, optics, textured, camera, film, key, first, last, plane, look
         ),
         pixels,
         TILE,
