@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from photonmap.caustics import CausticTracer, no_caustics
 from photonmap.cells import lay_cells, measure_fill
@@ -41,12 +42,13 @@ from photonmap.kernels.rng import LANES
 from photonmap.kernels.share import share
 from photonmap.kernels.store import join
 from photonmap.landing import do_photons_land
+from photonmap.openness import find_reached, measure_open
 from photonmap.prepare import Prepared
 from photonmap.storage import RAM, Storage
 from photonmap.survey import SAMPLES, TILE, WINDOW, survey
 from photonmap.workers import Workers
 
-CELLS_PER_PHOTON = 1 / 2
+CELLS_PER_PHOTON = 1 / 4
 """On one side of all surfaces, in the first pass."""
 BUNDLE = 32768
 MOST_BUNDLES = 16
@@ -55,10 +57,12 @@ CELLS_HOLD, WINDOWS_HOLD = 8, 64
 """Passes after which cells and windows begin to shrink; before, noise outweighs their bias."""
 MAX_BOUNCES = 1000
 COUNTERS = ("photons", "stores", "cut", "rays", "photon_seconds", "caustic_seconds")
+Layout = tuple[Cells, int, NDArray[np.float32]]
+"""Of the store: cells, how many they are, and which part of each is surface that lies open"""
 Store = tuple[Cells, np.ndarray]
 Light = tuple[Store, Caustics | None]
 
-SURVEY, PHOTONS, CAMERA, PROBE, CAUSTIC_PILOT, CAUSTICS, LANDING, CUTS = range(8)
+SURVEY, PHOTONS, CAMERA, PROBE, CAUSTIC_PILOT, CAUSTICS, LANDING, CUTS, REACHED, OPEN = range(10)
 
 
 def stream_key(seed: int, index: int, domain: int) -> np.uint64:
@@ -122,9 +126,7 @@ class Passes:
         self.seen = storage.zeros((5, self._size, bands)) if self._smooth else None
         self._shared = storage.zeros((self._size, bands))
         self._areas = triangle_areas(prepared.geometry)
-        self._level = -1
-        self._cells: tuple[Cells, int]
-        self._fill: np.ndarray | None = None
+        self._layouts: dict[int, Layout] = {}
         self._bundles = np.empty((0, 0, 0), np.float32)
         self.powers: np.ndarray | None = None
         """(2, P) by which samples change after the first passes, see `Focus`"""
@@ -241,7 +243,7 @@ class Passes:
         return self._caustics.trace(index, key, wider)
 
     def _trace_photons(self, index: int, wider: int) -> Store:
-        cells, count = self._layout(index, wider)
+        cells, count, fill = self._layout(index, wider)
         total = self._photons
         bundles = bundle_count(total)
         if self._bundles.shape[:2] != (bundles, count):
@@ -270,19 +272,40 @@ class Passes:
         self._workers.ranges(
             lambda first, last: join(self._bundles, first, last, radiosity), count, CELL_RANGE
         )
-        if self._fill is not None:
-            radiosity /= self._fill
+        radiosity /= fill
         return cells, radiosity
 
-    def _layout(self, index: int, wider: int) -> tuple[Cells, int]:
+    def _layout(self, index: int, wider: int) -> Layout:
         """Return cells whose area falls with the cube root of passes in the end, in steps of √2."""
         level = int(2.0 * math.log2(1.0 + index / CELLS_HOLD) / 3.0) - 4 * wider
-        if level != self._level:
-            cells = max(self._photons * CELLS_PER_PHOTON, 1.0) * 2.0 ** (0.5 * level)
-            self._cells = lay_cells(self._scene[0], self._areas, self._areas.sum() / cells)
-            self._fill = measure_fill(self._scene[0], self._areas, *self._cells)
-            self._level = level
-        return self._cells
+        if level not in self._layouts:
+            number = max(self._photons * CELLS_PER_PHOTON, 1.0) * 2.0 ** (0.5 * level)
+            cells, count = lay_cells(self._scene[0], self._areas, self._areas.sum() / number)
+            # Passes that are repeated with wider supports go back and forth between two.
+            kept = list(self._layouts.items())[-1:]
+            self._layouts = dict(kept) | {level: (cells, count, self._measure_fill(cells, count))}
+        return self._layouts[level]
+
+    def _measure_fill(self, cells: Cells, count: int) -> NDArray[np.float32]:
+        """Return which part of each cell is surface that lies open, (count, 1)."""
+        key = stream_key(self._seed, 0, OPEN)
+        part = measure_open(
+            self._scene,
+            self._reached,
+            self._areas,
+            cells,
+            count,
+            key,
+            self._workers,
+            self._storage,
+        )
+        surface = measure_fill(self._scene[0], self._areas, cells, count)
+        return part if surface is None else part * surface
+
+    @cached_property
+    def _reached(self) -> NDArray[np.bool_]:
+        """Whether light comes to the sides of materials, (M, 2)."""
+        return find_reached(self._scene, self._bands, stream_key(self._seed, 0, REACHED))
 
     def _render(self, index: int, store: Store, caustics: Caustics | None) -> Pixels:
         with self._setting_up():

@@ -1,0 +1,129 @@
+"""Cells that reach under what stands on them know which part of them lies open."""
+
+import numpy as np
+import pytest
+import trimesh
+
+import photonmap as pm
+from photonmap.bands import Bands
+from photonmap.cells import lay_cells
+from photonmap.emitters import triangle_areas
+from photonmap.kernels import openness
+from photonmap.kernels.store import cell_at
+from photonmap.openness import LEAST, find_reached, measure_open
+from photonmap.prepare import prepare
+from photonmap.workers import Workers
+
+LOW, HIGH = 0.21, 0.73
+"""Where a block stands on a floor of the unit square, along either side."""
+KEY = np.uint64(5)
+
+
+def floor(color=0.5):
+    corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
+    return pm.Mesh(np.array(corners), np.array([[0, 1, 2], [0, 2, 3]]), pm.Material("f", color))
+
+
+def block(color=0.5, outward=True):
+    box = trimesh.creation.box(bounds=[[LOW, LOW, 0.0], [HIGH, HIGH, 0.4]])
+    faces = box.faces if outward else box.faces[:, ::-1]
+    return pm.Mesh(box.vertices, faces, pm.Material("b", color))
+
+
+def room(color=0.5, outward=False):
+    box = trimesh.creation.box(bounds=[[-0.5, -0.5, -0.1], [1.5, 1.5, 1.0]])
+    faces = box.faces if outward else box.faces[:, ::-1]
+    return pm.Mesh(box.vertices, faces, pm.Material("room", color))
+
+
+def parts_open(meshes, lights, photons=300.0):
+    """Return the layout over a scene, and which part of each cell lies open."""
+    scene = prepare(pm.Scene(meshes, lights), Bands.rgb())
+    areas = triangle_areas(scene.geometry)
+    cells, count = lay_cells(scene.geometry, areas, areas[0] / photons)
+    reached = find_reached(scene.arrays, 3, KEY)
+    with Workers(2) as workers:
+        return cells, measure_open(scene.arrays, reached, areas, cells, count, KEY, workers)[:, 0]
+
+
+def true_parts(cells, count):
+    """Return which part of each cell on top of the floor is not under the block, by many points."""
+    rng = np.random.default_rng(3)
+    points, outside = np.zeros((2, count))
+    corners = floor().vertices
+    for triangle, face in enumerate(floor().faces):
+        u, v = rng.random((2, 100_000))
+        u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+        a, b, c = corners[face]
+        places = a + u[:, None] * (b - a) + v[:, None] * (c - a)
+        under = ((places[:, :2] > LOW) & (places[:, :2] < HIGH)).all(axis=1)
+        found = [cell_at(cells, triangle, 0, *uv) for uv in zip(u, v, strict=True)]
+        np.add.at(points, found, 1)
+        np.add.at(outside, found, ~under)
+    return points, outside
+
+
+SKY, SUN = pm.DomeLight(1.0), pm.DirectionalLight((0.3, 0.2, -1.0), 1.0)
+LAMP = pm.PointLight((0.1, 0.1, 0.8), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("around", "light"),
+    [([], SKY), ([], SUN), ([room()], LAMP), ([room(0.0)], LAMP), ([room(outward=True)], LAMP)],
+    ids=["sky", "sun", "room", "black room", "room turned inside out"],
+)
+@pytest.mark.parametrize("outward", [True, False])
+def test_what_is_under_a_block_is_not_open(around, light, outward):
+    cells, part = parts_open([floor(), block(outward=outward), *around], [light])
+    points, outside = true_parts(cells, len(part))
+    top = points > 0
+    true = outside[top] / points[top]
+    partly = (true > LEAST) & (true < 1.0)
+    assert partly.sum() > 30
+    # Of `POINTS` looks at a cell, spread evenly over the triangle.
+    spread = np.sqrt(true * (1.0 - true) / openness.POINTS)
+    assert (np.abs(part[top] - true)[partly] < 4.0 * spread[partly] + 1e-6).all()
+    assert part[top][partly].mean() == pytest.approx(true[partly].mean(), abs=0.05)
+    assert (part[top][true == 1.0] == 1.0).all()
+    # Cells of which nothing is open get no light; none of it is made brighter.
+    assert (part[top][true == 0.0] == 1.0).all()
+
+
+@pytest.mark.parametrize("light", [SKY, LAMP], ids=["sky", "lamp"])
+def test_where_nothing_stands_all_is_open(light):
+    _, part = parts_open([floor(), room()], [light])
+    assert (part == 1.0).all()
+
+
+def test_a_dim_lamp_reaches_its_room():
+    """Beside a lamp a million times as bright, in a room of its own, with materials of its own."""
+    meshes = [floor(), block(), room()]
+    far = [
+        pm.Mesh(mesh.vertices + [9.0, 0.0, 0.0], mesh.faces, pm.Material(f"far {i}", 0.5))
+        for i, mesh in enumerate(meshes)
+    ]
+    dim = pm.PointLight((9.1, 0.1, 0.8), 1e-6)
+    cells, part = parts_open([*meshes, *far], [LAMP, dim])
+    alone_cells, alone = parts_open(meshes, [LAMP])
+    first = cells.first[len(cells.first) // 2, 0]
+    assert alone_cells.first[0, 0] == 0
+    size = 2 * int(cells.divisions[0]) ** 2
+    assert part[first : first + size].sum() == pytest.approx(alone[:size].sum(), rel=0.01)
+
+
+def test_light_beside_a_block_is_whole():
+    """Light of a floor on a ceiling, of which cells under a block's edges would lose 1.6%.
+
+    Against the path tracer, in means over the image.
+    """
+    up = np.array([[0.0, 0.0, 1.2], [0.0, 1.0, 1.2], [1.0, 1.0, 1.2], [1.0, 0.0, 1.2]])
+    ceiling = pm.Mesh(up, np.array([[0, 1, 2], [0, 2, 3]]), pm.Material("c", 0.5))
+    camera = pm.Camera((0.5, 0.5, 0.6), (0.5, 0.5, 1.2), up=(0.0, 1.0, 0.0), fov=60.0)
+    scene = pm.Scene([floor(0.9), block(0.0), ceiling], [LAMP], camera)
+    settings = {"bands": "rgb", "size": (64, 64), "threads": 2}
+    path = pm.render(scene, **settings, method="path", passes=1000, seed=1).indirect
+    means = [
+        pm.render(scene, **settings, photons=4096, passes=8, seed=seed).indirect.mean()
+        for seed in range(24)
+    ]
+    assert np.mean(means) == pytest.approx(path.mean(), rel=0.01)
