@@ -106,18 +106,24 @@ def _draw(tables: list[Table], path: Path) -> None:
         import matplotlib.pyplot as plt
     except ImportError:
         return
-    figure, axes = plt.subplots(1, len(tables), figsize=(4 * len(tables), 3.5), sharey=True)
-    for axis, table in zip(axes, tables, strict=True):
-        for column, name in enumerate(STAGES, start=1):
-            axis.loglog(
-                [row[0] for row in table.rows],
-                [row[column] for row in table.rows],
-                marker="o",
-                label=name,
-            )
-        axis.set_xlabel(table.columns[0])
-    axes[0].set_ylabel(f"seconds, {PASSES} passes")
-    axes[0].legend()
-    figure.tight_layout()
+    figure, axes = plt.subplots(2, 3, figsize=(10, 6), sharey=True, layout="constrained")
+    *panels, corner = axes.flat
+    for panel, table in zip(panels, tables, strict=True):
+        sizes, *columns, _ = zip(*table.rows, strict=True)
+        for name, seconds in zip(STAGES, columns, strict=True):
+            panel.loglog(sizes, seconds, marker="o", label=name)
+        first = columns[STAGES.index(table.columns[-1].split(",")[0])][0]
+        linear = [first * size / sizes[0] for size in sizes]
+        panel.loglog(sizes, linear, "--", color="0.6", zorder=0, label="linear")
+        panel.set_xticks(sizes, [f"{size:.3g}" if size < 1e4 else f"{size:.0e}" for size in sizes])
+        panel.minorticks_off()
+        panel.set_title(table.columns[0])
+        panel.grid(alpha=0.3)
+    axes[0, 0].set_ylim(1e-3, 30.0)
+    for left in axes[:, 0]:
+        left.set_ylabel(f"seconds, {PASSES} passes")
+    corner.axis("off")
+    corner.legend(*panels[0].get_legend_handles_labels(), loc="center", fontsize=12)
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=120)
+    figure.savefig(path, dpi=110)
+    plt.close(figure)

@@ -15,7 +15,7 @@ from photonmap.kernels.surface import meet, point_at
 
 LIGHT, GATHER = 0, 1
 CORNERS = 4
-NEAREST = 1e-6
+NEAREST = 1e-12
 EVEN_COSINE = 0.999
 
 

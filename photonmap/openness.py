@@ -82,12 +82,11 @@ def measure_open(
         probe_cells(geometry, optics, reached, areas, cells, key, first, last, *single, *few)
 
     workers.map(probe, SHARES)
+    small = cells.divisions == 1
+    for counts, some in zip(single, few, strict=True):
+        np.add.at(counts, cells.first[small].ravel(), some[small].ravel())
+    tested, found = single
     part = storage.zeros((count, 1))
     part[:] = 1.0
-    shared = cells.first[cells.divisions == 1].ravel()
-    tested, found = (
-        counts + np.bincount(shared, some[cells.divisions == 1].ravel(), count)
-        for counts, some in zip(single, few, strict=True)
-    )
-    np.divide(found, tested, out=part[:, 0], where=found > 0, casting="same_kind")
+    np.divide(found, tested, out=part[:, 0], where=found > 0)
     return np.maximum(part, LEAST, out=part)

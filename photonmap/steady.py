@@ -19,6 +19,8 @@ PRIOR = 4.0
 hold the truth over many seeds of scenes with diffuse surfaces, mirrors and glass."""
 PRIORS = {"direct": 1.5, "radiance": 2.5}
 """The same where noise is in patches, as that of direct light in penumbrae."""
+UNSEEN = 48.0
+"""The same for a pixel whose passes all agree: what makes it vary is rarer than they could show."""
 ROUNDING = np.float32(2.0**-23)
 """Relative, of sums of samples: by it means differ where every sample shows the same."""
 SECOND_ORDER = 2.0
@@ -44,7 +46,9 @@ def steady_error(
     error, value = error / np.float32(scale), value / np.float32(scale)
     own = (np.maximum(counts, 1).astype(np.float32) - 1.0)[..., None]
     variance = error**2
-    steady = (prior * _around(variance, value) + own * variance) / (prior + own)
+    counts_for = np.where(variance > 0.0, np.float32(prior), np.float32(UNSEEN))
+    steady = counts_for * _around(variance, value) + own * variance
+    steady /= counts_for + own
     return (np.sqrt(steady + (ROUNDING * value) ** 2) * scale).astype(np.float32)
 
 

@@ -12,8 +12,8 @@ FOUNDATION = {"numpy", "numba", "llvmlite", "embreex", "platformdirs", "photonma
 TOUCH_KERNELS = {
     "accumulate", "bias", "block_errors", "caustics", "cells", "chances", "columns", "compiling",
     "cuts", "effects", "emitters", "environment", "fingerprint", "first_hits", "focus",
-    "hidden_lights", "landing", "ledger", "light_tree", "matter", "passes", "prepare", "record",
-    "render", "settings", "survey", "textures",
+    "hidden_lights", "landing", "ledger", "light_tree", "matter", "openness", "passes", "prepare",
+    "record", "render", "settings", "survey", "textures",
 }  # fmt: skip
 
 
