@@ -18,6 +18,7 @@ from benchmarks.one_pass import BANDS, FILM, OnePass
 from benchmarks.options import ROOT, Options
 from benchmarks.table import Table
 from benchmarks.timing import interleave
+from photonmap.kernels.records import LANES
 from photonmap.workers import Workers
 
 REPEATS = 15
@@ -45,7 +46,7 @@ def run(options: Options) -> list[Table]:
         inside = Table(
             f"profile: the camera pass, {len(rays)} rays",
             ["part, run alone", "ms", "of the camera pass"],
-            notes=["random numbers: a point for each ray, and directions about a normal"],
+            notes=["random numbers: a direction about a normal for each ray"],
         )
         _add_rows(inside, interleave(calls, REPEATS), "camera pass")
     return [whole, inside]
@@ -75,10 +76,13 @@ def _parts(
         total = np.zeros(BANDS.count, np.float32)
         replay.cast_and_look_up(geometry, cells, radiosity, eye, rays, first, last, total)
 
+    def draw(first: int, last: int) -> None:
+        replay.draw_samples(rays, KEY, first, last, np.empty((3, LANES)))
+
     return {
         "its rays": ranges(lambda a, b: replay.cast_rays(geometry.scene, rays, a, b)),
         "its rays and look-ups": ranges(look_up),
-        "its random numbers": ranges(lambda a, b: replay.draw_samples(rays, KEY, a, b)),
+        "its random numbers": ranges(draw),
     }
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from photonmap.kernels import vec, warp
+import numpy as np
+
+from photonmap.kernels.gather import aim
 from photonmap.kernels.jit import jit, kernel
 from photonmap.kernels.ray import intersect, occluded
-from photonmap.kernels.rng import sobol_2d
 from photonmap.kernels.store import cell_at
 from photonmap.kernels.surface import side_of
 
@@ -53,13 +54,10 @@ def cast_and_look_up(geometry, cells, radiosity, eye, rays, first, last, total):
 
 
 @kernel
-def draw_samples(rays, key, first, last):
-    """Draw a point for each of rays first..last, and a direction for each closest-hit ray."""
+def draw_samples(rays, key, first, last, directions):
+    """Draw a direction for each of rays first..last; directions, (3, n), is scratch."""
     total = 0.0
-    for i in range(first, last):
-        u, v = sobol_2d(i, key)
-        total += u + v
-        if rays[i, 7] == NEAREST:
-            direction = ray_at(rays, i)[1]
-            total += vec.from_frame(warp.cosine_hemisphere(u, v), direction)[0]
+    for i in range(first, last, directions.shape[1]):
+        aim(ray_at(rays, i)[1], np.uint64(i), key, directions)
+        total += directions[0, 0]
     return total

@@ -11,7 +11,7 @@ from photonmap.kernels.jit import jit, outlined
 from photonmap.kernels.light import add_emitted, emitted, weigh_hit, weigh_miss
 from photonmap.kernels.opaque import hit as first_hit
 from photonmap.kernels.records import DIRECT, INDIRECT
-from photonmap.kernels.rng import LANES, sobol_block, stream
+from photonmap.kernels.rng import sobol_2d, stream
 from photonmap.kernels.store import answers, cell_at
 from photonmap.kernels.surface import meet, side_of
 from photonmap.kernels.walk import walk
@@ -38,15 +38,11 @@ def _look_up(materials, material, radiosity, cell, weight, irradiance):
 
 
 @jit
-def aim(ns, first, key, points, directions):
-    """Fill directions, (3, LANES), with cosine-distributed ones about ns, of points from `first`.
-
-    `points` is scratch.
-    """
-    sobol_block(first, key, points)
-    for lane in range(LANES):
-        local = warp.cosine_hemisphere(points[0, lane], points[1, lane])
-        x, y, z = vec.from_frame(local, ns)
+def aim(ns, first, key, directions):
+    """Fill directions, (3, n), with cosine-distributed ones about ns; as `sobol_block`."""
+    for lane in range(directions.shape[1]):
+        u, v = sobol_2d(first + np.uint64(lane), key)
+        x, y, z = vec.from_frame(warp.cosine_hemisphere(u, v), ns)
         directions[0, lane], directions[1, lane], directions[2, lane] = x, y, z
 
 

@@ -8,7 +8,7 @@ from photonmap.kernels.gather import aim, gather
 from photonmap.kernels.jit import jit, outlined
 from photonmap.kernels.light import add_emitted, sample_direct
 from photonmap.kernels.records import CAUSTIC, DIRECT
-from photonmap.kernels.rng import LANES, sobol_block, stream
+from photonmap.kernels.rng import sobol_block, stream
 
 LIGHT, AIM = 0, 1
 
@@ -36,7 +36,7 @@ def light_and_gather(scene, store, caustics, hit, index, samples, gathers, keys,
     clear(irradiance)
     first = index * np.uint64(samples)
     for sample in range(samples):
-        lane = sample % LANES
+        lane = sample % points.shape[1]
         if lane == 0:
             sobol_block(first + np.uint64(sample), keys[LIGHT], points)
         emitter, weight, place, direction = sample_direct(
@@ -47,9 +47,9 @@ def light_and_gather(scene, store, caustics, hit, index, samples, gathers, keys,
     found = 0
     first = index * np.uint64(gathers)
     for ray in range(gathers):
-        place, lane = first + np.uint64(ray), ray % LANES
+        place, lane = first + np.uint64(ray), ray % directions.shape[1]
         if lane == 0:
-            aim(ns, place, keys[AIM], points, directions)
+            aim(ns, place, keys[AIM], directions)
         direction = directions[0, lane], directions[1, lane], directions[2, lane]
         found |= gather(
             scene, store, caustics, hit, direction, place, keys, samples, gathers, throughput,

@@ -232,6 +232,10 @@ class Survey(NamedTuple):
     """(P,) uint8, 1 where a sample hit a mirror or glass"""
 
 
+LANES = 8
+"""Random points and directions that are made at once."""
+
+
 class Scratch(NamedTuple):
     """What a kernel needs for one sample of a pixel."""
 
@@ -242,7 +246,7 @@ class Scratch(NamedTuple):
     irradiance: np.ndarray
     """(2, N) float32, or (3, N) where the scene has smooth surfaces"""
     points: np.ndarray
-    """(2, LANES) float64, of the unit square"""
+    """(2, LANES) float64, of the unit square, made at once"""
     directions: np.ndarray
     """(3, LANES) float64, of gather rays"""
 

@@ -27,6 +27,7 @@ from photonmap.kernels.path import path_pass
 from photonmap.kernels.photon import trace_photons
 from photonmap.kernels.records import (
     FIRST_CAUSTIC,
+    LANES,
     LIT_BY_CAUSTIC,
     SEEN_CAUSTIC,
     SEEN_DIRECT,
@@ -38,7 +39,6 @@ from photonmap.kernels.records import (
     Plan,
     Scratch,
 )
-from photonmap.kernels.rng import LANES
 from photonmap.kernels.share import share
 from photonmap.kernels.store import join
 from photonmap.landing import do_photons_land

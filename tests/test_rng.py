@@ -63,7 +63,7 @@ def test_every_aligned_block_is_stratified(key):
 @pytest.mark.parametrize("first", [0, 8, 13, 2**32 - 8])
 def test_a_block_holds_the_points_one_by_one(first):
     key = np.uint64(2**64 - 12345)
-    block, points = np.zeros((2, rng.LANES)), np.zeros((rng.LANES, 2))
+    block, points = np.zeros((2, 8)), np.zeros((8, 2))
     fill_block(key, first, block)
     fill_sobol(key, first, points)
     np.testing.assert_array_equal(block.T, points)
