@@ -11,8 +11,8 @@ from benchmarks.options import Options
 from benchmarks.table import Table
 
 COUNTS = (3, 6, 31)
-TARGETS = {3: None, 6: "1.2", 31: "3"}
-SIZE, PASSES, REPEATS = (256, 256), 4, 5
+TARGETS = {3: None, 6: "1.1", 31: "2.5"}
+SIZE, PASSES, REPEATS = (256, 256), 8, 9
 
 
 def run(options: Options) -> list[Table]:

@@ -58,7 +58,7 @@ def survey_pixels(
                 paint, normal = material, ns
             even &= material == paint and textured[material] == 0
             even &= vec.dot(ns, normal) > EVEN_COSINE
-            note_hit(plane, pixel, hits == 0, point, ns)
+            note_hit(plane, pixel, hits == 0 or not film.jitter, point, ns)
             hits += 1
             if smoothness(geometry, optics, triangle) > 0.0:
                 survey.smooth[pixel] = 1
