@@ -242,12 +242,12 @@ def name_lights(lights: Sequence[Any], others: Iterable[str] = ()) -> list[Light
         if light.name in used:
             raise InputError(f"two lights are named {light.name!r}; give each its own name")
         used.update({light.name} - {""})
-    named = []
+    named, counts = [], {light.kind: 1 for light in lights}
     for light in lights:
-        name, count = light.name or light.kind, 1
+        name = light.name or light.kind
         while not light.name and name in used:
-            count += 1
-            name = f"{light.kind} {count}"
+            counts[light.kind] += 1
+            name = f"{light.kind} {counts[light.kind]}"
         used.add(name)
         named.append(replace(light, name=name))
     return named

@@ -49,9 +49,11 @@ def find_single(
     """
     kept = np.ones(len(triangles), bool)
     corners = _codes(vertices)[triangles]
-    _, group, count = np.unique(corners.sum(axis=1), return_inverse=True, return_counts=True)
-    if len(count) == len(triangles):
+    codes = corners.sum(axis=1)
+    ordered = np.sort(codes)
+    if (ordered[1:] != ordered[:-1]).all():
         return kept
+    _, group, count = np.unique(codes, return_inverse=True, return_counts=True)
     several = np.flatnonzero(count[group] > 1)
     group = group[several]
     order = np.lexsort((~lamps[owner[several]], group))
