@@ -53,7 +53,7 @@ CELLS_PER_PHOTON = 1 / 4
 BUNDLE = 32768
 MOST_BUNDLES = 16
 CELL_RANGE = 16384
-CELLS_HOLD, WINDOWS_HOLD = 8, 64
+CELLS_HOLD, WINDOWS_HOLD = 2, 64
 """Passes after which cells and windows begin to shrink; before, noise outweighs their bias."""
 MAX_BOUNCES = 1000
 COUNTERS = ("photons", "stores", "cut", "rays", "photon_seconds", "caustic_seconds")
