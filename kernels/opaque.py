@@ -13,7 +13,7 @@ from photonmap.kernels.bands import divide
 from photonmap.kernels.jit import jit, kernel, outlined
 from photonmap.kernels.ray import intersect, occluded
 from photonmap.kernels.rng import draw, stream
-from photonmap.kernels.store import cell_at
+from photonmap.kernels.store import cell_at, place_in
 from photonmap.kernels.surface import offset, point_at, side_of
 from photonmap.kernels.texels import coordinates, look_up
 
@@ -53,16 +53,21 @@ def measure_cells(geometry, alpha, cells, areas, whole, there):
     """Add to `whole` and `there`, both (cells,), the area of each cell, and that of its surface."""
     for triangle in range(len(areas)):
         textured = alpha.image[geometry.material[triangle]] >= 0
-        steps = cells.divisions[triangle] * (FINE if textured else 2)
-        weight = areas[triangle] / (steps * (steps + 1) // 2)
-        for i in range(steps):
-            for j in range(steps - i):
-                u, v = (i + 0.4) / steps, (j + 0.4) / steps
-                opacity = opacity_at(geometry, alpha, triangle, u, v)
-                for side in range(2):
-                    cell = cell_at(cells, triangle, side, u, v)
-                    whole[cell] += weight
-                    there[cell] += weight * opacity
+        n = cells.divisions[triangle]
+        for part in range(n * n):
+            steps = FINE if textured else 2
+            for side in range(2):
+                if n > 1 and cells.parts[cells.first[triangle, side] + part] >= 0:
+                    steps = (FINE if textured else 2) * cells.finer
+            weight = areas[triangle] / (n * n * (steps * (steps + 1) // 2))
+            for i in range(steps):
+                for j in range(steps - i):
+                    u, v = place_in(n, part, (i + 0.4) / steps, (j + 0.4) / steps)
+                    opacity = opacity_at(geometry, alpha, triangle, u, v)
+                    for side in range(2):
+                        cell = cell_at(cells, triangle, side, u, v)
+                        whole[cell] += weight
+                        there[cell] += weight * opacity
 
 
 @jit

@@ -5,7 +5,7 @@ from photonmap.kernels.beyond import smoothness
 from photonmap.kernels.jit import jit, kernel
 from photonmap.kernels.opaque import hit
 from photonmap.kernels.rng import draw, sobol_2d, stream
-from photonmap.kernels.store import cell_at
+from photonmap.kernels.store import place_in
 from photonmap.kernels.surface import offset, point_at, side_of
 
 POINTS = 8
@@ -32,6 +32,24 @@ def _is_open(geometry, optics, reached, triangle, side, u, v, state):
     return False
 
 
+@jit
+def _count_open(geometry, optics, reached, triangle, side, cell, points, keys):
+    """Return how many of some points in a cell lie open.
+
+    cell = (n, part, finer, sub): part of n² of the triangle, and sub of the finer² of that.
+    """
+    n, part, finer, sub = cell
+    count = 0
+    for index in range(points):
+        place = sobol_2d(index, keys[0])
+        u, v = warp.uniform_triangle(place[0], place[1])
+        u, v = place_in(finer, sub, u, v)
+        u, v = place_in(n, part, u, v)
+        state = stream(keys[1], 0, index)
+        count += _is_open(geometry, optics, reached, triangle, side, u, v, state)
+    return count
+
+
 @kernel
 def probe_cells(
     geometry, optics, reached, areas, cells, key, first, last, tested, found, few_tested, few_found
@@ -43,22 +61,33 @@ def probe_cells(
     others in `few_tested` and `few_found`, (T, 2), all of them uint8.
     """
     for triangle in range(first, last):
-        single = cells.divisions[triangle] > 1
+        n = cells.divisions[triangle]
         for side in range(2):
             if not reached[geometry.material[triangle], side]:
                 continue
-            chance, _ = draw(stream(key, triangle, side))
-            points = int(POINTS * areas[triangle] * cells.inverse_area[triangle, side] + chance)
-            place_key, look_key = stream(key, triangle, 2 + side), stream(key, triangle, 4 + side)
-            for index in range(points):
-                place = sobol_2d(index, place_key)
-                u, v = warp.uniform_triangle(place[0], place[1])
-                state = stream(look_key, 0, index)
-                lies_open = _is_open(geometry, optics, reached, triangle, side, u, v, state)
-                if single:
-                    cell = cell_at(cells, triangle, side, u, v)
-                    tested[cell] += 1
-                    found[cell] += lies_open
-                else:
-                    few_tested[triangle, side] += 1
-                    few_found[triangle, side] += lies_open
+            keys = (stream(key, triangle, side), stream(key, triangle, 2 + side))
+            if n == 1:
+                chance, _ = draw(stream(key, triangle, 4 + side))
+                points = int(POINTS * areas[triangle] * cells.inverse_area[triangle, side] + chance)
+                few_tested[triangle, side] = points
+                few_found[triangle, side] = _count_open(
+                    geometry, optics, reached, triangle, side, (1, 0, 1, 0), points, keys
+                )
+                continue
+            for part in range(n * n):
+                cell = cells.first[triangle, side] + part
+                finer = cells.finer if cells.parts[cell] >= 0 else 1
+                for sub in range(finer * finer):
+                    one = cell if finer == 1 else cells.parts[cell] + sub
+                    own = (stream(keys[0], sub, part), stream(keys[1], sub, part))
+                    tested[one] = POINTS
+                    found[one] = _count_open(
+                        geometry,
+                        optics,
+                        reached,
+                        triangle,
+                        side,
+                        (n, part, finer, sub),
+                        POINTS,
+                        own,
+                    )

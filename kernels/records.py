@@ -273,6 +273,10 @@ class Cells(NamedTuple):
     """(T,) int32, n: the triangle's side is divided into n² cells"""
     inverse_area: np.ndarray
     """(T, 2) float32, 1 / area of one cell"""
+    parts: np.ndarray
+    """(cells,) int32, the first of the finer² cells that a cell of one triangle is divided into,
+    or -1; none are where all triangles share cells"""
+    finer: int
 
 
 class Pixels(NamedTuple):

@@ -1,11 +1,15 @@
 """The layout of the irradiance store: which surface cells there are, and their areas."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.kernels.opaque import measure_cells
 from photonmap.kernels.records import Cells, Geometry
 
+FINER = 4
+"""Cells along the side of one that is divided."""
 DIRECTIONS = 4
 """Small triangles share a cell only where their normals fall in the same of 4³ boxes."""
 
@@ -39,13 +43,37 @@ def lay_cells(geometry: Geometry, areas: NDArray[np.float64], area: float) -> tu
 
     both = np.stack([first, first + one_side], axis=1).astype(np.int32)
     inverse = np.repeat((1.0 / cell_area).astype(np.float32)[:, None], 2, axis=1)
-    return Cells(both, divisions, inverse), 2 * one_side
+    whole = np.full(2 * one_side, -1, np.int32)
+    return Cells(both, divisions, inverse, whole, 1), 2 * one_side
+
+
+def divide_cells(cells: Cells, chosen: NDArray[np.bool_]) -> tuple[Cells, int]:
+    """Divide some of the cells that `lay_cells` laid into `FINER`² each, or fewer if many.
+
+    Of the chosen ones, (count,), those of single triangles are. What comes of them lies behind
+    all others, and is no more than they are.
+
+    Returns
+    -------
+    cells : the layout
+    count : the number of cells, those that were divided among them
+    """
+    count = len(cells.parts)
+    chosen = chosen.copy()
+    chosen[cells.first[cells.divisions == 1]] = False
+    number = int(np.count_nonzero(chosen))
+    finer = min(FINER, math.isqrt(count // max(number, 1)))
+    if number == 0 or finer == 1:
+        return cells, count
+    parts = np.full(count, -1, np.int32)
+    parts[chosen] = count + finer**2 * np.arange(number)
+    return cells._replace(parts=parts, finer=finer), count + finer**2 * number
 
 
 def one_cell(triangles: int) -> Cells:
     """Lay one cell of area 1 over all triangles, for photons that are but counted."""
     first, inverse = np.zeros((triangles, 2), np.int32), np.ones((triangles, 2), np.float32)
-    return Cells(first, np.ones(triangles, np.int32), inverse)
+    return Cells(first, np.ones(triangles, np.int32), inverse, np.zeros(0, np.int32), 1)
 
 
 LEAST_FILL = 1 / 64

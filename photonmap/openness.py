@@ -36,6 +36,7 @@ def find_reached(scene: SceneArrays, bands: int, key: np.uint64) -> NDArray[np.b
     count = len(materials.reflectance)
     sides = 2 * geometry.material[:, None] + np.arange(2, dtype=np.int32)
     ones = np.ones(len(sides), np.int32), np.ones((len(sides), 2), np.float32)
+    whole = np.zeros(0, np.int32)
     light = np.empty((2 * count, bands), np.float32)
     trace_photons(
         geometry,
@@ -43,7 +44,7 @@ def find_reached(scene: SceneArrays, bands: int, key: np.uint64) -> NDArray[np.b
         lights,
         optics,
         textures,
-        Cells(sides.astype(np.int32), *ones),
+        Cells(sides.astype(np.int32), *ones, whole, 1),
         key,
         0,
         PILOT,

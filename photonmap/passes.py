@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.caustics import CausticTracer, no_caustics
-from photonmap.cells import lay_cells, measure_fill
+from photonmap.cells import divide_cells, lay_cells, measure_fill
 from photonmap.cuts import share_cut
 from photonmap.effects import EffectPlan
 from photonmap.emitters import triangle_areas
@@ -53,12 +53,14 @@ CELLS_PER_PHOTON = 1 / 4
 BUNDLE = 32768
 MOST_BUNDLES = 16
 CELL_RANGE = 16384
-CELLS_HOLD, WINDOWS_HOLD = 2, 64
+CELLS_HOLD, WINDOWS_HOLD = 8, 64
 """Passes after which cells and windows begin to shrink; before, noise outweighs their bias."""
 MAX_BOUNCES = 1000
 COUNTERS = ("photons", "stores", "cut", "rays", "photon_seconds", "caustic_seconds")
 Layout = tuple[Cells, int, NDArray[np.float32]]
-"""Of the store: cells, how many they are, and which part of each is surface that lies open"""
+"""Of the store: cells, how many they are, and how much open surface each has, (cells, 1).
+
+In units of the area that `Cells` knows."""
 Store = tuple[Cells, np.ndarray]
 Light = tuple[Store, Caustics | None]
 
@@ -283,13 +285,22 @@ class Passes:
             cells, count = lay_cells(self._scene[0], self._areas, self._areas.sum() / number)
             # Passes that are repeated with wider supports go back and forth between two.
             kept = list(self._layouts.items())[-1:]
-            self._layouts = dict(kept) | {level: (cells, count, self._measure_fill(cells, count))}
+            self._layouts = dict(kept) | {level: self._fill(cells, count)}
         return self._layouts[level]
 
-    def _measure_fill(self, cells: Cells, count: int) -> NDArray[np.float32]:
-        """Return which part of each cell is surface that lies open, (count, 1)."""
+    def _fill(self, cells: Cells, count: int) -> Layout:
+        """Divide the cells that lie open in part, and measure the open surface of all."""
+        part, whole = self._measure_open(cells, count), count
+        cells, count = divide_cells(cells, part[:, 0] < 1.0)
+        if count > whole:
+            part = self._measure_open(cells, count)
+            part[whole:] /= cells.finer**2
+        surface = measure_fill(self._scene[0], self._areas, cells, count)
+        return cells, count, part if surface is None else part * surface
+
+    def _measure_open(self, cells: Cells, count: int) -> NDArray[np.float32]:
         key = stream_key(self._seed, 0, OPEN)
-        part = measure_open(
+        return measure_open(
             self._scene,
             self._reached,
             self._areas,
@@ -299,8 +310,6 @@ class Passes:
             self._workers,
             self._storage,
         )
-        surface = measure_fill(self._scene[0], self._areas, cells, count)
-        return part if surface is None else part * surface
 
     @cached_property
     def _reached(self) -> NDArray[np.bool_]:
@@ -398,7 +407,7 @@ def _scratch(bands: int, smooth: bool) -> Scratch:
 def empty_store(bands: int) -> Store:
     """Make a store that never answers."""
     none = np.zeros((0, 2), np.int32), np.zeros(0, np.int32), np.zeros((0, 2), np.float32)
-    return Cells(*none), np.zeros((0, bands), np.float32)
+    return Cells(*none, np.zeros(0, np.int32), 1), np.zeros((0, bands), np.float32)
 
 
 def empty_pixels(size: int, bands: int, storage: Storage = RAM) -> Pixels:

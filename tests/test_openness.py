@@ -127,3 +127,24 @@ def test_light_beside_a_block_is_whole():
         for seed in range(24)
     ]
     assert np.mean(means) == pytest.approx(path.mean(), rel=0.01)
+
+
+def test_no_light_leaks_under_a_wall():
+    """Of a room into another, by cells that reach under the wall between them.
+
+    Cells that are not divided there let a thousandth or more through.
+    """
+    house = trimesh.creation.box(bounds=[[-0.5, -0.5, 0.0], [1.5, 1.5, 1.0]])
+    wall = trimesh.creation.box(bounds=[[0.53, -0.5, 0.0], [0.59, 1.5, 1.0]])
+    meshes = [
+        pm.Mesh(house.vertices, house.faces[:, ::-1], pm.Material("house", 0.5)),
+        pm.Mesh(wall.vertices, wall.faces, pm.Material("wall", 0.5)),
+    ]
+    lit = pm.Camera((-0.4, 0.5, 0.5), (0.4, 0.5, 0.3), fov=90.0)
+    dark = pm.Camera((1.4, 0.5, 0.5), (0.6, 0.5, 0.3), fov=90.0)
+    lamp = pm.PointLight((0.0, 0.5, 0.7), 1.0)
+    settings = {"bands": "rgb", "size": (32, 32), "passes": 8, "photons": 4096, "threads": 2}
+    bright = pm.render(pm.Scene(meshes, [lamp], lit), **settings)
+    with pytest.warns(pm.SceneWarning, match="sends nothing into the view"):
+        leaked = pm.render(pm.Scene(meshes, [lamp], dark), **settings)
+    assert leaked.indirect.mean() < 3e-4 * bright.indirect.mean()

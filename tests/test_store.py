@@ -7,7 +7,7 @@ from conftest import closed_box
 
 import photonmap as pm
 from photonmap.bands import Bands
-from photonmap.cells import lay_cells
+from photonmap.cells import FINER, divide_cells, lay_cells, measure_fill
 from photonmap.emitters import triangle_areas
 from photonmap.kernels import store
 from photonmap.kernels.photon import trace_photons
@@ -72,6 +72,81 @@ def test_every_cell_of_a_triangle_is_hit_evenly():
     for corner in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.5), (1.0, 1e-9)):
         assert 0 <= store.cell_at(cells, 3, 0, *corner) - cells.first[3, 0] < n * n
     assert count == cells.first.max() + n * n
+
+
+def test_a_divided_cell_is_hit_evenly_and_no_other():
+    with pytest.warns(pm.SceneWarning, match="no light"):
+        geometry = prepared_mesh(trimesh.creation.box()).geometry
+    areas = triangle_areas(geometry)
+    whole, count = lay_cells(geometry, areas, areas[0] / 48.9)
+    chosen = np.zeros(count, bool)
+    # An upright one, an inverted one beside it, and the last of a strip.
+    divided = whole.first[3, 1] + np.array([4, 5, 12])
+    chosen[divided] = True
+    cells, both = divide_cells(whole, chosen)
+    assert both == count + 3 * FINER**2
+    rng = np.random.default_rng(2)
+    u, v = rng.random((2, 100_000))
+    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+    before = np.array([store.cell_at(whole, 3, 1, *uv) for uv in zip(u, v, strict=True)])
+    after = np.array([store.cell_at(cells, 3, 1, *uv) for uv in zip(u, v, strict=True)])
+    inside = np.isin(before, divided)
+    np.testing.assert_array_equal(after[~inside], before[~inside])
+    owner = np.searchsorted(divided, before[inside])
+    np.testing.assert_array_equal((after[inside] - count) // FINER**2, owner)
+    counts = np.bincount(after[inside] - count, minlength=both - count)
+    expected = 100_000 / (49 * FINER**2)
+    assert ((counts - expected) ** 2 / expected).sum() < 90  # 48 cells, chance 2e-4
+
+
+@pytest.mark.filterwarnings("ignore:the scene has no light")
+@pytest.mark.parametrize("n", [2, 7, 40])
+def test_a_place_in_a_part_is_found_there(n):
+    triangle = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    geometry = prepared_mesh(triangle).geometry
+    layout, _ = lay_cells(geometry, np.array([1.0]), 1.0 / (n - 0.5) ** 2)
+    for part in range(n * n):
+        for u, v in ((0.2, 0.3), (0.01, 0.01), (0.98, 0.01), (0.01, 0.98)):
+            assert store.cell_at(layout, 0, 0, *store.place_in(n, part, u, v)) == part
+
+
+@pytest.mark.filterwarnings("ignore:the scene has no light")
+def test_so_many_cells_that_are_divided_are_divided_less():
+    geometry = prepared_mesh(MESHES["box"]).geometry
+    areas = triangle_areas(geometry)
+    whole, count = lay_cells(geometry, areas, areas.sum() / 500)
+    for share, finer in ((16, 4), (9, 3), (4, 2), (3, 1), (1, 1)):
+        chosen = np.zeros(count, bool)
+        chosen[: count // share] = True
+        cells, both = divide_cells(whole, chosen)
+        assert cells.finer == finer
+        assert both <= 2 * count
+        assert (finer == 1) == (both == count)
+
+
+def test_cells_that_triangles_share_stay_whole():
+    with pytest.warns(pm.SceneWarning, match="no light"):
+        geometry = prepared_mesh(MESHES["sphere"]).geometry
+    areas = triangle_areas(geometry)
+    whole, count = lay_cells(geometry, areas, areas.sum() / 50)
+    cells, both = divide_cells(whole, np.ones(count, bool))
+    assert both == count
+    assert (cells.parts == -1).all()
+
+
+@pytest.mark.filterwarnings("ignore:the scene has no light")
+def test_surface_of_cells_that_are_divided():
+    """Of which half is holes: of whole cells and of divided ones, on either side."""
+    box = trimesh.creation.box()
+    sheet = pm.Mesh(box.vertices, box.faces, pm.Material("net", 0.5, alpha=0.5))
+    geometry = prepare(pm.Scene([sheet]), Bands.rgb()).geometry
+    areas = triangle_areas(geometry)
+    whole, count = lay_cells(geometry, areas, areas.sum() / 500)
+    chosen = np.arange(count) % 17 == 0
+    cells, both = divide_cells(whole, chosen)
+    fill = measure_fill(geometry, areas, cells, both)[:, 0]
+    assert (fill[:count][~chosen] == 0.5).all()
+    assert (fill[count:] == 0.5).all()
 
 
 def test_thin_walls_keep_their_sides_apart(cornell):
