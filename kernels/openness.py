@@ -27,7 +27,7 @@ def _is_open(geometry, optics, reached, triangle, side, u, v, state):
         other, _, _, _ = hit(geometry, origin, direction)
         if other < 0 or smoothness(geometry, optics, other) > 0.0:
             return True
-        if reached[geometry.material[other], side_of(geometry, other, direction)]:
+        if reached[other, side_of(geometry, other, direction)]:
             return True
     return False
 
@@ -56,14 +56,14 @@ def probe_cells(
 ):
     """Look from points on triangles first..last, as many in each cell; count those in the open.
 
-    `reached`, (M, 2), tells of the sides of materials whether light comes there; `areas` are of
-    triangles. Cells of a single triangle count in `tested` and `found`, (cells,), the parts of
-    others in `few_tested` and `few_found`, (T, 2), all of them uint8.
+    `reached`, (T, 2), tells of the sides of triangles whether light comes there; `areas` are
+    theirs. Cells of a single triangle count in `tested` and `found`, (cells,), the parts of others
+    in `few_tested` and `few_found`, (T, 2), all of them uint8.
     """
     for triangle in range(first, last):
         n = cells.divisions[triangle]
         for side in range(2):
-            if not reached[geometry.material[triangle], side]:
+            if not reached[triangle, side]:
                 continue
             keys = (stream(key, triangle, side), stream(key, triangle, 2 + side))
             if n == 1:

@@ -7,6 +7,7 @@ is too dim where it can be seen. A point lies open if it sees anything that ligh
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.cells import one_cell
 from photonmap.kernels.openness import probe_cells
 from photonmap.kernels.photon import trace_photons
 from photonmap.kernels.records import Cells, SceneArrays
@@ -15,17 +16,36 @@ from photonmap.workers import Workers
 
 PILOT, BOUNCES = 4096, 64
 """Photons that find what light reaches, and their bounces."""
+FLIGHTS, SURELY = 16, 12
+"""Groups of them, and how many come to an object of which they say enough."""
 LEAST = 1 / 4
 """Part of a cell that lies open, at least: no cell is taken to be more than so much brighter."""
 SHARES = 16
 """In which triangles are looked at, for any number of threads."""
 
 
-def find_reached(scene: SceneArrays, bands: int, key: np.uint64) -> NDArray[np.bool_]:
-    """Tell of both sides of each material, (M, 2), whether light comes there.
+def find_reached(
+    scene: SceneArrays, objects: NDArray[np.integer], bands: int, key: np.uint64
+) -> NDArray[np.bool_]:
+    """Tell of both sides of each triangle, (T, 2), whether light comes there.
 
-    By photons that lose nothing, as many from each emitter: whether a surface is dark, or a lamp
-    dim, does not matter.
+    Triangles of one material are taken alike, and of one object, `objects` (T,), where photons
+    come to it often.
+    """
+    material = scene[0].material
+    of_material = _find_lit(scene, material, bands, key)
+    of_object = _find_lit(scene, objects, bands, key)
+    of_object[of_object.max(axis=1) < SURELY] = 1
+    return (of_material[material] > 0) & (of_object[objects] > 0)
+
+
+def _find_lit(
+    scene: SceneArrays, groups: NDArray[np.integer], bands: int, key: np.uint64
+) -> NDArray[np.int64]:
+    """Count the flights of photons that come to the sides of groups of triangles, (G, 2).
+
+    They lose nothing, and come from all emitters alike: whether a surface is dark, or a lamp dim,
+    does not matter.
     """
     geometry, materials, lights, optics, textures = scene
     emitters = len(lights.cumulative)
@@ -33,27 +53,19 @@ def find_reached(scene: SceneArrays, bands: int, key: np.uint64) -> NDArray[np.b
     white = materials._replace(reflectance=np.ones_like(materials.reflectance))
     if textures is not None:
         textures = textures._replace(reflectance=np.full_like(textures.reflectance, -1))
-    count = len(materials.reflectance)
-    sides = 2 * geometry.material[:, None] + np.arange(2, dtype=np.int32)
-    ones = np.ones(len(sides), np.int32), np.ones((len(sides), 2), np.float32)
-    whole = np.zeros(0, np.int32)
-    light = np.empty((2 * count, bands), np.float32)
-    trace_photons(
-        geometry,
-        white,
-        lights,
-        optics,
-        textures,
-        Cells(sides.astype(np.int32), *ones, whole, 1),
-        key,
-        0,
-        PILOT,
-        PILOT,
-        BOUNCES,
-        np.empty(bands, np.float32),
-        light,
-    )
-    return light.any(axis=1).reshape(count, 2)
+    count = int(groups.max()) + 1
+    sides = 2 * groups.astype(np.int32)[:, None] + np.arange(2, dtype=np.int32)
+    cells = one_cell(len(groups))._replace(first=sides)
+    flux, light = np.empty(bands, np.float32), np.empty((2 * count, bands), np.float32)
+    lit = np.zeros((count, 2), np.int64)
+    for flight in range(FLIGHTS):
+        first, last = flight * PILOT // FLIGHTS, (flight + 1) * PILOT // FLIGHTS
+        trace_photons(
+            geometry, white, lights, optics, textures, cells, key, first, last, PILOT, BOUNCES,
+            flux, light,
+        )  # fmt: skip
+        lit += light.any(axis=1).reshape(count, 2)
+    return lit
 
 
 def measure_open(
@@ -70,7 +82,7 @@ def measure_open(
 
     Parameters
     ----------
-    reached : (M, 2) of `find_reached`
+    reached : (T, 2) of `find_reached`
     areas : (T,) of triangles
     """
     geometry, _, _, optics, _ = scene

@@ -313,8 +313,9 @@ class Passes:
 
     @cached_property
     def _reached(self) -> NDArray[np.bool_]:
-        """Whether light comes to the sides of materials, (M, 2)."""
-        return find_reached(self._scene, self._bands, stream_key(self._seed, 0, REACHED))
+        """Whether light comes to the sides of triangles, (T, 2)."""
+        objects, key = self._prepared.object_ids, stream_key(self._seed, 0, REACHED)
+        return find_reached(self._scene, objects, self._bands, key)
 
     def _render(self, index: int, store: Store, caustics: Caustics | None) -> Pixels:
         with self._setting_up():

@@ -1,5 +1,7 @@
 """Cells that reach under what stands on them know which part of them lies open."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -41,7 +43,7 @@ def parts_open(meshes, lights, photons=300.0):
     scene = prepare(pm.Scene(meshes, lights), Bands.rgb())
     areas = triangle_areas(scene.geometry)
     cells, count = lay_cells(scene.geometry, areas, areas[0] / photons)
-    reached = find_reached(scene.arrays, 3, KEY)
+    reached = find_reached(scene.arrays, scene.object_ids, 3, KEY)
     with Workers(2) as workers:
         return cells, measure_open(scene.arrays, reached, areas, cells, count, KEY, workers)[:, 0]
 
@@ -148,3 +150,17 @@ def test_no_light_leaks_under_a_wall():
     with pytest.warns(pm.SceneWarning, match="sends nothing into the view"):
         leaked = pm.render(pm.Scene(meshes, [lamp], dark), **settings)
     assert leaked.indirect.mean() < 3e-4 * bright.indirect.mean()
+
+
+def test_one_paint_is_enough():
+    """What is inside of a block stays dark though light comes to that side of other things."""
+    paint = pm.Material("paint", 0.5)
+    meshes = [floor(), block(), room()]
+    apart = parts_open(meshes, [LAMP])[1]
+    painted = [replace(m, material=paint, name=m.material.name) for m in meshes]
+    alike = parts_open(painted, [LAMP])[1]
+    inverted = [replace(mesh, faces=mesh.faces[:, ::-1]) for mesh in painted[2:]]
+    assert (apart < 1.0).sum() > 30
+    np.testing.assert_array_equal(alike, apart)
+    both = parts_open([*painted[:2], *inverted], [LAMP])[1]
+    np.testing.assert_array_equal(both[: len(apart) // 2] < 1.0, apart[: len(apart) // 2] < 1.0)
