@@ -14,7 +14,7 @@ from photonmap.kernels.records import Cells, SceneArrays
 from photonmap.storage import RAM, Storage
 from photonmap.workers import Workers
 
-PILOT, BOUNCES = 4096, 64
+PILOT, BOUNCES = 4096, 32
 """Photons that find what light reaches, and their bounces."""
 FLIGHTS, SURELY = 16, 12
 """Groups of them, and how many come to an object of which they say enough."""
