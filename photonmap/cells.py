@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from photonmap.kernels.opaque import measure_cells
 from photonmap.kernels.records import Cells, Geometry
+from photonmap.storage import strips
 
 FINER = 4
 """Cells along the side of one that is divided."""
@@ -99,11 +100,14 @@ def _group_neighbours(
     geometry: Geometry, small: NDArray[np.int64], size: float
 ) -> NDArray[np.int64]:
     """Give small triangles their cells: one for each box of space and of directions."""
-    centres = geometry.vertices[geometry.triangles[small]].mean(axis=1, dtype=np.float64)
-    boxes = np.clip(np.floor(centres / size), -(1 << 16), (1 << 16) - 1) + (1 << 16)
-    turns = np.floor((geometry.normals[small] + 1.0) * (DIRECTIONS / 2.001)).astype(np.int64)
-    key = np.zeros(len(small), np.int64)
-    for column, span in ((boxes.astype(np.int64), 1 << 17), (turns, DIRECTIONS)):
-        for axis in range(3):
-            key = key * span + column[:, axis]
-    return np.unique(key, return_inverse=True)[1]
+    keys = np.zeros(len(small), np.int64)
+    for part in strips(len(small)):
+        some, key = small[part], keys[part]
+        centres = geometry.vertices[geometry.triangles[some]].mean(axis=1, dtype=np.float64)
+        boxes = np.clip(np.floor(centres / size), -(1 << 16), (1 << 16) - 1) + (1 << 16)
+        turns = np.floor((geometry.normals[some] + 1.0) * (DIRECTIONS / 2.001))
+        for column, span in ((boxes, 1 << 17), (turns, DIRECTIONS)):
+            for axis in range(3):
+                key *= span
+                key += column[:, axis].astype(np.int64)
+    return np.unique(keys, return_inverse=True)[1]

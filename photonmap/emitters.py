@@ -34,6 +34,7 @@ from photonmap.lights import (
     spot_axis,
 )
 from photonmap.scene import Material
+from photonmap.storage import strips
 from photonmap.textures import Paint, Pictures, mean_color
 from photonmap.vectors import unit
 
@@ -242,6 +243,10 @@ def triangle_areas(
     geometry: Geometry, triangles: NDArray[np.int64] | slice = slice(None)
 ) -> NDArray[np.float64]:
     """Return the areas of triangles, float64, in the geometry's units."""
-    corners = geometry.vertices[geometry.triangles[triangles]].astype(np.float64)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return 0.5 * np.linalg.norm(normals, axis=1)
+    chosen = geometry.triangles[triangles]
+    areas = np.empty(len(chosen))
+    for part in strips(len(chosen)):
+        corners = geometry.vertices[chosen[part]].astype(np.float64)
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        areas[part] = 0.5 * np.linalg.norm(normals, axis=1)
+    return areas

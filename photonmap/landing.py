@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.cells import lay_cells
+from photonmap.cells import one_cell
 from photonmap.errors import warn
 from photonmap.kernels.photon import trace_photons
 from photonmap.prepare import Prepared
@@ -17,9 +17,7 @@ MANY = 0.9
 """Part of the pixels that may be unresolved before a warning is due."""
 
 
-def do_photons_land(
-    prepared: Prepared, areas: NDArray[np.float64], bands: int, photons: int, key: np.uint64
-) -> bool:
+def do_photons_land(prepared: Prepared, bands: int, photons: int, key: np.uint64) -> bool:
     """Tell whether photons meet surfaces often enough to say what light there is.
 
     They do not where a sky shines into a pit, or a lamp past a few small things; or where there are
@@ -27,22 +25,20 @@ def do_photons_land(
 
     Parameters
     ----------
-    areas : (T,) of all triangles
     photons : in a pass; as many are sent, `PILOT` at most
     key : of random numbers of their own
     """
     total = min(photons, PILOT)
-    cells, count = lay_cells(prepared.geometry, areas, areas.sum())
     stores, _ = trace_photons(
         *prepared.arrays,
-        cells,
+        one_cell(len(prepared.geometry.triangles)),
         key,
         0,
         total,
         total,
         1,
         np.empty(bands, np.float32),
-        np.empty((count, bands), np.float32),
+        np.empty((1, bands), np.float32),
     )
     return stores > HARDLY * total
 

@@ -196,7 +196,7 @@ class Passes:
         if self._method == "path" or self._smooth or not self._on("indirect"):
             return False
         key = stream_key(self._seed, 0, LANDING)
-        return not do_photons_land(self._prepared, self._areas, self._bands, self._photons, key)
+        return not do_photons_land(self._prepared, self._bands, self._photons, key)
 
     def share_of_paths_cut(self) -> float:
         """Return which share of the path tracer's paths is cut, see `share_cut`."""
