@@ -34,8 +34,8 @@ from photonmap.lights import (
     spot_axis,
 )
 from photonmap.scene import Material
-from photonmap.storage import strips
 from photonmap.textures import Paint, Pictures, mean_color
+from photonmap.triangles import triangle_areas
 from photonmap.vectors import unit
 
 _KINDS = {
@@ -237,16 +237,3 @@ def _extents(places: _Places, radius: float) -> NDArray[np.float64]:
     ):
         extents = np.where(places.kind == kind, extent, extents)
     return extents
-
-
-def triangle_areas(
-    geometry: Geometry, triangles: NDArray[np.int64] | slice = slice(None)
-) -> NDArray[np.float64]:
-    """Return the areas of triangles, float64, in the geometry's units."""
-    chosen = geometry.triangles[triangles]
-    areas = np.empty(len(chosen))
-    for part in strips(len(chosen)):
-        corners = geometry.vertices[chosen[part]].astype(np.float64)
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        areas[part] = 0.5 * np.linalg.norm(normals, axis=1)
-    return areas

@@ -20,7 +20,6 @@ from photonmap.caustics import CausticTracer, no_caustics
 from photonmap.cells import divide_cells, lay_cells, measure_fill
 from photonmap.cuts import share_cut
 from photonmap.effects import EffectPlan
-from photonmap.emitters import triangle_areas
 from photonmap.focus import LEARNED, count_rays, focused
 from photonmap.kernels.eye import camera_pass
 from photonmap.kernels.path import path_pass
@@ -46,6 +45,7 @@ from photonmap.openness import find_reached, measure_open
 from photonmap.prepare import Prepared
 from photonmap.storage import RAM, Storage
 from photonmap.survey import SAMPLES, TILE, WINDOW, survey
+from photonmap.triangles import triangle_areas
 from photonmap.workers import Workers
 
 CELLS_PER_PHOTON = 1 / 4

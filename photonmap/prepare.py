@@ -23,6 +23,7 @@ from photonmap.scene import Camera, Material, Mesh, Scene
 from photonmap.spectra.curves import Spectrum
 from photonmap.textures import FARTHEST, Paint, Texture, collect_pictures, mean_color, mean_opacity
 from photonmap.tidy import find_single, without_strays
+from photonmap.triangles import winding_normals
 
 SMALLEST, LARGEST = 1e-30, 1e30
 """Scene units of a scene: images are float32."""
@@ -266,8 +267,7 @@ def _triangles(
     )
     owner = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])
 
-    corners = vertices[triangles].astype(np.float64)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = winding_normals(vertices, triangles)
     length = np.linalg.norm(normals, axis=1)
     sound = length > LEAST_AREA
     if count := int((~sound).sum()):

@@ -13,7 +13,7 @@ TOUCH_KERNELS = {
     "accumulate", "bias", "block_errors", "caustics", "cells", "chances", "columns", "compiling",
     "cuts", "effects", "emitters", "environment", "fingerprint", "first_hits", "focus",
     "hidden_lights", "landing", "ledger", "light_tree", "matter", "openness", "passes", "prepare",
-    "record", "render", "settings", "survey", "textures",
+    "record", "render", "settings", "survey", "textures", "triangles",
 }  # fmt: skip
 
 

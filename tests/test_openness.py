@@ -9,11 +9,11 @@ import trimesh
 import photonmap as pm
 from photonmap.bands import Bands
 from photonmap.cells import lay_cells
-from photonmap.emitters import triangle_areas
 from photonmap.kernels import openness
 from photonmap.kernels.store import cell_at
 from photonmap.openness import LEAST, find_reached, measure_open
 from photonmap.prepare import prepare
+from photonmap.triangles import triangle_areas
 from photonmap.workers import Workers
 
 LOW, HIGH = 0.21, 0.73

@@ -8,10 +8,10 @@ from conftest import closed_box
 import photonmap as pm
 from photonmap.bands import Bands
 from photonmap.cells import FINER, divide_cells, lay_cells, measure_fill
-from photonmap.emitters import triangle_areas
 from photonmap.kernels import store
 from photonmap.kernels.photon import trace_photons
 from photonmap.prepare import prepare
+from photonmap.triangles import triangle_areas
 
 
 def prepared_mesh(mesh, reflectance=0.5, lights=()):
