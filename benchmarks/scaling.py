@@ -104,6 +104,7 @@ def _draw(tables: list[Table], path: Path) -> None:
     """Draw the curves where Matplotlib is installed."""
     try:
         import matplotlib.pyplot as plt
+        from matplotlib.ticker import EngFormatter
     except ImportError:
         return
     figure, axes = plt.subplots(2, 3, figsize=(10, 6), sharey=True, layout="constrained")
@@ -115,7 +116,8 @@ def _draw(tables: list[Table], path: Path) -> None:
         first = columns[STAGES.index(table.columns[-1].split(",")[0])][0]
         linear = [first * size / sizes[0] for size in sizes]
         panel.loglog(sizes, linear, "--", color="0.6", zorder=0, label="linear")
-        panel.set_xticks(sizes, [f"{size:.3g}" if size < 1e4 else f"{size:.0e}" for size in sizes])
+        panel.set_xticks(sizes)
+        panel.xaxis.set_major_formatter(EngFormatter(places=0, sep=""))
         panel.minorticks_off()
         panel.set_title(table.columns[0])
         panel.grid(alpha=0.3)
