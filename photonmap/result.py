@@ -223,7 +223,8 @@ class Result:
     def _steady_error(self, name: str) -> Image:
         counts = self.buffers.get("passes", self.record.get("passes", 2))
         prior = PRIORS.get(name.partition("@")[0], PRIOR)
-        error = steady_error(self.errors[name], self.buffers[name], counts, prior)
+        edges = self.record.get("arguments", {}).get("pixel") != "center"
+        error = steady_error(self.errors[name], self.buffers[name], counts, prior, edges)
         if name.startswith("shading") and "reflectance" in self.errors:
             of_reflectance = steady_error(self.errors["reflectance"], self.reflectance, counts)
             error = widen_ratio(error, self.reflectance, of_reflectance)

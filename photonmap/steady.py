@@ -6,10 +6,12 @@ and of what its eight neighbours show, which counts for some passes: nothing in 
 What they show is scaled as that of counts is, variance with brightness: beside a lamp, the wall is
 not as uncertain as the lamp's edge, nor is a caustic as certain as the shadow beside it.
 Neighbours that do not vary say nothing of a pixel that does, as the wall beside a mirror of what is
-seen there.
+seen there. Of a pixel whose passes all agree, they say what one sample more may have seen.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,8 @@ PRIORS = {"direct": 1.5, "radiance": 2.5}
 """The same where noise is in patches, as that of direct light in penumbrae."""
 UNSEEN = 48.0
 """The same for a pixel whose passes all agree: what makes it vary is rarer than they could show."""
+SAMPLES = 16
+"""Of a pixel that an edge may graze, in a pass: half of one is what all of them may have missed."""
 ROUNDING = np.float32(2.0**-23)
 """Relative, of sums of samples: by it means differ where every sample shows the same."""
 SECOND_ORDER = 2.0
@@ -30,7 +34,11 @@ Image = NDArray[np.float32]
 
 
 def steady_error(
-    error: Image, value: Image, counts: NDArray[np.integer] | int, prior: float = PRIOR
+    error: Image,
+    value: Image,
+    counts: NDArray[np.integer] | int,
+    prior: float = PRIOR,
+    edges: bool = False,
 ) -> Image:
     """Return a standard error steadied by neighbours, (H, W, N).
 
@@ -39,6 +47,7 @@ def steady_error(
     error, value : (H, W, N), of two passes or more, each pixel's own
     counts : (H, W) passes of each pixel, or of all
     prior : passes that neighbours count for
+    edges : what neighbours show may graze a pixel
     """
     scale = max(float(np.max(error)), float(np.max(np.abs(value))))
     if scale == 0.0:
@@ -49,6 +58,9 @@ def steady_error(
     counts_for = np.where(variance > 0.0, np.float32(prior), np.float32(UNSEEN))
     steady = counts_for * _around(variance, value) + own * variance
     steady /= counts_for + own
+    if edges:
+        unseen = np.float32(0.5 / SAMPLES) * _contrast(value) / (own + 1.0)
+        steady = np.where(variance > 0.0, steady, np.maximum(steady, unseen**2))
     return (np.sqrt(steady + (ROUNDING * value) ** 2) * scale).astype(np.float32)
 
 
@@ -70,15 +82,28 @@ def _around(variance: Image, value: Image) -> Image:
     """
     norm = np.sqrt(value**2 + value.mean(axis=(0, 1), dtype=np.float64).astype(np.float32) ** 2)
     relative = np.divide(variance, norm, out=np.zeros_like(variance), where=norm > 0.0)
-    height, width = variance.shape[:2]
-    edged = np.pad(relative, ((1, 1), (1, 1), (0, 0)), mode="edge")
     total, count = np.zeros_like(variance), np.zeros(variance.shape, np.float32)
-    for row in range(3):
-        for column in range(3):
-            if (row, column) != (1, 1):
-                shown = edged[row:, column:][:height, :width]
-                total += shown
-                count += shown > 0.0
+    for shown in _neighbours(relative):
+        total += shown
+        count += shown > 0.0
     varies = variance > 0.0
     mean = total * norm / np.where(varies, np.maximum(count, 1.0), 8.0)
     return np.where(varies & (count == 0.0), variance, mean)
+
+
+def _contrast(value: Image) -> Image:
+    """Return the largest difference to one of eight neighbours."""
+    contrast = np.zeros_like(value)
+    for other in _neighbours(value):
+        np.maximum(contrast, np.abs(other - value), out=contrast)
+    return contrast
+
+
+def _neighbours(image: Image) -> Iterator[Image]:
+    """Give the eight neighbours of all pixels, the image's edges doubled."""
+    height, width = image.shape[:2]
+    edged = np.pad(image, ((1, 1), (1, 1), (0, 0)), mode="edge")
+    for row in range(3):
+        for column in range(3):
+            if (row, column) != (1, 1):
+                yield edged[row:, column:][:height, :width]

@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 import photonmap as pm
-from photonmap.steady import PRIOR, ROUNDING, UNSEEN, steady_error, widen_ratio
+from photonmap.steady import PRIOR, ROUNDING, SAMPLES, UNSEEN, steady_error, widen_ratio
 
 PASSES, SEEDS, SIZE = 16, 24, 20
 CALIBRATED = ("radiance", "direct", "indirect", "shading", "residual", "reflectance")
@@ -30,6 +30,37 @@ def test_neighbours_without_spread_say_nothing_of_a_pixel_that_has_some():
     steady = steady_error(error, value, 17).ravel()
     assert steady[1:3] == pytest.approx(2.0)
     assert steady[[0, 3]] == pytest.approx(2.0 * np.sqrt(3 / 8 * UNSEEN / (16.0 + UNSEEN)))
+
+
+def test_an_edge_that_no_pass_saw_may_be_there():
+    """In half a sample of all, of what a neighbour shows."""
+    error, value = np.zeros((2, 3, 3, 1), np.float32)
+    value[:, 0] = 3.0
+    steady = steady_error(error, value, 10, edges=True)[..., 0]
+    np.testing.assert_allclose(steady[:, :2], 1.5 / (10 * SAMPLES), rtol=1e-5)
+    assert not steady[:, 2].any()
+    assert not steady_error(error, value, 10)[:, 1:].any()
+    error[1, 0] = 1e-6
+    varies = steady_error(error, value, 10, edges=True)[..., 0]
+    assert varies[1, 0] < 1e-5
+
+
+def test_centres_have_no_edges(cornell):
+    center = pm.render(cornell, bands="rgb", size=(16, 16), passes=3, pixel="center")
+    for name in ("emission", "reflectance"):
+        error, value = center.standard_error(name), center.buffers[name]
+        assert (error <= 2.0 * ROUNDING * value).all()
+
+
+def test_edges_that_few_samples_see():
+    """Of a pixel at whose border a surface ends; with 16 samples, most passes miss that."""
+    scene = pm.scenes.cornell_balls()
+    settings = {"bands": "rgb", "size": (40, 40), "passes": PASSES, "effects": "direct"}
+    runs = [pm.render(scene, **settings, seed=200 + seed) for seed in range(SEEDS)]
+    assert_calibrated(
+        np.array([run.reflectance for run in runs], float),
+        np.array([run.standard_error("reflectance") for run in runs], float),
+    )
 
 
 def test_variances_go_with_brightness():
@@ -86,13 +117,17 @@ def test_intervals_cover_the_truth(runs):
     Pixels of caustics, and lamps seen in mirrors, are rarer events than 16 passes show.
     """
     for name, (values, errors) in runs.items():
-        live = np.ptp(values, axis=0) > 4.0 * ROUNDING * np.abs(values).max(axis=0)
-        others = (values.sum(axis=0) - values) / (SEEDS - 1)
-        deviation = (values - others) / np.sqrt(1.0 + 1.0 / (SEEDS - 1))
-        assert (np.abs(deviation) <= 4.0 * errors)[:, ~live].all()
-        t = deviation[:, live] / np.maximum(errors[:, live], 1e-30)
-        normal = stats.norm.ppf(stats.t.cdf(np.clip(t, -1e3, 1e3), PASSES - 1))
-        covered = (np.abs(t) < stats.t.ppf(0.975, PASSES - 1)).mean()
-        assert 0.93 <= covered <= 0.97, (name, covered)
-        spread = np.clip(normal, -8.0, 8.0).std()
-        assert 0.9 <= spread <= 1.1, (name, spread)
+        assert_calibrated(values, errors, name)
+
+
+def assert_calibrated(values, errors, name="reflectance"):
+    live = np.ptp(values, axis=0) > 4.0 * ROUNDING * np.abs(values).max(axis=0)
+    others = (values.sum(axis=0) - values) / (SEEDS - 1)
+    deviation = (values - others) / np.sqrt(1.0 + 1.0 / (SEEDS - 1))
+    assert (np.abs(deviation) <= 4.0 * errors)[:, ~live].all()
+    t = deviation[:, live] / np.maximum(errors[:, live], 1e-30)
+    normal = stats.norm.ppf(stats.t.cdf(np.clip(t, -1e3, 1e3), PASSES - 1))
+    covered = (np.abs(t) < stats.t.ppf(0.975, PASSES - 1)).mean()
+    assert 0.93 <= covered <= 0.97, (name, covered)
+    spread = np.clip(normal, -8.0, 8.0).std()
+    assert 0.9 <= spread <= 1.1, (name, spread)
