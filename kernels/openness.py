@@ -82,12 +82,6 @@ def probe_cells(
                     own = (stream(keys[0], sub, part), stream(keys[1], sub, part))
                     tested[one] = POINTS
                     found[one] = _count_open(
-                        geometry,
-                        optics,
-                        reached,
-                        triangle,
-                        side,
-                        (n, part, finer, sub),
-                        POINTS,
+                        geometry, optics, reached, triangle, side, (n, part, finer, sub), POINTS,
                         own,
-                    )
+                    )  # fmt: skip

@@ -221,9 +221,9 @@ class Survey(NamedTuple):
     """What a look at the scene tells of each pixel, before and apart from all estimates."""
 
     flat: np.ndarray
-    """(P,) uint8, 1 where all samples hit one smooth piece of surface"""
+    """(P,) uint8, 1 where all samples hit one smooth piece of surface of one material"""
     even: np.ndarray
-    """(P,) uint8, 1 where it is flat, hardly curved, and of one material without textures"""
+    """(P,) uint8, 1 where it is flat, hardly curved, and without textures"""
     nearness: np.ndarray
     """(P,) float32, mean of 1 / distance to the surfaces around"""
     penumbra: np.ndarray

@@ -45,7 +45,7 @@ def survey_pixels(
         base = morton(column, row) * CORNERS
         hits = lit = blocked = 0
         nearness = 0.0
-        even, paint, normal = True, np.int32(-1), camera.origin
+        one, even, paint, normal = True, True, np.int32(-1), camera.origin
         for corner in range(CORNERS):
             x, y = (corner & 1, corner >> 1) if film.jitter else (0.5, 0.5)
             direction = camera_ray(camera, column + x, row + y)
@@ -56,7 +56,8 @@ def survey_pixels(
             material = geometry.material[triangle]
             if hits == 0:
                 paint, normal = material, ns
-            even &= material == paint and textured[material] == 0
+            one &= material == paint
+            even &= textured[material] == 0
             even &= vec.dot(ns, normal) > EVEN_COSINE
             note_hit(plane, pixel, hits == 0 or not film.jitter, point, ns)
             hits += 1
@@ -70,7 +71,7 @@ def survey_pixels(
             blocked += emitter >= 0 and weight == 0.0
             at = sobol_2d(base + corner, keys[GATHER])
             nearness += _nearness(geometry, point, ns, at[0], at[1])
-        survey.flat[pixel] = hits == CORNERS and plane[pixel, FLAT] != 0.0
+        survey.flat[pixel] = one and hits == CORNERS and plane[pixel, FLAT] != 0.0
         survey.even[pixel] = even and survey.flat[pixel] != 0
         survey.nearness[pixel] = nearness / max(hits, 1)
         survey.penumbra[pixel] = lit > 0 and blocked > 0

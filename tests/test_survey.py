@@ -6,7 +6,7 @@ import photonmap as pm
 from photonmap.bands import Bands
 from photonmap.kernels.records import Film
 from photonmap.prepare import prepare
-from photonmap.survey import GATHERS, SAMPLES, survey
+from photonmap.survey import EDGE_SAMPLES, GATHERS, survey
 from photonmap.workers import Workers
 
 SIDE = 64
@@ -64,5 +64,5 @@ def test_even_surfaces_need_one_camera_sample():
     ]
     samples = plan_for(pm.Scene(halves, [light], camera))["samples"]
     diagonal = np.abs(np.subtract.outer(np.arange(SIDE), SIDE - 1 - np.arange(SIDE))) == 0
-    assert (samples[diagonal][8:-8] == SAMPLES).mean() > 0.9
+    assert (samples[diagonal][8:-8] == EDGE_SAMPLES).mean() > 0.9
     assert (samples[8:20, 8:20] == 1).all()
