@@ -2,8 +2,9 @@
 
 Some passes are repeated with the same random numbers and supports twice as wide: cells, windows
 and the disks of caustics. What that changes is once the narrower ones' bias if it grows with their
-width, thrice if with the square: a half is taken. The passes form two halves, and the product of
-their mean differences has no noise in its mean; blocks of pixels keep its spread small.
+width, thrice if with the square: three quarters are taken, by what was measured. The passes form
+two halves, and the product of their mean differences has no noise in its mean; blocks of pixels
+keep its spread small.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from photonmap.passes import Passes, window_width
 FIRST, EVERY = 12, 32
 """Number of the first pass that is repeated, as is the one after it; so many passes later, again.
 Both have cells of one size, which is what a bias depends on; shorter runs are noisy beyond it."""
-OF_DIFFERENCE = 0.5
+OF_DIFFERENCE = 0.75
 """The bias of a width, of the difference to that of twice the width."""
 LARGEST_BLOCK, LEAST_ACROSS = 32, 4
 """Side of a block in pixels, and how many lie across the image's shorter side at least."""
