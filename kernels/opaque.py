@@ -55,10 +55,11 @@ def measure_cells(geometry, alpha, cells, areas, whole, there):
         textured = alpha.image[geometry.material[triangle]] >= 0
         n = cells.divisions[triangle]
         for part in range(n * n):
-            steps = FINE if textured else 2
+            finer = 1
             for side in range(2):
                 if n > 1 and cells.parts[cells.first[triangle, side] + part] >= 0:
-                    steps = (FINE if textured else 2) * cells.finer
+                    finer = cells.finer
+            steps = finer * (FINE if textured else 2)
             weight = areas[triangle] / (n * n * (steps * (steps + 1) // 2))
             for i in range(steps):
                 for j in range(steps - i):

@@ -58,12 +58,14 @@ def probe_cells(
 
     `reached`, (T, 2), tells of the sides of triangles whether light comes there; `areas` are
     theirs. Cells of a single triangle count in `tested` and `found`, (cells,), the parts of others
-    in `few_tested` and `few_found`, (T, 2), all of them uint8.
+    in `few_tested` and `few_found`, (T, 2), all of them uint8. In a layout with divided cells,
+    only what came of these is looked at.
     """
+    divided = cells.finer > 1
     for triangle in range(first, last):
         n = cells.divisions[triangle]
         for side in range(2):
-            if not reached[triangle, side]:
+            if not reached[triangle, side] or (divided and n == 1):
                 continue
             keys = (stream(key, triangle, side), stream(key, triangle, 2 + side))
             if n == 1:
@@ -75,13 +77,14 @@ def probe_cells(
                 )
                 continue
             for part in range(n * n):
-                cell = cells.first[triangle, side] + part
-                finer = cells.finer if cells.parts[cell] >= 0 else 1
-                for sub in range(finer * finer):
-                    one = cell if finer == 1 else cells.parts[cell] + sub
+                whole = cells.first[triangle, side] + part
+                if divided and cells.parts[whole] < 0:
+                    continue
+                for sub in range(cells.finer * cells.finer):
+                    cell = cells.parts[whole] + sub if divided else whole
                     own = (stream(keys[0], sub, part), stream(keys[1], sub, part))
-                    tested[one] = POINTS
-                    found[one] = _count_open(
-                        geometry, optics, reached, triangle, side, (n, part, finer, sub), POINTS,
-                        own,
+                    tested[cell] = POINTS
+                    found[cell] = _count_open(
+                        geometry, optics, reached, triangle, side, (n, part, cells.finer, sub),
+                        POINTS, own,
                     )  # fmt: skip

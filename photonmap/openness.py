@@ -80,6 +80,8 @@ def measure_open(
 ) -> NDArray[np.float32]:
     """Return which part of each of `count` cells lies open, (count, 1); 1 where none seems to.
 
+    In a layout with divided cells, only of what came of these: 1 elsewhere.
+
     Parameters
     ----------
     reached : (T, 2) of `find_reached`

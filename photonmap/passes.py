@@ -290,11 +290,11 @@ class Passes:
 
     def _fill(self, cells: Cells, count: int) -> Layout:
         """Divide the cells that lie open in part, and measure the open surface of all."""
-        part, whole = self._measure_open(cells, count), count
+        part = self._measure_open(cells, count)
         cells, count = divide_cells(cells, part[:, 0] < 1.0)
-        if count > whole:
-            part = self._measure_open(cells, count)
-            part[whole:] /= cells.finer**2
+        if count > len(part):
+            of_divided = self._measure_open(cells, count)[len(part) :]
+            part = np.concatenate([part, of_divided / np.float32(cells.finer**2)])
         surface = measure_fill(self._scene[0], self._areas, cells, count)
         return cells, count, part if surface is None else part * surface
 
