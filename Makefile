@@ -2,11 +2,15 @@ PYTHON ?= python3
 BIN := .venv/bin
 INSTALLED := .venv/installed
 
-.PHONY: demo dataset-demo test lint fuzz kernels-checked bench study examples wheel clean
+# Runs a command without its output, which is shown if it fails.
+QUIETLY := sh -c 'log=$$(mktemp); "$$@" > $$log 2>&1 || { code=$$?; cat $$log; rm $$log; exit $$code; }; rm $$log' quietly
+
+.PHONY: golden demo dataset-demo test test-all test-slow lint fuzz kernels-checked bench study examples wheel clean
 
 demo: $(INSTALLED)  ## render the Cornell box into out/
-	mkdir -p out
-	$(BIN)/python -m photonmap scenes/cornell_box.obj --bands 6 --output out/cornell_box.exr
+	@mkdir -p out
+	@echo "rendering scenes/cornell_box.obj; the first time, kernels are compiled for about a minute"
+	@$(QUIETLY) $(BIN)/python -m photonmap scenes/cornell_box.obj --bands 6 --output out/cornell_box.exr
 	@echo "the picture: $(CURDIR)/out/cornell_box.png"
 
 dataset-demo: $(INSTALLED)  ## a data set of 4 scenes in 4 lights into out/dataset-demo/
@@ -15,9 +19,19 @@ dataset-demo: $(INSTALLED)  ## a data set of 4 scenes in 4 lights into out/datas
 	$(BIN)/python -m photonmap dataset out/dataset-demo --preset small --size 96x72 --error 0.05
 	@echo "the contact sheet: $(CURDIR)/out/dataset-demo/report.html"
 
-test: $(INSTALLED)  ## lint, then every test
+WORKERS ?= 2
+PARALLEL := --numprocesses $(WORKERS)
+test: $(INSTALLED)  ## lint, then the tests that matter: minutes
 	$(MAKE) lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(PARALLEL) -m "not slow"
+
+test-all: $(INSTALLED)  ## lint, then every test
+	$(MAKE) lint
+	$(BIN)/python -m pytest $(PARALLEL)
+
+MINUTES ?= inf
+test-slow: $(INSTALLED)  ## what `make test` leaves out, no test begun after so many MINUTES
+	$(BIN)/python -m pytest $(PARALLEL) -m slow --minutes $(MINUTES)
 
 lint: $(INSTALLED)  ## format, style, types
 	$(BIN)/ruff format --check .
@@ -35,21 +49,24 @@ kernels-checked: $(INSTALLED)  ## every kernel once with bounds checked, and onc
 	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=out/kernels-checked $(BIN)/python tests/hard/checked.py
 	NUMBA_DISABLE_JIT=1 $(BIN)/python tests/hard/checked.py
 
+golden: $(INSTALLED)  ## record the golden images anew, after a change of arithmetic on purpose
+	$(BIN)/python tests/golden/golden_record.py
+
 examples: $(INSTALLED)  ## run every example into out/
 	mkdir -p out
 	for example in examples/*.py; do (cd out && ../$(BIN)/python ../$$example) || exit 1; done
 
 bench: $(INSTALLED)  ## print the tables of docs/performance.md
-	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[bench]"
+	@$(QUIETLY) $(BIN)/pip install --constraint constraints.txt --editable ".[bench]"
 	$(BIN)/python -m benchmarks
 
 study: $(INSTALLED)  ## measure what accuracy costs on the Cornell box into docs/study/
 	$(BIN)/python -m photonmap study scenes/cornell_box.obj --minutes 12 --output docs/study
 
 wheel: $(INSTALLED)  ## build a wheel and try it outside the checkout
-	$(BIN)/pip wheel --quiet --no-deps --wheel-dir out .
-	$(PYTHON) -m venv out/wheel-venv
-	out/wheel-venv/bin/pip install --quiet --constraint constraints.txt out/photonmap-*.whl
+	@$(QUIETLY) $(BIN)/pip wheel --no-deps --wheel-dir out .
+	@$(QUIETLY) $(PYTHON) -m venv out/wheel-venv
+	@$(QUIETLY) out/wheel-venv/bin/pip install --constraint constraints.txt out/photonmap-*.whl
 	cd out && wheel-venv/bin/python -m photonmap \
 		$$(wheel-venv/bin/python -c "import photonmap.scenes as s; print(s.FOLDER)")/cornell_box.obj \
 		--size 32x32 --passes 2 --output wheel.exr
@@ -60,7 +77,8 @@ clean:
 
 # Installing needs pyproject.toml alone; an edit of the sources needs nothing.
 $(INSTALLED): pyproject.toml constraints.txt
-	$(PYTHON) -m venv .venv
-	$(BIN)/pip install --quiet --upgrade pip
-	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[dev]"
-	touch $@
+	@echo "installing into .venv"
+	@$(QUIETLY) $(PYTHON) -m venv .venv
+	@$(QUIETLY) $(BIN)/pip install --upgrade pip
+	@$(QUIETLY) $(BIN)/pip install --constraint constraints.txt --editable ".[dev]"
+	@touch $@

@@ -1,4 +1,4 @@
-"""Run benchmarks by name (all by default); print tables, write out/bench.json and bench.md."""
+"""Run benchmarks by name (default: all); print their tables, write out/bench.json and bench.md."""
 
 from __future__ import annotations
 
@@ -8,35 +8,38 @@ import sys
 import time
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
-from benchmarks.options import Options
-from benchmarks.table import markdown, show
-from photonmap.study.machine import DISTURBED, Others, describe_machine
+from benchmarks.harness.options import ROOT, Options
+from benchmarks.harness.table import markdown, show
+from photonmap.study.machine import MAX_BACKGROUND_LOAD, BackgroundLoad, describe_machine
 
-NAMES = (
-    "rays",
-    "cornell",
-    "energy",
-    "bands",
-    "colors",
-    "effects",
-    "methods",
-    "start",
-    "memory",
-    "checkpoint",
-    "forecast",
-    "scaling",
-    "hard",
-    "dataset",
-    "scale",
-    "profile",
-)
-ROOT = Path(__file__).parent.parent
+BENCHMARKS = {
+    "rays": "low_level",
+    "cornell": "accuracy",
+    "energy": "accuracy",
+    "bands": "speed",
+    "colors": "accuracy",
+    "effects": "speed",
+    "methods": "accuracy",
+    "start": "speed",
+    "memory": "speed",
+    "checkpoint": "speed",
+    "forecast": "speed",
+    "scaling": "speed",
+    "hard": "speed",
+    "dataset": "datasets",
+    "scale": "datasets",
+    "profile": "low_level",
+}
+"""Names of the benchmarks, in the order in which they run, and their folders."""
+ON_REQUEST = {"matter": "accuracy"}
+"""Benchmarks that run only when they are named."""
 
 
 def main() -> int:
-    """Run what the command line names."""
+    """Run the benchmarks named on the command line."""
     arguments = _parser().parse_args()
     options = Options.choose(
         arguments.reference,
@@ -48,16 +51,17 @@ def main() -> int:
     report: dict[str, Any] = {"machine": describe_machine(), "benchmarks": {}}
     pages = []
     begin = time.perf_counter()
-    for name in arguments.names or NAMES:
+    for name, module in [(name, _load(name)) for name in arguments.names or BENCHMARKS]:
         start = time.perf_counter()
-        with Others() as others:
-            tables = import_module(f"benchmarks.{name}").run(options)
+        with BackgroundLoad() as others:
+            tables = module.run(options)
         seconds = time.perf_counter() - start
         for table in tables:
             show(table)
             pages.append(markdown(table))
-        busy = ": too much to trust seconds" if others.share > DISTURBED else ""
-        print(f"{name}: {seconds:.0f} s, other work took {others.share:.0%} of the machine{busy}\n")
+        busy = ": too much to trust the times" if others.share > MAX_BACKGROUND_LOAD else ""
+        load = f"other programs took {others.share:.0%} of the machine{busy}"
+        print(f"{name}: {seconds:.0f} s, {load}\n")
         report["benchmarks"][name] = {
             "seconds": seconds,
             "others": others.share,
@@ -66,28 +70,38 @@ def main() -> int:
     arguments.output.parent.mkdir(parents=True, exist_ok=True)
     arguments.output.write_text(json.dumps(report, indent=1) + "\n")
     arguments.output.with_suffix(".md").write_text("\n".join(pages))
-    print(f"{time.perf_counter() - begin:.0f} s in all: {arguments.output}")
+    print(f"{time.perf_counter() - begin:.0f} s in total: {arguments.output}")
     return 0
+
+
+def _load(name: str) -> ModuleType:
+    """Import a benchmark by its name."""
+    folders = BENCHMARKS | ON_REQUEST
+    if name not in folders:
+        raise SystemExit(f"there is no benchmark {name!r}; choose from {', '.join(folders)}")
+    return import_module(f"benchmarks.{folders[name]}.{name}")
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(NAMES)}")
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"any of {', '.join(BENCHMARKS)}")
     parser.add_argument("--output", type=Path, default=ROOT / "out" / "bench.json")
-    parser.add_argument("--reference", type=Path, help="cornell.npz; or set PHOTONMAP_REFERENCE")
+    parser.add_argument("--reference", type=Path, help="cornell.npz (or set PHOTONMAP_REFERENCE)")
     parser.add_argument(
         "--mitsuba",
         metavar="PYTHON",
-        help="interpreter that has Mitsuba 3; or set PHOTONMAP_MITSUBA_PYTHON (default: this one)",
+        help="interpreter with Mitsuba 3 (or set PHOTONMAP_MITSUBA_PYTHON; default: this one)",
     )
-    parser.add_argument("--threads", type=int, help="default: every processor")
-    parser.add_argument("--preset", default="small", help="of dataset: small (default), icip2013")
+    parser.add_argument("--threads", type=int, help="default: all processors")
+    parser.add_argument(
+        "--preset", default="small", help="for dataset: small (default) or icip2013"
+    )
     parser.add_argument(
         "--dataset",
         type=Path,
         metavar="FOLDER",
-        help="dataset and scale read this one instead of rendering",
+        help="existing data set that dataset and scale read instead of rendering one",
     )
     return parser
 

@@ -1,4 +1,4 @@
-"""Build a scene in code, render it in 6 bands, and look at it."""
+"""Build a scene in code, render it in 6 bands and save it."""
 
 import trimesh
 

@@ -1,4 +1,4 @@
-"""Split what a mirror and a glass ball do to light: caustics, and what is seen in them."""
+"""Render a mirror ball and a glass ball, with caustics and specular light in separate buffers."""
 
 import numpy as np
 import OpenImageIO

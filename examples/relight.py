@@ -1,4 +1,4 @@
-"""Light is additive: render each lamp once, then mix lamps of any colour without rendering."""
+"""Light is additive: render each light once, then mix them in any colour without rendering."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ walls = [mesh for mesh in box.meshes if mesh.name != "light"]
 
 
 def lit_by(light, seed):
-    """Render the box with one lamp."""
+    """Render the box with a single light."""
     scene = pm.Scene(walls, [light], box.camera)
     return pm.render(scene, bands=6, size=(192, 192), passes=16, seed=seed)
 
@@ -17,7 +17,7 @@ def lit_by(light, seed):
 window = lit_by(pm.PointLight((-0.6, 0.6, 0.4), 1.0, "window"), seed=1)
 candle = lit_by(pm.PointLight((0.6, -0.2, 0.6), 1.0, "candle"), seed=2)
 
-# A cold window and a warm candle, as factors in each band.
+# A cold window and a warm candle, as factors per band.
 centroids = window.bands.centroids
 cold = 1.5 * (centroids / 550.0) ** -1.5
 warm = 0.5 * (centroids / 550.0) ** 3.0

@@ -1,4 +1,4 @@
-"""Split a picture into reflectance, direct and indirect light, and show them side by side."""
+"""Split an image into reflectance, shading, direct and indirect light, side by side."""
 
 import numpy as np
 import OpenImageIO
@@ -17,8 +17,8 @@ image = OpenImageIO.ImageBufAlgo.colorconvert(image, "linear", "sRGB")
 image.write("split_buffers.png", "uint8")
 
 diffuse = result.direct + result.indirect
-print("reflectance × shading − (direct + indirect), largest:",
+print("reflectance × shading − (direct + indirect), maximum:",
       np.abs(result.reflectance * result.shading - diffuse).max())  # fmt: skip
 for name in names:
     value, error = getattr(result, name), result.standard_error(name)
-    print(f"{name:12} mean {value.mean():.4f} ± {np.sqrt((error**2).mean()):.4f} a pixel")
+    print(f"{name:12} mean {value.mean():.4f} ± {np.sqrt((error**2).mean()):.4f} per pixel")

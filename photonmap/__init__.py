@@ -11,6 +11,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from photonmap.version import __version__
+
 # In a checkout, kernels/ and scenes/ stand beside the package.
 if not (Path(__file__).parent / "kernels").is_dir():
     __path__.append(str(Path(__file__).parent.parent))
@@ -18,53 +20,72 @@ if not (Path(__file__).parent / "kernels").is_dir():
 if TYPE_CHECKING:
     import photonmap.dataset as dataset
     import photonmap.scenes as scenes
-    from photonmap.bands import Bands
+    from photonmap.compile.camera import camera_rays
     from photonmap.errors import InputError, SceneWarning
-    from photonmap.lights import (
+    from photonmap.io.readers.scene_file import load_scene
+    from photonmap.io.writers.scene_file import save_scene
+    from photonmap.render import render
+    from photonmap.results.merge import merge
+    from photonmap.results.result import Result, load_result
+    from photonmap.scene.camera import Camera
+    from photonmap.scene.lens import Lens
+    from photonmap.scene.lights import (
         DirectionalLight,
         DomeLight,
         EnvironmentLight,
         Light,
+        PhotometricLight,
         PointLight,
         SpotLight,
     )
-    from photonmap.merge import merge
-    from photonmap.readers.scene_file import load_scene
-    from photonmap.render import render
-    from photonmap.result import Result, load_result
-    from photonmap.scene import Camera, Material, Mesh, Scene
+    from photonmap.scene.material import Material
+    from photonmap.scene.mesh import Mesh
+    from photonmap.scene.projections import (
+        Fisheye,
+        FisheyeIntrinsics,
+        Intrinsics,
+        Panorama,
+        RayMap,
+    )
+    from photonmap.scene.scene import Scene
+    from photonmap.scene.textures import Texture
+    from photonmap.spectra.bands import Bands
+    from photonmap.spectra.color_text import emission, reflectance
     from photonmap.spectra.curves import Spectrum, SpectrumSet
-    from photonmap.spectra.text import emission, reflectance
-    from photonmap.textures import Texture
-    from photonmap.writers.scene_file import save_scene
-
-__version__ = "0.1.0"
 
 _HOMES = {
-    "Bands": "bands",
+    "Bands": "spectra.bands",
     "InputError": "errors",
     "SceneWarning": "errors",
-    "merge": "merge",
+    "merge": "results.merge",
     "render": "render",
-    "Result": "result",
-    "load_result": "result",
-    "Camera": "scene",
-    "Material": "scene",
-    "Mesh": "scene",
-    "Scene": "scene",
-    "DirectionalLight": "lights",
-    "DomeLight": "lights",
-    "EnvironmentLight": "lights",
-    "Light": "lights",
-    "PointLight": "lights",
-    "SpotLight": "lights",
-    "load_scene": "readers.scene_file",
+    "Result": "results.result",
+    "load_result": "results.result",
+    "Camera": "scene.camera",
+    "Fisheye": "scene.projections",
+    "FisheyeIntrinsics": "scene.projections",
+    "Intrinsics": "scene.projections",
+    "Lens": "scene.lens",
+    "Panorama": "scene.projections",
+    "RayMap": "scene.projections",
+    "camera_rays": "compile.camera",
+    "Material": "scene.material",
+    "Mesh": "scene.mesh",
+    "Scene": "scene.scene",
+    "DirectionalLight": "scene.lights",
+    "DomeLight": "scene.lights",
+    "EnvironmentLight": "scene.lights",
+    "Light": "scene.lights",
+    "PhotometricLight": "scene.lights",
+    "PointLight": "scene.lights",
+    "SpotLight": "scene.lights",
+    "load_scene": "io.readers.scene_file",
     "Spectrum": "spectra.curves",
     "SpectrumSet": "spectra.curves",
-    "Texture": "textures",
-    "save_scene": "writers.scene_file",
-    "emission": "spectra.text",
-    "reflectance": "spectra.text",
+    "Texture": "scene.textures",
+    "save_scene": "io.writers.scene_file",
+    "emission": "spectra.color_text",
+    "reflectance": "spectra.color_text",
 }
 _PARTS = ("dataset", "scenes")
 __all__ = [*_HOMES, *_PARTS]

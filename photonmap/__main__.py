@@ -2,6 +2,6 @@
 
 import sys
 
-from photonmap.cli import main
+from photonmap.commands.main import main
 
 sys.exit(main())

@@ -1,111 +1,358 @@
-"""The arguments of a render, checked once."""
+"""The options of a render: one list, from which all else that takes options follows.
+
+A field of `Options` is an option. From it follow the keyword of `photonmap.render` and its
+documentation, the flag of every command that takes the option, its checks, the run record, the
+fingerprint of the run, and the table in docs/guide.md (`python tools/make_options.py`).
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any, Literal
+from dataclasses import dataclass, field
+from numbers import Integral
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-
-from photonmap.bands import Bands
-from photonmap.budget import LEAST_PHOTONS, Budget
-from photonmap.effects import parse_effects
+from photonmap.buffers import DEFAULT, names_where
 from photonmap.errors import InputError
-from photonmap.kernels.records import Film
-from photonmap.output import BUFFERS, check_buffers
+from photonmap.film.budget import CEILING, DEFAULT_ERROR, LEAST_PHOTONS, Budget
+from photonmap.film.goal import Goal
+from photonmap.integrators.choice import METHODS
+from photonmap.runtime.options import list_options, option, read_list, read_memory, read_size
+from photonmap.runtime.progress import Progress, Silent
+
+if TYPE_CHECKING:
+    from photonmap.kernels.core.passes import Film
+    from photonmap.spectra.bands import Bands
 
 LARGEST_SIDE = 1 << 16
+"""Largest width and height of an image, pixels."""
 MOST_PHOTONS = 1 << 32
+"""Largest number of photons emitted per pass."""
 MOST_THREADS = 1024
 
-Method = Literal["photon", "path"]
 Pixel = Literal["box", "center"]
 
+RENDER, STUDY, DATASET = "render", "study", "dataset"
+"""Commands that take options of a render; `split` takes those of `render`."""
 
-@dataclass(frozen=True)
-class Settings:
-    """What `photonmap.render` was asked for beside the scene; names as there."""
+GROUPS = {
+    "image": None,
+    "budget": f"at most one of these; --error {DEFAULT_ERROR} if none is given",
+    "sampling": None,
+    "resources": None,
+    "files": None,
+}
+"""Headings under which the command line lists the options, and what is said below them."""
+
+
+def check_size(size: tuple[int, int]) -> tuple[int, int]:
+    """Return (width, height) as integers.
+
+    Raises
+    ------
+    InputError : an image without pixels, or with too many
+    """
+    width, height = size
+    if not all(isinstance(side, Integral) for side in size) or min(size) < 1:
+        raise InputError(f"size {width}x{height} must be whole pixels, at least 1x1")
+    if max(size) > LARGEST_SIDE:
+        raise InputError(f"size {width}x{height} is too large: at most {LARGEST_SIDE} per side")
+    return int(width), int(height)
+
+
+def _check_bands(bands: Bands | int | str) -> Bands:
+    from photonmap.spectra.bands import Bands
+
+    return Bands.parse(bands)
+
+
+def _check_error(error: float | str) -> float | str:
+    Goal.parse(error)
+    return error
+
+
+def _check_effects(effects: str | Iterable[str]) -> str | frozenset[str]:
+    from photonmap.compile.effects import parse_effects
+
+    return parse_effects(effects)
+
+
+def _check_buffers(names: Iterable[str]) -> frozenset[str]:
+    from photonmap.buffers import check_buffers
+
+    chosen = list(names)
+    check_buffers(chosen)
+    return frozenset(chosen)
+
+
+def _check_memory(memory: float) -> float:
+    if not 0.0 < memory < math.inf:
+        raise InputError(f"memory {memory} must be a number of bytes above 0")
+    return memory
+
+
+def _check_checkpoint(path: str | PathLike[str]) -> Path:
+    from photonmap.runtime.checkpoint import check_checkpoint
+
+    return check_checkpoint(path)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """The options of `photonmap.render`, as a user gives them: the one list of them."""
+
+    bands: Bands | int | str = field(
+        default=6,
+        metadata=option(
+            "spectral bands: N Gaussians, box:N, FILE.csv of sensitivities, or the name of a "
+            "camera or observer; rgb takes the scene's RGB values as they are",
+            group="image",
+            metavar="BANDS",
+            read=str,
+            check=_check_bands,
+            commands=(RENDER, STUDY, DATASET),
+        ),
+    )
+    size: tuple[int, int] = field(
+        default=(512, 512),
+        metadata=option(
+            "width and height of the image, pixels",
+            group="image",
+            metavar="WxH",
+            read=read_size,
+            check=check_size,
+            commands=(RENDER, STUDY, DATASET),
+        ),
+    )
+    pixel: Pixel = field(
+        default="box",
+        metadata=option(
+            "box: samples cover the pixel; center: all pass through its centre",
+            group="image",
+            choices=("box", "center"),
+            decides=True,
+        ),
+    )
+    passes: int | None = field(
+        default=None,
+        metadata=option("stop after this many passes", group="budget", metavar="N", read=int),
+    )
+    seconds: float | None = field(
+        default=None,
+        metadata=option(
+            "stop after this many seconds of rendering", group="budget", metavar="S", read=float
+        ),
+    )
+    error: float | str | None = field(
+        default=None,
+        metadata=option(
+            "stop at this relative standard error of radiance, as in 0.02; of another buffer, as "
+            "in indirect:0.02; or at a percentile over pixels and bands, as in indirect:p95:0.02; "
+            f"gives up after {CEILING / 3600:g} hour",
+            group="budget",
+            metavar="E",
+            read=str,
+            check=_check_error,
+            commands=(RENDER, DATASET),
+        ),
+    )
+    photons: int | None = field(
+        default=None,
+        metadata=option(
+            "photons emitted per pass",
+            default_text=f"one per pixel, at least {LEAST_PHOTONS}",
+            group="sampling",
+            metavar="N",
+            read=int,
+            whole=(0, MOST_PHOTONS),
+            decides=True,
+        ),
+    )
+    seed: int = field(
+        default=0,
+        metadata=option(
+            "seed of the random numbers; the same seed and number of passes give the same image, "
+            "bit for bit, with any number of threads",
+            group="sampling",
+            metavar="N",
+            read=int,
+            whole=(0, 2**63 - 1),
+            decides=True,
+            commands=(RENDER, STUDY),
+        ),
+    )
+    threads: int | None = field(
+        default=None,
+        metadata=option(
+            "number of threads",
+            default_text="one per processor",
+            group="resources",
+            metavar="N",
+            read=int,
+            whole=(1, MOST_THREADS),
+            commands=(RENDER, STUDY),
+        ),
+    )
+    method: str = field(
+        default="photon",
+        metadata=option(
+            "; ".join(f"{name}: {method.meaning}" for name, method in METHODS.items()),
+            group="sampling",
+            choices=tuple(METHODS),
+            decides=True,
+        ),
+    )
+    effects: str | Iterable[str] = field(
+        default="auto",
+        metadata=option(
+            "auto: simulate the effects that the scene calls for; all: every effect; or only those "
+            "listed, separated by commas",
+            group="sampling",
+            metavar="LIST",
+            read=str,
+            check=_check_effects,
+            decides=True,
+        ),
+    )
+    per_light: bool = field(
+        default=False,
+        metadata=option(
+            "also split direct, indirect, caustics and shading by light group",
+            group="image",
+            decides=True,
+        ),
+    )
+    adaptive: bool = field(
+        default=True,
+        metadata=option(
+            "adaptive sampling: after 8 passes, more samples where the image is noisy and fewer "
+            "elsewhere",
+            group="sampling",
+            decides=True,
+        ),
+    )
+    buffers: Iterable[str] | None = field(
+        default=None,
+        metadata=option(
+            "keep only these buffers and their standard errors, which takes less memory",
+            written="their names, separated by commas",
+            default_text=f"all but {', '.join(names_where(default=False))}",
+            group="files",
+            metavar="LIST",
+            read=read_list,
+            check=_check_buffers,
+        ),
+    )
+    memory: float | None = field(
+        default=None,
+        metadata=option(
+            "bytes of RAM to use; a render that needs more keeps its large arrays, including the "
+            "result's, in scratch files in the temporary folder (TMPDIR), and gives the same image",
+            written="as in 512M or 4G, powers of 1024",
+            default_text="no limit",
+            group="resources",
+            metavar="SIZE",
+            read=read_memory,
+            check=_check_memory,
+        ),
+    )
+    checkpoint: str | PathLike[str] | None = field(
+        default=None,
+        metadata=option(
+            "save the state of the render to this file every minute and at the end",
+            written="without FILE, to the output's name with the suffix .checkpoint",
+            group="files",
+            metavar="FILE",
+            read=str,
+            bare="",
+            check=_check_checkpoint,
+        ),
+    )
+    resume: bool = field(
+        default=False,
+        metadata=option(
+            "continue from the checkpoint as if never interrupted: the budget counts earlier "
+            "passes and seconds; start from scratch, with a warning, if there is none yet",
+            group="files",
+        ),
+    )
+    progress: Progress | None = field(
+        default=None,
+        metadata=option("object that is notified of every stage and pass"),
+    )
+
+
+OPTIONS = list_options(Options)
+"""All options by name, in the order in which `photonmap.render` lists them."""
+
+
+def taken_by(command: str) -> list[str]:
+    """Return the names of the options that a command takes."""
+    return [name for name, each in OPTIONS.items() if each.group and command in each.commands]
+
+
+def usual_photons(pixels: int) -> int:
+    """Return how many photons are emitted per pass unless a user chooses a number."""
+    return max(pixels, LEAST_PHOTONS)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings(Options):
+    """Options that were checked, in the form in which a render uses them.
+
+    Parameters
+    ----------
+    film : the image: its size, and where samples lie within a pixel
+    budget : what ends the render: passes, seconds or an error
+    """
 
     bands: Bands
+    photons: int
+    effects: str | frozenset[str]
+    buffers: frozenset[str]
+    checkpoint: Path | None
+    progress: Progress
     film: Film
     budget: Budget
-    photons: int
-    seed: int
-    threads: int | None
-    method: Method
-    effects: str | frozenset[str]
-    per_light: bool
-    adaptive: bool
-    buffers: frozenset[str]
-    memory: float | None
 
     @classmethod
-    def check(
-        cls,
-        bands: Bands | int | str,
-        size: tuple[int, int],
-        pixel: Pixel,
-        budget: Budget,
-        photons: int | None,
-        seed: int,
-        threads: int | None,
-        method: Method,
-        effects: str | Iterable[str],
-        per_light: bool,
-        adaptive: bool = True,
-        buffers: Iterable[str] | None = None,
-        memory: float | None = None,
-    ) -> Settings:
-        """Check all arguments, and fill in the number of photons.
+    def of(cls, options: Options) -> Settings:
+        """Check all options, and fill in what follows from the others.
 
         Raises
         ------
-        InputError : one that is out of its range, or not known
+        InputError : an option is not permitted, or two of them exclude each other
         """
-        bands, effects = Bands.parse(bands), parse_effects(effects)
-        film = _film(size, pixel)
-        if photons is None:
-            photons = max(film.width * film.height, LEAST_PHOTONS)
-        _check_numbers(photons, seed, threads)
-        check_buffers(buffers)
-        if memory is not None and not 0.0 < memory < math.inf:
-            raise InputError(f"memory {memory} must be a number of bytes above 0")
-        if method not in ("photon", "path"):
-            raise InputError(f"method {method!r} is neither 'photon' nor 'path'")
-        kept = frozenset(BUFFERS if buffers is None else buffers)
-        return cls(
-            bands, film, budget, photons, seed, threads, method, effects, per_light, adaptive,
-            kept, memory,
-        )  # fmt: skip
+        from photonmap.kernels.core.passes import Film
 
-    @property
-    def focuses(self) -> bool:
-        """Whether sampling goes where the error is; the path tracer stays plain."""
-        return self.adaptive and self.method == "photon"
+        budget = Budget.choose(options.passes, options.seconds, options.error)
+        values = {name: each.checked(getattr(options, name)) for name, each in OPTIONS.items()}
+        if values["resume"] and values["checkpoint"] is None:
+            raise InputError("resume needs the checkpoint to continue from: name its file")
+        film = Film(*values["size"], values["pixel"] == "box")
+        defaults = {
+            "photons": usual_photons(film.width * film.height),
+            "buffers": frozenset(DEFAULT),
+            "progress": Silent(),
+        }
+        values |= {name: value for name, value in defaults.items() if values[name] is None}
+        return cls(**values, film=film, budget=budget)
 
     @property
     def pixels(self) -> int:
-        """P."""
+        """Number of pixels, P."""
         return self.film.width * self.film.height
 
     @property
     def deciding(self) -> dict[str, Any]:
         """What decides the arrays beside scene, bands and size, JSON-able."""
-        effects = self.effects
-        return {
-            "pixel": "box" if self.film.jitter else "center",
-            "photons": int(self.photons),
-            "seed": int(self.seed),
-            "method": self.method,
-            "effects": effects if isinstance(effects, str) else ",".join(sorted(effects)),
-            "per_light": bool(self.per_light),
-            "adaptive": bool(self.adaptive),
-        }
+        return {name: _jsonable(getattr(self, name)) for name, o in OPTIONS.items() if o.decides}
 
     def describe(self, threads: int) -> dict[str, Any]:
-        """Return the JSON-able record of the arguments; `threads` that there were."""
+        """Return the arguments for the run record, JSON-able; `threads` is how many there were."""
         effects = self.effects
         return {
             "size": [self.film.width, self.film.height],
@@ -116,28 +363,8 @@ class Settings:
         }
 
 
-def check_size(size: tuple[int, int]) -> None:
-    """Raise `InputError` for an image without pixels, or with too many."""
-    width, height = size
-    if not all(isinstance(side, int | np.integer) for side in size) or min(size) < 1:
-        raise InputError(f"size {width}x{height} must be whole pixels, 1x1 at least")
-    if max(size) > LARGEST_SIDE:
-        raise InputError(f"size {width}x{height} is too large: {LARGEST_SIDE} a side at most")
-
-
-def _film(size: tuple[int, int], pixel: str) -> Film:
-    check_size(size)
-    width, height = size
-    if pixel not in ("box", "center"):
-        raise InputError(f"pixel {pixel!r} is neither 'box' nor 'center'")
-    return Film(int(width), int(height), pixel == "box")
-
-
-def _check_numbers(photons: int, seed: int, threads: int | None) -> None:
-    for name, value, low, high in (
-        ("photons", photons, 0, MOST_PHOTONS),
-        ("seed", seed, 0, 2**63 - 1),
-        ("threads", 1 if threads is None else threads, 1, MOST_THREADS),
-    ):
-        if not isinstance(value, int | np.integer) or not low <= value <= high:
-            raise InputError(f"{name} {value} must be a whole number from {low} to {high}")
+def _jsonable(value: Any) -> Any:
+    """Return what JSON can hold: names as one text, NumPy's whole numbers as Python's."""
+    if isinstance(value, frozenset):
+        return ",".join(sorted(value))
+    return int(value) if isinstance(value, Integral) and not isinstance(value, bool) else value

@@ -3,8 +3,10 @@
 from dataclasses import replace
 from pathlib import Path
 
-from photonmap.readers.scene_file import load_scene
-from photonmap.scene import Material, Mesh, Scene
+from photonmap.io.readers.scene_file import load_scene
+from photonmap.scene.material import Material
+from photonmap.scene.mesh import Mesh
+from photonmap.scene.scene import Scene
 
 FOLDER = Path(__file__).parent
 
@@ -15,24 +17,25 @@ def cornell_box() -> Scene:
 
 
 def cornell_box_measured() -> Scene:
-    """Return the Cornell box with the measured spectra of its walls and of its lamp."""
+    """Return the Cornell box with measured spectra of its walls and of its light."""
     return load_scene(FOLDER / "cornell_box_measured.toml")
 
 
 def cornell_balls() -> Scene:
-    """Return the Cornell box with a ball of a mirror and one of glass in place of its boxes."""
+    """Return the Cornell box with a mirror ball and a glass ball in place of its boxes."""
     box = cornell_box()
-    mirror = _ball((-0.4, -0.65, -0.3), Material.polished("mirror", 0.9))
-    glass = _ball((0.4, -0.65, 0.2), Material.glass("glass", 1.5))
+    mirror = ball((-0.4, -0.65, -0.3), Material.polished("mirror", 0.9))
+    glass = ball((0.4, -0.65, 0.2), Material.glass("glass", 1.5))
     walls = [mesh for mesh in box.meshes if "box" not in mesh.name]
     return replace(box, meshes=[*walls, mirror, glass], name="cornell_balls")
 
 
-def _ball(center: tuple[float, float, float], material: Material) -> Mesh:
+def ball(center: tuple[float, float, float], material: Material) -> Mesh:
+    """Return a smooth sphere of radius 0.35 that is named after its material."""
     from trimesh.creation import icosphere
 
-    ball = icosphere(subdivisions=6, radius=0.35)
-    return Mesh(ball.vertices + center, ball.faces, material, material.name, ball.vertices / 0.35)
+    mesh = icosphere(subdivisions=6, radius=0.35)
+    return Mesh(mesh.vertices + center, mesh.faces, material, material.name, mesh.vertices / 0.35)
 
 
 def furnace() -> Scene:
@@ -41,5 +44,5 @@ def furnace() -> Scene:
 
 
 def two_rooms() -> Scene:
-    """Return two rooms with the lamp in one, the camera in the other, a door between them."""
+    """Return two rooms joined by a doorway: the light in one, the camera in the other."""
     return load_scene(FOLDER / "two_rooms.obj")

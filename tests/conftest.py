@@ -1,28 +1,83 @@
-"""Scenes shared by the tests: Cornell boxes and closed forms."""
+"""Fixtures shared by the tests, and how tests are shared out to processes that run at once."""
 
+import fcntl
+import importlib
+import math
+import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
-import numpy as np
 import pytest
-import trimesh
+from helpers.scenes import closed_box
 
 import photonmap as pm
 
-CAMERA = pm.Camera(origin=(0.0, 0.0, 3.9), target=(0.0, 0.0, 0.0), fov=39.3077)
-GREY = pm.Material("grey", 0.5)
+FIRST = ("golden", "study", "render", "hard")
+"""Folders of tests that begin"""
 
 
-def quad(a, b, c, d, material=GREY, name="quad"):
-    """A parallelogram whose front is seen counter-clockwise."""
-    return pm.Mesh(np.array([a, b, c, d], float), [[0, 1, 2], [0, 2, 3]], material, name)
+START = time.monotonic()
 
 
-def closed_box(material, low=-1.0, high=1.0, name="walls"):
-    """A cube whose front faces look inwards."""
-    box = trimesh.creation.box(bounds=[[low] * 3, [high] * 3])
-    return pm.Mesh(box.vertices, box.faces[:, ::-1], material, name)
+def pytest_addoption(parser):
+    parser.addoption(
+        "--minutes", type=float, default=math.inf, help="begin no test after so many minutes"
+    )
+
+
+def pytest_runtest_setup(item):
+    if time.monotonic() - START > 60.0 * item.config.getoption("minutes"):
+        pytest.skip("the time is up")
+
+
+def pytest_collection_modifyitems(items):
+    """Golden images first: they compile most kernels; then the files that take longest."""
+    order = {folder: number for number, folder in enumerate(FIRST)}
+    items.sort(key=lambda item: order.get(item.path.parent.name, len(FIRST)))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Give files to processes whole, so that a module's fixtures are made once; but golden images
+    one by one."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByFile(LoadScopeScheduling):
+        def _split_scope(self, nodeid):
+            folder, _, name = nodeid.partition("::")[0].rpartition("/")
+            if folder.endswith("golden"):
+                return nodeid
+            return folder if folder.endswith("study") else name
+
+    config.option.loadscopereorder = False  # by size: golden images came last
+    return ByFile(config, log)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_compiles_at_a_time():
+    """Let a process that needs kernels wait while another compiles: they may be the same."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        yield
+        return
+    from photonmap.integrators import kernel_warmup
+    from photonmap.kernels.core.jit import CACHE_FOLDER
+
+    render = importlib.import_module("photonmap.render")
+    compile_kernels = render.compile_kernels
+
+    def wait_and_compile(wanted, bands, workers, method):
+        if kernel_warmup.is_compiled(wanted, method):
+            return compile_kernels(wanted, bands, workers, method)
+        CACHE_FOLDER.mkdir(parents=True, exist_ok=True)
+        with (CACHE_FOLDER / "tests.lock").open("a") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            return compile_kernels(wanted, bands, workers, method)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(render, "compile_kernels", wait_and_compile)
+        yield
 
 
 @pytest.fixture(scope="session")
@@ -71,14 +126,3 @@ def study_folder(tmp_path_factory):
     (folder.parent / "stdout").write_text(done.stdout)
     (folder.parent / "stderr").write_text(done.stderr)
     return folder
-
-
-def assert_within(values, truth, error, sigmas=4.0, slack=1e-6):
-    """Assert that values lie within so many standard errors of the truth."""
-    deviation = np.abs(np.asarray(values, float) - truth)
-    allowed = sigmas * np.asarray(error, float) + slack * np.abs(truth)
-    worst = np.unravel_index(np.argmax(deviation - allowed), deviation.shape)
-    assert (deviation <= allowed).all(), (
-        f"{np.asarray(values)[worst]} is not {np.broadcast_to(truth, deviation.shape)[worst]} "
-        f"± {sigmas} · {np.broadcast_to(error, deviation.shape)[worst]} at {worst}"
-    )

@@ -1,51 +1,136 @@
-"""Imports go one way: kernels know only NumPy, Numba and each other."""
+"""Imports go one way: down the layers of the package, and down those of the kernels."""
 
-import ast
 import subprocess
 import sys
-from pathlib import Path
 
+import numpy as np
 import pytest
+from helpers.source import imported_modules, imports, modules
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
-ROOT = Path(__file__).parent.parent
-FOUNDATION = {"numpy", "numba", "llvmlite", "embreex", "platformdirs", "photonmap.kernels"}
-TOUCH_KERNELS = {
-    "accumulate", "bias", "block_errors", "caustics", "cells", "chances", "columns", "compiling",
-    "cuts", "effects", "emitters", "environment", "fingerprint", "first_hits", "focus",
-    "hidden_lights", "landing", "ledger", "light_tree", "matter", "openness", "passes", "prepare",
-    "record", "render", "settings", "survey", "textures", "triangles",
-}  # fmt: skip
+LAYERS = [
+    {"__main__"},
+    {"commands"},
+    {"dataset", "study", "sensors"},
+    {"render"},
+    {"settings"},
+    {"results"},
+    {"integrators"},
+    {"film"},
+    {"compile"},
+    {"io"},
+    {"scene"},
+    {"spectra"},
+    {"buffers"},
+    {"runtime"},
+    {"errors", "version"},
+]
+"""Rooms of photonmap; what a room imports stands further down, or in the room itself."""
+KERNEL_LAYERS = [
+    {"integrators"},
+    {"caustics"},
+    {"cache"},
+    {"film"},
+    {"camera"},
+    {"lights"},
+    {"bsdf"},
+    {"geometry"},
+    {"core"},
+]
+KERNEL_USERS = {"compile", "film", "integrators", "render", "results.record", "settings"}
+"""Rooms and modules that may import kernels."""
+KERNEL_FOUNDATION = {"numpy", "numba", "llvmlite", "embreex", "platformdirs"}
+"""What kernels may import beside the standard library."""
+DATA = {"data", "scenes"}
+"""Packages of files, which any module may read."""
+KERNELS = "photonmap.kernels"
+KERNEL_CONSTANTS = "photonmap.kernels.core.color"
+"""Holds constants of colour alone; any module may import it."""
+INSIDE = sorted(set(modules()) - {"photonmap"})
 
 
-def imports(path):
-    for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            yield node.module
+def layer_of(room, layers):
+    """Return the number of a room's layer, counted from the top."""
+    found = [number for number, layer in enumerate(layers) if room in layer]
+    assert found, f"{room} belongs to no layer: give it its place in tests/test_imports.py"
+    return found[0]
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "kernels").glob("*.py")), ids=lambda p: p.name)
-def test_kernels_stand_alone(path):
-    for name in imports(path):
-        known = name.split(".")[0] in sys.stdlib_module_names
-        assert known or name in FOUNDATION or name.split(".")[0] in FOUNDATION or (
-            name.startswith("photonmap.kernels.")
-        ), f"{path.name} imports {name}"  # fmt: skip
+def room_of(module, package):
+    """Return the room of a module within a package; "" for the package itself."""
+    return module.removeprefix(package).strip(".").partition(".")[0]
 
 
-def test_few_modules_touch_kernels():
+def edges(inside, package):
+    """Yield pairs of rooms that differ, with the modules of which one imports the other."""
+    for module in sorted(modules()):
+        for target in sorted(imported_modules(module)):
+            if inside(module) and inside(target):
+                above, below = room_of(module, package), room_of(target, package)
+                if above != below and above and below:
+                    yield module, target, above, below
+
+
+def test_rooms_import_downwards():
+    def is_layered(module):
+        return room_of(module, "photonmap") not in {"kernels", "", *DATA}
+
+    wrong = [
+        f"{module} imports {target}"
+        for module, target, above, below in edges(is_layered, "photonmap")
+        if layer_of(above, LAYERS) >= layer_of(below, LAYERS)
+    ]
+    assert not wrong
+
+
+def test_kernels_import_downwards():
+    wrong = [
+        f"{module} imports {target}"
+        for module, target, above, below in edges(lambda m: m.startswith(KERNELS), KERNELS)
+        if layer_of(above, KERNEL_LAYERS) >= layer_of(below, KERNEL_LAYERS)
+    ]
+    assert not wrong
+
+
+@pytest.mark.parametrize("module", [name for name in INSIDE if name.startswith(KERNELS)])
+def test_kernels_stand_alone(module):
+    for name in imports(modules()[module]):
+        known = name.partition(".")[0] in sys.stdlib_module_names | KERNEL_FOUNDATION
+        assert known or name.startswith(KERNELS), f"{module} imports {name}"
+
+
+def test_few_rooms_touch_kernels():
     users = {
-        path.stem
-        for path in (ROOT / "photonmap").rglob("*.py")
-        if any(name.startswith("photonmap.kernels") for name in imports(path))
+        module.removeprefix("photonmap.")
+        for module in INSIDE
+        if not module.startswith(KERNELS)
+        and any(t.startswith(KERNELS) for t in imported_modules(module) - {KERNEL_CONSTANTS})
     }
-    assert users == TOUCH_KERNELS
+    strangers = {
+        u for u in users if u not in KERNEL_USERS and u.partition(".")[0] not in KERNEL_USERS
+    }
+    assert not strangers
+
+
+def test_no_module_imports_the_front():
+    """Public names are for users; inside, they would tie everything to everything."""
+    assert not [module for module in INSIDE if "photonmap" in imported_modules(module)]
+
+
+def test_no_modules_import_each_other():
+    number = {name: index for index, name in enumerate(INSIDE)}
+    pairs = [(m, t) for m in INSIDE for t in imported_modules(m) if t in number]
+    rows, columns = ([number[name] for name in names] for names in zip(*pairs, strict=True))
+    graph = csr_array((np.ones(len(pairs)), (rows, columns)), shape=(len(INSIDE),) * 2)
+    count, knot = connected_components(graph, directed=True, connection="strong")
+    members = [[m for m in INSIDE if knot[number[m]] == index] for index in range(count)]
+    assert not [names for names in members if names[1:]]
 
 
 def test_importing_the_package_and_help_are_light():
     code = (
-        "import sys, photonmap, photonmap.cli; photonmap.Scene; photonmap.load_scene;"
+        "import sys, photonmap, photonmap.commands.main; photonmap.Scene; photonmap.load_scene;"
         "heavy = {'numba', 'scipy', 'trimesh', 'OpenImageIO', 'rich', 'colour', 'jinja2'};"
         "heavy &= set(sys.modules);"
         "sys.exit(str(heavy) if heavy else 0)"
@@ -55,7 +140,7 @@ def test_importing_the_package_and_help_are_light():
 
 def test_functions_are_not_hidden_by_their_modules():
     code = (
-        "import photonmap as pm, photonmap.render, photonmap.merge;"
+        "import photonmap as pm, photonmap.render, photonmap.results.merge;"
         "from photonmap.render import render; assert pm.render is render;"
         "assert callable(pm.merge)"
     )

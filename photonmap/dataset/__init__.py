@@ -5,7 +5,7 @@
 ...     image["shading"], image["reflectance"], image.rgb["radiance"]
 """
 
-from photonmap.dataset.reader import Dataset, Image, open_dataset
+from photonmap.dataset.files.reader import Dataset, Image, open_dataset
 
 open = open_dataset
 

@@ -1,1 +1,1 @@
-"""What a number of bands costs: errors after interreflection, in the bands and as seen."""
+"""What a number of bands costs: errors after interreflection, in the bands and as colours."""

@@ -1,8 +1,8 @@
-"""What more bands buy, and which Gaussians serve best: how wide, and how far apart.
+"""What more bands gain, and which Gaussians are best: their widths and distances.
 
-The error within the bands alone is no judge of σ. It goes to 0 as σ does, since at a single
-wavelength the product of values is the value of the product; but bands that narrow miss most of
-what the eye sees. Hence σ and spacing are judged by the mean ΔE2000 after two bounces and a
+The error within the bands alone does not identify a good σ. It goes to 0 as σ does, since at a
+single wavelength the product of values is the value of the product; but bands that narrow miss
+most of the visible light. So σ and spacing are rated by the mean ΔE2000 after two bounces and a
 projection to sRGB by regression.
 """
 
@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.bands import Bands
 from photonmap.sensors.color_error import Colors, differences, exact_colors, projection_matrix
 from photonmap.sensors.interreflection import DARK, interreflection_errors
 from photonmap.sensors.sampling import STEP
+from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import VISIBLE, Spectrum, SpectrumSet
 
 Floats = NDArray[np.float64]
@@ -26,14 +26,15 @@ COUNTS = (*range(1, 13), 16, 24, 31)
 WIDTHS = (0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
 SPREADS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2)
 
-_TESTED = 60  # reflectances, of which all pairs are judged
+_TESTED = 60
+"""Reflectances of which all pairs are tested."""
 _REFINEMENTS = 3
 _CUT = 8.0  # σ
 
 
 @dataclass(frozen=True)
 class BestRow:
-    """What N Gaussian bands reach.
+    """The errors of N Gaussian bands.
 
     Parameters
     ----------
@@ -86,12 +87,12 @@ def best_bands(
 
 
 def spread_gaussians(count: int, low: float, high: float, width: float, spread: float) -> Bands:
-    """Return Gaussian bands whose centres are pulled in or pushed out about the middle.
+    """Return Gaussian bands whose centres are moved towards the middle of the range or away.
 
     Parameters
     ----------
     count : N
-    low, high : nm, where the curves are cut
+    low, high : nm, where the curves are truncated
     width : σ over the bin, (high − low) / N
     spread : distance of the centres over that of the bins'
     """
@@ -129,12 +130,12 @@ def _delta(exact: Colors, bands: Bands) -> float:
 
 
 def _least(score: Callable[[float], float], grid: Sequence[float]) -> tuple[float, float]:
-    """Return where a score is least, and the score: on a grid, then on finer ones around that."""
+    """Return where the score is least, and that score: on a grid, then on finer ones around it."""
     known = {value: score(value) for value in grid}
     for _ in range(_REFINEMENTS):
-        places = sorted(known)
-        best = places.index(min(places, key=known.__getitem__))
-        ends = places[max(best - 1, 0)], places[min(best + 1, len(places) - 1)]
+        tried = sorted(known)
+        best = tried.index(min(tried, key=known.__getitem__))
+        ends = tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)]
         for value in np.linspace(*ends, 5).tolist():
             if value not in known:
                 known[value] = score(value)

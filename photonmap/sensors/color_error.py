@@ -1,7 +1,7 @@
-"""How wrong colours look after interreflection in N bands, once projected to sRGB: CIE ΔE2000.
+"""Colour differences after interreflection in N bands and projection to sRGB: CIE ΔE2000.
 
-Exact colours are ∫ matching · e r₁ r₂ dλ over what the eye sees, 380 to 780 nm, where curves that
-cover less keep their outer values; estimates are E R₁ R₂ in the bands, times a 3 × N matrix.
+Exact colours are ∫ matching · e r₁ r₂ dλ over 380 to 780 nm, where curves that cover less keep
+their outer values; estimates are E R₁ R₂ in the bands, times a 3 × N matrix.
 """
 
 from __future__ import annotations
@@ -12,18 +12,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.bands import Bands
-from photonmap.projection import direct_projection, fit_projection
-from photonmap.sensors.sampling import FINE, band_values, check_seen, trapezoid_weights
+from photonmap.sensors.sampling import FINE, band_values, check_sensitivities, trapezoid_weights
+from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import VISIBLE, Spectrum, SpectrumSet, check_covers
 from photonmap.spectra.integrals import resample
 from photonmap.spectra.names import colour_science
 from photonmap.spectra.observer import observer
+from photonmap.spectra.projection import direct_projection, fit_projection
 
 Floats = NDArray[np.float64]
 
 METHODS = ("direct", "regression")
-MOST = 200  # reflectances that are shown to each other: 40 000 pairs
+MOST = 200
+"""Largest number of reflectances tested in all ordered pairs: 40 000 of them."""
 
 
 @dataclass(frozen=True)
@@ -32,10 +33,10 @@ class ColorRow:
 
     Parameters
     ----------
-    bands : what the user called the bands, as in "6" or "box:6"
+    bands : as the user specified them: "6", "box:6"
     count : N
     bounces : 1 or 2
-    method : how bands become sRGB, one of `METHODS`
+    method : of projection to sRGB, one of `METHODS`
     mean, p95, worst : ΔE2000; p95 is the 95th percentile
     """
 
@@ -53,7 +54,7 @@ class Colors(NamedTuple):
 
     Parameters
     ----------
-    taught : reflectances that a regression may see
+    taught : reflectances that a regression is fitted to
     tested : C others
     illuminant : e
     white : (3,) XYZ of the illuminant
@@ -70,14 +71,14 @@ class Colors(NamedTuple):
 def color_errors(
     reflectances: SpectrumSet, illuminant: Spectrum, bands: Bands, label: str | None = None
 ) -> list[ColorRow]:
-    """Measure ΔE2000 after 1 and 2 bounces, for both ways to project.
+    """Measure ΔE2000 after 1 and 2 bounces, for both methods of projection.
 
-    Reflectances 1, 3, 5 … are what the regression learns from; of the others up to 200 are tested,
-    in all ordered pairs.
+    The regression is fitted to reflectances 1, 3, 5 …; up to 200 of the others are tested, in all
+    ordered pairs.
 
     Parameters
     ----------
-    reflectances : curves; a single one is learnt from and tested
+    reflectances : curves; a single one is both fitted to and tested
     illuminant : e, any unit
     bands : N sensitivities
     label : name of the bands in the result; N if None
@@ -99,7 +100,12 @@ def color_errors(
 
 
 def exact_colors(reflectances: SpectrumSet, illuminant: Spectrum, most: int = MOST) -> Colors:
-    """Part the reflectances into taught and tested, and see the latter, `most` at most, exactly."""
+    """Split the reflectances into taught and tested, and return exact colours of the latter.
+
+    Parameters
+    ----------
+    most : largest number of tested reflectances
+    """
     check_covers(reflectances.wavelengths, *VISIBLE)
     illuminant.check_covers(*VISIBLE)
     every = np.arange(len(reflectances))
@@ -117,8 +123,8 @@ def exact_colors(reflectances: SpectrumSet, illuminant: Spectrum, most: int = MO
 
 
 def projection_matrix(exact: Colors, bands: Bands, method: str) -> Floats:
-    """Return what turns band radiances into linear sRGB, (3, N), by one of `METHODS`."""
-    check_seen(bands)
+    """Return the matrix, (3, N), from band radiances to linear sRGB, by one of `METHODS`."""
+    check_sensitivities(bands)
     if method == "direct":
         return direct_projection(bands, "rgb").matrix
     return fit_projection(bands, "rgb", exact.taught, [exact.illuminant]).matrix
@@ -134,10 +140,10 @@ def differences(exact: Colors, bands: Bands, matrix: Floats, bounces: int) -> Fl
     matrix : (3, N), linear sRGB from band radiances
     bounces : 1 or 2
     """
-    seen, light = band_values(bands, exact.tested, exact.illuminant, FINE)
-    estimate = seen * light
+    reflected, light = band_values(bands, exact.tested, exact.illuminant, FINE)
+    estimate = reflected * light
     if bounces == 2:
-        estimate = (estimate[:, None] * seen).reshape(-1, len(light))
+        estimate = (estimate[:, None] * reflected).reshape(-1, len(light))
     lab = _lab(estimate @ (observer().rgb_to_xyz @ matrix).T, exact.white)
     with colour_science() as colour:
         return colour.delta_E(exact.labs[bounces - 1], lab, method="CIE 2000")

@@ -1,7 +1,7 @@
-"""The error that N bands make because a product of averages is no average of products.
+"""The error of N bands because a product of averages is not an average of products.
 
-Light e goes back and forth between two facing plates. After m bounces band k, of sensitivity ρ_k,
-sees
+Light e is reflected back and forth between two facing plates. After m bounces, the value of band
+k, of sensitivity ρ_k, is
 
     t_k = ∫ ρ_k e r₁ r₂ r₁ … dλ    (m factors),
 
@@ -19,30 +19,32 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.bands import Bands
 from photonmap.errors import InputError
-from photonmap.sensors.sampling import STEP, check_seen, covering, sensitivity_nodes
+from photonmap.sensors.sampling import STEP, check_sensitivities, sensitivity_nodes, values_at
+from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Spectrum, SpectrumSet
 
 Floats = NDArray[np.float64]
 Products = list[tuple[Floats, Floats]]
 
 DARK = 0.04
-BLOCK = 512  # rows of pairs at a time; fewer, and threads of BLAS wait for busy processors
+"""Brightness of the darkest pairs that count, relative to the illuminant."""
+BLOCK = 512
+"""Rows of pairs handled at a time; memory grows with this times their number."""
 
 
 @dataclass(frozen=True)
 class ErrorRow:
-    """How far N bands are off after some bounces, over a set of reflectances.
+    """Errors of N bands after some bounces, over a set of reflectances.
 
     Parameters
     ----------
-    bands : what the user called the bands, as in "6" or "box:6"
+    bands : as the user specified them: "6", "box:6"
     count : N
     bounces : m
-    mean, worst : error over its truth, 1 (not percent)
+    mean, worst : relative errors, as fractions
     worst_pair : names of the reflectances with the worst error; one of them for m = 1
-    kept : part of the pairs that are bright enough to count, 0 to 1
+    kept : fraction of the pairs that are bright enough to count
     """
 
     bands: str
@@ -55,7 +57,7 @@ class ErrorRow:
 
 
 class _Band(NamedTuple):
-    """One band: both lists of factors whose products are t_k and its estimate."""
+    """One band: the factors whose products are t_k, and those of its estimate."""
 
     emission: float
     truth: Products
@@ -71,7 +73,6 @@ def interreflection_errors(
     direct_too: bool = False,
     label: str | None = None,
     step: float = STEP,
-    block: int = BLOCK,
 ) -> ErrorRow:
     """Measure the error after some bounces over all ordered pairs of reflectances.
 
@@ -79,7 +80,7 @@ def interreflection_errors(
 
     Integrals are sums over samples. Next to exact integration of the piecewise-linear curves, those
     5 nm apart change the errors of 3 to 9 bands by less than 3% of themselves, 1 nm by less than
-    2e-3, and 0.5 nm by less than 1e-3. The paper does not tell its own: with 5 nm all 12 numbers of
+    2e-3, and 0.5 nm by less than 1e-3. The paper does not give its own: with 5 nm all 12 numbers of
     its Table 2 are met within 10%, with 0.5 nm all but one, the worst of 9 bands after one bounce:
     0.757% for 0.86%.
 
@@ -93,27 +94,29 @@ def interreflection_errors(
     direct_too : sum 1 to m bounces, as Eq. 4 of the paper is written; all pairs count
     label : name of the bands in the result; N if None
     step : nm, between samples; less where a band is narrow
-    block : so many first plates at a time; memory grows with block · C
 
     Raises
     ------
     InputError
         if a curve does not cover the bands, or no pair is bright enough
     """
-    check_seen(bands)
+    check_sensitivities(bands)
     orders = range(1 if direct_too else bounces, bounces + 1)
-    seen = [_band(curve, step, reflectances, illuminant, orders) for curve in bands.sensitivities]
+    measured = [
+        _band(curve, step, reflectances, illuminant, orders) for curve in bands.sensitivities
+    ]
     least = 0.0 if direct_too or bounces == 1 else dark
-    white = float(np.linalg.norm([band.emission for band in seen]))
+    white = float(np.linalg.norm([band.emission for band in measured]))
     tally = _Tally()
-    for first, missed, truth in _blocks(seen, len(reflectances), block):
+    for first, missed, truth in _blocks(measured, len(reflectances)):
         tally.add(first, missed, truth, (least * white) ** 2)
     if not tally.kept:
         raise InputError(
-            f"all reflectances are too dark: none keeps over {100.0 * least:g}% of the illuminant "
-            f"at bounce {bounces}; lower --dark, take fewer bounces or brighter reflectances"
+            f"all reflectances are too dark: none reflects more than {100.0 * least:g}% of the "
+            f"illuminant at bounce {bounces}; lower --dark, use fewer bounces or "
+            f"brighter reflectances"
         )
-    pair = tally.at if direct_too or bounces % 2 else sorted(tally.at)  # the order says nothing
+    pair = tally.at if direct_too or bounces % 2 else sorted(tally.at)  # the order is arbitrary
     return ErrorRow(
         label or str(bands.count),
         bands.count,
@@ -140,7 +143,7 @@ class _Tally:
 
         Parameters
         ----------
-        first : place of its first row
+        first : index of its first row
         missed, truth : (B, C) Σ(estimate − t)² and Σt² over the bands; `missed` is overwritten
         least : of `truth`, below which a pair is dark
         """
@@ -165,7 +168,7 @@ def _band(
     """Prepare one band for these numbers of bounces."""
     nodes, weights = sensitivity_nodes(curve, step)
     curves = reflectances.at(nodes)
-    light = weights * covering(illuminant, nodes)
+    light = weights * values_at(illuminant, nodes)
     averages, emission = (curves @ weights)[:, None], light.sum(keepdims=True)
     return _Band(
         float(emission[0]),
@@ -175,7 +178,7 @@ def _band(
 
 
 def _factors(curves: Floats, light: Floats, bounces: int) -> tuple[Floats, Floats]:
-    """Split light · r₁ r₂ r₁ … into what the first plate does and what the second does.
+    """Split light · r₁ r₂ r₁ … into the factors of the first plate and of the second.
 
     Parameters
     ----------
@@ -185,16 +188,16 @@ def _factors(curves: Floats, light: Floats, bounces: int) -> tuple[Floats, Float
     Returns
     -------
     first : (C, M), with the light
-    second : (C, M); (1, M) if it is not met
+    second : (C, M); (1, M) after a single bounce
     """
     second = curves ** (bounces // 2) if bounces > 1 else np.ones((1, len(light)))
     return curves ** ((bounces + 1) // 2) * light, second
 
 
-def _blocks(bands: list[_Band], count: int, block: int) -> Iterator[tuple[int, Floats, Floats]]:
-    """Yield the first row, Σ(estimate − t)² and Σt² over the bands, block by block of rows."""
-    for first in range(0, count, block):
-        rows = slice(first, first + block)
+def _blocks(bands: list[_Band], count: int) -> Iterator[tuple[int, Floats, Floats]]:
+    """Yield the first row, Σ(estimate − t)² and Σt² over the bands, one block of rows at a time."""
+    for first in range(0, count, BLOCK):
+        rows = slice(first, first + BLOCK)
         missed = truth = np.zeros(1)
         for band in bands:
             exact = _sum(band.truth, rows)

@@ -21,17 +21,20 @@ if TYPE_CHECKING:
 SUFFIXES = (".png", ".svg", ".pdf")
 
 _COLORS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#555555")
-"""M. Okabe and K. Ito's, which the colour-blind tell apart."""
+"""Palette of M. Okabe and K. Ito, safe for colour-blind readers."""
 
 _METHOD_COLORS = {"direct": "#777777", "regression": "#0072B2"}
 _INK, _FAINT = "#222222", "#DDDDDD"
-_LINE = 0.05  # of the axis, a line of text
-_FEW = 5  # bands with both lines labelled
-_FLOOR = 1e-3  # percent and ΔE; smaller values stand here on the logarithmic axes
+_LINE = 0.05
+"""Height of a line of text, relative to the axis."""
+_FEW = 5
+"""Most sets of bands with both lines labelled."""
+_FLOOR = 1e-3
+"""Percent and ΔE; smaller values are drawn here on the logarithmic axes."""
 
 
 def check_plot(path: str | PathLike[str]) -> None:
-    """Check before the computation that there is matplotlib and that the picture can be written.
+    """Check before the computation that matplotlib is there and that the picture can be written.
 
     Raises
     ------
@@ -48,7 +51,7 @@ def check_plot(path: str | PathLike[str]) -> None:
 def write_plot(
     path: str | PathLike[str], rows: Sequence[ErrorRow], color_rows: Sequence[ColorRow]
 ) -> None:
-    """Draw errors against bounces, and ΔE2000 for each bands, side by side.
+    """Draw errors against bounces, and ΔE2000 for each set of bands, side by side.
 
     Parameters
     ----------
@@ -77,7 +80,7 @@ def write_plot(
 
 
 def _draw_errors(axes: Axes, rows: Sequence[ErrorRow]) -> None:
-    """Draw mean and worst error against the number of bounces, a colour for each bands."""
+    """Draw mean and worst error against the number of bounces, a colour for each set of bands."""
     ends: list[tuple[float, str, str]] = []
     labels = dict.fromkeys(row.bands for row in rows)
     for place, label in enumerate(labels):
@@ -100,7 +103,7 @@ def _draw_errors(axes: Axes, rows: Sequence[ErrorRow]) -> None:
 
 
 def _draw_colors(axes: Axes, rows: Sequence[ColorRow]) -> None:
-    """Draw mean, 95th percentile and worst ΔE2000, a group for each bands."""
+    """Draw mean, 95th percentile and worst ΔE2000, a group for each set of bands."""
     labels = list(dict.fromkeys(row.bands for row in rows))
     places = [labels.index(row.bands) + _offset(row) for row in rows]
     for at, row in zip(places, rows, strict=True):
@@ -132,7 +135,7 @@ def _draw_colors(axes: Axes, rows: Sequence[ColorRow]) -> None:
 
 
 def _offset(row: ColorRow) -> float:
-    """Return where a row stands within its group."""
+    """Return the offset of a row within its group."""
     return {"direct": -0.21, "regression": 0.21}[row.method] + (row.bounces - 1.5) * 0.2
 
 
@@ -159,7 +162,7 @@ def _write(
 
 
 def _write_beside(axes: Axes, x: float, ends: Sequence[tuple[float, str, str]]) -> None:
-    """Write texts to the right of points (y, text, colour), moved apart where they would meet."""
+    """Write texts right of points (y, text, colour), moved apart where they would overlap."""
     ends = sorted(ends)
     low, high = np.log10(axes.get_ylim())
     heights = _apart([float(np.log10(end[0])) for end in ends], _LINE * float(high - low))
@@ -218,5 +221,5 @@ def _at_least(value: float) -> float:
 
 
 def _called(label: str) -> str:
-    """Return a label with a noun where it is but a number."""
+    """Return a label, with a noun if it is only a number."""
     return f"{label} band{'s' * (label != '1')}" if label.isdecimal() else label

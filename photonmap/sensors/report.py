@@ -1,4 +1,4 @@
-"""Results as text, and files that appear whole or not at all."""
+"""Results as tables in text and CSV."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from os import PathLike
 from pathlib import Path
 
 from photonmap.errors import InputError
+from photonmap.runtime.file_checks import check_writable
 from photonmap.sensors.best import BestRow
 from photonmap.sensors.color_error import METHODS, ColorRow
 from photonmap.sensors.interreflection import ErrorRow
 
 COLUMNS = ("bands", "bounces", "mean_percent", "max_percent")
-"""Of the CSV file."""
+"""Columns of the CSV file."""
 
 BEST_COLUMNS = (
     *("bands", "1 bounce %", "2 bounces %", "ΔE", "best σ/bin", "ΔE", "best spread", "ΔE"),
@@ -23,7 +24,7 @@ BEST_COLUMNS = (
 
 
 def error_table(rows: Sequence[ErrorRow]) -> str:
-    """Lay out errors in percent, with how many pairs count and the worst of them."""
+    """Return a table of errors in percent, with the pairs that count and the worst of them."""
     cells = [
         [
             row.bands,
@@ -39,7 +40,7 @@ def error_table(rows: Sequence[ErrorRow]) -> str:
 
 
 def color_table(rows: Sequence[ColorRow]) -> str:
-    """Lay out ΔE2000, a line for each bands and bounces."""
+    """Return a table of ΔE2000, a line for each set of bands and number of bounces."""
     by_key = {(row.bands, row.bounces, row.method): row for row in rows}
     cells = []
     for bands, bounces in dict.fromkeys((row.bands, row.bounces) for row in rows):
@@ -78,7 +79,7 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def write_csv(path: str | PathLike[str], rows: Sequence[ErrorRow]) -> None:
-    """Write errors in percent, one row for each bands and bounces.
+    """Write errors in percent, one row for each set of bands and number of bounces.
 
     Raises
     ------
@@ -94,7 +95,7 @@ def write_csv(path: str | PathLike[str], rows: Sequence[ErrorRow]) -> None:
 
 
 def check_file(path: str | PathLike[str]) -> None:
-    """Check that a file can be written, before there is something to write.
+    """Check that a file can be written, before the work that fills it.
 
     Raises
     ------
@@ -103,20 +104,15 @@ def check_file(path: str | PathLike[str]) -> None:
     """
     path = Path(path)
     if path.is_dir():
-        raise InputError("this is a folder; name a file", path)
+        raise InputError("is a folder; name a file", path)
     if not path.parent.is_dir():
         raise InputError(f"the folder {path.parent} does not exist; create it", path)
-    try:
-        with tempfile.TemporaryFile(dir=path.parent):
-            pass
-    except OSError as error:
-        reason = error.strerror or error
-        raise InputError(f"cannot write to the folder {path.parent} ({reason})", path) from None
+    check_writable(path.parent, path)
 
 
 @contextmanager
 def replacing(path: str | PathLike[str]) -> Iterator[Path]:
-    """Give a name to write to; once all is written, the file takes its own name."""
+    """Yield a temporary path to write to, which replaces the file when all is written."""
     path = Path(path)
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as folder:
         part = Path(folder) / path.name

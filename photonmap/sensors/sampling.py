@@ -1,23 +1,24 @@
-"""Sensitivities as sums: where to take a curve, and with what weights to add it up."""
+"""Sensitivities as quadratures: nodes and weights."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.bands import Bands
 from photonmap.errors import InputError
+from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Spectrum, SpectrumSet
 
 Floats = NDArray[np.float64]
 
 STEP = 5.0
-"""nm between samples. The paper tells none; see `interreflection_errors` for what it changes."""
+"""Distance of samples, nm. The paper gives none; `interreflection_errors` states its effect."""
 
 FINE = 1.0
-"""nm between samples where no paper is followed."""
+"""Distance of samples where no paper is followed, nm."""
 
-_LOSS = 0.01  # what a sum may miss of a sensitivity's integral
+_LOSS = 0.01
+"""Largest error of a sum, relative to a sensitivity's integral."""
 
 
 def trapezoid_weights(nodes: Floats) -> Floats:
@@ -27,24 +28,24 @@ def trapezoid_weights(nodes: Floats) -> Floats:
 
 
 def sensitivity_nodes(curve: Spectrum, step: float = STEP) -> tuple[Floats, Floats]:
-    """Return where a sensitivity ρ is not 0, and weights w: w @ f ≈ ∫ ρ f by trapezoids.
+    """Return nodes where a sensitivity ρ is not 0, and weights w: w @ f ≈ ∫ ρ f by trapezoids.
 
-    The nodes are the multiples of `step` between the two ends of ρ, and these ends: so ρ is 0
-    beyond its samples, and steep edges stay in place. Where the sum misses over 1% of ∫ ρ, as
-    with narrow bands, the step is halved; then the weights are scaled to have ∫ ρ as their sum.
+    The nodes are the multiples of `step` between the two ends of ρ, and these ends, so that steep
+    edges stay in place. Where the sum is off by more than 1% of ∫ ρ, as with narrow bands, the
+    step is halved. The weights are scaled to sum to ∫ ρ.
 
     Parameters
     ----------
     curve : ρ, nm⁻¹
-    step : nm, the largest
+    step : largest distance of nodes, nm
 
     Returns
     -------
     nodes : (M,) float64, nm, increasing
     weights : (M,) float64
     """
-    seen = np.flatnonzero(curve.values)
-    support = slice(max(seen[0] - 1, 0), seen[-1] + 2)
+    nonzero = np.flatnonzero(curve.values)
+    support = slice(max(nonzero[0] - 1, 0), nonzero[-1] + 2)
     knots, integral = curve.wavelengths[support], np.trapezoid(curve.values, curve.wavelengths)
     nodes = _grid(knots[0], knots[-1], step)
     weights = trapezoid_weights(nodes) * curve(nodes)
@@ -62,23 +63,23 @@ def _grid(low: float, high: float, step: float) -> Floats:
 def band_values(
     bands: Bands, reflectances: SpectrumSet, illuminant: Spectrum, step: float = STEP
 ) -> tuple[Floats, Floats]:
-    """Return what the bands see of reflectances, R (C, N), and of the illuminant, E (N,).
+    """Return the band values of reflectances, R (C, N), and of the illuminant, E (N,).
 
     Raises
     ------
     InputError
         if a curve does not cover the bands
     """
-    seen, light = [], []
+    reflected, light = [], []
     for curve in bands.sensitivities:
         nodes, weights = sensitivity_nodes(curve, step)
-        seen.append(reflectances.at(nodes) @ weights)
-        light.append(weights @ covering(illuminant, nodes))
-    return np.array(seen).T, np.array(light)
+        reflected.append(reflectances.at(nodes) @ weights)
+        light.append(weights @ values_at(illuminant, nodes))
+    return np.array(reflected).T, np.array(light)
 
 
-def covering(curve: Spectrum, nodes: Floats) -> Floats:
-    """Return a curve at `nodes` (M,), nm, increasing: (M,) float64.
+def values_at(curve: Spectrum, nodes: Floats) -> Floats:
+    """Return the values of a curve at `nodes` (M,), nm, increasing: (M,) float64.
 
     Raises
     ------
@@ -89,7 +90,7 @@ def covering(curve: Spectrum, nodes: Floats) -> Floats:
     return curve(nodes)
 
 
-def check_seen(bands: Bands) -> None:
+def check_sensitivities(bands: Bands) -> None:
     """Raise `InputError` for red, green and blue, which have no sensitivities."""
     if bands.is_rgb:
         raise InputError("rgb has no sensitivities; choose a number of bands")

@@ -1,1 +1,1 @@
-"""Curves over wavelength, the names they go by, and the eye that sees them."""
+"""Spectra: curves and their names, measured sets, bands, and colorimetry."""

@@ -1,4 +1,4 @@
-"""XYZ turned into colours: linear sRGB within its gamut, smooth spectra beyond it."""
+"""XYZ to colours: linear sRGB within its gamut, smooth spectra outside."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ _DIMMER = (0.5, 0.2, 0.05, 0.01, 0.002)
 def reflectance_of_xyz(xyz: XYZ) -> Color:
     """Return a reflectance that has this colour under D65.
 
-    Within sRGB it is linear sRGB; beyond it a smooth curve by W. Jakob and J. Hanika, "A
-    Low-Dimensional Function Space for Efficient Spectral Upsampling", Computer Graphics Forum
-    38(2), 2019.
+    Within the gamut of sRGB it is linear sRGB; outside it is a smooth curve by W. Jakob and J.
+    Hanika, "A Low-Dimensional Function Space for Efficient Spectral Upsampling", Computer Graphics
+    Forum 38(2), 2019.
 
     Parameters
     ----------
@@ -38,13 +38,14 @@ def reflectance_of_xyz(xyz: XYZ) -> Color:
         return _triple(rgb)
     curve = _recover(np.array(xyz))
     if curve is None:
-        percent = "; divide values of 0 to 100 by 100" if 2.0 < xyz[1] <= 100.0 else ""
-        raise InputError(f"no reflectance has the XYZ {_listed(xyz)} under D65{percent}")
+        percent = "divide values of 0 to 100 by 100" if 2.0 < xyz[1] <= 100.0 else ""
+        remedy = percent or "lower its saturation"
+        raise InputError(f"no reflectance has the XYZ {_listed(xyz)} under D65; {remedy}")
     return curve
 
 
 def emission_of_xyz(xyz: XYZ) -> Color:
-    """Return a light of this colour, as `reflectance_of_xyz`, without an upper bound.
+    """Return a light of this colour, like `reflectance_of_xyz` without an upper bound.
 
     Raises
     ------
@@ -60,13 +61,13 @@ def emission_of_xyz(xyz: XYZ) -> Color:
         if curve is not None:
             light = curve(eye.wavelengths) * eye.d65 * (brightest / dimmer)
             return Spectrum(eye.wavelengths, light, extrapolate=True)
-    raise InputError(f"no light has the XYZ {_listed(xyz)}")
+    raise InputError(f"no light has the XYZ {_listed(xyz)}; lower its saturation")
 
 
 def _to_rgb(xyz: XYZ) -> Floats:
-    """Return linear sRGB; what rounding leaves below 0 or above 1 is cut."""
+    """Return linear sRGB, with rounding errors next to 0 and 1 removed."""
     if min(xyz) < 0.0:
-        raise InputError(f"no colour has the XYZ {_listed(xyz)}; all three are from 0")
+        raise InputError(f"no colour has the XYZ {_listed(xyz)}; give three values from 0")
     rgb = np.linalg.solve(observer().rgb_to_xyz, xyz)
     near = np.round(rgb)
     return np.where(np.abs(rgb - near) < 1e-9 * max(1.0, rgb.max()), near, rgb)
@@ -80,17 +81,17 @@ def _triple(rgb: Floats) -> tuple[float, float, float]:
 def _recover(xyz: Floats) -> Spectrum | None:
     """Return a reflectance in [0, 1] of this colour under D65; None if there is none.
 
-    A sigmoid of a parabola over wavelength, found by walking from the grey of equal Y.
+    A sigmoid of a parabola over wavelength, found by continuation from the grey of equal Y.
     """
     from scipy.optimize import least_squares
 
     eye = observer()
     weights = eye.rgb_to_xyz @ eye.matching * eye.d65  # zero at both ends, in steps of 1 nm
     at = (eye.wavelengths - 550.0) / 100.0
-    powers = np.stack([np.ones(len(at)), at, at * at])
+    sample_scales = np.stack([np.ones(len(at)), at, at * at])
 
     def reflect(coefficients: Floats) -> Floats:
-        argument = coefficients @ powers
+        argument = coefficients @ sample_scales
         return 0.5 + 0.5 * argument / np.sqrt(1.0 + argument**2)
 
     grey = weights.sum(axis=1) * min(xyz[1], 0.99)

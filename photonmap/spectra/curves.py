@@ -1,4 +1,4 @@
-"""Curves over wavelength, one or many, and what makes them sound."""
+"""Curves over wavelength, one or many, and their checks."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError
-from photonmap.messages import suggest
+from photonmap.runtime.wording import suggest
 from photonmap.spectra.integrals import resample
 
 Floats = NDArray[np.float64]
 
 VISIBLE = (400.0, 700.0)
-"""What every curve must cover at least, nm."""
+"""Range that every curve must cover, nm."""
 
 EXTRAPOLATE = "extrapolate:"
-"""Stands before the name of a curve whose outer values hold beyond its samples."""
+"""Prefix of a curve whose outer values extend beyond its samples."""
 
 FILES = (".csv", ".txt", ".tsv", ".spd", ".rfl")
-"""What names of files with curves end in."""
+"""Suffixes of files with curves."""
 
 LARGEST_REFLECTANCE = 1.001
-"""Rounded perfect white may reach up to here; more is a mistake."""
+"""Largest reflectance that may be a rounded 1; more is a mistake."""
 
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """A curve over wavelength: linear between its samples, and unknown beyond the outer ones.
+    """A curve over wavelength: linear between its samples, and unknown outside of them.
 
     Equal by value; the arrays are read-only copies.
 
@@ -37,12 +37,12 @@ class Spectrum:
     ----------
     wavelengths : (M,) float64, nm, strictly increasing, M ≥ 2
     values : (M,) float64, in the unit of what is described: 1, or W·m⁻²·sr⁻¹
-    extrapolate : the outer samples hold beyond, where more than they cover is needed
+    extrapolate : whether the outer values extend to all wavelengths beyond the samples
 
     Raises
     ------
     InputError
-        if the two are not such arrays, or the wavelengths look like another unit
+        if the arrays are not of this kind, or the wavelengths seem to be in another unit
     """
 
     wavelengths: Floats
@@ -114,7 +114,7 @@ class SpectrumSet:
     Raises
     ------
     InputError
-        if the arrays do not fit together, or a curve is no spectrum
+        if the arrays do not fit together, or a curve is not a spectrum
     """
 
     wavelengths: Floats
@@ -126,8 +126,9 @@ class SpectrumSet:
         shape = np.shape(self.values)
         if len(shape) != 2 or shape != (len(self.names), len(self.wavelengths)) or not shape[0]:
             raise InputError(
-                f"{len(self.names)} curves over {len(self.wavelengths)} wavelengths need as many "
-                f"rows and columns of values, and one curve at least; got shape {shape}"
+                f"{len(self.names)} curves over {len(self.wavelengths)} wavelengths need values of "
+                f"shape ({len(self.names)}, {len(self.wavelengths)}), and at least one curve; "
+                f"got shape {shape}"
             )
         object.__setattr__(self, "wavelengths", np.asarray(self.wavelengths, np.float64))
         object.__setattr__(self, "values", np.asarray(self.values, np.float64))
@@ -141,12 +142,12 @@ class SpectrumSet:
         return (self[index] for index in range(len(self)))
 
     def __getitem__(self, key: int | str) -> Spectrum:
-        """Return the curve of this place or name.
+        """Return the curve of this index or name.
 
         Raises
         ------
         InputError
-            if there is none of this name, with the nearest one
+            if there is none of this name; the error suggests the nearest
         """
         if isinstance(key, str):
             if key not in self.names:
@@ -200,8 +201,8 @@ def check_covers(wavelengths: Floats, low: float, high: float) -> None:
     missing = " and ".join(below + above)
     raise InputError(
         f"the curve covers {first:g}-{last:g} nm, but {low:g}-{high:g} nm is needed: {missing} nm "
-        "is missing; narrow the range of the bands to 400:700 if they reach beyond, or let the "
-        f"outer values hold: '{EXTRAPOLATE}' before the name, extrapolate=True in code"
+        "is missing; narrow the range of the bands to 400:700 if it is wider, or extend the outer "
+        f"values: '{EXTRAPOLATE}' before the name, extrapolate=True in code"
     )
 
 
@@ -231,10 +232,10 @@ def _check_samples(wavelengths: Floats, values: Floats) -> None:
     """Raise `InputError` unless the samples define a curve."""
     if wavelengths.ndim != 1 or wavelengths.shape != values.shape:
         raise InputError(
-            "a spectrum needs one row of wavelengths and as many values; "
+            "a spectrum needs one row of wavelengths and one value for each; "
             f"got shapes {wavelengths.shape} and {values.shape}"
         )
     if len(wavelengths) < 2:
         raise InputError("a spectrum needs at least 2 samples; for a constant one give a number")
     if not (np.isfinite(wavelengths).all() and np.isfinite(values).all()):
-        raise InputError("a spectrum's wavelengths and values must be finite")
+        raise InputError("a spectrum's wavelengths and values must be finite; correct them")

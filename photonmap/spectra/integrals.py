@@ -1,4 +1,4 @@
-"""Piecewise-linear curves: put on other grids, multiplied and integrated, exactly."""
+"""Piecewise-linear curves: exact resampling, products and integrals."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ def resample(at: Floats, wavelengths: Floats, curves: Floats) -> Floats:
 
 
 def merge_grids(a: Floats, b: Floats) -> Floats:
-    """Return the values of both, increasing; `np.union1d` takes 8 ms when first called."""
+    """Return the values of both, increasing; the first call of `np.union1d` takes 8 ms."""
     both = np.sort(np.concatenate([a, b]))
     return both[np.append(True, np.diff(both) > 0.0)]
 
@@ -22,7 +22,7 @@ def integrate_products(
 ) -> Floats:
     """Integrate each weight times each curve over the weights' range.
 
-    Both are linear between their samples, the curves constant beyond the outer ones. On the
+    Both are linear between their samples; the curves are constant outside of theirs. On the
     merged grid their product is quadratic, and Simpson's rule is exact.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Munsell chips: measured ones where the user has them, else recovered from the renotation."""
+"""Munsell chips: measured ones where the user has them, otherwise recovered from the renotation."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ SHIPPED = Path(__file__).parents[1] / "data" / "munsell.npz"
 _HUES = "R|YR|Y|GY|G|BG|B|PB|P|RP"
 _CHIP = re.compile(rf"(\d+(?:\.\d+)?) *({_HUES}) *(\d+(?:\.\d+)?) */ *(\d+(?:\.\d+)?)", re.I)
 _GREY = re.compile(r"N *(\d+(?:\.\d+)?) */? *", re.I)
-_TOLERANCE = 0.005  # of XYZ with Y = 1 for white: what cutting to [0, 1] may change
+_TOLERANCE = 0.005  # of XYZ with Y = 1 for white: the most that clipping to [0, 1] may change
 
 
 def munsell(notation: str, path: str | None = None) -> Spectrum:
     """Return the reflectance of a chip.
 
-    From the measured set, if there is one and the chip in it; else recovered from the colour
-    that the Munsell renotation gives it, under illuminant C, as `recover` does.
+    A measured curve if the measured set has the chip; otherwise one recovered from the colour
+    that the Munsell renotation gives it under illuminant C, see `recover`.
 
     Parameters
     ----------
@@ -38,13 +38,13 @@ def munsell(notation: str, path: str | None = None) -> Spectrum:
     Raises
     ------
     InputError
-        if it is no notation, or the renotation does not reach it
+        if it is not a notation, or the renotation data do not cover it
     """
     name, measured = canonical(notation), measured_set(path)
     if measured is not None:
         if name in measured.names:
             return measured[name]
-        warn(f"munsell:{name} is not among the measured chips; recovered from the renotation")
+        warn(f"munsell:{name} is not a measured chip; its curve is recovered from the renotation")
     shipped = shipped_set()
     return shipped[name] if name in shipped.names else recover(name)
 
@@ -69,7 +69,7 @@ def shipped_set() -> SpectrumSet:
 
 @cache
 def _read(path: str) -> SpectrumSet:
-    from photonmap.readers.measured import read_munsell
+    from photonmap.spectra.measured import read_munsell
 
     return read_munsell(path)
 
@@ -83,7 +83,7 @@ def canonical(notation: str) -> str:
         return f"{float(hue):g}{letters.upper()} {float(value):g}/{float(chroma):g}"
     if grey := _GREY.fullmatch(notation.strip()):
         return f"N{float(grey[1]):g}"
-    raise InputError(f"{notation!r} is no Munsell notation; write it as in '5R 5/10' or 'N 5'")
+    raise InputError(f"{notation!r} is not a Munsell notation; write it as '5R 5/10' or 'N 5'")
 
 
 @cache
@@ -104,7 +104,7 @@ def recover(name: str) -> Spectrum:
     Raises
     ------
     InputError
-        if the renotation does not reach it
+        if the renotation data do not cover it
     """
     if name.startswith("N"):
         return _grey(name)
@@ -112,26 +112,26 @@ def recover(name: str) -> Spectrum:
         try:
             xyz = colour.xyY_to_XYZ(colour.munsell_colour_to_xyY(name))
         except (AssertionError, ValueError, RuntimeError):
-            raise _beyond(name, "the renotation data") from None
+            raise _outside(name, "the renotation data") from None
         shape = colour.recovery.SPECTRAL_SHAPE_OTSU2018
         observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(shape)
         white = colour.SDS_ILLUMINANTS["C"].copy().align(shape)
         curve = colour.recovery.XYZ_to_sd_Otsu2018(xyz, observer, white)
-        seen = colour.sd_to_XYZ(curve, observer, white) / 100.0
-    if np.abs(seen - xyz).max() > _TOLERANCE:
-        raise _beyond(name, "what reflectances between 0 and 1 reach")
+        recovered = colour.sd_to_XYZ(curve, observer, white) / 100.0
+    if np.abs(recovered - xyz).max() > _TOLERANCE:
+        raise _outside(name, "the gamut of reflectances between 0 and 1")
     return Spectrum(curve.wavelengths, curve.values)
 
 
 def _grey(name: str) -> Spectrum:
     """Return the flat reflectance of a Munsell value, ASTM D1535."""
     if not 0.0 <= (value := float(name[1:])) <= 10.0:
-        raise InputError(f"munsell:{name}: values lie between 0 and 10")
+        raise InputError(f"munsell:{name}: values lie between 0 and 10; correct the notation")
     with colour_science() as colour:
         grey = float(colour.colorimetry.luminance_ASTMD1535(value)) / 100.0
         wavelengths = colour.recovery.SPECTRAL_SHAPE_OTSU2018.wavelengths
     return Spectrum(wavelengths, np.full(len(wavelengths), min(grey, 1.0)))
 
 
-def _beyond(name: str, what: str) -> InputError:
-    return InputError(f"munsell:{name} is beyond {what}; lower its chroma")
+def _outside(name: str, what: str) -> InputError:
+    return InputError(f"munsell:{name} is outside {what}; lower its chroma")

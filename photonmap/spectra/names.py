@@ -1,6 +1,6 @@
-"""Curves that colour-science knows by name: lights, chart patches, observers and cameras.
+"""Curves that colour-science has by name: lights, chart patches, observers and cameras.
 
-colour-science takes a second to import, so that it is imported when a name is looked up.
+Importing colour-science takes a second, so it is imported when a name is looked up.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ from functools import cache
 from typing import Any
 
 from photonmap.errors import InputError
-from photonmap.messages import suggest
+from photonmap.runtime.wording import suggest
 from photonmap.spectra.curves import Spectrum
 from photonmap.spectra.observer import normalise_luminance
 
-_HOTTEST, _COLDEST = 1e6, 300.0  # K; between them all 400 to 700 nm carry some light
+_HOTTEST, _COLDEST = 1e6, 300.0  # K; in between, there is some light at all of 400 to 700 nm
 
 
 @contextmanager
 def colour_science() -> Iterator[Any]:
-    """Give colour-science, without its remarks on missing parts and on grids it aligns."""
+    """Yield colour-science with its warnings of missing parts and aligned grids silenced."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         import colour
@@ -39,7 +39,7 @@ def light(name: str) -> Spectrum:
     Raises
     ------
     InputError
-        if there is none of this name, with the nearest one
+        if there is none of this name; the error suggests the nearest
     """
     return normalise_luminance(_spectrum(_find("light", name, _lights())))
 
@@ -54,7 +54,7 @@ def patch(name: str) -> Spectrum:
     Raises
     ------
     InputError
-        if there is none of this name, with the nearest one
+        if there is none of this name; the error suggests the nearest
     """
     return _spectrum(_find("reflectance", name, _patches()))
 
@@ -65,7 +65,7 @@ def sensors(name: str) -> tuple[tuple[str, Spectrum], ...]:
     Raises
     ------
     InputError
-        if there is none of this name, with the nearest one
+        if there is none of this name; the error suggests the nearest
     """
     curves = _find("sensor set", name, _sensor_sets())
     return tuple(
@@ -84,7 +84,7 @@ def planck(kelvin: float) -> Spectrum:
     """
     if not _COLDEST <= kelvin <= _HOTTEST:
         raise InputError(
-            f"a black body of {kelvin:g} K is no light; write {_COLDEST:g} to {_HOTTEST:g} K"
+            f"a black body of {kelvin:g} K is out of range; write {_COLDEST:g} to {_HOTTEST:g} K"
         )
     with colour_science() as colour:
         curve = colour.sd_blackbody(kelvin, colour.SpectralShape(300.0, 1000.0, 1.0))

@@ -1,4 +1,4 @@
-"""The eye: spectra seen as linear sRGB, and linear sRGB turned into smooth spectra."""
+"""The CIE 1931 observer: spectra to linear sRGB, and linear sRGB to smooth spectra."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def observer_from_table(table: Floats) -> Observer:
 def radiance_to_rgb(spectrum: Spectrum) -> Floats:
     """Project a radiance onto linear sRGB: (3,) float64, negative where out of gamut.
 
-    Beyond 400 to 700 nm, where the eye sees little, the outer values hold.
+    Outside of 400 to 700 nm, where the eye sees little, the curve keeps its outer values.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def upsample_emission(rgb: ArrayLike) -> Spectrum:
 
 
 def emission_spectrum(color: Color) -> Spectrum:
-    """Return the curve of a radiance given in any way; a number is the same at all wavelengths."""
+    """Return the spectrum of a radiance given as any colour; a number is a constant spectrum."""
     if isinstance(color, Spectrum):
         return color
     if np.ndim(color):
@@ -131,6 +131,11 @@ def emission_spectrum(color: Color) -> Spectrum:
     return Spectrum(observer().wavelengths[[0, -1]], np.full(2, color), extrapolate=True)
 
 
+def luminance(color: Color) -> float:
+    """Return the luminance ∫ L ȳ dλ / ∫ ȳ dλ of a radiance L; 1 for the constant 1."""
+    return float(observer().rgb_to_xyz[1] @ radiance_to_rgb(emission_spectrum(color)))
+
+
 def normalise_luminance(spectrum: Spectrum) -> Spectrum:
-    """Scale a light so that its Y, ∫ L ȳ dλ / ∫ ȳ dλ, is 1, as that of the constant 1 is."""
-    return spectrum * (1.0 / float(observer().rgb_to_xyz[1] @ radiance_to_rgb(spectrum)))
+    """Return a light scaled to a luminance of 1, that of the constant 1."""
+    return spectrum * (1.0 / luminance(spectrum))

@@ -9,11 +9,11 @@ from photonmap.spectra.curves import VISIBLE, Spectrum
 from photonmap.spectra.integrals import merge_grids
 
 MOST = 256
-"""Bands, at most."""
+"""Largest number of bands."""
 
 Limits = tuple[float, float]
 
-_CUT = 8.0  # σ from the centre, where a Gaussian has fallen to 1e-14 of its peak and is set to 0
+_CUT = 8.0  # σ from the centre, where a Gaussian has fallen to 1e-14 of its peak and is truncated
 _NOISE = 0.02  # of a sensor's peak: how far below 0 a measured curve may dip
 
 
@@ -22,7 +22,9 @@ def gaussians(n: int, low: float, high: float, sigma: float | None) -> tuple[lis
     bin_width = _bin_width(n, low, high)
     sigma = bin_width / 4.0 if sigma is None else float(sigma)
     if not 0.01 <= sigma <= high - low:
-        raise InputError(f"σ is {sigma:g} nm; keep it from 0.01 to the range, {high - low:g}")
+        raise InputError(
+            f"σ is {sigma:g} nm; keep it between 0.01 and the range of the bands, {high - low:g}"
+        )
     steps = 2 * int(np.ceil(max(2.0 * bin_width / sigma, bin_width / 2.0)))  # 1 nm, σ/4 or less
     wavelengths = np.linspace(low, high, n * steps + 1)
     curves = []
@@ -43,31 +45,33 @@ def boxes(n: int, low: float, high: float) -> list[Spectrum]:
 
 
 def sensor(curve: Spectrum, label: str, limits: Limits | None) -> Spectrum:
-    """Return a sensitivity cut to the range and to where it sees light, or raise `InputError`."""
+    """Return a sensitivity truncated to the range and to its support, or raise `InputError`."""
     curve.check_covers(*(limits or VISIBLE))
     lowest, peak = curve.values.min(), curve.values.max()
     if lowest < -_NOISE * peak:
         at = curve.wavelengths[np.argmin(curve.values)]
-        raise InputError(f"{label}: sensitivity is {lowest:.6g} at {at:g} nm; keep it from 0")
+        raise InputError(
+            f"{label}: sensitivity is {lowest:.6g} at {at:g} nm; keep it at 0 or above"
+        )
     if lowest < 0.0:
         warn(
-            f"{label}: sensitivity dips to {lowest:.3g}, {-lowest / peak:.2%} of its peak: cut to 0"
+            f"{label}: sensitivity dips to {lowest:.3g}, {-lowest / peak:.2%} of its peak; set to 0"
         )
     low, high = limits or curve.wavelengths[[0, -1]]
     inside = (curve.wavelengths > low) & (curve.wavelengths < high)
     grid = merge_grids(np.array([low, high]), curve.wavelengths[inside])
     values = np.maximum(curve(grid), 0.0)
-    seen = np.flatnonzero(values)
-    if not seen.size:
-        raise InputError(f"{label}: sees nothing from {low:g} to {high:g} nm; widen the range")
-    support = slice(max(seen[0] - 1, 0), seen[-1] + 2)
+    nonzero = np.flatnonzero(values)
+    if not nonzero.size:
+        raise InputError(f"{label}: is 0 from {low:g} to {high:g} nm; widen the range")
+    support = slice(max(nonzero[0] - 1, 0), nonzero[-1] + 2)
     return Spectrum(grid[support], values[support])
 
 
 def _bin_width(n: int, low: float, high: float) -> float:
     """Return the width of each of `n` bins, or raise `InputError`."""
     if not 1 <= n <= MOST:
-        raise InputError(f"the number of bands must be 1 to {MOST}; got {n}")
+        raise InputError(f"the number of bands must be from 1 to {MOST}; got {n}")
     if not 380.0 <= low < high <= 780.0:
         raise InputError(
             "the range of the bands must lie within 380 to 780 nm, the lower end first; "

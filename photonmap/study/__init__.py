@@ -1,1 +1,1 @@
-"""What accuracy costs in time: sweeps over all that a user can choose, as a page and a table."""
+"""What accuracy costs in time: sweeps over the options of a render, their points, a report."""

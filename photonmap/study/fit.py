@@ -1,4 +1,4 @@
-"""Laws fitted to measured points: powers on log-log axes, and what a number of passes takes."""
+"""Least-squares fits: power laws, and seconds as a linear function of passes."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ class Power:
 
     Parameters
     ----------
-    factor, exponent : of the law
-    uncertainty : standard error of the exponent; nan from fewer than three points
+    factor, exponent : of the power law
+    uncertainty : standard error of the exponent; nan for fewer than three points
     """
 
     factor: float
@@ -24,18 +24,18 @@ class Power:
     uncertainty: float = math.nan
 
     def at(self, x: float) -> float:
-        """Return y."""
+        """Return y at x."""
         return self.factor * x**self.exponent
 
     def inverse(self, y: float) -> float:
-        """Return the x of a y."""
+        """Return the x at which the law has the value y."""
         return (y / self.factor) ** (1.0 / self.exponent)
 
 
 def fit_power(x: Sequence[float], y: Sequence[float]) -> Power | None:
-    """Fit a power law by least squares of logarithms; None from fewer than two different x.
+    """Fit a power law by least squares of logarithms; None for fewer than two different x.
 
-    Values that are not positive and finite are left out.
+    Pairs with a value that is not positive and finite are ignored.
     """
     pairs = [(a, b) for a, b in zip(x, y, strict=True) if 0.0 < a < math.inf and 0.0 < b < math.inf]
     if len({a for a, _ in pairs}) < 2:
@@ -59,16 +59,16 @@ class Cost:
     each: float
 
     def seconds(self, passes: float) -> float:
-        """Return what so many passes take."""
+        """Return the seconds of a number of passes."""
         return self.setup + self.each * passes
 
 
 def fit_cost(passes: Sequence[float], seconds: Sequence[float]) -> Cost:
-    """Fit by least squares of relative deviations; neither part is negative.
+    """Fit seconds by least squares of relative deviations; neither coefficient is negative.
 
     Parameters
     ----------
-    passes, seconds : positive, one pair at least
+    passes, seconds : positive, at least one pair
     """
     from scipy.optimize import nnls
 

@@ -1,4 +1,4 @@
-"""Renders what a sweep asks for, measures it, and keeps the points."""
+"""Render the points of sweeps, measure them, and keep them."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-import photonmap as pm
-from photonmap.bands import Bands
-from photonmap.progress import Progress
-from photonmap.result import Result
-from photonmap.scene import Scene
+from photonmap.render import render
+from photonmap.results.result import Result
+from photonmap.runtime.progress import Progress
+from photonmap.scene.scene import Scene
+from photonmap.spectra.bands import Bands
 from photonmap.spectra.sensitivities import Limits
-from photonmap.study.color import color_error
+from photonmap.study.color_error import color_error
+from photonmap.study.error_maps import ErrorMap, delta_map, picture, stated_map, true_map
 from photonmap.study.metrics import BUFFERS, counted_pixels, mean_error, stated_error
-from photonmap.study.pictures import ErrorMap, delta_map, picture, stated_map, true_map
 from photonmap.study.point import Point, Settings
 from photonmap.study.reference import Reference
 
 
 class _Clocked:
-    """A progress that also notes the processor time at which rendering began, in seconds."""
+    """A progress that also records the processor time at which rendering began, in seconds."""
 
     began = 0.0
 
@@ -38,16 +38,15 @@ class _Clocked:
 
 
 class Study:
-    """The points measured so far, and what they are measured against.
+    """The points measured so far, and the reference that they are measured against.
 
     Parameters
     ----------
     scene : to render
     base : settings from which sweeps start
     within : range of the bands, nm; None for the usual one
-    threads : None takes every processor
-    progress : is told of every render
-    tell : is called with a line for each point
+    progress : is notified of every render
+    log : is called with a line for each point
     """
 
     def __init__(
@@ -55,13 +54,12 @@ class Study:
         scene: Scene,
         base: Settings,
         within: Limits | None,
-        threads: int | None,
         progress: Progress,
-        tell: Callable[[str], None],
+        log: Callable[[str], None],
     ) -> None:
-        self._scene, self._within, self._threads = scene, within, threads
+        self._scene, self._within = scene, within
         self._progress = _Clocked(progress)
-        self.base, self.tell = base, tell
+        self.base, self.log = base, log
         self.points: list[Point] = []
         self.reference: Reference | None = None
         self.record: dict[str, Any] = {}
@@ -69,12 +67,12 @@ class Study:
 
     @property
     def name(self) -> str:
-        """What the scene is called."""
+        """Name of the scene."""
         return self._scene.name
 
     @property
     def faces(self) -> int:
-        """Triangles of the scene."""
+        """Number of triangles in the scene."""
         return sum(len(mesh.faces) for mesh in self._scene.meshes)
 
     def of(self, sweep: str) -> list[Point]:
@@ -82,20 +80,10 @@ class Study:
         return [point for point in self.points if point.sweep == sweep]
 
     def render(self, settings: Settings) -> tuple[Result, float]:
-        """Render, count the seconds as spent; return what came out, and its processor seconds."""
-        result = pm.render(
-            self._scene,
-            bands=Bands.parse(settings.bands, self._within),
-            size=settings.size,
-            pixel=settings.pixel,  # type: ignore[arg-type]
-            passes=settings.passes,
-            photons=settings.photons,
-            seed=settings.seed,
-            threads=self._threads,
-            method=settings.method,  # type: ignore[arg-type]
-            effects=settings.effects,
-            progress=self._progress,
-        )
+        """Render, and count the seconds as spent; return the result and its processor seconds."""
+        bands = Bands.parse(settings.bands, self._within)
+        options = vars(settings) | {"bands": bands, "progress": self._progress}
+        result = render(self._scene, **options)
         processor = time.process_time() - self._progress.began
         self.spent += result.record["seconds"]["render"]
         self.processor += processor
@@ -105,35 +93,40 @@ class Study:
     def measure(
         self, sweep: str, label: str, settings: Settings, truth: Result | None = None
     ) -> Result:
-        """Render and keep a point.
+        """Render a point, measure it and keep it.
 
         Parameters
         ----------
-        sweep, label : what the point is called
+        sweep, label : names of the sweep and of the point in it
         settings : of the render
-        truth : a render of many bands, of the same seed and passes
+        truth : a render of `REFERENCE_BANDS` with equal seed and passes, for colour errors
 
         Raises
         ------
         KeyboardInterrupt
-            if Ctrl-C ended the render; what it did is a point nevertheless
+            if Ctrl-C ended the render; the passes before it are a point nevertheless
         """
         result, processor = self.render(settings)
         point = self._point(sweep, label, settings, result, processor, truth)
         self.points.append(point)
         error = f"error {point.stated['radiance']:.2%}"
-        self.tell(f"     {label}: {point.settings.passes} passes, {point.seconds:.2f} s, {error}")
+        self.log(f"     {label}: {point.settings.passes} passes, {point.seconds:.2f} s, {error}")
         if result.record["interrupted"]:
             raise KeyboardInterrupt
         return result
 
     def time_again(self, last: int, times: int) -> None:
-        """Repeat the last points, in turns, and keep the least seconds of each.
+        """Repeat the last points in turns, and keep the shortest time of each.
+
+        Parameters
+        ----------
+        last : number of points
+        times : number of repetitions
 
         Raises
         ------
         KeyboardInterrupt
-            at Ctrl-C; the points stay as they were
+            at Ctrl-C; the points that were not repeated stay as they are
         """
         for _ in range(times):
             for index in range(len(self.points) - last, len(self.points)):
@@ -182,7 +175,7 @@ class Study:
         return point
 
     def _map(self, result: Result, truth: Result | None) -> ErrorMap | None:
-        """Map what says most: what bands cost, or the true error, or else the stated one."""
+        """Return the most telling error map: of colour, else of the true, else the stated error."""
         assert self.reference is not None
         if truth is not None:
             return delta_map(result, truth)

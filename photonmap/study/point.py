@@ -1,50 +1,49 @@
-"""One measured point: what was chosen, what it took, what came out."""
+"""A measured point: the settings of a render, its time, and its errors."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, field
 
-from photonmap.study.color import ColorError
+from photonmap.settings import Options
+from photonmap.study.color_error import ColorError
+from photonmap.study.error_maps import ErrorMap
 from photonmap.study.metrics import BUFFERS
-from photonmap.study.pictures import ErrorMap
 
 
-@dataclass(frozen=True)
-class Settings:
-    """What a user can choose, as `photonmap.render` takes it; `bands` as it is written."""
+@dataclass(frozen=True, kw_only=True)
+class Settings(Options):
+    """The options of a render, those that a study varies as they are written."""
 
-    method: str = "photon"
     bands: str = "6"
     size: tuple[int, int] = (128, 128)
-    pixel: str = "box"
-    photons: int | None = None
     passes: int = 16
     effects: str = "auto"
-    seed: int = 0
 
 
 @dataclass(frozen=True)
 class Point:
-    """A render that was measured.
+    """A measured render.
 
     Parameters
     ----------
-    sweep : to which it belongs
-    label : what is special about it there, in a few words
-    settings : of the render; `passes` are those that were done
-    wall : seconds of rendering, without loading and compiling
-    processor : seconds of all processors together
-    seconds : those that count, by one of these two clocks
-    rays : cast; None where they are not counted
-    photons : emitted in all passes
+    sweep : the sweep that it belongs to
+    label : what distinguishes it within the sweep
+    settings : of the render; `passes` is the number that was completed
+    wall : wall-clock seconds of rendering, without loading and compiling
+    processor : processor seconds of rendering, over all threads
+    seconds : the time to use, by one of these two clocks
+    rays : number of rays; None where they are not counted
+    photons : number of photons emitted in all passes
     stated : relative errors by buffer, as the render states them; nan after a single pass
-    true : relative errors by buffer, against the reference; empty where none fits
-    mean_difference : of mean radiance from the reference's, a part; nan where none fits
-    mean_error : its standard error; nan but for path tracing, whose pixels are independent
-    color : against many bands of the same seed and passes; None where there is no such render
-    picture : data URI
-    error_map : where it is off
+    true : relative errors by buffer, against the reference; empty if it does not fit
+    mean_difference : relative difference of mean radiance from the reference; nan if it does not
+        fit
+    mean_error : relative standard error of mean radiance; nan except for path tracing, whose
+        pixels are independent
+    color : colour errors against many bands; None without a render of those
+    picture : the image as a data URI
+    error_map : map of the errors; None without an estimate
     """
 
     sweep: str
@@ -64,7 +63,7 @@ class Point:
     error_map: ErrorMap | None = None
 
     def row(self) -> dict[str, object]:
-        """Return the point as a row of the table: all of `COLUMNS`; what is not known is empty."""
+        """Return the point as a row of the table, by `COLUMNS`; unknown values are empty."""
         settings = self.settings
         row: dict[str, object] = {
             "sweep": self.sweep,
@@ -121,11 +120,11 @@ COLUMNS = (
     *("mean_difference", "mean_error"),
     *_COLOR_COLUMNS,
 )
-"""Of the table: errors and differences are parts of 1, ΔE2000 as it is."""
+"""Columns of the table; errors and differences are fractions, not percent."""
 
 
 def _cell(value: object) -> object:
-    """Return a number to six digits; nothing for None and nan."""
+    """Return a number to six digits, and an empty cell for None and nan."""
     if isinstance(value, float):
         return "" if math.isnan(value) else f"{value:.6g}"
     return "" if value is None else value

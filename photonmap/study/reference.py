@@ -1,7 +1,8 @@
-"""What errors are measured against: two long renders of independent seeds.
+"""The reference that errors are measured against: two long renders of independent seeds.
 
-Their noise does not bias a measured error, as mean((I − A)(I − B) / …) of halves A and B is, over
-seeds, the error of I alone; and their difference measures the reference's own error.
+Their noise does not bias a measured error: for halves A and B, the expectation of
+mean((I − A)(I − B) / …) is the squared error of I alone. Their difference measures the error of
+the reference itself.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from photonmap.result import Result
+from photonmap.results.result import Result
 from photonmap.study.metrics import (
     BUFFERS,
     Floats,
@@ -27,7 +28,7 @@ class Reference:
 
     Parameters
     ----------
-    first, second : results that share size, bands and pixel mode; some of their pixels count
+    first, second : results of equal size, bands and pixel mode, with at least one valid pixel
     """
 
     def __init__(self, first: Result, second: Result) -> None:
@@ -35,7 +36,7 @@ class Reference:
 
     @cached_property
     def mask(self) -> Mask:
-        """(H, W): the pixels that count."""
+        """Valid pixels, (H, W) bool."""
         return counted_pixels(self._halves[0])
 
     @property
@@ -45,48 +46,48 @@ class Reference:
 
     @property
     def passes(self) -> int:
-        """Of both halves."""
+        """Number of passes of both halves."""
         return sum(half.record["passes"] for half in self._halves)
 
     @property
     def seconds(self) -> float:
-        """Of rendering both halves."""
+        """Seconds of rendering both halves."""
         return sum(half.record["seconds"]["render"] for half in self._halves)
 
     @cached_property
     def exposure(self) -> float:
-        """By which all pictures of the study are shown."""
+        """Exposure of all pictures of the study."""
         return self._halves[0].exposure
 
     @cached_property
     def luminance(self) -> Floats:
-        """(H, W): Y of radiance."""
+        """Luminance of radiance, (H, W)."""
         return np.mean([half.xyz()[..., 1] for half in self._halves], axis=0, dtype=np.float64)
 
     def value(self, buffer: str) -> Floats:
-        """Return the mean of the halves where pixels count, (P, N)."""
+        """Return the mean of the halves over valid pixels, (P, N)."""
         return np.mean([h.buffers[buffer][self.mask] for h in self._halves], 0, dtype=np.float64)
 
     def own_error(self, buffer: str) -> float:
-        """Return the error of the mean, measured by the halves' difference."""
+        """Return the relative error of the reference, from the difference of its halves."""
         first, second = (half.buffers[buffer][self.mask] for half in self._halves)
         half_difference = (first.astype(np.float64) - second) / 2.0
         return math.sqrt(mean_relative(half_difference**2, self.value(buffer)))
 
     def own_errors(self) -> dict[str, float]:
-        """Return `own_error` of every buffer that is studied."""
+        """Return `own_error` of every studied buffer."""
         return {buffer: self.own_error(buffer) for buffer in BUFFERS}
 
     def fits(self, result: Result) -> bool:
-        """Tell whether a result has the size and the bands to be measured against this."""
+        """Return whether a result has the size and the bands of the reference."""
         return result.radiance.shape == self.shape and result.bands == self._halves[0].bands
 
     def true_error(self, result: Result, buffer: str) -> float:
-        """Return what a result is truly off by; 0 where it is too little to be told."""
+        """Return the true relative error of a result; 0 where it is too small to be measured."""
         image = result.buffers[buffer][self.mask].astype(np.float64)
         first, second = (image - half.buffers[buffer][self.mask] for half in self._halves)
         return math.sqrt(max(mean_relative(first * second, self.value(buffer)), 0.0))
 
     def mean_difference(self, result: Result) -> float:
-        """Return by which part a result's mean radiance exceeds the reference's."""
+        """Return the relative difference of a result's mean radiance from the reference's."""
         return mean_difference(result.radiance[self.mask], self.value("radiance"))

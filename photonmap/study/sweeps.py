@@ -1,14 +1,15 @@
-"""What is varied, and how far: each sweep has a share of the seconds."""
+"""The sweeps: which options are varied, how far, and for how many seconds."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from photonmap.bands import Bands
-from photonmap.budget import LEAST_PHOTONS
 from photonmap.errors import InputError
-from photonmap.memory import Work, check_memory
-from photonmap.study.color import MANY
+from photonmap.integrators.memory_estimate import Work
+from photonmap.runtime.memory import check_memory
+from photonmap.settings import usual_photons
+from photonmap.spectra.bands import Bands
+from photonmap.study.color_error import REFERENCE_BANDS
 from photonmap.study.measure import Study
 from photonmap.study.metrics import counted_pixels
 from photonmap.study.point import Settings
@@ -23,31 +24,31 @@ SHARES = {
     "resolution": 0.07,
     "choices": 0.1,
 }
-"""Of the seconds of rendering."""
+"""Fraction of the seconds of rendering that each sweep gets."""
 
-_PILOT = 8  # passes that tell the pace
-_LEAST, _MOST = 4, 1 << 14  # passes of a point whose number is chosen by the pace
-_DOUBLINGS = 3  # of the number of passes, at least
-_PATH_SEEDS = 1000  # after those of photon mapping
+_PILOT = 8  # passes from which the time per pass is estimated
+_LEAST, _MOST = 4, 1 << 14  # limits of numbers of passes that are chosen by time
+_DOUBLINGS = 3  # least number of times that passes are doubled
+_PATH_SEEDS = 1000  # offset of the seeds from those of photon mapping
 
 
 @dataclass(frozen=True)
 class Extent:
-    """How far sweeps go.
+    """How far the sweeps go.
 
     Parameters
     ----------
     seconds : of rendering, in all
-    bands : as the renderer takes them; `MANY` among them
-    photons : factors on the usual number in a pass
-    sides : factors on the image's width and height
-    divisors : of the number of passes of the sweep of bands
-    repeats : of renders whose seconds are compared with each other, taking turns
-    forced : force all effects on, too
+    bands : as the renderer takes them; `REFERENCE_BANDS` among them
+    photons : factors of the default number of photons in a pass
+    sides : factors of the image's width and height
+    divisors : of the number of passes in the sweep of bands
+    repeats : number of times that renders are timed whose times are compared, in turns
+    forced : also render with all effects forced on
     """
 
     seconds: float
-    bands: tuple[str, ...] = ("rgb", "3", "6", "9", "31", MANY)
+    bands: tuple[str, ...] = ("rgb", "3", "6", "9", "31", REFERENCE_BANDS)
     photons: tuple[float, ...] = (1 / 16, 1 / 4, 1, 4, 16)
     sides: tuple[float, ...] = (1 / 4, 1 / 2, 1, 2)
     divisors: tuple[int, ...] = (4, 1)
@@ -56,12 +57,12 @@ class Extent:
 
     @classmethod
     def quick(cls, seconds: float) -> Extent:
-        """Return a small one."""
-        few = ("3", "6", MANY)
+        """Return a small extent."""
+        few = ("3", "6", REFERENCE_BANDS)
         return cls(seconds, few, (1 / 4, 1, 4), (1 / 2, 1), (2, 1), 1, forced=False)
 
     def without_rgb(self) -> Extent:
-        """Return it without the bands that have no range."""
+        """Return the extent without RGB, to which a range of wavelengths does not apply."""
         return replace(self, bands=tuple(label for label in self.bands if label != "rgb"))
 
     def share(self, sweep: str) -> float:
@@ -70,37 +71,37 @@ class Extent:
 
 
 def check_largest(study: Study, extent: Extent) -> None:
-    """Check before the sweeps that the largest of their renders fit into memory.
+    """Check, before the sweeps, that the largest renders fit into memory.
 
     Raises
     ------
     InputError
-        if not
+        if they do not
     """
     pixels = study.base.size[0] * study.base.size[1]
-    usual = max(pixels, LEAST_PHOTONS)
+    usual = usual_photons(pixels)
     few = Bands.parse(study.base.bands).count
     larger = max(extent.sides) ** 2
     for size, bands, photons in (
-        (pixels, int(MANY), usual),
+        (pixels, int(REFERENCE_BANDS), usual),
         (round(pixels * larger), few, round(usual * larger)),
         (pixels, few, round(usual * max(extent.photons))),
     ):
-        check_memory(Work(size, bands, photons, study.faces))
+        check_memory(Work(size, bands, photons, study.faces).need)
 
 
 def run_sweeps(study: Study, extent: Extent) -> None:
-    """Measure the reference, then sweep by sweep.
+    """Render the reference, then run sweep by sweep.
 
     Parameters
     ----------
-    study : takes in the points
-    extent : how far to go
+    study : keeps the points
+    extent : how far the sweeps go
 
     Raises
     ------
     InputError
-        if no pixel counts, so that there is no error to speak of
+        if no pixel is valid, so that there are no errors to measure
     KeyboardInterrupt
         at Ctrl-C; the study keeps its points
     """
@@ -109,8 +110,8 @@ def run_sweeps(study: Study, extent: Extent) -> None:
         raise KeyboardInterrupt
     if not counted_pixels(pilot).any():
         raise InputError(
-            f"{study.name}: no pixel shows surfaces alone that do not emit: there is no error to "
-            f"study; point the camera at some"
+            f"{study.name}: no pixel is covered by surfaces that do not emit, so there are no "
+            f"errors to measure; point the camera at such surfaces"
         )
     pace = pilot.record["seconds"]["render"] / _PILOT
     for sweep, run in (
@@ -122,12 +123,12 @@ def run_sweeps(study: Study, extent: Extent) -> None:
         ("resolution", _resolution),
         ("choices", _choices),
     ):
-        study.tell(f"{study.spent / extent.seconds:4.0%} {sweep}")
+        study.log(f"{study.spent / extent.seconds:4.0%} {sweep}")
         run(study, extent, pace)
 
 
 def _reference(study: Study, extent: Extent, pace: float) -> None:
-    """Render twice, as long as their share allows; an interrupted second half will do."""
+    """Render both halves, as long as their share allows; the second may be interrupted."""
     passes = _affordable(extent.share("reference") / 2.0, pace)
     halves = []
     for half in (1, 2):
@@ -150,7 +151,7 @@ def _path(study: Study, extent: Extent, pace: float) -> None:
 
 
 def _double(study: Study, sweep: str, settings: Settings, seconds: float) -> None:
-    """Double the passes, each time with a seed of its own, while the next fits in the share."""
+    """Double the passes, each time with a new seed, as long as the next render fits."""
     start, passes, took = study.spent, 2, 0.0
     while passes <= _MOST:
         before = study.spent
@@ -163,16 +164,22 @@ def _double(study: Study, sweep: str, settings: Settings, seconds: float) -> Non
 
 
 def _bands(study: Study, extent: Extent, pace: float) -> None:
-    """Render many bands, then fewer with the same seed, for some numbers of passes."""
-    labels = [label for label in dict.fromkeys((*extent.bands, study.base.bands)) if label != MANY]
-    cost = sum(_relative_cost(label) for label in (*labels, MANY))
+    """Render many bands, then fewer with the same seed, for each number of passes."""
+    labels = [
+        label
+        for label in dict.fromkeys((*extent.bands, study.base.bands))
+        if label != REFERENCE_BANDS
+    ]
+    cost = sum(_relative_cost(label) for label in (*labels, REFERENCE_BANDS))
     runs = sum(1 / divisor for divisor in extent.divisors)
     most = _affordable(extent.share("bands") / (cost * runs * extent.repeats), pace)
     for passes in sorted({max(most // divisor, _LEAST) for divisor in extent.divisors}):
         settings = replace(study.base, passes=passes)
-        truth = study.measure("bands", called(MANY), replace(settings, bands=MANY))
+        truth = study.measure(
+            "bands", bands_label(REFERENCE_BANDS), replace(settings, bands=REFERENCE_BANDS)
+        )
         for label in labels:
-            study.measure("bands", called(label), replace(settings, bands=label), truth)
+            study.measure("bands", bands_label(label), replace(settings, bands=label), truth)
         study.time_again(len(labels) + 1, extent.repeats - 1)
 
 
@@ -195,7 +202,7 @@ def _resolution(study: Study, extent: Extent, pace: float) -> None:
 
 
 def _choices(study: Study, extent: Extent, pace: float) -> None:
-    """Sample pixels' centres; force all effects on; leave out each that the scene calls for."""
+    """Sample pixel centres; force all effects on; switch off each effect that is on."""
     on = effects_on(study)
     count = 2 + extent.forced + len(on)
     passes = _affordable(extent.share("choices") / (1.2 * count * extent.repeats), pace)
@@ -215,8 +222,8 @@ def effects_on(study: Study) -> list[str]:
     return [name for name, effect in study.record["effects"].items() if effect["on"]]
 
 
-def called(bands: str) -> str:
-    """Return bands with a noun where they are but a number."""
+def bands_label(bands: str) -> str:
+    """Return the bands as a label: "6 bands", or the text itself if it is not a number."""
     return f"{bands} bands" if bands.isdecimal() else bands
 
 
@@ -225,5 +232,5 @@ def _affordable(seconds: float, pace: float) -> int:
 
 
 def _relative_cost(bands: str) -> float:
-    """Estimate what a pass takes, relative to 6 bands, to plan by."""
+    """Return an estimate of the time of a pass relative to 6 bands, for planning."""
     return 1.0 + max(int(bands) - 6, 0) / 60.0 if bands.isdecimal() else 1.0

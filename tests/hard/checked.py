@@ -5,6 +5,7 @@
 
 import time
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import trimesh
@@ -12,8 +13,8 @@ from cases import check
 from numba import config
 
 import photonmap as pm
-from photonmap import caustics
-from photonmap.readers.images import Image
+from photonmap.integrators.photon_mapping import caustics
+from photonmap.scene.images import Image
 
 TINY = {"size": (4, 3), "passes": 2, "photons": 20, "threads": 1, "seed": 4}
 GREY = pm.Material("grey", 0.5)
@@ -52,6 +53,9 @@ def scenes():
     sky = pm.EnvironmentLight(np.linspace(0.0, 1.0, 24).reshape(2, 4, 3))
     low = pm.Mesh([[-1, 0, -1], [-1, 0, 1], [1, 0, 1]], [[0, 1, 2]], GREY)
     camera = pm.Camera((0.5, 1.0, 2.0), (0, 0, 0))
+    lens = replace(camera, lens=pm.Lens(2.0, 0.1, blades=5))
+    fisheye = pm.Camera((0.5, 1.0, 2.0), (0, 0, 0), projection=pm.Fisheye(170.0))
+    lamp = pm.PhotometricLight((0.2, 0.1, 0.3), np.ones((3, 4)))
     return {
         "mirror": with_body(pm.Material("coat", 0.4, mirror=0.4)),
         "glass": with_body(pm.Material.glass(), lights[:1]),
@@ -59,6 +63,10 @@ def scenes():
         "textures": cut_out(),
         "sky": pm.Scene([low], [sky], camera),
         "dome": pm.Scene([low], [pm.DomeLight()], camera),
+        "metal": with_body(pm.Material.metal(), [lamp]),
+        "plaster": with_body(pm.Material("plaster", 0.5, diffuse_roughness=0.7)),
+        "lens": pm.Scene([low], lights, lens),
+        "fisheye": pm.Scene([low], lights, fisheye),
     }
 
 

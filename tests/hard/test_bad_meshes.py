@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 from cases import assert_mean, assert_same, means, rendered
-from conftest import GREY, quad
+from helpers.scenes import GREY, quad
 
 import photonmap as pm
 
@@ -109,7 +109,7 @@ def test_surfaces_that_are_there_twice_count_once(turned, good):
         if not turned or mesh.name != "light"
     ]
     scene = replace(BOX, meshes=[*BOX.meshes, *copies])
-    with pytest.warns(pm.SceneWarning, match="triangles at the place of another"):
+    with pytest.warns(pm.SceneWarning, match="triangles that coincide with others"):
         found = {buffer: means(scene, buffer) for buffer in ("direct", "indirect")}
     for buffer, values in found.items():
         assert_same(values, good[buffer])

@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 from test_faults import SCENE, assert_refused, run
 
 import photonmap as pm
@@ -23,9 +24,9 @@ def disk(tmp_path):
     if sys.platform != "linux" or os.geteuid() != 0 or not shutil.which("mount"):
         pytest.skip("only root may mount a file system")
     command = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(folder)]
-    told = subprocess.run(command, capture_output=True, text=True, check=False)
-    if told.returncode:
-        pytest.skip(f"no file system may be mounted: {told.stderr.strip()}")
+    messages = subprocess.run(command, capture_output=True, text=True, check=False)
+    if messages.returncode:
+        pytest.skip(f"no file system may be mounted: {messages.stderr.strip()}")
     yield folder
     subprocess.run(["umount", "--lazy", str(folder)], check=True)
 
@@ -36,30 +37,31 @@ def fill(folder, spare=0):
     (folder / "filler").write_bytes(bytes(max(room, 0)))
 
 
-@pytest.mark.parametrize("spare", [0, 4096, 300_000])
+@pytest.mark.parametrize("spare", [0, *slow(4096, 300_000)])
 def test_the_images_of_a_render(disk, spare):
     """Wherever writing stops, the files of before stay as they were, and nothing is left over."""
     for name in ("out.exr", "out.png", "out.json"):
         (disk / name).write_bytes(b"as before")
     fill(disk, spare)
     arguments = (SCENE, "--size", SIZE, "--passes", 2, "--quiet")
-    code, told = run(*arguments, "--output", disk / "out.exr")
+    code, messages = run(*arguments, "--output", disk / "out.exr")
     assert code == 2
-    assert len(told) == 1
-    assert "No space left" in told[0] or "MB are free there" in told[0]
+    assert len(messages) == 1
+    assert "No space left" in messages[0] or "MB are free there" in messages[0]
     assert sorted(path.name for path in disk.iterdir()) == [
         "filler", "out.exr", "out.json", "out.png",
     ]  # fmt: skip
     assert all((disk / f"out.{kind}").read_bytes() == b"as before" for kind in ("exr", "json"))
 
 
+@pytest.mark.slow
 def test_a_checkpoint(disk, tmp_path):
     """A warning, and the render goes on; once there is room, it is saved and resumed."""
     arguments = (SCENE, "--size", SIZE, "--quiet", "--bands", 2, "--output", tmp_path / "out.exr")
     state = ("--checkpoint", disk / "box.checkpoint")
-    code, told = run(*arguments, *state, "--passes", 2)
+    code, messages = run(*arguments, *state, "--passes", 2)
     assert code == 0
-    assert told == [
+    assert messages == [
         f"photonmap: warning: {disk / 'box.checkpoint'}: pass 2 was not saved "
         f"(No space left on device)"
     ]
@@ -72,33 +74,35 @@ def test_a_checkpoint(disk, tmp_path):
     np.testing.assert_array_equal(resumed.radiance, whole.radiance)
 
 
+@pytest.mark.slow
 def test_the_checkpoint_of_before_stays(disk, tmp_path):
     small = (SCENE, "--size", "16x16", "--quiet", "--bands", 2, "--output", tmp_path / "out.exr",
              "--resume", "--checkpoint", disk / "box.checkpoint")  # fmt: skip
     run(*small, "--passes", 1)
     before = (disk / "box.checkpoint").read_bytes()
     fill(disk)
-    code, told = run(*small, "--passes", 2)
+    code, messages = run(*small, "--passes", 2)
     assert code == 0
-    assert "pass 2 was not saved" in told[0]
+    assert "pass 2 was not saved" in messages[0]
     assert (disk / "box.checkpoint").read_bytes() == before
 
 
 def test_scratch_files(disk, tmp_path):
-    code, told = run(SCENE, "--size", SIZE, "--quiet", "--memory", "1K", "--output",
+    code, messages = run(SCENE, "--size", SIZE, "--quiet", "--memory", "1K", "--output",
                      tmp_path / "out.exr", TMPDIR=str(disk))  # fmt: skip
-    assert_refused(code, told, f"GB in {disk}")
+    assert_refused(code, messages, f"GB in {disk}")
     assert not list(disk.iterdir())
 
 
+@pytest.mark.slow
 def test_a_data_set(disk):
     """Images that found room are whole; the others are named, and rendered once there is some."""
     folder = disk / "set"
     arguments = ("dataset", folder, "--size", "32x24", "--bands", 2, "--error", 0.9, "--quiet")
     fill(disk, 900_000)
-    code, told = run(*arguments)
+    code, messages = run(*arguments)
     assert code == 1
-    failed = [line for line in told if "failed" in line]
+    failed = [line for line in messages if "failed" in line]
     entries = [json.loads(line) for line in (folder / "manifest.jsonl").read_text().splitlines()]
     assert len(entries) + len(failed) == 16
     assert 1 <= len(entries) <= 8
@@ -107,6 +111,6 @@ def test_a_data_set(disk):
     assert not list(folder.glob(".photonmap-*"))
     (disk / "filler").unlink()
     subprocess.run(["mount", "-o", "remount,size=64m", str(disk)], check=True)
-    code, told = run(*arguments, "--resume")
-    assert code == 0, told
+    code, messages = run(*arguments, "--resume")
+    assert code == 0, messages
     assert run("dataset", "verify", folder)[0] == 0

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 from test_faults import SCENE, assert_refused, run, start
 
 import photonmap as pm
@@ -36,7 +37,7 @@ def assert_identical(result, other):
     ],
     ids=["focused and probed", "by lights", "percentile", "paths"],
 )
-@pytest.mark.parametrize("scene", [pm.scenes.cornell_box(), pm.scenes.cornell_balls()])
+@pytest.mark.parametrize("scene", [pm.scenes.cornell_box(), *slow(pm.scenes.cornell_balls())])
 def test_arrays_on_disk_hold_the_same_bits(scene, options, monkeypatch, tmp_path):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     options = {"bands": 3, "size": (64, 64), "photons": 5000, **options}
@@ -71,11 +72,11 @@ def test_chosen_buffers_are_those_of_all():
 
 
 @pytest.mark.parametrize(
-    ("names", "told"),
+    ("names", "message"),
     [(["glow"], "no buffer 'glow'"), ([], "no buffer was chosen"), (["caustics"], "ask for")],
 )
-def test_buffers_that_there_are_not(names, told):
-    with pytest.raises(pm.InputError, match=told):
+def test_buffers_that_there_are_not(names, message):
+    with pytest.raises(pm.InputError, match=message):
         pm.render(pm.scenes.cornell_box(), size=(4, 4), passes=1, buffers=names)
 
 
@@ -92,6 +93,7 @@ def large(side, bands, folder, *more):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="the limit is Linux's")
 def test_more_than_memory(tmp_path):
     """1 GB of arrays and 1 GB of RAM in all: done with `--memory`, and refused without."""
@@ -99,14 +101,15 @@ def test_more_than_memory(tmp_path):
     environment = {"TMPDIR": str(tmp_path)}
     refused = run(*large(1024, 8, tmp_path), limits=limits, **environment)
     assert_refused(*refused, "or keep arrays on disk")
-    code, told = run(
+    code, messages = run(
         *large(1024, 8, tmp_path, "--passes", 1, "--memory", "512M"), limits=limits, **environment
     )
-    assert code == 0, told
+    assert code == 0, messages
     assert sorted(path.suffix for path in tmp_path.iterdir()) == [".exr", ".json", ".png"]
     assert np.isfinite(pm.load_result(tmp_path / "out.exr").radiance).all()
 
 
+@pytest.mark.slow
 def test_killed_amid_scratch_files(tmp_path):
     environment = {"TMPDIR": str(tmp_path)}
     process = start(*large(256, 3, tmp_path, "--memory", "1K", "--seconds", 60), **environment)
@@ -118,8 +121,8 @@ def test_killed_amid_scratch_files(tmp_path):
 
 def test_a_disk_too_full_for_scratch_files(tmp_path):
     limits = [(resource.RLIMIT_FSIZE, 20_000)]
-    code, told = run(*large(64, 3, tmp_path, "--memory", "1K"), limits=limits)
-    assert_refused(code, told, "make room there, or set TMPDIR")
+    code, messages = run(*large(64, 3, tmp_path, "--memory", "1K"), limits=limits)
+    assert_refused(code, messages, "make room there, or set TMPDIR")
     assert not list(tmp_path.iterdir())
 
 
@@ -132,8 +135,8 @@ def test_an_image_of_8192_lines(tmp_path):
     before = set(folder.iterdir())
     limits = [(resource.RLIMIT_DATA, 4 << 30)]
     process = start(*large(SIDE, 3, tmp_path, "--passes", 2, "--memory", "4G"), limits=limits)
-    _, told = process.communicate(timeout=7200)
-    assert process.returncode == 0, told
+    _, messages = process.communicate(timeout=7200)
+    assert process.returncode == 0, messages
     result = pm.load_result(tmp_path / "out.exr")
     assert result.size == (SIDE, SIDE)
     assert set(result.buffers) == {"radiance"}

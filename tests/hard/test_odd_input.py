@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 import trimesh
 from cases import assert_same, means, rendered
-from conftest import GREY, closed_box
+from helpers.marks import slow
+from helpers.scenes import GREY, closed_box
 
 import photonmap as pm
-from photonmap.readers.images import Image
+from photonmap.scene.images import Image
 
 pytestmark = pytest.mark.filterwarnings(
-    "ignore:[0-9]* pixels see chains", "ignore:[0-9]* of [0-9]* photons were cut"
+    "ignore:[0-9]* pixels show more than", "ignore:[0-9]* of [0-9]* photons were truncated"
 )
 """Some light stays in glass for ever."""
 ROOM = closed_box(GREY)
@@ -29,7 +30,7 @@ def with_ball(normals=None, material=GREY, uv=None):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("value", [0.0, np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("value", [0.0, np.nan, *slow(np.inf, -np.inf)])
 def test_normals_that_are_none_mean_flat(kind, value):
     result = rendered(with_ball(np.full_like(SMOOTH, value), KINDS[kind]))
     flat = rendered(with_ball(np.zeros_like(SMOOTH), KINDS[kind]))
@@ -37,7 +38,7 @@ def test_normals_that_are_none_mean_flat(kind, value):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("length", [2.0**-1000, 2.0**-60, 2.0**60, 2.0**1000])
+@pytest.mark.parametrize("length", [2.0**-1000, 2.0**1000, *slow(2.0**-60, 2.0**60)])
 def test_normals_of_any_length(kind, length):
     result = rendered(with_ball(length * SMOOTH, KINDS[kind]))
     unit = rendered(with_ball(SMOOTH, KINDS[kind]))
@@ -68,7 +69,7 @@ def checks(shape):
     return pm.Texture(Image(np.ascontiguousarray(image, np.float32), srgb=False))
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (5, 3)])
+@pytest.mark.parametrize("shape", [(5, 3), *slow((1, 1), (1, 7))])
 @pytest.mark.parametrize("factor", [0.0, -1e5, 1e9])
 def test_texture_coordinates_of_any_size(shape, factor):
     material = pm.Material("paint", checks(shape))
@@ -85,7 +86,7 @@ def test_texture_coordinates_beyond(factor):
 @pytest.mark.parametrize("place", [{"scale": (1.0, 1e10)}, {"offset": (-1e10, 0.0)}])
 def test_textures_out_of_reach(place):
     material = pm.Material("paint", replace(checks((5, 3)), **place))
-    with pytest.raises(pm.InputError, match="beyond 1e"):
+    with pytest.raises(pm.InputError, match="is too large; keep them within"):
         rendered(with_ball(None, material, BALL.vertices[:, :2]))
 
 
@@ -112,7 +113,7 @@ def strips(edges):
     return pm.Mesh(np.array(vertices), faces, pm.Material("lamp", 0.0, 1.0), "lamp")
 
 
-@pytest.mark.parametrize("width", [1e-3, 1e-7])
+@pytest.mark.parametrize("width", [1e-7, *slow(1e-3)])
 def test_a_lamp_of_slivers(width):
     """It shines as it does in one piece: each sliver by its area."""
     edges = np.linspace(-0.3, 0.3, 9)

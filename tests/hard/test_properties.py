@@ -10,7 +10,8 @@ import hypothesis
 import numpy as np
 import pytest
 from cases import SMALLEST, assert_same, means, means_of, rendered
-from conftest import closed_box, quad
+from helpers.marks import slow
+from helpers.scenes import closed_box, quad
 from hypothesis import strategies as st
 from hypothesis.internal.conjecture import providers
 
@@ -21,7 +22,9 @@ providers._get_local_constants = lambda: NO_CONSTANTS
 NO_CONSTANTS = providers.Constants()
 
 EXAMPLES = os.environ.get("PHOTONMAP_EXAMPLES")
-"""Of each property; without it, 250 in all, more of those that take few renders."""
+"""Of each property; without it, a few, and with slow tests 250 in all, more of those that take few
+renders."""
+FEW = 2
 SEED = os.environ.get("PHOTONMAP_SEED")
 """Of the examples; without one, they are always the same."""
 pytestmark = pytest.mark.filterwarnings("ignore::photonmap.SceneWarning")
@@ -127,18 +130,24 @@ def painted(scene, change):
 
 
 def property_of_scenes(examples):
-    """Run a test over so many random scenes."""
+    """Run a test over a few random scenes, and over so many where there is time."""
+    counts = [int(EXAMPLES)] if EXAMPLES else [FEW, *slow(examples)]
 
-    def configure(test):
-        configured = hypothesis.settings(
-            max_examples=int(EXAMPLES or examples),
-            derandomize=SEED is None,
-            database=None,
-            deadline=None,
-            suppress_health_check=list(hypothesis.HealthCheck),
-            phases=[hypothesis.Phase.generate],
-        )(hypothesis.given(scenes())(test))
-        return configured if SEED is None else hypothesis.seed(int(SEED))(configured)
+    def configure(check):
+        @pytest.mark.parametrize("count", counts)
+        def test(count):
+            configured = hypothesis.settings(
+                max_examples=count,
+                derandomize=SEED is None,
+                database=None,
+                deadline=None,
+                suppress_health_check=list(hypothesis.HealthCheck),
+                phases=[hypothesis.Phase.generate],
+            )(hypothesis.given(scenes())(check))
+            (configured if SEED is None else hypothesis.seed(int(SEED))(configured))()
+
+        test.__name__, test.__doc__ = check.__name__, check.__doc__
+        return test
 
     return configure
 

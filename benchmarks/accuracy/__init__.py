@@ -1,0 +1,1 @@
+"""Benchmarks of errors against time, references and other renderers."""

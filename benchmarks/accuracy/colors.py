@@ -1,0 +1,99 @@
+"""Colour errors of few bands, and methods that turn RGB into spectra."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+import photonmap as pm
+from benchmarks.harness.options import Options
+from benchmarks.harness.table import Table
+from photonmap.spectra.names import colour_science
+from photonmap.spectra.observer import observer
+from photonmap.study.color_error import delta_e_2000
+
+Floats = NDArray[np.float64]
+
+COUNTS, TRUTH = (3, 6, 9, 31), 81
+SIZE, PASSES = (128, 128), 64
+GRID = 9
+RECOVERED = 20
+"""Colours for methods that take long."""
+
+
+def run(options: Options) -> list[Table]:
+    """Compare bands on the measured Cornell box, and upsamplings on the sRGB cube."""
+    return [_bands(options), _upsampling()]
+
+
+def _bands(options: Options) -> Table:
+    """Compare sRGB images of the box from few bands with one from many."""
+    scene = pm.scenes.cornell_box_measured()
+
+    def render(count: int, seed: int = 0) -> pm.Result:
+        return pm.render(
+            scene, bands=count, size=SIZE, passes=PASSES, seed=seed, threads=options.threads
+        )
+
+    truth = render(TRUTH)
+    table = Table(
+        f"bands: ΔE2000 in sRGB relative to {TRUTH} bands, measured Cornell box",
+        ["bands", "method", "mean", "95%", "indirect, mean", "95%"],
+    )
+    runs = [(str(count), render(count)) for count in COUNTS]
+    for name, result in [*runs, (f"{TRUTH}, other seed: noise", render(TRUTH, seed=1))]:
+        for method in ("direct", "primaries", "regression"):
+            row: list[object] = [name, method]
+            for buffer in ("radiance", "indirect"):
+                off = delta_e_2000(result.rgb(buffer, method), truth.rgb(buffer, method))
+                row += [off.mean(), np.percentile(off, 95)]
+            table.rows.append(row)
+    return table
+
+
+def _upsampling() -> Table:
+    """Time methods from RGB to reflectance, and measure their round trip under D65."""
+    axis = np.linspace(0.0, 1.0, GRID)
+    cube = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
+    table = Table(
+        f"upsampling: RGB to reflectance, {GRID}³ colours of the sRGB cube",
+        ["method", "µs per colour", "mean ΔE2000", "max", "lowest", "highest", "roughness"],
+    )
+    few = cube[:: len(cube) // RECOVERED]
+    ways: list[tuple[str, Callable[[Floats], Floats], Floats]] = [
+        ("linear basis (ours)", lambda rgb: rgb @ observer().basis, cube),
+        ("Smits 1999", _by_colour("Smits 1999"), few),
+        ("Jakob 2019", _by_colour("Jakob 2019"), few),
+        ("Meng 2015", _by_colour("Meng 2015"), few),
+        ("Otsu 2018", _by_colour("Otsu 2018"), few),
+    ]
+    eye = observer()
+    for name, upsample, colors in ways:
+        start = time.perf_counter()
+        curves = upsample(colors)
+        spent = (time.perf_counter() - start) / len(colors)
+        back = (curves * eye.d65) @ eye.matching.T
+        off = delta_e_2000(back, colors, white=1.0)
+        rough = np.sqrt(np.mean(np.diff(curves[:, ::5], 2, axis=1) ** 2))
+        table.rows.append(
+            [name, 1e6 * spent, off.mean(), off.max(), curves.min(), curves.max(), rough]
+        )
+    return table
+
+
+def _by_colour(method: str) -> Callable[[Floats], Floats]:
+    """Return a method of colour-science as a function from (C, 3) RGB to (C, M) curves."""
+
+    def upsample(colors: Floats) -> Floats:
+        eye = observer()
+        curves = []
+        with colour_science() as colour:
+            for rgb in colors:
+                curve = colour.XYZ_to_sd(eye.rgb_to_xyz @ rgb, method=method)
+                curves.append(np.interp(eye.wavelengths, curve.wavelengths, curve.values))
+        return np.array(curves)
+
+    return upsample

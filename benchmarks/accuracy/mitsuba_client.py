@@ -1,0 +1,95 @@
+"""Client of `mitsuba_server`."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+SERVER = Path(__file__).with_name("mitsuba_server.py")
+LLVM, SCALAR = "llvm_ad_rgb", "scalar_rgb"
+"""Variants of Mitsuba: compiled for vectors, and scalar C++."""
+LLVM_PLACES = ("*/libLLVM*19*", "llvm-*/lib/libLLVM*.so*")
+"""Patterns below /usr/lib for names that Dr.Jit does not look for itself."""
+UNLIMITED, ONLY_LAMPS, ONE_BOUNCE = -1, 1, 2
+"""Maximum path depths."""
+
+
+class Mitsuba:
+    """A running Mitsuba; `reason` says why there is none.
+
+    Parameters
+    ----------
+    interpreter : a Python with Mitsuba 3
+    threads : number of render threads
+    case : one of the server's cases; None for the plain Cornell box
+    variant : LLVM or SCALAR
+    """
+
+    reason = ""
+
+    def __init__(
+        self, interpreter: str, threads: int, case: str | None = None, variant: str = LLVM
+    ) -> None:
+        self._folder = tempfile.TemporaryDirectory()
+        self._errors = Path(self._folder.name) / "stderr"
+        environment = dict(os.environ)
+        if "DRJIT_LIBLLVM_PATH" not in environment and (library := find_llvm()):
+            environment["DRJIT_LIBLLVM_PATH"] = library
+        with self._errors.open("w") as errors:
+            self._process = subprocess.Popen(
+                [interpreter, str(SERVER), variant, str(threads), *([case] if case else [])],
+                env=environment,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=errors,
+                text=True,
+            )
+        hello = self._answer()
+        self.version = hello.get("version", "")
+        self.threads = hello.get("threads", 0)
+        if not hello:
+            last = self._errors.read_text().strip().splitlines()
+            self.reason = (
+                f"Mitsuba did not start in {interpreter}: {last[-1] if last else 'no message'}"
+            )
+
+    def __enter__(self) -> Self:
+        """Return the client itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """End the server."""
+        self._process.communicate()
+        self._folder.cleanup()
+
+    def render(
+        self, samples: int, seed: int, depth: int = UNLIMITED
+    ) -> tuple[NDArray[np.float32], float]:
+        """Return (256, 256, 3) radiance from so many samples per pixel, and the seconds it took."""
+        file = Path(self._folder.name) / "image.npy"
+        assert self._process.stdin is not None
+        self._process.stdin.write(f"{depth} {samples} {seed} {file}\n")
+        self._process.stdin.flush()
+        answer = self._answer()
+        if not answer:
+            raise RuntimeError(f"Mitsuba ended: {self._errors.read_text()}")
+        return np.load(file), answer["seconds"]
+
+    def _answer(self) -> dict[str, Any]:
+        """Return the next line that the server prints, {} if it has ended."""
+        assert self._process.stdout is not None
+        line = self._process.stdout.readline()
+        return json.loads(line) if line else {}
+
+
+def find_llvm() -> str:
+    """Return the LLVM library for Dr.Jit to load in case it finds none itself, or ""."""
+    found = (file for place in LLVM_PLACES for file in sorted(Path("/usr/lib").glob(place)))
+    return str(next(found, ""))

@@ -1,0 +1,112 @@
+"""Mitsuba 3 as a child process: `python mitsuba_server.py VARIANT THREADS [CASE]`.
+
+It knows nothing of photonmap. It renders Mitsuba's own Cornell box in the way the reference was
+made, or a case in which an object or the light is replaced: 256×256, box filter, independent
+sampler, path tracer without a depth limit (Russian roulette from depth 5), two-sided surfaces. It
+prints one JSON line when it is ready. Then, for each line `DEPTH SAMPLES SEED FILE` on stdin, it
+renders, writes FILE and prints {"seconds": …}.
+"""
+
+import json
+import sys
+import time
+
+import mitsuba as mi
+import numpy as np
+
+SIZE = 256
+
+
+def ball(x, y, z, bsdf):
+    """Return a sphere of radius 0.35."""
+    return {"type": "sphere", "center": [x, y, z], "radius": 0.35, "bsdf": bsdf}
+
+
+MIRROR = {"type": "conductor", "material": "none", "specular_reflectance": 0.9}
+GLASS = {"type": "dielectric", "int_ior": 1.5, "ext_ior": 1.0}
+
+
+def grey(value):
+    """Return a colour."""
+    return {"type": "rgb", "value": value}
+
+
+def sky():
+    """Return the 8 × 16 map of `benchmarks.accuracy.matter`, rotated as Mitsuba needs it."""
+    rows, columns = np.mgrid[0:8, 0:16]
+    texels = np.stack([rows + 1.0, columns + 1.0, 9.0 - rows], axis=-1) / 8.0
+    texels = np.roll(texels, 8, axis=1)
+    return np.repeat(np.repeat(texels, 64, axis=0), 64, axis=1).astype(np.float32)
+
+
+def things(case):
+    """Return what a case adds to the room without its boxes; a light replaces the room's own."""
+    if case == "spot":
+        aim = mi.ScalarTransform4f().corners_from([0.3, 0.8, 0.5], [-0.2, -1, -0.2], [0, 0, 1])
+        return {
+            "lamp": {
+                "type": "spot",
+                "intensity": grey(2.0),
+                "cutoff_angle": 40.0,
+                "beam_width": 39.9,
+                "to_world": aim,
+            }
+        }
+    return {
+        "mirror": {"thing": ball(-0.3, -0.65, -0.2, {"type": "twosided", "bsdf": MIRROR})},
+        "glass": {"thing": ball(0.3, -0.65, 0.1, GLASS)},
+        "both": {
+            "thing": ball(-0.4, -0.65, -0.3, {"type": "twosided", "bsdf": MIRROR}),
+            "other": ball(0.4, -0.65, 0.2, GLASS),
+        },
+        "point": {"lamp": {"type": "point", "position": [0.3, 0.2, 0.4], "intensity": grey(1.0)}},
+        "sun": {
+            "lamp": {"type": "directional", "direction": [0.3, -0.5, -1.0], "irradiance": grey(2.0)}
+        },
+        "dome": {"lamp": {"type": "constant", "radiance": grey(1.0)}},
+        "sky": {"lamp": {"type": "envmap", "bitmap": mi.Bitmap(sky())}},
+    }[case]
+
+
+def make_scene(case=None):
+    """Return the Cornell box, or a case, as a dictionary for `mi.load_dict`."""
+    scene = mi.cornell_box()
+    if case:
+        added = things(case)
+        left_out = ["small-box", "large-box"] + ["light"] * ("lamp" in added)
+        scene = {name: thing for name, thing in scene.items() if name not in left_out} | added
+    film = scene["sensor"]["film"]
+    film["width"], film["height"], film["rfilter"] = SIZE, SIZE, {"type": "box"}
+    scene["sensor"]["sampler"] = {"type": "independent"}
+    for name in ("white", "red", "green"):
+        scene[name] = {"type": "twosided", "bsdf": scene[name]}
+    del scene["integrator"]
+    return scene
+
+
+def main():
+    """Render on request until stdin ends."""
+    mi.set_variant(sys.argv[1])
+    import drjit as dr
+
+    dr.set_thread_count(int(sys.argv[2]))
+    scene = mi.load_dict(make_scene(*sys.argv[3:]))
+    integrators = {
+        depth: mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 5})
+        for depth in (-1, 1, 2)
+    }
+    print(json.dumps({"version": mi.__version__, "threads": dr.thread_count()}), flush=True)
+    for line in sys.stdin:
+        depth, samples, seed, file = line.split()
+        start = time.perf_counter()
+        image = mi.render(
+            scene, integrator=integrators[int(depth)], spp=int(samples), seed=int(seed)
+        )
+        image = np.array(image)
+        seconds = time.perf_counter() - start
+        np.save(file, image)
+        print(json.dumps({"seconds": seconds}), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Benchmarks of rays and of the parts of a pass."""

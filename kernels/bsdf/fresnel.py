@@ -1,0 +1,40 @@
+"""Mirror directions, refraction and Fresnel's equations at a smooth surface."""
+
+import math
+
+from photonmap.kernels.core import vec
+from photonmap.kernels.core.jit import jit
+
+
+@jit
+def mirrored(direction, normal):
+    """Return the mirror image of a unit direction that arrives against `normal`."""
+    return vec.sub(direction, vec.scale(normal, 2.0 * vec.dot(direction, normal)))
+
+
+@jit
+def refracted(direction, normal, eta):
+    """Return the refraction of a unit direction that arrives against `normal` (Snell's law).
+
+    `eta` is the index of the side it comes from over that of the other. Under total internal
+    reflection, where there is none, the result lies in the surface.
+    """
+    cosine = -vec.dot(direction, normal)
+    squared = max(0.0, 1.0 - eta * eta * (1.0 - cosine * cosine))
+    along = vec.scale(direction, eta)
+    return vec.add(along, vec.scale(normal, eta * cosine - math.sqrt(squared)))
+
+
+@jit
+def fresnel(cosine, eta):
+    """Return the reflectance of a dielectric for unpolarised light; 1 under total reflection.
+
+    `cosine` is that of the angle of arrival, `eta` as in `refracted`.
+    """
+    squared = 1.0 - eta * eta * (1.0 - cosine * cosine)
+    if squared <= 0.0:
+        return 1.0
+    beyond = math.sqrt(squared)
+    parallel = (cosine - eta * beyond) / (cosine + eta * beyond)
+    perpendicular = (eta * cosine - beyond) / (eta * cosine + beyond)
+    return 0.5 * (parallel * parallel + perpendicular * perpendicular)

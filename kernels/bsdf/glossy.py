@@ -1,0 +1,137 @@
+"""Glossy surfaces: a GGX lobe over a diffuse base, which it covers like a coat.
+
+The lobe is Trowbridge and Reitz' distribution with Smith's height-correlated masking, Schlick's
+Fresnel reflectance, and what is scattered several times between microfacets (C. Kulla and A. Conty,
+"Revisiting physically based shading at Imageworks", SIGGRAPH 2017 course). The base gets what the
+lobe does not reflect, each time light passes it, so that a white base reflects all light whatever
+covers it. The BSDF is reciprocal.
+
+`parameters` are α, and the means over bands of the reflectance at normal incidence and of the
+base's albedo, by which one of the two is chosen for a sample.
+"""
+
+import math
+
+from photonmap.kernels.core import vec, warp
+from photonmap.kernels.core.jit import jit
+
+SCHLICK_MEAN = 1.0 / 21.0
+"""Cosine-weighted mean of (1 - cos)⁵."""
+TINY = 1e-12
+
+
+@jit
+def _look_up(table, cosine):
+    """Interpolate a row of `Scattering.albedos`, over the square root of the cosine."""
+    place = math.sqrt(min(cosine, 1.0)) * (len(table) - 2)
+    node = min(int(place), len(table) - 3)
+    return table[node] + (place - node) * (table[node + 1] - table[node])
+
+
+@jit
+def _multiple(f0, mean):
+    """Return the Fresnel term of what is scattered several times; `mean` is that of term 1."""
+    fresnel = f0 + (1.0 - f0) * SCHLICK_MEAN
+    return fresnel * fresnel * mean / (1.0 - fresnel * (1.0 - mean))
+
+
+@jit
+def _lobe_albedo(single, grazing, f0, multiple):
+    """Return what the lobe reflects in all, of the albedos at Fresnel terms 1 and (1 - cos)⁵."""
+    return f0 * (single - grazing) + grazing + (1.0 - single) * multiple
+
+
+@jit
+def _smith(alpha, cosine):
+    """Return Smith's Λ."""
+    return 0.5 * (math.sqrt(1.0 + alpha * alpha * (1.0 / (cosine * cosine) - 1.0)) - 1.0)
+
+
+@jit
+def _distribution(alpha, h, n):
+    """Return the density of microfacet normals (per steradian)."""
+    cosine, across = vec.dot(h, n), vec.cross(h, n)
+    spread = alpha * alpha * cosine * cosine + vec.dot(across, across)
+    return alpha * alpha * warp.INV_PI / (spread * spread)
+
+
+@jit
+def evaluate(scattering, material, wi, wo, n, values):
+    """Turn the base's albedos in values, (N,), into the BSDF (per steradian)."""
+    cos_i, cos_o = vec.dot(wi, n), vec.dot(wo, n)
+    if cos_i <= 0.0 or cos_o <= 0.0:
+        values[:] = 0.0
+        return
+    alpha, albedos = scattering.parameters[material, 0], scattering.albedos[material]
+    h = vec.normalize(vec.add(wi, wo))
+    masking = 1.0 + _smith(alpha, cos_i) + _smith(alpha, cos_o)
+    lobe = _distribution(alpha, h, n) / (4.0 * cos_i * cos_o * masking)
+    schlick = (1.0 - min(vec.dot(wo, h), 1.0)) ** 5
+    single_i, single_o = _look_up(albedos[0], cos_i), _look_up(albedos[0], cos_o)
+    grazing_i, grazing_o = _look_up(albedos[1], cos_i), _look_up(albedos[1], cos_o)
+    mean, mean_grazing = albedos[0, -1], albedos[1, -1]
+    missing = (1.0 - single_i) * (1.0 - single_o) / max(1.0 - mean, TINY) * warp.INV_PI
+    for band in range(len(values)):
+        f0, rho = float(scattering.specular[material, band]), float(values[band])
+        multiple = _multiple(f0, mean)
+        through = 1.0 - _lobe_albedo(single_i, grazing_i, f0, multiple)
+        through *= 1.0 - _lobe_albedo(single_o, grazing_o, f0, multiple)
+        back = _lobe_albedo(mean, mean_grazing, f0, multiple)
+        base = rho * through * warp.INV_PI / max(1.0 - rho * back, TINY)
+        values[band] = (f0 + (1.0 - f0) * schlick) * lobe + multiple * missing + base
+
+
+@jit
+def _lobe_probability(scattering, material, cosine):
+    """Return with which probability a sample is drawn by visible normals."""
+    parameters, albedos = scattering.parameters[material], scattering.albedos[material]
+    f0, rho = parameters[1], parameters[2]
+    multiple = _multiple(f0, albedos[0, -1])
+    back = _lobe_albedo(albedos[0, -1], albedos[1, -1], f0, multiple)
+    single, grazing = _look_up(albedos[0], cosine), _look_up(albedos[1], cosine)
+    lobe = f0 * (single - grazing) + grazing
+    reflected = _lobe_albedo(single, grazing, f0, multiple)
+    base = rho * (1.0 - reflected) * (1.0 - back) / max(1.0 - rho * back, TINY)
+    return lobe / max(reflected + base, TINY)
+
+
+@jit
+def _visible_normal(alpha, wo, u, v):
+    """Return a microfacet normal that wo sees, about +z.
+
+    J. Dupuy and A. Benyoub, "Sampling visible GGX normals with spherical caps", 2023.
+    """
+    x, y, z = vec.normalize((alpha * wo[0], alpha * wo[1], wo[2]))
+    height = (1.0 - v) * (1.0 + z) - z
+    r = math.sqrt(max(1.0 - height * height, 0.0))
+    cosine, sine = warp.cos_sin_2pi(u)
+    return vec.normalize((alpha * (r * cosine + x), alpha * (r * sine + y), max(height + z, TINY)))
+
+
+@jit
+def sample(scattering, material, wo, n, u, v):
+    """Return a direction by visible normals, or by the cosine for base and multiple scattering."""
+    cosine = vec.dot(wo, n)
+    if cosine <= 0.0:
+        return vec.scale(n, -1.0)
+    probability = _lobe_probability(scattering, material, cosine)
+    if u >= probability:
+        u = min((u - probability) / (1.0 - probability), 1.0 - 2.0**-53)
+        return vec.from_frame(warp.cosine_hemisphere(u, v), n)
+    local = vec.to_frame(wo, n)
+    h = _visible_normal(scattering.parameters[material, 0], local, u / probability, v)
+    wi = vec.sub(vec.scale(h, 2.0 * vec.dot(local, h)), local)
+    return vec.normalize(vec.from_frame(wi, n))
+
+
+@jit
+def pdf(scattering, material, wi, wo, n):
+    """Return the density of `sample` (per steradian)."""
+    cos_i, cos_o = vec.dot(wi, n), vec.dot(wo, n)
+    if cos_i <= 0.0 or cos_o <= 0.0:
+        return 0.0
+    alpha = scattering.parameters[material, 0]
+    probability = _lobe_probability(scattering, material, cos_o)
+    h = vec.normalize(vec.add(wi, wo))
+    visible = _distribution(alpha, h, n) / (4.0 * cos_o * (1.0 + _smith(alpha, cos_o)))
+    return probability * visible + (1.0 - probability) * warp.cosine_hemisphere_pdf(cos_i)

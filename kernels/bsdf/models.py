@@ -1,0 +1,123 @@
+"""BSDFs that are neither Lambertian nor specular: the list of models, and the calls to each.
+
+All take `scattering` as an argument of its own: where it is None, every surface is Lambertian or
+specular, and no code of any model is compiled. A model is a file of three functions beside each
+other, about unit vectors that leave the surface, wi towards the light and wo towards the eye, and
+the shading normal n:
+
+- `evaluate(…, wi, wo, n, values)` turns the diffuse albedos in values, (N,), into the BSDF (per
+  steradian), without the cosine;
+- `sample(…, wo, n, u, v)` returns wi; one below the horizon is lost;
+- `pdf(…, wi, wo, n)` returns the density of `sample` (per steradian).
+
+They begin with the material's parameters, or with all of `Scattering` and the material's number.
+"""
+
+from photonmap.kernels.bsdf import glossy, lambert, rough_diffuse
+from photonmap.kernels.bsdf.material import albedo, look_up_material
+from photonmap.kernels.core import vec
+from photonmap.kernels.core.jit import jit, outlined
+from photonmap.kernels.core.passes import SurfaceInteraction
+from photonmap.kernels.core.warp import INV_PI
+
+LAMBERTIAN, ROUGH_DIFFUSE, GLOSSY = 0, 1, 2
+"""Models; `Scattering.model` holds one for each material."""
+MODELS = {"rough diffuse": ROUGH_DIFFUSE, "glossy": GLOSSY}
+"""By the names that materials give them."""
+NARROW = (GLOSSY,)
+"""Those with lobes that cosine-distributed rays and light samples may miss."""
+
+
+@jit
+def model_at(geometry, scattering, triangle):
+    """Return the model of what a surface scatters beside its specular lobe."""
+    if scattering is None:
+        return LAMBERTIAN
+    return int(scattering.model[geometry.material[triangle]])
+
+
+@jit
+def with_model(geometry, scattering, surface):
+    """Return a surface whose directions are drawn by its own model, not by Lambert's law."""
+    point, ng, ns, side, hit, arrival, _ = surface
+    model = model_at(geometry, scattering, hit.triangle)
+    return SurfaceInteraction(point, ng, ns, side, hit, arrival, model)
+
+
+@jit
+def _departure(surface):
+    """Return wo: the unit vector to where a ray came from."""
+    return vec.normalize(vec.scale(surface.arrival, -1.0))
+
+
+@jit
+def _evaluate(scattering, material, surface, wi, values):
+    """Turn the diffuse albedos in values into the BSDF."""
+    model = scattering.model[material]
+    if model == GLOSSY:
+        glossy.evaluate(scattering, material, wi, _departure(surface), surface.ns, values)
+    elif model == ROUGH_DIFFUSE:
+        parameters = scattering.parameters[material]
+        rough_diffuse.evaluate(parameters, wi, _departure(surface), surface.ns, values)
+    else:
+        for band in range(len(values)):
+            values[band] *= INV_PI
+
+
+@outlined
+def evaluate(scene, scattering, surface, wi, values):
+    """Fill values, (N,), with the BSDF (per steradian) from wi to where a ray came from."""
+    color = look_up_material(scene.geometry, scene.textures, surface.hit)
+    for band in range(len(values)):
+        values[band] = albedo(scene.materials, scene.textures, color, band)
+    _evaluate(scattering, color[0], surface, wi, values)
+
+
+@outlined
+def evaluate_lobe(scene, scattering, surface, wi, values):
+    """Fill values, (N,), with what the BSDF has beside its diffuse base."""
+    values[:] = 0.0
+    _evaluate(scattering, scene.geometry.material[surface.hit.triangle], surface, wi, values)
+
+
+@jit
+def sample(geometry, scattering, surface, u, v):
+    """Return a unit vector wi of density `pdf`; `surface.model` says by which BSDF."""
+    if scattering is None or surface.model == LAMBERTIAN:
+        return lambert.sample(surface, u, v)
+    material = geometry.material[surface.hit.triangle]
+    if surface.model == GLOSSY:
+        return glossy.sample(scattering, material, _departure(surface), surface.ns, u, v)
+    parameters = scattering.parameters[material]
+    return rough_diffuse.sample(parameters, _departure(surface), surface.ns, u, v)
+
+
+@jit
+def pdf(geometry, scattering, surface, wi):
+    """Return the density of `sample` (per steradian) for the unit vector wi."""
+    if scattering is None or surface.model == LAMBERTIAN:
+        return lambert.pdf(surface, wi)
+    material = geometry.material[surface.hit.triangle]
+    if surface.model == GLOSSY:
+        return glossy.pdf(scattering, material, wi, _departure(surface), surface.ns)
+    parameters = scattering.parameters[material]
+    return rough_diffuse.pdf(parameters, wi, _departure(surface), surface.ns)
+
+
+@outlined
+def scatter_flux(scene, scattering, surface, point, factor, flux, response):
+    """Scatter a photon, by a point of the unit square; return the direction in which it leaves.
+
+    `flux`, (N,), is multiplied by factor · BSDF · cosine / pdf, where `factor` is that of Veach's
+    adjoint BSDF at the arrival; `response`, (N,), is scratch.
+    """
+    direction = sample(scene.geometry, scattering, surface, point[0], point[1])
+    density = pdf(scene.geometry, scattering, surface, direction)
+    cosine = vec.dot(surface.ng, direction)
+    if density <= 0.0 or cosine <= 0.0:
+        flux[:] = 0.0
+        return direction
+    evaluate(scene, scattering, surface, direction, response)
+    for band in range(len(flux)):
+        flux[band] *= response[band] * (factor * cosine / density)
+    return direction

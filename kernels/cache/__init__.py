@@ -1,0 +1,1 @@
+"""The radiosity cache: diffusely reflected light kept in cells of the surface."""

@@ -1,0 +1,1 @@
+"""Cameras: rays through points of the film."""

@@ -1,0 +1,136 @@
+"""Projections that bend straight lines: lens distortion, fisheyes and panoramas.
+
+The camera's frame is `across`, to the right, `down`, and `corner`, along the axis: unit vectors.
+"""
+
+import math
+
+from photonmap.kernels.core import vec
+from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.passes import Ray
+
+NOWHERE = (0.0, 0.0, 0.0)
+"""Direction of the ray through a film point that no light reaches."""
+MOST_STEPS = 64
+CLOSE = 1e-15
+"""Error at which a root is found, in units of the image, relative to its size if above 1."""
+
+
+@jit
+def _in_image(projection, x, y):
+    """Return a film point in units of the image, from where the axis meets it."""
+    return (
+        (x - projection.center[0]) / projection.focal[0],
+        (y - projection.center[1]) / projection.focal[1],
+    )
+
+
+@jit
+def _in_frame(camera, right, down, ahead):
+    """Return a direction from its components in the camera's frame."""
+    sideways = vec.add(vec.scale(camera.across, right), vec.scale(camera.down, down))
+    return vec.add(vec.scale(camera.corner, ahead), sideways)
+
+
+@jit
+def panorama_ray(camera, x, y):
+    """Return the ray of an equirectangular panorama: longitude across, latitude down."""
+    longitude, latitude = _in_image(camera.optics.projection, x, y)
+    level, down = math.cos(latitude), math.sin(latitude)
+    right, ahead = level * math.sin(longitude), level * math.cos(longitude)
+    return Ray(camera.origin, _in_frame(camera, right, down, ahead))
+
+
+@jit
+def _fisheye_angle(projection, radius):
+    """Return the angle θ from the axis with θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸) = radius.
+
+    By Newton's method between bounds: up to the largest angle the radius increases with it.
+    """
+    k, low, high = projection.distortion, 0.0, projection.reach[1]
+    angle = min(radius, high)
+    for _ in range(MOST_STEPS):
+        z = angle * angle
+        error = angle * (1.0 + z * (k[0] + z * (k[1] + z * (k[2] + z * k[3])))) - radius
+        slope = 1.0 + z * (3 * k[0] + z * (5 * k[1] + z * (7 * k[2] + z * 9 * k[3])))
+        if abs(error) <= CLOSE * max(radius, 1.0):
+            break
+        if error > 0.0:
+            high = angle
+        else:
+            low = angle
+        angle -= error / slope
+        if not low < angle < high:
+            angle = 0.5 * (low + high)
+    return angle
+
+
+@jit
+def fisheye_ray(camera, x, y):
+    """Return the ray of a fisheye; none leads beyond its largest angle."""
+    projection = camera.optics.projection
+    a, b = _in_image(projection, x, y)
+    radius = math.hypot(a, b)
+    if radius > projection.reach[0]:
+        return Ray(camera.origin, NOWHERE)
+    if radius == 0.0:
+        return Ray(camera.origin, camera.corner)
+    angle = _fisheye_angle(projection, radius)
+    sine = math.sin(angle) / radius
+    return Ray(camera.origin, _in_frame(camera, sine * a, sine * b, math.cos(angle)))
+
+
+@jit
+def _first_guess(table, s, t):
+    """Return about where the undistorted point lies, by a table over the image, (rows, columns, 2).
+
+    s and t are fractions of the image's width and height.
+    """
+    x, y = s * (table.shape[1] - 1), t * (table.shape[0] - 1)
+    column = min(max(int(x), 0), table.shape[1] - 2)
+    row = min(max(int(y), 0), table.shape[0] - 2)
+    x, y = x - column, y - row
+    guess = (0.0, 0.0)
+    for i in range(2):
+        for j in range(2):
+            weight = (y if i else 1.0 - y) * (x if j else 1.0 - x)
+            across, down = table[row + i, column + j, 0], table[row + i, column + j, 1]
+            guess = guess[0] + weight * across, guess[1] + weight * down
+    return guess
+
+
+@jit
+def undistort(distortion, target, guess):
+    """Return the point that Brown's and Conrady's distortion moves to `target`: Newton's method.
+
+    OpenCV's k1, k2, p1, p2, k3. The two partial derivatives across are those along the other way.
+    """
+    k1, k2, p1, p2, k3 = distortion
+    x, y = guess
+    for _ in range(MOST_STEPS):
+        z = x * x + y * y
+        radial = 1.0 + z * (k1 + z * (k2 + z * k3))
+        slope = 2.0 * (k1 + z * (2.0 * k2 + z * 3.0 * k3))
+        right = x * radial + 2.0 * p1 * x * y + p2 * (z + 2.0 * x * x) - target[0]
+        down = y * radial + p1 * (z + 2.0 * y * y) + 2.0 * p2 * x * y - target[1]
+        if abs(right) + abs(down) <= CLOSE * max(abs(x) + abs(y), 1.0):
+            break
+        xx = radial + x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x
+        xy = x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
+        yy = radial + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x
+        area = xx * yy - xy * xy
+        x, y = x - (yy * right - xy * down) / area, y - (xx * down - xy * right) / area
+    return x, y
+
+
+@jit
+def distorted_ray(camera, x, y):
+    """Return the ray of a pinhole whose image a lens distorts.
+
+    `reach` holds the image's width and height in pixels.
+    """
+    projection = camera.optics.projection
+    size = projection.reach
+    guess = _first_guess(projection.table, x / size[0], y / size[1])
+    right, down = undistort(projection.distortion, _in_image(projection, x, y), guess)
+    return Ray(camera.origin, _in_frame(camera, right, down, 1.0))

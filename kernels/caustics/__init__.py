@@ -1,0 +1,1 @@
+"""The caustic photon map."""

@@ -1,0 +1,213 @@
+"""Caustics: photons that specular surfaces alone sent to diffuse ones, counted over small disks."""
+
+import math
+
+import numpy as np
+
+from photonmap.kernels.bsdf import models
+from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, choose_lobe, scatter_specular
+from photonmap.kernels.core import vec, warp
+from photonmap.kernels.core.bands import divide
+from photonmap.kernels.core.jit import jit, kernel, outlined
+from photonmap.kernels.core.rng import draw, sobol_2d, stream
+from photonmap.kernels.core.streams import EMIT_DIRECTION, EMIT_POSITION, LOBE, split
+from photonmap.kernels.geometry.interaction import surface_interaction
+from photonmap.kernels.geometry.opacity import divide_by_opacity, intersect
+from photonmap.kernels.lights.photons import emit_photon
+
+ALIGNED = 0.7
+"""Cosine between normals above which photons count for each other's surface."""
+FLATNESS = 0.3
+"""Height above the surface, in radii, within which photons count."""
+
+
+@jit
+def _follow(geometry, specular, ray, state, flux):
+    """Follow a photon along specular surfaces to where it takes another lobe.
+
+    Returns (whether it came there via specular surfaces, its hit, its direction).
+    """
+    origin, direction = ray
+    hit = intersect(geometry, origin, direction)
+    for step in range(LONGEST_CHAIN):
+        if hit.triangle < 0:
+            return False, hit, direction
+        probability = specular.probability[geometry.material[hit.triangle]]
+        if step == 0 and probability == 0.0:
+            return False, hit, direction
+        if step > 0:
+            is_specular, state = choose_lobe(probability, state, flux)
+            if not is_specular:
+                return True, hit, direction
+        xi, state = draw(state)
+        origin, direction = scatter_specular(geometry, specular, hit, direction, xi, True, flux)
+        hit = intersect(geometry, origin, direction)
+    return False, hit, direction
+
+
+@jit
+def _arrive(geometry, hit, direction, photons, row):
+    """Turn flux into irradiance about the shading normal, and fill a row of photons."""
+    surface = surface_interaction(geometry, hit, direction)
+    factor = max(0.0, -vec.dot(surface.ns, direction))
+    factor /= max(1e-9, -vec.dot(surface.ng, direction))
+    divide(photons.flux[row], 1.0 / max(factor, 1e-9))
+    divide_by_opacity(geometry, geometry.alpha, hit, photons.flux[row])
+    for axis in range(3):
+        photons.positions[row, axis] = surface.point[axis]
+        photons.positions[row, 3 + axis] = surface.ng[axis]
+        photons.arrivals[row, axis] = direction[axis]
+
+
+@jit
+def _guided(rows, columns, point):
+    """Warp a point of the unit square to a density by boxes; return (point, density)."""
+    boxes = len(rows)
+    row, x = warp.discrete(rows, point[0])
+    column, y = warp.discrete(columns[row], point[1])
+    probability = warp.discrete_pdf(rows, row) * warp.discrete_pdf(columns[row], column)
+    return ((row + x) / boxes, (column + y) / boxes), probability * boxes * boxes
+
+
+@kernel
+def trace_caustics(scene, guide, key, span, total, photons):
+    """Trace photons of a span of `total` to where they make caustics; return their number.
+
+    They fill the first rows of `photons`.
+    """
+    count = 0
+    position_key, direction_key = split(key, EMIT_POSITION), split(key, EMIT_DIRECTION)
+    lobe_key = split(key, LOBE)
+    for index in range(span.first, span.last):
+        position, at = _guided(
+            guide.position_rows, guide.position_columns, sobol_2d(index, position_key)
+        )
+        towards, along = _guided(
+            guide.direction_rows, guide.direction_columns, sobol_2d(index, direction_key)
+        )
+        flux = photons.flux[count]
+        share = 1.0 / (total * at * along)
+        ray = emit_photon(scene.geometry, scene.lights, position, towards, share, flux)
+        for axis in range(2):
+            photons.origins[count, axis] = position[axis]
+            photons.origins[count, 2 + axis] = towards[axis]
+        state = stream(lobe_key, index, 0)
+        arrived, hit, direction = _follow(scene.geometry, scene.specular, ray, state, flux)
+        if arrived:
+            _arrive(scene.geometry, hit, direction, photons, count)
+            count += 1
+    return count
+
+
+@jit
+def bucket_of(x, y, z, buckets):
+    """Return the bucket of a box of space (whole numbers)."""
+    mixed = np.uint64(np.int64(x)) * np.uint64(0x9E3779B97F4A7C15)
+    mixed ^= np.uint64(np.int64(y)) * np.uint64(0xC2B2AE3D27D4EB4F)
+    mixed ^= np.uint64(np.int64(z)) * np.uint64(0x165667B19E3779F9)
+    return np.int64((mixed ^ (mixed >> np.uint64(29))) % np.uint64(buckets))
+
+
+@kernel
+def fill_buckets(positions, width, first, last, buckets, out):
+    """Fill `out`, (n,) int32, with the buckets of photons first..last."""
+    for photon in range(first, last):
+        x, y, z = vec.row(positions, photon)
+        out[photon] = bucket_of(
+            math.floor(x / width), math.floor(y / width), math.floor(z / width), buckets
+        )
+
+
+@jit
+def _weight(caustics, photon, surface, box):
+    """Return the weight of a photon for a surface point, 0 if it does not count.
+
+    Photons of other boxes may share a bucket, and those of other surfaces a box. Weights fall as a
+    parabola (Silverman 1986, 4.2).
+    """
+    position = vec.row(caustics.positions, photon)
+    radius = caustics.radius
+    width = 2.0 * radius
+    if (
+        math.floor(position[0] / width) != box[0]
+        or math.floor(position[1] / width) != box[1]
+        or math.floor(position[2] / width) != box[2]
+    ):
+        return 0.0
+    step = vec.sub(position, surface.point)
+    near = 1.0 - vec.dot(step, step) / (radius * radius)
+    if near <= 0.0 or _dot_normal(caustics.positions, photon, surface.ng) < ALIGNED:
+        return 0.0
+    return 0.0 if abs(vec.dot(step, surface.ng)) > FLATNESS * radius else near
+
+
+@jit
+def _dot_normal(positions, photon, ng):
+    return (
+        positions[photon, 3] * ng[0] + positions[photon, 4] * ng[1] + positions[photon, 5] * ng[2]
+    )
+
+
+@jit
+def _box(caustics, point, corner):
+    """Return one of the eight boxes of space that photons around a point lie in."""
+    width = 2.0 * caustics.radius
+    return (
+        math.floor(point[0] / width - 0.5) + (corner & 1),
+        math.floor(point[1] / width - 0.5) + ((corner >> 1) & 1),
+        math.floor(point[2] / width - 0.5) + (corner >> 2),
+    )
+
+
+@jit
+def _density(caustics):
+    """Return the irradiance of a photon of flux and weight 1."""
+    return 2.0 * warp.INV_PI / (caustics.radius * caustics.radius)
+
+
+@outlined
+def add_caustics(caustics, surface, throughput, target, row):
+    """Add the irradiance by caustics at a point, times throughput, (N,), to row `row` of target.
+
+    Without a caustic map (None) nothing is added.
+    """
+    if caustics is None:
+        return
+    buckets = len(caustics.starts) - 1
+    if buckets < 1:
+        return
+    scale = _density(caustics)
+    for corner in range(8):
+        box = _box(caustics, surface.point, corner)
+        bucket = bucket_of(box[0], box[1], box[2], buckets)
+        for photon in range(caustics.starts[bucket], caustics.starts[bucket + 1]):
+            near = _weight(caustics, photon, surface, box)
+            if near == 0.0:
+                continue
+            for band in range(target.shape[1]):
+                light = np.float32(scale * near) * caustics.flux[photon, band]
+                target[row, band] += throughput[band] * light
+
+
+@outlined
+def scatter_caustics(scene, caustics, surface, factor, target, row, scratch):
+    """Add the radiance that a BSDF makes of caustics, times factor · throughput, to a row.
+
+    `scratch.response` is used up. Without a caustic map (None) nothing is added.
+    """
+    if caustics is None or len(caustics.arrivals) == 0:
+        return
+    buckets = len(caustics.starts) - 1
+    scale = factor * _density(caustics)
+    for corner in range(8):
+        box = _box(caustics, surface.point, corner)
+        bucket = bucket_of(box[0], box[1], box[2], buckets)
+        for photon in range(caustics.starts[bucket], caustics.starts[bucket + 1]):
+            near = _weight(caustics, photon, surface, box)
+            if near == 0.0:
+                continue
+            wi = vec.scale(vec.row(caustics.arrivals, photon), -1.0)
+            models.evaluate(scene, scene.scattering, surface, wi, scratch.response)
+            for band in range(target.shape[1]):
+                light = np.float32(scale * near) * caustics.flux[photon, band]
+                target[row, band] += scratch.throughput[band] * scratch.response[band] * light

@@ -1,0 +1,1 @@
+"""What all kernels stand on: JIT decorators, records, random numbers, warps, vectors, bands."""

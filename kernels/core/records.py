@@ -1,0 +1,229 @@
+"""The scene as kernels see it. T triangles, V vertices, M materials, K emitters, N bands.
+
+Lengths are in units of the scene's size, power in units of the lights' total: `compile_scene`
+scales there, `render` scales back. What a scene lacks is None, and its code is not compiled.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+MIRROR, GLASS = 1, 2
+"""Kinds of specular surfaces; 0 is none."""
+BYTES, SRGB, FLOATS = 0, 1, 2
+"""Kinds of texels: linear bytes, sRGB bytes, linear float32; the first two are rows of a table."""
+
+
+class Maps(NamedTuple):
+    """Images as surfaces use them, one row for each of R uses: see `geometry.texture`."""
+
+    address: np.ndarray
+    """(R,) int64, of the first texel"""
+    shape: np.ndarray
+    """(R, 3) int32, rows, columns, and channels (1 or 3)"""
+    kind: np.ndarray
+    """(R,) uint8: BYTES, SRGB or FLOATS"""
+    clamp: np.ndarray
+    """(R,) uint8, 1 where edges go on outside the unit square; otherwise the image repeats"""
+    placement: np.ndarray
+    """(R, 4) float64, scale of u and v, then their offset"""
+    factor: np.ndarray
+    """(R, 3) float64, of red, green and blue"""
+    tables: np.ndarray
+    """(2, 256) float32, linear values of bytes"""
+
+
+class Alpha(NamedTuple):
+    """How much of a surface is there; a scene whose surfaces are all whole has None instead."""
+
+    value: np.ndarray
+    """(M,) float64, opacity where there is no texture"""
+    image: np.ndarray
+    """(M,) int32, row of `maps`, -1 for none"""
+    maps: Maps
+
+
+class Textures(NamedTuple):
+    """Reflectances that vary over surfaces; a scene without any has None in its place."""
+
+    maps: Maps
+    reflectance: np.ndarray
+    """(M,) int32, row of `maps`, -1 for none"""
+    basis: np.ndarray
+    """(3, N) float32, which makes reflectances of linear RGB"""
+
+
+class EmissionTextures(NamedTuple):
+    """Area lights whose radiance varies over them."""
+
+    maps: Maps
+    slot: np.ndarray
+    """(R,) int32, which of E textures a row of `Lights.spectra` stands for, -1 for none"""
+    image: np.ndarray
+    """(E,) int32, row of `maps`"""
+    basis: np.ndarray
+    """(3 E, N) float32, three rows for each, which make radiances of linear RGB"""
+    uv: np.ndarray
+    """(V, 2) float32"""
+    triangles: np.ndarray
+    """(T, 3) int32"""
+
+
+class Geometry(NamedTuple):
+    """All triangles of the scene, and Embree's scene over them."""
+
+    scene: int
+    """address of the committed Embree scene"""
+    vertices: np.ndarray
+    """(V, 3) float32"""
+    triangles: np.ndarray
+    """(T, 3) int32"""
+    normals: np.ndarray
+    """(T, 3) float32, unit geometric normal of the winding"""
+    shading_normals: np.ndarray
+    """(V, 3) float32, zero rows are flat; (0, 3) in a scene without any"""
+    material: np.ndarray
+    """(T,) int32"""
+    emitter: np.ndarray
+    """(T,) int32, -1 for a triangle that does not emit"""
+    uv: np.ndarray
+    """(V, 2) float32, (0, 2) in a scene without textures"""
+    alpha: Alpha | None
+    """None where all surfaces are opaque"""
+
+
+class Materials(NamedTuple):
+    """What surfaces do with light."""
+
+    reflectance: np.ndarray
+    """(M, N) float32, of textures the mean"""
+
+
+class Specular(NamedTuple):
+    """Mirrors, mirror coats and glass."""
+
+    kind: np.ndarray
+    """(M,) uint8: 0, MIRROR or GLASS"""
+    mirror: np.ndarray
+    """(M, N) float32, reflectance of the mirror"""
+    ior: np.ndarray
+    """(M,) float64, index of refraction of the inside"""
+    tint: np.ndarray
+    """(M, N) float32, what glass transmits at a crossing"""
+    probability: np.ndarray
+    """(M,) float64, with which a path takes the specular lobe rather than the diffuse one: 1 for
+    mirrors and glass, 0 where there is no specular lobe"""
+
+
+class Scattering(NamedTuple):
+    """Surfaces that scatter neither like Lambert's law nor specularly: see `bsdf.models`."""
+
+    model: np.ndarray
+    """(M,) uint8, which BSDF, of `bsdf.models`; 0 is Lambertian"""
+    parameters: np.ndarray
+    """(M, 4) float64, of the model"""
+    specular: np.ndarray
+    """(M, N) float32, reflectances of glossy surfaces at normal incidence"""
+    albedos: np.ndarray
+    """(M, 2, K) float64, what glossy lobes of Fresnel terms 1 and (1 - cos)⁵ reflect of light from
+    K - 1 angles, and the cosine-weighted mean over all; 0 for other models"""
+
+
+class Environment(NamedTuple):
+    """The sky as a map of H rows and W columns: see `environment`."""
+
+    texels: np.ndarray
+    """(H, W, 3) float32, linear RGB"""
+    basis: np.ndarray
+    """(3, N) float32, which makes radiances of RGB"""
+    rows: np.ndarray
+    """(H,) float64, rises to 1 in proportion to the light of each row"""
+    columns: np.ndarray
+    """(H, W) float64, each row rises to 1 in proportion to the light of its texels"""
+    cosines: np.ndarray
+    """(H + 1,) float64, y at the edges of the rows, from 1 to -1"""
+    rotation: float
+    """of the map about +y, counter-clockwise seen from above, 1 for a full turn"""
+
+
+NODE_CENTER, NODE_AXIS, NODE_SQUARED_RADIUS, NODE_STRENGTH, NODE_CONE, NODE_REACH = 0, 3, 6, 7, 8, 9
+"""Columns of a light tree's nodes: center (3) and squared radius of a sphere around its emitters;
+axis (3) of a cone of their normals; the sum of their intensities; and the cosines of the cone's
+half angle and of that to which an emitter shines from its normal."""
+
+
+class LightTree(NamedTuple):
+    """Emitters by place and direction, to choose among for a point: see `light_tree`."""
+
+    nodes: np.ndarray
+    """(2S, 10) float64, columns NODE_…; row 0 is unused, S is a power of two"""
+    emitter: np.ndarray
+    """(S,) int32, of each leaf"""
+    leaf: np.ndarray
+    """(K,) int32, of each emitter, -1 if it is infinitely far"""
+    near: float
+    """probability of those in the tree, by power"""
+    far: np.ndarray
+    """(K,) float64, rises to 1 in proportion to the power of the others"""
+
+
+class Profiles(NamedTuple):
+    """How the intensity of emitters depends on direction, as tables over angles."""
+
+    row: np.ndarray
+    """(K,) int32, the table of each emitter, -1 for none"""
+    frame: np.ndarray
+    """(R, 3, 3) float64, rows are the axes x, y, z of each table in the world"""
+    intensity: np.ndarray
+    """(R, V, H) float32, relative to the mean over all directions; V polar angles from +z to -z,
+    H azimuths from +x towards +y, the last one that of the first again"""
+
+
+class Lights(NamedTuple):
+    """Emitters of all kinds, chosen by power, and for direct light by importance."""
+
+    kind: np.ndarray
+    """(K,) uint8, of `lights.kinds`"""
+    triangle: np.ndarray
+    """(K,) int32, -1 where the emitter is none"""
+    position: np.ndarray
+    """(K, 3) float64 of lights at a point"""
+    axis: np.ndarray
+    """(K, 3) float64, unit vector in which spot and directional lights shine"""
+    cosines: np.ndarray
+    """(K, 2) float64 of the angles up to which a spot is full, and beyond which it is dark"""
+    area: np.ndarray
+    """(K,) float64 of triangles"""
+    spectrum: np.ndarray
+    """(K,) int32, row of `spectra`"""
+    spectra: np.ndarray
+    """(R, N) float32: radiance, intensity (POINT and its kin) or irradiance (DIRECTIONAL); of an
+    environment or a texture the mean"""
+    cdf: np.ndarray
+    """(K,) float64, CDF of the emitters, in proportion to power for the most part"""
+    dome: int
+    """index of the dome's emitter, -1 without a dome"""
+    radius: float
+    """of a sphere around the origin that holds the scene"""
+    environment: Environment | None
+    """what the dome looks like; None where it is the same all around, or where there is none"""
+    profiles: Profiles | None
+    """None where no emitter's intensity is given by a table"""
+    emission_textures: EmissionTextures | None
+    """None where no emission is textured"""
+    tree: LightTree | None
+    """None where emitters are few"""
+
+
+class SceneArrays(NamedTuple):
+    """The scene as kernels take it."""
+
+    geometry: Geometry
+    materials: Materials
+    lights: Lights
+    specular: Specular | None
+    """None where no surface is a mirror or glass"""
+    textures: Textures | None
+    """None where no reflectance is textured"""
+    scattering: Scattering | None
+    """None where all surfaces are Lambertian or specular"""

@@ -1,0 +1,1 @@
+"""Pixels of a pass, moments over passes, irradiance sharing."""

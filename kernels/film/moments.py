@@ -1,0 +1,274 @@
+"""Running means and spreads over passes, per pixel and band (Welford 1962)."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from photonmap.kernels.core.jit import jit, kernel
+from photonmap.kernels.core.passes import (
+    CAUSTIC_IRRADIANCE,
+    EMPTY,
+    FIRST_CAUSTIC,
+    FOUND,
+    VIA_CAUSTIC,
+    VIA_DIRECT,
+    VIA_INDIRECT,
+)
+from photonmap.kernels.core.warp import INV_PI
+from photonmap.kernels.film import statistics
+
+GOAL_BUFFERS = ("radiance", "direct", "indirect", "caustics", "residual", "shading")
+"""Buffers whose error may be asked for; kernels take their index."""
+RADIANCE, DIRECT, INDIRECT, CAUSTICS, RESIDUAL, SHADING = range(len(GOAL_BUFFERS))
+
+_welford_step = jit(statistics.welford_step)
+_shift_ratio = jit(statistics.shift_ratio)
+
+
+class Moments(NamedTuple):
+    """Means, (P, N) float64, and sums of squared deviations, (P, N) float32, over passes.
+
+    radiance = emission + direct + indirect, and diffuse is what of the last two first hits reflect;
+    `product` is the sum of products of the deviations of diffuse and reflectance, from which the
+    error of their ratio follows.
+    """
+
+    emission: np.ndarray
+    direct: np.ndarray
+    indirect: np.ndarray
+    reflectance: np.ndarray
+    irradiance: np.ndarray
+    """direct + indirect irradiance / π"""
+    emission_spread: np.ndarray
+    direct_spread: np.ndarray
+    indirect_spread: np.ndarray
+    reflectance_spread: np.ndarray
+    irradiance_spread: np.ndarray
+    diffuse_spread: np.ndarray
+    radiance_spread: np.ndarray
+    product: np.ndarray
+    coverage: np.ndarray
+    """(P,) float64, mean"""
+    found: np.ndarray
+    """(P,) uint8, flags of all passes, as in `Pixels`"""
+    counts: np.ndarray
+    """(P,) uint32, passes taken into each pixel"""
+
+
+class SpecularMoments(NamedTuple):
+    """What scenes with specular surfaces have beside `Moments`: parts of direct and indirect."""
+
+    caustics: np.ndarray
+    residual: np.ndarray
+    """what is not the reflection of first hits: all that is seen in mirrors and through glass"""
+    caustics_spread: np.ndarray
+    residual_spread: np.ndarray
+
+
+@jit
+def _add(mean, spread, pixel, band, value, weight):
+    """Take one value into a mean and its spread; return its deviation from the old mean."""
+    mean[pixel, band], gain, deviation = _welford_step(value, mean[pixel, band], weight)
+    spread[pixel, band] += gain
+    return deviation
+
+
+@jit
+def _seen_parts(seen, pixel, band):
+    """Return what a pass estimates via specular surfaces: 0 where there are none.
+
+    The caustic that the first hit reflects, its irradiance there, and the direct, indirect and
+    caustic light seen in mirrors and through glass.
+    """
+    if seen is None:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    return (
+        float(seen[FIRST_CAUSTIC, pixel, band]),
+        float(seen[CAUSTIC_IRRADIANCE, pixel, band]),
+        float(seen[VIA_DIRECT, pixel, band]),
+        float(seen[VIA_INDIRECT, pixel, band]),
+        float(seen[VIA_CAUSTIC, pixel, band]),
+    )
+
+
+@jit
+def _add_specular(specular, pixel, band, caustics, residual, weight):
+    """Take caustics and residual into their moments; return the residual's deviation."""
+    if specular is None:
+        return 0.0
+    _add(specular.caustics, specular.caustics_spread, pixel, band, caustics, weight)
+    return _add(specular.residual, specular.residual_spread, pixel, band, residual, weight)
+
+
+@kernel
+def add_pass(moments, specular, pixels, seen, first, last):
+    """Take pixels first..last of a pass into the moments.
+
+    `specular` and `seen` are None in a scene without mirrors, glass or rough surfaces.
+    """
+    for pixel in range(first, last):
+        moments.counts[pixel] += 1
+        weight = 1.0 / moments.counts[pixel]
+        rest = 1.0 - weight
+        moments.coverage[pixel] += (pixels.coverage[pixel] - moments.coverage[pixel]) * weight
+        moments.found[pixel] |= pixels.lookups[pixel]
+        for band in range(pixels.direct.shape[1]):
+            caustic, caustic_light, via_direct, via_indirect, via_caustic = _seen_parts(
+                seen, pixel, band
+            )
+            emission = float(pixels.emission[pixel, band])
+            direct = float(pixels.direct[pixel, band]) + via_direct
+            indirect = float(pixels.indirect[pixel, band]) + (caustic + via_indirect + via_caustic)
+            reflectance = float(pixels.reflectance[pixel, band])
+            irradiance = INV_PI * (
+                float(pixels.irradiance_direct[pixel, band])
+                + (float(pixels.irradiance_indirect[pixel, band]) + caustic_light)
+            )
+            e = _add(moments.emission, moments.emission_spread, pixel, band, emission, weight)
+            d = _add(moments.direct, moments.direct_spread, pixel, band, direct, weight)
+            i = _add(moments.indirect, moments.indirect_spread, pixel, band, indirect, weight)
+            r = _add(
+                moments.reflectance, moments.reflectance_spread, pixel, band, reflectance, weight
+            )
+            _add(moments.irradiance, moments.irradiance_spread, pixel, band, irradiance, weight)
+            residual = via_direct + via_indirect + via_caustic
+            s = _add_specular(specular, pixel, band, caustic + via_caustic, residual, weight)
+            moments.diffuse_spread[pixel, band] += (d + i - s) * (d + i - s) * rest
+            moments.radiance_spread[pixel, band] += (e + d + i) * (e + d + i) * rest
+            moments.product[pixel, band] += (d + i - s) * r * rest
+
+
+@jit
+def is_valid(moments, lit, pixel):
+    """Return whether a pixel is valid: covered by surfaces, none of which emits, and resolved.
+
+    Where photons are stored (`lit`), gather rays must have met some of their light, or no surface
+    at all: a pixel is unresolved otherwise. `photonmap.film.valid_pixels` is the same for images.
+    """
+    if lit and (moments.found[pixel] & (EMPTY | FOUND)) == EMPTY:
+        return False
+    for band in range(moments.emission.shape[1]):
+        if moments.emission[pixel, band] != 0.0:
+            return False
+    return moments.coverage[pixel] == 1.0
+
+
+@jit
+def _residual(specular, pixel, band):
+    return 0.0 if specular is None else specular.residual[pixel, band]
+
+
+@jit
+def _shading(moments, specular, pixel, band):
+    """Return shading and its spread.
+
+    The ratio of diffuse light to reflectance where that is not 0, with the spread of a ratio by
+    the delta method; the mean irradiance / π elsewhere.
+    """
+    r = moments.reflectance[pixel, band]
+    if r == 0.0:
+        return moments.irradiance[pixel, band], float(moments.irradiance_spread[pixel, band])
+    light = moments.direct[pixel, band] + moments.indirect[pixel, band]
+    s = (light - _residual(specular, pixel, band)) / r
+    spread = _shift_ratio(
+        moments.diffuse_spread[pixel, band],
+        moments.product[pixel, band],
+        moments.reflectance_spread[pixel, band],
+        0.0,
+        s,
+    )
+    return s, max(spread / (r * r), 0.0)
+
+
+@jit
+def _specular_light(specular, buffer, pixel, band):
+    """Return the mean and spread of caustics or residual: 0 without a specular part."""
+    if specular is None:
+        return 0.0, 0.0
+    if buffer == CAUSTICS:
+        return specular.caustics[pixel, band], float(specular.caustics_spread[pixel, band])
+    return specular.residual[pixel, band], float(specular.residual_spread[pixel, band])
+
+
+@jit
+def _light(moments, specular, buffer, pixel, band):
+    """Return the mean and spread of a buffer of `GOAL_BUFFERS`, where nothing emits."""
+    if buffer == RADIANCE:
+        value = moments.direct[pixel, band] + moments.indirect[pixel, band]
+        return value, float(moments.radiance_spread[pixel, band])
+    if buffer == DIRECT:
+        return moments.direct[pixel, band], float(moments.direct_spread[pixel, band])
+    if buffer == INDIRECT:
+        return moments.indirect[pixel, band], float(moments.indirect_spread[pixel, band])
+    if buffer == SHADING:
+        return _shading(moments, specular, pixel, band)
+    return _specular_light(specular, buffer, pixel, band)
+
+
+@kernel
+def sum_valid(moments, specular, buffer, lit, first, last, total):
+    """Set total (N + 1,) to the sums of a buffer over valid pixels, and their number."""
+    total[:] = 0.0
+    for pixel in range(first, last):
+        if is_valid(moments, lit, pixel):
+            total[-1] += 1.0
+            for band in range(moments.direct.shape[1]):
+                total[band] += _light(moments, specular, buffer, pixel, band)[0]
+
+
+@jit
+def _relative_variance(moments, specular, buffer, floor, pixel, band):
+    """Return SE² / (v² + floor); infinite before the pixel's second pass."""
+    count = float(moments.counts[pixel])
+    if count < 2.0:
+        return math.inf
+    value, spread = _light(moments, specular, buffer, pixel, band)
+    norm = value * value + floor[band]
+    return spread * (1.0 / (count * (count - 1.0))) / norm if norm > 0.0 else 0.0
+
+
+@kernel
+def sum_relative_variance(moments, specular, buffer, lit, floor, weights, first, last):
+    """Sum SE² / (v² + floor) over valid pixels first..last and bands.
+
+    floor and weights are (N,): a column counts as often as its weight says.
+    """
+    total = 0.0
+    for pixel in range(first, last):
+        if is_valid(moments, lit, pixel):
+            for band in range(len(floor)):
+                variance = _relative_variance(moments, specular, buffer, floor, pixel, band)
+                total += weights[band] * variance
+    return total
+
+
+@kernel
+def list_relative_variance(moments, specular, buffer, lit, floor, first, last, out):
+    """Write SE² / (v² + floor) of valid pixels first..last from row `first` on.
+
+    floor is (N,), out (P, N) float32; returns how many rows were written.
+    """
+    row = first
+    for pixel in range(first, last):
+        if is_valid(moments, lit, pixel):
+            for band in range(len(floor)):
+                out[row, band] = _relative_variance(moments, specular, buffer, floor, pixel, band)
+            row += 1
+    return row - first
+
+
+@kernel
+def finish_shading(moments, specular, first, last, factor, shading, error):
+    """Fill shading and its standard error, times factor, (P, N) float32, of pixels first..last.
+
+    Before a pixel's second pass, error stays as it is.
+    """
+    for pixel in range(first, last):
+        count = float(moments.counts[pixel])
+        scale = 1.0 / (count * max(count - 1.0, 1.0))
+        for band in range(shading.shape[1]):
+            value, spread = _shading(moments, specular, pixel, band)
+            shading[pixel, band] = value * factor
+            if count > 1.0:
+                error[pixel, band] = factor * math.sqrt(spread * scale)

@@ -1,0 +1,110 @@
+"""One pixel of a pass: cleared, seen through, and added to."""
+
+import numpy as np
+
+from photonmap.kernels.bsdf.material import albedo, look_up_material
+from photonmap.kernels.camera.cameras import first_hit, generate_lens_ray, is_dark
+from photonmap.kernels.core import warp
+from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.passes import (
+    CAUSTIC,
+    CAUSTIC_IRRADIANCE,
+    DIRECT,
+    FIRST_CAUSTIC,
+    INDIRECT,
+    VIA_DIRECT,
+)
+from photonmap.kernels.lights.emission import add_emission, emission_of, visible_emitter
+
+
+@jit
+def clear_pixel(pixels, pixel):
+    """Set all of a pixel's sums to 0."""
+    pixels.coverage[pixel] = 0.0
+    pixels.lookups[pixel] = 0
+    for band in range(pixels.direct.shape[1]):
+        pixels.emission[pixel, band] = 0.0
+        pixels.direct[pixel, band] = 0.0
+        pixels.indirect[pixel, band] = 0.0
+        pixels.reflectance[pixel, band] = 0.0
+        pixels.irradiance_direct[pixel, band] = 0.0
+        pixels.irradiance_indirect[pixel, band] = 0.0
+
+
+@jit
+def clear_via_specular(via_specular, pixel):
+    """Set all of a pixel's sums of `via_specular` to 0, unless it is None."""
+    if via_specular is None:
+        return
+    for row in range(via_specular.shape[0]):
+        for band in range(via_specular.shape[2]):
+            via_specular[row, pixel, band] = 0.0
+
+
+@jit
+def trace_camera_ray(job, pixel, position, index, share, pixels):
+    """Cast the camera ray of a position in a pixel, and add the emission that it sees.
+
+    `index` numbers the point of the lens that it leaves, if there is a lens. Returns its hit, whose
+    triangle is -1 where it meets nothing, and its direction.
+    """
+    geometry, lights, width = job.scene.geometry, job.scene.lights, job.eye.film.width
+    x, y = pixel % width + position[0], pixel // width + position[1]
+    ray = generate_lens_ray(job.eye.camera, x, y, index, job.key)
+    hit = first_hit(geometry, ray)
+    if is_dark(ray):
+        return hit, ray.direction
+    emitter, place = visible_emitter(geometry, lights, hit, ray.direction)
+    if emitter >= 0:
+        emission = emission_of(lights, emitter, place)
+        add_emission(pixels.emission, pixel, lights, emission, share)
+    if hit.triangle >= 0:
+        pixels.coverage[pixel] += share
+    return hit, ray.direction
+
+
+@jit
+def add_reflected(scene, surface, share, pixel, scratch, estimate):
+    """Add what a first hit's material makes of its irradiance, (2, N) or (3, N), to a pixel."""
+    color = look_up_material(scene.geometry, scene.textures, surface.hit)
+    _add_diffuse(scene, color, share, pixel, scratch.irradiance, estimate.pixels)
+    _add_caustics(scene, color, share, pixel, scratch.irradiance, estimate.via_specular)
+    _add_scattered(scene, scene.scattering, surface, share, pixel, scratch, estimate.via_specular)
+
+
+@jit
+def _add_diffuse(scene, color, share, pixel, irradiance, pixels):
+    for band in range(irradiance.shape[1]):
+        rho = albedo(scene.materials, scene.textures, color, band) * share
+        direct, indirect = irradiance[DIRECT, band], irradiance[INDIRECT, band]
+        pixels.reflectance[pixel, band] += rho
+        pixels.direct[pixel, band] += rho * direct * np.float32(warp.INV_PI)
+        pixels.indirect[pixel, band] += rho * indirect * np.float32(warp.INV_PI)
+        pixels.irradiance_direct[pixel, band] += share * direct
+        pixels.irradiance_indirect[pixel, band] += share * indirect
+
+
+@jit
+def _add_caustics(scene, color, share, pixel, irradiance, via_specular):
+    if via_specular is None or irradiance.shape[0] <= CAUSTIC:
+        return
+    for band in range(irradiance.shape[1]):
+        light = share * irradiance[CAUSTIC, band]
+        rho = albedo(scene.materials, scene.textures, color, band)
+        via_specular[CAUSTIC_IRRADIANCE, pixel, band] += light
+        via_specular[FIRST_CAUSTIC, pixel, band] += rho * light * np.float32(warp.INV_PI)
+
+
+@jit
+def _add_scattered(scene, scattering, surface, share, pixel, scratch, via_specular):
+    """Add what a BSDF other than Lambert's scatters beyond albedo · irradiance / π."""
+    if scattering is None or via_specular is None:
+        return
+    color = look_up_material(scene.geometry, scene.textures, surface.hit)
+    if scattering.model[color[0]] == 0:
+        return
+    for band in range(scratch.irradiance.shape[1]):
+        rho = albedo(scene.materials, scene.textures, color, band) * np.float32(warp.INV_PI)
+        for row in range(scratch.irradiance.shape[0]):
+            light = scratch.scattered[row, band] - rho * scratch.irradiance[row, band]
+            via_specular[VIA_DIRECT + row, pixel, band] += share * light

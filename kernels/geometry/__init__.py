@@ -1,0 +1,1 @@
+"""Rays and surfaces: Embree, surface interactions, textures, opacity."""

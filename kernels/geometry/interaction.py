@@ -1,0 +1,88 @@
+"""Surface interactions: point, normals and side where a ray meets a triangle."""
+
+import math
+
+from photonmap.kernels.core import vec
+from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.passes import SurfaceInteraction
+
+# How far a hit computed in float32 can be from its triangle, relative to the coordinates that
+# enter it, and a distance that keeps a ray's origin off a plane through the scene's centre.
+HIT_ERROR = 12.0 * 2.0**-24
+LEAST_OFFSET = 2.0**-40
+LEAST_BARYCENTRIC = 2.0**-20
+
+
+@jit
+def side_of(geometry, triangle, direction):
+    """Return 0 where `direction` arrives at the front of a triangle, 1 at its back."""
+    return 0 if vec.dot(vec.row(geometry.normals, triangle), direction) < 0.0 else 1
+
+
+@jit
+def point_at(geometry, triangle, u, v):
+    """Return the point of barycentrics (u, v), and a bound on its coordinates' magnitude."""
+    p0 = vec.row(geometry.vertices, geometry.triangles[triangle, 0])
+    p1 = vec.row(geometry.vertices, geometry.triangles[triangle, 1])
+    p2 = vec.row(geometry.vertices, geometry.triangles[triangle, 2])
+    w = 1.0 - u - v
+    point = (
+        w * p0[0] + u * p1[0] + v * p2[0],
+        w * p0[1] + u * p1[1] + v * p2[1],
+        w * p0[2] + u * p1[2] + v * p2[2],
+    )
+    size = (
+        w * abs(p0[0]) + u * abs(p1[0]) + v * abs(p2[0]),
+        w * abs(p0[1]) + u * abs(p1[1]) + v * abs(p2[1]),
+        w * abs(p0[2]) + u * abs(p1[2]) + v * abs(p2[2]),
+    )
+    return point, size
+
+
+@jit
+def offset(point, size, normal):
+    """Move a surface point along its normal, by more than a ray's origin can be wrong.
+
+    Pharr et al. 2023, "Physically Based Rendering", 6.8.
+    """
+    across = abs(normal[0]) * size[0] + abs(normal[1]) * size[1] + abs(normal[2]) * size[2]
+    distance = HIT_ERROR * across + LEAST_OFFSET
+    return vec.add(point, vec.scale(normal, distance))
+
+
+@jit
+def shading_normal(geometry, hit, ng, side):
+    """Return the interpolated normal on the side of ng; ng itself where the mesh is flat."""
+    if geometry.shading_normals.shape[0] == 0:
+        return ng
+    n0 = vec.row(geometry.shading_normals, geometry.triangles[hit.triangle, 0])
+    n1 = vec.row(geometry.shading_normals, geometry.triangles[hit.triangle, 1])
+    n2 = vec.row(geometry.shading_normals, geometry.triangles[hit.triangle, 2])
+    u, v = hit.u, hit.v
+    n = vec.add(vec.scale(n0, 1.0 - u - v), vec.add(vec.scale(n1, u), vec.scale(n2, v)))
+    length = math.sqrt(vec.dot(n, n))
+    if length < 1e-6:
+        return ng
+    return vec.scale(n, (1.0 - 2.0 * side) / length)
+
+
+@jit
+def _off_edges(u, v):
+    """Move barycentrics off the edges, where a point could lie on either side of the next wall."""
+    u, v = max(u, LEAST_BARYCENTRIC), max(v, LEAST_BARYCENTRIC)
+    excess = max(u + v - (1.0 - LEAST_BARYCENTRIC), 0.0)
+    return u - 0.5 * excess, v - 0.5 * excess
+
+
+@jit
+def surface_interaction(geometry, hit, direction):
+    """Return the `SurfaceInteraction` of a ray along `direction` that hits a triangle.
+
+    Both normals are on the side where the ray arrives, and the point is offset to that side.
+    """
+    side = side_of(geometry, hit.triangle, direction)
+    ng = vec.scale(vec.row(geometry.normals, hit.triangle), 1.0 - 2.0 * side)
+    ns = shading_normal(geometry, hit, ng, side)
+    u, v = _off_edges(hit.u, hit.v)
+    point, size = point_at(geometry, hit.triangle, u, v)
+    return SurfaceInteraction(offset(point, size, ng), ng, ns, side, hit, direction, 0)

@@ -1,0 +1,111 @@
+"""Images on surfaces: texture coordinates, and texels looked up where they lie in memory.
+
+Images are neither copied nor joined, so that hundreds of them fit: kernels get their addresses,
+and their caller keeps the arrays alive.
+"""
+
+import ctypes
+import math
+
+import numpy as np
+from llvmlite import ir
+from numba import config, types
+from numba.extending import intrinsic
+
+from photonmap.kernels.core.jit import jit, outlined
+from photonmap.kernels.core.records import FLOATS
+
+if config.DISABLE_JIT:
+
+    def load_byte(address):
+        """Return the byte at an address."""
+        return ctypes.c_uint8.from_address(int(address)).value
+
+    def load_real(address):
+        """Return the float32 at an address."""
+        return ctypes.c_float.from_address(int(address)).value
+
+else:
+
+    def _loader(kind, number):
+        @intrinsic
+        def load(typing, address):
+            def generate(context, builder, signature, arguments):
+                pointer = builder.inttoptr(arguments[0], kind.as_pointer())
+                return builder.load(pointer)
+
+            return number(types.int64), generate
+
+        return load
+
+    load_byte = _loader(ir.IntType(8), types.uint8)
+    load_real = _loader(ir.FloatType(), types.float32)
+
+
+@jit
+def coordinates(uv, triangles, triangle, u, v):
+    """Return the texture coordinates at barycentrics (u, v)."""
+    a, b, c = triangles[triangle, 0], triangles[triangle, 1], triangles[triangle, 2]
+    w = 1.0 - u - v
+    return (
+        w * uv[a, 0] + u * uv[b, 0] + v * uv[c, 0],
+        w * uv[a, 1] + u * uv[b, 1] + v * uv[c, 1],
+    )
+
+
+@jit
+def _inside(index, size, clamp):
+    """Bring the index of a row or column back into an image: to its edge, or round."""
+    if clamp:
+        return min(max(index, 0), size - 1)
+    return index % size
+
+
+@jit
+def _texel(maps, image, row, column):
+    """Return the linear RGB of a texel; of a single channel three times the same."""
+    channels, kind = maps.shape[image, 2], maps.kind[image]
+    at = (np.int64(row) * maps.shape[image, 1] + column) * channels
+    far = 1 if channels == 3 else 0
+    if kind == FLOATS:
+        at = maps.address[image] + 4 * at
+        return (
+            float(load_real(at)),
+            float(load_real(at + 4 * far)),
+            float(load_real(at + 8 * far)),
+        )
+    at += maps.address[image]
+    return (
+        float(maps.tables[kind, load_byte(at)]),
+        float(maps.tables[kind, load_byte(at + far)]),
+        float(maps.tables[kind, load_byte(at + 2 * far)]),
+    )
+
+
+@outlined
+def look_up(maps, image, s, t):
+    """Return the linear RGB of row `image` of `maps` at texture coordinates (s, t).
+
+    It is bilinear between the centres of texels; t rises from the bottom row of the image.
+    """
+    height, width = np.int64(maps.shape[image, 0]), np.int64(maps.shape[image, 1])
+    s = maps.placement[image, 0] * s + maps.placement[image, 2]
+    t = maps.placement[image, 1] * t + maps.placement[image, 3]
+    clamp = maps.clamp[image] != 0
+    if not clamp:
+        s, t = s - math.floor(s), t - math.floor(t)
+    else:
+        s, t = min(max(s, 0.0), 1.0), min(max(t, 0.0), 1.0)
+    x, y = s * width - 0.5, (1.0 - t) * height - 0.5
+    left, top = math.floor(x), math.floor(y)
+    x, y = x - left, y - top
+    columns = _inside(np.int64(left), width, clamp), _inside(np.int64(left) + 1, width, clamp)
+    rows = _inside(np.int64(top), height, clamp), _inside(np.int64(top) + 1, height, clamp)
+    a, b = _texel(maps, image, rows[0], columns[0]), _texel(maps, image, rows[0], columns[1])
+    c, d = _texel(maps, image, rows[1], columns[0]), _texel(maps, image, rows[1], columns[1])
+    p, q, r, w = (1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y
+    return (
+        maps.factor[image, 0] * (p * a[0] + q * b[0] + r * c[0] + w * d[0]),
+        maps.factor[image, 1] * (p * a[1] + q * b[1] + r * c[1] + w * d[1]),
+        maps.factor[image, 2] * (p * a[2] + q * b[2] + r * c[2] + w * d[2]),
+    )

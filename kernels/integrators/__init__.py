@@ -1,0 +1,1 @@
+"""Photon tracing, the camera pass, final gathering, path tracing."""

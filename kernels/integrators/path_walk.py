@@ -1,0 +1,244 @@
+"""Paths from surface to surface, ended by the radiosity cache where it can answer."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from photonmap.kernels.bsdf import lambert, models
+from photonmap.kernels.bsdf.material import look_up_material, multiply_albedo
+from photonmap.kernels.cache.radiosity_cache import can_look_up, cell_at
+from photonmap.kernels.caustics.photon_map import add_caustics, scatter_caustics
+from photonmap.kernels.core import vec
+from photonmap.kernels.core.bands import add_product, copy, largest, total
+from photonmap.kernels.core.jit import jit, outlined
+from photonmap.kernels.core.passes import (
+    CAUSTIC,
+    EMPTY,
+    FOUND,
+    INDIRECT,
+    MAX_BOUNCES,
+    Hit,
+    SampleBudget,
+)
+from photonmap.kernels.core.rng import draw
+from photonmap.kernels.core.roulette import russian_roulette
+from photonmap.kernels.core.warp import power_heuristic
+from photonmap.kernels.geometry.interaction import surface_interaction
+from photonmap.kernels.geometry.opacity import intersect
+from photonmap.kernels.integrators.specular_chain import follow_specular_chain
+from photonmap.kernels.lights.direct import sample_direct, weigh_hit, weigh_sample
+from photonmap.kernels.lights.emission import add_attenuated, emission_of, visible_emitter
+
+CERTAIN_BOUNCES = 3
+"""Bounces before Russian roulette begins."""
+ONE = SampleBudget(1, 1)
+SMALLEST = np.float32(1e-20)
+"""Of a BSDF by which is divided: less is 0."""
+
+
+class PathStart(NamedTuple):
+    """Where what a path brings is added, and how long it may become."""
+
+    row: int
+    """of the irradiance, for what the first ray and light sample bring; the rest is INDIRECT"""
+    bounces: int
+    budget: SampleBudget
+    """of the first surface, against each other: its light samples, and paths like this one"""
+    is_lit: bool
+    """whether its light samples are taken elsewhere"""
+    gathers: int
+    """cosine-distributed rays from there that bring its indirect light too; 0 for none"""
+
+
+@jit
+def alone(row, bounces):
+    """Return the start of a path that takes a light sample of its own."""
+    return PathStart(row, bounces, ONE, False, 0)
+
+
+@jit
+def _row_of_chains(caustics, bounce):
+    """Return the row for emission seen via specular surfaces; -1 where photons bring that light."""
+    if caustics is None:
+        return CAUSTIC if bounce == 0 else INDIRECT
+    return -1
+
+
+@jit
+def seen_emitter(scene, surface, hit, direction, budget):
+    """Return (emitter, position on it, weight) of what a scattered ray hits: emitter -1 for none.
+
+    The weight is that of `sample_direct` and such rays against each other.
+    """
+    emitter, position = visible_emitter(scene.geometry, scene.lights, hit, direction)
+    if emitter < 0:
+        return emitter, position, 0.0
+    weight = weigh_hit(
+        scene, scene.scattering, surface, hit, (emitter, position), direction, budget
+    )
+    return emitter, position, weight
+
+
+@jit
+def _respond(scene, scattering, surface, wi, factor, scratch):
+    """Fill `scratch.response` with throughput · factor · BSDF: of Lambert's, throughput has it."""
+    response, throughput = scratch.response, scratch.throughput
+    if scattering is None or surface.model == models.LAMBERTIAN:
+        copy(throughput, response)
+        return
+    models.evaluate(scene, scattering, surface, wi, response)
+    for band in range(len(response)):
+        response[band] *= throughput[band] * np.float32(factor)
+
+
+@jit
+def _add_light_sample(scene, surface, row, state, scratch):
+    """Add a light sample's irradiance to a row; return the random state."""
+    u, state = draw(state)
+    v, state = draw(state)
+    sample = sample_direct(scene, surface, u, v, 1)
+    if sample.weight > 0.0:
+        emission = emission_of(scene.lights, sample.emitter, sample.position)
+        weight = sample.weight * weigh_sample(scene, scene.scattering, surface, sample, 1)
+        _respond(scene, scene.scattering, surface, sample.direction, math.pi, scratch)
+        add_attenuated(scratch.irradiance, row, scene.lights, emission, scratch.response, weight)
+    return state
+
+
+@jit
+def weigh_gather(scene, scattering, surface, direction, paths, gathers):
+    """Return the weight of paths of a surface's own BSDF against cosine-distributed rays."""
+    own = paths * models.pdf(scene.geometry, scattering, surface, direction)
+    return power_heuristic(own, gathers * lambert.pdf(surface, direction))
+
+
+@jit
+def _weigh_path(scene, scattering, surface, direction, start, scratch):
+    """Leave to gather rays, if any, the diffuse base of the first surface and their share."""
+    if scattering is None or start.gathers == 0:
+        return
+    throughput, response = scratch.throughput, scratch.response
+    weight = np.float32(
+        weigh_gather(scene, scattering, surface, direction, start.budget.gathers, start.gathers)
+    )
+    models.evaluate(scene, scattering, surface, direction, response)
+    for band in range(len(throughput)):
+        throughput[band] *= weight / max(response[band], SMALLEST)
+    models.evaluate_lobe(scene, scattering, surface, direction, response)
+    for band in range(len(throughput)):
+        throughput[band] *= response[band]
+
+
+@jit
+def _extend(scene, caustics, surface, start, place, state, scratch):
+    """Follow a path to its next hit that is not specular; return (hit, direction, state).
+
+    Emission on the way is added, `place` being its row and the number of the bounce. The hit's
+    triangle is -1 where the path ends.
+    """
+    row, bounce = place
+    budget = start.budget if bounce == 0 else ONE
+    u, state = draw(state)
+    v, state = draw(state)
+    direction = models.sample(scene.geometry, scene.scattering, surface, u, v)
+    lost = Hit(np.int64(-1), 0.0, 0.0, 0.0)
+    if vec.dot(surface.ng, direction) <= 0.0:
+        return lost, direction, state
+    if not _scale_by_bsdf(scene, scene.scattering, surface, direction, scratch):
+        return lost, direction, state
+    hit = intersect(scene.geometry, surface.point, direction)
+    emitter, position, weight = seen_emitter(scene, surface, hit, direction, budget)
+    if emitter >= 0:
+        emission = emission_of(scene.lights, emitter, position)
+        add_attenuated(
+            scratch.irradiance, row, scene.lights, emission, scratch.throughput, math.pi * weight
+        )
+    if hit.triangle < 0:
+        return lost, direction, state
+    if bounce == 0:
+        _weigh_path(scene, scene.scattering, surface, direction, start, scratch)
+    chain_row = _row_of_chains(caustics, bounce)
+    return follow_specular_chain(scene, scene.specular, hit, direction, chain_row, state, scratch)
+
+
+@jit
+def _scale_by_bsdf(scene, scattering, surface, direction, scratch):
+    """Multiply throughput by BSDF · cosine / pdf, unless the surface is Lambertian.
+
+    Returns whether light can come from there.
+    """
+    if scattering is None or surface.model == models.LAMBERTIAN:
+        return True
+    density = models.pdf(scene.geometry, scattering, surface, direction)
+    if density <= 0.0:
+        return False
+    cosine = vec.dot(surface.ns, direction)
+    _respond(scene, scattering, surface, direction, cosine / density, scratch)
+    copy(scratch.response, scratch.throughput)
+    return True
+
+
+@jit
+def _arrive(scene, scattering, caustics, surface, scratch):
+    """Multiply throughput by a Lambertian surface's albedo, and add caustics of the photon map."""
+    if scattering is not None and surface.model != models.LAMBERTIAN:
+        scatter_caustics(scene, caustics, surface, math.pi, scratch.irradiance, INDIRECT, scratch)
+        return
+    color = look_up_material(scene.geometry, scene.textures, surface.hit)
+    multiply_albedo(scratch.throughput, scene.materials, scene.textures, color, 1.0)
+    if largest(scratch.throughput) > 0.0:
+        add_caustics(caustics, surface, scratch.throughput, scratch.irradiance, INDIRECT)
+
+
+@outlined
+def trace_path(scene, maps, surface, start, state, scratch):
+    """Add what one path brings to a surface, times throughput, to `scratch.irradiance`.
+
+    Where `surface` is Lambertian that is irradiance; else π times the radiance that its BSDF sends
+    to where the ray came from. Light that specular surfaces bring at once goes to row CAUSTIC. With
+    an empty cache and no caustic map (None) this is plain path tracing; with them, they answer for
+    caustics after the first surface, whose own they leave to the caller. `scratch.throughput` is
+    used up; returns the random state.
+    """
+    row, throughput = start.row, scratch.throughput
+    for bounce in range(start.bounces):
+        if bounce > 0 or not start.is_lit:
+            state = _add_light_sample(scene, surface, row, state, scratch)
+        hit, direction, state = _extend(
+            scene, maps.caustics, surface, start, (row, bounce), state, scratch
+        )
+        if hit.triangle < 0:
+            break
+        surface = surface_interaction(scene.geometry, hit, direction)
+        surface = models.with_model(scene.geometry, scene.scattering, surface)
+        row = INDIRECT
+        if surface.model == models.LAMBERTIAN and can_look_up(maps.cache.cells, surface):
+            cell = cell_at(maps.cache.cells, hit.triangle, surface.side, hit.u, hit.v)
+            add_product(scratch.irradiance, row, maps.cache.radiosity, cell, throughput, 1.0)
+            break
+        _arrive(scene, scene.scattering, maps.caustics, surface, scratch)
+        survival = largest(throughput)
+        if survival == 0.0:
+            break
+        if bounce >= CERTAIN_BOUNCES:
+            alive, state = russian_roulette(np.float32(1.0), survival, state, throughput)
+            if not alive:
+                break
+    return state
+
+
+@jit
+def follow_path(scene, maps, surface, state, scratch):
+    """Add what a gather ray sees of a surface for which the cache cannot answer, by one path.
+
+    It is added, times throughput, to row INDIRECT. Returns FOUND, EMPTY, or 0 if the surface is
+    black.
+    """
+    before = total(scratch.irradiance, INDIRECT)
+    _arrive(scene, scene.scattering, maps.caustics, surface, scratch)
+    if largest(scratch.throughput) == 0.0:
+        return 0
+    start = alone(INDIRECT, MAX_BOUNCES)
+    trace_path(scene, maps, surface, start, state, scratch)
+    return FOUND if total(scratch.irradiance, INDIRECT) > before else EMPTY

@@ -1,0 +1,133 @@
+"""Photon tracing: photons leave emitters and fill the radiosity cache where they are reflected."""
+
+from photonmap.kernels.bsdf import models
+from photonmap.kernels.bsdf.material import look_up_material, multiply_albedo
+from photonmap.kernels.bsdf.specular import choose_lobe, scatter_specular, specular_probability
+from photonmap.kernels.cache.radiosity_cache import cell_at
+from photonmap.kernels.core import vec, warp
+from photonmap.kernels.core.bands import largest
+from photonmap.kernels.core.jit import jit, kernel
+from photonmap.kernels.core.rng import draw, sobol_2d, stream
+from photonmap.kernels.core.roulette import russian_roulette
+from photonmap.kernels.core.streams import (
+    BOUNCE,
+    EMIT_DIRECTION,
+    EMIT_POSITION,
+    SURVIVAL,
+    split,
+)
+from photonmap.kernels.geometry.interaction import surface_interaction
+from photonmap.kernels.geometry.opacity import intersect
+from photonmap.kernels.lights.photons import emit_photon
+
+
+@jit
+def _scatter_if_specular(scene, specular, hit, direction, flux, state):
+    """Send a photon on from a surface if it takes the specular lobe.
+
+    Returns (whether it did, origin, direction, state); a photon of no flux is lost.
+    """
+    probability = specular_probability(scene.geometry, specular, hit.triangle)
+    if specular is None or probability == 0.0:
+        return False, direction, direction, state
+    is_specular, state = choose_lobe(probability, state, flux)
+    if not is_specular:
+        return False, direction, direction, state
+    before = largest(flux)
+    xi, state = draw(state)
+    origin, direction = scatter_specular(scene.geometry, specular, hit, direction, xi, True, flux)
+    alive, state = russian_roulette(before, largest(flux), state, flux)
+    if not alive:
+        flux[:] = 0.0
+    return True, origin, direction, state
+
+
+@jit
+def adjoint_factor(surface, direction):
+    """Return what turns flux through the geometric surface into irradiance about ns.
+
+    Leaving about ng takes up the other two cosines of the adjoint factor of Veach 1996,
+    "Non-symmetric scattering in light transport algorithms using particle tracing".
+    """
+    return max(0.0, -vec.dot(surface.ns, direction)) / max(1e-9, -vec.dot(surface.ng, direction))
+
+
+@jit
+def _store(cache, surface, flux):
+    """Add reflected flux to the cell of a surface point."""
+    hit, side = surface.hit, surface.side
+    density = cache.cells.inverse_area[hit.triangle, side]
+    cell = cell_at(cache.cells, hit.triangle, side, hit.u, hit.v)
+    for band in range(len(flux)):
+        cache.radiosity[cell, band] += flux[band] * density
+
+
+@jit
+def _reflect(scene, scattering, surface, point, flux, response):
+    """Reflect a photon that does not take the specular lobe, by a point of the unit square.
+
+    Returns its largest flux over bands (before, after), and the direction in which it leaves.
+    """
+    factor = adjoint_factor(surface, surface.arrival)
+    surface = models.with_model(scene.geometry, scattering, surface)
+    if scattering is not None and surface.model != models.LAMBERTIAN:
+        before = largest(flux)
+        direction = models.scatter_flux(scene, scattering, surface, point, factor, flux, response)
+        return before, largest(flux), direction
+    color = look_up_material(scene.geometry, scene.textures, surface.hit)
+    before, after = multiply_albedo(flux, scene.materials, scene.textures, color, factor)
+    direction = vec.from_frame(warp.cosine_hemisphere(point[0], point[1]), surface.ng)
+    return before, after, direction
+
+
+@jit
+def _trace(scene, cache, index, key, ray, bounces, flux, response):
+    """Follow one photon until it is absorbed or leaves the scene.
+
+    Returns (cache entries, 1 if truncated at `bounces`).
+    """
+    state, stores = stream(split(key, SURVIVAL), index, 0), 0
+    bounce_key = split(key, BOUNCE)
+    origin, direction = ray
+    for bounce in range(bounces):
+        hit = intersect(scene.geometry, origin, direction)
+        if hit.triangle < 0:
+            return stores, 0
+        passed, origin, direction, state = _scatter_if_specular(
+            scene, scene.specular, hit, direction, flux, state
+        )
+        if passed:
+            if largest(flux) == 0.0:
+                return stores, 0
+            continue
+        surface = surface_interaction(scene.geometry, hit, direction)
+        point = sobol_2d(index, stream(bounce_key, bounce, 0))
+        before, after, direction = _reflect(scene, scene.scattering, surface, point, flux, response)
+        _store(cache, surface, flux)
+        stores += 1
+        alive, state = russian_roulette(before, after, state, flux)
+        if not alive:
+            return stores, 0
+        origin = surface.point
+    return stores, 1
+
+
+@kernel
+def trace_photons(scene, cache, key, span, total, bounces, scratch):
+    """Trace photons of a span of `total`, in order, and fill `cache.radiosity`.
+
+    `scratch` is (2, N) float32. Returns (cache entries, photons truncated at `bounces`).
+    """
+    cache.radiosity[:] = 0.0
+    stores = truncated = 0
+    flux, response = scratch[0], scratch[1]
+    position_key, direction_key = split(key, EMIT_POSITION), split(key, EMIT_DIRECTION)
+    for index in range(span.first, span.last):
+        position, towards = sobol_2d(index, position_key), sobol_2d(index, direction_key)
+        ray = emit_photon(scene.geometry, scene.lights, position, towards, 1.0 / total, flux)
+        if largest(flux) == 0.0:
+            continue
+        counts = _trace(scene, cache, index, key, ray, bounces, flux, response)
+        stores += counts[0]
+        truncated += counts[1]
+    return stores, truncated

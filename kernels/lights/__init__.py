@@ -1,0 +1,1 @@
+"""Emitters: sampled towards a point, chosen among many, emitting photons."""

@@ -1,0 +1,94 @@
+"""Direct light: an emitter sampled towards a surface point, weighed against scattered rays."""
+
+from typing import NamedTuple
+
+from photonmap.kernels.bsdf import models
+from photonmap.kernels.core import vec
+from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.warp import power_heuristic
+from photonmap.kernels.geometry.interaction import surface_interaction
+from photonmap.kernels.geometry.opacity import occluded
+from photonmap.kernels.lights import triangle
+from photonmap.kernels.lights.infinite import dome_pdf
+from photonmap.kernels.lights.kinds import sample_towards
+from photonmap.kernels.lights.samples import NOWHERE
+from photonmap.kernels.lights.selection import select_emitter, selection_probability
+
+
+class DirectSample(NamedTuple):
+    """One of some light samples: its irradiance is weight · emission."""
+
+    emitter: int
+    """-1 where none is in front of the surface"""
+    weight: float
+    """0 where the emitter is occluded"""
+    pdf: float
+    """density of all the samples, per steradian; 0 where scattered rays cannot hit the emitter"""
+    position: tuple
+    """barycentrics on an emitting triangle"""
+    direction: tuple
+    """unit vector towards the emitter"""
+
+
+@jit
+def _cosine(surface, direction):
+    """Return cos θ to the shading normal, 0 where the normals disagree about the side."""
+    cosine = max(vec.dot(surface.ns, direction), 0.0)
+    return cosine if vec.dot(surface.ng, direction) > 0.0 else 0.0
+
+
+@jit
+def sample_direct(scene, surface, u, v, count):
+    """Sample one emitter for the irradiance at a surface point; one `DirectSample` of `count`.
+
+    Their sum estimates irradiance, alone or together with scattered rays: then samples are weighed
+    by `weigh_sample`, and rays by `weigh_hit`.
+    """
+    geometry, lights = scene.geometry, scene.lights
+    emitter, probability, u = select_emitter(
+        geometry, lights, lights.tree, surface.point, surface.ns, u
+    )
+    if emitter < 0:
+        return DirectSample(-1, 0.0, 0.0, NOWHERE, surface.ns)
+    sample = sample_towards(geometry, lights, emitter, surface, u, v)
+    cosine = _cosine(surface, sample.direction)
+    if sample.weight == 0.0 or cosine == 0.0:
+        return DirectSample(-1, 0.0, 0.0, NOWHERE, sample.direction)
+    if occluded(geometry, surface.point, sample.segment, sample.length):
+        return DirectSample(emitter, 0.0, 0.0, NOWHERE, sample.direction)
+    weight = cosine * sample.weight / (count * probability)
+    pdf = count * probability * sample.pdf
+    return DirectSample(emitter, weight, pdf, sample.position, sample.direction)
+
+
+@jit
+def weigh_sample(scene, scattering, surface, sample, rays):
+    """Return the weight of a `DirectSample` against `rays` scattered rays that may hit emitters.
+
+    They have the density of the surface's model, or of Lambert's law where `scattering` is None.
+    """
+    if sample.pdf == 0.0:
+        return 1.0
+    density = models.pdf(scene.geometry, scattering, surface, sample.direction)
+    return power_heuristic(sample.pdf, rays * density)
+
+
+@jit
+def weigh_hit(scene, scattering, surface, hit, seen, direction, budget):
+    """Return the weight of a scattered ray that hits an emitter, against light samples.
+
+    `seen` is (emitter, position on it); of `budget`, samples and rays count.
+    """
+    emitter, position = seen
+    geometry, lights = scene.geometry, scene.lights
+    probability = selection_probability(
+        geometry, lights, lights.tree, emitter, surface.point, surface.ns
+    )
+    if emitter == lights.dome:
+        pdf = dome_pdf(lights.environment, surface.ns, direction, position)
+    else:
+        end = surface_interaction(geometry, hit, direction).point
+        segment = vec.sub(end, surface.point)
+        pdf = triangle.pdf(geometry, lights, emitter, segment, direction)
+    own = budget.gathers * models.pdf(geometry, scattering, surface, direction)
+    return power_heuristic(own, budget.lights * probability * pdf)

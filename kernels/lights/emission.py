@@ -1,0 +1,103 @@
+"""What emitters send, band by band: a row of a table, or the colour of a texture or map."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from photonmap.kernels.core.bands import mix
+from photonmap.kernels.core.jit import jit
+from photonmap.kernels.geometry.interaction import side_of
+from photonmap.kernels.geometry.texture import coordinates, look_up
+from photonmap.kernels.lights.environment import radiance_of, texel_at
+from photonmap.kernels.lights.samples import NOWHERE
+
+# Numba leaves out a branch on None only where it is an argument of the function itself.
+
+
+class Emission(NamedTuple):
+    """What a position on an emitter sends; `emission_in` returns it by bands."""
+
+    row: int
+    """of `Lights.spectra`"""
+    texture: int
+    """which emission texture it is, -1 for none, MAP for the environment map"""
+    color: tuple
+    """linear RGB of the texture or map"""
+
+
+MAP = -2
+
+
+@jit
+def visible_emitter(geometry, lights, hit, direction):
+    """Return (emitter, position on it) of what a ray hits, (-1, …) for none."""
+    if hit.triangle < 0:
+        return lights.dome, _position_on_dome(lights.environment, direction)
+    side = side_of(geometry, hit.triangle, direction)
+    return (geometry.emitter[hit.triangle] if side == 0 else -1), (hit.u, hit.v)
+
+
+@jit
+def _position_on_dome(environment, direction):
+    return NOWHERE if environment is None else texel_at(environment, direction)
+
+
+@jit
+def emission_of(lights, emitter, position):
+    """Return the `Emission` of an emitter at a position on it, as in `LightSample`."""
+    return _emission(lights, lights.environment, lights.emission_textures, emitter, position)
+
+
+@jit
+def _emission(lights, environment, textures, emitter, position):
+    row = lights.spectrum[emitter]
+    if environment is not None and emitter == lights.dome:
+        r, g, b = radiance_of(environment, position)
+        return Emission(row, np.int64(MAP), (np.float64(r), np.float64(g), np.float64(b)))
+    if textures is None or textures.slot[row] < 0:
+        return Emission(row, np.int64(-1), (0.0, 0.0, 0.0))
+    slot = np.int64(textures.slot[row])
+    triangle = lights.triangle[emitter]
+    s, t = coordinates(textures.uv, textures.triangles, triangle, position[0], position[1])
+    return Emission(row, slot, look_up(textures.maps, textures.image[slot], s, t))
+
+
+@jit
+def _value(lights, environment, textures, emission, band):
+    """Return an emission in one band, float32."""
+    if environment is not None and emission.texture == MAP:
+        return np.float32(mix(emission.color, environment.basis, band))
+    if textures is not None and emission.texture >= 0:
+        slot = emission.texture
+        return np.float32(mix(emission.color, textures.basis[3 * slot : 3 * slot + 3], band))
+    return lights.spectra[emission.row, band]
+
+
+@jit
+def emission_in(lights, emission, band):
+    """Return an emission in one band, float32."""
+    return _value(lights, lights.environment, lights.emission_textures, emission, band)
+
+
+@jit
+def add_emission(target, i, lights, emission, factor):
+    """Add factor · emission to row i of target."""
+    factor = np.float32(factor)
+    for band in range(target.shape[1]):
+        target[i, band] += factor * emission_in(lights, emission, band)
+
+
+@jit
+def add_attenuated(target, i, lights, emission, throughput, factor):
+    """Add factor · throughput, (N,), · emission to row i of target."""
+    factor = np.float32(factor)
+    for band in range(target.shape[1]):
+        target[i, band] += factor * throughput[band] * emission_in(lights, emission, band)
+
+
+@jit
+def set_flux(flux, lights, emission, factor):
+    """Fill flux, (N,), with factor · emission."""
+    factor = np.float32(factor)
+    for band in range(len(flux)):
+        flux[band] = emission_in(lights, emission, band) * factor

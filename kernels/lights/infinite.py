@@ -1,0 +1,76 @@
+"""Lights infinitely far away: suns of one direction, and the dome, even or an environment map."""
+
+import math
+
+from photonmap.kernels.core import vec, warp
+from photonmap.kernels.core.jit import jit
+from photonmap.kernels.lights.environment import environment_pdf, sample_environment
+from photonmap.kernels.lights.samples import NOWHERE, LightSample, PhotonStart, no_sample
+
+
+@jit
+def sun_importance(lights, emitter, ns):
+    """Return the irradiance from a sun of power 1, unless it is occluded."""
+    facing = max(-vec.dot(ns, vec.row(lights.axis, emitter)), 0.0)
+    return facing * warp.INV_PI / (lights.radius * lights.radius)
+
+
+@jit
+def dome_importance(lights):
+    """Return the irradiance from a dome of power 1, half of which is seen."""
+    return 0.25 * warp.INV_PI / (lights.radius * lights.radius)
+
+
+@jit
+def sample_sun(lights, emitter):
+    """Return the only `LightSample` there is."""
+    direction = vec.scale(vec.row(lights.axis, emitter), -1.0)
+    return LightSample(direction, math.inf, direction, 1.0, 0.0, NOWHERE)
+
+
+@jit
+def sample_dome(environment, surface, u, v):
+    """Sample a direction to the dome, by the cosine or by the map; a `LightSample`."""
+    if environment is None:
+        direction = vec.from_frame(warp.cosine_hemisphere(u, v), surface.ns)
+        position = NOWHERE
+    else:
+        direction, position = sample_environment(environment, u, v)
+    pdf = dome_pdf(environment, surface.ns, direction, position)
+    if pdf <= 0.0:
+        return no_sample(direction)
+    return LightSample(direction, math.inf, direction, 1.0 / pdf, pdf, position)
+
+
+@jit
+def dome_pdf(environment, ns, direction, position):
+    """Return the density of `sample_dome` (per steradian); `position` is the map's texel."""
+    if environment is None:
+        return warp.cosine_hemisphere_pdf(vec.dot(ns, direction))
+    return environment_pdf(environment, position)
+
+
+@jit
+def _start(lights, direction, point, density, texel):
+    """Start a photon on a disk outside the scene, across its direction."""
+    x, y = warp.uniform_disk(point[0], point[1])
+    local = (lights.radius * x, lights.radius * y, -2.0 * lights.radius)
+    weight = lights.radius * lights.radius / (density * warp.uniform_disk_pdf())
+    return PhotonStart(weight, texel, vec.from_frame(local, direction), direction)
+
+
+@jit
+def emit_from_sun(lights, emitter, position):
+    """Start a photon, by a point of the unit square; a `PhotonStart`."""
+    return _start(lights, vec.row(lights.axis, emitter), position, 1.0, NOWHERE)
+
+
+@jit
+def emit_from_dome(lights, environment, position, direction):
+    """Start a photon, by two points of the unit square; a `PhotonStart`."""
+    if environment is None:
+        towards = warp.uniform_sphere(direction[0], direction[1])
+        return _start(lights, towards, position, warp.uniform_sphere_pdf(), NOWHERE)
+    outwards, texel = sample_environment(environment, direction[0], direction[1])
+    pdf = environment_pdf(environment, texel)
+    return _start(lights, vec.scale(outwards, -1.0), position, pdf, texel)

@@ -1,0 +1,93 @@
+"""The kinds of emitters, and the calls to each: how likely, towards a point, and as photons.
+
+A kind is a file of functions beside each other: `importance` estimates the irradiance at a point
+from an emitter of power 1, by which emitters are chosen; `sample_towards` returns a `LightSample`,
+`pdf` its density where scattered rays can hit the emitter, and `emit` a `PhotonStart`.
+"""
+
+from photonmap.kernels.core.jit import jit
+from photonmap.kernels.lights import infinite, photometric, point, spot, triangle
+
+TRIANGLE, POINT, DOME, SPOT, DIRECTIONAL, PHOTOMETRIC = 0, 1, 2, 3, 4, 5
+"""Values of `Lights.kind`; the dome is even, or an environment map."""
+KINDS = {
+    "triangle": TRIANGLE,
+    "point": POINT,
+    "dome": DOME,
+    "spot": SPOT,
+    "directional": DIRECTIONAL,
+    "photometric": PHOTOMETRIC,
+}
+"""By the names that lights give them."""
+AREA_KINDS = (TRIANGLE, DOME)
+"""Those that can be hit, and cast soft shadows."""
+POSITION_KINDS = (POINT, SPOT, PHOTOMETRIC)
+"""Those that shine from a point."""
+INFINITE_KINDS = (DOME, DIRECTIONAL)
+"""Those that are infinitely far."""
+
+
+@jit
+def importance(geometry, lights, emitter, at, ns):
+    """Estimate the irradiance at a point from an emitter of power 1, unless it is occluded."""
+    kind = lights.kind[emitter]
+    if kind == TRIANGLE:
+        return triangle.importance(geometry, lights, emitter, at, ns)
+    if kind == DOME:
+        return infinite.dome_importance(lights)
+    if kind == DIRECTIONAL:
+        return infinite.sun_importance(lights, emitter, ns)
+    if kind == SPOT:
+        return spot.importance(lights, emitter, at, ns)
+    return _importance_of_point(lights, lights.profiles, emitter, at, ns)
+
+
+@jit
+def _importance_of_point(lights, profiles, emitter, at, ns):
+    if profiles is not None and lights.kind[emitter] == PHOTOMETRIC:
+        return photometric.importance(lights, emitter, at, ns)
+    return point.importance(lights, emitter, at, ns)
+
+
+@jit
+def sample_towards(geometry, lights, emitter, surface, u, v):
+    """Return the `LightSample` of an emitter for a surface point."""
+    kind = lights.kind[emitter]
+    if kind == TRIANGLE:
+        return triangle.sample_towards(geometry, lights, emitter, surface, u, v)
+    if kind == DOME:
+        return infinite.sample_dome(lights.environment, surface, u, v)
+    if kind == DIRECTIONAL:
+        return infinite.sample_sun(lights, emitter)
+    if kind == SPOT:
+        return spot.sample_towards(lights, emitter, surface)
+    return _sample_point(lights, lights.profiles, emitter, surface)
+
+
+@jit
+def _sample_point(lights, profiles, emitter, surface):
+    if profiles is not None and lights.kind[emitter] == PHOTOMETRIC:
+        return photometric.sample_towards(lights, emitter, surface)
+    return point.sample_towards(lights, emitter, surface)
+
+
+@jit
+def emit(geometry, lights, emitter, position, direction):
+    """Return the `PhotonStart` of an emitter, by two points of the unit square."""
+    kind = lights.kind[emitter]
+    if kind == TRIANGLE:
+        return triangle.emit(geometry, lights, emitter, position, direction)
+    if kind == DOME:
+        return infinite.emit_from_dome(lights, lights.environment, position, direction)
+    if kind == DIRECTIONAL:
+        return infinite.emit_from_sun(lights, emitter, position)
+    if kind == SPOT:
+        return spot.emit(lights, emitter, direction)
+    return _emit_from_point(lights, lights.profiles, emitter, direction)
+
+
+@jit
+def _emit_from_point(lights, profiles, emitter, direction):
+    if profiles is not None and lights.kind[emitter] == PHOTOMETRIC:
+        return photometric.emit(lights, emitter, direction)
+    return point.emit(lights, emitter, direction)

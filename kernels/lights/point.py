@@ -1,0 +1,49 @@
+"""Point lights: isotropic, or with an intensity that depends on direction."""
+
+import math
+
+from photonmap.kernels.core import vec, warp
+from photonmap.kernels.core.jit import jit
+from photonmap.kernels.lights.samples import NOWHERE, LightSample, PhotonStart, no_sample
+
+TINY = 1e-30
+
+
+@jit
+def importance_at(position, point, ns):
+    """Return the irradiance at a point from a position of intensity 1, unless it is occluded."""
+    step = vec.sub(position, point)
+    squared = max(vec.dot(step, step), TINY)
+    return max(vec.dot(ns, step), 0.0) / (squared * math.sqrt(squared))
+
+
+@jit
+def importance(lights, emitter, point, ns):
+    """Estimate the irradiance at a point from a light of power 1, unless it is occluded."""
+    reach = importance_at(vec.row(lights.position, emitter), point, ns)
+    return reach * warp.uniform_sphere_pdf()
+
+
+@jit
+def sample_position(position, surface):
+    """Return the `LightSample` of a position of intensity 1."""
+    segment = vec.sub(position, surface.point)
+    squared = vec.dot(segment, segment)
+    if squared == 0.0:
+        return no_sample(surface.ns)
+    direction = vec.scale(segment, 1.0 / math.sqrt(squared))
+    return LightSample(segment, 1.0, direction, 1.0 / squared, 0.0, NOWHERE)
+
+
+@jit
+def sample_towards(lights, emitter, surface):
+    """Return the only `LightSample` there is."""
+    return sample_position(vec.row(lights.position, emitter), surface)
+
+
+@jit
+def emit(lights, emitter, direction):
+    """Start a photon, by a point of the unit square; a `PhotonStart`."""
+    weight = 1.0 / warp.uniform_sphere_pdf()
+    origin = vec.row(lights.position, emitter)
+    return PhotonStart(weight, NOWHERE, origin, warp.uniform_sphere(direction[0], direction[1]))

@@ -1,0 +1,231 @@
+"""The command `python -m photonmap dataset`: render, resume, and verify data sets."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from photonmap.commands.arguments import reader
+from photonmap.commands.options import add_measured_sets, add_options, add_quiet, add_scheduler
+from photonmap.errors import InputError, warn
+from photonmap.film.budget import DEFAULT_ERROR
+from photonmap.io.scene_source import use_measured_sets
+from photonmap.runtime.options import read_list
+from photonmap.settings import DATASET, OPTIONS, taken_by
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from photonmap.dataset.jobs.make_dataset import Outcome
+    from photonmap.dataset.jobs.plan import CommonSettings, Job
+
+HELP = "Render a data set of ground truth into FOLDER, or verify the one that is there."
+
+_FAILED, _INTERRUPTED = 1, 130
+"""Exit codes."""
+_VERIFY = "verify"
+_NAMED = 4
+"""Largest number of failed images that one line names."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.usage = (
+        f"{parser.prog} FOLDER [options]\n       {parser.prog} verify FOLDER [--sample N]"
+    )
+    parser.add_argument(
+        "words",
+        nargs="+",
+        metavar="FOLDER",
+        help="folder of the data set; created where it is missing",
+    )
+    _add_images(parser)
+    error = f"{DEFAULT_ERROR}"
+    add_options(parser, DATASET, size={"default": (640, 480)}, error={"default": error})
+    _add_work(parser)
+    check = parser.add_argument_group("verify")
+    check.add_argument(
+        "--sample",
+        type=reader(int),
+        default=1,
+        metavar="N",
+        help="number of images to render again and compare (default: 1)",
+    )
+    add_quiet(parser)
+
+
+def _add_images(parser: argparse.ArgumentParser) -> None:
+    """Add the options that decide which scenes are rendered."""
+    what = parser.add_argument_group("scenes")
+    what.add_argument(
+        "--preset",
+        default="small",
+        metavar="NAME",
+        help="small, icip2013, or FILE.toml (default: small)",
+    )
+    what.add_argument(
+        "--count",
+        type=reader(int),
+        default=1,
+        metavar="N",
+        help="number of seeds for which each scene is built (default: 1)",
+    )
+    what.add_argument(
+        "--seed", type=reader(int), default=0, metavar="N", help="first of the seeds (default: 0)"
+    )
+    what.add_argument(
+        "--materials",
+        choices=("lambertian", "mixed"),
+        help="materials of procedural scenes (default: the preset's, or lambertian)",
+    )
+    add_measured_sets(what)
+
+
+def _add_work(parser: argparse.ArgumentParser) -> None:
+    """Add the options that decide how and where images are rendered and written."""
+    work = parser.add_argument_group("work")
+    work.add_argument(
+        "--format",
+        type=read_list,
+        default=["exr", "png"],
+        metavar="LIST",
+        help="file formats, of exr, hdf5 and png, separated by commas (default: exr,png)",
+    )
+    add_scheduler(work)
+    work.add_argument(
+        "--resume", action="store_true", help="render only the images that are missing or damaged"
+    )
+    work.add_argument(
+        "--dry-run", action="store_true", help="list the images without rendering them"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Render a data set, or verify one; return 1 if images failed, 130 after Ctrl-C, else 0.
+
+    Raises
+    ------
+    InputError
+        if an option is not permitted, or the folder cannot hold the data set
+    """
+    words = options.words
+    if words[0] == _VERIFY and len(words) == 2:
+        return _verify(Path(words[1]), options)
+    if len(words) > 1:
+        raise InputError(f"expected one folder, not {len(words)}: {' '.join(words)}")
+    if words[0] == _VERIFY:
+        raise InputError(
+            "verify needs the folder of a data set; a folder named verify is written ./verify"
+        )
+    return _make(Path(words[0]), options)
+
+
+def _make(folder: Path, options: argparse.Namespace) -> int:
+    from photonmap.dataset.files.image_files import check_formats
+    from photonmap.dataset.files.manifest import check_dataset_folder
+    from photonmap.dataset.jobs.make_dataset import describe_dataset, make_dataset
+    from photonmap.dataset.jobs.schedule import check_scheduler
+
+    formats = tuple(dict.fromkeys(options.format))
+    check_formats(formats)
+    check_scheduler(options.scheduler, options.workers)
+    common, jobs = _plan(options)
+    head = describe_dataset(options.preset, common, formats, jobs)
+    check_dataset_folder(folder, head, options.resume or options.dry_run)
+    if options.dry_run:
+        _list(jobs)
+        return 0
+    report = (lambda line: None) if options.quiet else _print_progress
+    try:
+        outcome = make_dataset(
+            folder, head, jobs, formats, options.scheduler, options.workers, report
+        )
+    except KeyboardInterrupt:
+        print(
+            "photonmap: interrupted; finished images are kept: continue with --resume",
+            file=sys.stderr,
+        )
+        return _INTERRUPTED
+    return _report(folder, outcome, options)
+
+
+def _plan(options: argparse.Namespace) -> tuple[CommonSettings, list[Job]]:
+    """Check the options, and list the images."""
+    from photonmap.dataset.jobs.job_scene import describe_inputs, read_user_scenes
+    from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
+    from photonmap.dataset.jobs.presets import load_preset
+    from photonmap.results.record import describe_measured_sets
+
+    preset = load_preset(options.preset)
+    use_measured_sets(options.munsell, options.illuminants)
+    given = {name: getattr(options, name) for name in taken_by(DATASET)}
+    for name, value in given.items():
+        OPTIONS[name].checked(value)
+    sets: dict[str, Any] = {
+        name: str(Path(path).resolve()) if path else None
+        for name, path in describe_measured_sets().items()
+    }
+    common = describe_inputs(
+        CommonSettings(
+            **given | {"bands": str(options.bands)},
+            materials=options.materials or preset.materials,
+            recolor=preset.recolor,
+            **sets,
+        )
+    )
+    files = read_user_scenes(preset.files)
+    return common, plan_jobs(preset, files, common, options.seed, options.count)
+
+
+def _list(jobs: Sequence[Job]) -> None:
+    """Print a table of the images."""
+    rows: list[Sequence[Any]] = [("image", "seed", "illumination", "lights", "view")]
+    for job in jobs:
+        lights = " + ".join(job.colors)
+        rows.append((job.name, job.seed, job.illumination, lights, job.view.name or "its own"))
+    widths = [max(len(str(row[i])) for row in rows) for i in range(len(rows[0]))]
+    for row in rows:
+        print(
+            "  ".join(f"{cell!s:<{wide}}" for cell, wide in zip(row, widths, strict=True)).rstrip()
+        )
+    common = jobs[0].common
+    width, height = common.size
+    print(f"{len(jobs)} images of {width}x{height}, bands {common.bands}, error {common.error}")
+
+
+def _print_progress(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def _report(folder: Path, outcome: Outcome, options: argparse.Namespace) -> int:
+    """Write the report, and print what came out; return the exit code."""
+    from photonmap.dataset.report.page import has_jinja, mean_share, write_report
+
+    written = write_report(folder, list(outcome.entries.values())) if outcome.entries else []
+    if not has_jinja():
+        warn("the report's page needs jinja2: pip install 'photonmap[dataset]'")
+    for reason in dict.fromkeys(outcome.failures.values()):
+        names = [name for name, why in outcome.failures.items() if why == reason]
+        more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+        print(f"photonmap: failed: {', '.join(names[:_NAMED])}{more}: {reason}", file=sys.stderr)
+    if not options.quiet:
+        kept = len(outcome.entries) - outcome.rendered
+        earlier = f", {kept} rendered earlier" if kept else ""
+        failed = f", {len(outcome.failures)} failed" if outcome.failures else ""
+        print(f"{outcome.rendered} images rendered{earlier}{failed}: {folder}")
+        if (share := mean_share(outcome.entries.values())) is not None:
+            print(f"direct light is {share:.3f} of direct + indirect on average")
+        for path in written:
+            print(path)
+    return _FAILED if outcome.failures else 0
+
+
+def _verify(folder: Path, options: argparse.Namespace) -> int:
+    from photonmap.dataset.jobs.verify import verify
+
+    faults = verify(folder, options.sample, None if options.quiet else print)
+    for fault in faults:
+        print(f"photonmap: fault: {fault}", file=sys.stderr)
+    return _FAILED if faults else 0

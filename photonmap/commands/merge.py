@@ -1,0 +1,42 @@
+"""The command `python -m photonmap merge`: several runs of one scene become one."""
+
+from __future__ import annotations
+
+import argparse
+
+from photonmap.commands.options import add_quiet
+
+HELP = "Merge renders of one scene with different seeds, as if they had been one run."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument(
+        "files", nargs="+", metavar="FILE.exr", help="a render that was written with all buffers"
+    )
+    parser.add_argument(
+        "-o", "--output", required=True, metavar="FILE.exr", help="where to write the result"
+    )
+    add_quiet(parser)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Merge the files and write the result.
+
+    Raises
+    ------
+    InputError
+        if a file is not such a render, they cannot be merged, or the output cannot be written
+    """
+    from photonmap.results.files import check_output
+    from photonmap.results.merge import merge
+    from photonmap.results.result import load_result
+
+    check_output(options.output)
+    merged = merge([load_result(file) for file in options.files], options.files)
+    merged.save(options.output)
+    if not options.quiet:
+        record = merged.record
+        error = "unknown" if record["error"] is None else f"{record['error']:.4f}"
+        seeds = ", ".join(str(run["seed"]) for run in record["merged"])
+        print(f"{record['passes']} passes of seeds {seeds}, error {error}: {options.output}")

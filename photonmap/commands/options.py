@@ -1,0 +1,209 @@
+"""Options that several commands share: those of a render, of its scene, and of a scheduler."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from photonmap.commands.arguments import limits, reader, vector
+from photonmap.io.scene_source import SceneSource
+from photonmap.settings import GROUPS, OPTIONS, RENDER, taken_by
+
+if TYPE_CHECKING:
+    from photonmap.runtime.options import Option
+
+_CAMERA = {
+    "origin": "position of the camera, scene units",
+    "target": "point that the camera looks at, scene units",
+    "up": "direction that is up in the image",
+}
+
+
+def add_options(
+    parser: argparse.ArgumentParser, command: str, **changes: dict[str, Any]
+) -> dict[str, argparse._ArgumentGroup]:
+    """Add the options of a render that a command takes; see `photonmap.settings.OPTIONS`.
+
+    Parameters
+    ----------
+    changes : by option, what differs from `photonmap.render`: `default`, `default_text`
+
+    Returns
+    -------
+    The groups of options by title
+    """
+    groups: dict[str, argparse._ArgumentGroup] = {}
+    taken = [OPTIONS[name] for name in taken_by(command)]
+    for title, description in GROUPS.items():
+        if members := [each for each in taken if each.group == title]:
+            alone = len(members) == 1
+            groups[title] = parser.add_argument_group(title, None if alone else description)
+            for each in members:
+                _add(groups[title], replace(each, **changes.get(each.name, {})))
+    return groups
+
+
+def _add(group: argparse._ArgumentGroup, option: Option) -> None:
+    """Add one option of a render."""
+    if isinstance(option.default, bool):
+        action = "store_false" if option.default else "store_true"
+        text = f"turn off {option.help}" if option.default else option.help
+        group.add_argument(option.flag, dest=option.name, action=action, help=_escape(text))
+        return
+    default = _default_text(option)
+    stands_alone = {} if option.bare is None else {"nargs": "?", "const": option.bare}
+    group.add_argument(
+        option.flag,
+        dest=option.name,
+        type=reader(option.read or str),
+        choices=option.choices or None,
+        default=option.default,
+        metavar=option.metavar,
+        help=_escape(option.help + f"; {option.written}" * bool(option.written) + default),
+        **stands_alone,
+    )
+
+
+def _default_text(option: Option) -> str:
+    """Return the default as help texts give it."""
+    text = option.default_text
+    if not text and option.default is not None:
+        pair = isinstance(option.default, tuple)
+        text = "x".join(map(str, option.default)) if pair else str(option.default)
+    return f" (default: {text})" if text else ""
+
+
+def _escape(text: str) -> str:
+    """Return a text as argparse wants it."""
+    return text.replace("%", "%%")
+
+
+def add_render_options(parser: argparse.ArgumentParser) -> None:
+    """Add all options of the command that renders a scene."""
+    add_scene_options(parser)
+    groups = add_options(parser, RENDER)
+    add_range(groups["image"])
+    groups["files"].add_argument(
+        "--output",
+        metavar="FILE.exr",
+        help="where to write the result (default: the scene's name, in the current folder)",
+    )
+    add_quiet(parser)
+
+
+def name_output(options: argparse.Namespace) -> str:
+    """Return the file to write the result to."""
+    return options.output or Path(options.scene).with_suffix(".exr").name
+
+
+def add_name(file: str | Path, name: str | None) -> str:
+    """Return the name of a file with that of a camera at the end of its stem."""
+    path = Path(file)
+    return str(path.with_name(f"{path.stem}-{name}{path.suffix}") if name else path)
+
+
+def add_range(group: argparse._ArgumentGroup) -> None:
+    """Add the range of the bands."""
+    group.add_argument(
+        "--range",
+        type=limits,
+        metavar="LOW:HIGH",
+        help="wavelengths that the bands cover, nm (default: 400:700, or those of FILE.csv)",
+    )
+
+
+def add_quiet(parser: argparse.ArgumentParser) -> None:
+    """Add the option to print less."""
+    parser.add_argument("--quiet", action="store_true", help="print only errors and warnings")
+
+
+def add_scheduler(group: argparse._ArgumentGroup) -> None:
+    """Add where several renders run."""
+    group.add_argument(
+        "--scheduler",
+        default="local",
+        metavar="ADDRESS",
+        help="local: this machine; or the address of a dask.distributed scheduler, as in "
+        "tcp://host:8786 (default: local)",
+    )
+    group.add_argument(
+        "--workers",
+        type=reader(int),
+        default=1,
+        metavar="N",
+        help="processes to start on this machine (default: 1)",
+    )
+
+
+def add_scene_options(parser: argparse.ArgumentParser) -> None:
+    """Add SCENE and the options that say how to read it."""
+    parser.add_argument(
+        "scene",
+        metavar="SCENE",
+        help="OBJ, PLY, STL, glTF or OFF file; or TOML that describes a scene",
+    )
+    camera = parser.add_argument_group("camera", "one of the scene's, or in place of its own")
+    camera.add_argument(
+        "--camera",
+        metavar="NAME",
+        help="camera of the scene to look by; all renders by each, into FILE-NAME.exr "
+        "(default: the first)",
+    )
+    for name, text in _CAMERA.items():
+        camera.add_argument(f"--{name}", type=vector, metavar="x,y,z", help=text)
+    camera.add_argument(
+        "--fov",
+        type=reader(float),
+        metavar="DEG",
+        help="full vertical field of view of a pinhole camera (default: 40)",
+    )
+    materials = parser.add_argument_group("materials")
+    add_measured_sets(materials)
+    materials.add_argument(
+        "--missing-textures",
+        choices=("error", "grey"),
+        default="error",
+        help="what to do about textures that cannot be read (default: error)",
+    )
+
+
+def add_measured_sets(group: argparse._ArgumentGroup) -> None:
+    """Add the options that name files of measured spectra."""
+    group.add_argument(
+        "--munsell",
+        metavar="PATH",
+        help="measured Munsell chips for colours named munsell:… (default: $PHOTONMAP_MUNSELL)",
+    )
+    group.add_argument(
+        "--illuminants",
+        metavar="PATH",
+        help="measured lights for colours named sfu:… (default: $PHOTONMAP_ILLUMINANTS)",
+    )
+
+
+def choose_scene(options: argparse.Namespace) -> SceneSource:
+    """Return the scene that the options of `add_scene_options` describe."""
+    camera = {name: getattr(options, name) for name in (*_CAMERA, "fov")}
+    return SceneSource(
+        options.scene,
+        options.missing_textures,
+        {name: value for name, value in camera.items() if value is not None},
+        options.munsell,
+        options.illuminants,
+        options.camera,
+    )
+
+
+def choose_options(options: argparse.Namespace, command: str = RENDER) -> dict[str, Any]:
+    """Return the options of a render that a command was given, by name.
+
+    Raises
+    ------
+    InputError : the bands are unknown, or cannot have the range
+    """
+    from photonmap.spectra.bands import Bands
+
+    given = {name: getattr(options, name) for name in taken_by(command)}
+    return given | {"bands": Bands.parse(options.bands, options.range)}

@@ -1,0 +1,137 @@
+"""The command `python -m photonmap SCENE`: render a scene, and write the result."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from photonmap.commands.options import (
+    add_name,
+    add_render_options,
+    choose_options,
+    choose_scene,
+    name_output,
+)
+from photonmap.io.scene_source import SceneSource
+from photonmap.runtime.progress import choose_progress
+from photonmap.scene.camera import ALL
+from photonmap.version import __version__
+
+HELP = (
+    "Render a scene into direct, indirect, reflectance and shading, in N spectral bands, each with "
+    "its standard error."
+)
+
+PREVIEW_BUFFERS = ("radiance", "emission")
+"""Buffers that the PNG is made from."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    add_render_options(parser)
+    parser.add_argument("--version", action="version", version=f"photonmap {__version__}")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Render, write the files, and print what was simulated and what came out.
+
+    Raises
+    ------
+    InputError
+        if an option is not permitted, the scene cannot be rendered, or the output not be written
+    KeyboardInterrupt
+        at Ctrl-C before the first pass was complete
+    """
+    from photonmap.results.files import check_output
+
+    output, source = name_output(options), choose_scene(options)
+    check_output(output, options.buffers)
+    if options.camera != ALL:
+        _render(options, source, output)
+        return
+    for view in replace(source, view=None).views():
+        interrupted = _render(options, view, add_name(output, view.view))
+        if interrupted:
+            break
+
+
+def _render(options: argparse.Namespace, source: SceneSource, output: str) -> bool:
+    """Render by one camera, and return whether that was interrupted."""
+    from photonmap.render import render_file
+    from photonmap.settings import Options
+
+    given = choose_options(options) | {"checkpoint": _name_checkpoint(options, source, output)}
+    if options.buffers is not None:
+        given["buffers"] = {*options.buffers, *PREVIEW_BUFFERS}
+    progress = choose_progress(options.quiet)
+    try:
+        result = render_file(source, Options(**given, progress=progress))
+        # From here on all work is done, and Ctrl-C would only lose it.
+        with _holding_interrupts():
+            progress.stage("write")
+            result.save(output, buffers=options.buffers)
+    finally:
+        progress.close()
+    if not options.quiet:
+        _report(result.record, output)
+    return bool(result.record["interrupted"])
+
+
+@contextmanager
+def _holding_interrupts() -> Iterator[None]:
+    """Ignore Ctrl-C."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _name_checkpoint(options: argparse.Namespace, source: SceneSource, output: str) -> Path | None:
+    """Return the file to save the state to, if that is asked for."""
+    if options.checkpoint is None and not options.resume:
+        return None
+    if not options.checkpoint:
+        return Path(output).with_suffix(".checkpoint")
+    every = options.camera == ALL
+    return Path(add_name(options.checkpoint, source.view) if every else options.checkpoint)
+
+
+def _report(record: dict[str, Any], output: str) -> None:
+    """Print what was simulated, what came out, and where it is."""
+    if record["camera"]["framed"]:
+        x, y, z = record["camera"]["origin"]
+        print(f"no camera given: framed from +z, at {x:.6g},{y:.6g},{z:.6g}")
+    print(_effect_table(record["effects"]))
+    state = "interrupted after " if record["interrupted"] else ""
+    earlier = f" ({record['resumed']} of them earlier)" if record["resumed"] else ""
+    print(
+        f"{state}{record['passes']} passes{earlier} in {record['seconds']['render']:.1f} s, "
+        f"{_error_text(record)}: {output}, {Path(output).with_suffix('.png')}, "
+        f"{Path(output).with_suffix('.json')}"
+    )
+
+
+def _error_text(record: dict[str, Any]) -> str:
+    """Return the error that was reached, and how many pixels it says nothing about."""
+    goal = record["goal"] or {"buffer": "radiance", "percentile": None, "reached": record["error"]}
+    error = "unknown" if goal["reached"] is None else f"{goal['reached']:.4f}"
+    kind = "" if goal["buffer"] == "radiance" else f" of {goal['buffer']}"
+    if goal["percentile"] is not None:
+        kind += f" at {goal['percentile']:g}% of pixels and bands"
+    left = f", {record['unresolved']} pixels unresolved" if record["unresolved"] else ""
+    return f"error {error}{kind}{left}"
+
+
+def _effect_table(effects: dict[str, Any]) -> str:
+    """Return a line for each effect: whether it was simulated, why, and its seconds."""
+    lines = []
+    for name, effect in effects.items():
+        spent = "" if effect["seconds"] is None else f" ({effect['seconds']:.1f} s)"
+        lines.append(f"{name:<13} {'on ' if effect['on'] else 'off'}  {effect['why']}{spent}")
+    return "\n".join(lines)

@@ -1,0 +1,191 @@
+"""The command `python -m photonmap sensors`: what a number of bands costs."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from typing import TYPE_CHECKING
+
+from photonmap.commands.arguments import number, whole_number
+from photonmap.commands.options import add_range
+from photonmap.errors import InputError
+
+if TYPE_CHECKING:
+    from photonmap.sensors.comparison import Comparison
+    from photonmap.spectra.bands import Bands
+    from photonmap.spectra.curves import Spectrum, SpectrumSet
+
+HELP = "Measure the error of N spectral bands after interreflection, over a set of reflectances."
+
+_MOST_BOUNCES = 16
+_STEPS = (0.1, 20.0)
+"""Permitted distances between samples of the curves, nm."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    _add_spectra(parser)
+    _add_study(parser)
+    files = parser.add_argument_group("files")
+    files.add_argument(
+        "--csv",
+        metavar="FILE.csv",
+        help="write the errors here, with the columns bands, bounces, mean_percent, max_percent",
+    )
+    files.add_argument(
+        "--plot", metavar="FILE", help="draw the errors: .png, .svg or .pdf; needs matplotlib"
+    )
+
+
+def _add_spectra(parser: argparse.ArgumentParser) -> None:
+    """Add which reflectances, light and bands are compared."""
+    curves = parser.add_argument_group("spectra")
+    sets = curves.add_mutually_exclusive_group()
+    sets.add_argument(
+        "--munsell",
+        metavar="PATH",
+        help="measured Munsell chips (default: $PHOTONMAP_MUNSELL, or the recovered ones shipped)",
+    )
+    sets.add_argument("--reflectances", metavar="FILE.csv", help="another set of reflectances")
+    curves.add_argument(
+        "--illuminant", default="D65", metavar="TEXT", help="colour of the light (default: D65)"
+    )
+    bands = parser.add_argument_group("bands")
+    bands.add_argument(
+        "--bands",
+        default="3,6,9",
+        metavar="LIST",
+        help="bands to compare, separated by commas: N, box:N, FILE.csv, or the name of a camera "
+        "or observer (default: 3,6,9)",
+    )
+    add_range(bands)
+
+
+def _add_study(parser: argparse.ArgumentParser) -> None:
+    """Add how they are compared."""
+    study = parser.add_argument_group("study")
+    study.add_argument(
+        "--bounces",
+        type=whole_number(1, _MOST_BOUNCES),
+        default=4,
+        metavar="N",
+        help="largest number of bounces (default: 4)",
+    )
+    study.add_argument(
+        "--dark",
+        type=number(0.0, 100.0, "%"),
+        default=4.0,
+        metavar="PERCENT",
+        help="from 2 bounces on, leave out pairs of reflectances that reflect less of the light "
+        "than this (default: 4)",
+    )
+    study.add_argument(
+        "--step",
+        type=number(*_STEPS, " nm"),
+        default=5.0,
+        metavar="NM",
+        help="distance between samples of the curves, nm; 0.5 is as good as exact (default: 5)",
+    )
+    study.add_argument(
+        "--best", action="store_true", help="also find the best Gaussians for 1 to 31 bands"
+    )
+
+
+def run(options: argparse.Namespace) -> None:
+    """Measure, print the tables and write the files.
+
+    Raises
+    ------
+    InputError
+        if an option is not permitted, a curve does not cover the bands, or a file cannot be
+        written
+    """
+    from photonmap.sensors.comparison import compare_bands
+    from photonmap.sensors.plot import check_plot, write_plot
+    from photonmap.sensors.report import check_file, write_csv
+
+    if options.csv:
+        check_file(options.csv)
+    if options.plot:
+        check_plot(options.plot)
+    bands = _bands(options.bands, options.range)
+    reflectances, source = _reflectances(options)
+    illuminant = _illuminant(options.illuminant)
+    found = compare_bands(
+        bands, reflectances, illuminant, options.bounces, options.dark / 100.0, options.step
+    )
+    _print(options, f"{len(reflectances)} reflectances, {source}", found)
+    if options.csv:
+        write_csv(options.csv, found.by_bounce)
+    if options.plot:
+        write_plot(options.plot, found.by_bounce, found.colors)
+    if options.best:
+        _print_best(options, reflectances, illuminant)
+
+
+def _print(options: argparse.Namespace, reflectances: str, found: Comparison) -> None:
+    """Print the three tables."""
+    from photonmap.sensors.report import color_table, error_table
+
+    light = f"illuminant {options.illuminant}"
+    print(f"{reflectances}; {light}; curves sampled every {options.step:g} nm")
+    kept = f"pairs that reflect at least {options.dark:g}% of the light"
+    print(f"\nError within the bands; from 2 bounces on, of {kept}")
+    print(error_table(found.by_bounce))
+    print("\nEq. 4 as written (direct + indirect), all pairs")
+    print(error_table(found.direct_and_indirect))
+    print("\nΔE2000 after projection to sRGB")
+    print(color_table(found.colors))
+
+
+def _print_best(
+    options: argparse.Namespace, reflectances: SpectrumSet, illuminant: Spectrum
+) -> None:
+    """Print what each number of Gaussian bands reaches, as it is found."""
+    from photonmap.sensors.best import best_bands
+    from photonmap.sensors.report import best_line
+    from photonmap.spectra.curves import VISIBLE
+
+    print("\nGaussian bands with σ of a quarter of the bin, then with the best σ, then spread too;")
+    print("mean errors within the bands, and mean ΔE2000 after 2 bounces and regression")
+    print(best_line())
+    within = options.range or VISIBLE
+    for row in best_bands(reflectances, illuminant, within, options.dark / 100.0, options.step):
+        print(best_line(row), flush=True)
+
+
+def _bands(text: str, within: tuple[float, float] | None) -> dict[str, Bands]:
+    """Return the sets of bands in a list, by their names in it."""
+    from photonmap.spectra.bands import Bands
+
+    found = {}
+    for label in map(str.strip, text.split(",")):
+        if label.lower() == "rgb":
+            raise InputError("rgb has no sensitivities to study; give a number of bands, as in 3")
+        found[label] = Bands.parse(label, within)
+    return found
+
+
+def _reflectances(options: argparse.Namespace) -> tuple[SpectrumSet, str]:
+    """Return the set to study, and where it comes from."""
+    if options.reflectances:
+        from photonmap.spectra.curves import LARGEST_REFLECTANCE
+        from photonmap.spectra.tables import read_table
+
+        table = read_table(options.reflectances, 0.0, LARGEST_REFLECTANCE, "reflectance")
+        return table, options.reflectances
+    from photonmap.spectra.munsell import VARIABLE, munsell_set
+
+    source = options.munsell or os.environ.get(VARIABLE)
+    return munsell_set(source), source or "Munsell chips recovered from the renotation"
+
+
+def _illuminant(text: str) -> Spectrum:
+    """Return the spectrum of a light by its name."""
+    from photonmap.spectra.color_text import emission
+    from photonmap.spectra.observer import emission_spectrum
+
+    light = emission_spectrum(emission(text))
+    if not light.values.any():
+        raise InputError(f"the illuminant {text!r} emits nothing; choose another")
+    return light

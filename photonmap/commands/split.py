@@ -1,0 +1,63 @@
+"""The command `python -m photonmap split`: the passes of one large image, on several processes."""
+
+from __future__ import annotations
+
+import argparse
+
+from photonmap.commands.arguments import reader
+from photonmap.commands.options import (
+    add_render_options,
+    add_scheduler,
+    choose_options,
+    choose_scene,
+    name_output,
+)
+
+HELP = "Render the passes of one large image in parts, on several processes, and merge them."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command: those of a render, and where its parts are rendered."""
+    add_render_options(parser)
+    parts = parser.add_argument_group("parts")
+    parts.add_argument(
+        "--parts",
+        type=reader(int),
+        required=True,
+        metavar="N",
+        help="number of parts; their seeds count up from --seed",
+    )
+    add_scheduler(parts)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Render the parts, merge them and write the result; parts are kept until then.
+
+    Raises
+    ------
+    InputError
+        if an option is not permitted, the output cannot be written, or a part failed
+    KeyboardInterrupt
+        at Ctrl-C; the parts that are complete are kept
+    """
+    from photonmap.dataset.jobs.parts import find_missing, merge_parts, plan_parts, render_parts
+    from photonmap.dataset.jobs.schedule import check_scheduler
+    from photonmap.results.files import check_output
+    from photonmap.settings import Options
+
+    output = check_output(name_output(options), options.buffers)
+    check_scheduler(options.scheduler, options.workers)
+    folder = output.with_suffix(".parts")
+    chosen = Options(**choose_options(options))
+    parts = plan_parts(choose_scene(options), chosen, options.parts, folder)
+    missing = find_missing(parts, folder, options.resume)
+    folder.mkdir(exist_ok=True)
+    for part in render_parts(missing, options.scheduler, options.workers):
+        _print(options, f"{part.output.name} is done")
+    record = merge_parts(parts, folder, output, options.buffers).record
+    _print(options, f"{record['passes']} passes, error {record['error']:.4f}: {output}")
+
+
+def _print(options: argparse.Namespace, line: str) -> None:
+    if not options.quiet:
+        print(line, flush=True)

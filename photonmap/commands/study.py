@@ -1,0 +1,137 @@
+"""The command `python -m photonmap study`: what accuracy costs in time, for one scene."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from photonmap.commands.arguments import number
+from photonmap.commands.options import (
+    add_options,
+    add_quiet,
+    add_range,
+    add_scene_options,
+    choose_options,
+    choose_scene,
+)
+from photonmap.errors import InputError
+from photonmap.runtime.progress import Lines, Progress, Silent
+from photonmap.settings import STUDY
+
+if TYPE_CHECKING:
+    from photonmap.study.measure import Study
+    from photonmap.study.report.run_study import Outcome
+    from photonmap.study.sweeps import Extent
+
+HELP = "Sweep the options of a render, and show what accuracy costs in time: FOLDER/study.html."
+
+_MINUTES, _QUICK_MINUTES = 5.0, 0.2
+"""Default minutes of rendering."""
+_MINUTE_LIMITS = (0.001, 24 * 60.0)
+_SIZE, _QUICK_SIZE = (128, 128), (32, 32)
+"""Default width and height, pixels."""
+_NEEDS = ("jinja2", "matplotlib")
+"""Packages that the report is made with."""
+
+
+class _Stages(Lines):
+    """Prints a line every few seconds of a render, and where kernels are compiled."""
+
+    def stage(self, name: str) -> None:
+        """Print the stage's name where it takes long."""
+        if name == "first compile":
+            super().stage(name)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    add_scene_options(parser)
+    sizes = "128x128; with --quick 32x32"
+    groups = add_options(parser, STUDY, size={"default": None, "default_text": sizes})
+    add_range(groups["image"])
+    extent = parser.add_argument_group("extent")
+    extent.add_argument("--quick", action="store_true", help="measure few points, in seconds")
+    extent.add_argument(
+        "--minutes",
+        type=number(*_MINUTE_LIMITS, " minutes"),
+        metavar="M",
+        help="minutes of rendering in all, which decide how far the sweeps go (default: "
+        f"{_MINUTES:g}; with --quick {_QUICK_MINUTES:g})",
+    )
+    files = parser.add_argument_group("files")
+    files.add_argument(
+        "--output",
+        metavar="FOLDER",
+        help="where to write the report (default: the scene's name and -study, in the current "
+        "folder)",
+    )
+    add_quiet(parser)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Measure, and write study.html, study.csv and the plots; after Ctrl-C, what there is.
+
+    Raises
+    ------
+    InputError
+        if an option is not permitted, the scene cannot be rendered, or the folder not be written to
+    KeyboardInterrupt
+        at Ctrl-C before there was a reference to measure errors by
+    """
+    _check_packages()
+    from photonmap.runtime.file_checks import check_output_folder
+    from photonmap.study.report.run_study import run_study
+
+    folder = check_output_folder(options.output or f"{Path(options.scene).stem}-study", "the study")
+    study, extent = _prepare(options)
+    outcome = run_study(study, extent, folder)
+    if not options.quiet:
+        _report(outcome, folder)
+
+
+def _check_packages() -> None:
+    if missing := [name for name in _NEEDS if find_spec(name) is None]:
+        names = " and ".join(missing)
+        raise InputError(f"the study needs {names}: pip install 'photonmap[study]'")
+
+
+def _prepare(options: argparse.Namespace) -> tuple[Study, Extent]:
+    """Check the options and load the scene."""
+    from photonmap.study.measure import Study
+    from photonmap.study.point import Settings
+    from photonmap.study.sweeps import Extent, check_largest
+
+    quick = options.quick
+    seconds = 60.0 * (options.minutes or (_QUICK_MINUTES if quick else _MINUTES))
+    extent = Extent.quick(seconds) if quick else Extent(seconds)
+    if options.range is not None:
+        extent = extent.without_rgb()
+    given = choose_options(options, STUDY)
+    given["size"] = given["size"] or (_QUICK_SIZE if quick else _SIZE)
+    given["bands"] = str(options.bands)
+    base = Settings(**given)
+    progress: Progress = Silent() if options.quiet else _Stages()
+    log = (lambda line: None) if options.quiet else _print
+    scene = choose_scene(options).load()
+    study = Study(scene, base, options.range, progress, log)
+    check_largest(study, extent)
+    return study, extent
+
+
+def _print(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def _report(outcome: Outcome, folder: Path) -> None:
+    """Print the recommendation, and where the page is."""
+    from photonmap.study.report.files import PAGE
+    from photonmap.study.report.recommendation import recommend
+
+    found = outcome.findings
+    for sentence in recommend(found.laws, found.base):
+        print(sentence)
+    state = "interrupted after " if outcome.interrupted else ""
+    print(f"{state}{len(found.points)} points: {folder / PAGE}")

@@ -1,0 +1,320 @@
+"""What a scene calls for: every effect on or off, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.compile.scene_arrays import CompiledScene
+from photonmap.errors import InputError
+from photonmap.kernels.bsdf.models import GLOSSY, LAMBERTIAN
+from photonmap.kernels.core.records import (
+    GLASS,
+    Environment,
+    Geometry,
+    Lights,
+    Scattering,
+    Specular,
+)
+from photonmap.kernels.lights.kinds import AREA_KINDS, POSITION_KINDS
+from photonmap.runtime.wording import suggest
+
+EFFECTS = (
+    "emission",
+    "direct",
+    "soft_shadows",
+    "indirect",
+    "caustics",
+    "specular",
+    "glossy",
+    "non_lambertian",
+    "transmission",
+    "alpha",
+    "environment",
+    "textures",
+    "band_merging",
+)
+
+MOST_CHECKS = 1 << 28
+"""Products of vertices and planes, beyond which a scene is not checked for being convex."""
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Whether an effect is simulated, and the reason."""
+
+    on: bool
+    why: str
+
+
+@dataclass(frozen=True)
+class EffectPlan:
+    """All effects by name.
+
+    Parameters
+    ----------
+    effects : in the order of `EFFECTS`
+    partial : some effects that the scene calls for were left out on request
+    """
+
+    effects: dict[str, Effect]
+    partial: bool = False
+
+    def on(self, name: str) -> bool:
+        """Return whether an effect is simulated."""
+        return self.effects[name].on
+
+    def describe(self, seconds: dict[str, float]) -> dict[str, dict[str, object]]:
+        """Return the JSON-able record: name to on, why, seconds (None where not timed apart)."""
+        return {
+            name: {"on": effect.on, "why": effect.why, "seconds": seconds.get(name)}
+            for name, effect in self.effects.items()
+        }
+
+
+def parse_effects(wanted: str | Iterable[str]) -> str | frozenset[str]:
+    """Return "auto", "all" or a set of names.
+
+    Raises
+    ------
+    InputError
+        if a name is not known, with the nearest one
+    """
+    names = wanted.split(",") if isinstance(wanted, str) else list(wanted)
+    names = [name.strip() for name in names]
+    if names in (["auto"], ["all"]):
+        return names[0]
+    for name in names:
+        if name not in EFFECTS:
+            raise InputError(f"there is no effect {name!r}; {suggest(name, EFFECTS)}")
+    return frozenset(names)
+
+
+def plan_effects(
+    compiled: CompiledScene, wanted: str | frozenset[str], distinct: int, bands: int
+) -> EffectPlan:
+    """Decide what is simulated.
+
+    Parameters
+    ----------
+    compiled : the scene
+    wanted : "auto", "all", or the names of those to simulate alone
+    distinct : different bands of the scene
+    bands : all of them
+    """
+    called = _called_for(compiled, distinct, bands)
+    if wanted == "auto":
+        return EffectPlan(called)
+    if wanted == "all":
+        forced = {
+            name: Effect(True, effect.why if effect.on else f"forced, though {effect.why}")
+            for name, effect in called.items()
+        }
+        for name in ("alpha", "environment", "textures", "glossy", "non_lambertian"):
+            if not called[name].on:
+                forced[name] = called[name]
+        forced["band_merging"] = Effect(False, "every band is traced on its own")
+        return EffectPlan(forced)
+    assert not isinstance(wanted, str)
+    chosen = {
+        name: effect if name in wanted or not effect.on else Effect(False, "left out on request")
+        for name, effect in called.items()
+    }
+    partial = any(called[name].on != chosen[name].on for name in EFFECTS if name != "band_merging")
+    return EffectPlan(chosen, partial)
+
+
+def leave_out(compiled: CompiledScene, plan: EffectPlan) -> CompiledScene:
+    """Return the scene without what a plan leaves out.
+
+    Mirrors, glass and the sky turn black, textures become their mean, cut-outs opaque, glossy
+    surfaces their bare base, and other BSDFs Lambertian. What is forced on gets its code, though
+    nothing calls for it.
+    """
+    lights, geometry = compiled.lights, compiled.geometry
+    if lights.environment is not None and not plan.on("environment"):
+        lights = _darken_sky(lights, lights.environment)
+    textures = compiled.textures
+    if not plan.on("textures"):
+        textures, lights = None, lights._replace(emission_textures=None)
+    if not plan.on("alpha"):
+        geometry = geometry._replace(alpha=None)
+    return replace(
+        compiled,
+        geometry=geometry,
+        lights=lights,
+        specular=_leave_out_specular(compiled, plan),
+        textures=textures,
+        scattering=_leave_out_scattering(compiled.scattering, plan),
+    )
+
+
+def _darken_sky(lights: Lights, environment: Environment) -> Lights:
+    """Return the lights with a black sky."""
+    spectra = lights.spectra.copy()
+    spectra[lights.spectrum[lights.dome]] = 0.0
+    dark = environment._replace(basis=np.zeros_like(environment.basis))
+    return lights._replace(environment=dark, spectra=spectra)
+
+
+def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> Specular | None:
+    """Return the specular lobes that are simulated; None where there is none."""
+    specular = compiled.specular
+    if specular is None:
+        if not plan.on("specular"):
+            return None
+        count = len(compiled.materials.reflectance)
+        none = np.zeros_like(compiled.materials.reflectance)
+        kind = np.zeros(count, np.uint8)
+        return Specular(kind, none, np.zeros(count), none.copy(), np.zeros(count))
+    kept = np.where(specular.kind == GLASS, plan.on("transmission"), plan.on("specular"))
+    specular = specular._replace(
+        kind=np.where(kept, specular.kind, 0).astype(np.uint8),
+        probability=np.where(kept, specular.probability, 0.0),
+    )
+    return specular if specular.kind.any() else None
+
+
+def _leave_out_scattering(scattering: Scattering | None, plan: EffectPlan) -> Scattering | None:
+    """Return the BSDFs that are simulated; None where all are Lambertian or specular."""
+    if scattering is None:
+        return None
+    kept = np.where(scattering.model == GLOSSY, plan.on("glossy"), plan.on("non_lambertian"))
+    model = np.where(kept, scattering.model, LAMBERTIAN).astype(np.uint8)
+    return scattering._replace(model=model) if model.any() else None
+
+
+def _called_for(compiled: CompiledScene, distinct: int, bands: int) -> dict[str, Effect]:
+    """Return what a scene calls for, in the order of `EFFECTS`."""
+    merged = f"{bands} bands have {distinct} different spectra"
+    called = {
+        **_of_lights(compiled),
+        **_of_surfaces(compiled),
+        "direct": Effect(True, "there are lights"),
+        "indirect": _indirect(compiled),
+        "band_merging": _if(distinct < bands, merged, "all bands differ"),
+    }
+    return {name: called[name] for name in EFFECTS}
+
+
+def _of_lights(compiled: CompiledScene) -> dict[str, Effect]:
+    area = np.isin(compiled.lights.kind, AREA_KINDS).any()
+    sky = compiled.lights.environment is not None
+    sharp = "all lights are points or suns: shadows are sharp"
+    return {
+        "emission": _if(
+            area, "area lights or a sky can be seen", "no area light or sky can be seen"
+        ),
+        "soft_shadows": _if(area, "lights have an area", sharp),
+        "environment": _if(sky, "the sky is a map", "the sky is not a map"),
+    }
+
+
+def _of_surfaces(compiled: CompiledScene) -> dict[str, Effect]:
+    specular, alpha = compiled.specular, compiled.geometry.alpha
+    kinds = np.zeros(0, np.uint8) if specular is None else specular.kind
+    scattering = compiled.scattering
+    models = np.zeros(0, np.uint8) if scattering is None else scattering.model
+    diffuse = _is_rough(compiled)
+    textures = compiled.textures is not None or compiled.lights.emission_textures is not None
+    no_specular = "there is no mirror or glass"
+    return {
+        "caustics": _if(
+            kinds.any() and diffuse,
+            "mirrors or glass send light to diffuse surfaces",
+            no_specular if not kinds.any() else "no surface is diffuse",
+        ),
+        "specular": _if(kinds.any(), "there are mirrors or glass", no_specular),
+        "glossy": _if((models == GLOSSY).any(), "some surfaces are glossy", "no surface is glossy"),
+        "non_lambertian": _if(
+            ((models != LAMBERTIAN) & (models != GLOSSY)).any(),
+            "some surfaces are rough",
+            "all diffuse reflection obeys Lambert's law",
+        ),
+        "transmission": _if((kinds == GLASS).any(), "there is glass", "there is no glass"),
+        "alpha": _if(
+            alpha is not None,
+            "surfaces have holes or are partly transparent",
+            "no surface is cut out",
+        ),
+        "textures": _if(textures, "surfaces have textures", "no surface has a texture"),
+    }
+
+
+def _is_rough(compiled: CompiledScene) -> bool:
+    """Return whether a surface reflects otherwise than a mirror or glass."""
+    scattering = compiled.scattering
+    glossy = scattering is not None and scattering.specular.any()
+    return bool(glossy or compiled.materials.reflectance.any())
+
+
+def _if(condition: object, yes: str, no: str) -> Effect:
+    return Effect(bool(condition), yes if condition else no)
+
+
+def _indirect(compiled: CompiledScene) -> Effect:
+    """Decide whether light can go from surface to surface."""
+    specular = compiled.specular
+    if specular is None and not _is_rough(compiled):
+        return Effect(False, "every surface is black")
+    if _is_flat(compiled.geometry):
+        return Effect(False, "all surfaces lie in one plane: none sees another")
+    triangles, vertices = len(compiled.geometry.triangles), len(compiled.geometry.vertices)
+    if triangles * vertices > MOST_CHECKS:
+        return Effect(True, "too many triangles to check whether surfaces see each other")
+    whole = specular is None and compiled.geometry.alpha is None
+    if whole and _is_convex(compiled.geometry) and not _lit_inside(compiled):
+        return Effect(False, "one closed convex body: no surface sees another from outside")
+    return Effect(True, "surfaces may see each other")
+
+
+def _is_flat(geometry: Geometry) -> bool:
+    """Return whether all vertices lie in the plane of the first triangle, to the last digit.
+
+    And all triangles: what stands on it may be lower than a digit of the scene's size.
+    """
+    corner = geometry.vertices[geometry.triangles[0, 0]].astype(np.float64)
+    normal = geometry.normals[0].astype(np.float64)
+    heights = (geometry.vertices - corner) @ normal
+    parallel = np.abs(geometry.normals @ normal) > 1.0 - 1e-6
+    return bool(np.abs(heights).max() <= 1e-7 and parallel.all())
+
+
+def _is_convex(geometry: Geometry) -> bool:
+    """Return whether the triangles are one closed surface that no plane of theirs cuts."""
+    return _is_closed(geometry) and not (_heights(geometry, geometry.vertices) > 1e-7).any()
+
+
+def _heights(geometry: Geometry, points: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return the heights of points over each triangle's plane, at most over triangles: (P,)."""
+    corners = geometry.vertices[geometry.triangles[:, 0]].astype(np.float64)
+    normals = geometry.normals.astype(np.float64)
+    levels = (corners * normals).sum(axis=1)
+    most = np.full(len(points), -np.inf)
+    for start in range(0, len(normals), 4096):
+        part = slice(start, start + 4096)
+        np.maximum(most, (points @ normals[part].T - levels[part]).max(axis=1), out=most)
+    return most
+
+
+def _is_closed(geometry: Geometry) -> bool:
+    """Return whether every edge belongs to two triangles, which pass it in opposite directions."""
+    _, same = np.unique(geometry.vertices, axis=0, return_inverse=True)
+    corners = same.ravel()[geometry.triangles].astype(np.int64)
+    starts, ends = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
+    forth, back = np.sort(starts * len(same) + ends), np.sort(ends * len(same) + starts)
+    return bool((np.diff(forth) > 0).all() and np.array_equal(forth, back))
+
+
+def _lit_inside(compiled: CompiledScene) -> bool:
+    """Return whether a point light may lie within, or the camera does."""
+    lights = compiled.lights
+    points = lights.position[np.isin(lights.kind, POSITION_KINDS)]
+    if compiled.camera.eye is None:
+        return True  # camera rays may start anywhere
+    camera = (np.array(compiled.camera.eye) - compiled.center) / compiled.size
+    points = np.concatenate([points, camera[None]])
+    return bool((_heights(compiled.geometry, points) <= 1e-7).any())

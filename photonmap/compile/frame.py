@@ -1,0 +1,66 @@
+"""The frame in which kernels work: near the origin, at unit size, whatever the scene's."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.errors import InputError
+from photonmap.scene.camera import Camera
+
+SMALLEST, LARGEST = 1e-30, 1e30
+"""Size of a scene in its units, at least and at most: images are float32."""
+CLOSE = 1e-3
+"""Fraction of the scene's size below which the nearest vertex makes the camera the origin."""
+
+
+class Frame(NamedTuple):
+    """Origin and unit of length of the kernels' numbers, in scene units."""
+
+    center: NDArray[np.float64]
+    """(3,)"""
+    size: float
+
+    def into(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return points, (…, 3), in the kernels' units."""
+        return (points - self.center) / self.size
+
+
+def choose_frame(vertices: NDArray[np.float64], camera: Camera | None) -> Frame:
+    """Return where the kernels' numbers have their origin, and their unit of length."""
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    size = _size(low, high)
+    return Frame(_choose_center(vertices, camera, 0.5 * (low + high), size), size)
+
+
+def _size(low: NDArray[np.float64], high: NDArray[np.float64]) -> float:
+    """Return the longest side of the box from low to high; 1 where all is in one point."""
+    with np.errstate(over="ignore"):
+        size = float((high - low).max()) or 1.0
+    if not SMALLEST <= size <= LARGEST:
+        raise InputError(
+            f"the scene measures {size:.3g} units: depths from {SMALLEST:g} to {LARGEST:g} can be "
+            f"represented; choose another unit"
+        )
+    return size
+
+
+def _choose_center(
+    vertices: NDArray[np.float64],
+    camera: Camera | None,
+    middle: NDArray[np.float64],
+    size: float,
+) -> NDArray[np.float64]:
+    """Return the origin of the kernels' numbers, about which float32 is finest.
+
+    The scene's middle; or the camera, where it stands among things that are small against the
+    scene.
+    """
+    if camera is None:
+        return middle
+    origin = np.array(camera.origin)
+    nearest = np.abs(vertices - origin).max(axis=1).min()
+    inside = np.abs(origin - middle).max() <= size
+    return origin if inside and nearest < CLOSE * size else middle

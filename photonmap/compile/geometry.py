@@ -1,0 +1,189 @@
+"""Meshes checked, cleaned up and joined into one geometry near the origin, at unit size."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.compile.frame import Frame
+from photonmap.compile.mesh_cleanup import find_single, without_strays
+from photonmap.compile.triangles import winding_normals
+from photonmap.errors import InputError, warn
+from photonmap.kernels.core import records
+from photonmap.runtime.wording import listed
+from photonmap.scene.material import Material
+from photonmap.scene.mesh import Mesh
+from photonmap.scene.scene import Scene
+from photonmap.scene.textures import FARTHEST, Paint, Texture, mean_color, mean_opacity
+from photonmap.spectra.curves import Spectrum
+
+LEAST_AREA = 1e-34
+"""Area of a triangle, in squares of the scene's size, below which light cannot meet it: its inverse
+is float32."""
+
+
+def check_meshes(scene: Scene) -> list[Mesh]:
+    """Return a scene's meshes, checked, without vertices that no face uses."""
+    meshes = [mesh for mesh in scene.meshes if len(mesh.faces)]
+    if not meshes:
+        raise InputError(f"scene {scene.name!r} has no faces: there is nothing to render")
+    for mesh in meshes:
+        _check_mesh(mesh)
+    return _flatten([without_strays(mesh) for mesh in meshes])
+
+
+def _check_mesh(mesh: Mesh) -> None:
+    name = f"mesh {mesh.name!r}"
+    for label, array, columns in (("vertices", mesh.vertices, 3), ("faces", mesh.faces, 3)):
+        if array.ndim != 2 or array.shape[1] != columns:
+            raise InputError(f"{name}: {label} must be (n, {columns}), not {array.shape}")
+    if not np.isfinite(mesh.vertices).all():
+        row = int(np.argmin(np.isfinite(mesh.vertices).all(axis=1)))
+        raise InputError(f"{name}: vertex {row} is {mesh.vertices[row]}; give finite numbers")
+    if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
+        worst = mesh.faces.max() if mesh.faces.min() >= 0 else mesh.faces.min()
+        raise InputError(f"{name}: a face names vertex {worst}, but there are {len(mesh.vertices)}")
+    if mesh.normals is not None and mesh.normals.shape != mesh.vertices.shape:
+        raise InputError(
+            f"{name}: normals must be {mesh.vertices.shape}, one per vertex, "
+            f"not {mesh.normals.shape}"
+        )
+    if mesh.uv is not None and _is_textured(mesh.material):
+        if mesh.uv.shape != (len(mesh.vertices), 2):
+            wanted = (len(mesh.vertices), 2)
+            raise InputError(f"{name}: uv must be {wanted}, one per vertex, not {mesh.uv.shape}")
+        sound = (np.abs(mesh.uv) <= FARTHEST).all(axis=1)
+        if not sound.all():
+            row = int(np.argmin(sound))
+            raise InputError(
+                f"{name}: uv {row} is {mesh.uv[row]}; give finite numbers up to {FARTHEST:g}"
+            )
+
+
+def _is_textured(material: Material) -> bool:
+    paints = (material.reflectance, material.emission, material.alpha)
+    return any(isinstance(paint, Texture) for paint in paints)
+
+
+def _flatten(meshes: list[Mesh]) -> list[Mesh]:
+    """Give meshes without texture coordinates the mean of their textures, and say so."""
+    flat: dict[int, Material] = {}
+    named: dict[str, None] = {}
+    result = []
+    for mesh in meshes:
+        material = mesh.material
+        if mesh.uv is None and _is_textured(material):
+            named[f"{mesh.name} ({material.name})"] = None
+            if id(material) not in flat:
+                flat[id(material)] = replace(
+                    material,
+                    reflectance=mean_color(material.reflectance),
+                    emission=mean_color(material.emission),
+                    alpha=mean_opacity(material.alpha),
+                )
+            mesh = replace(mesh, material=flat[id(material)])
+        result.append(mesh)
+    if named:
+        warn(
+            f"no texture coordinates in meshes (of material) {listed(named)}: "
+            "the mean of their textures is used"
+        )
+    return result
+
+
+def join_meshes(meshes: list[Mesh], frame: Frame) -> tuple[records.Geometry, NDArray[np.int64]]:
+    """Join meshes near the origin at unit size; return them and each triangle's mesh."""
+    starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
+    vertices = np.concatenate([(mesh.vertices - frame.center) / frame.size for mesh in meshes])
+    vertices = vertices.astype(np.float32)
+    triangles = np.concatenate(
+        [mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]
+    )
+    owner = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])
+    normals = winding_normals(vertices, triangles)
+    length = np.linalg.norm(normals, axis=1)
+    sound = _find_sound(length)
+    sound[sound] = _find_single(meshes, vertices, triangles[sound], owner[sound])
+    triangles, owner = triangles[sound], owner[sound]
+    normals, length = normals[sound], length[sound]
+    none = np.empty(0, np.int32)
+    return records.Geometry(
+        scene=0,
+        vertices=vertices,
+        triangles=triangles.astype(np.int32),
+        normals=(normals / length[:, None]).astype(np.float32),
+        shading_normals=_join_normals(meshes),
+        material=none,
+        emitter=none,
+        uv=_join_uv(meshes),
+        alpha=None,
+    ), owner
+
+
+def _find_sound(length: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which triangles have an area, (T,), by their normals' lengths; warn of others."""
+    sound = length > LEAST_AREA
+    if count := int((~sound).sum()):
+        warn(f"{count} degenerate triangle{'s' * (count > 1)} (no area) left out")
+    if not sound.any():
+        raise InputError("every triangle is degenerate (no area): there is nothing to render")
+    return sound
+
+
+def _find_single(
+    meshes: list[Mesh],
+    vertices: NDArray[np.float32],
+    triangles: NDArray[np.int64],
+    owner: NDArray[np.int64],
+) -> NDArray[np.bool_]:
+    """Return which triangles to keep, (T,), one of each that coincide; warn about the others."""
+    emitting = np.array([_may_emit(mesh.material.emission) for mesh in meshes])
+    indices = np.array([_index(mesh.material) for mesh in meshes])
+    kept = find_single(vertices, triangles, owner, emitting, indices)
+    if count := int((~kept).sum()):
+        warn(
+            "1 triangle that coincides with another removed"
+            if count == 1
+            else f"{count} triangles that coincide with others removed"
+        )
+    return kept
+
+
+def _index(material: Material) -> float:
+    return float(material.ior) if isinstance(material.ior, int | float) else 0.0
+
+
+def _may_emit(paint: Paint) -> bool:
+    return isinstance(paint, Spectrum | Texture) or bool(np.any(paint))
+
+
+def _join_normals(meshes: list[Mesh]) -> NDArray[np.float32]:
+    """Return the shading normals of all meshes, (0, 3) if none has any."""
+    if all(mesh.normals is None for mesh in meshes):
+        return np.zeros((0, 3), np.float32)
+    return np.concatenate([_shading_normals(mesh) for mesh in meshes])
+
+
+def _join_uv(meshes: list[Mesh]) -> NDArray[np.float32]:
+    """Return the texture coordinates of all meshes, (0, 2) if none has a texture."""
+    if not any(_is_textured(mesh.material) for mesh in meshes):
+        return np.zeros((0, 2), np.float32)
+    return np.concatenate([_uv(mesh) for mesh in meshes])
+
+
+def _uv(mesh: Mesh) -> NDArray[np.float32]:
+    if mesh.uv is None or not _is_textured(mesh.material):
+        return np.zeros((len(mesh.vertices), 2), np.float32)
+    return mesh.uv.astype(np.float32)
+
+
+def _shading_normals(mesh: Mesh) -> NDArray[np.float32]:
+    if mesh.normals is None:
+        return np.zeros(mesh.vertices.shape, np.float32)
+    largest = np.abs(mesh.normals).max(axis=1, initial=0.0, keepdims=True)
+    sound = (largest > 0.0) & (largest < np.inf)
+    scaled = np.divide(mesh.normals, largest, out=np.zeros_like(mesh.normals), where=sound)
+    length = np.linalg.norm(scaled, axis=1, keepdims=True)
+    return np.divide(scaled, length, out=scaled, where=sound).astype(np.float32)

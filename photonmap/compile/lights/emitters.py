@@ -1,0 +1,263 @@
+"""Collect a scene's lights, meshes that emit among them, as emitters of a total power of 1."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.compile.cdf import make_cdf
+from photonmap.compile.frame import Frame
+from photonmap.compile.lights.environment import Sky, compile_sky
+from photonmap.compile.lights.light_tree import EmitterBounds, grow_tree
+from photonmap.compile.lights.probabilities import mix_uniform
+from photonmap.compile.textures import TextureTable
+from photonmap.compile.triangles import triangle_areas
+from photonmap.errors import InputError, naming, warn
+from photonmap.kernels.core.records import Geometry, Lights, LightTree, Profiles
+from photonmap.kernels.lights.kinds import INFINITE_KINDS, KINDS, POSITION_KINDS, TRIANGLE
+from photonmap.scene.lights import (
+    DomeLight,
+    EnvironmentLight,
+    Light,
+    Profile,
+    check_light,
+    name_lights,
+)
+from photonmap.scene.material import Material
+from photonmap.scene.textures import Paint, mean_color
+from photonmap.spectra.bands import Bands
+
+DIMMEST, BRIGHTEST = 1e-30, 1e30
+"""Power of all lights, W·m⁻²·sr⁻¹ times the square of the scene's size: images are float32."""
+
+
+@dataclass(frozen=True)
+class Emitters:
+    """The lights as kernels see them."""
+
+    lights: Lights
+    names: list[str]
+    """of each emitter, (K,)"""
+    groups: list[str]
+    """of each emitter, (K,)"""
+    of_triangle: NDArray[np.int32]
+    """(T,) the emitter that a triangle is, -1 for none"""
+    power: float
+    """what all radiances were divided by"""
+
+
+class _Shining(NamedTuple):
+    """Lights that are not black, and the sky's map if there is one."""
+
+    lights: list[Light]
+    sky: Sky | None
+
+
+class _Layout(NamedTuple):
+    """Where emitters are and how they shine, as in `Lights`."""
+
+    kind: NDArray[np.uint8]
+    triangle: NDArray[np.int32]
+    position: NDArray[np.float64]
+    axis: NDArray[np.float64]
+    cosines: NDArray[np.float64]
+    area: NDArray[np.float64]
+    extent: NDArray[np.float64]
+    """(K,) power of an emission of 1"""
+    cone: NDArray[np.float64]
+    """(K, 2), as in `EmitterBounds`"""
+    profiles: Profiles | None
+
+
+def compile_lights(
+    geometry: Geometry,
+    materials: Sequence[Material],
+    lights: Sequence[Light],
+    bands: Bands,
+    frame: Frame,
+    textures: TextureTable,
+) -> Emitters:
+    """Collect all emitters, at a total power of 1.
+
+    Parameters
+    ----------
+    geometry : in the kernels' units, with materials
+    textures : of the materials
+
+    Raises
+    ------
+    InputError : emission that is negative or not finite, or a light that is not valid
+    """
+    material = geometry.material
+    emission = np.stack([emission_of(m.emission, bands, f"material {m.name!r}") for m in materials])
+    emitting = np.flatnonzero(emission[material].any(axis=1))
+    area_names = [materials[material[triangle]].name for triangle in emitting]
+    shining = _find_shining(lights, area_names, bands)
+    layout = _lay_out(geometry, emitting, shining.lights, frame)
+    row = np.concatenate([material[emitting], len(emission) + np.arange(len(shining.lights))])
+    spectra = np.concatenate(
+        [emission, *(_spectrum(light, shining.sky, bands)[None] for light in shining.lights)]
+    )
+    spectra[row[np.isin(layout.kind, POSITION_KINDS)]] /= frame.size * frame.size
+    names = area_names + [light.name for light in shining.lights]
+    record, power = _record(geometry, layout, names, row, spectra, shining.sky)
+    emission_textures = textures.emission_textures(bands, power, len(spectra), geometry)
+    of_triangle = np.full(len(material), -1, np.int32)
+    of_triangle[emitting] = np.arange(len(emitting))
+    groups = area_names + [light.group or light.name for light in shining.lights]
+    record = record._replace(emission_textures=emission_textures)
+    return Emitters(record, names, groups, of_triangle, power)
+
+
+def _record(
+    geometry: Geometry,
+    layout: _Layout,
+    names: list[str],
+    row: NDArray[np.int64],
+    spectra: NDArray[np.float64],
+    sky: Sky | None,
+) -> tuple[Lights, float]:
+    """Return what kernels take, without textures, and the power by which light is divided."""
+    mean = spectra[row].mean(axis=1)
+    flux, power = _measure_power(layout.extent, mean)
+    cdf = make_cdf(mix_uniform(flux, names))
+    dome = np.flatnonzero(layout.kind == KINDS["dome"])
+    record = Lights(
+        kind=layout.kind,
+        triangle=layout.triangle,
+        position=layout.position,
+        axis=layout.axis,
+        cosines=layout.cosines,
+        area=layout.area,
+        spectrum=row.astype(np.int32),
+        spectra=(spectra / power).astype(np.float32),
+        cdf=cdf,
+        dome=int(dome[0]) if len(dome) else -1,
+        radius=_radius(geometry),
+        environment=sky.record(power) if sky and len(dome) else None,
+        profiles=layout.profiles,
+        emission_textures=None,
+        tree=_grow_tree(geometry, layout, mean, cdf),
+    )
+    return record, power
+
+
+def _find_shining(lights: Sequence[Light], area_names: Sequence[str], bands: Bands) -> _Shining:
+    """Return the lights that are not black, with names; a dome where nothing emits."""
+    named = name_lights([check_light(light) for light in lights], area_names)
+    skies = [light for light in named if isinstance(light, DomeLight | EnvironmentLight)]
+    if len(skies) > 1:
+        both = f"{skies[0].name!r} and {skies[1].name!r}"
+        raise InputError(f"a scene has one dome or environment at most: leave one of {both} out")
+    sky = next((compile_sky(s, bands) for s in skies if isinstance(s, EnvironmentLight)), None)
+    shining = [light for light in named if _spectrum(light, sky, bands).any()]
+    if not shining and not area_names:
+        warn("the scene has no light: a dome of radiance 1 in every band lights it")
+        return _Shining([DomeLight(name="dome")], None)
+    return _Shining(shining, sky)
+
+
+def _radius(geometry: Geometry) -> float:
+    """Return the radius of a sphere around the origin that holds the scene."""
+    return 1.001 * float(np.linalg.norm(geometry.vertices, axis=1).max())
+
+
+def _measure_power(
+    extent: NDArray[np.float64], mean: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], float]:
+    """Return the power of each emitter, (K,), and of all of them."""
+    with np.errstate(over="ignore"):
+        flux = extent * mean
+        power = float(flux.sum())
+    if not DIMMEST <= power <= BRIGHTEST:
+        raise InputError(
+            f"lights radiate {power:.3g} in units of the scene: images can hold "
+            f"{DIMMEST:g} to {BRIGHTEST:g}; scale the lights"
+        )
+    return flux, power
+
+
+def _lay_out(
+    geometry: Geometry, emitting: NDArray[np.int64], lights: Sequence[Light], frame: Frame
+) -> _Layout:
+    """Lay out emitting triangles, then lights, in the kernels' units."""
+    first, count = len(emitting), len(emitting) + len(lights)
+    layout = _Layout(
+        kind=np.full(count, TRIANGLE, np.uint8),
+        triangle=np.full(count, -1, np.int32),
+        position=np.zeros((count, 3)),
+        axis=np.zeros((count, 3)),
+        cosines=np.ones((count, 2)),
+        area=np.zeros(count),
+        extent=np.zeros(count),
+        cone=np.ones((count, 2)),
+        profiles=None,
+    )
+    layout.triangle[:first] = emitting
+    layout.area[:first] = triangle_areas(geometry, emitting)
+    layout.extent[:first] = np.pi * layout.area[:first]
+    layout.cone[:first] = 1.0, 0.0
+    radius = _radius(geometry)
+    described = [light.emitter() for light in lights]
+    for index, emitter in enumerate(described, start=first):
+        layout.kind[index] = KINDS[emitter.kind]
+        if emitter.position is not None:
+            layout.position[index] = frame.into(np.array(emitter.position))
+        layout.axis[index] = emitter.axis
+        layout.cosines[index] = emitter.cosines
+        layout.extent[index] = emitter.extent(radius)
+        layout.cone[index] = emitter.cone, 1.0
+    return layout._replace(
+        profiles=_collect_profiles([emitter.profile for emitter in described], first)
+    )
+
+
+def _collect_profiles(tables: Sequence[Profile | None], first: int) -> Profiles | None:
+    """Return the tables of the emitters that have one; None without any."""
+    used = [table for table in tables if table is not None]
+    if not used:
+        return None
+    row = np.full(first + len(tables), -1, np.int32)
+    row[first + np.flatnonzero([table is not None for table in tables])] = np.arange(len(used))
+    frames = np.stack([table.frame for table in used])
+    return Profiles(row, frames, np.stack([table.intensity for table in used]))
+
+
+def _grow_tree(
+    geometry: Geometry, layout: _Layout, mean: NDArray[np.float64], cdf: NDArray[np.float64]
+) -> LightTree | None:
+    """Build the tree of emitters that are not infinitely far."""
+    is_area = layout.kind == TRIANGLE
+    triangles = layout.triangle[is_area]
+    low, high, axis = layout.position.copy(), layout.position.copy(), layout.axis.copy()
+    corners = geometry.vertices[geometry.triangles[triangles]]
+    low[is_area], high[is_area] = corners.min(axis=1), corners.max(axis=1)
+    axis[is_area] = geometry.normals[triangles]
+    strength = mean * np.where(is_area, layout.area, 1.0)
+    far = np.isin(layout.kind, INFINITE_KINDS)
+    return grow_tree(EmitterBounds(low, high, axis, layout.cone, strength), cdf, far)
+
+
+def emission_of(color: Paint, bands: Bands, owner: str) -> NDArray[np.float64]:
+    """Return the emission per band, (N,), of a colour, or of a texture the mean.
+
+    Raises
+    ------
+    InputError : it is not finite, or negative; named after its owner
+    """
+    with naming(owner):
+        values = bands.emission(mean_color(color))
+    if not (np.isfinite(values).all() and (values >= 0.0).all()):
+        raise InputError(
+            f"{owner} emits {values.min():.6g}: emission must be finite and not negative"
+        )
+    return values
+
+
+def _spectrum(light: Light, sky: Sky | None, bands: Bands) -> NDArray[np.float64]:
+    """Return a light's amount in each band, (N,): of an environment the mean."""
+    if isinstance(light, EnvironmentLight) and sky:
+        return sky.mean
+    return emission_of(light.color, bands, f"light {light.name!r}")

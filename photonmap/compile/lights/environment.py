@@ -1,0 +1,56 @@
+"""Turn a map of the sky into what kernels draw directions from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from os import PathLike
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.compile.cdf import make_cdf
+from photonmap.errors import naming
+from photonmap.kernels.core.records import Environment
+from photonmap.scene.lights import EnvironmentLight
+from photonmap.scene.panorama import check_panorama, read_panorama
+from photonmap.spectra.bands import Bands
+
+
+@dataclass(frozen=True)
+class Sky:
+    """A map, and its colours in bands."""
+
+    texels: NDArray[np.float32]
+    """(H, W, 3)"""
+    basis: NDArray[np.float64]
+    """(3, N), the light's scale included"""
+    cosines: NDArray[np.float64]
+    """(H + 1,)"""
+    rotation: float
+    """about +y, 1 for a full turn"""
+
+    @property
+    def mean(self) -> NDArray[np.float64]:
+        """The mean radiance over all directions, (N,)."""
+        rows = self.texels.mean(axis=1, dtype=np.float64)
+        return -0.5 * np.diff(self.cosines) @ rows @ self.basis
+
+    def record(self, power: float) -> Environment:
+        """Return what kernels take; radiances are divided by `power`."""
+        # Texels of one row cover the same solid angle.
+        light = self.texels @ (self.basis.mean(axis=1) / self.basis.max())
+        rows = make_cdf(light.sum(axis=1, dtype=np.float64) * -np.diff(self.cosines))
+        basis = (self.basis / power).astype(np.float32, order="C")
+        return Environment(self.texels, basis, rows, make_cdf(light), self.cosines, self.rotation)
+
+
+def compile_sky(light: EnvironmentLight, bands: Bands) -> Sky:
+    """Read a checked light's map."""
+    label = f"light {light.name or light.kind!r}"
+    if isinstance(light.image, str | PathLike):
+        with naming(label):
+            texels = read_panorama(light.image)
+    else:
+        texels = check_panorama(light.image, label)
+    cosines = np.cos(np.linspace(0.0, np.pi, len(texels) + 1))
+    return Sky(texels, bands.emission_basis * light.scale, cosines, light.rotation / 360.0 % 1.0)

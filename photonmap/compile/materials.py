@@ -1,0 +1,149 @@
+"""Materials as kernels take them: diffuse albedos, mirrors and glass, band by band."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.compile.glossy import NODES, lobe_albedos
+from photonmap.errors import InputError, naming, warn
+from photonmap.kernels.bsdf.models import GLOSSY, MODELS
+from photonmap.kernels.core import records
+from photonmap.runtime.wording import listed
+from photonmap.scene.material import Material, check_material
+from photonmap.scene.textures import Paint, Texture, mean_color
+from photonmap.spectra.bands import Bands
+from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
+
+Floats = NDArray[np.float64]
+
+
+class CompiledMaterials(NamedTuple):
+    """What M materials do with light."""
+
+    diffuse: records.Materials
+    specular: records.Specular | None
+    """None where no surface is a mirror or glass"""
+    scattering: records.Scattering | None
+    """None where all surfaces are Lambertian or specular"""
+    divisors: Floats
+    """(M,) by which reflectances were divided"""
+
+
+def compile_materials(materials: list[Material], bands: Bands) -> CompiledMaterials:
+    """Check materials, and turn them into what kernels take.
+
+    Textures count with their mean. Where diffuse and mirror reflectance add up to more than 1,
+    anywhere on a texture, both are scaled, with a warning.
+
+    Raises
+    ------
+    InputError
+        if a reflectance or tint is outside [0, 1], an index of refraction is not above 0, or a
+        roughness is outside [0, 1]
+    """
+    materials = [check_material(material) for material in materials]
+    reflectance = np.stack([_part(m, "reflectance", m.reflectance, bands) for m in materials])
+    mirror = np.stack([_part(m, "mirror", m.mirror, bands) for m in materials])
+    glossy = np.stack([_part(m, "glossy", m.glossy, bands) for m in materials])
+    tint = np.stack([_part(m, "tint", m.tint, bands) for m in materials])
+    ior = np.array([material.ior or 0.0 for material in materials])
+    for index, material in enumerate(materials):
+        if ior[index] > 0.0 and (reflectance[index].any() or mirror[index].any()):
+            raise InputError(
+                f"material {material.name!r} is glass; set its reflectance and mirror to 0"
+            )
+    _check_glossy(materials)
+    divisors = _bound(materials, reflectance, mirror)
+    return CompiledMaterials(
+        records.Materials(reflectance.astype(np.float32)),
+        _compile_specular(reflectance, mirror, tint, ior),
+        _compile_scattering(materials, reflectance, glossy),
+        divisors,
+    )
+
+
+def _check_glossy(materials: list[Material]) -> None:
+    """Refuse glossy surfaces with lobes that they cannot have beside."""
+    for material in materials:
+        others = {
+            "ior": material.ior is not None,
+            "mirror": isinstance(material.mirror, Spectrum) or np.any(material.mirror),
+            "diffuse_roughness": material.diffuse_roughness != 0.0,
+        }
+        found = [name for name, there in others.items() if there]
+        if material.is_glossy and found:
+            raise InputError(
+                f"material {material.name!r} is glossy and has {listed(found)}; remove one of them"
+            )
+
+
+def _compile_specular(
+    reflectance: Floats, mirror: Floats, tint: Floats, ior: Floats
+) -> records.Specular | None:
+    """Return the specular lobes; None where there is none."""
+    kind = np.select(
+        [ior > 0.0, mirror.any(axis=1)], [records.GLASS, records.MIRROR], default=0
+    ).astype(np.uint8)
+    if not kind.any():
+        return None
+    specular, diffuse = mirror.mean(axis=1), reflectance.mean(axis=1)
+    share = specular / np.maximum(specular + diffuse, 1e-300)
+    probability = np.where(kind == records.MIRROR, share, 0.0)
+    probability[kind == records.GLASS] = 1.0
+    return records.Specular(
+        kind, mirror.astype(np.float32), ior, tint.astype(np.float32), probability
+    )
+
+
+def _compile_scattering(
+    materials: list[Material], reflectance: Floats, glossy: Floats
+) -> records.Scattering | None:
+    """Return which BSDFs are not Lambertian; None where there is none."""
+    described = [material.scattering for material in materials]
+    if all(scattering is None for scattering in described):
+        return None
+    model, parameters = np.zeros(len(materials), np.uint8), np.zeros((len(materials), 4))
+    for index, scattering in enumerate(described):
+        if scattering is not None:
+            name, values = scattering
+            model[index] = MODELS[name]
+            parameters[index, : len(values)] = values
+    albedos = np.zeros((len(materials), 2, NODES + 1))
+    for index in np.flatnonzero(model == GLOSSY).tolist():
+        parameters[index, 1:3] = glossy[index].mean(), reflectance[index].mean()
+        albedos[index] = lobe_albedos(parameters[index, 0])
+    return records.Scattering(model, parameters, glossy.astype(np.float32), albedos)
+
+
+def _part(material: Material, name: str, color: Paint, bands: Bands) -> Floats:
+    """Return the bands of one of a material's reflectances, (N,), cut to 1."""
+    with naming(f"material {material.name!r}: {name}"):
+        values = bands.reflectance(mean_color(color))
+    bad = ~((values >= 0.0) & (values <= LARGEST_REFLECTANCE))
+    if bad.any():
+        band = bands.names[int(np.argmax(bad))]
+        raise InputError(
+            f"material {material.name!r}: {name} is {values[bad][0]:.6g} in band {band}; "
+            "it must lie between 0 and 1"
+        )
+    return np.minimum(values, 1.0)
+
+
+def _bound(materials: list[Material], reflectance: Floats, mirror: Floats) -> Floats:
+    """Scale rows that reflect more than they receive, in place, and say so: return divisors."""
+    most = (reflectance + mirror).max(axis=1)
+    for index, material in enumerate(materials):
+        if isinstance(material.reflectance, Texture):
+            largest = min(material.reflectance.largest, 1.0)
+            most[index] = largest + mirror[index].max()
+    excess = most > LARGEST_REFLECTANCE
+    if excess.any():
+        names = [material.name for material, much in zip(materials, excess, strict=True) if much]
+        warn(f"reflectance and mirror add up to more than 1 and are scaled down in {listed(names)}")
+    factor = np.maximum(most, 1.0)[:, None]
+    reflectance /= factor
+    mirror /= factor
+    return factor[:, 0]

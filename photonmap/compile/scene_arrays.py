@@ -1,0 +1,174 @@
+"""Check a scene once, and turn it into the arrays that kernels trust.
+
+Kernels work near the origin, at unit size and unit power, whatever the scene's: `CompiledScene`
+keeps the factors that turn lengths and radiances back.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.compile.camera import compile_camera, frame_scene
+from photonmap.compile.frame import Frame, choose_frame
+from photonmap.compile.geometry import check_meshes, join_meshes
+from photonmap.compile.lights.emitters import Emitters, compile_lights
+from photonmap.compile.materials import compile_materials
+from photonmap.compile.textures import compile_textures
+from photonmap.kernels.core import passes, records
+from photonmap.kernels.geometry.embree import EmbreeScene
+from photonmap.scene.camera import Camera, check_camera
+from photonmap.scene.material import Material
+from photonmap.scene.mesh import Mesh
+from photonmap.scene.scene import Scene
+from photonmap.scene.textures import Paint
+from photonmap.spectra.bands import Bands
+from photonmap.spectra.curves import Spectrum
+
+
+@dataclass
+class CompiledScene:
+    """A scene as kernels see it, and the way back to scene units."""
+
+    geometry: records.Geometry
+    materials: records.Materials
+    lights: records.Lights
+    specular: records.Specular | None
+    """None in a scene without mirrors and glass"""
+    textures: records.Textures | None
+    """None in a scene without textured reflectances"""
+    scattering: records.Scattering | None
+    """None where all surfaces are Lambertian or specular"""
+    camera: Camera
+    """in scene units"""
+    center: NDArray[np.float64]
+    size: float
+    """scene units in a unit of the kernels' length"""
+    power: float
+    """W·m⁻²·sr⁻¹ in a unit of the kernels' radiance"""
+    object_ids: NDArray[np.uint32]
+    """(T,) from 1"""
+    material_ids: NDArray[np.uint32]
+    """(T,) from 1"""
+    light_names: list[str]
+    """of each emitter, (K,)"""
+    light_groups: list[str]
+    """of each emitter, (K,)"""
+    counts: dict[str, int]
+    embree: EmbreeScene
+    images: list[Any] = field(repr=False)
+    """texels, of which kernels have the addresses"""
+
+    @property
+    def arrays(self) -> records.SceneArrays:
+        """The scene as kernels take it."""
+        return records.SceneArrays(
+            self.geometry,
+            self.materials,
+            self.lights,
+            self.specular,
+            self.textures,
+            self.scattering,
+        )
+
+    @property
+    def has_residual(self) -> bool:
+        """Whether light may be seen that is not the Lambertian reflection of first hits."""
+        return self.specular is not None or self.scattering is not None
+
+    def film_camera(self, width: int, height: int) -> passes.Camera:
+        """Return the camera over an image of the given size, in the kernels' units."""
+        return compile_camera(self.camera, Frame(self.center, self.size), (width, height))
+
+
+def compile_scene(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledScene:
+    """Check a scene and turn it into arrays.
+
+    Parameters
+    ----------
+    scene : what to render
+    bands : in how many bands
+    aspect : width / height of the image, to frame a scene without a camera
+
+    Raises
+    ------
+    InputError : nothing to render, or a mesh, material, light or camera that is not valid
+    """
+    meshes = check_meshes(scene)
+    camera = check_camera(scene.camera) if scene.camera else None
+    vertices = np.concatenate([mesh.vertices for mesh in meshes])
+    frame = choose_frame(vertices, camera)
+    materials = _distinct_materials(meshes)
+    geometry, owner = join_meshes(meshes, frame)
+    index_of = {id(material): index for index, material in enumerate(materials)}
+    material = np.array([index_of[id(mesh.material)] for mesh in meshes], np.int32)[owner]
+    geometry = geometry._replace(material=material)
+    compiled = compile_materials(materials, bands)
+    texture_table = compile_textures(materials, compiled.divisors)
+    emitters = compile_lights(geometry, materials, scene.lights, bands, frame, texture_table)
+    embree = EmbreeScene(geometry.vertices, geometry.triangles)
+    objects = _object_ids(meshes)
+    return CompiledScene(
+        geometry=geometry._replace(
+            scene=embree.address,
+            emitter=emitters.of_triangle,
+            alpha=texture_table.holes(),
+        ),
+        materials=compiled.diffuse,
+        lights=emitters.lights,
+        specular=compiled.specular,
+        textures=texture_table.textures(bands),
+        scattering=compiled.scattering,
+        camera=camera or frame_scene(vertices, aspect),
+        center=frame.center,
+        size=frame.size,
+        power=emitters.power,
+        object_ids=objects[owner],
+        material_ids=(material + 1).astype(np.uint32),
+        light_names=emitters.names,
+        light_groups=emitters.groups,
+        counts=_count(scene, objects, materials, geometry, emitters),
+        embree=embree,
+        images=texture_table.images,
+    )
+
+
+def _count(
+    scene: Scene,
+    objects: NDArray[np.uint32],
+    materials: list[Material],
+    geometry: records.Geometry,
+    emitters: Emitters,
+) -> dict[str, int]:
+    """Return what the run record counts."""
+    return {
+        "objects": int(objects.max()),
+        "materials": len(materials),
+        "triangles": len(geometry.triangles),
+        "vertices": len(geometry.vertices),
+        "emitting_triangles": int((emitters.of_triangle >= 0).sum()),
+        "lights": len(set(emitters.names)),
+        "spectra": any(isinstance(color, Spectrum) for color in _colors(scene)),
+    }
+
+
+def _colors(scene: Scene) -> Iterator[Paint]:
+    """Give all colours of a scene."""
+    for mesh in scene.meshes:
+        material = mesh.material
+        yield from (material.reflectance, material.emission, material.mirror, material.tint)
+        yield material.glossy
+    for light in scene.lights:
+        yield light.color
+
+
+def _distinct_materials(meshes: list[Mesh]) -> list[Material]:
+    return list({id(mesh.material): mesh.material for mesh in meshes}.values())
+
+
+def _object_ids(meshes: list[Mesh]) -> NDArray[np.uint32]:
+    """Count meshes by name, from 1, in order of appearance."""
+    number = {name: i for i, name in enumerate(dict.fromkeys(m.name for m in meshes), start=1)}
+    return np.array([number[mesh.name] for mesh in meshes], np.uint32)

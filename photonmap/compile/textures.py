@@ -1,0 +1,143 @@
+"""Textures as kernels take them: addresses of texels, one row a use."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.errors import InputError, naming
+from photonmap.kernels.core.records import (
+    BYTES,
+    FLOATS,
+    SRGB,
+    Alpha,
+    EmissionTextures,
+    Geometry,
+    Maps,
+    Textures,
+)
+from photonmap.scene.images import LINEAR_TABLE, SRGB_TABLE
+from photonmap.scene.material import Material
+from photonmap.scene.textures import Texture, check_texture
+from photonmap.spectra.bands import Bands
+from photonmap.spectra.curves import LARGEST_REFLECTANCE
+
+Floats = NDArray[np.float64]
+
+
+@dataclass
+class TextureTable:
+    """All textures of a scene as kernels take them.
+
+    Parameters
+    ----------
+    maps : one row a use
+    reflectance, emission, alpha : (M,) the row that each material uses, -1 for none
+    opacity : (M,) where there is no texture
+    images : keeps the texels alive, of which kernels have the addresses
+    """
+
+    maps: Maps
+    reflectance: NDArray[np.int32]
+    emission: NDArray[np.int32]
+    alpha: NDArray[np.int32]
+    opacity: Floats
+    images: list[Any] = field(repr=False)
+
+    def textures(self, bands: Bands) -> Textures | None:
+        """Return textured reflectances; None where there are none."""
+        if (self.reflectance < 0).all():
+            return None
+        basis = bands.reflectance_basis.astype(np.float32, order="C")
+        return Textures(self.maps, self.reflectance, basis)
+
+    def holes(self) -> Alpha | None:
+        """Return opacities; None where all surfaces are opaque."""
+        if (self.alpha < 0).all() and (self.opacity == 1.0).all():
+            return None
+        return Alpha(self.opacity, self.alpha, self.maps)
+
+    def emission_textures(
+        self, bands: Bands, power: float, rows: int, geometry: Geometry
+    ) -> EmissionTextures | None:
+        """Return textured emission; None where there are none.
+
+        Parameters
+        ----------
+        power : what radiances are divided by
+        rows : of `Lights.spectra`, of which the first are those of materials
+        geometry : with texture coordinates
+        """
+        emitting = np.flatnonzero(self.emission >= 0)
+        if not len(emitting):
+            return None
+        slot = np.full(rows, -1, np.int32)
+        slot[emitting] = np.arange(len(emitting))
+        basis = np.tile(bands.emission_basis / power, (len(emitting), 1))
+        basis = basis.astype(np.float32, order="C")
+        return EmissionTextures(
+            self.maps, slot, self.emission[emitting], basis, geometry.uv, geometry.triangles
+        )
+
+
+def compile_textures(materials: Sequence[Material], shrink: Floats) -> TextureTable:
+    """Collect the textures of M materials.
+
+    Parameters
+    ----------
+    shrink : (M,) by which reflectances are divided
+
+    Raises
+    ------
+    InputError
+        a texture has no texels, or values that are no reflectance, opacity or radiance; or an
+        opacity is outside [0, 1]
+    """
+    uses: list[tuple[Texture, float]] = []
+    slots = np.full((3, len(materials)), -1, np.int32)
+    opacity = np.ones(len(materials))
+    for index, material in enumerate(materials):
+        paints = (material.reflectance, material.emission, material.alpha)
+        for slot, (name, paint) in enumerate(
+            zip(("reflectance", "emission", "alpha"), paints, strict=True)
+        ):
+            with naming(f"material {material.name!r}: {name}"):
+                if isinstance(paint, Texture):
+                    check_texture(paint, np.inf if name == "emission" else LARGEST_REFLECTANCE)
+                    slots[slot, index] = len(uses)
+                    uses.append((paint, shrink[index] if slot == 0 else 1.0))
+                elif name == "alpha":
+                    opacity[index] = _opacity(paint)
+    maps, images = _maps(uses)
+    return TextureTable(maps, slots[0], slots[1], slots[2], opacity, images)
+
+
+def _opacity(value: Any) -> float:
+    if not (isinstance(value, int | float | np.number) and 0.0 <= value <= 1.0):
+        raise InputError(f"{value!r} is not an opacity; give a number from 0 to 1, or a Texture")
+    return float(value)
+
+
+def _maps(uses: list[tuple[Texture, float]]) -> tuple[Maps, list[Any]]:
+    """Return all uses as a table, and the arrays whose addresses are in it."""
+    arrays = [np.ascontiguousarray(texture.image.texels) for texture, _ in uses]
+    textures = [texture for texture, _ in uses]
+    kinds = [
+        FLOATS if array.dtype == np.float32 else SRGB if texture.image.srgb else BYTES
+        for texture, array in zip(textures, arrays, strict=True)
+    ]
+    factors = [np.array(texture.factor, np.float64) / shrink for texture, shrink in uses]
+    maps = Maps(
+        np.array([array.ctypes.data for array in arrays], np.int64),
+        np.array([array.shape for array in arrays], np.int32).reshape(-1, 3),
+        np.array(kinds, np.uint8),
+        np.array([texture.clamp for texture in textures], np.uint8),
+        np.array([(*t.scale, *t.offset) for t in textures], np.float64).reshape(-1, 4),
+        np.array(factors, np.float64).reshape(-1, 3),
+        np.stack([LINEAR_TABLE, SRGB_TABLE]),
+    )
+    return maps, arrays

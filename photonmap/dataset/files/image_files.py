@@ -1,0 +1,184 @@
+"""The files of one image: OpenEXR, HDF5 (bands, and Hypersim's layout) and PNG."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Collection
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.errors import InputError
+from photonmap.io.exr import read_exr, sort_parts
+from photonmap.io.png import write_png
+from photonmap.results.result import Result
+from photonmap.runtime.wording import suggest
+from photonmap.spectra.bands import Bands
+
+FORMATS = ("exr", "hdf5", "png")
+BANDS_EXR, RGB_EXR, BANDS_HDF5 = "bands.exr", "rgb.exr", "bands.hdf5"
+PREVIEWED = ("radiance", "direct", "indirect", "reflectance", "shading")
+"""Buffers that have a PNG."""
+_FINAL, _GEOMETRY = "images/scene_cam_00_final_hdf5", "images/scene_cam_00_geometry_hdf5"
+_DATASET = "dataset"
+_SHADING_SHOWN_AS, _PERCENTILE = 0.8, 99.0
+"""Linear value that a PNG gives to this percentile of scalar shading over valid pixels."""
+
+
+def check_formats(formats: Collection[str]) -> None:
+    """Check that the formats exist, that one of them holds arrays, and that h5py is installed.
+
+    Raises
+    ------
+    InputError : one of these does not hold
+    """
+    for name in formats:
+        if name not in FORMATS:
+            raise InputError(f"there is no format {name!r}; {suggest(name, FORMATS)}")
+    if not {"exr", "hdf5"} & set(formats):
+        raise InputError(
+            "a data set needs exr or hdf5 among its formats, as png does not hold arrays"
+        )
+    if "hdf5" in formats:
+        check_h5py()
+
+
+def check_h5py() -> None:
+    """Raise `InputError` without h5py."""
+    if find_spec("h5py") is None:
+        raise InputError("HDF5 needs h5py: pip install 'photonmap[dataset]'")
+
+
+def write_image(folder: Path, result: Result, rgb: Result, formats: Collection[str]) -> None:
+    """Write the files of an image into its own folder.
+
+    Parameters
+    ----------
+    result : in its bands, with the buffers that `with_derived` adds
+    rgb : the same in linear sRGB
+    """
+    if "exr" in formats:
+        result.save_exr(folder / BANDS_EXR)
+        rgb.save_exr(folder / RGB_EXR)
+    if "hdf5" in formats:
+        _write_bands(folder / BANDS_HDF5, result)
+        _write_hypersim(folder, result, rgb)
+    if "png" in formats:
+        for name, image in previews(result, rgb).items():
+            write_png(image, folder / f"{name}.png")
+
+
+def previews(result: Result, rgb: Result) -> dict[str, NDArray[np.uint8]]:
+    """Return 8-bit sRGB images: light at the exposure of radiance, shading at its own."""
+    exposure = rgb.exposure
+    luminance = rgb.buffers["scalar_shading"][result.buffers["valid"]]
+    shown = float(np.percentile(luminance, _PERCENTILE)) if luminance.size else 0.0
+    of_shading = _SHADING_SHOWN_AS / shown if shown > 0.0 else 1.0
+    exposures = {"reflectance": 1.0, "shading": of_shading}
+    return {
+        name: Result({"radiance": rgb.buffers[name]}, {}, rgb.bands, {}).preview(
+            exposures.get(name, exposure)
+        )
+        for name in PREVIEWED
+    }
+
+
+def _write_bands(path: Path, result: Result) -> None:
+    """Write all buffers and errors to one HDF5 file, as a dataset each."""
+    import json
+
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        file.attrs["bands"] = json.dumps(result.bands.describe())
+        file.attrs["record"] = json.dumps(result.record)
+        for name, image in result.arrays.items():
+            file.create_dataset(name, data=image, compression="gzip", shuffle=True)
+
+
+def _write_hypersim(folder: Path, result: Result, rgb: Result) -> None:
+    """Write files and datasets under the names that loaders of Hypersim expect.
+
+    There, color = diffuse_reflectance × diffuse_illumination + residual, so emission is part of the
+    residual. `depth_meters` is the distance from the camera, 0 for the background.
+    """
+    import h5py
+
+    final = {
+        "color": rgb.radiance,
+        "diffuse_reflectance": rgb.reflectance,
+        "diffuse_illumination": rgb.shading,
+        "residual": rgb.radiance - rgb.reflectance * rgb.shading,
+    }
+    geometry = {
+        "depth_meters": result.distance,
+        "normal_world": result.normal,
+        "render_entity_id": result.object_id.astype(np.int32),
+    }
+    for place, images in ((_FINAL, final), (_GEOMETRY, geometry)):
+        (folder / place).mkdir(parents=True)
+        for name, image in images.items():
+            with h5py.File(folder / place / f"frame.0000.{name}.hdf5", "w") as file:
+                file.create_dataset(_DATASET, data=image, compression="gzip", shuffle=True)
+
+
+def read_image(folder: Path) -> Result:
+    """Read the buffers of an image in its bands, from EXR if there is one, else from HDF5.
+
+    Raises
+    ------
+    InputError : neither file exists, or it is damaged
+    """
+    if (folder / BANDS_EXR).is_file():
+        return Result(*read_exr(folder / BANDS_EXR))
+    if (folder / BANDS_HDF5).is_file():
+        return _read_bands(folder / BANDS_HDF5)
+    raise InputError(
+        f"has neither {BANDS_EXR} nor {BANDS_HDF5}; render it again with --resume", folder
+    )
+
+
+def read_rgb(folder: Path) -> dict[str, NDArray[Any]]:
+    """Read the buffers of an image in linear sRGB, as `as_rgb` names them.
+
+    Raises
+    ------
+    InputError : they cannot be read
+    """
+    if (folder / RGB_EXR).is_file():
+        return read_exr(folder / RGB_EXR)[0]
+    from photonmap.dataset.files.derived_buffers import as_rgb
+
+    return as_rgb(read_image(folder)).buffers
+
+
+def _read_bands(path: Path) -> Result:
+    """Read what `_write_bands` wrote."""
+    import json
+
+    check_h5py()
+    import h5py
+
+    try:
+        with h5py.File(path) as file:
+            bands = Bands.from_description(json.loads(file.attrs["bands"]))
+            record = json.loads(file.attrs["record"])
+            parts = {name: file[name][()] for name in file}
+    except (OSError, KeyError, ValueError) as error:
+        raise InputError(f"is damaged ({error}); render it again with --resume", path) from None
+    buffers, errors, block_errors = sort_parts(parts)
+    return Result(buffers, errors, bands, record, block_errors)
+
+
+def hash_files(folder: Path) -> dict[str, str]:
+    """Return the SHA-256 of every file in a folder, by its path relative to the folder."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): _sha256(path) for path in files}
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,170 @@
+"""The manifest of a data set: manifest.json describes the set, manifest.jsonl each image."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from collections.abc import Iterable
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from photonmap.errors import InputError
+from photonmap.runtime.file_checks import check_output_folder
+
+HEAD, LINES = "manifest.json", "manifest.jsonl"
+FORMAT = "photonmap data set 1"
+_KEYS = {"name", "geometry", "job", "files"}
+"""Some of the keys that the entry of every image has."""
+
+
+def check_code(wanted: dict[str, str]) -> None:
+    """Check that the code here renders the images of a data set bit for bit.
+
+    Parameters
+    ----------
+    wanted : what `photonmap.results.record.describe_code` returned when the set was begun
+
+    Raises
+    ------
+    InputError : a version here is different
+    """
+    from photonmap.results.record import describe_code
+
+    here = describe_code()
+    if differences := describe_differences(
+        {name: (wanted[name], here.get(name)) for name in wanted}
+    ):
+        raise InputError(
+            f"this worker has other versions: {differences}; install those of the data set"
+        )
+
+
+def check_dataset_folder(path: str | PathLike[str], head: dict[str, Any], resume: bool) -> Path:
+    """Check that a data set may be started in a folder, or resumed there.
+
+    Parameters
+    ----------
+    head : of the data set
+    resume : allow a folder that holds this data set already
+
+    Raises
+    ------
+    InputError : the folder holds another data set or other files, or cannot be written to
+    """
+    folder = check_output_folder(path, "the data set")
+    if folder.is_dir() and any(folder.iterdir()):
+        _check_contents(folder, head, resume)
+    return folder
+
+
+def _check_contents(folder: Path, head: dict[str, Any], resume: bool) -> None:
+    """Reject a folder that holds anything but the same data set, to be resumed."""
+    if not (folder / HEAD).is_file():
+        raise InputError("holds other files; choose a new or an empty folder", folder)
+    there = read_head(folder)
+    if not resume:
+        raise InputError("holds a data set already; add --resume, or choose another folder", folder)
+    if difference := _difference(there, head):
+        remedy = "choose another folder, or restore what the data set was begun with"
+        raise InputError(f"holds another data set: {difference}; {remedy}", folder)
+
+
+def _difference(there: dict[str, Any], here: dict[str, Any]) -> str:
+    """Describe how two heads differ in what the images of one set share; "" if they do not."""
+    pairs = {
+        **{key: (there.get(key), here[key]) for key in ("formats",)},
+        **{key: (there["common"].get(key), value) for key, value in here["common"].items()},
+        **{key: (there["versions"].get(key), value) for key, value in here["versions"].items()},
+    }
+    del pairs["munsell"], pairs["illuminants"]
+    if pairs["inputs"][0] != pairs["inputs"][1]:
+        pairs["curves of bands or measured sets"] = ("others", "these")
+    del pairs["inputs"]
+    differences = describe_differences(pairs)
+    if not differences and not set(there["images"]) & set(here["images"]):
+        return f"preset {there['preset']} and other seeds there, {here['preset']} here"
+    return differences
+
+
+def describe_differences(pairs: dict[str, tuple[Any, Any]]) -> str:
+    """Describe the pairs whose values, there and here, differ; "" if none does."""
+    return ", ".join(
+        f"{name} {there} there, {here} here"
+        for name, (there, here) in pairs.items()
+        if there != here
+    )
+
+
+def read_head(folder: str | PathLike[str]) -> dict[str, Any]:
+    """Return the head of a data set.
+
+    Raises
+    ------
+    InputError : the folder does not hold a data set
+    """
+    path = Path(folder) / HEAD
+    try:
+        head = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError("does not hold a data set; choose a folder that does", folder) from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"is damaged and cannot be read ({error})", path) from None
+    if not isinstance(head, dict) or head.get("format") != FORMAT:
+        raise InputError("does not describe a data set of this version", path)
+    return head
+
+
+def read_lines(folder: str | PathLike[str]) -> list[dict[str, Any]]:
+    """Return the entries of all images, in the order of the manifest.
+
+    Raises
+    ------
+    InputError : the manifest is missing or damaged
+    """
+    path = Path(folder) / LINES
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+        entries = [json.loads(line) for line in lines]
+        if any(not isinstance(entry, dict) or not entry.keys() >= _KEYS for entry in entries):
+            raise ValueError("a line does not describe an image")
+    except (OSError, ValueError) as error:
+        remedy = "run the data set again with --resume"
+        raise InputError(f"cannot be read ({error}); {remedy}", path) from None
+    return entries
+
+
+def write_head(folder: Path, head: dict[str, Any]) -> None:
+    """Write the head atomically; images that an earlier head lists stay listed."""
+    if (folder / HEAD).is_file():
+        head = {
+            **head,
+            "images": list(dict.fromkeys([*read_head(folder)["images"], *head["images"]])),
+        }
+    _write_atomically(folder / HEAD, json.dumps(head, indent=2, ensure_ascii=False) + "\n")
+
+
+def write_lines(folder: Path, entries: Iterable[dict[str, Any]]) -> None:
+    """Write the entries of all images atomically."""
+    text = "".join(json.dumps(entry, ensure_ascii=False) + "\n" for entry in entries)
+    _write_atomically(folder / LINES, text)
+
+
+def append_line(folder: Path, entry: dict[str, Any]) -> None:
+    """Append the entry of an image."""
+    with (folder / LINES).open("a", encoding="utf-8") as file:
+        file.write(json.dumps(entry, ensure_ascii=False) + "\n")
+
+
+def remove_leftovers(folder: Path) -> None:
+    """Remove temporary folders of a run that was killed."""
+    for path in folder.glob(".photonmap-*"):
+        shutil.rmtree(path, ignore_errors=True)
+
+
+def _write_atomically(path: Path, text: str) -> None:
+    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as made:
+        file = Path(made) / path.name
+        file.write_text(text, encoding="utf-8")
+        file.replace(path)

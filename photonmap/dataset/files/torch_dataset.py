@@ -1,0 +1,49 @@
+"""The images of a data set as a PyTorch data set; imported only where PyTorch is installed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import torch
+
+
+class TensorDataset(torch.utils.data.Dataset):
+    """Images as dicts of tensors, bands first; can be pickled for a loader's worker processes.
+
+    Parameters
+    ----------
+    images : of a data set, see `photonmap.dataset.open`
+    names : of the arrays to load
+    rgb : load them in linear sRGB instead of bands
+    transform : applied to each dict; its return value is yielded
+    """
+
+    def __init__(
+        self,
+        images: Sequence[Any],
+        names: Sequence[str],
+        rgb: bool,
+        transform: Callable[[dict[str, Any]], Any] | None,
+    ) -> None:
+        self._images, self._names, self._rgb = images, tuple(names), rgb
+        self._transform = transform
+
+    def __len__(self) -> int:
+        return len(self._images)
+
+    def __getitem__(self, index: int) -> Any:
+        if not 0 <= index < len(self):
+            raise IndexError(index)
+        image = self._images[index]
+        source = image.rgb if self._rgb else image
+        item = {name: _as_tensor(source[name]) for name in self._names}
+        return item if self._transform is None else self._transform(item)
+
+
+def _as_tensor(array: Any) -> torch.Tensor:
+    """Return an image as (C, H, W); uint32, which PyTorch hardly supports, becomes int64."""
+    signed = array.astype(np.int64) if array.dtype == np.uint32 else array
+    first = signed[None] if signed.ndim == 2 else np.moveaxis(signed, -1, 0)
+    return torch.from_numpy(np.ascontiguousarray(first))

@@ -1,0 +1,112 @@
+"""The scene of a job: procedural, or the user's, relit and recoloured."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterable
+from dataclasses import fields, is_dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from photonmap.dataset.jobs.plan import CommonSettings, Job, UserScene
+from photonmap.dataset.scenes.build import build_scene
+from photonmap.dataset.scenes.illumination import Illumination
+from photonmap.dataset.scenes.recolor import recolor, relight
+from photonmap.errors import InputError
+from photonmap.io.readers.scene_file import load_scene
+from photonmap.scene.lights import EnvironmentLight
+from photonmap.scene.scene import Scene
+from photonmap.spectra.bands import Bands
+
+_DIGITS = 16
+"""Digits of a digest."""
+
+
+def make_scene(job: Job) -> Scene:
+    """Return the scene of an image under its illumination, with the camera of its view.
+
+    Raises
+    ------
+    InputError : the scene cannot be built or loaded, or the user's file has changed since the plan
+    """
+    illumination = Illumination(job.illumination, job.colors)
+    if job.is_procedural:
+        scene = build_scene(job.scene, job.seed, illumination, job.common.materials)
+    else:
+        scene = _load(job.scene)
+        if _digest(scene) != job.content:
+            raise InputError("has changed since the data set was begun; restore it", job.scene)
+        scene = relight(scene, illumination, job.seed)
+        scene = recolor(scene, job.seed) if job.common.recolor else scene
+    if scene.camera is None:
+        raise InputError("has no camera; add one to its TOML file", job.scene)
+    return replace(scene, camera=job.view.move(scene.camera))
+
+
+def read_user_scenes(paths: Iterable[str]) -> list[UserScene]:
+    """Load scene files, and return them with digests of their scenes.
+
+    Raises
+    ------
+    InputError : a file cannot be read
+    """
+    return [UserScene(str(Path(path).resolve()), _digest(_load(path))) for path in paths]
+
+
+def describe_inputs(common: CommonSettings) -> CommonSettings:
+    """Return the settings with the digest of the band curves and of the measured sets.
+
+    Raises
+    ------
+    InputError : the bands are not understood
+    """
+    digest = hashlib.sha256(json.dumps(Bands.parse(common.bands).describe()).encode())
+    for name in (common.munsell, common.illuminants):
+        for file in _files_of(name):
+            digest.update(file.name.encode() + b"\0" + file.read_bytes())
+        digest.update(b";")
+    return replace(common, inputs=digest.hexdigest()[:_DIGITS])
+
+
+def _files_of(name: str | None) -> list[Path]:
+    """Return the files of a measured set: a single file, or those of a folder."""
+    if name is None:
+        return []
+    path = Path(name)
+    return sorted(p for p in path.iterdir() if p.is_file()) if path.is_dir() else [path]
+
+
+@lru_cache(maxsize=2)
+def _load(path: str) -> Scene:
+    """Load a user's scene; cached, as the images of one scene follow each other."""
+    return load_scene(path)
+
+
+def _digest(scene: Scene) -> str:
+    digest = hashlib.sha256()
+    _feed(digest, replace(scene, name=""))
+    return digest.hexdigest()[:_DIGITS]
+
+
+def _feed(digest: Any, value: Any) -> None:
+    """Feed a value to a digest, arrays and images by their elements."""
+    if isinstance(value, np.ndarray):
+        digest.update(f"{value.dtype.str}{value.shape}".encode() + np.ascontiguousarray(value).data)
+    elif isinstance(value, EnvironmentLight) and isinstance(value.image, str | os.PathLike):
+        digest.update(Path(value.image).read_bytes())
+        _feed(digest, replace(value, image=np.zeros(0)))
+    elif is_dataclass(value):
+        digest.update(type(value).__name__.encode() + b"(")
+        for each in fields(value):
+            _feed(digest, getattr(value, each.name))
+    elif isinstance(value, list | tuple):
+        digest.update(f"{len(value)}[".encode())
+        for part in value:
+            _feed(digest, part)
+    else:
+        digest.update(f"{value!r};".encode())

@@ -1,0 +1,140 @@
+"""Make a data set: find what is missing, render it, and keep the manifest."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from photonmap.dataset.files.manifest import (
+    FORMAT,
+    append_line,
+    remove_leftovers,
+    write_head,
+    write_lines,
+)
+from photonmap.dataset.jobs.plan import CommonSettings, Job
+from photonmap.dataset.jobs.render_image import Task, read_entry
+from photonmap.dataset.jobs.schedule import LOCAL, run_tasks
+
+Entries = dict[str, dict[str, Any]]
+
+
+@dataclass
+class Outcome:
+    """The images of a data set after a run.
+
+    Parameters
+    ----------
+    entries : of all images that exist, by name
+    failures : reason of each failure, by name
+    rendered : number of images that this run rendered
+    """
+
+    entries: Entries
+    failures: dict[str, str] = field(default_factory=dict)
+    rendered: int = 0
+
+
+def describe_dataset(
+    preset: str, common: CommonSettings, formats: Sequence[str], jobs: Sequence[Job]
+) -> dict[str, Any]:
+    """Return the head of a data set: its settings, versions, and the names of its images."""
+    from photonmap.results.record import describe_code
+
+    return {
+        "format": FORMAT,
+        "preset": preset,
+        "common": json.loads(json.dumps(asdict(common))),
+        "formats": sorted(formats),
+        "versions": describe_code(),
+        "images": [job.name for job in jobs],
+    }
+
+
+def make_dataset(
+    folder: Path,
+    head: dict[str, Any],
+    jobs: Sequence[Job],
+    formats: Sequence[str],
+    scheduler: str = LOCAL,
+    workers: int = 1,
+    log: Callable[[str], None] = lambda line: None,
+) -> Outcome:
+    """Render the images that a folder does not have yet, and write its manifest.
+
+    Images of an earlier run are kept if their files are unchanged. After Ctrl-C the manifest lists
+    the images that are finished.
+
+    Parameters
+    ----------
+    folder : checked by `photonmap.dataset.files.manifest.check_dataset_folder`
+    head : of the data set, as `describe_dataset` returns it
+    jobs : its images; the folder may hold more, of the same data set with other seeds
+    formats : of the files
+    scheduler, workers : where to render, see `photonmap.dataset.jobs.schedule`
+    log : called with a line for each image
+
+    Raises
+    ------
+    InputError : the scheduler cannot be reached
+    KeyboardInterrupt : at Ctrl-C
+    """
+    folder.mkdir(exist_ok=True)
+    remove_leftovers(folder)
+    write_head(folder, head)
+    outcome = Outcome(_find_entries(folder, jobs, log))
+    write_lines(folder, outcome.entries.values())
+    missing = [job for job in jobs if job.name not in outcome.entries]
+    target, versions = str(folder.resolve()), head["versions"]
+    tasks = [Task(job, target, tuple(formats), versions) for job in missing]
+    try:
+        for task, result in run_tasks(tasks, scheduler, workers):
+            _record_result(outcome, task.job.name, result, folder)
+            done = outcome.rendered + len(outcome.failures)
+            log(f"{done}/{len(tasks)} {_line(task.job.name, result)}")
+    finally:
+        outcome.entries = _in_order(outcome.entries, jobs)
+        write_lines(folder, outcome.entries.values())
+    return outcome
+
+
+def _in_order(entries: Entries, jobs: Sequence[Job]) -> Entries:
+    """Return entries in the order of the jobs, followed by any others."""
+    places = {job.name: place for place, job in enumerate(jobs)}
+    order = sorted(entries, key=lambda name: places.get(name, len(places)))
+    return {name: entries[name] for name in order}
+
+
+def _find_entries(folder: Path, jobs: Sequence[Job], log: Callable[[str], None]) -> Entries:
+    """Return the entries of complete images in a folder, those of the jobs first."""
+    names = [job.name for job in jobs]
+    others = sorted(path.name for path in folder.iterdir() if path.is_dir())
+    found: Entries = {}
+    for name in dict.fromkeys([*names, *others]):
+        entry = read_entry(folder / name)
+        if entry is not None:
+            found[name] = entry
+        elif (folder / name).is_dir():
+            log(f"{name} is damaged, and " + ("rendered again" if name in names else "left out"))
+    return found
+
+
+def _record_result(outcome: Outcome, name: str, result: dict[str, Any] | str, folder: Path) -> None:
+    """Record the entry of an image, or the reason of its failure."""
+    if isinstance(result, str):
+        outcome.failures[name] = result
+        return
+    outcome.entries[name] = result
+    outcome.rendered += 1
+    append_line(folder, result)
+
+
+def _line(name: str, result: dict[str, Any] | str) -> str:
+    if isinstance(result, str):
+        return f"{name} failed: {result}"
+    seconds = sum(result["seconds"].values())
+    error = "unknown" if result["error"] is None else f"{result['error']:.4f}"
+    return f"{name}: error {error}, {seconds:.1f} s"

@@ -1,0 +1,189 @@
+"""The plan of a data set: a list of jobs, each of which describes one image completely."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from photonmap.dataset.jobs.presets import Preset
+from photonmap.dataset.models.palette import MATERIALS
+from photonmap.dataset.scenes.build import LARGEST_SEED, SCENES, draw_illumination
+from photonmap.dataset.scenes.illumination import Illumination, light_spectrum
+from photonmap.dataset.scenes.views import View
+from photonmap.errors import InputError
+
+MAX_IMAGES = 1_000_000
+"""Largest number of images in a data set."""
+_DIGITS = 10
+"""Digits of a job's hash in the name of its folder."""
+
+
+@dataclass(frozen=True)
+class CommonSettings:
+    """Settings that all images of a data set share.
+
+    Parameters
+    ----------
+    size : (width, height), pixels
+    bands : as `photonmap.Bands.parse` takes them
+    error : at which a render stops, as `photonmap.render` takes it
+    materials : of procedural scenes, one of `photonmap.dataset.models.palette.MATERIALS`
+    recolor : give the surfaces of the user's scenes random Munsell chips
+    munsell, illuminants : paths of measured sets, or None
+    inputs : digest of the band curves and of the files of measured sets
+    """
+
+    size: tuple[int, int]
+    bands: str
+    error: str
+    materials: str = MATERIALS[0]
+    recolor: bool = False
+    munsell: str | None = None
+    illuminants: str | None = None
+    inputs: str = ""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One image; with equal versions, equal jobs give equal arrays.
+
+    Parameters
+    ----------
+    scene : one of `photonmap.dataset.scenes.build.SCENES`, or a user's scene file
+    seed : of the scene
+    illumination : name of the illumination
+    colors : its lights, see `photonmap.dataset.scenes.illumination.Illumination`
+    view : position of the camera
+    common : settings that all images share
+    content : digest of the user's scene; "" for procedural scenes
+    """
+
+    scene: str
+    seed: int
+    illumination: str
+    colors: tuple[str, ...]
+    view: View
+    common: CommonSettings
+    content: str = ""
+
+    @property
+    def is_procedural(self) -> bool:
+        """Whether the scene is procedural."""
+        return not self.content
+
+    @property
+    def digest(self) -> str:
+        """Hash of everything that decides the arrays, independent of where files are."""
+        description = self.describe()
+        description["scene"] = self.stem
+        description["common"] |= {"munsell": None, "illuminants": None}
+        return hashlib.sha256(json.dumps(description, sort_keys=True).encode()).hexdigest()
+
+    @property
+    def stem(self) -> str:
+        """Name of the scene; of the user's scene, that of its file without folder and suffix."""
+        return self.scene if self.is_procedural else Path(self.scene).stem
+
+    @property
+    def name(self) -> str:
+        """Name of the image, and of its folder."""
+        view = f"-{self.view.name}" if self.view.name else ""
+        head = f"{self.stem}-{self.seed}-{self.illumination}{view}".replace(" ", "_")
+        return f"{head}-{self.digest[:_DIGITS]}"
+
+    @property
+    def geometry(self) -> str:
+        """Name of the scene as images share it, whatever the illumination, colours and view."""
+        return f"{self.stem}-{self.seed}" if self.is_procedural else f"{self.stem}-{self.content}"
+
+    @property
+    def render_seed(self) -> int:
+        """Seed of the render, which gives every image of a scene independent noise."""
+        return int(self.digest[:12], 16)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the job as a JSON-able dict."""
+        return json.loads(json.dumps(asdict(self)))
+
+    @classmethod
+    def from_description(cls, description: dict[str, Any]) -> Job:
+        """Return the job that `describe` returned a description of."""
+        common = {**description["common"], "size": tuple(description["common"]["size"])}
+        parts = {
+            "colors": tuple(description["colors"]),
+            "view": View(**description["view"]),
+            "common": CommonSettings(**common),
+        }
+        return cls(**{**description, **parts})
+
+
+@dataclass(frozen=True)
+class UserScene:
+    """A scene file of the user, and a digest of the scene in it."""
+
+    path: str
+    content: str = field(repr=False)
+
+
+def plan_jobs(
+    preset: Preset,
+    files: Sequence[UserScene],
+    common: CommonSettings,
+    seed: int = 0,
+    count: int = 1,
+) -> list[Job]:
+    """List the jobs of a preset, ordered by seed, scene, illumination and view.
+
+    Parameters
+    ----------
+    files : scene files of the preset
+    common : settings of all images
+    seed : the first of the seeds
+    count : number of consecutive seeds
+
+    Raises
+    ------
+    InputError : the count or a seed is out of range, a light is unknown, or an image would come
+        twice
+    """
+    each = (len(preset.scenes) + len(files)) * len(preset.illuminations) * len(preset.views)
+    if not 1 <= count <= MAX_IMAGES // max(each, 1):
+        raise InputError(
+            f"count {count} is out of range: the preset has {each} images per seed; "
+            f"choose 1 to {MAX_IMAGES // max(each, 1)}"
+        )
+    if not 0 <= seed <= LARGEST_SEED - count + 1:
+        raise InputError(f"seed {seed} must be from 0 to {LARGEST_SEED - count + 1}")
+    scenes = [*((name, "") for name in preset.scenes), *((f.path, f.content) for f in files)]
+    jobs = [
+        Job(scene, drawn, lit.name, lit.colors, view, common, content)
+        for drawn in range(seed, seed + count)
+        for scene, content in scenes
+        for lit in _illuminations(preset, scene, content, drawn)
+        for view in preset.views
+    ]
+    _check(jobs)
+    return jobs
+
+
+def _illuminations(preset: Preset, scene: str, content: str, seed: int) -> Iterator[Illumination]:
+    """Draw the colours of a scene's illuminations."""
+    name = scene if scene in SCENES and not content else content
+    for illumination in preset.illuminations:
+        yield draw_illumination(name, seed, illumination)
+
+
+def _check(jobs: Sequence[Job]) -> None:
+    """Reject unknown lights, and images of equal names."""
+    for color in {color for job in jobs for color in job.colors}:
+        light_spectrum(color)
+    names, counts = np.unique([job.name for job in jobs], return_counts=True)
+    if (counts > 1).any():
+        name = names[counts > 1][0]
+        raise InputError(f"the image {name} would be rendered twice; name each scene once")

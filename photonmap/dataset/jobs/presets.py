@@ -1,0 +1,154 @@
+"""Presets: the scenes, illuminations and views of a data set, by name or from a TOML file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from photonmap.dataset.models.palette import MATERIALS
+from photonmap.dataset.scenes.build import SCENES
+from photonmap.dataset.scenes.illumination import ILLUMINATIONS, Illumination
+from photonmap.dataset.scenes.views import View
+from photonmap.errors import InputError, naming
+from photonmap.io.readers.registry import mesh_suffixes
+from photonmap.io.readers.toml import Toml, read_toml
+from photonmap.runtime.wording import shown, suggest
+
+_LISTS = ("scenes", "illuminations", "files")
+_KEYS = (*_LISTS, "materials", "recolor", "illumination", "view")
+_VIEW, _LIGHT = ("name", "yaw", "pitch", "distance"), ("name", "colors")
+_FORBIDDEN = set('/\\:*?"<>|\n')
+"""Characters that names may not have, as they become names of folders."""
+
+PRESETS = {"icip2013": SCENES, "small": ("jug", "boulder", "living_room", "pottery")}
+"""Scenes of the named presets; icip2013 has as many objects and rooms as Beigpour et al. 2013."""
+
+
+@dataclass(frozen=True)
+class Preset:
+    """The scenes of a data set, and how they are varied.
+
+    Parameters
+    ----------
+    name : of the preset, or the path of its file
+    scenes : names from `photonmap.dataset.scenes.build.SCENES`
+    files : scene files of the user
+    illuminations : names from `photonmap.dataset.scenes.illumination.ILLUMINATIONS`, or objects
+    views : of each scene
+    materials : of procedural scenes
+    recolor : give the surfaces of the user's scenes random Munsell chips
+    """
+
+    name: str
+    scenes: tuple[str, ...]
+    files: tuple[str, ...] = ()
+    illuminations: tuple[str | Illumination, ...] = ILLUMINATIONS
+    views: tuple[View, ...] = (View(),)
+    materials: str = MATERIALS[0]
+    recolor: bool = False
+
+
+def load_preset(name: str) -> Preset:
+    """Return a preset of `PRESETS`, or of a TOML file.
+
+    The file has `scenes` (names) or `files` (scene files and folders of them) or both. It may have
+    `illuminations` (names); sections `[[illumination]]` with `name` and `colors`; sections
+    `[[view]]` with `name`, `yaw` and `pitch` (degrees) and `distance`; `materials`; `recolor`.
+
+    Raises
+    ------
+    InputError : there is no such preset, or the file has an entry that is not permitted
+    """
+    if name in PRESETS:
+        return Preset(name, PRESETS[name])
+    if not name.lower().endswith(".toml"):
+        remedy = suggest(name, PRESETS)
+        raise InputError(f"there is no preset {shown(name)}; {remedy} Or give a FILE.toml")
+    path = Path(name)
+    if not path.is_file():
+        raise InputError("cannot be read (no such file); check the name", path)
+    return _read(read_toml(path))
+
+
+def _read(toml: Toml) -> Preset:
+    """Read a preset's file."""
+    toml.check_known(_KEYS, "key")
+    lists = {key: _strings(toml, key) for key in _LISTS}
+    for key, known in (("scenes", SCENES), ("illuminations", ILLUMINATIONS)):
+        for value in lists[key]:
+            if value not in known:
+                raise toml.error(f"there is no {key[:-1]} {value!r}; {suggest(value, known)}", key)
+    files = tuple(each for text in lists["files"] for each in _scene_files(toml, text))
+    if not lists["scenes"] and not files:
+        raise InputError(
+            'has no scenes; write scenes = ["vase"] or files = ["room.obj"]', toml.path
+        )
+    materials = toml.sections.get("materials", MATERIALS[0])
+    if materials not in MATERIALS:
+        raise toml.error(f"materials {shown(materials)} must be one of {MATERIALS}", "materials")
+    recolor = toml.sections.get("recolor", False)
+    if not isinstance(recolor, bool):
+        raise toml.error(f"recolor {shown(recolor)} must be true or false", "recolor")
+    lights: tuple[str | Illumination, ...] = (*lists["illuminations"], *_illuminations(toml))
+    views = _views(toml)
+    return Preset(
+        str(toml.path), lists["scenes"], files, lights or ILLUMINATIONS, views, materials, recolor
+    )
+
+
+def _strings(toml: Toml, key: str) -> tuple[str, ...]:
+    """Read a list of strings."""
+    values = toml.sections.get(key, [])
+    if not isinstance(values, list) or not all(isinstance(value, str) for value in values):
+        raise toml.error(f'{key} {shown(values)} is not a list of names; write ["one", "two"]', key)
+    return tuple(values)
+
+
+def _scene_files(toml: Toml, text: str) -> tuple[str, ...]:
+    """Return a scene file, or those of a folder; TOML files of meshes are read with the mesh."""
+    path = toml.path.parent / text
+    if path.is_file():
+        return (str(path),)
+    if not path.is_dir():
+        raise toml.error(f"there is no file or folder {path}; check the name", "files")
+    meshes = sorted(p for p in path.iterdir() if p.suffix.lower() in mesh_suffixes())
+    if not meshes:
+        raise toml.error(f"the folder {path} has no scene files; choose another", "files")
+    return tuple(map(str, meshes))
+
+
+def _sections(toml: Toml, key: str, known: tuple[str, ...]) -> list[dict[str, Any]]:
+    """Read sections `[[KEY]]`, each of which needs a unique name."""
+    sections = toml.sections.get(key, [])
+    if not isinstance(sections, list) or not all(isinstance(s, dict) for s in sections):
+        raise toml.error(f"{key} is not a list of sections; write [[{key}]]", key)
+    names = []
+    for index, section in enumerate(sections):
+        toml.check_known(known, f"key of {key}", key, index)
+        name = section.get("name")
+        if not isinstance(name, str) or not name or set(name) & _FORBIDDEN or name in names:
+            message = f"{key} {index + 1} needs a unique name that is valid as the name of a folder"
+            raise toml.error(message, key, index)
+        names.append(name)
+    return sections
+
+
+def _illuminations(toml: Toml) -> list[Illumination]:
+    """Read the illuminations that the file defines."""
+    made = []
+    for index, section in enumerate(_sections(toml, "illumination", _LIGHT)):
+        colors = section.get("colors")
+        if not isinstance(colors, list) or not all(isinstance(c, str) for c in colors):
+            message = f'{section["name"]!r} needs colors, as in ["planck:5000", "LED-B3"]'
+            raise toml.error(message, "illumination", index)
+        with naming(str(toml.path)):
+            made.append(Illumination(section["name"], tuple(colors)))
+    return made
+
+
+def _views(toml: Toml) -> tuple[View, ...]:
+    """Read the views that the file defines; that of the scene's camera if there are none."""
+    with naming(str(toml.path)):
+        views = tuple(View(**section) for section in _sections(toml, "view", _VIEW))
+    return views or (View(),)

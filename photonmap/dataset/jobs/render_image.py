@@ -1,0 +1,207 @@
+"""Render one image of a data set, and write its folder atomically."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from photonmap.dataset.files.derived_buffers import as_rgb, rgb_method, rgb_residual, with_derived
+from photonmap.dataset.files.image_files import hash_files, write_image
+from photonmap.dataset.files.image_statistics import summarise
+from photonmap.dataset.files.manifest import check_code
+from photonmap.dataset.jobs.job_scene import make_scene
+from photonmap.dataset.jobs.plan import Job
+from photonmap.results.files import write_json
+from photonmap.results.result import Result
+from photonmap.scene.scene import Scene
+from photonmap.scene.textures import Paint, Texture
+from photonmap.settings import DATASET, taken_by
+from photonmap.spectra import color_text, munsell
+from photonmap.spectra.bands import Bands
+
+ENTRY = "entry.json"
+"""File in the folder of an image that holds its entry in the manifest."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A job as it is sent to a worker: with where and how to write its image.
+
+    Parameters
+    ----------
+    job : what to render
+    folder : of the data set
+    formats : of the files
+    versions : the image must be rendered with, see `describe_code`; None for any
+    threads : of the render; None for every processor
+    """
+
+    job: Job
+    folder: str
+    formats: tuple[str, ...]
+    versions: dict[str, str] | None = None
+    threads: int | None = None
+
+
+def render_image(task: Task) -> dict[str, Any]:
+    """Render an image and write its folder, replacing a damaged one; return its entry.
+
+    A complete image is not rendered again: a worker may have died between writing and reporting it.
+
+    Raises
+    ------
+    InputError : the scene cannot be rendered, or versions here are different
+    OSError : the folder cannot be written
+    KeyboardInterrupt : at Ctrl-C; nothing is written
+    """
+    job, start, used = task.job, time.perf_counter(), time.process_time()
+    if task.versions is not None:
+        check_code(task.versions)
+    data_set = Path(task.folder)
+    if entry := read_entry(data_set / job.name):
+        return entry
+    select_measured_sets(job)
+    scene = make_scene(job)
+    built = time.perf_counter()
+    result = render_job(job, scene, task.threads)
+    rendered = time.perf_counter()
+    result = with_derived(result)
+    rgb = as_rgb(result)
+    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=data_set) as made:
+        folder = Path(made) / job.name
+        folder.mkdir()
+        write_image(folder, result, rgb, task.formats)
+        entry = _describe(job, scene, result, rgb)
+        entry["files"] = hash_files(folder)
+        entry["seconds"] = {
+            "build": built - start,
+            "compile": result.record["seconds"]["compile"],
+            "render": rendered - built - result.record["seconds"]["compile"],
+            "write": time.perf_counter() - rendered,
+        }
+        entry["cpu_seconds"] = time.process_time() - used
+        write_json(entry, folder / ENTRY)
+        _replace_folder(data_set / job.name, folder, Path(made))
+    return entry
+
+
+def render_job(
+    job: Job, scene: Scene, threads: int | None = None, passes: int | None = None
+) -> Result:
+    """Render a job's scene: until its error is reached, or as many passes.
+
+    Raises
+    ------
+    KeyboardInterrupt : at Ctrl-C, also after the first passes
+    """
+    from photonmap.render import render
+
+    options = {name: getattr(job.common, name) for name in taken_by(DATASET)}
+    if passes is not None:
+        options |= {"passes": passes, "error": None}
+    result = render(scene, **options, seed=job.render_seed, threads=threads, per_light=True)
+    if result.record["interrupted"]:
+        raise KeyboardInterrupt
+    return result
+
+
+def select_measured_sets(job: Job) -> None:
+    """Point the environment to the measured sets of the job, and to no others."""
+    sets = {munsell.VARIABLE: job.common.munsell, color_text.ILLUMINANTS: job.common.illuminants}
+    for variable, path in sets.items():
+        if path is None:
+            os.environ.pop(variable, None)
+        else:
+            os.environ[variable] = path
+
+
+def _replace_folder(folder: Path, new: Path, spare: Path) -> None:
+    """Replace a folder, if it exists, by a new one; `spare` takes the old one."""
+    if folder.exists():
+        folder.rename(spare / "before")
+    new.rename(folder)
+    shutil.rmtree(spare / "before", ignore_errors=True)
+
+
+def _describe(job: Job, scene: Scene, result: Result, rgb: Result) -> dict[str, Any]:
+    """Return the entry of an image in the manifest, but for files and seconds."""
+    record = result.record
+    method = rgb_method(result.bands)
+    goal = record["goal"]
+    return {
+        "name": job.name,
+        "job": job.describe(),
+        "geometry": job.geometry,
+        "render_seed": job.render_seed,
+        "lights": _lights(scene, record, result.bands),
+        **_surfaces(scene, result.bands),
+        "camera": record["camera"],
+        "size": list(result.size),
+        "bands": result.bands.count,
+        "passes": record["passes"],
+        "error": record["error"],
+        "goal": goal,
+        "reached": goal is None or goal["reached"] is None or goal["reached"] <= goal["limit"],
+        "effects": {
+            name: [effect["on"], effect["why"]] for name, effect in record["effects"].items()
+        },
+        "rgb": {
+            "method": method or "as they stand",
+            "fit_residual": result.projection("rgb", method).residual,
+            "residual": rgb_residual(rgb),
+        },
+        "statistics": summarise(result, rgb),
+        "unresolved": record["unresolved"],
+        "versions": record["versions"],
+        "fingerprint": record["fingerprint"],
+        "warnings": record["warnings"],
+    }
+
+
+def _lights(scene: Scene, record: dict[str, Any], bands: Bands) -> dict[str, Any]:
+    """Return the emission of each light group in bands, None for textures."""
+    emitted: dict[str, Paint] = {m.material.name: m.material.emission for m in scene.meshes}
+    emitted |= {each.group or each.name or each.kind: each.color for each in scene.lights}
+    paints = {group: emitted[group] for group in record["light_groups"] if group in emitted}
+    return {
+        group: None if isinstance(paint, Texture) else _bands(bands.emission(paint))
+        for group, paint in paints.items()
+    }
+
+
+def _surfaces(scene: Scene, bands: Bands) -> dict[str, Any]:
+    """Return the objects and materials in the order of their ids, from 1, and reflectances."""
+    meshes = [mesh for mesh in scene.meshes if len(mesh.faces)]
+    materials = list({id(mesh.material): mesh.material for mesh in meshes}.values())
+    known: dict[str, Any] = {}
+    for material in materials:
+        paint = material.reflectance
+        known[material.name] = (
+            None if isinstance(paint, Texture) else _bands(bands.reflectance(paint))
+        )
+    return {
+        "objects": list(dict.fromkeys(mesh.name for mesh in meshes)),
+        "materials": [material.name for material in materials],
+        "reflectances": known,
+    }
+
+
+def _bands(values: Any) -> list[float]:
+    return [round(float(value), 6) for value in values]
+
+
+def read_entry(folder: Path) -> dict[str, Any] | None:
+    """Return the entry of an image if its files have the hashes in it; else None."""
+    try:
+        entry = json.loads((folder / ENTRY).read_text(encoding="utf-8"))
+        files = hash_files(folder)
+    except (OSError, ValueError):
+        return None
+    files.pop(ENTRY, None)
+    return entry if isinstance(entry, dict) and entry.get("files") == files else None

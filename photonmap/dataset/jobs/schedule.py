@@ -1,0 +1,191 @@
+"""Schedule jobs: in this process, in several processes of this machine, or on a cluster."""
+
+from __future__ import annotations
+
+import logging
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from importlib.util import find_spec
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any
+
+from photonmap.dataset.jobs.render_image import render_image
+from photonmap.errors import InputError, warn
+
+if TYPE_CHECKING:
+    from distributed import Client, Future, LocalCluster
+
+LOCAL = "local"
+MAX_WORKERS = 1024
+"""Largest number of local worker processes."""
+_CONNECT = 10.0
+"""Seconds to wait for a connection to a scheduler, or to the worker that holds a result."""
+_POLL, _PATIENCE = 1.0, 60.0
+"""Seconds between checks for workers, and without any before the remaining jobs fail."""
+_BATCH = 1000
+"""Number of jobs that are sent to the scheduler at once."""
+_RERUNNING = object()
+"""Stands for a result that was lost with its worker; the scheduler runs the job again."""
+_NO_WORKERS = "the scheduler has no workers; start some, and continue with --resume"
+_SCHEDULER_GONE = "the scheduler is gone; start it again, and continue with --resume"
+
+
+def check_scheduler(scheduler: str, workers: int) -> None:
+    """Check the choice of a scheduler.
+
+    Raises
+    ------
+    InputError : the number of workers is out of range, or the scheduler needs dask
+    """
+    if not 1 <= workers <= MAX_WORKERS:
+        raise InputError(f"workers {workers} must be a whole number from 1 to {MAX_WORKERS}")
+    if scheduler != LOCAL and not _has_dask():
+        raise InputError(
+            f"scheduler {scheduler!r} needs dask: pip install 'photonmap[cluster]'; or choose local"
+        )
+
+
+def run_tasks(
+    tasks: Sequence[Any],
+    scheduler: str = LOCAL,
+    workers: int = 1,
+    work: Callable[[Any], Any] | None = None,
+) -> Iterator[tuple[Any, Any]]:
+    """Run tasks; yield each when it has finished, with its result, or failed, with the reason.
+
+    One local worker, or a machine without dask, runs them in this process, one by one. Otherwise
+    dask.distributed runs them; the tasks of a worker that dies go to another one, and a task fails
+    after four workers have died of it.
+
+    Parameters
+    ----------
+    tasks : dataclasses with a field `threads`, by default `render_image.Task`
+    scheduler, workers : checked by `check_scheduler`
+    work : runs one task; `render_image` by default
+
+    Raises
+    ------
+    InputError : the scheduler cannot be reached
+    """
+    work = work or render_image
+    if not tasks:
+        return
+    if scheduler == LOCAL and (workers == 1 or not _has_dask()):
+        if workers > 1:
+            warn(f"{workers} workers need dask: pip install 'photonmap[cluster]'; using one")
+        yield from ((task, _attempt(work, task)) for task in tasks)
+        return
+    if scheduler == LOCAL:
+        threads = max((os.cpu_count() or 1) // workers, 1)
+        tasks = [replace(task, threads=threads) for task in tasks]
+    with _connect(scheduler, workers) as client:
+        yield from _distribute(client, work, tasks, workers)
+
+
+def _has_dask() -> bool:
+    return find_spec("distributed") is not None
+
+
+def _attempt(work: Callable[[Any], Any], task: Any) -> Any:
+    """Run a task in this process; an error fails this task alone."""
+    try:
+        return work(task)
+    except Exception as error:
+        return _reason(error)
+
+
+def _distribute(
+    client: Client, work: Callable[[Any], Any], tasks: Sequence[Any], workers: int
+) -> Iterator[tuple[Any, Any]]:
+    """Run tasks by dask.distributed; `workers` is the number of local processes to keep alive."""
+    ended: SimpleQueue[Future] = SimpleQueue()
+    sent = client.map(work, tasks, pure=False, batch_size=_BATCH)
+    futures = dict(zip(sent, tasks, strict=True))
+    for future in futures:
+        future.add_done_callback(ended.put)
+    seen = time.monotonic()
+    while futures:
+        try:
+            future = ended.get(timeout=_POLL)
+        except Empty:
+            if _count_workers(client, workers):
+                seen = time.monotonic()
+            elif time.monotonic() - seen > _PATIENCE:
+                yield from ((task, _NO_WORKERS) for task in futures.values())
+                return
+            continue
+        seen = time.monotonic()
+        result = _collect(future)
+        if result is _RERUNNING:
+            future.add_done_callback(ended.put)
+        else:
+            yield futures.pop(future), result
+
+
+def _collect(future: Future) -> Any:
+    """Return the result of a task, the reason of its failure, or `_RERUNNING`."""
+    if future.cancelled():
+        return _SCHEDULER_GONE
+    if future.status == "error":
+        return _reason(future.exception())
+    try:
+        return future.result(timeout=_CONNECT)
+    except TimeoutError:
+        return _RERUNNING
+
+
+def _count_workers(client: Client, wanted: int) -> int:
+    """Return the number of workers; restart local ones that the cluster has given up.
+
+    A local cluster looks for a worker 15 s after it died and drops it if it is absent at that
+    moment, even if it has come back, died again and is being restarted.
+    """
+    try:
+        count = len(client.nthreads())
+    except OSError:
+        return 0
+    if client.cluster is not None and count < wanted:
+        client.cluster.scale(wanted)
+    return count
+
+
+def start_local_cluster(workers: int) -> LocalCluster:
+    """Return a cluster of single-threaded worker processes of this machine."""
+    from distributed import LocalCluster
+
+    return LocalCluster(
+        n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=":0"
+    )
+
+
+@contextmanager
+def _connect(scheduler: str, workers: int) -> Iterator[Client]:
+    """Start local worker processes, or connect to a scheduler."""
+    from distributed import Client
+
+    if scheduler == LOCAL:
+        with start_local_cluster(workers) as cluster, Client(cluster) as client:
+            yield client
+        return
+    try:
+        client = Client(scheduler, timeout=_CONNECT)
+    except (OSError, ValueError, TimeoutError) as error:
+        reason = " ".join(str(error).split()) or "no answer"
+        raise InputError(
+            f"scheduler {scheduler!r} cannot be reached ({reason}); check the address, such as "
+            f"tcp://host:8786"
+        ) from None
+    logging.getLogger("distributed.client").setLevel(
+        logging.CRITICAL
+    )  # `_SCHEDULER_GONE` reports it
+    with client:
+        yield client
+
+
+def _reason(error: BaseException) -> str:
+    """Return an error as one line."""
+    text = " ".join(str(error).split()) or "no reason given"
+    return text if isinstance(error, InputError) else f"{type(error).__name__}: {text}"

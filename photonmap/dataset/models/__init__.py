@@ -1,0 +1,1 @@
+"""Shapes, furniture and other objects that procedural scenes are made of."""

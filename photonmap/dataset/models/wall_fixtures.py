@@ -1,0 +1,106 @@
+"""Windows and what hangs on walls: curtains, pictures, mirrors, clocks; in metres."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.patterns import mondrian
+from photonmap.dataset.models.scene_object import Part, SceneObject, part_at
+from photonmap.dataset.models.shapes import (
+    Random,
+    Shape,
+    box,
+    cylinder,
+    lattice,
+    parallelogram,
+    smooth_normals,
+)
+
+WINDOW = "window"
+"""The light group of all windows."""
+
+
+def window(palette: Palette, width: float, height: float, depth: float = 0.16) -> SceneObject:
+    """Return a window for an opening around x = 0, from y = 0, in a wall at z = 0.
+
+    An emissive pane closes the opening at z = −depth, behind the bars of the frame.
+    """
+    frame, bar = palette.grey(9), 0.045
+    x = 0.5 * width
+    reveal = [
+        parallelogram((-x, 0.0, 0.0), (0.0, 0.0, -depth), (0.0, height, 0.0)),
+        parallelogram((x, 0.0, -depth), (0.0, 0.0, depth), (0.0, height, 0.0)),
+        parallelogram((-x, 0.0, 0.0), (width, 0.0, 0.0), (0.0, 0.0, -depth)),
+        parallelogram((-x, height, -depth), (width, 0.0, 0.0), (0.0, 0.0, depth)),
+    ]
+    parts = [Part(side, frame) for side in reveal]
+    z = -depth + 0.5 * bar + 0.005
+    upright = box(bar, height, bar)
+    parts += [part_at(upright, i * (x - 0.5 * bar), 0.0, z, frame) for i in (-1, 0, 1)]
+    across = box(width, bar, 0.8 * bar)
+    parts += [part_at(across, 0.0, y, z, frame) for y in (0.0, 0.62 * height, height - bar)]
+    pane = parallelogram((-x, 0.0, -depth), (width, 0.0, 0.0), (0.0, height, 0.0))
+    return SceneObject("window", [*parts, Part(pane, palette.grey(2), WINDOW)])
+
+
+def curtain(palette: Palette, rng: Random, width: float, height: float) -> SceneObject:
+    """Return a folded curtain in front of a wall at z = 0, from y = 0 to `height`."""
+    steps, folds = 120, max(3, round(width / 0.11))
+    across = np.linspace(-0.5 * width, 0.5 * width, steps)
+    phase = float(rng.uniform(0.0, 6.0))
+    wave = 0.035 * np.sin(2.0 * np.pi * folds * (across / width) + phase)
+    wave += 0.012 * np.sin(4.3 * np.pi * folds * (across / width) + 2.0 * phase)
+    levels = np.linspace(0.0, height, 10)
+    grow = 1.25 - 0.5 * levels / height
+    front = np.stack(
+        [
+            np.tile(across, (10, 1)),
+            np.tile(levels[:, None], (1, steps)),
+            0.08 + grow[:, None] * wave,
+        ],
+        axis=-1,
+    )
+    vertices = front.reshape(-1, 3)
+    faces = lattice(10, steps)
+    normals = smooth_normals(vertices, faces)
+    cloth = palette.chip(palette.key, (5, 7), (4, 8))
+    return SceneObject("curtain", [Part(Shape(vertices, faces, normals), cloth)])
+
+
+def picture(rng: Random, palette: Palette, width: float, height: float) -> SceneObject:
+    """Return a framed picture of coloured rectangles, its back at z = 0."""
+    frame, bar, deep = palette.wood(), 0.03, 0.025
+    parts = [
+        part_at(box(width, bar, deep), 0.0, 0.0, 0.5 * deep, frame),
+        part_at(box(width, bar, deep), 0.0, height - bar, 0.5 * deep, frame),
+    ]
+    side = box(bar, height - 2 * bar, deep)
+    parts += [part_at(side, i * 0.5 * (width - bar), bar, 0.5 * deep, frame) for i in (-1, 1)]
+    colors = [*palette.colors(5, (4, 8)), palette.grey(9), palette.grey(3)]
+    wide, tall = width - 2 * bar, height - 2 * bar
+    for x, y, w, h in mondrian(rng, wide, tall, 0.2 * min(wide, tall)):
+        corner = (x - 0.5 * wide, y + bar, 0.3 * deep)
+        parts.append(
+            Part(parallelogram(corner, (w, 0.0, 0.0), (0.0, h, 0.0)), palette.choice(colors))
+        )
+    return SceneObject("picture", parts)
+
+
+def wall_mirror(palette: Palette, radius: float) -> SceneObject:
+    """Return a round framed mirror, its back at z = 0; a grey disc if materials are Lambertian."""
+    rim = cylinder(radius, 0.03, 0.01).turned(90.0, 0).moved((0.0, radius, 0.0))
+    disc = cylinder(0.9 * radius, 0.004, 0.001).turned(90.0, 0).moved((0.0, radius, 0.03))
+    return SceneObject("mirror", [Part(rim, palette.wood()), Part(disc, palette.metal())])
+
+
+def clock(palette: Palette) -> SceneObject:
+    """Return a wall clock, its back at z = 0."""
+    radius = 0.16
+    rim = cylinder(radius, 0.03, 0.01).turned(90.0, 0).moved((0.0, radius, 0.0))
+    face = cylinder(0.88 * radius, 0.004, 0.001).turned(90.0, 0).moved((0.0, radius, 0.03))
+    parts = [Part(rim, palette.accent()), Part(face, palette.grey(9))]
+    for degrees, long in ((35.0, 0.55), (-80.0, 0.8)):
+        hand = box(0.012, long * radius, 0.003, 0.001, 1).turned(degrees, 2)
+        parts.append(part_at(hand, 0.0, radius, 0.0355, palette.grey(2)))
+    return SceneObject("clock", parts)

@@ -1,0 +1,178 @@
+"""The report of a data set: an HTML page with statistics, and a contact sheet as PNG."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterable, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.dataset.files.image_files import PREVIEWED
+from photonmap.dataset.files.image_statistics import BINS
+from photonmap.errors import InputError
+
+PAGE, SHEET = "report.html", "contact_sheet.png"
+_WIDTH = 160
+"""Width of a picture on the contact sheet, pixels."""
+_GAP = 6
+"""Space between pictures, pixels."""
+
+Entry = dict[str, Any]
+Bytes = NDArray[np.uint8]
+
+
+def has_jinja() -> bool:
+    """Return whether Jinja, which the page needs, is installed."""
+    return find_spec("jinja2") is not None
+
+
+def write_report(folder: Path, entries: Sequence[Entry]) -> list[Path]:
+    """Write the page and, where images have a PNG, the contact sheet; return their paths.
+
+    Parameters
+    ----------
+    folder : of the data set
+    entries : of its images in the manifest
+
+    Raises
+    ------
+    OSError : the files cannot be written
+    """
+    shown = [entry for entry in entries if f"{PREVIEWED[0]}.png" in entry["files"]]
+    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=folder) as made:
+        part = Path(made)
+        if has_jinja():
+            (part / PAGE).write_text(write_page(entries), encoding="utf-8")
+        if shown:
+            from photonmap.io.png import write_png
+
+            write_png(draw_sheet(folder, shown), part / SHEET)
+        return [file.replace(folder / file.name) for file in sorted(part.iterdir())]
+
+
+def write_page(entries: Sequence[Entry]) -> str:
+    """Return the page as HTML; its pictures are the files of the images."""
+    from jinja2 import Environment, PackageLoader
+
+    loader = PackageLoader("photonmap.dataset.report")
+    templates = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    columns = column_names(entries)
+    seconds = {
+        stage: sum(entry["seconds"][stage] for entry in entries)
+        for stage in ("build", "compile", "render", "write")
+    }
+    return templates.get_template("report.html").render(
+        count=len(entries),
+        columns=columns,
+        rows=[_row(scene, of, columns) for scene, of in by_scene(entries).items()],
+        buffers=PREVIEWED,
+        mean=mean_share(entries),
+        histograms=_histograms(entries),
+        seconds=seconds,
+    )
+
+
+def by_scene(entries: Iterable[Entry]) -> dict[str, list[Entry]]:
+    """Return the entries of each scene, in order of appearance."""
+    scenes: dict[str, list[Entry]] = {}
+    for entry in entries:
+        scenes.setdefault(entry["geometry"], []).append(entry)
+    return scenes
+
+
+def column(entry: Entry) -> str:
+    """Return the title of an image's column: its illumination, view if named, and seed if relit."""
+    job = entry["job"]
+    seed = f", seed {job['seed']}" if job["content"] else ""
+    view = f", {job['view']['name']}" if job["view"]["name"] else ""
+    return f"{job['illumination']}{view}{seed}"
+
+
+def column_names(entries: Iterable[Entry]) -> list[str]:
+    """Return the titles of all columns, in order of appearance."""
+    return list(dict.fromkeys(map(column, entries)))
+
+
+def mean_share(entries: Iterable[Entry]) -> float | None:
+    """Return the mean direct share over images, see `image_statistics`; None without light."""
+    shares = [entry["statistics"]["direct_share"] for entry in entries]
+    known = [share for share in shares if share is not None]
+    return sum(known) / len(known) if known else None
+
+
+def _row(scene: str, entries: Sequence[Entry], columns: Sequence[str]) -> dict[str, Any]:
+    """Return the table row of a scene: a cell for each column, None where there is no image."""
+    cells: list[dict[str, Any] | None] = [None] * len(columns)
+    for entry in entries:
+        cells[columns.index(column(entry))] = {
+            "name": entry["name"],
+            "lights": " + ".join(entry["job"]["colors"]),
+            "share": entry["statistics"]["direct_share"],
+            "error": entry["error"],
+            "pictures": f"{PREVIEWED[0]}.png" in entry["files"],
+        }
+    return {"scene": scene, "share": mean_share(entries), "cells": cells}
+
+
+def _histograms(entries: Sequence[Entry]) -> list[dict[str, Any]]:
+    """Return the summed histograms of all images, with heights in percent of the highest bin."""
+    titles = {
+        "reflectance": "Reflectance, all bands",
+        "illuminant_red": "Illuminant: red of R + G + B",
+        "illuminant_blue": "Illuminant: blue of R + G + B",
+    }
+    made = []
+    for name, title in titles.items():
+        counts = np.sum([entry["statistics"][name] for entry in entries], axis=0)
+        heights = 100.0 * counts / max(int(np.max(counts)), 1)
+        parts = 100.0 * counts / max(int(np.sum(counts)), 1)
+        bars = [
+            {"height": float(height), "part": float(part), "low": i / BINS, "high": (i + 1) / BINS}
+            for i, (height, part) in enumerate(zip(heights, parts, strict=True))
+        ]
+        made.append({"name": name, "title": title, "bars": bars})
+    return made
+
+
+def draw_sheet(folder: Path, entries: Sequence[Entry]) -> Bytes:
+    """Draw the contact sheet: a row a scene, a column an illumination, buffers below radiance.
+
+    Returns
+    -------
+    (H, W, 3) uint8, sRGB, white where there is no image
+    """
+    columns, scenes = column_names(entries), by_scene(entries)
+    width, height = entries[0]["size"]
+    tall = max(round(_WIDTH * height / width), 1)
+    small_width, small = _WIDTH // 2, max(tall // 2, 1)
+    cell = np.array([tall + 2 * small, 2 * small_width])
+    step = cell + _GAP
+    sheet = np.full((*(step * (len(scenes), len(columns)) + _GAP), 3), 255, np.uint8)
+    for row, of in enumerate(scenes.values()):
+        for entry in of:
+            top, left = step * (row, columns.index(column(entry))) + _GAP
+            place = folder / entry["name"]
+            _draw(sheet, place / f"{PREVIEWED[0]}.png", top, left, tall, 2 * small_width)
+            for i, name in enumerate(PREVIEWED[1:]):
+                down, right = top + tall + i // 2 * small, left + i % 2 * small_width
+                _draw(sheet, place / f"{name}.png", down, right, small, small_width)
+    return sheet
+
+
+def _draw(sheet: Bytes, file: Path, top: int, left: int, height: int, width: int) -> None:
+    """Copy a picture onto the sheet, resized."""
+    import OpenImageIO
+
+    picture = OpenImageIO.ImageBuf(str(file))
+    roi = OpenImageIO.ROI(0, width, 0, height, 0, 1, 0, 3)
+    resized = OpenImageIO.ImageBufAlgo.resize(picture, filtername="box", roi=roi)
+    pixels = resized.get_pixels(OpenImageIO.UINT8, roi)
+    if pixels is None or resized.has_error:
+        raise InputError(
+            f"cannot be read ({resized.geterror()}); render it again with --resume", file
+        )
+    sheet[top : top + height, left : left + width] = pixels[..., :3]

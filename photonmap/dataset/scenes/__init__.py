@@ -1,0 +1,1 @@
+"""Procedural scenes: rooms and objects, their views and illumination."""

@@ -1,0 +1,75 @@
+"""Build the scenes of a data set from their names and a seed."""
+
+from __future__ import annotations
+
+import zlib
+
+import numpy as np
+
+from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.scenes.illumination import Illumination, choose_illumination
+from photonmap.dataset.scenes.rooms import ROOMS
+from photonmap.dataset.scenes.single_objects import OBJECTS, build_object
+from photonmap.dataset.scenes.unlit_scene import UnlitScene
+from photonmap.errors import InputError
+from photonmap.runtime.wording import suggest
+from photonmap.scene.scene import Scene
+
+SCENES = (*OBJECTS, *ROOMS)
+"""Names of all scenes: single objects, then rooms."""
+
+LARGEST_SEED = 2**63 - 1
+"""The largest seed of a scene."""
+
+
+def build_scene(
+    name: str,
+    seed: int = 0,
+    illumination: str | Illumination = "white",
+    materials: str = "lambertian",
+) -> Scene:
+    """Build a scene; equal arguments give equal arrays.
+
+    The illumination changes the emitters alone: shapes, positions and reflectances depend on the
+    name, the seed and the materials.
+
+    Parameters
+    ----------
+    name : one of `SCENES`
+    seed : draws shapes, positions, reflectances, and the colours of the illumination
+    illumination : one of `photonmap.dataset.scenes.illumination.ILLUMINATIONS`, or your own
+    materials : "lambertian", or "mixed" with glazes, mirrors and glass
+
+    Returns
+    -------
+    Scene in metres, y up, with a camera; the material of an emitter is named after its light group
+
+    Raises
+    ------
+    InputError : the scene, illumination or materials are unknown, or the seed is out of range
+    """
+    unlit = build_unlit_scene(name, seed, materials)
+    return unlit.lit(draw_illumination(name, seed, illumination))
+
+
+def draw_illumination(
+    name: str, seed: int, illumination: str | Illumination = "white"
+) -> Illumination:
+    """Draw the colours of an illumination for a scene name and seed; see `build_scene`."""
+    return choose_illumination(illumination, _random(f"light of {name}", seed))
+
+
+def build_unlit_scene(name: str, seed: int = 0, materials: str = "lambertian") -> UnlitScene:
+    """Build a scene whose emitters are off, to light it in several ways; see `build_scene`."""
+    if name not in SCENES:
+        raise InputError(f"there is no scene {name!r}; {suggest(str(name), SCENES)}")
+    rng = _random(name, seed)
+    palette = Palette(rng.spawn(1)[0], materials)
+    return ROOMS[name](rng, palette) if name in ROOMS else build_object(name, rng, palette)
+
+
+def _random(name: str, seed: int) -> np.random.Generator:
+    """Return a random generator for a purpose and a seed."""
+    if not isinstance(seed, int | np.integer) or not 0 <= seed <= LARGEST_SEED:
+        raise InputError(f"seed {seed!r} must be a whole number from 0 to {LARGEST_SEED}")
+    return np.random.Generator(np.random.PCG64([int(seed), zlib.crc32(name.encode())]))

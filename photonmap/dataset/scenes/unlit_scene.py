@@ -1,0 +1,54 @@
+"""A scene whose emitters are off, until it is given an illumination."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from photonmap.dataset.models.scene_object import SceneObject, to_meshes, with_unique_names
+from photonmap.dataset.scenes.illumination import Illumination, emitter_materials
+from photonmap.scene.camera import Camera
+from photonmap.scene.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class UnlitScene:
+    """Objects and a camera, with all emitters off.
+
+    Parameters
+    ----------
+    name : of the scene
+    objects : everything in it, emitters included
+    camera : the default view
+    radiances : luminance at which each light group alone lights the scene to the common exposure,
+        the main group first
+    backdrop : names of the kinds of objects that form the surroundings, such as walls
+    """
+
+    name: str
+    objects: Sequence[SceneObject]
+    camera: Camera
+    radiances: Mapping[str, float]
+    backdrop: Collection[str]
+
+    @cached_property
+    def named_objects(self) -> list[SceneObject]:
+        """The objects under unique names, which are those of their meshes."""
+        return with_unique_names(self.objects)
+
+    @property
+    def object_names(self) -> list[str]:
+        """Unique names of all objects that are not part of the backdrop."""
+        pairs = zip(self.objects, self.named_objects, strict=True)
+        return [named.name for obj, named in pairs if obj.name not in self.backdrop]
+
+    def lit(self, illumination: Illumination) -> Scene:
+        """Return the scene under an illumination."""
+        emitters = emitter_materials(illumination, self.radiances)
+        meshes = [
+            mesh
+            for obj in self.named_objects
+            for mesh in to_meshes(obj, lambda part: emitters.get(part.light_group, part.material))
+        ]
+        return Scene(meshes, [], self.camera, self.name)

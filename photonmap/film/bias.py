@@ -1,0 +1,128 @@
+"""How far supports that are still wide shift indirect light: the bias.
+
+Some passes are repeated with the same random numbers and supports twice as wide: cells, footprints
+and the disks of caustics. The difference is once the narrower ones' bias if that grows with their
+width, and three times if it grows with the square: three quarters of the difference are taken,
+as measured. The passes form two halves, and the product of their mean differences has no noise in
+its mean; blocks of pixels keep its spread small.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.compile.spectral_columns import SpectralColumns
+from photonmap.film.blocks import block_counts, block_sums
+from photonmap.film.moments import Accumulator
+from photonmap.film.relative_error import relative_squares
+from photonmap.film.support_width import footprint_width
+from photonmap.kernels.core.passes import FIRST_CAUSTIC, VIA_CAUSTIC, VIA_INDIRECT, Estimate, Film
+
+FIRST, EVERY = 12, 32
+"""Number of the first pass that is repeated, and after how many passes another one is. The pass
+after each is repeated too. Both have cells of one size, which the bias depends on; in shorter runs
+noise exceeds the bias."""
+OF_DIFFERENCE = 0.75
+"""The bias, as a fraction of the difference to supports of twice the width."""
+LARGEST_BLOCK, LEAST_ACROSS = 32, 4
+"""Largest side of a block in pixels, and the least number of blocks across the shorter side."""
+
+
+def is_repeated(index: int) -> bool:
+    """Return whether pass `index` is repeated."""
+    return index >= FIRST and (index - FIRST) % EVERY < 2
+
+
+class Repeatable(Protocol):
+    """What a bias probe needs of an integrator."""
+
+    @property
+    def finds_light(self) -> bool:
+        """Whether photons are stored, so that a pixel that found none is unresolved."""
+
+    @property
+    def has_supports(self) -> bool:
+        """Whether light is averaged over supports, which biases it."""
+
+    def estimate(self, index: int, wider: int = 0) -> Estimate:
+        """Run pass `index` with supports `wider` times doubled."""
+
+
+class BiasProbe:
+    """Estimates the bias of radiance by repeating passes.
+
+    Parameters
+    ----------
+    integrator : that runs the passes
+    film : the image
+    columns : what passes carry
+    """
+
+    def __init__(self, integrator: Repeatable, film: Film, columns: SpectralColumns) -> None:
+        self._integrator, self._film, self._columns = integrator, film, columns
+        side = min(film.width, film.height) // LEAST_ACROSS
+        self._block = min(max(side, 1), LARGEST_BLOCK)
+        blocks = block_counts((film.width, film.height), self._block).size
+        self.differences = np.zeros((2, blocks, columns.distinct))
+        """Sums over the passes of either half"""
+        self.stated = np.full(1, np.nan)
+        """The bias for footprints of width 1; not a number before two passes were probed"""
+
+    @property
+    def arrays(self) -> dict[str, NDArray[np.float64]]:
+        """All that passes leave behind, by name: the arrays themselves."""
+        return {"differences": self.differences, "bias": self.stated}
+
+    def probe(self, index: int, estimate: Estimate, moments: Accumulator) -> None:
+        """Repeat pass `index`, which gave `estimate`, if it is one to be probed."""
+        if not is_repeated(index) or not self._integrator.has_supports:
+            return
+        valid = moments.valid(lit=self._integrator.finds_light)
+        narrow = self._indirect(estimate, valid)
+        wide = self._indirect(self._integrator.estimate(index, wider=1), valid)
+        half = (index - FIRST) % EVERY
+        self.differences[half] += wide - narrow
+        if half == 1 and valid.any():
+            probed = [earlier for earlier in range(index + 1) if is_repeated(earlier)]
+            self.stated[0] = self._estimate(moments, valid, len(probed) // 2)
+            self.stated[0] /= footprint_width(np.array(probed))
+
+    def bias(self, count: int) -> float | None:
+        """Return the estimate after `count` passes, relative as the error is; None if unknown."""
+        known = not math.isnan(self.stated[0])
+        return float(self.stated[0]) * footprint_width(np.arange(count)) if known else None
+
+    def _estimate(self, moments: Accumulator, valid: NDArray[np.bool_], pairs: int) -> float:
+        """Return sqrt(mean(bias² / (v² + 0.01 m²))) over bands and blocks of valid pixels.
+
+        v is a block's radiance, m its mean in a band. What is noise alone comes out 0 or small.
+        """
+        pixels = self._sums(lambda part: valid[part, None].astype(np.float64))
+        value = self._sums(lambda part: moments.reflected(part) * valid[part, None])
+        square = self.differences.prod(axis=0) / pairs**2
+        relative = relative_squares(square, value, pixels * value.sum(axis=0) / pixels.sum())
+        mean = np.average(relative, axis=0, weights=pixels[:, 0])
+        mean = np.average(mean, weights=self._columns.weights)
+        return OF_DIFFERENCE * math.sqrt(max(float(mean), 0.0))
+
+    def _indirect(self, estimate: Estimate, valid: NDArray[np.bool_]) -> NDArray[np.float64]:
+        via = estimate.via_specular
+
+        def light(part: slice) -> NDArray[np.float32]:
+            some = estimate.pixels.indirect[part]
+            if via is not None:
+                some = some + via[FIRST_CAUSTIC, part] + via[VIA_INDIRECT, part]
+                some += via[VIA_CAUSTIC, part]
+            return self._columns.whole(some) * valid[part, None]
+
+        return self._sums(light)
+
+    def _sums(self, image: Callable[[slice], NDArray[np.floating]]) -> NDArray[np.float64]:
+        """Return the sums over blocks, (B, N), of an image given pixels by pixels."""
+        sums = block_sums(image, (self._film.width, self._film.height), self._block)
+        return sums.reshape(-1, sums.shape[-1])

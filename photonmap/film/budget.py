@@ -1,0 +1,73 @@
+"""When a render stops: after so many passes, so much time, or at a stated error."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from photonmap.errors import InputError
+from photonmap.film.goal import Goal
+
+DEFAULT_ERROR = 0.02
+LEAST_PASSES = 16
+"""Before these, a spread over passes is too uncertain to stop on."""
+LEAST_PHOTONS = 1 << 14
+"""In a pass, unless a user says otherwise."""
+CEILING = 3600.0
+"""Seconds after which a render that aims at an error stops anyway."""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Exactly one of passes, seconds and an error to reach."""
+
+    passes: int | None = None
+    seconds: float | None = None
+    goal: Goal | None = None
+
+    @classmethod
+    def choose(
+        cls,
+        passes: int | None = None,
+        seconds: float | None = None,
+        error: float | str | None = None,
+    ) -> "Budget":
+        """Check a user's choice; none at all is the default error.
+
+        Raises
+        ------
+        InputError : two budgets at once, or one that is not positive and finite
+        """
+        given = {"passes": passes, "seconds": seconds, "error": error}
+        names = [name for name, value in given.items() if value is not None]
+        if len(names) > 1:
+            raise InputError(f"{' and '.join(names)} are two budgets at once: give one")
+        for name, value in (("passes", passes), ("seconds", seconds)):
+            if value is not None and not (math.isfinite(value) and value > 0):
+                raise InputError(f"{name} {value} must be positive and finite")
+        if passes is not None and passes != int(passes):
+            raise InputError(f"passes {passes} must be a whole number")
+        if passes is None and seconds is None:
+            return cls(goal=Goal.parse(DEFAULT_ERROR if error is None else error))
+        return cls(passes, seconds)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON-able record: what was given, by name."""
+        if self.goal is not None:
+            return {"error": self.goal.limit if self.goal.is_plain else str(self.goal)}
+        return {"passes": self.passes} if self.passes else {"seconds": self.seconds}
+
+    @property
+    def ceiling(self) -> float:
+        """Seconds after which no further pass begins."""
+        return math.inf if self.passes else (self.seconds or CEILING)
+
+    def is_spent(self, count: int, error: float, elapsed: float) -> bool:
+        """Return whether to stop after `count` passes and `elapsed` seconds.
+
+        No pass begins that would, at the pace so far, end after the time is up.
+        """
+        if self.passes is not None:
+            return count >= self.passes
+        late = count > 0 and elapsed * (count + 1) / count > self.ceiling
+        reached = self.goal is not None and count >= LEAST_PASSES and error <= self.goal.limit
+        return late or reached

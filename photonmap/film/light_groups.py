@@ -1,0 +1,131 @@
+"""The moments of a render: of the whole image, and of each light group where these are split."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.buffers import BY_NAME, group_name, names_where, split_name
+from photonmap.compile.spectral_columns import SpectralColumns, split_pixels
+from photonmap.film.block_errors import BlockMoments
+from photonmap.film.moments import ALL, Accumulator, Buffers
+from photonmap.kernels.core.passes import Film, Pixels
+from photonmap.runtime.storage import RAM, Storage, strips
+from photonmap.runtime.workers import Workers
+
+OF_GROUPS = names_where(per_light=True)
+"""Buffers that are split by light group."""
+
+
+class LightGroups:
+    """Takes in passes one by one.
+
+    Parameters
+    ----------
+    columns : what the passes carry
+    film : the image
+    workers : that share the work
+    specular : the scene has specular surfaces
+    storage : where the arrays lie
+    """
+
+    def __init__(
+        self,
+        columns: SpectralColumns,
+        film: Film,
+        workers: Workers,
+        specular: bool,
+        storage: Storage = RAM,
+    ) -> None:
+        self._columns, self._storage, size = columns, storage, film.width * film.height
+        self.whole = Accumulator(
+            size, columns.distinct, workers, specular, columns.weights, storage
+        )
+        self._blocks = BlockMoments(film, columns.distinct, specular)
+        split = columns.groups != ("",)
+        self._groups = {
+            group: Accumulator(size, columns.distinct, workers, specular, storage=storage)
+            for group in (columns.groups if split else ())
+        }
+
+    def add(self, pixels: Pixels, seen: NDArray[np.float32] | None) -> None:
+        """Take in one complete pass, and what it saw via specular surfaces."""
+        columns = self._columns
+        for index, accumulator in enumerate(self._groups.values()):
+            part = None if seen is None else columns.of_group(seen, index)
+            accumulator.add(split_pixels(columns, pixels, index), part)
+        whole = split_pixels(columns, pixels), None if seen is None else columns.whole(seen)
+        self.whole.add(*whole)
+        self._blocks.add(*whole)
+
+    @property
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """All that passes leave behind but their number, by name: the arrays themselves."""
+        accumulators = enumerate((self.whole, *self._groups.values()))
+        return self._blocks.arrays | {
+            f"{index} {name}": array
+            for index, accumulator in accumulators
+            for name, array in accumulator.arrays.items()
+        }
+
+    def resume(self, count: int) -> None:
+        """Go on after `count` passes, those that `arrays` were filled with."""
+        self._blocks.count = count
+        for accumulator in (self.whole, *self._groups.values()):
+            accumulator.count = count
+
+    def finish(self, scale: float, kept: Container[str] = ALL) -> tuple[Buffers, Buffers]:
+        """Return buffers and their standard errors, as `Accumulator.finish`, in all bands.
+
+        Those of groups are named as in "direct@sun". Where lights are split, buffers of the whole
+        are the sums of theirs, in their order. A covariance that is 0 everywhere is left out.
+        """
+        buffers, errors = self.whole.finish(scale, ALL if self._groups else kept)
+        for index, (group, accumulator) in enumerate(self._groups.items()):
+            parts, spreads = accumulator.finish(scale, OF_GROUPS)
+            for name, part in parts.items():
+                buffers[name][:] = part if index == 0 else buffers[name] + part
+                buffers[group_name(name, group)] = part
+            errors |= {group_name(name, group): spread for name, spread in spreads.items()}
+        if self._groups:
+            _add_up(buffers)
+        for name in list(buffers):
+            row = BY_NAME[split_name(name)[0]]
+            if row.omitted == "where it is 0 everywhere" and not buffers[name].any():
+                del buffers[name]
+        return self._expand(buffers, kept), self._expand(errors, kept)
+
+    def block_errors(self, scale: float, kept: Container[str] = ALL) -> Buffers:
+        """Return the standard errors of blocks' means of the whole, in all bands."""
+        return {
+            name: error[..., self._columns.of_band].astype(np.float32)
+            for name, error in self._blocks.finish(scale).items()
+            if name in kept
+        }
+
+    def _expand(self, images: Buffers, kept: Container[str]) -> Buffers:
+        """Return what is kept of images, in all bands."""
+        return {
+            name: self._in_all_bands(image) if image.ndim == 2 else image
+            for name, image in images.items()
+            if split_name(name)[0] in kept
+        }
+
+    def _in_all_bands(self, image: NDArray[np.float32]) -> NDArray[np.float32]:
+        of_band = self._columns.of_band
+        if len(of_band) == self._columns.distinct:
+            return image
+        expanded = self._storage.zeros((len(image), len(of_band)))
+        for part in strips(len(image)):
+            expanded[part] = image[part][:, of_band]
+        return expanded
+
+
+def _add_up(buffers: Buffers) -> None:
+    """Make radiance the sum of its parts."""
+    for part in strips(len(buffers["radiance"])):
+        light = buffers["emission"][part] + buffers["direct"][part]
+        buffers["radiance"][part] = light + buffers["indirect"][part]

@@ -1,0 +1,1 @@
+"""The passes: photons, radiosity cache, caustics, sampling plan, camera pass, render loop."""

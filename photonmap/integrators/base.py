@@ -1,0 +1,226 @@
+"""What integrators share: the setup of passes, their counters, and the arrays of an estimate."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+
+from photonmap.compile.effects import EffectPlan
+from photonmap.compile.scene_arrays import CompiledScene
+from photonmap.kernels.core.passes import (
+    CAUSTIC,
+    CAUSTIC_IRRADIANCE,
+    FIRST_CAUSTIC,
+    LANES,
+    VIA_CAUSTIC,
+    VIA_DIRECT,
+    VIA_INDIRECT,
+    CacheCells,
+    Estimate,
+    Film,
+    Pixels,
+    RadiosityCache,
+    SamplingPlan,
+    Scratch,
+    Span,
+    View,
+)
+from photonmap.kernels.core.streams import Domain
+from photonmap.runtime.storage import RAM, Storage
+from photonmap.runtime.workers import Workers
+
+TILE = 2048
+"""Pixels of a span."""
+
+
+@dataclass(frozen=True)
+class PassSetup:
+    """What passes are made of.
+
+    Parameters
+    ----------
+    compiled : the scene
+    film : the image
+    bands : N, columns that passes carry
+    photons : emitted in each pass
+    seed : of all random numbers
+    workers : that share the work
+    effects : which are simulated; None for all
+    storage : where the arrays lie
+    """
+
+    compiled: CompiledScene
+    film: Film
+    bands: int
+    photons: int
+    seed: int
+    workers: Workers
+    effects: EffectPlan | None = None
+    storage: Storage = RAM
+
+    @property
+    def pixels(self) -> int:
+        """P."""
+        return self.film.width * self.film.height
+
+    @cached_property
+    def view(self) -> View:
+        """The camera over the film."""
+        return View(self.compiled.film_camera(self.film.width, self.film.height), self.film)
+
+    @property
+    def spreads(self) -> bool:
+        """Whether the camera samples of a pixel differ: over its area, or over a lens."""
+        optics = self.view.camera.optics
+        return self.film.jitter or (optics is not None and optics.lens.is_open)
+
+    def simulates(self, effect: str) -> bool:
+        """Return whether an effect is simulated."""
+        return self.effects is None or self.effects.on(effect)
+
+    def key(self, index: int, domain: Domain) -> np.uint64:
+        """Return the key of a family of random streams of pass `index`."""
+        return stream_key(self.seed, index, domain)
+
+    def over_pixels(self, task: Callable[[Span], object]) -> None:
+        """Run a task over spans of pixels."""
+        self.workers.ranges(lambda first, last: task(Span(first, last)), self.pixels, TILE)
+
+
+@dataclass
+class Counters:
+    """All that passes leave behind in an integrator; each is else a function of seed and index."""
+
+    photons: int = 0
+    """emitted"""
+    stores: int = 0
+    """entries of photons in radiosity caches"""
+    truncated: int = 0
+    """photons truncated after `MAX_BOUNCES`"""
+    rays: int = 0
+    photon_seconds: float = 0.0
+    caustic_seconds: float = 0.0
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return them by name."""
+        return asdict(self)
+
+    def restore(self, counters: dict[str, Any]) -> None:
+        """Go on from the counters of earlier passes."""
+        for name in asdict(self):
+            setattr(self, name, counters[name])
+
+
+class Integrator(Protocol):
+    """Estimates every pixel, pass by pass; passes are independent of each other.
+
+    A new integrator implements this, and is entered in `METHODS`.
+    """
+
+    counters: Counters
+    setup_seconds: float
+    """spent on what is done once"""
+    sample_scales: np.ndarray | None
+    """(2, P) log2 of the factors on samples after the warm-up passes; None for none"""
+
+    adapts: bool
+    """whether passes follow `sample_scales`"""
+
+    def estimate(self, index: int, wider: int = 0) -> Estimate:
+        """Run pass `index` (from 0); the next one overwrites the arrays.
+
+        Supports (cells, footprints, disks) are `wider` times doubled in width, with the same random
+        numbers.
+        """
+
+    @property
+    def plan(self) -> SamplingPlan:
+        """How many samples each pixel gets before they are scaled."""
+
+    @property
+    def shares(self) -> bool:
+        """Whether pixels share their indirect light with neighbours."""
+
+    @property
+    def has_supports(self) -> bool:
+        """Whether light is averaged over cells, footprints or disks, which biases it."""
+
+    @property
+    def finds_light(self) -> bool:
+        """Whether photons are stored, so that a pixel that found none is unresolved."""
+
+    @property
+    def effect_seconds(self) -> dict[str, float]:
+        """Seconds of the effects that are timed apart."""
+
+    def truncated_fraction(self) -> float:
+        """Return about which fraction of camera paths is truncated."""
+
+    def call_camera_pass(self) -> None:
+        """Compile the kernel of the camera pass by a call, on a scene of one triangle."""
+
+    def call_other_kernels(self) -> Estimate:
+        """Compile the other kernels of a pass by a call each; return an estimate of any values."""
+
+
+def stream_key(seed: int, index: int, domain: Domain) -> np.uint64:
+    """Return the key of an independent family of random streams."""
+    text = f"{seed} {index} {int(domain)}".encode()
+    return np.uint64(int.from_bytes(hashlib.blake2b(text, digest_size=8).digest(), "little"))
+
+
+def make_scratch(compiled: CompiledScene, bands: int) -> Scratch:
+    """Make what a kernel needs for one sample."""
+    throughput, chain, response = np.empty((3, bands), np.float32)
+    rows = CAUSTIC + 1 if compiled.specular is not None else CAUSTIC
+    scattered = rows if compiled.scattering is not None else 0
+    return Scratch(
+        throughput,
+        chain,
+        np.empty((rows, bands), np.float32),
+        np.empty((2, LANES)),
+        np.empty((3, LANES)),
+        *np.empty((2, scattered, bands), np.float32),
+        response,
+    )
+
+
+def empty_cache(bands: int) -> RadiosityCache:
+    """Make a radiosity cache that never answers."""
+    none = np.zeros((0, 2), np.int32), np.zeros(0, np.int32), np.zeros((0, 2), np.float32)
+    cells = CacheCells(*none, np.zeros(0, np.int32), 1)
+    return RadiosityCache(cells, np.zeros((0, bands), np.float32))
+
+
+def empty_estimate(setup: PassSetup) -> Estimate:
+    """Make the arrays of a pass."""
+    size, bands, storage = setup.pixels, setup.bands, setup.storage
+    pixels = Pixels(
+        *storage.zeros((6, size, bands)),
+        coverage=storage.zeros(size),
+        lookups=storage.zeros(size, np.uint8),
+        plane=storage.zeros((size, 7)),
+    )
+    via = storage.zeros((5, size, bands)) if setup.compiled.has_residual else None
+    return Estimate(pixels, via)
+
+
+def leave_out(setup: PassSetup, estimate: Estimate) -> Estimate:
+    """Clear what was estimated along the way, though its effect is left out."""
+    for effect, names, rows in (
+        ("emission", ("emission",), ()),
+        ("direct", ("direct", "irradiance_direct"), (VIA_DIRECT,)),
+        ("indirect", ("indirect", "irradiance_indirect"), (VIA_INDIRECT,)),
+        ("caustics", (), (FIRST_CAUSTIC, CAUSTIC_IRRADIANCE, VIA_CAUSTIC)),
+    ):
+        if not setup.simulates(effect):
+            for name in names:
+                getattr(estimate.pixels, name)[:] = 0.0
+            if estimate.via_specular is not None:
+                estimate.via_specular[list(rows)] = 0.0
+    return estimate

@@ -1,0 +1,172 @@
+"""Buffers of the surface at each pixel's centre: one function for each, registered by name.
+
+A new one is a row of `photonmap.buffers.TABLE` with the source "first hit", and a function here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.buffers import BY_NAME, DEFAULT, names_where
+from photonmap.compile.glossy import mean_albedo
+from photonmap.compile.scene_arrays import CompiledScene
+from photonmap.integrators.base import TILE
+from photonmap.kernels.bsdf.models import GLOSSY
+from photonmap.kernels.core.passes import Film, Span, View
+from photonmap.kernels.core.records import GLASS, MIRROR
+from photonmap.kernels.integrators.first_hits import first_hits
+from photonmap.runtime.storage import RAM, Storage, strips
+from photonmap.runtime.workers import Workers
+
+Array = NDArray[Any]
+
+
+class FirstHits(NamedTuple):
+    """What the rays through the centres of P pixels hit."""
+
+    triangle: Array
+    """(P,) int32, row of `Geometry.triangles`; -1 for the background"""
+    distance: Array
+    """(P,) float32, from where the ray begins in the kernels' unit; 0 for the background"""
+    depth: Array
+    """(P,) float32, the same along the camera's axis, if it has one"""
+    normal: Array
+    """(P, 3) float32, unit shading normal towards the camera; 0 for the background"""
+
+    def look_up(self, of_triangle: Array) -> Array:
+        """Return the rows of a table (T, …) that the hit triangles have; 0 for the background."""
+        rows = of_triangle[self.triangle]
+        rows[self.triangle < 0] = 0
+        return rows
+
+
+Compute = Callable[[CompiledScene, FirstHits], Array]
+"""Returns the values of a buffer, (P,) or (P, channels), in the unit of its row."""
+_COMPUTE: dict[str, Compute] = {}
+
+
+def at_centre(name: str) -> Callable[[Compute], Compute]:
+    """Register the function that computes a buffer of `photonmap.buffers.TABLE`."""
+
+    def register(compute: Compute) -> Compute:
+        _COMPUTE[name] = compute
+        return compute
+
+    return register
+
+
+def first_hit_buffers(
+    compiled: CompiledScene,
+    film: Film,
+    workers: Workers,
+    kept: Container[str] = DEFAULT,
+    storage: Storage = RAM,
+) -> dict[str, Array]:
+    """Return the buffers at the pixels' centres that are kept, one row a pixel."""
+    names = [name for name in names_where(source="first hit") if name in kept]
+    if not names:
+        return {}
+    pixels = film.width * film.height
+    hits = FirstHits(
+        storage.zeros(pixels, np.int32),
+        storage.zeros(pixels),
+        storage.zeros(pixels),
+        storage.zeros((pixels, 3)),
+    )
+    view = View(compiled.film_camera(film.width, film.height), film)
+    workers.ranges(
+        lambda first, last: first_hits(compiled.geometry, view, Span(first, last), *hits),
+        pixels,
+        TILE,
+        whole=True,
+    )
+    images = {name: _empty(name, pixels, compiled, storage) for name in names}
+    for part in strips(pixels):
+        some = FirstHits(*(array[part] for array in hits))
+        for name, image in images.items():
+            image[part] = _COMPUTE[name](compiled, some)
+    return images
+
+
+def _empty(name: str, pixels: int, compiled: CompiledScene, storage: Storage) -> Array:
+    """Make the array of a buffer, as its row describes it."""
+    row = BY_NAME[name]
+    bands = compiled.materials.reflectance.shape[1]
+    count = bands if row.channels is None else len(row.channels)
+    shape = (pixels, count) if row.is_banded or count > 1 else (pixels,)
+    return storage.zeros(shape, np.dtype(row.dtype))
+
+
+@at_centre("depth")
+def _depth(compiled: CompiledScene, hits: FirstHits) -> Array:
+    # What touches the camera may be behind it by a rounding error.
+    return np.maximum(hits.depth, 0.0) * np.float32(compiled.size)
+
+
+@at_centre("distance")
+def _distance(compiled: CompiledScene, hits: FirstHits) -> Array:
+    return hits.distance * np.float32(compiled.size)
+
+
+@at_centre("normal")
+def _normal(compiled: CompiledScene, hits: FirstHits) -> Array:
+    return hits.normal
+
+
+@at_centre("object_id")
+def _object_id(compiled: CompiledScene, hits: FirstHits) -> Array:
+    return hits.look_up(compiled.object_ids)
+
+
+@at_centre("material_id")
+def _material_id(compiled: CompiledScene, hits: FirstHits) -> Array:
+    return hits.look_up(compiled.material_ids)
+
+
+@at_centre("specular_albedo")
+def _specular_albedo(compiled: CompiledScene, hits: FirstHits) -> Array:
+    """Look up the reflectance of a mirror or a glossy lobe, or ((n − 1) / (n + 1))² of glass."""
+    albedo = np.zeros_like(compiled.materials.reflectance)
+    specular, scattering = compiled.specular, compiled.scattering
+    if scattering is not None:
+        albedo = scattering.specular
+    if specular is not None:
+        of_glass = ((specular.ior - 1.0) / (specular.ior + 1.0)) ** 2
+        albedo = np.where((specular.kind == MIRROR)[:, None], specular.mirror, albedo)
+        albedo = np.where((specular.kind == GLASS)[:, None], of_glass[:, None], albedo)
+    return hits.look_up(albedo[compiled.geometry.material])
+
+
+@at_centre("roughness")
+def _roughness(compiled: CompiledScene, hits: FirstHits) -> Array:
+    roughness = np.ones(len(compiled.materials.reflectance), np.float32)
+    specular, scattering = compiled.specular, compiled.scattering
+    if scattering is not None:
+        alpha = np.where(scattering.model == GLOSSY, scattering.parameters[:, 0], 1.0)
+        roughness = np.sqrt(alpha).astype(np.float32)
+    if specular is not None:
+        roughness[specular.kind != 0] = 0.0
+    return hits.look_up(roughness[compiled.geometry.material])
+
+
+@at_centre("diffuse_fraction")
+def _diffuse_fraction(compiled: CompiledScene, hits: FirstHits) -> Array:
+    """Look up base / (base + lobe) of the hemispherical albedos; 1 for what is black."""
+    base = compiled.materials.reflectance.astype(float)
+    lobe = np.zeros_like(base)
+    specular, scattering = compiled.specular, compiled.scattering
+    if scattering is not None:
+        glossy = scattering.model == GLOSSY
+        lobe[glossy] = mean_albedo(scattering.specular[glossy], scattering.albedos[glossy])
+        base *= (1.0 - lobe) ** 2 / np.maximum(1.0 - base * lobe, 1e-12)
+    if specular is not None:
+        lobe += specular.mirror
+    total = base + lobe
+    fraction = np.divide(base, total, out=np.ones_like(base), where=total > 0.0)
+    if specular is not None:
+        fraction[specular.kind == GLASS] = 0.0
+    return hits.look_up(fraction.astype(np.float32)[compiled.geometry.material])

@@ -1,0 +1,75 @@
+"""Name lights that send nothing into the view: wound the wrong way, or inside a wall."""
+
+import numpy as np
+
+from photonmap.compile.cdf import make_cdf, probabilities_of
+from photonmap.compile.scene_arrays import CompiledScene
+from photonmap.errors import warn
+from photonmap.kernels.core.passes import View
+from photonmap.kernels.core.records import Lights
+from photonmap.kernels.integrators.light_visibility import find_view_points, reaches_view
+from photonmap.runtime.wording import listed
+
+POINTS = 64
+PATHS, FEWEST_PATHS, MOST_PATHS = 256, 16, 1 << 14
+"""From a light; where there are many, as few as this; and from all, about."""
+BOUNCES = 8
+
+
+def warn_of_hidden_lights(compiled: CompiledScene, view: View, key: np.uint64) -> list[str]:
+    """Warn of the lights none of whose probing paths reaches a point that the camera sees.
+
+    Every light sends up to 256 paths of up to 8 bounces; each of their vertices is joined to 64
+    points in view until one connection is free. A light that lights the view costs a few rays.
+    Where there are smooth surfaces nothing is said: light may come by them, and be seen in them.
+
+    Returns
+    -------
+    names of these lights
+    """
+    if compiled.specular is not None:
+        return []
+    points, normals = np.zeros((POINTS, 3)), np.zeros((POINTS, 3))
+    count = find_view_points(compiled.geometry, view, key, points, normals)
+    points, normals = points[:count], normals[:count]
+    if count == 0:
+        return []
+    emitters: dict[str, list[int]] = {}
+    for emitter, name in enumerate(compiled.light_names):
+        emitters.setdefault(name, []).append(emitter)
+    paths = int(np.clip(MOST_PATHS // len(emitters), FEWEST_PATHS, PATHS))
+    hidden = []
+    for name, members in emitters.items():
+        lights = _only(compiled.lights, np.array(members))
+        scene = compiled.arrays._replace(lights=lights)
+        if not reaches_view(scene, key, paths, BOUNCES, points, normals):
+            hidden.append(name)
+    if hidden:
+        warn(
+            f"light {hidden[0]!r} sends nothing into the view: none of {paths} paths from it "
+            f"reached the view; check its winding, and that it is not inside a wall"
+            if len(hidden) == 1
+            else f"lights {listed(hidden)} send nothing into the view: none of {paths} paths from "
+            f"each reached the view; check their winding, and that they are not inside a wall"
+        )
+    return hidden
+
+
+def _only(lights: Lights, members: np.ndarray) -> Lights:
+    """Return some emitters of one light alone, chosen in proportion to power."""
+    profiles = lights.profiles
+    if profiles is not None:
+        profiles = profiles._replace(row=profiles.row[members])
+    return lights._replace(
+        kind=lights.kind[members],
+        triangle=lights.triangle[members],
+        position=lights.position[members],
+        axis=lights.axis[members],
+        cosines=lights.cosines[members],
+        area=lights.area[members],
+        spectrum=lights.spectrum[members],
+        cdf=make_cdf(probabilities_of(lights.cdf)[members]),
+        dome=int(np.argmax(members == lights.dome)) if lights.dome in members else -1,
+        profiles=profiles,
+        tree=None,
+    )

@@ -1,0 +1,79 @@
+"""Estimate the memory of a render before it starts."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from photonmap.buffers import DEFAULT, RENDERED
+from photonmap.film.moments import BYTES_PER_VALUE
+from photonmap.integrators.photon_mapping.cache_tracer import CELLS_PER_PHOTON, bundle_count
+from photonmap.runtime.memory import Need
+
+PASS_BUFFERS = 7
+"""Arrays of a pass with a value a pixel and band: those of `Pixels`, and shared irradiance."""
+SPECULAR_BYTES_PER_VALUE = 44
+"""Moments and passes of caustics and of what is seen via specular surfaces."""
+BYTES_PER_PIXEL = 92
+"""Bytes of a pixel besides bands and the buffers that are kept: sampling plan, planes, counts."""
+BYTES_PER_TRIANGLE = 300
+"""Arrays, Embree's tree, and what its construction needs for a moment."""
+BASE = 250e6
+"""Bytes of the interpreter, its packages and compiled kernels."""
+PASSING_BYTES_PER_PIXEL = 32
+"""What stays in RAM of an image whose arrays are on disk, for moments: luminances, masks."""
+PASSING_BYTES_PER_SPLIT_VALUE = 32
+"""The same of each value of a pass that is split by light group."""
+PASSING_BYTES_PER_CAUSTIC = 3 * 40
+"""The same of caustic photons, one a pixel, while they are sorted."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """What decides how much memory a render needs.
+
+    Parameters
+    ----------
+    pixels, photons, triangles : their numbers
+    bands : those of the whole, and of each light group that is split off
+    specular : there are mirrors or glass
+    per_light : light is split by light group
+    buffers : names of those that are kept
+    """
+
+    pixels: int
+    bands: int
+    photons: int
+    triangles: int
+    specular: bool = False
+    per_light: bool = False
+    buffers: Collection[str] = DEFAULT
+
+    @property
+    def need(self) -> Need:
+        """Bytes that are never on disk, and those of the arrays that may be."""
+        return Need(self._always, self._arrays)
+
+    @property
+    def _kept_values(self) -> int:
+        """Values of 4 bytes in a pixel of all buffers that are kept, and of their errors."""
+        return sum(
+            row.values_per_pixel(self.bands)
+            for row in RENDERED
+            if row.name in self.buffers
+            and (self.specular or row.omitted != "without mirrors, glass or rough surfaces")
+        )
+
+    @property
+    def _always(self) -> float:
+        passing = PASSING_BYTES_PER_PIXEL + PASSING_BYTES_PER_CAUSTIC * self.specular
+        passing += PASSING_BYTES_PER_SPLIT_VALUE * self.bands * self.per_light
+        return BASE + BYTES_PER_TRIANGLE * self.triangles + passing * self.pixels
+
+    @property
+    def _arrays(self) -> float:
+        per_value = BYTES_PER_VALUE + 4 * PASS_BUFFERS + SPECULAR_BYTES_PER_VALUE * self.specular
+        per_pixel = BYTES_PER_PIXEL + self.bands * per_value + 4 * self._kept_values
+        cells = 2.0 * self.photons * CELLS_PER_PHOTON
+        caches = cells * self.bands * 4 * (bundle_count(self.photons) + 2)
+        return self.pixels * per_pixel + caches

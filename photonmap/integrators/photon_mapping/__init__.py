@@ -1,0 +1,1 @@
+"""Photon mapping: photons, the radiosity cache, and caustics."""

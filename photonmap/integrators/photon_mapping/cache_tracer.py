@@ -1,0 +1,131 @@
+"""The radiosity cache of each pass: cells that shrink, filled by the pass's own photons."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.compile.triangles import triangle_areas
+from photonmap.integrators.base import Counters, PassSetup
+from photonmap.integrators.photon_mapping.exposed_fraction import find_lit_sides, measure_exposed
+from photonmap.integrators.photon_mapping.radiosity_cache import (
+    divide_cells,
+    lay_cells,
+    measure_surface_fraction,
+)
+from photonmap.kernels.cache.radiosity_cache import sum_bundles
+from photonmap.kernels.core.passes import MAX_BOUNCES, CacheCells, RadiosityCache, Span
+from photonmap.kernels.core.streams import Domain
+from photonmap.kernels.integrators.photon import trace_photons
+
+CELLS_PER_PHOTON = 1 / 4
+"""Cells per photon on one side of all surfaces, in the first pass."""
+CELLS_HOLD = 8
+"""Passes after which cells begin to shrink; before, noise outweighs their bias."""
+BUNDLE = 32768
+"""Photons that fill one copy of the cache."""
+MOST_BUNDLES = 16
+CELL_RANGE = 16384
+"""Cells that are summed over bundles at a time."""
+
+
+class Layout(NamedTuple):
+    """The cells of a pass."""
+
+    cells: CacheCells
+    number: int
+    fraction: NDArray[np.float32]
+    """(cells, 1), of each cell's area that is exposed surface"""
+
+
+def bundle_count(photons: int) -> int:
+    """Return how many copies of the cache are filled side by side, for any number of threads."""
+    return min(max(-(-photons // BUNDLE), 1), MOST_BUNDLES)
+
+
+class CacheTracer:
+    """Traces the photons of passes into radiosity caches.
+
+    Parameters
+    ----------
+    setup : of the passes
+    counters : to which its work is added
+    """
+
+    def __init__(self, setup: PassSetup, counters: Counters) -> None:
+        self._setup, self._counters = setup, counters
+        self._scene = setup.compiled.arrays
+        self._areas = triangle_areas(setup.compiled.geometry)
+        self._layouts: dict[int, Layout] = {}
+        self._bundles = np.empty((0, 0, 0), np.float32)
+
+    def trace(self, index: int, wider: int = 0) -> RadiosityCache:
+        """Return the cache of pass `index`, with cells `wider` times doubled in width."""
+        setup, total = self._setup, self._setup.photons
+        layout = self._layout(index, wider)
+        bundles = bundle_count(total)
+        shape = bundles, layout.number, setup.bands
+        if self._bundles.shape != shape:
+            self._bundles = setup.storage.zeros(shape)
+        key = setup.key(index, Domain.PHOTONS)
+        counts = setup.workers.map(
+            lambda bundle: trace_photons(
+                self._scene,
+                RadiosityCache(layout.cells, self._bundles[bundle]),
+                key,
+                Span(bundle * total // bundles, (bundle + 1) * total // bundles),
+                total,
+                MAX_BOUNCES,
+                np.empty((2, setup.bands), np.float32),
+            ),
+            bundles,
+        )
+        self._count(*np.sum(counts, axis=0))
+        radiosity = setup.storage.zeros((layout.number, setup.bands))
+        setup.workers.ranges(
+            lambda first, last: sum_bundles(self._bundles, first, last, radiosity),
+            layout.number,
+            CELL_RANGE,
+        )
+        radiosity /= layout.fraction
+        return RadiosityCache(layout.cells, radiosity)
+
+    def _count(self, stores: np.integer, truncated: np.integer) -> None:
+        counters, total = self._counters, self._setup.photons
+        counters.stores += int(stores)
+        counters.truncated += int(truncated)
+        counters.photons += total
+        counters.rays += int(stores) + total
+
+    def _layout(self, index: int, wider: int) -> Layout:
+        """Return cells whose area falls with the cube root of passes in the end, in steps of √2."""
+        level = int(2.0 * math.log2(1.0 + index / CELLS_HOLD) / 3.0) - 4 * wider
+        if level not in self._layouts:
+            number = max(self._setup.photons * CELLS_PER_PHOTON, 1.0) * 2.0 ** (0.5 * level)
+            cells, count = lay_cells(self._scene.geometry, self._areas, self._areas.sum() / number)
+            # Passes that are repeated with wider supports go back and forth between two.
+            kept = list(self._layouts.items())[-1:]
+            self._layouts = dict(kept) | {level: self._measure(cells, count)}
+        return self._layouts[level]
+
+    def _measure(self, cells: CacheCells, count: int) -> Layout:
+        """Divide the cells that are exposed in part, and measure the exposed surface of all."""
+        part = self._measure_exposed(cells, count)
+        cells, count = divide_cells(cells, part[:, 0] < 1.0)
+        if count > len(part):
+            of_divided = self._measure_exposed(cells, count)[len(part) :]
+            part = np.concatenate([part, of_divided / np.float32(cells.finer**2)])
+        surface = measure_surface_fraction(self._scene.geometry, self._areas, cells, count)
+        return Layout(cells, count, part if surface is None else part * surface)
+
+    def _measure_exposed(self, cells: CacheCells, count: int) -> NDArray[np.float32]:
+        return measure_exposed(self._setup, self._lit_sides, self._areas, cells, count)
+
+    @cached_property
+    def _lit_sides(self) -> NDArray[np.bool_]:
+        """Whether light reaches the sides of triangles, (T, 2)."""
+        return find_lit_sides(self._setup)

@@ -1,0 +1,105 @@
+"""Which fraction of the cache's cells is exposed: the rest is inside what stands on the surface.
+
+No photon or gather ray arrives there: light that is assumed to be spread over all of such a cell
+would be too dim where it can be seen. A point is exposed if it sees anything that light reaches.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.integrators.base import PassSetup
+from photonmap.integrators.photon_mapping.radiosity_cache import one_cell
+from photonmap.kernels.cache.exposed_fraction import Exposure, probe_exposure
+from photonmap.kernels.core.passes import CacheCells, RadiosityCache, Span
+from photonmap.kernels.core.streams import Domain
+from photonmap.kernels.integrators.photon import trace_photons
+
+PILOT, BOUNCES = 4096, 32
+"""Photons that find what light reaches, and their bounces."""
+FLIGHTS, SURELY = 16, 12
+"""Groups of them, and how many must reach an object for a decision of its own."""
+LEAST = 1 / 4
+"""Exposed fraction of a cell, at least: it bounds by how much a cell is made brighter."""
+PARTS = 16
+"""Parts in which triangles are processed, for any number of threads."""
+
+
+def find_lit_sides(setup: PassSetup) -> NDArray[np.bool_]:
+    """Return of both sides of each triangle, (T, 2), whether light reaches it.
+
+    Triangles of one material share the answer; so do those of one object that photons often reach.
+    """
+    material, objects = setup.compiled.geometry.material, setup.compiled.object_ids
+    of_material = _count_flights(setup, material)
+    of_object = _count_flights(setup, objects)
+    of_object[of_object.max(axis=1) < SURELY] = 1
+    return (of_material[material] > 0) & (of_object[objects] > 0)
+
+
+def _count_flights(setup: PassSetup, groups: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Count the flights of photons that come to the sides of groups of triangles, (G, 2).
+
+    They lose nothing, and come from all emitters alike: whether a surface is dark, or a light dim,
+    does not matter.
+    """
+    scene = setup.compiled.arrays
+    lights, materials, textures = scene.lights, scene.materials, scene.textures
+    emitters = len(lights.cdf)
+    if textures is not None:
+        textures = textures._replace(reflectance=np.full_like(textures.reflectance, -1))
+    scene = scene._replace(
+        lights=lights._replace(cdf=np.arange(1, emitters + 1) / emitters),
+        materials=materials._replace(reflectance=np.ones_like(materials.reflectance)),
+        textures=textures,
+    )
+    count = int(groups.max()) + 1
+    sides = 2 * groups.astype(np.int32)[:, None] + np.arange(2, dtype=np.int32)
+    cells = one_cell(len(groups))._replace(first=sides)
+    cache = RadiosityCache(cells, np.empty((2 * count, setup.bands), np.float32))
+    key, scratch = setup.key(0, Domain.LIT_SIDES), np.empty((2, setup.bands), np.float32)
+    lit = np.zeros((count, 2), np.int64)
+    for flight in range(FLIGHTS):
+        span = Span(flight * PILOT // FLIGHTS, (flight + 1) * PILOT // FLIGHTS)
+        trace_photons(scene, cache, key, span, PILOT, BOUNCES, scratch)
+        lit += cache.radiosity.any(axis=1).reshape(count, 2)
+    return lit
+
+
+def measure_exposed(
+    setup: PassSetup,
+    lit_sides: NDArray[np.bool_],
+    areas: NDArray[np.float64],
+    cells: CacheCells,
+    count: int,
+) -> NDArray[np.float32]:
+    """Return the exposed fraction of each of `count` cells, (count, 1); 1 where none seems to be.
+
+    In a layout with divided cells, only of their parts: 1 elsewhere.
+
+    Parameters
+    ----------
+    lit_sides : (T, 2) of `find_lit_sides`
+    areas : (T,) of triangles
+    """
+    scene, storage, triangles = setup.compiled.arrays, setup.storage, len(areas)
+    exposure = Exposure(
+        *storage.zeros((2, count), np.uint8), *storage.zeros((2, triangles, 2), np.uint8)
+    )
+    key = setup.key(0, Domain.EXPOSURE)
+
+    def probe(part: int) -> None:
+        span = Span(part * triangles // PARTS, (part + 1) * triangles // PARTS)
+        probe_exposure(scene, lit_sides, areas, cells, key, span, exposure)
+
+    setup.workers.map(probe, PARTS)
+    shared = cells.divisions == 1
+    for counts, parts in (
+        (exposure.tested, exposure.tested_parts),
+        (exposure.exposed, exposure.exposed_parts),
+    ):
+        np.add.at(counts, cells.first[shared].ravel(), parts[shared].ravel())
+    fraction = storage.zeros((count, 1))
+    fraction[:] = 1.0
+    found = exposure.exposed > 0
+    np.divide(exposure.exposed, exposure.tested, out=fraction[:, 0], where=found)
+    return np.maximum(fraction, LEAST, out=fraction)

@@ -1,0 +1,206 @@
+"""Photon mapping: photons → radiosity cache and caustic map → camera pass → irradiance sharing.
+
+A pass depends on the seed and its own number alone, so passes are independent estimates and the
+same for any number of threads. From pass to pass, cells, disks and footprints shrink, so the answer
+converges to the truth (Knaus and Zwicker 2011).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cached_property
+
+import numpy as np
+
+from photonmap.film.support_width import footprint_width
+from photonmap.integrators.adaptive_sampling import WARM_UP_PASSES, count_rays, scale_plan
+from photonmap.integrators.base import (
+    Counters,
+    PassSetup,
+    empty_cache,
+    empty_estimate,
+    leave_out,
+    make_scratch,
+)
+from photonmap.integrators.photon_mapping.cache_tracer import CacheTracer
+from photonmap.integrators.photon_mapping.caustics import CausticTracer, no_caustics
+from photonmap.integrators.photon_mapping.photon_hit_rate import do_photons_hit
+from photonmap.integrators.sampling_plan import FOOTPRINT_PIXELS, plan_sampling
+from photonmap.kernels.core.passes import (
+    CameraPass,
+    CausticMap,
+    Estimate,
+    PhotonMaps,
+    RadiosityCache,
+    SamplingPlan,
+)
+from photonmap.kernels.core.streams import Domain
+from photonmap.kernels.film.irradiance_sharing import Footprint, share_irradiance
+from photonmap.kernels.integrators.camera_pass import camera_pass
+
+_ONE_SAMPLE = SamplingPlan(*np.ones((3, 1), np.uint8), np.ones(1, np.float32))
+"""The plan of an image of one pixel."""
+
+
+class PhotonIntegrator:
+    """Estimates pixels by photon mapping with final gathering; see `Integrator`."""
+
+    adapts = True
+
+    def __init__(self, setup: PassSetup) -> None:
+        self._setup = setup
+        self._specular = setup.compiled.specular is not None
+        self._estimate = empty_estimate(setup)
+        self._shared = setup.storage.zeros((setup.pixels, setup.bands))
+        self.counters = Counters()
+        self.setup_seconds = 0.0
+        self.sample_scales: np.ndarray | None = None
+
+    def estimate(self, index: int, wider: int = 0) -> Estimate:
+        """Run pass `index`, as `Integrator.estimate` says."""
+        maps = self.trace_photons(index, wider)
+        estimate = self.gather(index, maps)
+        if self.shares:
+            estimate = self.share(index, estimate, wider)
+        return leave_out(self._setup, estimate)
+
+    @property
+    def shares(self) -> bool:
+        """Whether pixels share their indirect light with neighbours."""
+        return self._setup.simulates("indirect")
+
+    @property
+    def has_supports(self) -> bool:
+        """Whether light is averaged over cells, footprints or disks."""
+        return self.shares or (self._specular and self._setup.simulates("caustics"))
+
+    @property
+    def finds_light(self) -> bool:
+        """Whether photons are stored, so that a pixel that found none is unresolved."""
+        return self.counters.stores > 0
+
+    @property
+    def effect_seconds(self) -> dict[str, float]:
+        """Seconds of the effects that are timed apart: of their photons."""
+        counters = self.counters
+        spent = {"indirect": counters.photon_seconds - counters.caustic_seconds}
+        return spent | ({"caustics": counters.caustic_seconds} if self._specular else {})
+
+    def trace_photons(self, index: int, wider: int = 0) -> PhotonMaps:
+        """Trace the photons of a pass: its radiosity cache, and its caustic map if it has one."""
+        start = time.perf_counter()
+        cache = self._trace_cache(index, wider)
+        traced = time.perf_counter()
+        caustics = self._trace_caustics(index, wider)
+        ended = time.perf_counter()
+        self.counters.caustic_seconds += ended - traced
+        self.counters.photon_seconds += ended - start
+        return PhotonMaps(cache, caustics)
+
+    def gather(self, index: int, maps: PhotonMaps) -> Estimate:
+        """Run the camera pass: direct light, final gathering, specular chains."""
+        setup = self._setup
+        with self._setting_up():
+            plan = self._scaled_plan(index)
+        key = setup.key(index, Domain.CAMERA)
+        job = CameraPass(setup.compiled.arrays, maps, setup.view, plan, key)
+        setup.over_pixels(
+            lambda span: camera_pass(
+                job, span, make_scratch(setup.compiled, setup.bands), self._estimate
+            )
+        )
+        self.counters.rays += count_rays(plan)
+        return self._estimate
+
+    def share(self, index: int, estimate: Estimate, wider: int = 0) -> Estimate:
+        """Share indirect irradiance between neighbouring pixels of one surface."""
+        scale, pixels = footprint_width(index) * 2.0**wider, estimate.pixels
+        radius = self.plan.sharing_radius
+        footprint = Footprint(pixels.plane, radius, scale, FOOTPRINT_PIXELS * scale)
+        self._setup.over_pixels(
+            lambda span: share_irradiance(self._setup.film, footprint, span, pixels, self._shared)
+        )
+        return estimate._replace(pixels=pixels._replace(irradiance_indirect=self._shared))
+
+    @cached_property
+    def plan(self) -> SamplingPlan:
+        """How many samples each pixel gets before they are scaled."""
+        plan = plan_sampling(self._setup)
+        if not self._setup.simulates("indirect"):
+            plan = plan._replace(gathers=np.zeros_like(plan.gathers))
+        if not self._setup.simulates("soft_shadows"):
+            plan = plan._replace(lights=np.ones_like(plan.lights))
+        return plan
+
+    def _scaled_plan(self, index: int) -> SamplingPlan:
+        """Return the plan of pass `index`."""
+        scales = self.sample_scales
+        if scales is None or index < WARM_UP_PASSES or not scales.any():
+            return self.plan
+        return scale_plan(self.plan, scales[index % 2], self._setup.spreads)
+
+    @cached_property
+    def traces_paths_instead(self) -> bool:
+        """Whether photons hit too little to estimate light: then gather rays go on as paths.
+
+        What gather rays see via specular surfaces is always looked up.
+        """
+        setup = self._setup
+        if self._specular or not self.shares:
+            return False
+        with self._setting_up():
+            key = setup.key(0, Domain.PHOTON_HITS)
+            return not do_photons_hit(setup.compiled, setup.bands, setup.photons, key)
+
+    def truncated_fraction(self) -> float:
+        """Return 0: camera rays end in the cache, and truncated photons are counted."""
+        return 0.0
+
+    def call_camera_pass(self) -> None:
+        """Compile the sampling pre-pass, and the camera pass, which has most of its code.
+
+        One sample, on maps that hold nothing.
+        """
+        plan_sampling(self._setup)
+        self.plan = _ONE_SAMPLE
+        bands = self._setup.bands
+        caustics = no_caustics(bands) if self._specular else None
+        self.gather(0, PhotonMaps(empty_cache(bands), caustics))
+
+    def call_other_kernels(self) -> Estimate:
+        """Compile the kernels of the photon pass and of sharing."""
+        self.plan = _ONE_SAMPLE
+        self.trace_photons(0)
+        return self.share(0, self._estimate)
+
+    def _trace_cache(self, index: int, wider: int) -> RadiosityCache:
+        if not self.shares or self.traces_paths_instead:
+            return empty_cache(self._setup.bands)
+        return self._cache_tracer.trace(index, wider)
+
+    @cached_property
+    def _cache_tracer(self) -> CacheTracer:
+        return CacheTracer(self._setup, self.counters)
+
+    def _trace_caustics(self, index: int, wider: int) -> CausticMap | None:
+        if not self._specular:
+            return None
+        if not self._setup.simulates("caustics"):
+            return no_caustics(self._setup.bands)
+        tracer = self._caustic_tracer
+        self.counters.photons += tracer.photons
+        return tracer.trace(index, self._setup.key(index, Domain.CAUSTICS), wider)
+
+    @cached_property
+    def _caustic_tracer(self) -> CausticTracer:
+        with self._setting_up():
+            return CausticTracer(self._setup)
+
+    @contextmanager
+    def _setting_up(self) -> Iterator[None]:
+        """Take the time of what is done once, in the first pass."""
+        start = time.perf_counter()
+        yield
+        self.setup_seconds += time.perf_counter() - start

@@ -1,0 +1,171 @@
+"""Pass after pass until the budget is spent, with checkpoints on request."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import asdict
+from typing import Any
+
+from photonmap.errors import warn
+from photonmap.film.bias import BiasProbe
+from photonmap.film.budget import Budget
+from photonmap.film.forecast import Forecast
+from photonmap.film.light_groups import LightGroups
+from photonmap.integrators.adaptive_sampling import AdaptiveSampling
+from photonmap.integrators.base import Integrator
+from photonmap.runtime.checkpoint import Checkpoint
+from photonmap.runtime.progress import Progress
+
+
+class RenderLoop:
+    """Takes passes into moments.
+
+    Parameters
+    ----------
+    integrator, moments : from which passes come, and into which they are taken
+    budget : when to stop
+    probe : estimates the bias on the way
+    adaptive : learns where to sample; None to sample evenly
+    checkpoint : where to save the state; None for nowhere
+    resume : resume from the checkpoint's file
+
+    Raises
+    ------
+    InputError : the checkpoint cannot be resumed
+    """
+
+    def __init__(
+        self,
+        integrator: Integrator,
+        moments: LightGroups,
+        budget: Budget,
+        probe: BiasProbe,
+        adaptive: AdaptiveSampling | None = None,
+        checkpoint: Checkpoint | None = None,
+        resume: bool = False,
+    ) -> None:
+        self._integrator, self._moments = integrator, moments
+        self._budget, self._probe = budget, probe
+        self._adaptive = adaptive
+        if adaptive is not None:
+            integrator.sample_scales = adaptive.sample_scales
+        self._checkpoint = checkpoint
+        self._start = time.perf_counter()
+        self.resumed, self.earlier, self._saving = 0, 0.0, 0.0
+        self.interrupted, self._adding = False, False
+        if checkpoint is not None and resume:
+            if checkpoint.path.exists():
+                self._load(checkpoint)
+            else:
+                warn(f"{checkpoint.path}: there is no checkpoint yet; starting from scratch")
+        self._counters = integrator.counters.as_dict()
+        self._forecast = Forecast(budget, self.resumed, self.earlier, integrator.shares)
+
+    @property
+    def _arrays(self) -> dict[str, Any]:
+        arrays = {**self._moments.arrays, **self._probe.arrays}
+        if self._adaptive is not None:
+            arrays |= {
+                "first passes": self._adaptive.moments,
+                "powers": self._adaptive.sample_scales,
+            }
+        return arrays
+
+    def _load(self, checkpoint: Checkpoint) -> None:
+        state = checkpoint.load(self._arrays)
+        self._moments.resume(state["passes"])
+        self._integrator.counters.restore(state["counters"])
+        self.resumed, self.earlier = state["passes"], state["elapsed"]
+        self._saving = state["saving"]
+
+    @property
+    def saving(self) -> float:
+        """Seconds that checkpoints took, those of earlier runs too."""
+        return self._saving + (self._checkpoint.seconds if self._checkpoint else 0.0)
+
+    @property
+    def predicted(self) -> list[tuple[float, float]]:
+        """Seconds after 1, 2, 4, … passes, and the seconds in all that were predicted then."""
+        return self._forecast.pairs
+
+    @property
+    def saves(self) -> bool:
+        """Whether the state is saved."""
+        return self._checkpoint is not None
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds of passes so far, those of earlier runs too."""
+        return self.earlier + time.perf_counter() - self._start
+
+    def describe_goal(self) -> dict[str, Any] | None:
+        """Return the error that was aimed at, and what was reached; None for another budget."""
+        if self._budget.goal is None:
+            return None
+        reached = self.error()
+        return {
+            **asdict(self._budget.goal),
+            "reached": reached if math.isfinite(reached) else None,
+        }
+
+    def error(self) -> float:
+        """Return the error that the budget limits, so far; that of radiance if it limits none."""
+        goal, lit = self._budget.goal, self._integrator.finds_light
+        if goal is None or goal.is_plain:
+            error = self._moments.whole.error(lit=lit)
+            return math.hypot(error, self.bias or 0.0)
+        return self._moments.whole.error(goal.buffer, goal.percentile, lit)
+
+    @property
+    def bias(self) -> float | None:
+        """The estimated bias of radiance, see `BiasProbe`."""
+        return self._probe.bias(self._moments.whole.count)
+
+    def go(self, progress: Progress) -> None:
+        """Take passes until the budget is spent, or until Ctrl-C, and save the last state.
+
+        Raises
+        ------
+        KeyboardInterrupt : before the first pass was complete; or a second one, while arrays
+            are half-changed
+        """
+        self._start = time.perf_counter()
+        try:
+            self._repeat(progress)
+        except KeyboardInterrupt:
+            if self._moments.whole.count == 0 or self._adding:
+                raise
+            self.interrupted = True
+            # without the pass that was interrupted
+            self._integrator.counters.restore(self._counters)
+        if self._checkpoint is not None:
+            self._checkpoint.save(self._arrays, self._state())
+
+    def _repeat(self, progress: Progress) -> None:
+        integrator, whole = self._integrator, self._moments.whole
+        error = self.error()
+        while not self._budget.is_spent(whole.count, error, self.elapsed):
+            estimate = integrator.estimate(whole.count)
+            self._adding = True
+            self._moments.add(estimate.pixels, estimate.via_specular)
+            self._adding = False
+            if self._adaptive is not None:
+                self._adaptive.learn(whole.count - 1, estimate, integrator.plan)
+            self._probe.probe(whole.count - 1, estimate, whole)
+            self._counters = integrator.counters.as_dict()
+            error, elapsed = self.error(), self.elapsed
+            total = self._forecast.total(whole.count, error, elapsed, integrator.setup_seconds)
+            progress.update(
+                whole.count, error, elapsed / total, elapsed, integrator.counters.rays / elapsed
+            )
+            if self._checkpoint is not None:
+                self._checkpoint.save_if_due(self._arrays, self._state())
+
+    def _state(self) -> dict[str, Any]:
+        return {
+            "passes": self._moments.whole.count,
+            "counters": self._counters,
+            "elapsed": self.elapsed,
+            "saving": self.saving,
+        }

@@ -1,0 +1,145 @@
+"""Decide how many samples each pixel gets, by a sampling pre-pass before the passes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.integrators.base import PassSetup
+from photonmap.kernels.core.passes import Film, Prepass, SamplingPlan, Span
+from photonmap.kernels.core.records import Lights, SceneArrays
+from photonmap.kernels.core.streams import Domain
+from photonmap.kernels.film.irradiance_sharing import Footprint, count_footprints
+from photonmap.kernels.integrators.prepass import run_prepass
+
+SAMPLES = 4
+"""Camera samples of a pixel in a pass; a power of two, as coverage sums to 1."""
+EDGE_SAMPLES = 16
+"""The same where a pixel shows several surfaces, or a specular one."""
+LIGHT_SAMPLES, PENUMBRA_SAMPLES = 4, 32
+"""Light samples of a pixel, and where some are occluded and some are not."""
+MIXED_LIGHT_SAMPLES = 16
+"""The same where one sample says little about the whole: a sky, or emitters of several spectra."""
+GATHERS, MOST_GATHERS = 8, 64
+"""Gather rays of a pixel, and where few neighbours share their indirect light with it."""
+SHARED_GATHERS = 256
+"""Gather rays of all pixels of a footprint, where a pixel's own are not too many."""
+FOOTPRINT_PIXELS = 6.0
+"""Radius of the first pass's sharing footprints, pixels."""
+FOOTPRINT_REACH = 0.2
+"""Their radius in space, as a fraction of the mean distance to the surfaces around (Ward 1988)."""
+LINES = 64
+"""Lines of the image that are planned at a time."""
+
+
+def plan_sampling(setup: PassSetup) -> SamplingPlan:
+    """Run the pre-pass over every pixel, and plan its sampling.
+
+    The pre-pass looks at geometry and visibility alone, with random numbers of its own, so the
+    passes that follow are neither biased nor correlated by what is decided here.
+    """
+    scene, view, storage, pixels = setup.compiled.arrays, setup.view, setup.storage, setup.pixels
+    textured, key = _textured_materials(scene), setup.key(0, Domain.PREPASS)
+    kinds = np.uint8, np.uint8, np.float32, np.uint8, np.uint8
+    prepass = Prepass(*(storage.zeros(pixels, kind) for kind in kinds))
+    plane = storage.zeros((pixels, 7))
+    setup.over_pixels(lambda span: run_prepass(scene, textured, view, key, span, plane, prepass))
+    plan = SamplingPlan(*(storage.zeros(pixels, np.uint8) for _ in range(3)), storage.zeros(pixels))
+    _over_lines(setup, lambda span: _plan_sharing(view.film, prepass, span, plan))
+    partners, nothing = storage.zeros(pixels, np.int32), np.zeros((pixels, 0), np.float32)
+    footprint = Footprint(plane, plan.sharing_radius, 1.0, FOOTPRINT_PIXELS)
+    setup.over_pixels(lambda span: count_footprints(view.film, footprint, span, nothing, partners))
+    planner = _Planner(
+        view.film,
+        prepass,
+        partners,
+        1 if scene.specular is None else SAMPLES,  # caustics vary within a pixel
+        _light_samples(scene.lights),
+        setup.spreads,
+    )
+    _over_lines(setup, lambda span: planner.plan(span, plan))
+    return plan
+
+
+def _over_lines(setup: PassSetup, task: Callable[[Span], None]) -> None:
+    """Run a task over spans of lines of the image."""
+    setup.workers.ranges(lambda first, last: task(Span(first, last)), setup.film.height, LINES)
+
+
+def _plan_sharing(film: Film, prepass: Prepass, span: Span, plan: SamplingPlan) -> None:
+    """Decide how far the pixels of a span of lines share."""
+    nearness = _neighbours(prepass.nearness, film, span).mean(axis=0)
+    lines = slice(span.first * film.width, span.last * film.width)
+    plan.sharing_radius[lines] = FOOTPRINT_REACH / np.maximum(nearness, 1e-12).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class _Planner:
+    """Decides on the samples of pixels.
+
+    Parameters
+    ----------
+    partners : (P,) pixels of each footprint
+    least : camera samples of an even pixel
+    lights : light samples of a pixel outside of penumbrae
+    spreads : whether the samples of a pixel differ
+    """
+
+    film: Film
+    prepass: Prepass
+    partners: NDArray[np.int32]
+    least: int
+    lights: int
+    spreads: bool
+
+    def plan(self, span: Span, plan: SamplingPlan) -> None:
+        """Fill the plan of the pixels of a span of lines."""
+        lines = slice(span.first * self.film.width, span.last * self.film.width)
+        prepass = self.prepass
+        penumbra = _neighbours(prepass.penumbra, self.film, span).max(axis=0) != 0
+        flat, even, specular = (
+            part[lines] != 0 for part in (prepass.flat, prepass.even, prepass.specular)
+        )
+        gathers = 2 ** np.ceil(np.log2(SHARED_GATHERS / self.partners[lines])).astype(int)
+        gathers = np.where(specular | ~flat, MOST_GATHERS, np.clip(gathers, GATHERS, MOST_GATHERS))
+        samples = np.where(flat & ~specular, SAMPLES, EDGE_SAMPLES)
+        samples[even & ~penumbra & (gathers == GATHERS)] = self.least
+        if not self.spreads:
+            samples[:] = 1
+        lights = np.where(penumbra, PENUMBRA_SAMPLES, self.lights)
+        plan.samples[lines] = samples
+        plan.lights[lines] = np.maximum(lights // samples, 1)
+        plan.gathers[lines] = np.maximum(gathers // samples, 1)
+
+
+def _textured_materials(scene: SceneArrays) -> NDArray[np.uint8]:
+    """Return of each material, (M,), whether it varies over a surface."""
+    geometry, lights, textures = scene.geometry, scene.lights, scene.textures
+    textured = np.zeros(len(scene.materials.reflectance), bool)
+    if textures is not None:
+        textured |= textures.reflectance >= 0
+    if geometry.alpha is not None:
+        textured |= geometry.alpha.image >= 0
+    if lights.emission_textures is not None:
+        textured |= lights.emission_textures.slot[: len(textured)] >= 0
+    return textured.astype(np.uint8)
+
+
+def _light_samples(lights: Lights) -> int:
+    """Return how many light samples a pixel gets outside of penumbrae."""
+    many = lights.tree or lights.environment or lights.emission_textures
+    mixed = many or len(np.unique(lights.spectrum)) > 1
+    return MIXED_LIGHT_SAMPLES if mixed else LIGHT_SAMPLES
+
+
+def _neighbours(values: NDArray, film: Film, span: Span) -> NDArray:
+    """Return the values of the pixels of a span of lines and of their eight neighbours, (9, L).
+
+    The image's edges are doubled.
+    """
+    lines = np.clip(np.arange(span.first - 1, span.last + 1), 0, film.height - 1)
+    image = values.reshape(film.height, film.width)[lines]
+    padded = np.pad(image, ((0, 0), (1, 1)), mode="edge")
+    views = np.lib.stride_tricks.sliding_window_view(padded, (span.last - span.first, film.width))
+    return views.reshape(9, -1)

@@ -1,0 +1,1 @@
+"""Files of scenes and images: readers, writers, OpenEXR and PNG."""

@@ -1,0 +1,269 @@
+"""Buffers, their errors and the run record in one multi-part OpenEXR.
+
+The layout is that of A. Fichet, R. Pacanowski and A. Wilkie, "An OpenEXR Layout for Spectral
+Images", JCGT 10(3), 2021. Part 0 is what its readers see.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
+from functools import cache
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.buffers import Buffer, row_of
+from photonmap.errors import InputError
+from photonmap.spectra.bands import Bands
+
+if TYPE_CHECKING:
+    import OpenImageIO
+
+Images = dict[str, NDArray[Any]]
+Projector = Callable[[NDArray[Any]], NDArray[np.float32]]
+"""Projects lines of radiance (h, W, N) onto linear sRGB, (h, W, 3)."""
+
+FULL_DISK = 100e6
+"""Free bytes on a disk below which a write error may mean that it is full."""
+
+_RGB = ("R", "G", "B")
+_ERROR, _BLOCK_ERROR = ".error", ".error8"
+"""Endings of the names of parts that hold standard errors, and those of means over blocks."""
+_COMPRESSION = "zip"
+"""Lossless, and every reader knows it; htj2k and zstd do better, but need the latest OpenEXR."""
+_LINES = 64
+"""Lines of an image that are written at a time: a multiple of the 16 compressed together."""
+_RECORD, _BANDS = "photonmapRecord", "photonmapBands"
+"""Attributes of part 0, JSON: the run record and `Bands.describe`."""
+
+
+class Contents(NamedTuple):
+    """What a file holds, as `photonmap.Result` does."""
+
+    buffers: Images
+    errors: Images
+    """standard errors by the names of their buffers"""
+    bands: Bands
+    record: dict[str, Any]
+    """JSON-able"""
+    block_errors: Images
+    """standard errors of means over blocks of pixels, by the names of their buffers"""
+
+
+def channel_names(component: str, centroids: Sequence[float] | NDArray[np.float64]) -> list[str]:
+    """Return the layout's channel names for centroids in nm, which are moved up until unique.
+
+    Parameters
+    ----------
+    component : "S0" for light, "T" for reflectance
+
+    Examples
+    --------
+    >>> channel_names("S0", [550.0, 550.0])
+    ['S0.550,000000nm', 'S0.550,000001nm']
+    """
+    names: list[str] = []
+    for centroid in centroids:
+        micro = round(centroid * 1e6)
+        while (name := f"{component}.{micro // 10**6},{micro % 10**6:06}nm") in names:
+            micro += 1
+        names.append(name)
+    return names
+
+
+@cache
+def sensitivity_texts(bands: Bands) -> tuple[str, ...]:
+    """Return the sensitivities of bands as attributes, "550nm:0.1;560nm:0.2".
+
+    Decimal points and no semicolon at the end: so the authors' library and colour-science read
+    it. The former drops the last sample, which is why each curve ends with a 0 outside its range.
+    """
+    texts = []
+    for curve in bands.sensitivities:
+        nm, values = curve.wavelengths, curve.values
+        open_ends = tuple((values[[0, -1]] != 0.0).astype(int))
+        nm = np.pad(nm, open_ends, constant_values=(nm[0] - 1e-6, nm[-1] + 1e-6))
+        samples = zip(nm, np.pad(values, open_ends), strict=True)
+        texts.append(";".join(f"{at:.9g}nm:{value:.9g}" for at, value in samples))
+    return tuple(texts)
+
+
+def name_errors(errors: Images, block_errors: Images) -> Images:
+    """Return standard errors by the names of their parts: "direct.error", "indirect.error8"."""
+    named = {name + _ERROR: image for name, image in errors.items()}
+    return named | {name + _BLOCK_ERROR: image for name, image in block_errors.items()}
+
+
+def sort_parts(parts: Images) -> tuple[Images, Images, Images]:
+    """Return the buffers, errors and errors of blocks among the parts of a file."""
+    endings: dict[str, Images] = {"": {}, _ERROR: {}, _BLOCK_ERROR: {}}
+    for part, image in parts.items():
+        ending = next((e for e in (_BLOCK_ERROR, _ERROR) if part.endswith(e)), "")
+        endings[ending][part.removesuffix(ending)] = image
+    return endings[""], endings[_ERROR], endings[_BLOCK_ERROR]
+
+
+def write_exr(contents: Contents, path: str | PathLike[str], to_rgb: Projector) -> None:
+    """Write all buffers and errors to one multi-part OpenEXR, part by part.
+
+    Part 0 is `radiance`, if it is there, with R, G, B for viewers, in linear sRGB. The other
+    buffers follow in their order, then the errors, named as in "direct.error", and those of blocks
+    of pixels, as in "indirect.error8", which are smaller images.
+
+    Raises
+    ------
+    OSError
+        if writing fails
+    """
+    import OpenImageIO
+
+    parts, bands = _order_parts(contents), contents.bands
+    specs = [_describe(part, image, bands) for part, image in parts.items()]
+    height, width = next(iter(contents.buffers.values())).shape[:2]
+    for spec in specs:
+        spec.full_width, spec.full_height = width, height  # the same in all parts of a file
+    specs[0].attribute(_RECORD, json.dumps(contents.record))
+    specs[0].attribute(_BANDS, json.dumps(bands.describe()))
+    file = OpenImageIO.ImageOutput.create("exr")
+    assert file is not None
+    with closing(file):
+        done = file.open(str(path), specs)
+        for index, (part, image) in enumerate(parts.items()):
+            done = done and (index == 0 or file.open(str(path), specs[index], "AppendSubimage"))
+            first = 0
+            for lines in _lines(part, image, bands, to_rgb):
+                done = done and file.write_scanlines(first, first + len(lines), 0, lines)
+                first += len(lines)
+        if not (done and file.close()):
+            why = file.geterror() + _explain_full_disk(Path(path).parent)
+            raise OSError(f"cannot write {Path(path).name}: {why}")
+
+
+def read_exr(path: str | PathLike[str]) -> Contents:
+    """Read what `write_exr` wrote.
+
+    Raises
+    ------
+    InputError
+        if there is no such file, or it was not written by photonmap
+    """
+    import OpenImageIO
+
+    if not Path(path).is_file():
+        raise InputError("there is no such file", path)
+    file = OpenImageIO.ImageInput.open(str(path))
+    if file is None:
+        reason = OpenImageIO.geterror().partition("\n")[0]
+        raise InputError(f"this is not an OpenEXR file, or it is damaged: {reason}", path)
+    with closing(file):
+        head = file.spec()
+        if _RECORD not in head or _BANDS not in head:
+            raise InputError("this was not written by photonmap; give a FILE.exr that was", path)
+        try:
+            record = json.loads(head.get_string_attribute(_RECORD))
+            bands = Bands.from_description(json.loads(head.get_string_attribute(_BANDS)))
+            count = head.get_int_attribute("oiio:subimages", 1)
+            parts = dict(_read_part(file, index, bands) for index in range(count))
+        except ValueError as error:
+            raise InputError(f"this is damaged: {error}", path) from None
+    buffers, errors, block_errors = sort_parts(parts)
+    return Contents(buffers, errors, bands, record, block_errors)
+
+
+def _order_parts(contents: Contents) -> Images:
+    """Return all parts in the order of the file: radiance first, errors last."""
+    parts = dict(sorted(contents.buffers.items(), key=lambda item: item[0] != "radiance"))
+    return parts | name_errors(contents.errors, contents.block_errors)
+
+
+def _row_of(part: str) -> Buffer | None:
+    """Return the row of the buffer that a part belongs to: direct's of "direct@sun.error"."""
+    return row_of(part.removesuffix(_BLOCK_ERROR).removesuffix(_ERROR))
+
+
+def _is_integer(part: str) -> bool:
+    """Return whether a part holds uint32: the image of such a buffer, not its error."""
+    row = row_of(part)
+    return row is not None and row.is_integer
+
+
+def _channels(part: str, bands: Bands) -> list[str]:
+    """Return the names of a part's channels, in the order of the buffer's last axis."""
+    row = _row_of(part)
+    if row is not None and row.channels is not None:
+        return list(row.channels)
+    if bands.centroids is None:
+        return list(_RGB)
+    is_light = row is None or row.quantity == "radiance"
+    return channel_names("S0" if is_light else "T", bands.centroids)
+
+
+def _describe(part: str, image: NDArray[Any], bands: Bands) -> OpenImageIO.ImageSpec:
+    """Describe a part: its size, its channels and the attributes of the spectral layout."""
+    import OpenImageIO
+
+    height, width = image.shape[:2]
+    names = _channels(part, bands)
+    viewers = _RGB if part == "radiance" and not bands.is_rgb else ()
+    kind = OpenImageIO.UINT if _is_integer(part) else OpenImageIO.FLOAT
+    spec = OpenImageIO.ImageSpec(width, height, len(viewers) + len(names), kind)
+    spec.channelnames = (*viewers, *names)
+    attributes = {"oiio:subimagename": part, "compression": _COMPRESSION}
+    if names[0].startswith(("S0.", "T.")):
+        attributes["spectralLayoutVersion"] = "1.0"
+        attributes |= zip(names, sensitivity_texts(bands), strict=True)
+    if names[0].startswith("S0."):
+        attributes["emissiveUnits"] = "W.m^-2.sr^-1"
+    for name, text in attributes.items():
+        spec.attribute(name, text)
+    return spec
+
+
+def _lines(
+    part: str, image: NDArray[Any], bands: Bands, to_rgb: Projector
+) -> Iterator[NDArray[Any]]:
+    """Give a part's channels as `_describe` lists them: (lines, W, C), from the top down."""
+    kind = np.uint32 if _is_integer(part) else np.float32
+    for first in range(0, len(image), _LINES):
+        lines = image[first : first + _LINES]
+        if part == "radiance" and not bands.is_rgb:
+            lines = np.concatenate([to_rgb(lines), lines], axis=-1)
+        yield np.ascontiguousarray(lines.reshape(*lines.shape[:2], -1), dtype=kind)
+
+
+def _explain_full_disk(folder: Path) -> str:
+    """Return how much space is free on a folder's disk, if little is: OpenEXR does not say."""
+    free = shutil.disk_usage(folder).free
+    return f" ({free / 1e6:.1f} MB are free there)" if free < FULL_DISK else ""
+
+
+def _read_part(file: OpenImageIO.ImageInput, index: int, bands: Bands) -> tuple[str, NDArray[Any]]:
+    """Return a part's name and its image, its channels in the order of the bands.
+
+    Raises
+    ------
+    ValueError
+        if it has other channels than these, or is damaged
+    """
+    import OpenImageIO
+
+    spec = file.spec(index)
+    part = spec.get_string_attribute("oiio:subimagename")
+    names, row = _channels(part, bands), _row_of(part)
+    if not set(names) <= set(spec.channelnames):
+        raise ValueError(f"part {part!r} does not have the channels that its bands need")
+    kind = OpenImageIO.UINT if _is_integer(part) else OpenImageIO.FLOAT
+    pixels = file.read_image(index, 0, 0, spec.nchannels, kind)
+    if pixels is None:
+        raise ValueError(f"part {part!r} cannot be read: {file.geterror()}")
+    if names != list(spec.channelnames):
+        pixels = np.take(pixels, [spec.channelindex(name) for name in names], axis=-1)
+    if row is not None and not row.is_banded and len(names) == 1:
+        pixels = pixels[..., 0]
+    return part, pixels.astype(bool) if row is not None and row.is_mask else pixels

@@ -1,0 +1,70 @@
+"""What readers of one file share: damaged data, and a warning of what is not simulated."""
+
+from __future__ import annotations
+
+import logging
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from photonmap.errors import InputError, warn
+from photonmap.runtime.wording import listed
+from photonmap.scene.scene import Scene
+from photonmap.spectra.tables import read_bytes
+
+Losses = dict[str, dict[str, None]]
+"""What is read but not simulated, and whose it is, in order of appearance."""
+
+Decoder = Callable[[Path, bytes, Losses], Scene]
+"""From a file's path and content to its scene; the losses are noted in the third argument."""
+
+
+def decode_file(path: Path, decode: Decoder) -> Scene:
+    """Read a file whole, and name what is lost in one warning.
+
+    Raises
+    ------
+    InputError : the file is missing, empty, damaged or of another kind, or has no triangles
+    """
+    data = read_bytes(path)
+    losses: Losses = {}
+    with _reporting_damage(path):
+        scene = decode(path, data, losses)
+    if not scene.meshes:
+        raise InputError("has no triangles; export the surfaces as polygons", path)
+    if losses:
+        named = [
+            f"{what} of {listed(owners)}" if owners else what for what, owners in losses.items()
+        ]
+        warn(f"{path}: not simulated: {'; '.join(named)}")
+    return scene
+
+
+def note_loss(losses: Losses, what: str, owner: str = "") -> None:
+    """Note what is not simulated, and whose it is."""
+    owners = losses.setdefault(what, {})
+    if owner:
+        owners[owner] = None
+
+
+@contextmanager
+def _reporting_damage(path: Path) -> Iterator[None]:
+    """Turn whatever damaged data raises into an `InputError`, and keep trimesh quiet."""
+    log = logging.getLogger("trimesh")
+    level = log.level
+    log.setLevel(logging.CRITICAL + 1)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    except InputError:
+        raise
+    except Exception as error:  # what a damaged file raises is not documented
+        text = " ".join(str(error).split())
+        reason = f" ({text[:80]})" if text else ""
+        kind = path.suffix[1:].upper()
+        message = f"is damaged or not a file of type {kind}{reason}; export it again"
+        raise InputError(message, path) from None
+    finally:
+        log.setLevel(level)

@@ -1,0 +1,1 @@
+"""What glTF files say of surfaces: materials and textures."""

@@ -1,0 +1,195 @@
+"""Read the materials of glTF files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from photonmap.errors import InputError
+from photonmap.io.readers.decoding import Losses, note_loss
+from photonmap.io.readers.gltf_parts.textures import Textures
+from photonmap.io.readers.metallic import USUAL_INDEX, Gloss, coat_of, metallic_gloss
+from photonmap.io.readers.registry import GREY
+from photonmap.runtime.wording import shown
+from photonmap.scene.material import Material
+from photonmap.scene.textures import Paint, Texture
+from photonmap.spectra.curves import LARGEST_REFLECTANCE
+
+_READ = ("ior", "specular", "emissive_strength", "transmission", "volume")
+"""Extensions that are simulated, `KHR_materials_…`"""
+_TEXTURES = ("baseColorTexture", "metallicRoughnessTexture", "emissiveTexture")
+_HARMLESS = "occlusionTexture"
+"""It stands for what is simulated anyway."""
+Factors = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class _Source:
+    """A material: its JSON, and where what is wrong or not simulated is said.
+
+    Parameters
+    ----------
+    name : of the material
+    item : its JSON
+    textures : those of the file
+    losses : takes what is not simulated
+    """
+
+    name: str
+    item: Factors
+    textures: Textures
+    losses: Losses
+
+    @property
+    def surface(self) -> Factors:
+        """The metallic-roughness model."""
+        return self.item.get("pbrMetallicRoughness") or {}
+
+    def extension(self, name: str) -> Factors:
+        """Return the content of an extension, empty if there is none."""
+        found: Factors = self.item.get("extensions", {}).get(f"KHR_materials_{name}") or {}
+        return found
+
+    def lose(self, what: str) -> None:
+        """Note what is not simulated."""
+        note_loss(self.losses, what, self.name)
+
+    def number(self, values: Factors, key: str, default: float, largest: float = 1.0) -> float:
+        """Return a factor from 0 to `largest`."""
+        value = values.get(key, default)
+        if type(value) not in (int, float) or not 0.0 <= value <= largest:
+            raise self._error(key, value, f"a number from 0 to {largest:g}")
+        return float(value)
+
+    def color(self, values: Factors, key: str) -> tuple[float, float, float]:
+        """Return three factors, each from 0 to 1."""
+        value = values.get(key, [1, 1, 1])[:3]
+        if len(value) < 3 or not all(
+            type(part) in (int, float) and 0 <= part <= LARGEST_REFLECTANCE for part in value
+        ):
+            raise self._error(key, value, "three numbers within [0, 1]")
+        red, green, blue = (min(float(part), 1.0) for part in value)
+        return red, green, blue
+
+    def _error(self, key: str, value: Any, wanted: str) -> InputError:
+        message = f"material {shown(self.name)}: {key} {shown(value)} is not {wanted}"
+        return InputError(f"{message}; correct it", self.textures.path)
+
+
+def read_material(index: int, item: dict[str, Any], textures: Textures, losses: Losses) -> Material:
+    """Read a material.
+
+    Of the base colour, the metallic fraction is the reflectance of a rough metal, and the rest a
+    diffuse base below a coat (glTF 2.0, appendix B); with transmission through a volume it is
+    smooth glass. Of textures of roughness, of the metallic fraction, and of a metal's colour, the
+    mean is taken, and noted.
+
+    Parameters
+    ----------
+    index : of the material in the file; it names what has no name
+    item : its JSON
+    textures : those of the file
+    losses : takes what is not simulated
+
+    Raises
+    ------
+    InputError : a factor is out of range, or a texture cannot be read
+    """
+    source = _Source(str(item.get("name") or f"material_{index}"), item, textures, losses)
+    for key in (*item, *source.surface):
+        if key.endswith("Texture") and key not in (*_TEXTURES, _HARMLESS):
+            source.lose(key)
+    for extension in item.get("extensions", ()):
+        if extension.removeprefix("KHR_materials_") not in _READ:
+            source.lose(extension)
+    look = _glass(source) or _opaque(source)
+    emission = _emission(source)
+    return Material(source.name, **(look if emission is None else look | {"emission": emission}))
+
+
+def _opaque(source: _Source) -> dict[str, Any]:
+    """Return attributes of a surface that transmits nothing."""
+    if "pbrMetallicRoughness" not in source.item:
+        return {}
+    specular = source.extension("specular")
+    if source.number(source.extension("transmission"), "transmissionFactor", 0.0) > 0.0:
+        source.lose("KHR_materials_transmission")
+    index = source.number(source.extension("ior"), "ior", USUAL_INDEX, 1e3)
+    coat = coat_of(max(index, 1.0)) if index > 0.0 else 1.0  # 0 stands for infinity
+    coat *= source.number(specular, "specularFactor", 1.0)
+    if "specularColorFactor" in specular:
+        source.lose("specularColorFactor")
+    return _gloss(source, _base(source), coat)._asdict() | _alpha(source)
+
+
+def _base(source: _Source) -> tuple[float, float, float] | Texture:
+    """Return the base colour."""
+    red, green, blue = factor = source.color(source.surface, "baseColorFactor")
+    if "baseColorTexture" not in source.surface:
+        return factor
+    texture = source.textures.color(source.surface["baseColorTexture"], source.lose)
+    if texture is None:
+        return red * GREY, green * GREY, blue * GREY
+    return replace(texture, factor=factor)
+
+
+def _gloss(source: _Source, base: tuple[float, float, float] | Texture, coat: float) -> Gloss:
+    """Return a surface that is a metal in part."""
+    surface = source.surface
+    metallic = source.number(surface, "metallicFactor", 1.0)
+    roughness = source.number(surface, "roughnessFactor", 1.0)
+    if "metallicRoughnessTexture" in surface:
+        _, green, blue = source.textures.means(surface["metallicRoughnessTexture"])
+        roughness, metallic = roughness * green, metallic * blue
+        source.lose("variation of roughness and metallic")
+    if not isinstance(base, Texture):
+        return metallic_gloss(base, metallic, coat, roughness)
+    if metallic > 0.0:
+        source.lose("variation of a metal's colour")
+    mean = metallic_gloss(base.mean, metallic, coat, roughness)
+    red, green, blue = ((1.0 - metallic) * part for part in base.factor)
+    return mean._replace(reflectance=replace(base, factor=(red, green, blue)))
+
+
+def _glass(source: _Source) -> dict[str, Any] | None:
+    """Return attributes of smooth glass; None for what is thin, rough, or not all glass."""
+    surface, number = source.surface, source.number
+    is_solid = number(source.extension("volume"), "thicknessFactor", 0.0, 1e30) > 0.0
+    is_clear = number(source.extension("transmission"), "transmissionFactor", 0.0) == 1.0
+    is_smooth = number(surface, "roughnessFactor", 1.0) == 0.0
+    is_metal = number(surface, "metallicFactor", 1.0) > 0.0
+    is_textured = any(key in surface for key in _TEXTURES)
+    if not (is_solid and is_clear and is_smooth) or is_metal or is_textured:
+        return None
+    if "attenuationColor" in source.extension("volume"):
+        source.lose("attenuationColor")
+    index = number(source.extension("ior"), "ior", USUAL_INDEX, 1e3)
+    return {"reflectance": 0.0, "ior": index, "tint": source.color(surface, "baseColorFactor")}
+
+
+def _alpha(source: _Source) -> dict[str, float | Texture]:
+    """Return the opacity where the material has one: blended, or cut off."""
+    mode = source.item.get("alphaMode", "OPAQUE")
+    if mode == "OPAQUE":
+        return {}
+    factors = source.surface.get("baseColorFactor", ())
+    alpha = source.number({"alpha": factors[3]} if len(factors) > 3 else {}, "alpha", 1.0)
+    cutoff = source.number(source.item, "alphaCutoff", 0.5, 1e30) if mode == "MASK" else None
+    if "baseColorTexture" in source.surface:
+        return {"alpha": source.textures.opacity(source.surface["baseColorTexture"], alpha, cutoff)}
+    return {"alpha": alpha if cutoff is None else float(alpha >= cutoff)}
+
+
+def _emission(source: _Source) -> Paint | None:
+    """Return the radiance; None for a surface that does not emit."""
+    item = source.item
+    if not any(item.get("emissiveFactor", ())):
+        return None
+    red, green, blue = source.color(item, "emissiveFactor")
+    strength = source.number(source.extension("emissive_strength"), "emissiveStrength", 1.0, 1e30)
+    factor = red * strength, green * strength, blue * strength
+    if "emissiveTexture" not in item:
+        return factor
+    texture = source.textures.color(item["emissiveTexture"], source.lose)
+    return None if texture is None else replace(texture, factor=factor)

@@ -1,0 +1,163 @@
+"""Read Wavefront OBJ files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.errors import InputError, warn
+from photonmap.io.readers.polygons import triangulate
+from photonmap.io.readers.registry import MissingTextures, ReadOptions
+from photonmap.io.readers.wavefront.mtl import read_mtl
+from photonmap.io.readers.wavefront.obj_lines import ObjLines, parse_lines
+from photonmap.io.readers.wavefront.source import Source, read_source
+from photonmap.runtime.wording import listed, shown, suggest
+from photonmap.scene.material import Material
+from photonmap.scene.mesh import Mesh
+from photonmap.scene.scene import Scene
+
+SUFFIXES = (".obj",)
+
+
+def read(path: Path, options: ReadOptions) -> Scene:
+    """Read the surfaces of an OBJ file and their materials.
+
+    There is one mesh for each object and material. An object is named by its `o` line, or by
+    its `g` line where there is no `o`, or else by the file. Polygons are cut into triangles;
+    vertices are split where normals or texture coordinates differ, and unused ones are left
+    out. Faces before any `usemtl` get the default `Material`.
+
+    Parameters
+    ----------
+    path : the file; its MTL files are looked up beside it
+    options : `missing_textures` applies to the MTL files
+
+    Returns
+    -------
+    Scene, its meshes in the order of their first faces
+
+    Raises
+    ------
+    InputError : the file or one of its MTL files is missing or malformed, a material is in
+        none of them, or no face has an area
+    """
+    source = read_source(path, "OBJ")
+    lines = parse_lines(source)
+    materials = _find_materials(source, lines, options.missing_textures)
+    if not len(lines.sizes):
+        raise InputError("has no faces; export the surfaces as polygons", source.path)
+    triangles, owners = triangulate(lines.vertices, lines.corners[:, 0] - 1, lines.sizes)
+    if not len(triangles):
+        raise InputError("has no face with an area; check the vertices", source.path)
+    _warn_of_losses(source, lines, owners)
+    parts, part_of = _divide(lines, source.path.stem)
+    part_of = part_of[owners]
+    order = np.argsort(part_of, kind="stable")
+    groups = np.split(order, np.flatnonzero(np.diff(part_of[order])) + 1)
+    meshes = [
+        _build_mesh(lines, triangles[group], name, materials[material])
+        for group in sorted(groups, key=lambda group: int(group[0]))
+        for name, material in [parts[part_of[group[0]]]]
+    ]
+    return Scene(meshes, name=source.path.stem)
+
+
+def _divide(lines: ObjLines, stem: str) -> tuple[list[tuple[str, str]], NDArray[np.int64]]:
+    """Return the pairs of object and material, and the pair that each face belongs to."""
+    current = {"o": "", "g": "", "usemtl": ""}
+    parts = {(stem, ""): 0}
+    offsets, numbers = [0], [0]
+    for offset, keyword, name in lines.states:
+        if keyword in current:
+            current[keyword] = name
+            part = (current["o"] or current["g"] or stem, current["usemtl"])
+            offsets.append(offset)
+            numbers.append(parts.setdefault(part, len(parts)))
+    at = np.searchsorted(offsets, lines.offsets, "right") - 1
+    return list(parts), np.array(numbers)[at]
+
+
+def _build_mesh(
+    lines: ObjLines, triangles: NDArray[np.int64], name: str, material: Material
+) -> Mesh:
+    """Build a mesh from triangles, (F, 3) indices into `lines.corners`."""
+    distinct, faces = _distinct(lines.corners[triangles].reshape(-1, 3))
+    at, uv_at, normal_at = distinct.T
+    uv = normals = None
+    if uv_at.any():
+        uv = np.where(uv_at[:, None] > 0, lines.uv[uv_at - 1], 0.0)
+    if normal_at.any():
+        normals = np.where(normal_at[:, None] > 0, lines.normals[normal_at - 1], 0.0)
+    return Mesh(lines.vertices[at - 1], faces.reshape(-1, 3), material, name, normals, uv)
+
+
+def _distinct(rows: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+    """Return the distinct rows of three indices in ascending order, and which one each row is."""
+    code = rows[:, 0].astype(np.int64)
+    for column in rows.T[1:]:
+        width = int(column.max()) + 1
+        if (int(code.max()) + 1) * width > np.iinfo(np.int64).max:
+            code = np.unique(code, return_inverse=True)[1]
+        code = code * width + column
+    _, first, inverse = np.unique(code, return_index=True, return_inverse=True)
+    return rows[first], inverse
+
+
+def _find_materials(
+    source: Source, lines: ObjLines, missing_textures: MissingTextures
+) -> Mapping[str, Material]:
+    """Return the materials of all MTL files, of one name the first; "" is the default material."""
+    materials: dict[str, Material] = {}
+    known: set[Path] = set()
+    for offset, keyword, names in lines.states:
+        if keyword == "mtllib":
+            for path in _find_libraries(source, offset, names):
+                if path not in known:
+                    known.add(path)
+                    materials = {**read_mtl(path, missing_textures), **materials}
+    for offset, keyword, name in lines.states:
+        if keyword == "usemtl" and name and name not in materials:
+            if not known:
+                message = f"material {shown(name)} has no MTL file; add an mtllib line"
+                raise source.error(message, offset)
+            message = f"material {shown(name)} is in none of the MTL files"
+            raise source.error(f"{message}; {suggest(name, materials)}", offset)
+    return materials | {"": Material()}
+
+
+def _find_libraries(source: Source, offset: int, names: str) -> Iterator[Path]:
+    """Find the files of one mtllib line: one name with spaces, or several names."""
+    folder = source.path.parent
+    for name in [names] if _find(folder, names) else names.split() or [names]:
+        path = _find(folder, name)
+        if path is None:
+            remedy = suggest(name, sorted(p.name for p in folder.glob("*.[mM][tT][lL]")))
+            raise source.error(f"MTL file {shown(name)} is not beside the OBJ; {remedy}", offset)
+        yield path
+
+
+def _find(folder: Path, name: str) -> Path | None:
+    """Return the file of a name that may have Windows' separators; None if there is none."""
+    for candidate in (name, name.replace("\\", "/")):
+        try:
+            if (folder / candidate).is_file():
+                return folder / candidate
+        except (OSError, ValueError):
+            continue
+    return None
+
+
+def _warn_of_losses(source: Source, lines: ObjLines, owners: NDArray[np.int64]) -> None:
+    """Name all that was read but is not in the meshes."""
+    if lines.others:
+        total = sum(lines.others.values())
+        warn(f"{source.path}: {total} lines are not simulated: {listed(lines.others)}")
+    if flat := len(lines.sizes) - np.count_nonzero(np.bincount(owners)):
+        warn(f"{source.path}: {flat} of {len(lines.sizes)} faces have no area and are left out")
+    used = np.zeros(len(lines.vertices), bool)
+    used[lines.corners[:, 0] - 1] = True
+    if unused := np.count_nonzero(~used):
+        warn(f"{source.path}: {unused} of {len(used)} vertices are in no face")

@@ -1,0 +1,135 @@
+"""Read Geomview's OFF files: the worked example of a reader in docs/extending.md.
+
+OFF or COFF; the numbers of vertices, faces and edges; one vertex a line; one face a line, the
+number of its corners before their vertices, counted from 0. # begins a comment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.errors import InputError
+from photonmap.io.readers.decoding import Losses, decode_file, note_loss
+from photonmap.io.readers.meshes import build_mesh, cut_polygons
+from photonmap.io.readers.polygons import LARGEST_FACE
+from photonmap.io.readers.registry import ReadOptions
+from photonmap.runtime.wording import shown
+from photonmap.scene.material import Material
+from photonmap.scene.mesh import LARGEST_COORDINATE
+from photonmap.scene.scene import Scene
+
+SUFFIXES = (".off",)
+
+_HEADERS = ("OFF", "COFF")
+
+
+def read(path: Path, options: ReadOptions) -> Scene:
+    """Read the one mesh of an OFF file; its material is grey and called "default".
+
+    Polygons are cut into triangles, and vertices that no face uses are left out. Colours are not
+    simulated.
+
+    Raises
+    ------
+    InputError : as `decode_file`; or a line is not what the format asks for
+    """
+    return decode_file(path, _decode)
+
+
+class _Line(NamedTuple):
+    """A line that is not blank: its number in the file, and its words."""
+
+    number: int
+    words: list[str]
+
+    def error(self, path: Path, problem: str) -> InputError:
+        """Return an error that names the line and what it says."""
+        return InputError(f"{shown(' '.join(self.words))} {problem}", path, self.number)
+
+
+def _decode(path: Path, data: bytes, losses: Losses) -> Scene:
+    lines = _split_lines(data)
+    _strip_header(path, lines)
+    vertex_count, face_count = _read_counts(path, lines)
+    body = lines[1:]
+    if len(body) < vertex_count + face_count:
+        message = f"is truncated: it announces {vertex_count} vertices and {face_count} faces"
+        raise InputError(f"{message}, but has {len(body)} lines of them; export it again", path)
+    if len(body) > vertex_count + face_count:
+        message = "follows the last face; correct the numbers of vertices and faces"
+        raise body[vertex_count + face_count].error(path, message)
+    if not face_count:
+        return Scene()
+    vertices = _read_vertices(path, body[:vertex_count], losses)
+    corners, sizes = _read_faces(path, body[vertex_count:], vertex_count, losses)
+    part = cut_polygons(vertices, corners, sizes, losses)
+    return Scene([build_mesh(path, part, Material("default"), path.stem)], name=path.stem)
+
+
+def _split_lines(data: bytes) -> list[_Line]:
+    """Return the lines without comments and blank ones."""
+    rows = enumerate(data.decode("utf-8-sig", "replace").splitlines(), start=1)
+    lines = [_Line(number, text.partition("#")[0].split()) for number, text in rows]
+    return [line for line in lines if line.words]
+
+
+def _strip_header(path: Path, lines: list[_Line]) -> None:
+    """Remove the header; what stands behind it on its line stays."""
+    if not lines or lines[0].words[0] not in _HEADERS:
+        message = "does not begin with OFF or COFF; export it as one of them, in text"
+        raise InputError(message, path, lines[0].number if lines else None)
+    del lines[0].words[0]
+    if not lines[0].words:
+        del lines[0]
+
+
+def _read_counts(path: Path, lines: list[_Line]) -> tuple[int, int]:
+    """Return the numbers of vertices and faces; that of edges is ignored, and may be missing."""
+    words = lines[0].words if lines else []
+    if len(words) in (2, 3) and all(word.isdecimal() for word in words):
+        return int(words[0]), int(words[1])
+    if not lines:
+        raise InputError("ends after its header; export it again", path)
+    raise lines[0].error(path, "is not a line of counts; write those of vertices, faces and edges")
+
+
+def _read_vertices(path: Path, lines: Sequence[_Line], losses: Losses) -> NDArray[np.float64]:
+    """Return the vertices, (V, 3); numbers behind the coordinates are colours."""
+    vertices = np.empty((len(lines), 3))
+    for row, line in enumerate(lines):
+        try:
+            vertices[row] = [float(word) for word in line.words[:3]]
+        except ValueError:
+            vertices[row] = np.nan
+        if not (np.abs(vertices[row]) <= LARGEST_COORDINATE).all():
+            limit = f"three finite numbers up to {LARGEST_COORDINATE:g}"
+            raise line.error(path, f"is not a vertex; write {limit}")
+    if any(len(line.words) > 3 for line in lines):
+        note_loss(losses, "vertex colours")
+    return vertices
+
+
+def _read_faces(
+    path: Path, lines: Sequence[_Line], vertex_count: int, losses: Losses
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the corners of all faces, (C,), and how many each has, (F,)."""
+    corners: list[int] = []
+    sizes = []
+    for line in lines:
+        size = int(line.words[0]) if line.words[0].isdecimal() else 0
+        if not 3 <= size <= LARGEST_FACE or len(line.words) <= size:
+            raise line.error(path, "is not a face; write 3 or more corners after their number")
+        face = [int(word) if word.isdecimal() else -1 for word in line.words[1 : 1 + size]]
+        if min(face) < 0 or max(face) >= vertex_count:
+            last = vertex_count - 1
+            raise line.error(path, f"names vertices that do not exist; number them 0 to {last}")
+        corners += face
+        sizes.append(size)
+    if any(len(line.words) > 1 + size for line, size in zip(lines, sizes, strict=True)):
+        note_loss(losses, "face colours")
+    return np.array(corners, np.int64), np.array(sizes, np.int64)

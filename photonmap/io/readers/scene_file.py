@@ -1,0 +1,98 @@
+"""Load a scene: a mesh file, and the TOML file that adds a camera, materials and lights."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+
+from photonmap.errors import InputError
+from photonmap.io.readers.registry import (
+    SCENE_SUFFIX,
+    MissingTextures,
+    ReadOptions,
+    find_reader,
+)
+from photonmap.io.readers.scene_cameras import SECTION as CAMERA
+from photonmap.io.readers.scene_cameras import read_cameras
+from photonmap.io.readers.scene_lights import SECTION as LIGHT
+from photonmap.io.readers.scene_lights import read_lights
+from photonmap.io.readers.scene_materials import SECTION as MATERIAL
+from photonmap.io.readers.scene_materials import change_materials
+from photonmap.io.readers.toml import Toml, read_toml
+from photonmap.runtime.wording import shown
+from photonmap.scene.scene import Scene
+
+SUFFIXES = (".toml",)
+
+_MESH = "mesh"
+_SECTIONS = (_MESH, CAMERA, MATERIAL, LIGHT)
+
+
+def load_scene(path: str | PathLike[str], missing_textures: MissingTextures = "error") -> Scene:
+    """Load a scene file.
+
+    A TOML file names its mesh, `mesh = "room.obj"`, or stands beside it under the same stem. It
+    may hold
+
+    - a section `[camera]` with `origin` and `target` (scene units), and optionally the other
+      attributes of `photonmap.Camera`, where `projection` and `lens` are tables; or sections
+      `[[camera]]` with a `name` each. A `baseline` (scene units) makes a stereo pair of a camera;
+    - sections `[material.NAME]` with attributes of `photonmap.Material`, in place of those that
+      the mesh file gives this material. A colour is a number, `[red, green, blue]`, or a text as
+      `photonmap.spectra.color_text` describes it; the number `ior` makes the material glass;
+    - sections `[[light]]`, whose `type` is "point", "spot", "photometric", "directional",
+      "dome" or "environment", and whose other keys are the attributes of the light of this kind in
+      `photonmap.scene.lights`; the image of an environment is its `file`.
+
+    Parameters
+    ----------
+    path : a file of any suffix that `photonmap.io.readers.registry.scene_suffixes` lists
+    missing_textures : "error", or "grey" in place of textures that cannot be read
+
+    Returns
+    -------
+    Scene, named after the file; its camera is the first, None where no file describes one
+
+    Raises
+    ------
+    InputError : the file is of an unknown kind, or it or one it refers to cannot be read
+    """
+    return read(Path(path), ReadOptions(missing_textures))
+
+
+def read(path: Path, options: ReadOptions) -> Scene:
+    """Read a TOML scene with its mesh, or a mesh with the TOML file beside it if there is one.
+
+    Raises
+    ------
+    InputError : as `load_scene`
+    """
+    if path.suffix.lower() == SCENE_SUFFIX and not path.is_file():
+        raise InputError("cannot be read (no such file); check the name", path)
+    toml = read_toml(path.with_suffix(SCENE_SUFFIX))
+    toml.check_known(_SECTIONS, "section")
+    mesh = _mesh_path(path, toml)
+    read_mesh = find_reader(mesh)
+    cameras = read_cameras(toml)
+    scene = read_mesh(mesh, options)
+    meshes = change_materials(scene.meshes, toml)
+    camera = cameras[0] if cameras else scene.camera
+    several = (cameras or scene.cameras) if len(cameras) != 1 else []
+    return Scene(meshes, scene.lights + read_lights(toml), camera, path.stem, several)
+
+
+def _mesh_path(path: Path, toml: Toml) -> Path:
+    """Return the mesh file that a scene names, or is."""
+    named = toml.sections.get(_MESH)
+    if named is None:
+        if path.suffix.lower() == SCENE_SUFFIX:
+            raise InputError('names no mesh; add mesh = "FILE.obj" at the top', path)
+        return path
+    if not isinstance(named, str):
+        raise toml.error(f'mesh {shown(named)} is not a name; write mesh = "FILE.obj"', _MESH)
+    mesh = toml.path.parent / named
+    if mesh.suffix.lower() == SCENE_SUFFIX:
+        raise toml.error(f"mesh {shown(named)} is a scene file; name the file of its mesh", _MESH)
+    if path.suffix.lower() != SCENE_SUFFIX and mesh.resolve() != path.resolve():
+        raise toml.error(f"names another mesh than {path.name}; render {toml.path.name}", _MESH)
+    return mesh

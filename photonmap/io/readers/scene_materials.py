@@ -1,0 +1,66 @@
+"""Read what a TOML scene changes of a mesh file's materials, `[material.NAME]`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from photonmap.errors import naming
+from photonmap.io.readers.toml import Toml, parse_value
+from photonmap.scene.material import Material
+from photonmap.scene.mesh import Mesh
+from photonmap.scene.parameters import parameters_of
+
+SECTION = "material"
+_BLACK = (0.0, (0.0, 0.0, 0.0))
+
+
+def change_materials(meshes: list[Mesh], toml: Toml) -> list[Mesh]:
+    """Return the meshes, with the attributes that `[material.NAME]` gives their materials.
+
+    Raises
+    ------
+    InputError : a material or key that is unknown, or a value that is not valid
+    """
+    if SECTION not in toml.sections:
+        return meshes
+    sections = toml.sections[SECTION]
+    if not isinstance(sections, dict):
+        raise toml.error("material is not a section; write [material.NAME]", SECTION)
+    used = {id(mesh.material): mesh.material for mesh in meshes}
+    toml.check_known({material.name for material in used.values()}, "material", SECTION)
+    changed = {
+        key: _change(material, toml) for key, material in used.items() if material.name in sections
+    }
+    return [replace(m, material=changed.get(id(m.material), m.material)) for m in meshes]
+
+
+def _change(material: Material, toml: Toml) -> Material:
+    """Return a material with the attributes of its section; new glass loses its reflectance."""
+    label, at = f"[material.{material.name}]", (SECTION, material.name)
+    parameters = parameters_of(Material)
+    attributes = {parameter.key or name: name for name, parameter in parameters.items()}
+    given: dict[str, Any] = {}
+    for key, value in toml.section(label, tuple(attributes), *at).items():
+        with naming(f"{label} {key}", toml.path, toml.line(*at, key)):
+            parameter = parameters[attributes[key]]
+            given[attributes[key]] = parse_value(parameter, value, toml.path.parent)
+    if "ior" in given:
+        black = {name: 0.0 for name, parameter in parameters.items() if parameter.only == "opaque"}
+        given = {**black, **given}
+    changed = replace(material, **given)
+    for attribute in given:
+        if problem := _find_misplaced(changed, attribute):
+            key = parameters[attribute].key or attribute
+            raise toml.error(f"{label} {key}: {problem}", *at, key)
+    return changed
+
+
+def _find_misplaced(material: Material, attribute: str) -> str:
+    """Return why a material of its kind cannot have the attribute; nothing if it can."""
+    only, is_glass = parameters_of(Material)[attribute].only, material.ior is not None
+    if only == "glass" and not is_glass:
+        return "only glass has one; add ior = 1.5"
+    if only == "opaque" and is_glass and getattr(material, attribute) not in _BLACK:
+        return f"glass has none; leave out {attribute} or ior"
+    return ""

@@ -1,0 +1,182 @@
+"""TOML files that remember the lines of their keys, and the values of declared parameters."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Collection
+from dataclasses import MISSING, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from photonmap.errors import InputError
+from photonmap.runtime.wording import listed, shown, suggest
+from photonmap.scene.parameters import Colored, File, Parameter, Part, parameters_of
+
+
+@dataclass(frozen=True)
+class Toml:
+    """A parsed file.
+
+    Parameters
+    ----------
+    path : the file
+    text : what it holds
+    sections : the same, parsed
+    """
+
+    path: Path
+    text: str
+    sections: dict[str, Any]
+
+    def line(self, *names: str | int) -> int | None:
+        """Find the line of the section or key that this path of names leads to.
+
+        A number, from 0, counts the sections `[[NAME]]` of the name before it.
+        """
+        at, last = 0, ""
+        for name in names:
+            if isinstance(name, int):
+                start = self._header(last, name)
+            else:
+                pattern = rf"(?<![\w-]){re.escape(name)}[\"']?[ \t]*[=.\]]"
+                start, last = self._find(pattern, at), name
+            if start is None:
+                return None
+            at = start + len(last)
+        return self.text.count("\n", 0, at) + 1
+
+    def _find(self, pattern: str, at: int) -> int | None:
+        """Find where a pattern begins, from an offset on, outside of comments."""
+        found = re.compile(pattern).finditer(self.text, at)
+        return next((m.start() for m in found if not self._is_comment(m.start())), None)
+
+    def _header(self, name: str, index: int) -> int | None:
+        """Find a section `[[NAME]]`, or else the array of that name."""
+        pattern = rf"^[ \t]*\[\[[ \t]*[\"']?{re.escape(name)}[\"']?[ \t]*\]\]"
+        found = [match.end() - 2 for match in re.finditer(pattern, self.text, re.MULTILINE)]
+        if index < len(found):
+            return found[index] - len(name)
+        return self._find(rf"(?<![\w-]){re.escape(name)}[ \t]*=", 0)
+
+    def _is_comment(self, at: int) -> bool:
+        return "#" in self.text[self.text.rfind("\n", 0, at) + 1 : at]
+
+    def error(self, message: str, *names: str | int) -> InputError:
+        """Return an error about the section or key that this path of names leads to."""
+        return InputError(message, self.path, self.line(*names))
+
+    def section(self, label: str, known: Collection[str], *at: str) -> dict[str, Any]:
+        """Return a section whose keys are all known; `label` is how it is written."""
+        section: Any = self.sections
+        for step in at:
+            section = section[step]
+        if not isinstance(section, dict):
+            message = f"{'.'.join(at)} is not a section; write {label} above its keys"
+            raise self.error(message, *at)
+        self.check_known(known, f"{label} key", *at)
+        return section
+
+    def check_known(self, known: Collection[str], kind: str, *at: str | int) -> None:
+        """Raise `InputError` if a section's key, or a section, is not among the known ones."""
+        section: Any = self.sections
+        for step in at:
+            section = section[step]
+        for name in section:
+            if name not in known:
+                message = f"{kind} {shown(name)} is not known; {suggest(name, known)}"
+                raise self.error(message, *at, name)
+
+
+def parse_value(parameter: Parameter, value: Any, folder: Path) -> Any:
+    """Return what a TOML value stands for: a colour, what a file holds, or a checked value.
+
+    Parameters
+    ----------
+    parameter : what it describes
+    folder : where files are looked for
+
+    Raises
+    ------
+    InputError : it is of another type or out of range, or a file cannot be read
+    """
+    match parameter:
+        case Colored():
+            return parameter.parse(_color_text(value), folder)
+        case File():
+            if not isinstance(value, str):
+                example = f"{parameter.key} = {parameter.example}"
+                raise InputError(f"{shown(value)} is not a file name; write {example}")
+            return parameter.read(folder / value)
+        case Part():
+            return _parse_part(parameter, value, folder)
+    return parameter.check(value)
+
+
+def _parse_part(part: Part, table: Any, folder: Path) -> Any:
+    """Return the object that a table describes; its numbers are left to be checked with it."""
+    kinds = part.kinds
+    if not isinstance(table, dict):
+        raise part.error(table, "write a table, { key = value, ... }")
+    kind = table.get("type", next(iter(kinds)) if len(kinds) == 1 else None)
+    if kind is None:
+        raise InputError(f"has no type; add one of {listed(kinds, len(kinds))}")
+    if not isinstance(kind, str) or kind not in kinds:
+        raise InputError(f"type {shown(kind)} is not known; {suggest(str(kind), kinds)}")
+    described: Any = kinds[kind]
+    keys = {declared.key or name: name for name, declared in parameters_of(described).items()}
+    for key in table:
+        if key not in ("type", *keys):
+            raise InputError(f"key {shown(key)} is not known; {suggest(key, ('type', *keys))}")
+    required = {each.name for each in fields(described) if each.default is MISSING}
+    values = {}
+    for key, name in keys.items():
+        declared = parameters_of(described)[name]
+        if key in table:
+            is_file = isinstance(declared, File)
+            values[name] = parse_value(declared, table[key], folder) if is_file else table[key]
+        elif name in required:
+            raise InputError(f"lacks {key}; add {key} = {declared.example}")
+    return described(**values)
+
+
+def _color_text(value: Any) -> str:
+    """Return a TOML value as the text of a colour."""
+    numbers = value if isinstance(value, list) else [value]
+    if isinstance(value, str):
+        return value
+    if len(numbers) not in (1, 3) or any(type(number) not in (int, float) for number in numbers):
+        raise InputError(
+            f"{shown(value)} is not a colour; write a number, three numbers, or a text"
+        )
+    return repr(value) if value is numbers[0] else "rgb:" + ",".join(map(repr, numbers))
+
+
+def read_toml(path: Path) -> Toml:
+    """Read a TOML file; a missing one counts as empty.
+
+    Raises
+    ------
+    InputError : the file cannot be read, or is not valid TOML
+    """
+    text = _read_text(path)
+    try:
+        return Toml(path, text, tomllib.loads(text))
+    except (ValueError, RecursionError) as error:
+        reason, _, at = str(error).partition(" (at ")
+        found = re.match(r"line (\d+)", at)
+        line = int(found[1]) if found else len(text.splitlines()) if at else None
+        raise InputError(f"is not valid TOML: {reason}; correct it", path, line) from None
+
+
+def _read_text(path: Path) -> str:
+    """Read UTF-8; a missing file counts as empty."""
+    try:
+        return path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        return ""
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror}); check the file", path) from None
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        raise InputError("is not in UTF-8; save it in that encoding", path, line) from None

@@ -1,0 +1,1 @@
+"""Wavefront's text formats: OBJ geometry and MTL materials."""

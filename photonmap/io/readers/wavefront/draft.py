@@ -1,0 +1,37 @@
+"""A material of an MTL file as far as it has been read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from photonmap.scene.textures import Texture
+from photonmap.spectra.curves import Color, Spectrum
+
+
+@dataclass
+class Draft:
+    """A material as far as it has been read.
+
+    Parameters
+    ----------
+    blender : 0; of a file by Blender's exporter, the `Ns` that it writes for roughness 0
+    colors : `Kd`, `Ke`, `Ks`, `Tf`
+    maps : `map_Kd`, `map_Ke`, `map_d`; None for a missing file
+    numbers : `illum`, `Ni`, `Ns`, `Pr`, `Pm`, `d`, and `Tr` as 1 - Tr
+    clamped : keywords of colours that were lowered to 1
+    ignored : keywords of what is not simulated
+    """
+
+    blender: float = 0.0
+    colors: dict[str, Color] = field(default_factory=dict)
+    maps: dict[str, Texture | None] = field(default_factory=dict)
+    numbers: dict[str, float] = field(default_factory=dict)
+    clamped: list[str] = field(default_factory=list)
+    ignored: list[str] = field(default_factory=list)
+
+
+def matters(color: Color, neutral: float = 0.0) -> bool:
+    """Return whether a colour differs from the one that changes nothing."""
+    if isinstance(color, Spectrum):
+        return True
+    return any(value != neutral for value in (color if isinstance(color, tuple) else (color,)))

@@ -1,0 +1,114 @@
+"""What MTL's illumination models stand for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.io.readers.registry import GREY
+from photonmap.io.readers.wavefront.draft import Draft, matters
+from photonmap.io.readers.wavefront.gloss import NUMBERS, gloss_of
+from photonmap.scene.material import Material
+from photonmap.scene.parameters import parameters_of
+from photonmap.scene.textures import Paint, Texture
+from photonmap.spectra.curves import Color, Spectrum
+from photonmap.spectra.observer import radiance_to_rgb, reflectance_to_rgb
+
+_MIRRORS, _GLASSES = (3, 5), (4, 6, 7)
+_DECIDED = ("Kd", "Ke", "Ks", "Ni", "Tf", "d")
+"""Statements whose meaning depends on the illumination model."""
+
+
+def make_material(name: str, draft: Draft) -> Material:
+    """Return the material that a draft describes; what it leaves out is noted as ignored.
+
+    `illum` 3 and 5 with `Ks` are a mirror of that reflectance, over `Kd` where it is given; 4, 6
+    and 7 with `Ni` are smooth glass, tinted by `Tf` at each crossing. All others are diffuse, and
+    glossy where `gloss_of` says so.
+    Textures are multiplied by the colour or number they belong to, where it is given. The opacity
+    `d` of glass is ignored: its transmittance is what one sees through it.
+    """
+    model = draft.numbers.get("illum", 1.0)
+    if model in _GLASSES and "Ni" in draft.numbers:
+        return _make_glass(name, draft)
+    colors = draft.colors
+    light, albedo = _color_or_texture(draft, "Ke", 0.0), _color_or_texture(draft, "Kd", 0.0)
+    if matters(colors.get("Tf", 1.0), 1.0):
+        draft.ignored.append("Tf")
+    if model in _MIRRORS and "Ks" in colors and not (draft.blender or "Pr" in draft.numbers):
+        _note_index(draft)
+        draft.ignored += [key for key in NUMBERS if key in draft.numbers]
+        return Material(name, albedo, light, colors["Ks"], alpha=_alpha(draft), **_others(draft))
+    is_given = "Kd" in colors or "map_Kd" in draft.maps
+    reflectance = albedo if is_given else Material.reflectance
+    others = {"emission": light, "alpha": _alpha(draft), **_others(draft)}
+    gloss = gloss_of(draft, reflectance)
+    if gloss is not None:
+        return Material(name, **{**gloss._asdict(), **others})
+    if matters(colors.get("Ks", 0.0)):
+        draft.ignored.append("Ks")
+    _note_index(draft)
+    if model > 2 and not draft.blender:
+        draft.ignored.append("illum")
+    return Material(name, reflectance, **others)
+
+
+def _note_index(draft: Draft) -> None:
+    """Note an index of refraction that has no effect."""
+    if draft.numbers.get("Ni", 1.0) != 1.0 and not draft.blender:
+        draft.ignored.append("Ni")
+
+
+def _make_glass(name: str, draft: Draft) -> Material:
+    """Return smooth glass; whatever reflects diffusely or is transparent by `d` is ignored."""
+    colors = draft.colors
+    draft.ignored += [key for key in ("Kd", "Ks") if matters(colors.get(key, 0.0))]
+    draft.ignored += [key for key in ("map_Kd", "map_d") if key in draft.maps]
+    draft.ignored += [key for key in NUMBERS if key in draft.numbers]
+    draft.ignored += [key for key in ("d", "Tr") if draft.numbers.get(key, 1.0) != 1.0]
+    light = _color_or_texture(draft, "Ke", 0.0)
+    tint = colors.get("Tf", 1.0)
+    return Material(name, 0.0, light, 0.0, draft.numbers["Ni"], tint, **_others(draft))
+
+
+def _others(draft: Draft) -> dict[str, Any]:
+    """Return the attributes that statements give whatever the illumination model."""
+    given = {**draft.colors, **draft.numbers}
+    return {
+        attribute: given[parameter.mtl]
+        for attribute, parameter in parameters_of(Material).items()
+        if parameter.mtl in given and parameter.mtl not in _DECIDED
+    }
+
+
+def _color_or_texture(draft: Draft, keyword: str, default: Color) -> Paint:
+    """Return a texture times its colour, or the colour alone."""
+    color = draft.colors.get(keyword)
+    if f"map_{keyword}" not in draft.maps:
+        return default if color is None else color
+    texture = draft.maps[f"map_{keyword}"]
+    if texture is None and keyword == "Kd":
+        return (GREY,) * 3
+    rgb: NDArray[np.float64] = np.ones(3)
+    if isinstance(color, Spectrum):
+        seen = radiance_to_rgb(color) if keyword == "Ke" else reflectance_to_rgb(color)
+        rgb = np.clip(seen, 0.0, np.inf if keyword == "Ke" else 1.0)
+    elif color is not None:
+        rgb = rgb * np.asarray(color, np.float64)
+    red, green, blue = rgb.tolist()
+    if texture is None:
+        return red * GREY, green * GREY, blue * GREY
+    return replace(texture, factor=(red, green, blue))
+
+
+def _alpha(draft: Draft) -> float | Texture:
+    """Return the opacity: `d`, or else 1 - `Tr`, times the texture."""
+    numbers = draft.numbers
+    if "d" in numbers and numbers.get("Tr", numbers["d"]) != numbers["d"]:
+        draft.ignored.append("Tr")
+    alpha = numbers.get("d", numbers.get("Tr", 1.0))
+    texture = draft.maps.get("map_d")
+    return alpha if texture is None else replace(texture, factor=(alpha,) * 3)

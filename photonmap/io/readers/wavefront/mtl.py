@@ -1,0 +1,271 @@
+"""Read the MTL files of Wavefront OBJ scenes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+from photonmap.errors import InputError, naming, warn
+from photonmap.io.readers.registry import MissingTextures
+from photonmap.io.readers.wavefront.draft import Draft
+from photonmap.io.readers.wavefront.gloss import NUMBERS
+from photonmap.io.readers.wavefront.illumination import make_material
+from photonmap.io.readers.wavefront.map_options import parse_map
+from photonmap.io.readers.wavefront.source import Source, read_source
+from photonmap.runtime.wording import listed, shown
+from photonmap.scene.material import Material
+from photonmap.scene.parameters import Colored, Emission, Number, Parameter, parameters_of
+from photonmap.scene.textures import Texture, check_texture, shared_image
+from photonmap.spectra.curves import LARGEST_REFLECTANCE, Color
+
+_PARAMETERS = {
+    parameter.mtl: parameter for parameter in parameters_of(Material).values() if parameter.mtl
+} | NUMBERS
+"""What statements describe, by keyword."""
+_MAPS = {f"map_{key}": parameter for key, parameter in _PARAMETERS.items() if parameter.textured}
+_AMBIENT = ("Ka", "map_Ka")
+_OPACITIES = ("d", "Tr")
+_MODEL = "illum"
+_NEUTRAL = {"d": 1.0, "Ps": 0.0, "Pc": 0.0, "Pcr": 0.0, "aniso": 0.0, "anisor": 0.0}
+"""Numbers that change nothing, of statements that are not simulated."""
+
+
+@dataclass
+class _Textures:
+    """How textures are read.
+
+    Parameters
+    ----------
+    missing : what becomes of one that cannot be read
+    lost : those that could not be read
+    """
+
+    missing: MissingTextures
+    lost: list[str]
+
+
+def read_mtl(
+    path: str | PathLike[str], missing_textures: MissingTextures = "error"
+) -> dict[str, Material]:
+    """Read the materials of an MTL file.
+
+    `Kd` is the reflectance and `Ke` the radiance: linear RGB, `xyz` and CIE XYZ, or `spectral` and
+    what `photonmap.spectra.color_text` describes; a material without them keeps the defaults of
+    `Material`. `map_Kd` and `map_Ke` are textures, multiplied by `Kd` and `Ke` where these are
+    given. `d`, or 1 - `Tr`, times `map_d` is the opacity. `illum` says what becomes of `Ks`, `Ni`
+    and `Tf`, see `make_material`; `Ns`, `Pr` and `Pm` make a surface glossy, see `gloss_of`. `Ka`
+    is ignored: ambient light is not physical. Whatever else would change the picture is named in
+    one warning.
+
+    Parameters
+    ----------
+    path : the file
+    missing_textures : "error", or "grey": with a warning, a texture that cannot be read is 0.5
+        grey, and as opacity 1
+
+    Returns
+    -------
+    dict from name to Material; of two with one name the last, with a warning
+
+    Raises
+    ------
+    InputError : the file is missing or not text, a number is malformed, `Kd` is outside [0, 1]
+        or `Ke` is negative or not finite, or a texture cannot be read
+    """
+    textures = _Textures(missing_textures, [])
+    source, blender = read_source(path, "MTL"), _blender_scale(Path(path))
+    drafts: dict[str, Draft] = {}
+    repeated: list[str] = []
+    name = ""
+    for offset, keyword, rest in source.statements():
+        if keyword == "newmtl":
+            name = rest
+            if not name:
+                raise source.error("newmtl without a name; give it one", offset)
+            if name in drafts:
+                repeated.append(name)
+            drafts[name] = Draft(blender)
+        elif not name:
+            raise source.error(f"{shown(keyword)} before any newmtl; begin with newmtl", offset)
+        else:
+            _read_statement(_Statement(source, offset, keyword, rest), drafts[name], textures)
+    materials = {name: make_material(name, draft) for name, draft in drafts.items()}
+    _warn_of_changes(source, drafts, repeated)
+    if textures.lost:
+        several = len(textures.lost) > 1
+        count = f"{len(textures.lost)} texture{'s were' if several else ' was'}"
+        warn(f"{count} not readable and replaced by grey: {', '.join(textures.lost[:8])}")
+    return materials
+
+
+def _blender_scale(path: Path) -> float:
+    """Return the `Ns` that Blender's exporter writes for roughness 0; 0 of any other program's.
+
+    Since 3.3 it states its version, and (1 - roughness)² times 1000; it was 900.
+    """
+    with path.open("rb") as file:
+        header = file.readline(64)
+    if not header.startswith(b"# Blender "):
+        return 0.0
+    return 900.0 if header.startswith(b"# Blender MTL") else 1000.0
+
+
+@dataclass(frozen=True)
+class _Statement:
+    """A line of a material: its keyword, the rest, and where it stands."""
+
+    source: Source
+    offset: int
+    keyword: str
+    rest: str
+
+    def error(self, message: str) -> InputError:
+        """Return an error that names the file and the line."""
+        return self.source.error(message, self.offset)
+
+    def numbers(self, words: list[str] | None = None) -> list[float]:
+        """Parse decimal numbers, all words by default; NaN and infinity pass."""
+        words = self.rest.split() if words is None else words
+        try:
+            if any("_" in word for word in words):
+                raise ValueError
+            return [float(word) for word in words]
+        except ValueError:
+            message = f"{self.keyword} {shown(' '.join(words))} is not a number"
+            remedy = "write numbers with a decimal point, separated by spaces"
+            raise self.error(f"{message}; {remedy}") from None
+
+
+def _read_statement(line: _Statement, draft: Draft, textures: _Textures) -> None:
+    """Read one statement of a material."""
+    keyword = line.keyword
+    parameter = _PARAMETERS.get(keyword)
+    if isinstance(parameter, Colored):
+        _read_color(line, parameter, draft)
+    elif keyword in _MAPS:
+        _read_map(line, draft, textures)
+    elif keyword in _OPACITIES and not line.rest.startswith("-halo"):
+        draft.numbers[keyword] = _read_opacity(line)
+    elif keyword == _MODEL or (isinstance(parameter, Number) and keyword not in _OPACITIES):
+        draft.numbers[keyword] = _read_number(line, parameter)
+    elif keyword == "Ka" and draft.blender:
+        numbers = line.numbers()
+        draft.numbers[keyword] = numbers[0] if numbers and 0.0 <= numbers[0] <= 1.0 else 0.0
+    elif keyword not in _AMBIENT and not _is_neutral(line):
+        halo = " -halo" if keyword == "d" else ""
+        draft.ignored.append(keyword + halo)
+
+
+def _read_color(line: _Statement, parameter: Colored, draft: Draft) -> None:
+    """Read a colour; a reflectance that rounding left above 1 is lowered to 1."""
+    color = _parse_color(line, parameter)
+    if isinstance(color, tuple) and max(color) > parameter.largest:
+        draft.clamped.append(line.keyword)
+        red, green, blue = (min(value, parameter.largest) for value in color)
+        color = red, green, blue
+    draft.colors[line.keyword] = color
+
+
+def _parse_color(line: _Statement, parameter: Colored) -> Color:
+    """Parse one number, which stands for a grey, three, or `spectral` or `xyz` and theirs."""
+    words = line.rest.split()
+    if words[:1] == ["spectral"]:
+        return _parse_text(line, parameter, line.rest.removeprefix("spectral").strip())
+    space = words.pop(0) if words[:1] == ["xyz"] else ""
+    numbers = line.numbers(words)
+    if len(numbers) not in (1, 3):
+        message = f"{line.keyword} {shown(line.rest)} has {len(numbers)} numbers"
+        raise line.error(f"{message}; write one or three")
+    red, green, blue = numbers if len(numbers) == 3 else numbers * 3
+    if space:
+        return _parse_text(line, parameter, f"xyz:{red},{green},{blue}")
+    highest = max(parameter.largest, LARGEST_REFLECTANCE)
+    if not all(0 <= value <= highest and math.isfinite(value) for value in (red, green, blue)):
+        message = f"{line.keyword} {shown(line.rest)} is not a {parameter.noun}"
+        raise line.error(f"{message}; {parameter.remedy}")
+    return red, green, blue
+
+
+def _parse_text(line: _Statement, parameter: Colored, text: str) -> Color:
+    """Parse a colour that is named, or stands in a file beside this one."""
+    with naming(line.keyword, line.source.path, line.source.line_number(line.offset)):
+        return parameter.parse(text, line.source.path.parent)
+
+
+def _read_map(line: _Statement, draft: Draft, textures: _Textures) -> None:
+    """Read a texture, and note its options that are not simulated."""
+    try:
+        options, name = parse_map(line.rest)
+    except InputError as error:
+        raise line.error(f"{line.keyword}: {error}") from None
+    draft.ignored += [f"{line.keyword} {option}" for option in options.ignored]
+    folder = line.source.path.parent
+    try:
+        path = folder / name
+        if "\\" in name and not path.exists():
+            path = folder / name.replace("\\", "/")
+        parameter = _MAPS[line.keyword]
+        image = shared_image(path, mask=isinstance(parameter, Number))
+        texture = Texture(image, options.scale[:2], options.offset[:2], options.clamp)
+        unbounded = isinstance(parameter, Emission)
+        check_texture(texture, math.inf if unbounded else LARGEST_REFLECTANCE)
+    except InputError as error:
+        located = line.error(f"{line.keyword}: {error}")
+        if textures.missing == "error":
+            raise located from None
+        textures.lost.append(f"{str(located).partition(': ')[0]} {shown(name)}")
+        draft.maps[line.keyword] = None
+        return
+    draft.maps[line.keyword] = texture
+
+
+def _read_opacity(line: _Statement) -> float:
+    """Read `d` or `Tr`, which may be repeated for red, green and blue."""
+    numbers = line.numbers()
+    if not numbers or len(set(numbers)) > 1 or not math.isfinite(numbers[0]):
+        raise line.error(f"{line.keyword} {shown(line.rest)}; write a finite number")
+    if not 0.0 <= numbers[0] <= 1.0:
+        message = f"{line.keyword} {shown(line.rest)} is not an opacity; keep it within [0, 1]"
+        raise line.error(message)
+    return numbers[0] if line.keyword == "d" else 1.0 - numbers[0]
+
+
+def _read_number(line: _Statement, parameter: Parameter | None) -> float:
+    """Read the illumination model, or a number that a parameter describes."""
+    numbers = line.numbers()
+    if len(numbers) != 1 or not math.isfinite(numbers[0]):
+        raise line.error(f"{line.keyword} {shown(line.rest)}; write a finite number")
+    if parameter is not None:
+        try:
+            parameter.check(numbers[0])
+        except InputError as error:
+            raise line.error(f"{line.keyword} {error}") from None
+    return numbers[0]
+
+
+def _is_neutral(line: _Statement) -> bool:
+    """Return whether a statement that is not simulated has the value at which it does nothing."""
+    if line.keyword not in _NEUTRAL:
+        return False
+    numbers = line.numbers(line.rest.removeprefix("-halo").split())
+    if not numbers or not all(map(math.isfinite, numbers)):
+        raise line.error(f"{line.keyword} {shown(line.rest)}; write finite numbers")
+    return all(number == _NEUTRAL[line.keyword] for number in numbers)
+
+
+def _warn_of_changes(source: Source, drafts: dict[str, Draft], repeated: list[str]) -> None:
+    """Name what was read but is not simulated, or not as it was written."""
+    ignored: dict[str, dict[str, None]] = {}
+    for name, draft in drafts.items():
+        for keyword in draft.ignored:
+            ignored.setdefault(keyword, {})[name] = None
+    if ignored:
+        uses = [f"{shown(keyword)} of {listed(names)}" for keyword, names in ignored.items()]
+        warn(f"{source.path}: not simulated: {'; '.join(uses)}")
+    for keyword in _PARAMETERS:
+        if clamped := [name for name, draft in drafts.items() if keyword in draft.clamped]:
+            warn(f"{source.path}: {keyword} above 1 is lowered to 1 in {listed(clamped)}")
+    if repeated:
+        warn(f"{source.path}: newmtl is repeated, and the last one is used: {listed(repeated)}")

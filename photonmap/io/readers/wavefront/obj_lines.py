@@ -1,0 +1,268 @@
+"""The lines of an OBJ file as arrays: whole blocks of numbers are parsed at once."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.errors import InputError
+from photonmap.io.readers.polygons import LARGEST_FACE
+from photonmap.io.readers.wavefront.decimals import begins, parse_floats, parse_integers
+from photonmap.io.readers.wavefront.source import Source, split_statement
+from photonmap.runtime.wording import shown
+from photonmap.scene.mesh import LARGEST_COORDINATE
+
+_SPACE, _NEWLINE, _SLASH = b" \n/"
+_OUTSIDE = np.iinfo(np.int32).max
+_IN_FACES = np.isin(np.arange(256), list(b"0123456789+-/ \v\n"))
+_NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_CORNER = re.compile(rb"[+-]?\d+(/([+-]?\d+)?){0,2}")
+_STATES = ("o", "g", "usemtl", "mtllib")
+_IGNORED = ("s",)
+
+
+@dataclass(frozen=True)
+class _Table:
+    """A kind of line with numbers: its keyword, its name, and how many numbers it has."""
+
+    keyword: bytes
+    name: str
+    least: int
+    width: int
+
+
+_TABLES = (
+    _Table(b"v", "vertex", 3, 3),
+    _Table(b"vt", "texture coordinate", 1, 2),
+    _Table(b"vn", "normal", 3, 3),
+)
+
+
+@dataclass(frozen=True)
+class ObjLines:
+    """What the lines of an OBJ file say, in file order.
+
+    Parameters
+    ----------
+    vertices, uv, normals : (V, 3), (T, 2), (N, 3) float64
+    corners : (C, 3) int32, indices of vertex, uv and normal from 1; 0 where there is none
+    sizes : (F,) int64, corners of each face
+    offsets : (F,) int64, where each face stands in the source
+    states : o, g, usemtl and mtllib lines as (offset, keyword, name)
+    others : the number of lines of every other keyword
+    """
+
+    vertices: NDArray[np.float64]
+    uv: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    corners: NDArray[np.int32]
+    sizes: NDArray[np.int64]
+    offsets: NDArray[np.int64]
+    states: list[tuple[int, str, str]]
+    others: Mapping[str, int]
+
+
+@dataclass(frozen=True)
+class _Lines:
+    """The lines of one kind in a block, their keywords blanked.
+
+    Parameters
+    ----------
+    text : (B,) uint8
+    starts : (L,) where each line starts in `text`
+    offsets : (L,) where it starts in the source
+    """
+
+    text: NDArray[np.uint8]
+    starts: NDArray[np.int64]
+    offsets: NDArray[np.int64]
+
+    def count(self, positions: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Count ascending positions in `text` by line."""
+        return np.diff(np.searchsorted(positions, np.append(self.starts, len(self.text))))
+
+
+def parse_lines(source: Source) -> ObjLines:
+    """Parse every line.
+
+    Raises
+    ------
+    InputError : malformed or non-finite numbers, a face of fewer than three corners, or a
+        corner that refers to nothing
+    """
+    tables: list[list[NDArray[np.float64]]] = [[], [], []]
+    faces: list[tuple[NDArray[Any], ...]] = []
+    states: list[tuple[int, str, str]] = []
+    others: Counter[str] = Counter()
+    known = np.zeros(3, np.int64)
+    for begin, end in source.blocks():
+        lines, rest = _sort_block(source, begin, end)
+        for table, kind in zip(tables, _TABLES, strict=True):
+            table.append(_parse_table(source, lines[kind.keyword], kind))
+        before = [lines[kind.keyword].offsets for kind in _TABLES]
+        faces.append(_parse_faces(source, lines[b"f"], before, known))
+        known += [len(table[-1]) for table in tables]
+        for offset in rest:
+            keyword, name = split_statement(source.line(offset))
+            if keyword in _STATES:
+                states.append((offset, keyword, name))
+            elif keyword not in _IGNORED:
+                others[keyword] += 1
+    vertices, uv, normals = (np.concatenate(table) for table in tables)
+    corners, sizes, offsets = (np.concatenate(part) for part in zip(*faces, strict=True))
+    obj = ObjLines(vertices, uv, normals, corners, sizes, offsets, states, others)
+    _check_indices(source, obj)
+    return obj
+
+
+def _sort_block(source: Source, begin: int, end: int) -> tuple[dict[bytes, _Lines], list[int]]:
+    """Sort the lines of a block by keyword; return also the offsets of those without numbers."""
+    block = np.frombuffer(source.text, np.uint8, end - begin, begin)
+    ends = np.flatnonzero(block == _NEWLINE) + 1
+    starts = np.append(0, ends[:-1])
+    first, second, third = (block[np.minimum(starts + i, len(block) - 1)] for i in range(3))
+    rest = first > _SPACE
+    lines = {}
+    for keyword in (b"f", *(kind.keyword for kind in _TABLES)):
+        chosen = first == keyword[0]
+        if len(keyword) == 1:
+            chosen &= second <= _SPACE
+        else:
+            chosen &= (second == keyword[1]) & (third <= _SPACE)
+        rest &= ~chosen
+        lengths = (ends - starts)[chosen]
+        text = block[np.repeat(chosen, ends - starts)]
+        begins_at = np.cumsum(lengths) - lengths
+        for i in range(len(keyword)):
+            text[begins_at + i] = _SPACE
+        lines[keyword] = _Lines(text, begins_at, starts[chosen] + begin)
+    return lines, (starts[rest] + begin).tolist()
+
+
+def _parse_table(source: Source, lines: _Lines, kind: _Table) -> NDArray[np.float64]:
+    """Parse vertices, normals or texture coordinates, as rows of `kind.width` numbers."""
+    table = np.zeros((len(lines.starts), kind.width))
+    if not len(table):
+        return table
+    counts = lines.count(begins(lines.text > _SPACE))
+    values = parse_floats(lines.text)
+    if values is None or counts.min() < kind.least:
+        raise _table_error(source, lines, kind)
+    if (counts == kind.width).all():
+        table = values.reshape(table.shape)
+    else:
+        firsts = np.cumsum(counts) - counts
+        for column in range(kind.width):
+            has = counts > column
+            table[has, column] = values[firsts[has] + column]
+    if not (np.abs(table) <= LARGEST_COORDINATE).all():
+        raise _table_error(source, lines, kind)
+    return table
+
+
+def _table_error(source: Source, lines: _Lines, kind: _Table) -> InputError:
+    """Return the error of the first malformed line."""
+    for offset in lines.offsets.tolist():
+        words = source.line(offset).split()[1:]
+        if len(words) < kind.least:
+            message = f"{kind.name} of {len(words)} numbers; write {kind.least} or more"
+            return source.error(message, offset)
+        for column, word in enumerate(words):
+            value = float(word) if _NUMBER.fullmatch(word) else np.nan
+            if np.isnan(value) or (column < kind.width and abs(value) > LARGEST_COORDINATE):
+                message = f"{kind.name} has {shown(word.decode('latin-1'))}; write finite decimals"
+                return source.error(f"{message} up to {LARGEST_COORDINATE:g}", offset)
+    return InputError(f"a {kind.name} is malformed; write finite decimals", source.path)
+
+
+def _parse_faces(
+    source: Source, lines: _Lines, before: list[NDArray[np.int64]], known: NDArray[np.int64]
+) -> tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.int64]]:
+    """Parse faces as (corners, sizes, offsets), see `ObjLines`.
+
+    Parameters
+    ----------
+    source, lines : the text
+    before : offsets of the vertices, uv and normals of the block, for relative indices
+    known : (3,) how many of them there were before the block
+    """
+    if not len(lines.starts):
+        return np.zeros((0, 3), np.int32), lines.starts, lines.offsets
+    solid, slash = lines.text > _SPACE, lines.text == _SLASH
+    numbers = begins(solid & ~slash)
+    values = parse_integers(np.where(slash, np.uint8(_SPACE), lines.text))
+    leads = ~solid[numbers - 1]
+    sizes = lines.count(numbers[leads])
+    if (
+        not _IN_FACES[lines.text].all()
+        or len(values) != len(numbers)
+        or np.count_nonzero(leads) != len(begins(solid))
+        or np.add.reduceat(slash, numbers[leads], dtype=np.int32).max(initial=0) > 2
+        or sizes.min() < 3
+        or sizes.max() > LARGEST_FACE
+    ):
+        raise _face_error(source, lines)
+    corner_of = np.cumsum(leads) - 1
+    columns = _columns(slash, numbers, leads)
+    relative = np.flatnonzero(values < 0)
+    if len(relative):
+        rows = np.repeat(np.arange(len(sizes)), sizes)[corner_of[relative]]
+        counts = np.stack([np.searchsorted(b, lines.offsets) for b in before], 1) + known
+        values[relative] += counts[rows, columns[relative]] + 1
+    values[(values <= 0) | (values > _OUTSIDE)] = _OUTSIDE
+    corners = np.zeros((sizes.sum(), 3), np.int32)
+    corners[corner_of, columns] = values
+    return corners, sizes, lines.offsets
+
+
+def _columns(
+    slash: NDArray[np.bool_], numbers: NDArray[np.int64], leads: NDArray[np.bool_]
+) -> NDArray[np.int8]:
+    """Count the slashes before each number of a corner, two at most.
+
+    Parameters
+    ----------
+    slash : (B,) whether a byte is a slash
+    numbers : (M,) where the numbers begin
+    leads : (M,) whether a number is the first of its corner
+    """
+    follows = ~leads
+    gaps = follows.astype(np.int8) + (follows & slash[numbers - 2])
+    gaps[1:] += gaps[:-1] * follows[1:]
+    return gaps
+
+
+def _face_error(source: Source, lines: _Lines) -> InputError:
+    """Return the error of the first malformed line."""
+    for offset in lines.offsets.tolist():
+        words = source.line(offset).split()[1:]
+        for word in words:
+            if not _CORNER.fullmatch(word):
+                message = f"face corner {shown(word.decode('latin-1'))} is malformed"
+                return source.error(f"{message}; write v, v/vt, v//vn or v/vt/vn", offset)
+        if not 3 <= len(words) <= LARGEST_FACE:
+            remedy = "give it three or more" if len(words) < 3 else "divide it"
+            return source.error(f"face of {len(words)} corners; {remedy}", offset)
+    return InputError("a face is malformed; write v, v/vt, v//vn or v/vt/vn", source.path)
+
+
+def _check_indices(source: Source, obj: ObjLines) -> None:
+    """Raise on the first corner that refers to nothing."""
+    known = [len(obj.vertices), len(obj.uv), len(obj.normals)]
+    outside = np.flatnonzero((obj.corners > known).any(1))
+    if len(outside):
+        ends = np.cumsum(obj.sizes)
+        face = np.searchsorted(ends, outside[0], "right")
+        offset = int(obj.offsets[face])
+        words = source.line(offset).split()[1:]
+        word = words[outside[0] - (ends[face] - obj.sizes[face])].decode()
+        counts = f"{known[0]} vertices, {known[1]} texture coordinates, {known[2]} normals"
+        remedy = "count from 1, or back from this line with -1"
+        message = f"face corner {shown(word)} is outside the file's {counts}; {remedy}"
+        raise source.error(message, offset)

@@ -1,0 +1,89 @@
+"""A scene file, and what a user chooses in place of what it says."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+from photonmap.errors import InputError
+
+if TYPE_CHECKING:
+    from photonmap.scene.camera import Camera
+    from photonmap.scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class SceneSource:
+    """Where a scene comes from; can be sent to another process.
+
+    Parameters
+    ----------
+    path : of the scene file
+    missing_textures : "error" or "grey", see `photonmap.load_scene`
+    camera : attributes of `photonmap.Camera` that replace those of the file's camera
+    munsell, illuminants : files of measured spectra; None for those that the environment names
+    view : the name of one of the file's cameras; None for the first
+    """
+
+    path: str
+    missing_textures: Literal["error", "grey"] = "error"
+    camera: dict[str, Any] = field(default_factory=dict)
+    munsell: str | None = None
+    illuminants: str | None = None
+    view: str | None = None
+
+    def load(self) -> Scene:
+        """Load the scene, with the chosen spectra and camera.
+
+        Raises
+        ------
+        InputError : as `photonmap.load_scene`; a file of spectra cannot be read; there is no camera
+            of the name; or the camera lacks a position or a target
+        """
+        from photonmap.io.readers.scene_file import load_scene
+
+        use_measured_sets(self.munsell, self.illuminants)
+        scene = load_scene(self.path, self.missing_textures)
+        if self.view is not None:
+            scene = scene.seen_by(self.view)
+        scene.camera = self._choose_camera(scene.camera)
+        return scene
+
+    def views(self) -> list[SceneSource]:
+        """Return the source once for each of its cameras; for its one view if it has not several.
+
+        Raises
+        ------
+        InputError : as `load`
+        """
+        names = [camera.name for camera in self.load().every_camera if camera.name]
+        return [replace(self, view=name) for name in names] or [self]
+
+    def _choose_camera(self, own: Camera | None) -> Camera | None:
+        from photonmap.scene.camera import Camera
+
+        if not self.camera:
+            return own
+        if own is not None:
+            return own.changed(**self.camera)
+        if missing := {"origin", "target"} - {*self.camera}:
+            raise InputError(f"a camera needs --{' and --'.join(sorted(missing))} too")
+        return Camera(**self.camera)
+
+
+def use_measured_sets(munsell_chips: str | None, illuminants: str | None) -> None:
+    """Let names of colours refer to files of measured spectra; None leaves what is set.
+
+    Raises
+    ------
+    InputError : a file cannot be read
+    """
+    from photonmap.spectra import color_text, munsell
+
+    if munsell_chips:
+        os.environ[munsell.VARIABLE] = munsell_chips
+        munsell.measured_set()
+    if illuminants:
+        os.environ[color_text.ILLUMINANTS] = illuminants
+        color_text.measured_illuminants()

@@ -1,0 +1,1 @@
+"""Files out: a `Scene` as TOML, OBJ and MTL."""

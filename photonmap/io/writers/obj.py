@@ -1,0 +1,66 @@
+"""Write the meshes of a scene as OBJ."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.errors import InputError, naming
+from photonmap.io.writers.assets import check_name
+from photonmap.scene.mesh import Mesh
+from photonmap.scene.scene import Scene
+
+
+def write_obj(scene: Scene, path: Path, materials: Mapping[int, str]) -> None:
+    """Write all meshes that have faces, with numbers that are read back to the last bit.
+
+    Parameters
+    ----------
+    materials : names in the MTL file of the same stem, by the id of the material
+
+    Raises
+    ------
+    InputError
+        if there are no faces, or a name cannot be written
+    """
+    meshes = [mesh for mesh in scene.meshes if len(mesh.faces)]
+    if not meshes:
+        raise InputError(f"scene {scene.name!r} has no faces: there is nothing to write")
+    known = np.zeros(3, np.int64)
+    with path.open("w", encoding="utf-8") as file:
+        file.write(f"mtllib {path.stem}.mtl\n")
+        for mesh in meshes:
+            with naming("mesh"):
+                check_name(mesh.name)
+            file.write(f"o {mesh.name}\nusemtl {materials[id(mesh.material)]}\n")
+            known += _write_mesh(file, mesh, known + 1)
+
+
+def _write_mesh(file: TextIO, mesh: Mesh, first: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Write one mesh without its unused vertices.
+
+    Parameters
+    ----------
+    first : (3,) numbers of its first vertex, texture coordinate and normal
+
+    Returns
+    -------
+    (3,) how many of them it has
+    """
+    used, renumbered = np.unique(mesh.faces, return_inverse=True)
+    tables = (("v", mesh.vertices), ("vt", mesh.uv), ("vn", mesh.normals))
+    for keyword, rows in tables:
+        if rows is not None:
+            lines = [f"{keyword} {' '.join(map(repr, row))}\n" for row in rows[used].tolist()]
+            file.writelines(lines)
+    shape = "/".join(
+        "" if rows is None else f"{{{index}}}" for index, (_, rows) in enumerate(tables)
+    ).rstrip("/")
+    numbers = renumbered.reshape(-1, 1) + first
+    corners = [shape.format(*row) for row in numbers.tolist()]
+    file.writelines(f"f {' '.join(corners[at : at + 3])}\n" for at in range(0, len(corners), 3))
+    return np.array([0 if rows is None else len(used) for _, rows in tables])

@@ -1,1 +1,0 @@
-"""Scene files read into scenes: OBJ, MTL, and the TOML beside them."""

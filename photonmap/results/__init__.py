@@ -1,0 +1,1 @@
+"""What a render returns: buffers, errors, the run record; saved, loaded and merged."""

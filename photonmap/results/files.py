@@ -1,0 +1,104 @@
+"""The files of a render: one multi-part OpenEXR, a PNG to look at and a JSON record."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import time
+from collections.abc import Callable, Iterable
+from os import PathLike
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.buffers import check_buffers
+from photonmap.errors import InputError
+from photonmap.io.exr import Contents, Projector, write_exr
+from photonmap.io.png import write_png
+from photonmap.runtime.file_checks import check_writable
+
+
+class Preview(NamedTuple):
+    """An 8-bit image and the exposure at which it shows radiance."""
+
+    image: NDArray[np.uint8]
+    """(H, W, 3) sRGB"""
+    exposure: float
+
+
+def check_output(path: str | PathLike[str], buffers: Iterable[str] | None = None) -> Path:
+    """Check before a render that FILE.exr, FILE.png and FILE.json can be written.
+
+    Parameters
+    ----------
+    path : FILE.exr
+    buffers : names of those to be written; None for all
+
+    Raises
+    ------
+    InputError
+        if the suffix is another, the folder is missing or not writable, or there is no such buffer
+    """
+    check_buffers(buffers)
+    path = Path(path)
+    if path.suffix.lower() != ".exr":
+        raise InputError("the name of the output must end in .exr, as in image.exr", path)
+    for file in (path, path.with_suffix(".png"), path.with_suffix(".json")):
+        if file.is_dir():
+            raise InputError("this is a folder; remove it or choose another name", file)
+    folder = path.parent
+    if not folder.is_dir():
+        state = "is not a folder" if folder.exists() else "does not exist"
+        raise InputError(f"the folder {folder} {state}; create it or choose another", path)
+    check_writable(folder, path)
+    return path
+
+
+def save_all(
+    contents: Contents,
+    path: str | PathLike[str],
+    to_rgb: Projector,
+    preview: Callable[[], Preview] | None,
+) -> None:
+    """Write FILE.exr, FILE.png and FILE.json; none of them appears before all are complete.
+
+    The JSON is the record, with the exposure of the PNG and the seconds that writing the images
+    took.
+
+    Parameters
+    ----------
+    contents : what to write to the OpenEXR, and the record
+    path : FILE.exr
+    to_rgb : projects radiance for the OpenEXR's viewers
+    preview : makes the PNG; None for none
+
+    Raises
+    ------
+    InputError
+        if such files cannot be written to `path`
+    OSError
+        if writing fails
+    """
+    path = check_output(path)
+    record, start = contents.record, time.perf_counter()
+    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as folder:
+        image = Path(folder) / path.name
+        written = [image.with_suffix(".json"), image]
+        if preview is not None:
+            shown = preview()
+            record = {**record, "exposure": shown.exposure}
+            written.insert(0, image.with_suffix(".png"))
+            write_png(shown.image, written[0])
+        write_exr(contents, image, to_rgb)
+        seconds = {**record.get("seconds", {}), "write": time.perf_counter() - start}
+        write_json({**record, "seconds": seconds}, image.with_suffix(".json"))
+        for file in written:
+            file.replace(path.with_name(file.name))
+
+
+def write_json(record: dict[str, Any], path: str | PathLike[str]) -> None:
+    """Write a JSON-able record, indented, UTF-8."""
+    text = json.dumps(record, indent=2, ensure_ascii=False)
+    Path(path).write_text(text + "\n", encoding="utf-8")

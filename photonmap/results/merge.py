@@ -1,0 +1,268 @@
+"""Merge renders of one scene with different seeds, as if they had been one run.
+
+Means are weighted by each pixel's number of passes, and standard errors are pooled from the spread
+within the runs and between them (Chan, Golub and LeVeque 1983).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.buffers import group_name, in_order, names_where, row_of, split_name
+from photonmap.errors import InputError
+from photonmap.film.block_errors import BLOCKED, SIDE
+from photonmap.film.blocks import block_means, block_minima
+from photonmap.film.pooling import (
+    error_of,
+    pool_comoments,
+    pool_errors,
+    pool_means,
+    shift_ratio,
+    spread_of,
+    sum_counts,
+    variance_divisor,
+)
+from photonmap.results.merged_record import merge_records, seeds_of
+from photonmap.results.result import Result
+from photonmap.runtime.fingerprint import difference
+from photonmap.runtime.wording import listed
+
+Array = NDArray[np.float64]
+
+POOLED = names_where(pooling="mean", has_error=True)
+"""Buffers that are means over passes, with standard errors."""
+SAME = names_where(pooling="same")
+"""Buffers that depend on the scene alone."""
+REQUIRED = names_where(default=True, omitted="never")
+"""Buffers without which a result cannot be merged."""
+
+
+def merge(results: Iterable[Result], names: Sequence[str] | None = None) -> Result:
+    """Merge renders that differ in their seeds, passes and threads alone.
+
+    Parameters
+    ----------
+    results : two or more, merged ones among them
+    names : what errors call them; "result 1" and so on if left out
+
+    Returns
+    -------
+    Result. Its means and errors are those of one run of all passes, up to float32.
+
+    Raises
+    ------
+    InputError : fewer than two, a seed that occurs twice, another scene or other arguments, or
+        buffers that were not written
+    """
+    results = list(results)
+    names = names or [f"result {i}" for i, _ in enumerate(results, start=1)]
+    if len(results) < 2:
+        raise InputError("merging needs at least two results")
+    for result, name in zip(results, names, strict=True):
+        _check_whole(result, name)
+    for result, name in zip(results[1:], names[1:], strict=True):
+        _check_alike(results[0], result, names[0], name)
+    _check_seeds(results, names)
+    runs = [_Run(result) for result in results]
+    buffers, errors = _merge_light(runs)
+    buffers |= _merge_rest(runs)
+    errors = errors if (buffers["passes"] > 1).any() else {}
+    blocks = _merge_blocks(runs) if errors else {}
+    merged = Result(in_order(buffers), errors, results[0].bands, {}, blocks)
+    merged.record = merge_records([result.record for result in results], merged)
+    return merged
+
+
+class _Run:
+    """The moments of one result, float64, (H, W, N) or (H, W, 1)."""
+
+    def __init__(self, result: Result) -> None:
+        self.result = result
+        self.count = result.passes.astype(np.float64)[..., None]
+        self.scale = variance_divisor(self.count)
+
+    def mean(self, name: str) -> Array:
+        """Return the mean of a buffer; 0 where there was nothing to write."""
+        image = self.result.buffers.get(name)
+        shape = self.result.radiance.shape
+        return np.zeros(shape) if image is None else image.astype(np.float64)
+
+    def spread(self, name: str) -> Array:
+        """Return the sum of squared deviations of a buffer."""
+        error = self.result.errors.get(name)
+        if error is None:
+            return np.zeros(self.result.radiance.shape)
+        return spread_of(error, self.count)
+
+
+def _merge_light(runs: list[_Run]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return all buffers with bands, and their errors."""
+    buffers: dict[str, NDArray[np.float32]] = {}
+    errors: dict[str, NDArray[np.float32]] = {}
+    present = runs[0].result.buffers
+    groups = [group for group in dict.fromkeys(split_name(name)[1] for name in present) if group]
+    for name in present:
+        if split_name(name)[0] in POOLED:
+            buffers[name], errors[name] = _pool(name, runs)
+    for name in names_where(pooling="mean", per_light=True):
+        if groups and name in buffers:
+            buffers[name] = _sum([buffers[group_name(name, group)] for group in groups])
+    buffers["radiance"] = (buffers["emission"] + buffers["direct"]) + buffers["indirect"]
+    errors["radiance"] = _pool("radiance", runs)[1]
+    for group in (*groups, ""):
+        _merge_shading(group, runs, buffers, errors)
+    if groups:
+        buffers["shading"] = _sum([buffers[group_name("shading", group)] for group in groups])
+    return buffers, errors
+
+
+def _merge_rest(runs: list[_Run]) -> dict[str, NDArray[Any]]:
+    """Return all buffers without errors that the runs have, as their rows say."""
+    merged: dict[str, NDArray[Any]] = {}
+    counts = _counts(runs)
+    taken = [count[..., 0] > 0.0 for count in counts]
+    for name, image in runs[0].result.buffers.items():
+        row, images = row_of(name), [run.result.buffers.get(name, image) for run in runs]
+        if row is None or row.has_error:
+            continue
+        if row.pooling == "same":
+            merged[name] = image
+        elif row.pooling == "sum":
+            merged[name] = np.sum(images, axis=0, dtype=image.dtype)
+        elif row.pooling == "all":
+            agree = [ours | ~some for ours, some in zip(images, taken, strict=True)]
+            merged[name] = np.logical_and.reduce(agree) & np.logical_or.reduce(taken)
+        elif row.pooling == "mean":
+            of_image = [count if row.is_banded else count[..., 0] for count in counts]
+            mean = pool_means(of_image, [values.astype(np.float64) for values in images])
+            merged[name] = mean.astype(image.dtype)
+    return merged
+
+
+def _sum(images: list[NDArray[np.float32]]) -> NDArray[np.float32]:
+    total = images[0].copy()
+    for image in images[1:]:
+        total += image
+    return total
+
+
+def _counts(runs: list[_Run]) -> list[Array]:
+    return [run.count for run in runs]
+
+
+def _error(spread: Array, runs: list[_Run]) -> Array:
+    return error_of(spread, sum_counts(_counts(runs)))
+
+
+def _pool(name: str, runs: list[_Run]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the mean and the standard error of a buffer."""
+    means, counts = [run.mean(name) for run in runs], _counts(runs)
+    spreads = [run.spread(name) for run in runs]
+    error = _error(pool_comoments(counts, means, means, spreads), runs)
+    return pool_means(counts, means).astype(np.float32), error.astype(np.float32)
+
+
+def _merge_blocks(runs: list[_Run]) -> dict[str, NDArray[np.float32]]:
+    """Return the standard errors of blocks' means; a block has the least passes of its pixels."""
+    counts = [block_minima(run.count, SIDE) for run in runs]
+    nothing = np.zeros(1)
+    merged = {}
+    for name in dict.fromkeys(name for run in runs for name in run.result.block_errors):
+        means = [block_means(run.mean(name), SIDE) for run in runs]
+        errors = [run.result.block_errors.get(name, nothing) for run in runs]
+        merged[name] = pool_errors(counts, means, errors).astype(np.float32)
+    return merged
+
+
+def _merge_shading(
+    group: str, runs: list[_Run], buffers: dict[str, Any], errors: dict[str, Any]
+) -> None:
+    """Add shading, its error and the covariance: of a light group, or of the whole ("").
+
+    The ratio of reflected light to reflectance where that is not 0, with the error of a ratio by
+    the delta method, as in `photonmap.kernels.film.moments`; the mean irradiance / π elsewhere.
+    """
+    name, covariance_name = group_name("shading", group), group_name("covariance", group)
+    buffers[name], errors[name] = _pool(name, runs)
+    shadings = [run.mean(name) for run in runs]
+    albedos = [run.mean("reflectance") for run in runs]
+    reflected = [s * r for s, r in zip(shadings, albedos, strict=True)]
+    light = pool_means(_counts(runs), reflected)
+    plain = buffers.get("residual", np.zeros(1)) == 0.0
+    direct, indirect = (buffers[group_name(part, group)] for part in ("direct", "indirect"))
+    whole = direct.astype(np.float64) + indirect
+    known = buffers["reflectance"] > 0.0
+    divisor = np.where(known, buffers["reflectance"], 1.0).astype(np.float64)
+    ratio = np.where(plain, whole, light) / divisor
+    own = [run.mean(covariance_name) * run.scale for run in runs]
+    product = pool_comoments(_counts(runs), reflected, albedos, own)
+    spread = np.zeros_like(ratio)
+    for run, s, r, comoment in zip(runs, shadings, albedos, own, strict=True):
+        within = shift_ratio(r**2 * run.spread(name), comoment, run.spread("reflectance"), s, ratio)
+        # Where this run saw no reflectance, its shading is of another kind, and nothing deviates.
+        spread += np.where(r > 0.0, within, 0.0) + run.count * ((ratio - s) * r) ** 2
+    buffers[name] = np.where(known, ratio, buffers[name]).astype(np.float32)
+    error = (_error(spread, runs) / divisor).astype(np.float32)
+    errors[name] = np.where(known, error, errors[name])
+    count = sum_counts(_counts(runs))
+    covariance = (product / np.maximum(variance_divisor(count), 1.0)).astype(np.float32)
+    if covariance.any():
+        buffers[covariance_name] = covariance
+
+
+def _check_whole(result: Result, name: str) -> None:
+    """Raise InputError if a result lacks what merging takes."""
+    if "fingerprint" not in result.record:
+        raise InputError(f"{name}: its record lacks what merging needs; render it again")
+    missing = [buffer for buffer in REQUIRED if buffer not in result.buffers]
+    several = not missing and (result.passes > 1).any()
+    if several and "reflectance" in result.errors and "covariance" not in result.buffers:
+        varies = (result.errors["reflectance"] > 0.0) & (result.shading > 0.0)
+        missing = ["covariance"] if varies.any() else []
+    if several and not missing:
+        missing = [f"{buffer}.error" for buffer in POOLED if buffer in result.buffers]
+        missing = [error for error in missing if error.partition(".")[0] not in result.errors]
+        blocked = [name for name in BLOCKED if name in result.buffers]
+        missing += [f"{name}.error8" for name in blocked if name not in result.block_errors]
+    if missing:
+        raise InputError(
+            f"{name}: {listed(missing)} {'is' if len(missing) == 1 else 'are'} missing; "
+            f"render without --buffers to merge"
+        )
+
+
+def _check_alike(first: Result, other: Result, name: str, other_name: str) -> None:
+    """Raise InputError if two results are not of the same scene and arguments."""
+    prints = [{**result.record["fingerprint"], "seed": None} for result in (first, other)]
+    reason = difference(*prints)
+    sets = [{n for n in r.buffers if not _may_be_zero(n)} for r in (first, other)]
+    if not reason and sets[0] != sets[1]:
+        reason = f"{listed(sorted(sets[0] ^ sets[1]))} in one of them alone"
+    for buffer in (name for name in SAME if name in sets[0] and not reason):
+        if not np.array_equal(first.buffers[buffer], other.buffers[buffer]):
+            reason = f"other {buffer}"
+    if reason:
+        raise InputError(f"{other_name} cannot be merged with {name}: {reason}")
+
+
+def _may_be_zero(name: str) -> bool:
+    """Return whether a buffer may be in one of two runs alone, where it is 0 in the other."""
+    row = row_of(name)
+    return row is not None and row.omitted == "where it is 0 everywhere"
+
+
+def _check_seeds(results: list[Result], names: Sequence[str]) -> None:
+    """Raise InputError if the same passes would count twice."""
+    owner: dict[int, str] = {}
+    for result, name in zip(results, names, strict=True):
+        for seed in seeds_of(result.record):
+            if seed in owner:
+                raise InputError(
+                    f"{name} and {owner[seed]} both have seed {seed} and hold the same passes; "
+                    f"render one of them with another seed"
+                )
+            owner[seed] = name

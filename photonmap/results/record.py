@@ -1,0 +1,42 @@
+"""The run record: all that is needed to assess a render and to repeat it."""
+
+from __future__ import annotations
+
+import os
+import platform
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from typing import TYPE_CHECKING
+
+from photonmap.spectra.color_text import ILLUMINANTS
+from photonmap.spectra.munsell import VARIABLE as MUNSELL
+
+if TYPE_CHECKING:
+    pass
+
+PACKAGES = ("photonmap", "numpy", "numba", "embreex", "OpenImageIO", "colour-science")
+
+
+def describe_versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages that results depend on."""
+    return {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
+
+
+@cache
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def describe_code() -> dict[str, str]:
+    """Return what the same renders give the same arrays with: versions, and a hash of kernels."""
+    from photonmap.kernels.core.jit import CACHE_FOLDER
+
+    return {**describe_versions(), "kernels": CACHE_FOLDER.name.removeprefix("kernels-")}
+
+
+def describe_measured_sets() -> dict[str, str | None]:
+    """Return the files of measured spectra that colours may be named from; None without one."""
+    return {"munsell": os.environ.get(MUNSELL), "illuminants": os.environ.get(ILLUMINANTS)}

@@ -1,0 +1,1 @@
+"""What every run needs: threads, memory, checkpoints, progress, wording of messages."""

@@ -1,0 +1,180 @@
+"""Lists of options: how each is documented, written on the command line, read and checked.
+
+A list of options is a frozen dataclass whose fields have `option(…)` as their metadata.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import textwrap
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from numbers import Integral
+from typing import Any, Concatenate, ParamSpec, TypeVar
+
+from photonmap.errors import InputError
+from photonmap.runtime.wording import shown
+
+P = ParamSpec("P")
+R = TypeVar("R")
+Subject = TypeVar("Subject")
+Options = TypeVar("Options")
+
+_WIDTH = 100
+"""Columns of generated documentation."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Option:
+    """How one option is documented, written on the command line, and checked.
+
+    Parameters
+    ----------
+    help : what it does, without a full stop
+    name, default : its keyword in Python, and the value where it is left out
+    default_text : the default in words, where the value does not say it
+    written : what is special about it on the command line
+    group : heading under which the command line lists it; None if it cannot be given there
+    metavar : placeholder for its value in help texts
+    read : text on the command line → value
+    bare : value of a flag that stands alone, where it may
+    choices : all permitted values
+    whole : (least, greatest) permitted whole number
+    check : value → the form in which a render uses it; raises `InputError`
+    decides : whether the arrays depend on it: it is then in the run record and the fingerprint
+    commands : those that take it
+    """
+
+    help: str
+    name: str = ""
+    default: Any = None
+    default_text: str = ""
+    written: str = ""
+    group: str | None = None
+    metavar: str | None = None
+    read: Callable[[str], Any] | None = None
+    bare: Any = None
+    choices: tuple[str, ...] = ()
+    whole: tuple[int, int] | None = None
+    check: Callable[[Any], Any] | None = None
+    decides: bool = False
+    commands: tuple[str, ...] = ("render",)
+
+    @property
+    def flag(self) -> str:
+        """The flag on the command line; of an option that is on by default, to turn it off."""
+        return ("--no-" if self.default is True else "--") + self.name.replace("_", "-")
+
+    def checked(self, value: Any) -> Any:
+        """Return a value in the form in which a render uses it.
+
+        Raises
+        ------
+        InputError : it is not permitted
+        """
+        if value is None and self.default is None:
+            return None
+        if isinstance(self.default, bool):
+            return bool(value)
+        if self.choices and value not in self.choices:
+            known = " nor ".join(map(repr, self.choices))
+            raise InputError(f"{self.name} {shown(value)} is neither {known}")
+        if self.whole is not None:
+            low, high = self.whole
+            whole = isinstance(value, Integral)
+            if not (whole and low <= value <= high):
+                raise InputError(f"{self.name} {value} must be a whole number from {low} to {high}")
+        return value if self.check is None else self.check(value)
+
+
+def option(help: str, **traits: Any) -> Mapping[str, Option]:
+    """Return the metadata of a field that is an option; see `Option` for its traits."""
+    return {"option": Option(help=help, **traits)}
+
+
+def list_options(options: Any) -> dict[str, Option]:
+    """Return the options that a dataclass lists, by name."""
+    return {
+        each.name: replace(each.metadata["option"], name=each.name, default=each.default)
+        for each in fields(options)
+    }
+
+
+def read_size(text: str) -> tuple[int, int]:
+    """Read "640x480".
+
+    Raises
+    ------
+    InputError : another form
+    """
+    width, cross, height = text.lower().partition("x")
+    if not (cross and width.strip().isdecimal() and height.strip().isdecimal()):
+        raise InputError(f"{shown(text)} is not a size; write it as 640x480")
+    return int(width), int(height)
+
+
+def read_memory(text: str) -> float:
+    """Read "4G" or "512M" into bytes; units are powers of 1024.
+
+    Raises
+    ------
+    InputError : another form
+    """
+    power = " KMGT".find(text[-1:].upper() or " ")
+    try:
+        return float(text[:-1] if power > 0 else text) * 1024 ** max(power, 0)
+    except ValueError:
+        raise InputError(
+            f"{shown(text)} is not an amount of memory; write it as 4G or 512M"
+        ) from None
+
+
+def read_list(text: str) -> list[str]:
+    """Read "one,two"."""
+    return text.split(",")
+
+
+def taking_keywords_of(
+    options: Callable[P, Options],
+) -> Callable[[Callable[[Subject, Options], R]], Callable[Concatenate[Subject, P], R]]:
+    """Return a decorator by which a function takes each field of a dataclass as a keyword.
+
+    Parameters
+    ----------
+    options : the dataclass, which lists options. The decorated function has two parameters, and
+        the second is an instance of it; names, types and defaults of the fields take its place in
+        the signature, and their help texts the place of its line in the documentation.
+    """
+
+    def decorate(
+        function: Callable[[Subject, Options], R],
+    ) -> Callable[Concatenate[Subject, P], R]:
+        subject, replaced = inspect.signature(function).parameters.values()
+        keywords = inspect.signature(options).parameters.values()
+        signature = inspect.signature(function).replace(parameters=[subject, *keywords])
+
+        @functools.wraps(function)
+        def wrapper(*args: Any, **given: Any) -> R:
+            values = signature.bind(*args, **given).arguments
+            return function(values.pop(subject.name), options(**values))  # type: ignore[call-arg]
+
+        wrapper.__signature__ = signature  # type: ignore[attr-defined]
+        wrapper.__doc__ = _document(function.__doc__, replaced.name, list_options(options))
+        return wrapper
+
+    return decorate
+
+
+def _document(text: str | None, replaced: str, options: dict[str, Option]) -> str | None:
+    """Return a docstring with a line for each option in place of that for all of them."""
+    if text is None:  # python -OO
+        return None
+    head, _, tail = text.partition(f"    {replaced} : ")
+    texts = (
+        f"{name} : {each.help}" + f"; default: {each.default_text}" * bool(each.default_text)
+        for name, each in options.items()
+    )
+    lines = [textwrap.fill(text, _WIDTH - 4, subsequent_indent=" " * 4) for text in texts]
+    described = textwrap.indent("\n".join(lines), " " * 4)
+    return head + described + "\n" + tail.partition("\n")[2]

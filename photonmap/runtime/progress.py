@@ -1,0 +1,128 @@
+"""How a render reports its progress: a bar on a terminal, plain lines elsewhere."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as RichProgress
+
+STAGES = {
+    "load": "loading",
+    "first compile": "compiling kernels (first run only)",
+    "compile": "loading kernels",
+    "render": "rendering",
+    "write": "writing",
+}
+LINE_EVERY = 5.0
+"""Seconds between plain lines."""
+
+
+class Progress(Protocol):
+    """What a render calls; all times in seconds."""
+
+    def stage(self, name: str) -> None:
+        """Begin one of `STAGES`."""
+
+    def update(
+        self, passes: int, error: float, fraction: float, elapsed: float, rays: float
+    ) -> None:
+        """Report a complete pass: the error so far, the part done, rays per second."""
+
+    def close(self) -> None:
+        """End the last stage."""
+
+
+class Silent:
+    """Reports nothing."""
+
+    def stage(self, name: str) -> None:
+        """Do nothing."""
+
+    def update(
+        self, passes: int, error: float, fraction: float, elapsed: float, rays: float
+    ) -> None:
+        """Do nothing."""
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class Lines:
+    """Plain lines on stderr, one a stage and one every few seconds."""
+
+    def __init__(self) -> None:
+        self._last = -math.inf
+
+    def stage(self, name: str) -> None:
+        """Print the stage's name where it is worth a line."""
+        if name in ("first compile", "render"):
+            print(STAGES[name], file=sys.stderr, flush=True)
+
+    def update(
+        self, passes: int, error: float, fraction: float, elapsed: float, rays: float
+    ) -> None:
+        """Print a line if the last one is some seconds old."""
+        if time.monotonic() - self._last >= LINE_EVERY:
+            self._last = time.monotonic()
+            print(_state(passes, error, fraction, elapsed, rays), file=sys.stderr, flush=True)
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class Bar:
+    """A progress bar on a terminal's stderr."""
+
+    def __init__(self) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
+
+        self._bar: RichProgress = Progress(
+            SpinnerColumn(),
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.fields[state]}"),
+            console=Console(stderr=True),
+            transient=True,
+        )
+        self._bar.start()
+        self._task = self._bar.add_task("", total=None, state="")
+
+    def stage(self, name: str) -> None:
+        """Show the stage's name."""
+        self._bar.update(self._task, description=STAGES[name], total=None, state="")
+
+    def update(
+        self, passes: int, error: float, fraction: float, elapsed: float, rays: float
+    ) -> None:
+        """Move the bar."""
+        state = _state(passes, error, fraction, elapsed, rays)
+        self._bar.update(self._task, total=1.0, completed=fraction, state=state)
+
+    def close(self) -> None:
+        """Take the bar away."""
+        self._bar.stop()
+
+
+def choose_progress(quiet: bool) -> Progress:
+    """Return a bar on a terminal, lines where stderr is piped, nothing if quiet."""
+    if quiet:
+        return Silent()
+    return Bar() if sys.stderr.isatty() else Lines()
+
+
+def _state(passes: int, error: float, fraction: float, elapsed: float, rays: float) -> str:
+    left = elapsed * (1.0 - fraction) / fraction if fraction > 0.0 else math.inf
+    shown = f"error {error:.4f}" if math.isfinite(error) else "error unknown yet"
+    return f"pass {passes}, {shown}, {_duration(left)} left, {rays / 1e6:.1f} Mrays/s"
+
+
+def _duration(seconds: float) -> str:
+    if not math.isfinite(seconds):
+        return "unknown time"
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s" if minutes else f"{rest} s"

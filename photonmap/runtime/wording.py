@@ -1,0 +1,34 @@
+"""The wording of messages: values, lists of names, and suggestions for misspelt names."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+_LENGTH = 60
+"""Characters of a text that are shown."""
+
+
+def shown(value: object) -> str:
+    """Return a value quoted, truncated to a readable length."""
+    if isinstance(value, str) and len(value) > _LENGTH:
+        value = value[:_LENGTH] + "..."
+    try:
+        text = repr(value)
+    except ValueError:
+        return "a number of thousands of digits"
+    return text if len(text) <= 2 * _LENGTH else text[:_LENGTH] + "..."
+
+
+def listed(names: Iterable[str], limit: int = 8) -> str:
+    """Return names quoted, the first few of them."""
+    quoted = [shown(name) for name in names]
+    more = f" and {len(quoted) - limit} more" if len(quoted) > limit else ""
+    return ", ".join(quoted[:limit]) + more
+
+
+def suggest(name: str, known: Iterable[str]) -> str:
+    """Return the question whether the nearest known name was meant; a remedy if none is known."""
+    candidates = {candidate[:_LENGTH].lower(): candidate for candidate in list(known)[:1000]}
+    nearest = difflib.get_close_matches(name[:_LENGTH].lower(), candidates, 1, cutoff=0.0)
+    return f"did you mean {shown(candidates[nearest[0]])}?" if nearest else "correct the name"

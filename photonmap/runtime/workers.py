@@ -1,0 +1,109 @@
+"""Threads that run a kernel over ranges of items, and stop between ranges on Ctrl-C."""
+
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any, Self
+
+POLL = 0.1
+"""Seconds between checks for Ctrl-C."""
+
+
+def default_threads() -> int:
+    """Return the number of processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+class Workers:
+    """A pool of threads for kernels that release the GIL.
+
+    Parameters
+    ----------
+    threads : how many; None takes every processor
+    """
+
+    def __init__(self, threads: int | None = None) -> None:
+        self.threads = int(threads or default_threads())
+        self._pool = ThreadPoolExecutor(self.threads)
+        self._stop = threading.Event()
+
+    def __enter__(self) -> Self:
+        """Return the pool itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Drop what has not begun, wait for what has."""
+        self._pool.shutdown(cancel_futures=True)
+
+    @contextmanager
+    def holding_interrupts(self) -> Iterator[None]:
+        """Let Ctrl-C interrupt `map` alone, where no array is left half-changed.
+
+        A second Ctrl-C interrupts at once. Outside the main thread, Python delivers no Ctrl-C.
+        """
+
+        def hold(number: int, frame: FrameType | None) -> None:
+            if self._stop.is_set():
+                raise KeyboardInterrupt
+            self._stop.set()
+
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        before = signal.signal(signal.SIGINT, hold)
+        try:
+            yield
+        finally:
+            signal.signal(signal.SIGINT, before)
+
+    def map(self, task: Callable[[int], Any], count: int, whole: bool = False) -> list[Any]:
+        """Return [task(0), …, task(count - 1)].
+
+        On an error or Ctrl-C, tasks that have not begun are dropped and the ones under way are
+        waited for, so no kernel touches an array that the caller gives up.
+
+        Parameters
+        ----------
+        whole : leave a held Ctrl-C to the next call
+
+        Raises
+        ------
+        KeyboardInterrupt : Ctrl-C
+        """
+        futures = [self._pool.submit(task, index) for index in range(count)]
+        try:
+            results = []
+            for future in futures:
+                while not wait([future], POLL).done:
+                    self._check(whole)
+                results.append(future.result())
+            self._check(whole)
+            return results
+        except BaseException:
+            for future in futures:
+                future.cancel()
+            wait(futures)
+            raise
+
+    def ranges(
+        self, task: Callable[[int, int], Any], items: int, size: int, whole: bool = False
+    ) -> list[Any]:
+        """Return task(first, last) over consecutive ranges of at most `size` items, as `map`.
+
+        Ranges depend on the numbers given alone, never on the number of threads.
+        """
+        return self.map(
+            lambda index: task(index * size, min((index + 1) * size, items)),
+            -(-items // size),
+            whole,
+        )
+
+    def _check(self, whole: bool) -> None:
+        if self._stop.is_set() and not whole:
+            raise KeyboardInterrupt

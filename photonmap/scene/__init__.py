@@ -1,0 +1,1 @@
+"""What a user builds: meshes, materials, textures, lights and a camera, which check themselves."""

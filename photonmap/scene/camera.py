@@ -1,0 +1,228 @@
+"""The camera: where it stands, what it projects and through which lens; and its checks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from os import PathLike
+from typing import Annotated, Any
+
+import numpy as np
+
+from photonmap.errors import InputError
+from photonmap.runtime.wording import shown
+from photonmap.scene.lens import Lens
+from photonmap.scene.parameters import (
+    Direction,
+    Number,
+    Part,
+    Point,
+    Text,
+    check_parameters,
+    parameters_of,
+)
+from photonmap.scene.projections import (
+    PROJECTIONS,
+    Orthographic,
+    Pinhole,
+    Projection,
+    RayMap,
+)
+from photonmap.scene.vectors import Vector, unit
+
+FARTHEST = 1e30
+"""Largest coordinate of a camera, scene units: depths are float32."""
+_PARALLEL = 1e-6
+"""Least sine of the angle between view and up at which the picture has a defined upright."""
+_FOV = 40.0
+_NOT_IN_FILES = '/\\:*?"<>|'
+ALL = "all"
+"""What stands for every camera in place of a name."""
+_OPENCV = np.diag([1.0, -1.0, -1.0, 1.0])
+"""From OpenCV's axes, y down and the view along z, to OpenGL's."""
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera: a pinhole of an angle of view, unless it has a height or another projection.
+
+    Parameters
+    ----------
+    origin, target : scene units
+    up : any vector that is not parallel to the view
+    fov : full vertical angle of a pinhole, degrees
+    height : of what an orthographic camera sees, scene units: its rays are parallel; None for a
+        pinhole
+    projection : in place of `fov` and `height`: `photonmap.Intrinsics`, `Fisheye`,
+        `FisheyeIntrinsics`, `Panorama` or `RayMap`
+    lens : `photonmap.Lens`, through which what is not in focus is blurred; None for a point
+    name : by which one of several cameras is chosen
+    """
+
+    origin: Annotated[Vector, Point()]
+    target: Annotated[Vector, Point()]
+    up: Annotated[Vector, Direction()] = (0.0, 1.0, 0.0)
+    fov: Annotated[float, Number("angle of view", "degrees", above=0.0, below=180.0)] = _FOV
+    height: Annotated[float | None, Number("height", "scene units", above=0.0)] = None
+    projection: Annotated[Projection | None, Part("projection", kinds=PROJECTIONS)] = None
+    lens: Annotated[Lens | None, Part("lens", kinds={Lens.kind: Lens})] = None
+    name: Annotated[str, Text("name")] = ""
+
+    @property
+    def model(self) -> Projection:
+        """The projection, also of a camera that is described by `fov` or `height`."""
+        if self.projection is not None:
+            return self.projection
+        return Pinhole(self.fov) if self.height is None else Orthographic(self.height)
+
+    @property
+    def eye(self) -> Vector | None:
+        """The point that all rays leave, scene units; None if they leave several points."""
+        model = self.model
+        if isinstance(model, RayMap):
+            origins = model.array[..., :3].reshape(-1, 3)
+            x, y, z = origins[0].tolist()
+            return (x, y, z) if (origins == origins[0]).all() else None
+        return None if self.lens is not None or isinstance(model, Orthographic) else self.origin
+
+    def changed(self, **values: Any) -> Camera:
+        """Return a camera with other values; an angle of view makes it a pinhole."""
+        projection: dict[str, Any] = {}
+        if "fov" in values:
+            projection = {"height": None, "projection": None}
+        return replace(self, **{**projection, **values})
+
+    def stereo(self, baseline: float) -> tuple[Camera, Camera]:
+        """Return the left and the right one of two parallel cameras about this one.
+
+        Their names end in `_left` and `_right`.
+
+        Parameters
+        ----------
+        baseline : distance between them, scene units
+
+        Raises
+        ------
+        InputError : it is not above 0; or the camera is a ray map, whose rays do not move with it
+        """
+        distance = Number("baseline", "scene units", above=0.0).check(baseline)
+        if isinstance(self.model, RayMap):
+            raise InputError("a ray map's rays do not move with a camera; give two ray maps")
+        right = 0.5 * distance * frame_of(check_camera(self))[1]
+        label = self.name or "camera"
+
+        def moved(side: float, name: str) -> Camera:
+            origin, target = (
+                tuple((np.array(point, float) + side * right).tolist())
+                for point in (self.origin, self.target)
+            )
+            return replace(self, origin=origin, target=target, name=name)
+
+        return moved(-1.0, f"{label}_left"), moved(1.0, f"{label}_right")
+
+    def describe(self, width: int, height: int) -> dict[str, Any]:
+        """Return the JSON-able record of a checked camera over an image, with its matrices.
+
+        `camera_to_world` is 4×4 with x right, y up and the view along −z, scene units, as in
+        OpenGL; `camera_to_world_opencv` has y down and the view along z. `intrinsics` is 3×3 in
+        pixels, the image's corner at (0, 0), y down; None for panoramas and ray maps. It projects
+        directions of depth 1, after the distortion of the kind; that of an orthographic camera
+        projects points at any depth.
+        """
+        view, right, up = frame_of(self)
+        pose = np.eye(4)
+        pose[:3] = np.stack([right, up, -view, np.array(self.origin)], axis=1)
+        matrix = self.model.matrix(width, height)
+        return {
+            "name": self.name,
+            "kind": self.model.kind,
+            "origin": list(self.origin),
+            "target": list(self.target),
+            "up": list(self.up),
+            **self.model.describe(),
+            "camera_to_world": pose.tolist(),
+            "camera_to_world_opencv": (pose @ _OPENCV).tolist(),
+            "intrinsics": None if matrix is None else matrix.tolist(),
+            "lens": None if self.lens is None else self.lens.describe(),
+        }
+
+
+def check_camera(
+    camera: Camera,
+    path: str | PathLike[str] | None = None,
+    lines: Mapping[str, int | None] | None = None,
+) -> Camera:
+    """Check a camera, from a file or from code.
+
+    Parameters
+    ----------
+    camera : attributes of any type
+    path : the file that describes it, for messages
+    lines : the line of each attribute in that file
+
+    Returns
+    -------
+    Camera, its attributes as plain floats
+
+    Raises
+    ------
+    InputError : a vector is not three finite numbers, target is origin, up is parallel to the
+        view, a number is out of its range, a coordinate exceeds 1e30, or projection and lens are
+        not valid or do not go together
+    """
+
+    def error(attribute: str, problem: str) -> InputError:
+        return InputError(f"camera {attribute} {problem}", path, (lines or {}).get(attribute))
+
+    try:
+        plain = check_parameters(camera)
+    except InputError as invalid:
+        attribute, _, problem = str(invalid).partition(" ")
+        raise error(attribute, problem) from None
+    checked = Camera(**plain)
+    for attribute, parameter in parameters_of(Camera).items():
+        if isinstance(parameter, Point | Direction) and max(map(abs, plain[attribute])) > FARTHEST:
+            value = shown(getattr(camera, attribute))
+            far = f"is too far away; give coordinates up to {FARTHEST:g}"
+            raise error(attribute, f"{value} {far}")
+    view = view_of(checked)
+    if view is None:
+        problem = "is at the origin of the camera; move one of them"
+        raise error("target", f"{shown(camera.target)} {problem}")
+    up = unit(np.array(checked.up))
+    assert up is not None
+    if np.linalg.norm(np.cross(view, up)) < _PARALLEL:
+        raise error("up", f"{shown(camera.up)} is parallel to the view; choose another direction")
+    if conflict := _find_conflict(checked):
+        raise error(*conflict)
+    return checked
+
+
+def _find_conflict(camera: Camera) -> tuple[str, str] | None:
+    """Return an attribute at odds with the others, and the problem; None if there is none."""
+    if camera.name == ALL or set(camera.name) & set(_NOT_IN_FILES):
+        problem = f"{shown(camera.name)} cannot be part of a file's name; choose another"
+        return "name", problem
+    if camera.projection is not None:
+        kind = camera.projection.kind
+        for attribute, default in (("fov", _FOV), ("height", None)):
+            if getattr(camera, attribute) != default:
+                return attribute, f"is given besides the projection, {kind}; leave one of them out"
+    if camera.lens is not None and not camera.model.takes_lens:
+        return "lens", f"does not go with the projection, {camera.model.kind}; leave it out"
+    return None
+
+
+def view_of(camera: Camera) -> np.ndarray | None:
+    """Return a camera's viewing direction, of length 1; None if target and origin coincide."""
+    return unit(np.array(camera.target) / 2 - np.array(camera.origin) / 2)
+
+
+def frame_of(camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a checked camera's view, right and up, three orthogonal vectors of length 1."""
+    view, up = view_of(camera), unit(np.array(camera.up))
+    assert view is not None
+    assert up is not None
+    right = np.cross(view, up)
+    right /= np.linalg.norm(right)
+    return view, right, np.cross(right, view)

@@ -1,0 +1,228 @@
+"""Read the images of textures and masks, in linear values."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.errors import InputError
+from photonmap.kernels.core.color import LUMINANCE
+from photonmap.runtime.wording import listed
+from photonmap.spectra.tables import read_bytes
+
+if TYPE_CHECKING:
+    import OpenImageIO
+
+_FLOATS = ("half", "float", "double")
+_ALPHA = ("a", "alpha")
+_PNG = b"\x89PNG\r\n\x1a\n"
+_LUMINANCE = np.array(LUMINANCE, np.float32)
+
+
+def decode_srgb(values: NDArray[Any]) -> NDArray[Any]:
+    """Return the linear values of sRGB-encoded ones in [0, 1], IEC 61966-2-1."""
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+SRGB_TABLE: NDArray[np.float32] = decode_srgb(np.arange(256) / 255).astype(np.float32)
+"""(256,) linear values of 8-bit sRGB."""
+LINEAR_TABLE: NDArray[np.float32] = (np.arange(256) / 255).astype(np.float32)
+"""(256,) linear values of 8-bit linear texels."""
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """A texture in memory; bytes are decoded when they are looked up.
+
+    Parameters
+    ----------
+    texels : (H, W, 3) uint8 or float32, RGB, or (H, W, 1) grey, top row first; float32 is
+        linear
+    srgb : whether uint8 texels are encoded in sRGB
+    """
+
+    texels: NDArray[np.uint8] | NDArray[np.float32]
+    srgb: bool
+
+    @property
+    def table(self) -> NDArray[np.float32]:
+        """The linear values of uint8 texels, (256,)."""
+        return SRGB_TABLE if self.srgb else LINEAR_TABLE
+
+    def linear(self, rows: Any, columns: Any) -> NDArray[np.float32]:
+        """Return the linear RGB of pixels by indices, arrays of them, or slices."""
+        texels: NDArray[Any] = self.texels[rows, columns]
+        return self.table[texels] if texels.dtype == np.uint8 else texels
+
+
+def read_texture(path: str | PathLike[str], linear: bool = False) -> Image:
+    """Read an image as RGB; grey is repeated, alpha is ignored.
+
+    Parameters
+    ----------
+    path : a file that OpenImageIO reads
+    linear : whether integers are linear instead of sRGB; floats always are
+
+    Raises
+    ------
+    InputError : the file is missing, damaged or not an image, its channels are neither RGB nor
+        grey, or a value is negative or not finite
+    """
+    path = Path(path)
+    return _as_image(path, *read_channels(path), linear)
+
+
+def read_mask(path: str | PathLike[str], linear: bool = False) -> NDArray[np.float32]:
+    """Read an image as a mask, (H, W): its alpha, or its luminance if it has none.
+
+    Parameters
+    ----------
+    path, linear : as in `read_texture`; alpha always is linear
+
+    Raises
+    ------
+    InputError : as in `read_texture`
+    """
+    path = Path(path)
+    pixels, names, is_float = read_channels(path)
+    alpha = next((i for i, name in enumerate(names) if name in _ALPHA), None)
+    if alpha is None:
+        image = _as_image(path, pixels, names, is_float, linear)
+        return image.linear(slice(None), slice(None)) @ _LUMINANCE
+    values = pixels[..., alpha]
+    if values.dtype == np.uint8:
+        return LINEAR_TABLE[values]
+    _check_values(path, values[..., None])
+    return np.ascontiguousarray(values)
+
+
+def write_image(texels: NDArray[Any], path: str | PathLike[str]) -> None:
+    """Write linear RGB, (H, W, 3), as an OpenEXR file of 32-bit floats.
+
+    Raises
+    ------
+    OSError : writing fails
+    """
+    import OpenImageIO
+
+    height, width, channels = texels.shape
+    spec = OpenImageIO.ImageSpec(width, height, channels, OpenImageIO.FLOAT)
+    spec.attribute("compression", "zip")
+    file = OpenImageIO.ImageOutput.create(str(path))
+    opened = file and file.open(str(path), spec)
+    pixels = np.ascontiguousarray(texels, np.float32)
+    if not (file and opened and file.write_image(pixels) and file.close()):
+        raise OSError(f"{path}: cannot be written ({OpenImageIO.geterror()})")
+
+
+def _as_image(
+    path: Path, pixels: NDArray[Any], names: list[str], is_float: bool, linear: bool
+) -> Image:
+    texels = pixels[..., _find_colors(path, names)]
+    if texels.shape[2] == 1:
+        texels = np.repeat(texels, 3, axis=2)
+    if texels.dtype == np.uint8:
+        return Image(np.ascontiguousarray(texels), not linear)
+    _check_values(path, texels)
+    if not (linear or is_float):
+        texels = decode_srgb(texels)
+    return Image(np.ascontiguousarray(texels, np.float32), False)
+
+
+def read_channels(path: Path) -> tuple[NDArray[Any], list[str], bool]:
+    """Read all channels.
+
+    Returns
+    -------
+    pixels : (H, W, C) uint8; float32 of all other types, integers divided by their largest value
+    names : of the channels, in lower case
+    is_float : whether the file holds floats
+
+    Raises
+    ------
+    InputError : the file is missing, damaged or not an image
+    """
+    import OpenImageIO
+
+    data = read_bytes(path)
+    if data.startswith(_PNG):
+        _check_png(path, data)
+    del data
+    config = OpenImageIO.ImageSpec()
+    config.attribute("oiio:UnassociatedAlpha", 1)
+    file = OpenImageIO.ImageInput.open(str(path), config)
+    if file is None:
+        raise _unreadable(path, OpenImageIO.geterror())
+    try:
+        spec = file.spec()
+        _check_spec(path, spec)
+        kind = str(spec.format)
+        pixels = file.read_image(0, 0, 0, spec.nchannels, "uint8" if kind == "uint8" else "float")
+        error = file.geterror()
+        if pixels is None or error:
+            raise _unreadable(path, error or "no pixels")
+    except MemoryError:
+        raise _unreadable(path, "not enough memory") from None
+    finally:
+        file.close()
+    shape = (spec.height, spec.width, spec.nchannels)
+    names = [name.lower() for name in spec.channelnames]
+    return pixels.reshape(shape), names, kind in _FLOATS
+
+
+def _unreadable(path: Path, reason: str) -> InputError:
+    reason = " ".join(reason.split())[:100]
+    message = f"cannot be read as an image ({reason})"
+    return InputError(f"{message}; save it again as PNG, JPEG, TIFF, EXR or HDR", path)
+
+
+def _check_spec(path: Path, spec: OpenImageIO.ImageSpec) -> None:
+    """Refuse deep, empty and cropped images."""
+    window = (spec.x, spec.y, spec.width, spec.height, spec.depth)
+    full = (spec.full_x, spec.full_y, spec.full_width, spec.full_height, 1)
+    if min(spec.width, spec.height, spec.nchannels) < 1:
+        raise InputError("has no pixels; save it again", path)
+    if spec.deep:
+        raise InputError("is a deep image; save it flattened", path)
+    if window != full:
+        message = f"holds {spec.width}x{spec.height} pixels of a larger or smaller picture"
+        raise InputError(f"{message}; save the whole picture", path)
+
+
+def _check_png(path: Path, data: bytes) -> None:
+    """Refuse a damaged PNG file, about which libpng would print to the standard error."""
+    at, kind = len(_PNG), b""
+    while kind != b"IEND":
+        if at + 12 > len(data):
+            raise _unreadable(path, "the PNG file is truncated")
+        size, kind = struct.unpack_from(">I4s", data, at)
+        end = at + 8 + size
+        if data[end : end + 4] != struct.pack(">I", zlib.crc32(memoryview(data)[at + 4 : end])):
+            raise _unreadable(path, f"the PNG file is damaged at byte {at}")
+        at = end + 4
+
+
+def _find_colors(path: Path, names: list[str]) -> list[int]:
+    """Find R, G and B, or the one channel that is not alpha."""
+    if {"r", "g", "b"} <= set(names):
+        return [names.index(name) for name in "rgb"]
+    others = [index for index, name in enumerate(names) if name not in _ALPHA]
+    if len(others) != 1:
+        raise InputError(f"has the channels {listed(names)}; save it as RGB or grey", path)
+    return others
+
+
+def _check_values(path: Path, texels: NDArray[np.float32]) -> None:
+    """Refuse NaN, infinite and negative values."""
+    bad = ~((texels >= 0) & (texels < np.inf))
+    if bad.any():
+        row, column, _ = index = tuple(np.argwhere(bad)[0])
+        message = f"pixel in row {row}, column {column} has {texels[index]:g}"
+        raise InputError(f"{message}; save finite values from 0", path)

@@ -1,0 +1,361 @@
+"""Lights that are not surfaces. Each class declares its attributes once, and checks itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from os import PathLike
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from photonmap.errors import InputError
+from photonmap.runtime.wording import shown
+from photonmap.scene.panorama import read_panorama, save_panorama
+from photonmap.scene.parameters import (
+    Direction,
+    Emission,
+    File,
+    Number,
+    Point,
+    Text,
+    parameters_of,
+)
+from photonmap.scene.photometric import as_table, read_ies, save_ies
+from photonmap.scene.vectors import Vector, unit
+from photonmap.spectra.curves import Color
+
+LIGHTS: dict[str, type[Light]] = {}
+"""All kinds of lights by their name; each class enters itself."""
+
+NARROWEST = 1e-3
+"""Least outer half-angle of a spot, degrees."""
+
+_Name = Annotated[str, Text()]
+_HalfAngle = Annotated[float, Number("half-angle", "degrees", at_least=0.0, below=180.0)]
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The intensity of a light as a table over directions.
+
+    Parameters
+    ----------
+    frame : (3, 3), rows are the axes x, y, z of the table in the world
+    intensity : (V, H) relative to the mean over all directions; V polar angles evenly from +z to
+        -z, H azimuths evenly from +x towards +y, the last one that of the first again
+    """
+
+    frame: NDArray[np.float64]
+    intensity: NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Emitter:
+    """What a light is to the renderer, in scene units; its amount apart.
+
+    Parameters
+    ----------
+    kind : of `photonmap.kernels.lights.kinds`
+    extent : the power of an emission of 1, by the radius of a sphere that holds the scene
+    position : None for a light infinitely far away
+    axis : unit vector in which it shines
+    cosines : of the angles to the axis up to which it is full, and beyond which it is dark
+    cone : cosine of the half angle of the directions in which it shines
+    profile : None for a light that has none
+    """
+
+    kind: str
+    extent: Callable[[float], float]
+    position: Vector | None = None
+    axis: Vector = (0.0, 0.0, 0.0)
+    cosines: tuple[float, float] = (1.0, 1.0)
+    cone: float = 1.0
+    profile: Profile | None = None
+
+
+class Light:
+    """A light that is not a surface.
+
+    A subclass is a dataclass with a `kind` of its own; readers, writers and checks follow from the
+    parameters that its annotations declare (`photonmap.scene.parameters`). A `name` left empty
+    becomes that of its kind, with a number where several lights have none; `group`, left empty,
+    becomes the name.
+    """
+
+    kind: ClassVar[str]
+    name: str
+    group: str
+
+    def __init_subclass__(cls) -> None:
+        """Enter the class under its kind."""
+        if "kind" in vars(cls):
+            LIGHTS[cls.kind] = cls
+
+    @property
+    def color(self) -> Color:
+        """Its amount of light, in the unit of its kind; white where an image holds the colours."""
+        attribute = self.color_attribute
+        return (1.0, 1.0, 1.0) if attribute is None else getattr(self, attribute)
+
+    @property
+    def color_attribute(self) -> str | None:
+        """The attribute that is its colour: "intensity"; None where an image holds the colours."""
+        declared = parameters_of(type(self)).items()
+        return next((name for name, kind in declared if isinstance(kind, Emission)), None)
+
+    def find_conflict(self) -> tuple[str, str] | None:
+        """Return an attribute at odds with the others, and the problem; None if there is none."""
+        return None
+
+    def emitter(self) -> Emitter:
+        """Return what a checked light is to the renderer."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class PointLight(Light):
+    """An isotropic point: radiant intensity, W·sr⁻¹, from a position in scene units."""
+
+    position: Annotated[Vector, Point()]
+    intensity: Annotated[Color, Emission("radiant intensity", "W·sr⁻¹")] = 1.0
+    name: _Name = ""
+    group: _Name = ""
+    kind: ClassVar[str] = "point"
+
+    def emitter(self) -> Emitter:
+        """Return a point that shines in all directions."""
+        return Emitter("point", lambda radius: 4.0 * np.pi, self.position, cone=-1.0)
+
+
+@dataclass(frozen=True)
+class SpotLight(Light):
+    """A point that shines into a cone.
+
+    Parameters
+    ----------
+    position, target : scene units; the cone's axis leads from one to the other
+    intensity : radiant intensity along the axis, W·sr⁻¹
+    inner, outer : half-angles, degrees: the intensity is constant up to the inner and 0 from the
+        outer on; in between it is 3t² - 2t³ of that on the axis, where the cosine of the angle to
+        the axis runs from that of the outer (t = 0) to that of the inner (t = 1)
+    """
+
+    position: Annotated[Vector, Point()]
+    target: Annotated[Vector, Point()]
+    intensity: Annotated[Color, Emission("radiant intensity", "W·sr⁻¹")] = 1.0
+    inner: _HalfAngle = 20.0
+    outer: Annotated[float, Number("half-angle", "degrees", at_least=NARROWEST, below=180.0)] = 30.0
+    name: _Name = ""
+    group: _Name = ""
+    kind: ClassVar[str] = "spot"
+
+    def find_conflict(self) -> tuple[str, str] | None:
+        """Compare the target with the position, and the inner angle with the outer."""
+        if unit(_half_way(self)) is None:
+            return "target", "is at the light's position; move one of them"
+        if self.inner > self.outer:
+            return "inner", f"exceeds the outer half-angle, {self.outer:g} degrees; reduce it"
+        return None
+
+    def emitter(self) -> Emitter:
+        """Return a point that shines into a cone; its falloff has a mean of 1/2 over cosines."""
+        inner, outer = np.cos(np.radians([self.inner, self.outer])).tolist()
+        extent = np.pi * (2.0 - (inner + outer))
+        axis = unit(_half_way(self))
+        assert axis is not None
+        return Emitter(
+            "spot", lambda radius: extent, self.position, tuple(axis), (inner, outer), outer
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class PhotometricLight(Light):
+    """A point whose intensity depends on direction as a photometric file says.
+
+    Parameters
+    ----------
+    position : scene units
+    table : an IES file of type C without tilt; or intensities (V, H) over polar angles, evenly
+        from the direction to its opposite, and azimuths, evenly over a full turn, ends included
+    intensity : mean radiant intensity over all directions, W·sr⁻¹; the table is relative
+    direction : in which polar angles are 0
+    azimuth : towards which azimuths are 0, as far as it is at right angles to the direction
+    """
+
+    position: Annotated[Vector, Point()]
+    table: Annotated[
+        str | PathLike[str] | ArrayLike,
+        File("photometric file", key="file", read=read_ies, save=save_ies, suffix=".ies"),
+    ]
+    intensity: Annotated[Color, Emission("radiant intensity", "W·sr⁻¹")] = 1.0
+    direction: Annotated[Vector, Direction()] = (0.0, -1.0, 0.0)
+    azimuth: Annotated[Vector, Direction()] = (1.0, 0.0, 0.0)
+    name: _Name = ""
+    group: _Name = ""
+    kind: ClassVar[str] = "photometric"
+
+    def find_conflict(self) -> tuple[str, str] | None:
+        """Compare the azimuth with the direction."""
+        if np.linalg.norm(np.cross(*self._axes())) < 1e-6:
+            return "azimuth", "is parallel to the direction; choose another one"
+        return None
+
+    def _axes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        axis, azimuth = unit(np.array(self.direction)), unit(np.array(self.azimuth))
+        assert axis is not None
+        assert azimuth is not None
+        return axis, azimuth
+
+    def emitter(self) -> Emitter:
+        """Return a point whose intensity is a table."""
+        z, azimuth = self._axes()
+        y = np.cross(z, azimuth)
+        y /= np.linalg.norm(y)
+        profile = Profile(np.stack([np.cross(y, z), y, z]), as_table(self.table))
+        return Emitter(
+            "photometric", lambda radius: 4.0 * np.pi, self.position, cone=-1.0, profile=profile
+        )
+
+
+@dataclass(frozen=True)
+class DirectionalLight(Light):
+    """A sun: parallel light from infinitely far away.
+
+    Parameters
+    ----------
+    direction : in which the light travels, of any length
+    irradiance : on a surface that faces it, W·m⁻²
+    """
+
+    direction: Annotated[Vector, Direction()]
+    irradiance: Annotated[Color, Emission("irradiance", "W·m⁻²")] = 1.0
+    name: _Name = ""
+    group: _Name = ""
+    kind: ClassVar[str] = "directional"
+
+    def emitter(self) -> Emitter:
+        """Return parallel light over a disk as large as the scene."""
+        axis = unit(np.array(self.direction))
+        assert axis is not None
+        return Emitter("directional", lambda radius: np.pi * radius**2, axis=tuple(axis))
+
+
+@dataclass(frozen=True)
+class DomeLight(Light):
+    """The same radiance, W·m⁻²·sr⁻¹, from every direction, infinitely far away."""
+
+    radiance: Annotated[Color, Emission("radiance", "W·m⁻²·sr⁻¹")] = 1.0
+    name: _Name = ""
+    group: _Name = ""
+    kind: ClassVar[str] = "dome"
+
+    def emitter(self) -> Emitter:
+        """Return light from all around."""
+        return Emitter("dome", lambda radius: (2.0 * np.pi * radius) ** 2)
+
+
+@dataclass(frozen=True, eq=False)
+class EnvironmentLight(Light):
+    """A map of radiance all around, infinitely far away.
+
+    Row 0 surrounds +y. At a rotation of 0 the centre column looks along -z, and columns to its
+    right turn towards +x. The map is constant over each texel, in the camera's view as in light.
+
+    Parameters
+    ----------
+    image : (H, 2H, 3) linear RGB, W·m⁻²·sr⁻¹, or the file of such an image; a file's integers
+        are sRGB, as in a PNG
+    scale : multiplies radiances
+    rotation : of the map about +y, degrees, counter-clockwise seen from above: at 90 the centre
+        column looks along -x
+    """
+
+    image: Annotated[
+        str | PathLike[str] | ArrayLike,
+        File("image", key="file", read=read_panorama, save=save_panorama, suffix=".exr"),
+    ]
+    scale: Annotated[float, Number("factor", at_least=0.0)] = 1.0
+    rotation: Annotated[float, Number("angle", "degrees")] = 0.0
+    name: _Name = ""
+    group: _Name = ""
+    kind: ClassVar[str] = "environment"
+
+    def emitter(self) -> Emitter:
+        """Return light from all around, as of a dome."""
+        return Emitter("dome", lambda radius: (2.0 * np.pi * radius) ** 2)
+
+
+def check_light(
+    light: Any,
+    path: str | PathLike[str] | None = None,
+    lines: Mapping[str, int | None] | None = None,
+) -> Light:
+    """Check all of a light but the values of its colour and its image.
+
+    Parameters
+    ----------
+    light : attributes of any type
+    path : the file that describes it, for messages
+    lines : the line of each attribute in that file
+
+    Returns
+    -------
+    Light, the same in plain floats
+
+    Raises
+    ------
+    InputError : it is not a light, or an attribute is of the wrong type or out of range
+    """
+    if not isinstance(light, Light) or light.kind not in LIGHTS:
+        known = ", ".join(kind.__name__ for kind in LIGHTS.values())
+        raise InputError(f"{shown(light)} is not a light; give one of {known}")
+
+    def error(attribute: str, problem: str) -> InputError:
+        line = (lines or {}).get(attribute)
+        label = shown(light.name or light.kind)
+        return InputError(f"light {label}: {attribute} {problem}", path, line)
+
+    plain: dict[str, Any] = {}
+    for attribute, parameter in parameters_of(type(light)).items():
+        try:
+            plain[attribute] = parameter.check(getattr(light, attribute))
+        except InputError as invalid:
+            raise error(attribute, str(invalid)) from None
+    described: Any = light
+    checked: Light = replace(described, **plain)
+    if conflict := checked.find_conflict():
+        attribute, problem = conflict
+        raise error(attribute, f"{shown(getattr(light, attribute))} {problem}")
+    return checked
+
+
+def _half_way(light: SpotLight) -> np.ndarray:
+    """Return half of the vector to the target, which is finite at any scale."""
+    return np.array(light.target) / 2 - np.array(light.position) / 2
+
+
+def name_lights(lights: Sequence[Any], others: Iterable[str] = ()) -> list[Light]:
+    """Return the lights, all with names; `others` are those of materials that emit.
+
+    A light without a name is called after its kind: "point", then "point 2".
+
+    Raises
+    ------
+    InputError : two have one name
+    """
+    used = set(others)
+    for light in lights:
+        if light.name in used:
+            raise InputError(f"two lights are named {light.name!r}; give each its own name")
+        used.update({light.name} - {""})
+    named, counts = [], {light.kind: 1 for light in lights}
+    for light in lights:
+        name = light.name or light.kind
+        while not light.name and name in used:
+            counts[light.kind] += 1
+            name = f"{light.kind} {counts[light.kind]}"
+        used.add(name)
+        named.append(replace(light, name=name))
+    return named

@@ -1,0 +1,131 @@
+"""Materials: how a surface reflects, transmits and emits. Each attribute is declared once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
+
+import numpy as np
+
+from photonmap.errors import naming
+from photonmap.scene.parameters import Emission, Number, Reflectance, Text, parameters_of
+from photonmap.scene.textures import Paint, Texture
+from photonmap.spectra.curves import Color, Spectrum
+
+LEAST_ALPHA = 1e-3
+"""Smallest α of GGX; smoother surfaces are mirrors."""
+
+
+@dataclass(frozen=True)
+class Material:
+    """A surface, the same on both sides, that may also emit from its front.
+
+    It reflects diffusely, like a mirror, or both; with an index of refraction it is smooth glass,
+    whose closed mesh, wound outwards, separates the inside from air.
+
+    Parameters
+    ----------
+    name : used in warnings and records
+    reflectance : diffuse albedo in [0, 1]; glass has none
+    emission : radiance leaving the front (counter-clockwise) side, W·m⁻²·sr⁻¹
+    mirror : reflectance of a mirror, alone or as a coat; with `reflectance` 1 at most
+    ior : index of refraction of the inside relative to air; None for anything but glass
+    tint : transmittance of glass at each crossing of its surface, in [0, 1]
+    alpha : opacity in [0, 1]: the probability that a ray does not pass straight through
+    glossy : reflectance of a glossy surface at normal incidence: of a bare metal, where
+        `reflectance` is 0, or of a coat over it; with a `roughness`
+    roughness : of the glossy reflection in [0, 1], as in glTF: GGX's α is its square, at least 1e-3
+        (see `kernels.bsdf.glossy`)
+    diffuse_roughness : of the diffuse reflection in [0, 1], 0 for Lambert's law (energy-preserving
+        Oren–Nayar, see `kernels.bsdf.rough_diffuse`)
+
+    A colour is a number (a constant spectrum), a linear RGB triple, or a `Spectrum`; reflectance,
+    emission and alpha may be a `Texture`. The annotations declare ranges and the keys of TOML and
+    MTL files (`photonmap.scene.parameters`), which checks, readers and writers follow.
+    """
+
+    name: str = "grey"
+    reflectance: Annotated[
+        Paint, Reflectance("reflectance", mtl="Kd", textured=True, only="opaque")
+    ] = 0.5
+    emission: Annotated[Paint, Emission("radiance", "W·m⁻²·sr⁻¹", mtl="Ke", textured=True)] = 0.0
+    mirror: Annotated[Color, Reflectance("reflectance", mtl="Ks", only="opaque")] = 0.0
+    ior: Annotated[
+        float | None, Number("index of refraction", mtl="Ni", above=0.0, such_as="1.5")
+    ] = None
+    tint: Annotated[Color, Reflectance("transmittance", mtl="Tf", only="glass")] = 1.0
+    alpha: Annotated[
+        float | Texture, Number("opacity", mtl="d", textured=True, at_least=0.0, at_most=1.0)
+    ] = 1.0
+    diffuse_roughness: Annotated[
+        float,
+        Number("roughness", mtl="diffuse_roughness", only="opaque", at_least=0.0, at_most=1.0),
+    ] = 0.0
+
+    glossy: Annotated[Color, Reflectance("reflectance", mtl="glossy", only="opaque")] = 0.0
+    roughness: Annotated[
+        float,
+        Number("roughness", mtl="roughness", only="opaque", at_least=0.0, at_most=1.0),
+    ] = 0.0
+
+    @property
+    def is_glossy(self) -> bool:
+        """Whether it has a glossy lobe."""
+        return isinstance(self.glossy, Spectrum) or bool(np.any(self.glossy))
+
+    @property
+    def scattering(self) -> tuple[str, tuple[float, ...]] | None:
+        """The BSDF model of what is not specular, and its parameters; None for Lambert's law."""
+        if self.is_glossy:
+            return "glossy", (max(self.roughness**2, LEAST_ALPHA),)
+        if self.diffuse_roughness == 0.0:
+            return None
+        return "rough diffuse", (self.diffuse_roughness,)
+
+    @classmethod
+    def polished(cls, name: str = "mirror", mirror: Color = 1.0) -> Material:
+        """Return a perfect mirror of this reflectance."""
+        return cls(name, 0.0, mirror=mirror)
+
+    @classmethod
+    def metal(cls, name: str = "metal", glossy: Color = 0.9, roughness: float = 0.3) -> Material:
+        """Return a rough metal of this reflectance at normal incidence."""
+        return cls(name, 0.0, glossy=glossy, roughness=roughness)
+
+    @classmethod
+    def plastic(
+        cls,
+        name: str = "plastic",
+        reflectance: Paint = 0.5,
+        ior: float = 1.5,
+        roughness: float = 0.3,
+    ) -> Material:
+        """Return a diffuse base below a rough coat of this index of refraction."""
+        return cls(name, reflectance, glossy=((ior - 1.0) / (ior + 1.0)) ** 2, roughness=roughness)
+
+    @classmethod
+    def glass(cls, name: str = "glass", ior: float = 1.5, tint: Color = 1.0) -> Material:
+        """Return smooth glass."""
+        return cls(name, 0.0, ior=ior, tint=tint)
+
+
+def check_material(material: Material) -> Material:
+    """Check all of a material but the values of its colours and textures.
+
+    Returns
+    -------
+    Material, its numbers as plain floats
+
+    Raises
+    ------
+    InputError : the name is not a text, or a number is out of range
+    """
+    plain: dict[str, Any] = {}
+    with naming(f"material {material.name!r}"):
+        Text().check(material.name)
+    for attribute, parameter in parameters_of(Material).items():
+        value = getattr(material, attribute)
+        if value is not None and not isinstance(value, Texture):
+            with naming(f"material {material.name!r}: {attribute}"):
+                plain[attribute] = parameter.check(value)
+    return replace(material, **plain)

@@ -1,0 +1,271 @@
+"""Projections: where on the image a camera shows what lies in a direction, one class a kind."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from os import PathLike
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from photonmap.scene.distortion import find_fold, widest_angle
+from photonmap.scene.parameters import File, Number, Numbers, Whole
+from photonmap.scene.ray_maps import check_rays, read_rays, save_rays
+
+PROJECTIONS: dict[str, type[Projection]] = {}
+"""The kinds of projections, by their `type` in TOML files."""
+_LARGEST = 1 << 20
+"""Pixels of a calibrated image along a side, at most."""
+
+
+@dataclass(frozen=True)
+class Projection:
+    """How a camera maps directions to its image.
+
+    A subclass is a dataclass with a `kind` of its own, whose annotations declare its parameters.
+    """
+
+    kind: ClassVar[str]
+    takes_lens: ClassVar[bool] = False
+    """whether light may enter through more than a point"""
+    has_axis: ClassVar[bool] = False
+    """whether depth is measured along the view; otherwise it is the distance"""
+
+    def __init_subclass__(cls) -> None:
+        """Enter the class under its kind."""
+        if "kind" in vars(cls):
+            PROJECTIONS[cls.kind] = cls
+
+    def find_conflict(self) -> str | None:
+        """Return what is wrong with the attributes taken together; None if nothing is."""
+        return None
+
+    def matrix(self, width: int, height: int) -> NDArray[np.float64] | None:
+        """Return K, 3×3 in pixels of an image of this size; None if it has no such matrix.
+
+        The image's corner is (0, 0), x is right and y down.
+        """
+        return None
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON-able record of what is not in the matrix."""
+        return {}
+
+
+@dataclass(frozen=True)
+class Pinhole(Projection):
+    """Perspective with square pixels about the middle of the image.
+
+    `fov` is the full vertical angle, degrees.
+    """
+
+    fov: Annotated[float, Number("angle of view", "degrees", above=0.0, below=180.0)] = 40.0
+    kind: ClassVar[str] = "pinhole"
+    takes_lens: ClassVar[bool] = True
+    has_axis: ClassVar[bool] = True
+
+    def matrix(self, width: int, height: int) -> NDArray[np.float64]:
+        """Return K; it projects points of depth 1."""
+        focal = 0.5 * height / math.tan(math.radians(self.fov) / 2.0)
+        return _matrix(focal, focal, 0.5 * width, 0.5 * height)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the angle."""
+        return {"fov": self.fov}
+
+
+@dataclass(frozen=True)
+class Orthographic(Projection):
+    """Parallel rays; the image shows `height` scene units from top to bottom."""
+
+    height: Annotated[float, Number("height", "scene units", above=0.0)]
+    kind: ClassVar[str] = "orthographic"
+    takes_lens: ClassVar[bool] = True
+    has_axis: ClassVar[bool] = True
+
+    def matrix(self, width: int, height: int) -> NDArray[np.float64]:
+        """Return what projects points at any depth."""
+        scale = height / self.height
+        return _matrix(scale, scale, 0.5 * width, 0.5 * height)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the height."""
+        return {"height": self.height}
+
+
+_Focal = Annotated[float, Number("focal length", "pixels", above=0.0)]
+_OtherFocal = Annotated[float | None, Number("focal length", "pixels", above=0.0)]
+_Center = Annotated[float | None, Number("principal point", "pixels")]
+_Size = Annotated[
+    tuple[int, int],
+    Numbers("size in pixels", counts=(2,), each=Whole(at_least=1, at_most=_LARGEST)),
+]
+
+
+@dataclass(frozen=True)
+class _Calibrated(Projection):
+    """A projection with the intrinsics of a calibration.
+
+    Parameters
+    ----------
+    fx, fy : focal lengths, pixels; fy is fx by default
+    size : width and height of the calibrated image, pixels; images of another size show the same,
+        stretched if they are of another shape
+    cx, cy : principal point, pixels from the upper left *corner* of the image; its middle by
+        default. OpenCV counts from the centre of the first pixel: add 0.5 to its numbers
+    distortion : coefficients in the order of OpenCV
+    """
+
+    fx: _Focal
+    size: _Size
+    fy: _OtherFocal = None
+    cx: _Center = None
+    cy: _Center = None
+    distortion: tuple[float, ...] = ()
+
+    @property
+    def normalized_corners(self) -> tuple[float, float, float, float]:
+        """Left, top, right and bottom of the image, in units of the image plane."""
+        (width, height), k = self.size, self.matrix(*self.size)
+        low, high = -k[:2, 2] / k[[0, 1], [0, 1]], ([width, height] - k[:2, 2]) / k[[0, 1], [0, 1]]
+        return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+    def matrix(self, width: int, height: int) -> NDArray[np.float64]:
+        """Return K for an image of any size."""
+        across, down = width / self.size[0], height / self.size[1]
+        cx = 0.5 * self.size[0] if self.cx is None else self.cx
+        cy = 0.5 * self.size[1] if self.cy is None else self.cy
+        fy = self.fx if self.fy is None else self.fy
+        return _matrix(self.fx * across, fy * down, cx * across, cy * down)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the calibrated size and the coefficients."""
+        return {"calibrated_size": list(self.size), "distortion": list(self.distortion)}
+
+
+@dataclass(frozen=True)
+class Intrinsics(_Calibrated):
+    """Perspective with the intrinsics of a calibration, and Brown's and Conrady's distortion.
+
+    `distortion` is (k1, k2, p1, p2) or (k1, k2, p1, p2, k3), as OpenCV has it.
+    """
+
+    distortion: Annotated[
+        tuple[float, ...], Numbers("distortion (k1, k2, p1, p2, k3)", counts=(0, 4, 5))
+    ] = ()
+    kind: ClassVar[str] = "intrinsics"
+    takes_lens: ClassVar[bool] = True
+    has_axis: ClassVar[bool] = True
+
+    @property
+    def coefficients(self) -> tuple[float, ...]:
+        """Five of them."""
+        return (*self.distortion, *(0.0,) * (5 - len(self.distortion)))
+
+    def find_conflict(self) -> str | None:
+        """Find distortion that folds the image."""
+        if any(self.distortion) and find_fold(self.coefficients, self.normalized_corners):
+            return "folds inside the image, which would show some directions twice; check its signs"
+        return None
+
+
+@dataclass(frozen=True)
+class FisheyeIntrinsics(_Calibrated):
+    """A fisheye with the intrinsics of a calibration: OpenCV's fisheye model.
+
+    `distortion` is (k1, k2, k3, k4). At θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸) focal lengths from
+    the principal point lies what is seen at the angle θ from the view; beyond 180° is nothing.
+    """
+
+    distortion: Annotated[
+        tuple[float, ...], Numbers("distortion (k1, k2, k3, k4)", counts=(0, 4))
+    ] = ()
+    kind: ClassVar[str] = "fisheye intrinsics"
+
+    @property
+    def coefficients(self) -> tuple[float, ...]:
+        """Four of them."""
+        return (*self.distortion, *(0.0,) * (4 - len(self.distortion)))
+
+    def find_conflict(self) -> str | None:
+        """Find an angle within the image at which the radius stops increasing."""
+        left, top, right, bottom = self.normalized_corners
+        farthest = math.hypot(max(-left, right), max(-top, bottom))
+        angle, radius = widest_angle(self.coefficients)
+        if angle < math.pi and radius < farthest:
+            return f"folds inside the image, at {math.degrees(angle):.4g} degrees; check its signs"
+        return None
+
+
+@dataclass(frozen=True)
+class Fisheye(Projection):
+    """An equidistant fisheye: distances from the middle are angles from the view.
+
+    `fov` is the full angle across the height of the image, degrees, up to 360. Nothing is seen
+    outside of that circle.
+    """
+
+    fov: Annotated[float, Number("angle of view", "degrees", above=0.0, at_most=360.0)] = 180.0
+    kind: ClassVar[str] = "fisheye"
+
+    def matrix(self, width: int, height: int) -> NDArray[np.float64]:
+        """Return K; it multiplies angles, radians, in the direction away from the middle."""
+        focal = height / math.radians(self.fov)
+        return _matrix(focal, focal, 0.5 * width, 0.5 * height)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the angle."""
+        return {"fov": self.fov}
+
+
+@dataclass(frozen=True)
+class Panorama(Projection):
+    """All directions, as an equirectangular image: longitude across, latitude from top to bottom.
+
+    The middle shows the view; the left and the right edge what lies behind.
+    """
+
+    kind: ClassVar[str] = "panorama"
+
+
+@dataclass(frozen=True, eq=False)
+class RayMap(Projection):
+    """A ray for each pixel of images of one size.
+
+    `rays` is an array (H, W, 6), or a file, NPZ with an array `rays` or OpenEXR with channels
+    `origin.X` … `direction.Z`: the origin, scene units, and the direction, of any length, of the
+    ray through each pixel's centre, in world space. A camera's `origin`, `target` and `up` do not
+    move them.
+    """
+
+    rays: Annotated[
+        ArrayLike | str | PathLike[str],
+        File("ray map", key="file", read=read_rays, save=save_rays, suffix=".npz"),
+    ]
+    kind: ClassVar[str] = "ray map"
+
+    def __post_init__(self) -> None:
+        """Read the file, and check the array."""
+        from_file = isinstance(self.rays, str | PathLike)
+        rays = read_rays(self.rays) if from_file else check_rays(self.rays, "the ray map")  # type: ignore[arg-type]
+        object.__setattr__(self, "rays", rays)
+
+    @property
+    def array(self) -> NDArray[np.float64]:
+        """The rays, (H, W, 6)."""
+        assert isinstance(self.rays, np.ndarray)
+        return self.rays
+
+    def __eq__(self, other: object) -> bool:
+        """Compare all rays."""
+        return isinstance(other, RayMap) and np.array_equal(self.array, other.array)
+
+    def __hash__(self) -> int:
+        """Hash the size."""
+        return hash(self.array.shape)
+
+
+def _matrix(fx: float, fy: float, cx: float, cy: float) -> NDArray[np.float64]:
+    return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])

@@ -1,0 +1,187 @@
+"""Textures: images on surfaces, shared where one file is used several times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import Any
+from weakref import WeakValueDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.errors import InputError
+from photonmap.kernels.core.color import LUMINANCE
+from photonmap.runtime.wording import shown
+from photonmap.scene.images import LINEAR_TABLE, Image, read_mask, read_texture
+from photonmap.spectra.curves import Color
+
+Floats = NDArray[np.float64]
+Triple = tuple[float, float, float]
+FARTHEST = 1e9
+"""Largest texture coordinate, scale and offset whose texel indices kernels can represent."""
+ROWS = 256
+"""Rows of an image summed at a time, so that temporary arrays stay small."""
+
+
+@dataclass(frozen=True)
+class Texture:
+    """An image on a surface, interpolated bilinearly between the centres of its texels.
+
+    Its lower left corner lies at texture coordinates (0, 0), its upper right one at (1, 1); it is
+    looked up at `scale` · (u, v) + `offset`. As a reflectance or emission it is linear RGB, which
+    becomes a spectrum as other RGB does; as an opacity it is its luminance.
+
+    Parameters
+    ----------
+    image : its texels
+    scale, offset : of texture coordinates
+    clamp : whether its edge texels extend beyond the unit square; otherwise it repeats
+    factor : multiplies linear red, green and blue
+    """
+
+    image: Image
+    scale: tuple[float, float] = (1.0, 1.0)
+    offset: tuple[float, float] = (0.0, 0.0)
+    clamp: bool = False
+    factor: Triple = (1.0, 1.0, 1.0)
+
+    @classmethod
+    def read(cls, path: str | PathLike[str], linear: bool = False, **mapping: Any) -> Texture:
+        """Read an image; textures of the same file share it.
+
+        Parameters
+        ----------
+        path : a file that OpenImageIO reads
+        linear : whether integers are linear instead of sRGB; floats always are
+        mapping : scale, offset, clamp, factor
+
+        Raises
+        ------
+        InputError : the file cannot be read
+        """
+        return cls(shared_image(path, linear), **mapping)
+
+    @classmethod
+    def of(cls, texels: Any, srgb: bool = True, **mapping: Any) -> Texture:
+        """Make a texture from an array.
+
+        Parameters
+        ----------
+        texels : (H, W), (H, W, 1) or (H, W, 3), top row first; uint8, or linear
+            numbers
+        srgb : whether uint8 texels are encoded in sRGB
+        mapping : scale, offset, clamp, factor
+        """
+        array = np.asarray(texels)
+        array = array[..., None] if array.ndim == 2 else array
+        if array.dtype != np.uint8:
+            return cls(Image(np.ascontiguousarray(array, np.float32), False), **mapping)
+        return cls(Image(np.ascontiguousarray(array), srgb), **mapping)
+
+    @cached_property
+    def mean(self) -> Triple:
+        """Mean linear RGB over the image."""
+        texels, table = self.image.texels, self.image.table.astype(np.float64)
+        total = np.zeros(texels.shape[2])
+        for start in range(0, len(texels), ROWS):
+            part = texels[start : start + ROWS]
+            if part.dtype == np.uint8:
+                for channel in range(len(total)):
+                    count = np.bincount(part[..., channel].ravel(), minlength=256)
+                    total[channel] += count @ table
+            else:
+                total += part.sum(axis=(0, 1), dtype=np.float64)
+        return self._triple(total / (texels.shape[0] * texels.shape[1]))
+
+    @cached_property
+    def largest(self) -> float:
+        """The largest linear value."""
+        most = self.image.texels.max(axis=(0, 1))
+        return max(self._triple(self.image.table[most] if most.dtype == np.uint8 else most))
+
+    def _triple(self, channels: NDArray[Any]) -> Triple:
+        red, green, blue = (np.ones(3) * channels * self.factor).tolist()
+        return red, green, blue
+
+
+Paint = Color | Texture
+"""What a material's reflectance or emission may be: a colour or a texture."""
+
+
+def mean_color(color: Paint) -> Color:
+    """Return the mean of a texture; any other colour unchanged."""
+    return color.mean if isinstance(color, Texture) else color
+
+
+def mean_opacity(alpha: float | Texture) -> float:
+    """Return the mean of a texture; a number unchanged."""
+    if isinstance(alpha, Texture):
+        return float(np.dot(LUMINANCE, alpha.mean))
+    return alpha
+
+
+_images: WeakValueDictionary[tuple[Any, ...], Image] = WeakValueDictionary()
+
+
+def shared_image(path: str | PathLike[str], linear: bool = False, mask: bool = False) -> Image:
+    """Read a texture or a mask, unless the same file has been read before and is in use.
+
+    Raises
+    ------
+    InputError : as in `read_texture` and `read_mask`
+    """
+    path = Path(path)
+    try:
+        state = path.stat()
+        key: tuple[Any, ...] | None
+        key = (path.resolve(), state.st_mtime_ns, state.st_size, linear, mask)
+    except (OSError, ValueError):
+        key = None
+    image = None if key is None else _images.get(key)
+    if image is None:
+        image = _as_mask(read_mask(path, linear)) if mask else read_texture(path, linear)
+        if key is not None:
+            _images[key] = image
+    return image
+
+
+def _as_mask(values: NDArray[np.float32]) -> Image:
+    """Return an image of one channel, in bytes if they represent it exactly."""
+    count = np.rint(np.minimum(values, 1.0) * 255).astype(np.uint8)
+    if np.array_equal(LINEAR_TABLE[count], values):
+        return Image(count[..., None], False)
+    return Image(np.ascontiguousarray(values[..., None]), False)
+
+
+def check_texture(texture: Texture, most: float = np.inf) -> None:
+    """Refuse an image without texels, of another shape, or with values outside [0, most].
+
+    Raises
+    ------
+    InputError
+    """
+    texels = texture.image.texels
+    if texels.ndim != 3 or texels.shape[2] not in (1, 3) or not texels.size:
+        raise InputError(f"the texture's texels must be (H, W, 3) or (H, W, 1), not {texels.shape}")
+    if texels.dtype not in (np.uint8, np.float32):
+        raise InputError(f"the texture's texels must be uint8 or float32, not {texels.dtype}")
+    numbers = np.array([*texture.scale, *texture.offset, *texture.factor], np.float64)
+    if numbers.shape != (7,) or not np.isfinite(numbers).all() or (numbers[4:] < 0.0).any():
+        raise InputError(
+            "a texture's scale and offset must be two finite numbers each, its factor three "
+            "that are not negative"
+        )
+    if np.abs(numbers[:4]).max() > FARTHEST:
+        raise InputError(
+            f"the texture's scale {shown(texture.scale)} or offset {shown(texture.offset)} is "
+            f"too large; keep them within ±{FARTHEST:g}"
+        )
+    if texels.dtype == np.float32 and not (texels.min() >= 0.0 and texels.max() < np.inf):
+        raise InputError(
+            "the texture has values that are negative or not finite; give finite values from 0"
+        )
+    if texture.largest > most:
+        raise InputError(f"the texture reaches {texture.largest:.6g}; keep it between 0 and 1")

@@ -1,0 +1,378 @@
+"""N spectral bands: their sensitivities, and colours turned into band values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.errors import InputError
+from photonmap.runtime.wording import shown
+from photonmap.spectra.curves import (
+    EXTRAPOLATE,
+    FILES,
+    VISIBLE,
+    Color,
+    Spectrum,
+    check_emission,
+    check_reflectance,
+)
+from photonmap.spectra.integrals import integrate_products
+from photonmap.spectra.observer import observer, radiance_to_rgb, reflectance_to_rgb
+from photonmap.spectra.sensitivities import MOST, Limits, boxes, gaussians, sensor
+
+Floats = NDArray[np.float64]
+
+_WANTED = (
+    f"bands must be 'rgb', a number from 1 to {MOST}, 'box:N', a FILE.csv of sensitivities, or "
+    "the name of an observer or camera; got {}"
+)
+
+
+@dataclass(frozen=True)
+class Bands:
+    """The spectral axis of every buffer: N sensors, or red, green and blue.
+
+    The band value of a spectrum f is ∫ f ρ dλ / ∫ ρ dλ over the band's sensitivity ρ. With
+    `Bands.rgb()` there are no wavelengths: the three values are linear sRGB. Made by `rgb`,
+    `gaussian`, `box`, `sensors` or `parse`. Equal and hashed by value; all arrays are read-only.
+
+    Parameters
+    ----------
+    kind : "rgb", "gaussian", "box" or "sensors"
+    names : what reports call the N bands: R, G, B, their centroids as in "550.0nm", or channels
+    sensitivities : N curves of integral 1, nm⁻¹, zero beyond their samples; none for RGB
+    limits : the range (low, high), nm; None for RGB
+    sigma : standard deviation of each Gaussian before it is truncated to the range, nm
+    """
+
+    kind: Literal["rgb", "gaussian", "box", "sensors"]
+    names: tuple[str, ...]
+    sensitivities: tuple[Spectrum, ...] = ()
+    limits: Limits | None = None
+    sigma: float | None = None
+
+    @classmethod
+    def rgb(cls) -> Bands:
+        """Return red, green and blue, taken as they stand."""
+        return cls("rgb", ("R", "G", "B"))
+
+    @classmethod
+    def gaussian(
+        cls, n: int, low: float = VISIBLE[0], high: float = VISIBLE[1], sigma: float | None = None
+    ) -> Bands:
+        """Return `n` Gaussian bands, centred on the equal bins that divide `low` to `high`.
+
+        Parameters
+        ----------
+        n : 1 to 256
+        low, high : nm, within 380 to 780; the curves are truncated there
+        sigma : standard deviation, nm; a quarter of the bin by default
+
+        Raises
+        ------
+        InputError
+            if the number, the range or σ is out of bounds
+        """
+        curves, sigma = gaussians(n, low, high, sigma)
+        return cls._of("gaussian", curves, None, (float(low), float(high)), sigma)
+
+    @classmethod
+    def box(cls, n: int, low: float = VISIBLE[0], high: float = VISIBLE[1]) -> Bands:
+        """Return `n` equal bins that divide `low` to `high` (nm), each of constant sensitivity.
+
+        Raises
+        ------
+        InputError
+            as for `gaussian`
+        """
+        curves = boxes(n, low, high)
+        return cls._of("box", curves, None, (float(low), float(high)))
+
+    @classmethod
+    def sensors(
+        cls,
+        curves: Sequence[Spectrum],
+        names: Sequence[str] | None = None,
+        limits: Limits | None = None,
+    ) -> Bands:
+        """Return one band a sensitivity curve, in any unit.
+
+        Dips below 0 by up to 2% of the peak are measurement noise, and become 0.
+
+        Parameters
+        ----------
+        curves : 1 to 256
+        names : of the channels; their centroids by default
+        limits : the range (nm) that the curves are truncated to; by default the one they cover
+
+        Raises
+        ------
+        InputError
+            if a curve is negative, sees nothing within the range, or does not cover it (400 to
+            700 nm without one)
+        """
+        if not 1 <= len(curves) <= MOST:
+            raise InputError(f"there must be 1 to {MOST} sensors; got {len(curves)}")
+        labels = (
+            list(names) if names is not None else [f"sensor {k + 1}" for k in range(len(curves))]
+        )
+        if len(labels) != len(curves):
+            raise InputError(f"{len(curves)} sensors need as many names; got {len(labels)}")
+        kept = [sensor(curve, label, limits) for curve, label in zip(curves, labels, strict=True)]
+        ends = [curve.wavelengths[[0, -1]] for curve in kept]
+        low, high = float(min(end[0] for end in ends)), float(max(end[1] for end in ends))
+        return cls._of("sensors", kept, names, limits or (low, high))
+
+    @classmethod
+    def _of(
+        cls,
+        kind: Literal["gaussian", "box", "sensors"],
+        curves: Sequence[Spectrum],
+        names: Sequence[str] | None,
+        limits: Limits,
+        sigma: float | None = None,
+    ) -> Bands:
+        """Normalise the curves to an integral of 1."""
+        unit = tuple(
+            curve * float(1.0 / np.trapezoid(curve.values, curve.wavelengths)) for curve in curves
+        )
+        bands = cls(kind, tuple(names or ()), unit, limits, sigma)
+        if names is None:
+            assert bands.centroids is not None
+            bands = cls(kind, tuple(f"{at:.1f}nm" for at in bands.centroids), unit, limits, sigma)
+        return bands
+
+    @classmethod
+    def parse(cls, text: str | int | PathLike[str] | Bands, limits: Limits | None = None) -> Bands:
+        """Return the bands that a user asked for.
+
+        Parameters
+        ----------
+        text : "rgb", a number of Gaussian bands, "box:N", a FILE.csv with a wavelength (nm) and
+            one sensitivity a sensor in each row, or the name by which colour-science knows an
+            observer or a camera
+        limits : the range (low, high), nm; by default 400 to 700, or what the file covers
+
+        Raises
+        ------
+        InputError
+            for anything else
+        """
+        if isinstance(text, Bands):
+            return text
+        body = str(text).strip()
+        if body.lower() == "rgb":
+            if limits is not None:
+                raise InputError("RGB has no range; leave it out or choose a number of bands")
+            return cls.rgb()
+        kind, _, number = body.rpartition(":")
+        makers: dict[str, Callable[..., Bands]] = {"": cls.gaussian, "box": cls.box}
+        if kind in makers and number.strip().lstrip("+-").replace(".", "", 1).isdecimal():
+            return makers[kind](_whole(number, text), *(limits or VISIBLE))
+        return cls._named(body, limits)
+
+    @classmethod
+    def _named(cls, body: str, limits: Limits | None) -> Bands:
+        """Return the sensors of a file or of a name."""
+        from photonmap.spectra import names
+        from photonmap.spectra.tables import read_table
+
+        held, body = body.startswith(EXTRAPOLATE), body.removeprefix(EXTRAPOLATE).strip()
+        path = Path(body)
+        if path.suffix.lower() in FILES:
+            table = read_table(path, kind="sensitivity")
+            curves = [replace(curve, extrapolate=held) for curve in table]
+            try:
+                return cls.sensors(curves, table.names, limits)
+            except InputError as error:
+                raise InputError(str(error), path) from None
+        try:
+            channels = {name: replace(c, extrapolate=held) for name, c in names.sensors(body)}
+        except InputError as error:
+            raise InputError(f"{_WANTED.format(shown(body))}: {error}") from None
+        return cls.sensors(list(channels.values()), list(channels), limits)
+
+    @classmethod
+    def from_description(cls, description: dict[str, Any]) -> Bands:
+        """Rebuild bands from what `describe` returned, bit for bit.
+
+        Raises
+        ------
+        InputError
+            if it is not such a description
+        """
+        try:
+            kind, names = description["kind"], description["names"]
+            if kind == "rgb":
+                return cls.rgb()
+            low, high = description["range_nm"]
+            if kind == "gaussian":
+                return cls.gaussian(len(names), low, high, description["sigma_nm"])
+            if kind == "box":
+                return cls.box(len(names), low, high)
+            curves = tuple(Spectrum(*curve) for curve in description["sensitivities"])
+            return cls("sensors", tuple(names), curves, (low, high))
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(
+                f"the record does not describe bands ({error}); render again"
+            ) from None
+
+    def describe(self) -> dict[str, Any]:
+        """Return a JSON-able record: kind, names, centroids_nm, sigma_nm, range_nm.
+
+        What does not apply is None. Bands of the kind "sensors" add `sensitivities`: a row of
+        wavelengths (nm) and one of values (nm⁻¹) each.
+        """
+        centroids = self.centroids
+        description = {
+            "kind": self.kind,
+            "names": list(self.names),
+            "centroids_nm": None if centroids is None else centroids.tolist(),
+            "sigma_nm": self.sigma,
+            "range_nm": None if self.limits is None else list(self.limits),
+        }
+        if self.kind == "sensors":
+            description["sensitivities"] = [
+                [curve.wavelengths.tolist(), curve.values.tolist()] for curve in self.sensitivities
+            ]
+        return description
+
+    @property
+    def count(self) -> int:
+        """N."""
+        return len(self.names) if not self.sensitivities else len(self.sensitivities)
+
+    @property
+    def is_rgb(self) -> bool:
+        """Whether the three values are linear sRGB, without wavelengths."""
+        return self.kind == "rgb"
+
+    @cached_property
+    def centroids(self) -> Floats | None:
+        """(N,) float64, nm, the mean wavelength of each sensitivity; None for RGB."""
+        if self.limits is None:
+            return None
+        ends = np.array(self.limits)
+        return _read_only(self.average(Spectrum(ends, ends)))  # of f(λ) = λ
+
+    def average(self, spectrum: Spectrum) -> Floats:
+        """Return ∫ f ρ dλ for each sensitivity ρ, exactly: (N,) float64, in the unit of f.
+
+        Raises
+        ------
+        InputError
+            for RGB, which has no sensitivities
+        """
+        return self.average_all(spectrum.wavelengths, spectrum.values[None])[0]
+
+    def average_all(self, wavelengths: Floats, curves: Floats) -> Floats:
+        """Return the band values (C, N) of `curves` (C, K) over `wavelengths` (K,), nm.
+
+        As `average`; where a band extends beyond them, curves keep their outer values.
+        """
+        if self.is_rgb:
+            raise InputError("RGB has no sensitivities; choose a number of bands")
+        return np.concatenate(
+            [
+                integrate_products(band.wavelengths, band.values[None], wavelengths, curves)
+                for band in self.sensitivities
+            ]
+        ).T
+
+    def reflectance(self, color: Color) -> Floats:
+        """Return the band values of a reflectance: (N,) float64.
+
+        A triple is upsampled, or used unchanged in RGB, where a `Spectrum` becomes its linear sRGB
+        under D65, clipped to [0, 1].
+
+        Raises
+        ------
+        InputError
+            if it is not a colour, or a curve outside [0, 1], or one that does not cover 400 to
+            700 nm and the range of the bands
+        """
+        if not isinstance(color, Spectrum):
+            return self._mix(color, self.reflectance_basis)
+        self._check_covered(color)
+        check_reflectance(color.wavelengths, color.values)
+        if self.is_rgb:
+            return np.clip(reflectance_to_rgb(color), 0.0, 1.0)
+        return self.average(color)
+
+    def emission(self, color: Color) -> Floats:
+        """Return the band values of a radiance or another amount of light: (N,) float64.
+
+        A triple is upsampled times D65, or used unchanged in RGB, where a `Spectrum` becomes its
+        linear sRGB, or 0 where that is negative.
+
+        Raises
+        ------
+        InputError
+            if it is not a colour, or a curve below 0, or one that does not cover 400 to 700 nm and
+            the range of the bands
+        """
+        if not isinstance(color, Spectrum):
+            return self._mix(color, self.emission_basis)
+        self._check_covered(color)
+        check_emission(color.wavelengths, color.values)
+        if self.is_rgb:
+            return np.maximum(radiance_to_rgb(color), 0.0)
+        return self.average(color)
+
+    @cached_property
+    def reflectance_basis(self) -> Floats:
+        """(3, N) float64: linear sRGB @ this = band reflectances, for any (..., 3) array."""
+        if self.is_rgb:
+            return _read_only(np.eye(3))
+        eye = observer()
+        return _read_only(self.average_all(eye.wavelengths, eye.basis))
+
+    @cached_property
+    def emission_basis(self) -> Floats:
+        """(3, N) float64: linear sRGB @ this = band radiances, for any (..., 3) array.
+
+        It is the product of the bands of the reflectance and of D65, as a render multiplies
+        them: a light and a surface under D65 of the same RGB have the same value in every band. The
+        average of `upsample_emission`, the product of the curves, differs where bands are wide.
+        """
+        if self.is_rgb:
+            return _read_only(np.eye(3))
+        eye = observer()
+        return _read_only(self.reflectance_basis * self.average_all(eye.wavelengths, eye.d65[None]))
+
+    def _check_covered(self, color: Spectrum) -> None:
+        low, high = self.limits or VISIBLE
+        color.check_covers(min(low, VISIBLE[0]), max(high, VISIBLE[1]))
+
+    def _mix(self, color: Any, basis: Floats) -> Floats:
+        """Return the band values (N,) of a number, the same in all bands, or of a triple."""
+        try:
+            values = np.asarray(color, dtype=np.float64)
+        except (TypeError, ValueError):
+            values = np.empty(0)
+        if values.shape in ((), (3,)) and np.isfinite(values).all():
+            return values @ basis if values.shape else np.full(self.count, values)
+        raise InputError(
+            "a colour is a number, three for linear RGB, or a Spectrum, such as "
+            f"photonmap.reflectance and photonmap.emission make from a text; got {shown(color)}"
+        )
+
+
+def _whole(number: str, text: object) -> int:
+    try:
+        return int(number)
+    except ValueError:
+        raise InputError(_WANTED.format(shown(text))) from None
+
+
+def _read_only(array: Floats) -> Floats:
+    """Return the array, now locked."""
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,221 @@
+"""Colours as text, as scene files and the command line write them.
+
+    [extrapolate:] SOURCE [FACTOR]
+
+where SOURCE is a number, `rgb:r,g,b`, `xyz:X,Y,Z`, `xyY:x,y,Y`, `planck:2856`,
+`munsell:5R 5/10`, `sfu:NAME`, a FILE.csv, or a name that colour-science knows: of a light for an
+emission, of a ColorChecker patch for a reflectance.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+from photonmap.errors import InputError, naming
+from photonmap.runtime.wording import shown
+from photonmap.spectra import names
+from photonmap.spectra.colorimetry import emission_of_xyz, reflectance_of_xyz
+from photonmap.spectra.curves import (
+    EXTRAPOLATE,
+    FILES,
+    LARGEST_REFLECTANCE,
+    VISIBLE,
+    Color,
+    Spectrum,
+    SpectrumSet,
+    check_reflectance,
+)
+from photonmap.spectra.munsell import munsell
+
+ILLUMINANTS = "PHOTONMAP_ILLUMINANTS"
+"""Environment variable that names the file of measured lights."""
+
+_Source = Callable[[str, Path], Color]
+
+
+def reflectance(text: str, folder: str | os.PathLike[str] = ".") -> Color:
+    """Return the reflectance that a text names, within [0, 1].
+
+    Parameters
+    ----------
+    text : as this module describes it
+    folder : that file names are relative to
+
+    Raises
+    ------
+    InputError
+        if it names none, or one that leaves [0, 1] or covers less than 400 to 700 nm
+    """
+    color = _read(text, Path(folder), _reflectance_source)
+    if isinstance(color, Spectrum):
+        check_reflectance(color.wavelengths, color.values)
+    elif not all(0.0 <= value <= 1.0 for value in _numbers_of(color)):
+        raise InputError(f"{shown(text)} is not a reflectance; keep it between 0 and 1")
+    return color
+
+
+def emission(text: str, folder: str | os.PathLike[str] = ".") -> Color:
+    """Return the radiance that a text names, W·m⁻²·sr⁻¹; named lights have Y = 1.
+
+    Parameters
+    ----------
+    text : as this module describes it
+    folder : that file names are relative to
+
+    Raises
+    ------
+    InputError
+        if it names none, or one that is negative or covers less than 400 to 700 nm
+    """
+    color = _read(text, Path(folder), _emission_source)
+    values = color.values if isinstance(color, Spectrum) else _numbers_of(color)
+    if not all(0.0 <= value < math.inf for value in values):
+        raise InputError(f"{shown(text)} is not a light; write finite values of 0 or more")
+    return color
+
+
+def _read(text: str, folder: Path, source: _Source) -> Color:
+    """Read a colour: its source, a prefix and a factor."""
+    body = text.strip()
+    held = body.startswith(EXTRAPOLATE)
+    body = body.removeprefix(EXTRAPOLATE).strip()
+    if not body:
+        raise InputError(f"{shown(text)} names no colour; write a number, a name or a file")
+    color = _scaled(body, folder, source)
+    if not isinstance(color, Spectrum):
+        return color
+    color = replace(color, extrapolate=held or color.extrapolate)
+    with naming(shown(text.strip())):
+        color.check_covers(*VISIBLE)
+    return color
+
+
+def _scaled(body: str, folder: Path, source: _Source) -> Color:
+    """Read a source times the factor after it; a name may end in a number of its own."""
+    head, _, last = body.rpartition(" ")
+    head, factor = head.strip(), _number(last)
+    if not head or factor is None:
+        return source(body, folder)
+    if ":" in head or _number(head) is not None or Path(head).suffix.lower() in FILES:
+        return _times(source(head, folder), factor)
+    try:
+        return source(body, folder)
+    except InputError as unknown:
+        try:
+            return _times(source(head, folder), factor)
+        except InputError:
+            raise unknown from None
+
+
+def _times(color: Color, factor: float) -> Color:
+    if isinstance(color, tuple):
+        red, green, blue = color
+        return red * factor, green * factor, blue * factor
+    return color * factor
+
+
+def _numbers_of(color: float | tuple[float, float, float]) -> tuple[float, ...]:
+    return color if isinstance(color, tuple) else (color,)
+
+
+def _reflectance_source(body: str, folder: Path) -> Color:
+    prefix, _, rest = body.partition(":")
+    if prefix in ("xyz", "xyY"):
+        return reflectance_of_xyz(_xyz(prefix, rest))
+    if prefix == "munsell":
+        return munsell(rest)
+    if prefix in ("planck", "sfu"):
+        raise InputError(f"{shown(body)} is a light, not a reflectance; name a reflectance")
+    common = _common_source(body, folder, LARGEST_REFLECTANCE, "reflectance")
+    return names.patch(body) if common is None else common
+
+
+def _emission_source(body: str, folder: Path) -> Color:
+    prefix, _, rest = body.partition(":")
+    if prefix in ("xyz", "xyY"):
+        return emission_of_xyz(_xyz(prefix, rest))
+    if prefix == "planck":
+        kelvin = _number(rest)
+        if kelvin is None:
+            raise InputError(f"{shown(body)} needs a temperature in K, as in planck:2856")
+        return names.planck(kelvin)
+    if prefix == "sfu":
+        return measured_illuminants()[rest.strip()]
+    if prefix == "munsell":
+        raise InputError(f"{shown(body)} is a reflectance, not a light; name a light")
+    common = _common_source(body, folder, math.inf, "emission")
+    return names.light(body) if common is None else common
+
+
+def _common_source(body: str, folder: Path, highest: float, kind: str) -> Color | None:
+    """Read a number, an RGB triple or a file; None if it is none of them."""
+    if (number := _number(body)) is not None:
+        return number
+    if body.startswith("rgb:"):
+        return _triple(body, body.removeprefix("rgb:"))
+    if Path(body).suffix.lower() in FILES:
+        return _only_curve(folder / body, highest, kind)
+    return None
+
+
+def _only_curve(path: Path, highest: float, kind: str) -> Spectrum:
+    from photonmap.spectra.tables import read_table
+
+    table = read_table(path, 0.0, highest, kind)
+    if len(table) > 1:
+        raise InputError(
+            f"has {len(table)} curves; keep one wavelength and one value per row", path
+        )
+    return table[0]
+
+
+def _xyz(prefix: str, rest: str) -> tuple[float, float, float]:
+    first, second, third = _triple(f"{prefix}:{rest}", rest)
+    if prefix == "xyz":
+        return first, second, third
+    if not 0.0 < second <= 1.0:
+        raise InputError(f"xyY:{rest}: y must be above 0 and at most 1")
+    return first * third / second, third, (1.0 - first - second) * third / second
+
+
+def _triple(text: str, numbers: str) -> tuple[float, float, float]:
+    values = [_number(word) for word in numbers.replace(",", " ").split()]
+    match values:
+        case [float(first), float(second), float(third)]:
+            return first, second, third
+    raise InputError(f"{shown(text)} needs three numbers, as in {text.partition(':')[0]}:.2,.3,.4")
+
+
+def _number(text: str) -> float | None:
+    """Return a finite decimal number; None if the text is not one."""
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) and "_" not in text else None
+
+
+def measured_illuminants() -> SpectrumSet:
+    """Return the measured lights of the file that `ILLUMINANTS` names.
+
+    Raises
+    ------
+    InputError
+        if no file is named, or it cannot be read
+    """
+    path = os.environ.get(ILLUMINANTS)
+    if not path:
+        raise InputError(f"measured lights need their file: --illuminants PATH, or {ILLUMINANTS}")
+    return _read_illuminants(path)
+
+
+@cache
+def _read_illuminants(path: str) -> SpectrumSet:
+    from photonmap.spectra.measured import read_illuminants
+
+    return read_illuminants(path)

@@ -1,0 +1,268 @@
+"""From N bands to linear sRGB, XYZ or any camera, by colorimetric integration or by regression."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.errors import InputError
+from photonmap.runtime.wording import shown, suggest
+from photonmap.spectra.bands import Bands
+from photonmap.spectra.curves import Color, Spectrum, SpectrumSet
+from photonmap.spectra.integrals import integrate_products, resample
+from photonmap.spectra.observer import emission_spectrum, observer
+
+Floats = NDArray[np.float64]
+Target = Bands | Literal["rgb", "xyz"]
+Method = Literal["direct", "primaries", "regression"]
+
+_CHIPS = 128  # of the training set; all their ordered pairs are the colours after two bounces
+_TRAINING_LIGHTS = ("1", "D65", "A")
+_RIDGE = 0.01  # of the mean square of a band
+
+
+@dataclass(frozen=True, eq=False)
+class Projection:
+    """A linear map from band radiances to the values of other sensors.
+
+    Parameters
+    ----------
+    matrix : (T, N) float64: this @ band values = the values of T sensors
+    residual : the fit's errors over the colours that it was trained on, after one and after two
+        bounces: root mean square error over root mean square; None without a fit
+    """
+
+    matrix: Floats
+    residual: tuple[float, float] | None = None
+
+
+def choose_projection(bands: Bands, target: Target, method: Method) -> Projection:
+    """Return the projection of a method.
+
+    Parameters
+    ----------
+    bands : what is projected
+    target : "rgb", "xyz" or other bands
+    method : "direct" as `direct_projection`, "primaries" as `primaries_projection`, "regression"
+        as `fit_projection` to the Munsell chips under equal energy, D65 and A
+
+    Raises
+    ------
+    InputError
+        if there is no such target or method
+    """
+    if not isinstance(target, Bands) and target not in ("rgb", "xyz"):
+        raise InputError(f"there is no target {shown(target)}; give 'rgb', 'xyz' or Bands")
+    if method not in _METHODS:
+        raise InputError(f"there is no method {shown(method)}; {suggest(str(method), _METHODS)}")
+    return _METHODS[method](bands, target)
+
+
+@cache
+def direct_projection(bands: Bands, target: Target) -> Projection:
+    """Integrate the smoothest spectra that have the bands' values over the target's curves.
+
+    The smoothest has the least ∫ s'² dλ of all whose averages over the bands are those given:
+    between sharp bands it is linear, and constant beyond the outer ones. Towards RGB and XYZ each
+    channel is then scaled to see D65 as white. From RGB to other sensors the spectra are those
+    that RGB emission stands for.
+
+    Raises
+    ------
+    InputError
+        if the target is the bands of RGB, which have no sensitivities
+    """
+    if isinstance(target, Bands):
+        return Projection(_locked(target.average_all(*_spectra(bands)).T))
+    if bands.is_rgb:
+        return _from_rgb(target, np.eye(3))
+    eye = observer()
+    grid, curves = _spectra(bands)
+    matrix = integrate_products(eye.wavelengths, eye.matching, grid, curves)
+    white = bands.average_all(eye.wavelengths, eye.d65[None])[0]
+    return _from_rgb(target, matrix / (matrix @ white)[:, None])
+
+
+@cache
+def primaries_projection(bands: Bands, target: Target) -> Projection:
+    """Correct `direct_projection` so that RGB emission returns to its RGB, and to its XYZ.
+
+    So do RGB surfaces under D65. The correction is the smallest in the sum of squares: exact for
+    N ≥ 3; for fewer bands white is exact, and the rest as near as can be. It is for scenes whose
+    colours are RGB; measured spectra it takes farther from their colours. Other sensors know no
+    primaries: towards them it is `direct_projection`.
+    """
+    if isinstance(target, Bands) or bands.is_rgb:
+        return direct_projection(bands, target)
+    direct = direct_projection(bands, "rgb").matrix
+    return _from_rgb(target, direct + _correction(bands.emission_basis.T, direct))
+
+
+def _from_rgb(target: Literal["rgb", "xyz"], to_rgb: Floats) -> Projection:
+    return Projection(_locked(to_rgb if target == "rgb" else observer().rgb_to_xyz @ to_rgb))
+
+
+def fit_projection(
+    bands: Bands, target: Target, reflectances: SpectrumSet, illuminants: Iterable[Color]
+) -> Projection:
+    """Fit the linear map that comes closest to the target over rendered colours.
+
+    The colours are those of reflectances under illuminants after one bounce, and of all their
+    ordered pairs after two, both counting equally: their bands are multiplied as a render
+    multiplies them, and the target's values are those of the products of the curves. So the fit
+    compensates for part of the error of products of bands (S. Beigpour et al., "Intrinsic
+    image evaluation on synthetic complex scenes", ICIP 2013). Of larger sets, 128 reflectances
+    are taken, evenly. A ridge pulls towards `direct_projection` where the colours carry little
+    information, and protects other colours and lights.
+
+    Parameters
+    ----------
+    reflectances : covering 400 to 700 nm; the outer values hold beyond
+    illuminants : radiances
+
+    Raises
+    ------
+    InputError
+        if the bands or the target have no sensitivities, or there is no illuminant
+    """
+    if bands.is_rgb:
+        raise InputError("RGB has no sensitivities to fit; choose a number of bands")
+    curves = reflectances.values[:: -(-len(reflectances) // _CHIPS)]
+    samples = [
+        _colors(bands, target, reflectances.wavelengths, curves, emission_spectrum(light))
+        for light in illuminants
+    ]
+    if not samples:
+        raise InputError("a fit needs at least one illuminant; give one")
+    once, twice = (_stack(pairs) for pairs in zip(*samples, strict=True))
+    direct = direct_projection(bands, target).matrix
+    weight = np.sqrt(len(twice[0]) / len(once[0]))
+    inputs = np.concatenate([once[0] * weight, twice[0]])
+    missing = np.concatenate([once[1] * weight, twice[1]]) - inputs @ direct.T
+    gram = inputs.T @ inputs
+    ridge = _RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram))
+    matrix = direct + np.linalg.solve(gram + ridge, inputs.T @ missing).T
+    return Projection(_locked(matrix), (_residual(matrix, *once), _residual(matrix, *twice)))
+
+
+@cache
+def _default_fit(bands: Bands, target: Target) -> Projection:
+    """Fit to the Munsell chips under equal energy, D65 and A."""
+    from photonmap.spectra.color_text import emission
+    from photonmap.spectra.munsell import munsell_set
+
+    return fit_projection(bands, target, munsell_set(), map(emission, _TRAINING_LIGHTS))
+
+
+_METHODS: dict[str, Callable[[Bands, Target], Projection]] = {
+    "direct": direct_projection,
+    "primaries": primaries_projection,
+    "regression": _default_fit,
+}
+
+
+def _colors(
+    bands: Bands, target: Target, wavelengths: Floats, curves: Floats, light: Spectrum
+) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+    """Return (band values, target values) after one bounce and after two, one row a colour."""
+    lit = bands.average_all(light.wavelengths, light.values[None])[0]
+    averages = bands.average_all(wavelengths, curves)
+    pairs = (lit * averages[:, None] * averages).reshape(-1, bands.count)
+
+    grid, sensors = _target_weights(target)
+    chips = resample(grid, wavelengths, curves)
+    once = (chips * light(grid)) @ sensors.T
+    twice = np.stack([(chips * (light(grid) * sensor)) @ chips.T for sensor in sensors], axis=-1)
+    return (lit * averages, once), (pairs, twice.reshape(-1, len(sensors)))
+
+
+def _target_weights(target: Target) -> tuple[Floats, Floats]:
+    """Return a grid (M,), nm, and (T, M) weights whose products with a curve are what it gives."""
+    eye = observer()
+    if not isinstance(target, Bands):
+        curves = eye.matching if target == "rgb" else eye.rgb_to_xyz @ eye.matching
+        return eye.wavelengths, curves  # zero at both ends, in steps of 1 nm
+    if target.is_rgb:
+        raise InputError("RGB has no sensitivities; name the target 'rgb'")
+    grid = _grid(target)
+    return grid, np.array([_hat_averages(grid, curve) for curve in target.sensitivities])
+
+
+def _stack(pairs: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
+    inputs, truths = zip(*pairs, strict=True)
+    return np.concatenate(inputs), np.concatenate(truths)
+
+
+def _residual(matrix: Floats, inputs: Floats, truths: Floats) -> float:
+    return float(np.linalg.norm(inputs @ matrix.T - truths) / np.linalg.norm(truths))
+
+
+def _spectra(bands: Bands) -> tuple[Floats, Floats]:
+    """Return a grid (M,), nm, and curves (N, M): band values @ curves = their spectrum."""
+    eye = observer()
+    return (eye.wavelengths, eye.basis * eye.d65) if bands.is_rgb else _smoothest(bands)
+
+
+def _smoothest(bands: Bands) -> tuple[Floats, Floats]:
+    """Return a grid (M,), nm, and curves (N, M): band values @ curves = the smoothest spectrum.
+
+    The minimum of ∫ s'² under linear constraints is a constant and a sum of the constraints'
+    averages of −|λ − μ| whose weights add up to 0: G. Wahba, "Spline Models for Observational
+    Data", 1990, section 1.3.
+    """
+    grid = _grid(bands)
+    averages = np.array([_hat_averages(grid, curve) for curve in bands.sensitivities])
+    kernel = -np.abs(grid[:, None] - grid) @ averages.T
+    n = bands.count
+    system = np.ones((n + 1, n + 1))
+    system[:n, :n], system[n, n] = averages @ kernel, 0.0
+    weights = np.linalg.lstsq(system, np.eye(n + 1, n), rcond=1e-12)[0]
+    return grid, (kernel @ weights[:n] + weights[n]).T
+
+
+def _grid(bands: Bands) -> Floats:
+    """Return whole wavelengths over what the eye and the bands see."""
+    low = min(380.0, *(curve.wavelengths[0] for curve in bands.sensitivities))
+    high = max(780.0, *(curve.wavelengths[-1] for curve in bands.sensitivities))
+    return np.arange(np.floor(low), np.ceil(high) + 1.0)
+
+
+def _hat_averages(grid: Floats, sensitivity: Spectrum) -> Floats:
+    """Return the weights (M,) of a piecewise-linear curve's samples in its average over a band."""
+    first = np.searchsorted(grid, sensitivity.wavelengths[0], "right") - 1
+    last = np.searchsorted(grid, sensitivity.wavelengths[-1], "left") + 1
+    near = grid[first:last]
+    weights = np.zeros(len(grid))
+    samples = sensitivity.wavelengths, sensitivity.values[None]
+    weights[first:last] = integrate_products(*samples, near, np.eye(len(near)))[0]
+    return weights
+
+
+def _correction(emission: Floats, direct: Floats) -> Floats:
+    """Return the least C (3, N) for which (direct + C) @ emission is the identity.
+
+    White is met first, by a row vector along it; the rest at right angles to it, but for directions
+    that the bands hardly see, as where all of them lie within the red.
+
+    Parameters
+    ----------
+    emission : (N, 3) band radiances of red, green and blue
+    direct : (3, N)
+    """
+    missing = np.eye(3) - direct @ emission
+    white = emission.sum(axis=1)
+    to_white = np.outer(missing.sum(axis=1), white / (white @ white))
+    missing -= to_white @ emission
+    others = np.linalg.qr(white[:, None], mode="complete")[0][:, 1:].T
+    return to_white + missing @ np.linalg.pinv(others @ emission, rcond=0.02) @ others
+
+
+def _locked(array: Floats) -> Floats:
+    """Return the array, now read-only."""
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,1 @@
+"""The page, plots, pictures and words of a study."""

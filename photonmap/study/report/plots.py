@@ -1,0 +1,209 @@
+"""The figures: error against time, errors of bands, the Pareto front, other choices."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from photonmap.study.color_error import REFERENCE_BANDS
+from photonmap.study.fit import fit_power
+from photonmap.study.report.convergence import Law, total_error
+from photonmap.study.report.drawing import (
+    COLORS,
+    INK,
+    PHOTON,
+    TRACED,
+    mark,
+    new_figure,
+    style,
+    write,
+)
+from photonmap.study.report.findings import Findings, Indexed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_EXTRAPOLATION = 16.0  # factor of the longest time up to which laws are drawn
+_DELTAS = (
+    ("delta_mean", "radiance, mean", PHOTON),
+    ("delta_p95", "radiance, 95%", "#56B4E9"),
+    ("indirect_mean", "indirect light, mean", TRACED),
+    ("indirect_p95", "indirect light, 95%", "#E69F00"),
+)
+_SWEEPS = (("passes", "photon mapping", PHOTON), ("path", "path tracing", TRACED))
+
+
+def error_against_time(found: Findings) -> Figure:
+    """Draw true and stated errors of radiance and shading, slopes, and the reference's error."""
+    figure, panels = new_figure(9.4, 3.9, 2)
+    for axes, buffer in zip(panels, ("radiance", "shading"), strict=True):
+        for sweep, name, color in _SWEEPS:
+            _draw_sweep(axes, found, sweep, name, color, buffer)
+        floor = 100.0 * found.own_errors[buffer]
+        axes.axhline(floor, color="#888888", lw=1.0, ls=":")
+        axes.annotate(
+            f"the reference's own error, {floor:.2g}%", (0.02, floor),
+            xycoords=axes.get_yaxis_transform(), xytext=(0, 3), textcoords="offset points",
+            fontsize=7.5, color="#666666",
+        )  # fmt: skip
+        style(axes, f"error of {buffer}", "seconds", "%")
+    return figure
+
+
+def _draw_sweep(
+    axes: Axes, found: Findings, sweep: str, name: str, color: str, buffer: str
+) -> None:
+    """Draw a method: true errors filled, stated errors hollow, and its power law."""
+    for index, point in found.of(sweep):
+        true = 100.0 * point.true[buffer]
+        if true > 0.0:
+            mark(axes, point.seconds, true, index, color=color)
+        mark(axes, point.seconds, 100.0 * point.stated[buffer], index, color=color, mfc="none")
+    law = found.slope(sweep, buffer)
+    if law is None:
+        return
+    seconds = [point.seconds for _, point in found.of(sweep) if found.is_significant(point, buffer)]
+    ends = min(seconds), max(seconds)
+    axes.plot(ends, [100.0 * law.at(end) for end in ends], color=color, lw=1.2, alpha=0.6)
+    middle = math.sqrt(ends[0] * ends[1])
+    text = f"{name}\nslope {law.exponent:.2f}".replace("-", "−")
+    write(axes, text, middle, 100.0 * law.at(middle), color, xytext=(10, 12))
+
+
+def colors_by_bands(found: Findings) -> Figure:
+    """Draw colour errors by bands, and against seconds."""
+    figure, (left, right) = new_figure(9.4, 3.7, 2)
+    points = [(index, point) for index, point in found.most_passes("bands") if point.color]
+    _draw_deltas(left, points)
+    for index, point in points:
+        for name, label, color, place in (
+            ("shading", "shading", PHOTON, {"xytext": (-7, 0), "ha": "right"}),
+            ("indirect", "indirect light", TRACED, {}),
+        ):
+            off = 100.0 * getattr(point.color, name)
+            mark(right, point.seconds, off, index, color=color, label=label)
+            write(right, point.settings.bands, point.seconds, off, color, **place)
+    style(right, "colour error against time", "seconds", "relative distance in XYZ, %", "y")
+    right.set_xlim(left=0.0)
+    for axes in (left, right):
+        _legend(axes)
+    return figure
+
+
+def _draw_deltas(axes: Axes, points: Indexed) -> None:
+    """Draw ΔE2000 for each number of bands."""
+    places = range(len(points))
+    for name, label, color in _DELTAS:
+        values = [getattr(point.color, name) for _, point in points]
+        axes.plot(places, values, color=color, lw=1.3, label=label)
+        for place, value, (index, _) in zip(places, values, points, strict=True):
+            mark(axes, place, value, index, color=color)
+    style(axes, f"colour error against {REFERENCE_BANDS} bands", "bands", "ΔE2000", "y")
+    axes.set_xticks(places, [point.settings.bands for _, point in points])
+
+
+def pareto(found: Findings) -> Figure:
+    """Draw combined noise and colour error against seconds, the laws, and the Pareto front."""
+    figure, (axes,) = new_figure(9.4, 4.4)
+    labels = [law.label for law in found.laws_of_bands]
+    colors = {label: COLORS[place % len(COLORS)] for place, label in enumerate(labels)}
+    for law in found.laws_of_bands:
+        _draw_law(axes, found, law, colors[law.label])
+    front = {index for index, _ in found.front}
+    for index, point in found.candidates:
+        label = found.label_of(point)
+        total = 100.0 * total_error(point, found.correction, found.spectral)
+        filled = {} if index in front else {"mfc": "white"}
+        mark(axes, point.seconds, total, index, color=colors.get(label, INK), **filled)
+    steps = [(p.seconds, 100 * total_error(p, found.correction, found.spectral))
+             for _, p in found.front]  # fmt: skip
+    if steps:
+        axes.step(*zip(*steps, strict=True), where="post", color=INK, lw=0.8, ls="--", zorder=1)
+    style(axes, "combined error of shading, noise and colour, by bands", "seconds", "%")
+    return figure
+
+
+def _draw_law(axes: Axes, found: Findings, law: Law, color: str) -> None:
+    """Draw the error of a law against seconds, dotted where it is extrapolated."""
+    end = law.cost.seconds(max(point.settings.passes for _, point in found.of("passes")))
+    times = np.geomspace(law.cost.seconds(2), max(_EXTRAPOLATION * end, law.cost.seconds(4)), 80)
+    totals = np.array([100.0 * law.total_after(float(time)) for time in times])
+    for part, line in ((times <= end, "-"), (times >= end, ":")):
+        axes.plot(times[part], totals[part], line, color=color, lw=1.1, alpha=0.8)
+    write(axes, law.label.removesuffix(" bands"), times[-1], totals[-1], color)
+
+
+def other_choices(found: Findings) -> Figure:
+    """Draw the sweeps of photons and resolution."""
+    figure, (left, right) = new_figure(9.4, 3.5, 2)
+    _draw_photons(left, found)
+    _draw_resolution(right, found)
+    return figure
+
+
+def _draw_photons(axes: Axes, found: Findings) -> None:
+    """Draw errors against photons per pass, with times relative to the default number."""
+    points = found.of("photons")
+    usual = found.points[0].settings.photons or 0
+    times = {point.settings.photons or 0: point.processor for _, point in points}
+    for index, point in points:
+        photons = point.settings.photons or 0
+        for buffer, color in (("shading", PHOTON), ("indirect", TRACED)):
+            error = 100.0 * point.true[buffer]
+            mark(axes, photons, error, index, color=color, label=buffer)
+        if usual in times:
+            share = f"{times[photons] / times[usual]:.2g}×"
+            write(axes, share, photons, error, xytext=(0, 9), ha="center")
+    style(axes, f"photons per pass, {_passes(found, 'photons')} passes", "photons", "true error, %")
+    _legend(axes)
+
+
+def _draw_resolution(axes: Axes, found: Findings) -> None:
+    """Draw seconds against pixels, and the power law through the last two sizes."""
+    pixels, seconds = [], []
+    for index, point in found.of("resolution"):
+        width, height = point.settings.size
+        pixels.append(width * height)
+        seconds.append(point.seconds)
+        mark(axes, pixels[-1], seconds[-1], index, color=PHOTON)
+        write(axes, f"{width}×{height}", pixels[-1], seconds[-1], xytext=(0, -12), ha="center")
+    if law := fit_power(pixels[-2:], seconds[-2:]):
+        ends = pixels[-2:]
+        axes.plot(ends, [law.at(end) for end in ends], color=PHOTON, lw=1.2, alpha=0.6)
+        middle = math.sqrt(ends[0] * ends[1])
+        text = f"exponent {law.exponent:.2f}"
+        write(axes, text, middle, law.at(middle), PHOTON, xytext=(-8, 4), ha="right")
+    style(axes, f"resolution, {_passes(found, 'resolution')} passes", "pixels", "seconds")
+
+
+def _passes(found: Findings, sweep: str) -> int:
+    return next((point.settings.passes for _, point in found.of(sweep)), 0)
+
+
+def _legend(axes: Axes) -> None:
+    """Add a legend that lists each label once."""
+    handles, labels = axes.get_legend_handles_labels()
+    once = dict(zip(labels, handles, strict=True))
+    if once:
+        axes.legend(once.values(), once.keys(), fontsize=8, frameon=False)
+
+
+_FIGURES: dict[str, tuple[Callable[[Findings], Figure], tuple[str, ...]]] = {
+    "error_time": (error_against_time, ("passes",)),
+    "bands": (colors_by_bands, ("bands",)),
+    "pareto": (pareto, ("passes", "bands")),
+    "choices": (other_choices, ("photons",)),
+}
+
+
+def drawn_figures(found: Findings) -> dict[str, Figure]:
+    """Return the figures for which there are points, by the names of their files."""
+    return {
+        name: draw(found)
+        for name, (draw, sweeps) in _FIGURES.items()
+        if all(found.of(sweep) for sweep in sweeps)
+    }

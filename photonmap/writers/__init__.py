@@ -1,1 +1,0 @@
-"""Write scenes as files that `photonmap.readers` reads back."""

@@ -1,0 +1,168 @@
+"""What every BSDF is tested by: its cases, surfaces that scatter by it, and the hemisphere.
+
+A new model needs a line of `CASES`, for each set of parameters that differs in kind.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from photonmap.compile.glossy import lobe_albedos
+from photonmap.kernels.bsdf import models
+from photonmap.kernels.core import records, rng, vec
+from photonmap.kernels.core.jit import kernel
+from photonmap.kernels.core.passes import Hit, SurfaceInteraction
+
+ALBEDOS = (0.2, 0.7, 1.0)
+COSINES = (1.0, 0.8, 0.35, 0.08)
+"""Of the angles between normal and wo."""
+SAMPLES = 100_000
+
+
+class Case(NamedTuple):
+    """A BSDF: the name of its model, its parameters, and the diffuse albedo in each band."""
+
+    model: str
+    parameters: tuple = ()
+    albedo: tuple = ALBEDOS
+    specular: tuple = (0.0, 0.0, 0.0)
+
+
+LAMBERTIAN = Case("Lambertian")
+CASES = [
+    LAMBERTIAN,
+    *(Case("rough diffuse", (roughness,)) for roughness in (0.0, 0.25, 1.0)),
+    *(Case("glossy", (alpha,), specular=(0.04,) * 3) for alpha in (0.2, 0.5, 1.0)),
+    Case("glossy", (0.3,), (0.0,) * 3, (0.5, 0.8, 1.0)),
+]
+
+_N = np.array([0.48, -0.6, 0.64])
+_X = np.cross(_N, (0.0, 1.0, 0.0))
+_X /= np.linalg.norm(_X)
+FRAME = np.stack([_X, np.cross(_N, _X), _N])
+"""Rows are x, y and the normal of a surface in general position."""
+NORMAL = tuple(_N)
+
+
+def make_scene(case):
+    """Return the arrays of one triangle that scatters as the case says."""
+    geometry = records.Geometry(
+        scene=0,
+        vertices=np.eye(3, dtype=np.float32),
+        triangles=np.arange(3, dtype=np.int32)[None],
+        normals=_N[None].astype(np.float32),
+        shading_normals=np.zeros((0, 3), np.float32),
+        material=np.zeros(1, np.int32),
+        emitter=np.full(1, -1, np.int32),
+        uv=np.zeros((0, 2), np.float32),
+        alpha=None,
+    )
+    parameters = np.zeros((1, 4))
+    parameters[0, : len(case.parameters)] = case.parameters
+    albedos = lobe_albedos(parameters[0, 0]) if case.model == "glossy" else np.zeros((2, 2))
+    specular = np.array([case.specular], np.float32)
+    parameters[0, 1:3] = np.mean(case.specular), np.mean(case.albedo)
+    scattering = records.Scattering(
+        np.array([number_of(case)], np.uint8), parameters, specular, albedos[None]
+    )
+    materials = records.Materials(np.array([case.albedo], np.float32))
+    return records.SceneArrays(geometry, materials, None, None, None, scattering)
+
+
+def number_of(case):
+    """Return the number of a case's model."""
+    return models.MODELS.get(case.model, models.LAMBERTIAN)
+
+
+@kernel
+def _evaluate_all(scene, model, n, wi, wo, values, densities):
+    hit = Hit(0, 0.3, 0.3, 1.0)
+    for i in range(len(wi)):
+        arrival = vec.scale(vec.row(wo, i), -3.0)
+        surface = SurfaceInteraction((0.0, 0.0, 0.0), n, n, 0, hit, arrival, model)
+        direction = vec.row(wi, i)
+        models.evaluate(scene, scene.scattering, surface, direction, values[i])
+        densities[i] = models.pdf(scene.geometry, scene.scattering, surface, direction)
+
+
+@kernel
+def _sample_all(scene, model, n, wo, key, wi):
+    hit, arrival = Hit(0, 0.3, 0.3, 1.0), vec.scale(wo, -3.0)
+    surface = SurfaceInteraction((0.0, 0.0, 0.0), n, n, 0, hit, arrival, model)
+    state = rng.stream(key, 0, 0)
+    for i in range(len(wi)):
+        u, state = rng.draw(state)
+        v, state = rng.draw(state)
+        wi[i, 0], wi[i, 1], wi[i, 2] = models.sample(
+            scene.geometry, scene.scattering, surface, u, v
+        )
+
+
+@kernel
+def _scatter_all(scene, model, n, wo, key, response, flux):
+    hit, arrival = Hit(0, 0.3, 0.3, 1.0), vec.scale(wo, -3.0)
+    surface = SurfaceInteraction((0.0, 0.0, 0.0), n, n, 0, hit, arrival, model)
+    state = rng.stream(key, 0, 0)
+    for i in range(len(flux)):
+        u, state = rng.draw(state)
+        v, state = rng.draw(state)
+        models.scatter_flux(scene, scene.scattering, surface, (u, v), 1.0, flux[i], response)
+
+
+def to_world(local):
+    """Turn directions about +z, (n, 3), into those about the surface's normal."""
+    return np.ascontiguousarray(np.asarray(local, float) @ FRAME)
+
+
+def departure(cosine, azimuth=0.0):
+    """Return the unit vector wo, in the world, at an angle to the normal."""
+    sine = np.sqrt(1.0 - cosine * cosine)
+    return to_world([[sine * np.cos(azimuth), sine * np.sin(azimuth), cosine]])[0]
+
+
+def evaluate(case, wi, wo):
+    """Return the BSDF, (n, N), and the density of wi, (n,), for pairs of directions."""
+    wi = np.ascontiguousarray(wi)
+    wo = np.ascontiguousarray(np.broadcast_to(wo, wi.shape))
+    values, densities = np.empty((len(wi), len(case.albedo)), np.float32), np.empty(len(wi))
+    _evaluate_all(make_scene(case), number_of(case), NORMAL, wi, wo, values, densities)
+    return values.astype(float), densities
+
+
+def sample(case, wo, key=1, count=SAMPLES):
+    """Return directions wi, (n, 3), in the world."""
+    wi = np.empty((count, 3))
+    _sample_all(make_scene(case), number_of(case), NORMAL, tuple(wo), np.uint64(key), wi)
+    return wi
+
+
+def scatter(case, wo, key=2, count=SAMPLES):
+    """Return what is left of a flux of 1 that photons bring from wo, (n, N)."""
+    flux = np.ones((count, len(case.albedo)), np.float32)
+    response = np.empty(len(case.albedo), np.float32)
+    scene, model = make_scene(case), number_of(case)
+    _scatter_all(scene, model, NORMAL, tuple(wo), np.uint64(key), response, flux)
+    return flux.astype(float)
+
+
+def hemisphere(cosine=0.5, heights=48, turns=256):
+    """Return a quadrature: directions about the normal, (n, 3), and their solid angles.
+
+    Gauss-Legendre in the cosine, in two parts that meet at that of wo, where BSDFs have a kink.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(heights)
+    parts = [(0.0, cosine), (cosine, 1.0)] if cosine < 1.0 else [(0.0, 1.0)]
+    z = np.concatenate([low + (high - low) * 0.5 * (nodes + 1.0) for low, high in parts])
+    share = np.concatenate([(high - low) * 0.5 * weights for low, high in parts])
+    phi = (np.arange(turns) + 0.5) * 2.0 * np.pi / turns
+    z, phi = (grid.ravel() for grid in np.meshgrid(z, phi, indexing="ij"))
+    r = np.sqrt(1.0 - z * z)
+    local = np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1)
+    return to_world(local), np.repeat(share, turns) * 2.0 * np.pi / turns
+
+
+def directional_albedo(case, cosine):
+    """Return the part of the light from an angle that is reflected, in each band, by quadrature."""
+    wi, solid_angles = hemisphere(cosine)
+    values, _ = evaluate(case, wi, departure(cosine))
+    return values.T @ ((wi @ _N) * solid_angles)

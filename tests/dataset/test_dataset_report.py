@@ -1,0 +1,117 @@
+"""The report of a data set: its sums, its contact sheet, its page in a real browser."""
+
+import numpy as np
+import OpenImageIO
+import pytest
+from helpers import browser
+
+import photonmap as pm
+from photonmap import dataset
+from photonmap.commands.main import main
+from photonmap.dataset.files.derived_buffers import as_rgb, with_derived
+from photonmap.dataset.files.image_files import PREVIEWED
+from photonmap.dataset.files.image_statistics import BINS, summarise
+from photonmap.dataset.report import page as report
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Two scenes, one of them in two lights."""
+    folder = tmp_path_factory.mktemp("sets")
+    (folder / "preset.toml").write_text(
+        'scenes = ["jug", "gallery"]\nilluminations = ["white", "two_mixed"]'
+    )
+    arguments = ["--preset", str(folder / "preset.toml"), "--size", "32x24", "--error", "0.5"]
+    assert main(["dataset", str(folder / "set"), *arguments, "--bands", "3", "--quiet"]) == 0
+    return folder / "set"
+
+
+def statistics_of(direct, indirect, reflectance):
+    """Statistics of a white image of constant buffers, without lamps in view."""
+    shape = (4, 4, 3)
+    buffers = {
+        "direct": np.full(shape, direct, np.float32),
+        "indirect": np.full(shape, indirect, np.float32),
+        "reflectance": np.full(shape, reflectance, np.float32),
+        "shading": np.full(shape, (direct + indirect) / reflectance, np.float32),
+        "radiance": np.full(shape, direct + indirect, np.float32),
+        "emission": np.zeros(shape, np.float32),
+        "object_id": np.ones(shape[:2], np.uint32),
+        "coverage": np.ones(shape[:2], np.float32),
+        "unresolved": np.zeros(shape[:2], bool),
+    }
+    result = with_derived(pm.Result(buffers, {}, pm.Bands.rgb(), {}))
+    return summarise(result, as_rgb(result))
+
+
+def test_statistics_of_a_constant_image():
+    told = statistics_of(3.0, 1.0, 0.52)
+    assert told["direct_share"] == 0.75
+    assert told["valid"] == 1.0
+    assert told["reflectance"][10] == sum(told["reflectance"]) == 48
+    for name in ("illuminant_red", "illuminant_blue"):
+        assert told[name][6] == sum(told[name]) == 16
+        assert len(told[name]) == BINS
+    assert statistics_of(0.0, 0.0, 0.5)["direct_share"] is None
+
+
+def test_the_mean_is_over_images(made):
+    images = dataset.open(made)
+    shares = []
+    for image in images:
+        direct, indirect = (image[name].astype(float) for name in ("direct", "indirect"))
+        shares.append(np.abs(direct).sum() / np.abs(direct + indirect).sum())
+    assert report.mean_share(images.entries) == pytest.approx(np.mean(shares))
+
+
+def test_the_sheet_shows_every_image_in_its_place(made):
+    images = dataset.open(made)
+    sheet = report.draw_sheet(made, images.entries)
+    file = OpenImageIO.ImageInput.open(str(made / report.SHEET))
+    np.testing.assert_array_equal(file.read_image(OpenImageIO.UINT8), sheet)
+    file.close()
+    wide, tall = 160, 120
+    for index, image in enumerate(images):
+        top = 6 + index // 2 * (2 * tall + 6)
+        left = 6 + index % 2 * (wide + 6)
+        shown = sheet[top : top + tall, left : left + wide].astype(float)
+        whole = OpenImageIO.ImageBuf(str(image.folder / "radiance.png"))
+        pixels = whole.get_pixels(OpenImageIO.UINT8).astype(float)
+        small = shown.reshape(24, 5, 32, 5, 3).mean(axis=(1, 3))
+        np.testing.assert_allclose(small, pixels, atol=1.0)
+    assert (sheet[:6] == 255).all()
+
+
+def test_a_set_without_pictures_has_a_page(made, tmp_path):
+    images = dataset.open(made)
+    entries = [{**entry, "files": {}} for entry in images.entries]
+    written = report.write_report(tmp_path, entries)
+    assert [path.name for path in written] == [report.PAGE]
+    assert "<img" not in written[0].read_text()
+
+
+def test_without_jinja_the_sheet_is_made(made, tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "find_spec", lambda name: None)
+    images = dataset.open(made)
+    written = report.write_report(made, images.entries)
+    assert [path.name for path in written] == [report.SHEET]
+
+
+@pytest.mark.skipif(browser.find() is None, reason="no Chromium here")
+def test_the_page_in_a_browser(made):
+    with browser.Page((made / report.PAGE).as_uri()) as page:
+        assert page.errors == []
+        assert {url.partition(":")[0] for url in page.requests} <= {"file", "data"}
+        page.run("document.querySelectorAll('img').forEach(i => i.loading = 'eager')")
+        assert page.run("document.querySelectorAll('#sheet tbody tr').length") == 2
+        assert page.run("document.querySelectorAll('#sheet .cell').length") == 4
+        loaded = "[...document.images].map(i => i.decode().then(() => i.naturalWidth))"
+        page.run(f"Promise.all({loaded}).then(w => window.widths = w)")
+        for _ in range(100):
+            widths = page.run("window.widths")
+            if widths:
+                break
+        assert widths == [32] * 4 * len(PREVIEWED)
+        heights = page.run("[...document.querySelectorAll('.bars i')].map(b => b.offsetHeight)")
+        assert len(heights) == 3 * BINS
+        assert max(heights) > 100

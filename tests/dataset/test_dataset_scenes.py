@@ -1,0 +1,271 @@
+"""Scenes of a data set: reproducible, resting, without collisions, well framed, sanely lit."""
+
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import photonmap as pm
+from photonmap.dataset.jobs.presets import PRESETS
+from photonmap.dataset.models.placement import in_row, scatter
+from photonmap.dataset.models.scene_object import (
+    CONTACT_TOLERANCE,
+    SceneObject,
+    Support,
+    overlap,
+    single_part,
+)
+from photonmap.dataset.models.shapes import box
+from photonmap.dataset.scenes.build import SCENES, build_scene, build_unlit_scene
+from photonmap.dataset.scenes.illumination import (
+    ILLUMINATIONS,
+    SHARES,
+    Illumination,
+    choose_illumination,
+    emitter_materials,
+    light_spectrum,
+)
+from photonmap.dataset.scenes.rooms import ROOMS
+from photonmap.dataset.scenes.single_objects import OBJECTS
+from photonmap.errors import InputError
+from photonmap.scene.material import Material
+from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.munsell import shipped_set
+from photonmap.spectra.observer import luminance
+
+HUNG = ("picture", "clock", "mirror", "pendant lamp", "ceiling lamp", "curtain", "wall shelf")
+DEEPEST_WINDOW = 0.2
+SEEDS = (0, 1)
+
+
+def random(seed=0):
+    return np.random.Generator(np.random.PCG64(seed))
+
+
+@cache
+def setting(name, seed=0):
+    return build_unlit_scene(name, seed)
+
+
+def objects_of(made):
+    wanted = set(made.object_names)
+    return [obj for obj in made.named_objects if obj.name in wanted]
+
+
+def equal(first, second):
+    return len(first.meshes) == len(second.meshes) and all(
+        a.name == b.name
+        and np.array_equal(a.vertices, b.vertices)
+        and np.array_equal(a.faces, b.faces)
+        and np.array_equal(a.normals, b.normals)
+        for a, b in zip(first.meshes, second.meshes, strict=True)
+    )
+
+
+def test_presets():
+    assert len(OBJECTS) == 8
+    assert len(ROOMS) == 9
+    assert PRESETS["icip2013"] == SCENES
+    small = PRESETS["small"]
+    assert [name in ROOMS for name in small] == [False, False, True, True]
+
+
+@pytest.mark.parametrize("name", ["cushion", "study"])
+def test_a_seed_is_a_scene(name):
+    first, again = build_scene(name, 3), build_scene(name, 3)
+    assert equal(first, again)
+    assert first.camera == again.camera
+    assert [m.material for m in first.meshes] == [m.material for m in again.meshes]
+    assert not equal(first, build_scene(name, 4))
+
+
+def test_light_changes_the_lamps_alone():
+    white, mixed = build_scene("study", 3), build_scene("study", 3, "two_mixed")
+    for a, b in zip(white.meshes, mixed.meshes, strict=True):
+        np.testing.assert_array_equal(a.vertices, b.vertices)
+        if a.material != b.material:
+            assert b.material.name in ("window", "lamp")
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("name", SCENES)
+def test_all_lie_within_the_room_and_apart(name, seed):
+    made = setting(name, seed)
+    objects = objects_of(made)
+    for index, obj in enumerate(objects):
+        for other in objects[index + 1 :]:
+            assert not overlap(obj.boxes, other.boxes), (obj.name, other.name)
+    if name in ROOMS:
+        low, high = next(t for t in made.objects if t.name == "walls").bounds
+        for obj in made.named_objects:
+            slack = DEEPEST_WINDOW if obj.name.startswith("window") else CONTACT_TOLERANCE
+            assert (obj.bounds[0] >= low - slack).all(), obj.name
+            assert (obj.bounds[1] <= high + slack).all(), obj.name
+
+
+def rests(obj, others, walls):
+    """Whether a thing stands on the floor, on another one's part, or touches a wall or ceiling."""
+    low, high = obj.bounds
+    if obj.name.startswith(HUNG):
+        return np.isclose(np.stack([low, high]), walls, rtol=0.0, atol=0.09).any()
+    if abs(low[1]) < 1e-9:
+        return True
+    tops = np.concatenate([other.boxes for other in others if other is not obj])
+    beneath = np.abs(tops[:, 1, 1] - low[1]) < 1e-9
+    beneath &= (tops[:, 0, ::2] < high[::2]).all(axis=1) & (tops[:, 1, ::2] > low[::2]).all(axis=1)
+    return beneath.any()
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("name", SCENES)
+def test_all_rest_on_something(name, seed):
+    made = setting(name, seed)
+    shell = next(t for t in made.objects if t.name in ("walls", "backdrop"))
+    objects = objects_of(made)
+    for obj in objects:
+        assert rests(obj, objects, shell.bounds), obj.name
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("name", SCENES)
+def test_the_camera_is_free(name, seed):
+    made = setting(name, seed)
+    origin, target = np.array(made.camera.origin), np.array(made.camera.target)
+    view = (target - origin) / np.linalg.norm(target - origin)
+    near = origin + view * np.linspace(0.0, 0.4, 9)[:, None]
+    for obj in made.named_objects:
+        if obj.name in ("walls", "floor", "ceiling", "skirting", "backdrop"):
+            continue
+        for low, high in obj.boxes:
+            assert not ((near > low) & (near < high)).all(axis=1).any(), obj.name
+    if name in ROOMS:
+        low, high = next(t for t in made.objects if t.name == "walls").bounds
+        assert (origin > low + 0.1).all()
+        assert (origin < high - 0.1).all()
+        assert 1.2 < origin[1] < 1.8
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_surfaces_are_chips(name):
+    known = set(shipped_set().names)
+    scene = build_scene(name, 0, Illumination("none", ("D65",)))
+    lamps = {"window", "lamp", "key light", "side light"}
+    for material in {id(m.material): m.material for m in scene.meshes}.values():
+        if material.name not in lamps:
+            assert material.name in known
+            assert isinstance(material.reflectance, Spectrum)
+            assert (material.mirror, material.ior, material.alpha) == (0.0, None, 1.0)
+    faces = sum(len(mesh.faces) for mesh in scene.meshes)
+    assert 10_000 < faces < 300_000
+
+
+def test_mixed_materials():
+    scene = build_scene("pottery", 0, materials="mixed")
+    materials = {m.material.name: m.material for m in scene.meshes}
+    assert materials["glass"].ior == 1.5
+    assert any(name.startswith("glazed") for name in materials)
+    plain, mixed = build_unlit_scene("pottery", 0), build_unlit_scene("pottery", 0, "mixed")
+    assert [obj.name for obj in plain.named_objects] == [obj.name for obj in mixed.named_objects]
+    for a, b in zip(plain.objects, mixed.objects, strict=True):
+        np.testing.assert_array_equal(a.boxes, b.boxes)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_renders_with_sane_numbers(name):
+    made = setting(name)
+    scene = made.lit(choose_illumination("white", random()))
+    result = pm.render(scene, bands=3, size=(32, 24), passes=2)
+    assert result.record["warnings"] == []
+    for buffer in ("radiance", "direct", "indirect", "shading", "reflectance", "depth"):
+        assert np.isfinite(result.buffers[buffer]).all()
+    assert (result.coverage == 1.0).all()
+    ids = {name: i for i, name in enumerate(dict.fromkeys(m.name for m in scene.meshes), 1)}
+    seen = np.isin(result.object_id, [ids[name] for name in made.object_names]).mean()
+    assert 0.1 < seen < 0.6
+    share = result.direct.sum() / (result.direct + result.indirect).sum()
+    low, high = (0.6, 0.95) if name in ROOMS else (0.8, 0.98)
+    assert low < share < high
+    assert 0.4 < result.exposure < 4.0
+
+
+@pytest.mark.parametrize("name", ["jug", "bedroom"])
+@pytest.mark.parametrize("kind", ILLUMINATIONS)
+def test_two_lights_are_two_groups(name, kind):
+    scene = build_scene(name, 0, kind)
+    result = pm.render(scene, bands=3, size=(16, 12), passes=2, per_light=True)
+    groups = result.record["light_groups"]
+    assert len(groups) == 1 + kind.startswith("two")
+    for group in groups:
+        assert result.per_light[group]["direct"].sum() > 0
+
+
+def test_illuminations_are_of_luminance_one():
+    for kind in ILLUMINATIONS:
+        for seed in range(4):
+            for name in choose_illumination(kind, random(seed)).colors:
+                assert luminance(light_spectrum(name)) == pytest.approx(1.0)
+
+
+def test_shares_of_two_lights():
+    lamps = emitter_materials(Illumination("mine", ("D65", "A")), {"first": 2.0, "second": 4.0})
+    assert luminance(lamps["first"].emission) == pytest.approx(2.0 * SHARES[0])
+    assert luminance(lamps["second"].emission) == pytest.approx(4.0 * SHARES[1])
+    alone = emitter_materials(Illumination("mine", ("D65",)), {"first": 2.0, "second": 4.0})
+    assert luminance(alone["first"].emission) == pytest.approx(2.0)
+    assert "second" not in alone
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("vaze",), "there is no scene 'vaze'; did you mean 'vase'?"),
+        (("vase", -1), "seed -1 must be a whole number from 0 to 9223372036854775807"),
+        (("vase", 0.5), "seed 0.5 must be a whole number"),
+        (("vase", 0, "wite"), "there is no illumination 'wite'; did you mean 'white'?"),
+        (("vase", 0, "white", "shiny"), "neither 'lambertian' nor 'mixed'"),
+        (("vase", 0, Illumination("x", ("D66",))), "did you mean"),
+        (("vase", 0, Illumination("x", ("0.5",))), "'0.5' is not a spectrum of light"),
+    ],
+)
+def test_bad_arguments(arguments, message):
+    with pytest.raises(InputError, match=r"^[^\n]+$") as caught:
+        build_scene(*arguments)
+    assert message in str(caught.value)
+
+
+def test_illuminations_have_one_or_two_colours():
+    with pytest.raises(InputError, match="illumination 'x' has 3 colours; give one or two"):
+        Illumination("x", ("D65", "A", "D50"))
+
+
+def cube(size):
+    return lambda: single_part("cube", box(size, size, size), Material())
+
+
+def test_scattered_things_rest_apart():
+    level = Support((-0.5, 0.5), (-0.2, 0.2), 0.7, 0.3)
+    placed = scatter(random(), level, [cube(0.1)] * 12 + [cube(0.35)])
+    assert 3 <= len(placed) <= 12
+    for index, obj in enumerate(placed):
+        assert obj.bounds[0, 1] == pytest.approx(0.7, abs=1e-12)
+        assert (obj.bounds[0, ::2] >= (-0.5, -0.2)).all()
+        assert (obj.bounds[1, ::2] <= (0.5, 0.2)).all()
+        for other in placed[index + 1 :]:
+            assert not overlap(obj.boxes, other.boxes)
+
+
+def test_a_row_ends_with_its_level():
+    level = Support((0.0, 1.0), (0.0, 0.2), 0.4)
+    row = in_row(random(), level, [cube(0.1)] * 20, (0.01, 0.02), front=True)
+    assert 8 <= len(row) <= 9
+    assert max(obj.bounds[1, 0] for obj in row) <= 1.0
+    assert all(obj.bounds[1, 2] == pytest.approx(0.2) for obj in row)
+    assert not any(overlap(a.boxes, b.boxes) for a, b in pairwise(row))
+
+
+def test_boxes_that_touch_do_not_overlap():
+    first = cube(1.0)()
+    assert not overlap(first.boxes, first.moved((1.0, 0.0, 0.0)).boxes)
+    assert overlap(first.boxes, first.moved((0.99, 0.0, 0.0)).boxes)
+    assert isinstance(first, SceneObject)

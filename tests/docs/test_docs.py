@@ -1,0 +1,183 @@
+"""What the docs say is true: their Python runs, their quotations and links exist, and so do the
+flags that they name."""
+
+import re
+
+import numpy as np
+import pytest
+from helpers.source import ROOT
+
+import photonmap as pm
+from photonmap.commands import main
+
+PAGES = sorted(
+    path for folder in (ROOT, ROOT / "docs", ROOT / "kernels") for path in folder.glob("*.md")
+)
+BLOCK = re.compile(
+    r"^(?:<!-- from (?P<source>\S+) -->\n)?```(?P<language>\w*)\n(?P<text>.*?)^```", re.M | re.S
+)
+ELSEWHERE = {"--bounces"}
+"""Flags of examples that do not exist"""
+
+each_page = pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+
+
+def blocks(page, language="python", quoted=False):
+    """Yield (first line, text, source) of a page's blocks of code."""
+    text = page.read_text(encoding="utf-8")
+    for found in BLOCK.finditer(text):
+        if found["language"] == language and bool(found["source"]) == quoted:
+            yield text.count("\n", 0, found.start("text")), found["text"], found["source"]
+
+
+def run_page(page, namespace=None):
+    """Run the Python of a page from top to bottom, in the current folder; return its names."""
+    names = {} if namespace is None else dict(namespace)
+    for line, text, _ in blocks(page):
+        exec(compile("\n" * line + text, page, "exec"), names)
+    return names
+
+
+def docs(name):
+    return ROOT / "docs" / name
+
+
+@each_page
+def test_quoted_code_is_in_its_file(page):
+    for line, text, source in blocks(page, quoted=True):
+        rest = (ROOT / source).read_text(encoding="utf-8")
+        for part in re.split(r"^\.\.\.\n", text, flags=re.M):
+            _, found, rest = rest.partition(part)
+            assert found, f"{page.name}:{line + 1}: {source} does not say, in this order:\n{part}"
+
+
+@each_page
+def test_python_compiles(page):
+    for line, text, _ in blocks(page):
+        compile("\n" * line + text, page, "exec")
+
+
+@each_page
+def test_links_lead_somewhere(page):
+    for target in re.findall(r"\]\(\s*([^)\s]+)\)", page.read_text(encoding="utf-8")):
+        if "://" in target:
+            continue
+        file, _, heading = target.partition("#")
+        aim = (page.parent / file).resolve() if file else page
+        assert aim.exists(), f"{page.name} links to {target}"
+        if heading and aim.suffix == ".md":
+            assert heading in anchors(aim), f"{page.name} links to {target}"
+
+
+def anchors(page):
+    """Return the anchors of a page's headings, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.M)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@each_page
+def test_files_that_are_named_exist(page):
+    """Paths in backticks from the root of the repository, as in `photonmap/render.py`."""
+    text = page.read_text(encoding="utf-8")
+    for name in re.findall(r"`((?:photonmap|kernels|tests|tools|examples)/[\w/.]+)`", text):
+        assert (ROOT / name).exists(), f"{page.name} names {name}"
+
+
+@each_page
+def test_flags_that_are_named_exist(page):
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", page.read_text(encoding="utf-8")))
+    code = "\n".join(path.read_text("utf-8") for path in (ROOT / "benchmarks").rglob("*.py"))
+    unknown = {flag for flag in named - known_flags() - ELSEWHERE if f'"{flag}"' not in code}
+    assert not unknown
+
+
+def known_flags():
+    """Return the flags of all commands."""
+    found = set()
+    for command in ("", *main.COMMANDS):
+        stack = [main.parser_of(command or main.DEFAULT)]
+        while stack:
+            for action in stack.pop()._actions:
+                found.update(action.option_strings)
+                if isinstance(action.choices, dict):
+                    stack += action.choices.values()
+    return found
+
+
+@pytest.fixture(scope="module")
+def extending(tmp_path_factory):
+    """The names that the snippets of docs/extending.md leave behind."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path_factory.mktemp("extending"))
+        yield run_page(docs("extending.md"))
+
+
+def test_rough_diffuse_surfaces(extending):
+    rough = extending["rough"]
+    parts = rough.emission + extending["lambertian_part"] + rough.residual
+    np.testing.assert_allclose(parts, rough.radiance, atol=1e-5)
+    assert rough.residual.min() < 0.0 < rough.residual.max()
+
+
+def test_photometric_light(extending):
+    """Its intensity falls from straight down to 0 at 90 degrees: on the back wall, too."""
+    lit = extending["lit"].direct.mean(axis=2)
+    assert not lit[:6, 16].any(), "the ceiling"
+    assert lit[14, 16] > lit[11, 16] > lit[9, 16] > 0.0
+
+
+def test_orthographic_camera(extending):
+    depth = extending["parallel"].depth
+    wall = depth[depth > depth.max() - 1e-3]
+    assert len(wall) > 100
+    assert np.ptp(wall) < 1e-5
+
+
+def test_integrator(extending):
+    first, second = extending["first"], extending["second"]
+    np.testing.assert_array_equal(first, extending["again"])
+    assert (first != second).any()
+    assert extending["reference"].record["arguments"]["method"] == "path"
+
+
+def test_buffer_and_reader(extending):
+    albedo = extending["chosen"].specular_albedo
+    np.testing.assert_allclose(np.unique(albedo), [0.0, 0.04, 0.9], rtol=1e-6)
+    shape = extending["shape"]
+    assert shape.coverage.mean() > 0.1
+    assert len(extending["tetrahedron"].meshes[0].faces) == 4
+
+
+@pytest.mark.parametrize("page", ["guide.md", "spectra.md"])
+def test_scene_files_load(extending, tmp_path, page):
+    """Scenes in TOML, beside a mesh of as many triangles as there are materials in them."""
+    (tmp_path / "wall.csv").write_text("400,0.2\n700,0.4\n")
+    ies = extending["Path"]("downlight.ies").read_text()
+    for line, text, _ in blocks(docs(page), "toml"):
+        names = re.findall(r"^\[material\.(\w+)\]", text, re.M) or ["grey"]
+        faces = "".join(f"usemtl {name}\nf 1 2 3\n" for name in names)
+        (tmp_path / "room.mtl").write_text("".join(f"newmtl {name}\n" for name in names))
+        (tmp_path / "room.obj").write_text(f"mtllib room.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{faces}")
+        (tmp_path / "downlight.ies").write_text(ies)
+        (tmp_path / "room.toml").write_text(text)
+        scene = pm.load_scene(tmp_path / "room.toml")
+        assert sorted(mesh.material.name for mesh in scene.meshes) == sorted(names), line
+        assert len(scene.lights) == text.count("[[light]]")
+
+
+def test_snippets_of_spectra(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run_page(docs("spectra.md"), {"pm": pm})
+
+
+def test_snippet_of_the_readme(tmp_path, monkeypatch):
+    """As written, but small."""
+    (tmp_path / "scenes").symlink_to(ROOT / "scenes")
+    (line, text, _), *others = blocks(ROOT / "README.md")
+    assert not others
+    small = text.replace("size=(256, 256), error=0.02", "size=(24, 24), passes=2")
+    assert small != text, line
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(small, names)
+    assert names["result"].radiance.shape == (24, 24, 6)

@@ -1,0 +1,58 @@
+"""The stated bias: none where nothing is averaged, and about right where supports are too wide."""
+
+import numpy as np
+import pytest
+
+import photonmap as pm
+from photonmap.film.bias import EVERY, FIRST, is_repeated
+
+SIZE = (32, 32)
+
+
+def test_pairs_of_passes_are_probed():
+    probed = [index for index in range(100) if is_repeated(index)]
+    assert probed == [FIRST, FIRST + 1, FIRST + EVERY, FIRST + EVERY + 1, 76, 77]
+
+
+@pytest.mark.parametrize(
+    "options", [{"passes": FIRST}, {"method": "path"}, {"effects": "emission,direct"}]
+)
+def test_no_bias_is_stated_where_none_was_measured(cornell, options):
+    record = pm.render(cornell, bands="rgb", size=SIZE, **{"passes": 16, **options}).record
+    assert record["bias"] is None
+    assert record["error"] == record["standard_error"]
+
+
+def coarse(cornell, seed):
+    """The Cornell box with a sixteenth of the photons, so cells four times as wide."""
+    run = pm.render(cornell, bands="rgb", size=SIZE, passes=16, photons=1024, seed=seed)
+    record = run.record
+    assert record["error"] == pytest.approx(np.hypot(record["standard_error"], record["bias"]))
+    return run
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_the_error_holds_both(cornell, seed):
+    assert coarse(cornell, seed).record["bias"] > 0.0
+
+
+@pytest.mark.slow
+def test_the_bias_of_wide_supports_is_stated(cornell):
+    """Over blocks of 8x8 pixels, within a factor of 2 of that against many paths."""
+    truth = pm.render(cornell, bands="rgb", size=SIZE, passes=4000, method="path", seed=99)
+    runs = [coarse(cornell, seed) for seed in range(24)]
+    stated = np.sqrt(np.mean([run.record["bias"] ** 2 for run in runs]))
+    valid = (truth.coverage == 1.0) & ~truth.emission.any(axis=-1)
+
+    def blocks(image):
+        masked = np.where(valid[..., None], image, 0.0).astype(float)
+        return masked.reshape(4, 8, 4, 8, 3).sum(axis=(1, 3))
+
+    halves = [np.mean([blocks(run.radiance) for run in half], axis=0)
+              for half in (runs[::2], runs[1::2])]  # fmt: skip
+    value = blocks(truth.radiance)
+    pixels = blocks(np.ones_like(truth.radiance))
+    norm = value**2 + 0.01 * (pixels * value.sum((0, 1)) / pixels.sum((0, 1))) ** 2
+    square = (halves[0] - value) * (halves[1] - value) / norm
+    true = np.sqrt(np.average(square, weights=pixels))
+    assert true / 2.0 < stated < 2.0 * true

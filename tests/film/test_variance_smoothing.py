@@ -1,0 +1,142 @@
+"""Standard errors are calibrated, pixel by pixel and band by band."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import photonmap as pm
+from photonmap.film.variance_smoothing import (
+    PRIOR,
+    ROUNDING,
+    SAMPLES,
+    UNSEEN,
+    smooth_error,
+    widen_ratio,
+)
+
+PASSES, SEEDS, SIZE = 16, 24, 20
+CALIBRATED = ("radiance", "direct", "indirect", "shading", "residual", "reflectance")
+
+
+def test_neighbours_count_for_some_passes():
+    error = np.zeros((3, 3, 1), np.float32)
+    error[1, 1:, 0] = 2.0, 1.0
+    steady = smooth_error(error, np.ones_like(error), 17)[..., 0]
+    assert steady[1, 1] == pytest.approx(np.sqrt((4.0 * 16.0 + PRIOR) / (16.0 + PRIOR)))
+    assert steady[0, 0] == pytest.approx(2.0 * np.sqrt(UNSEEN / 8.0 / (16.0 + UNSEEN)))
+
+
+def test_errors_of_zero_stay_zero():
+    zeros = np.zeros((2, 3, 2), np.float32)
+    assert not smooth_error(zeros, zeros, 4).any()
+
+
+def test_neighbours_without_spread_say_nothing_of_a_pixel_that_has_some():
+    error, value = np.zeros((1, 4, 1), np.float32), np.ones((1, 4, 1), np.float32)
+    error[0, 1:3] = 2.0
+    steady = smooth_error(error, value, 17).ravel()
+    assert steady[1:3] == pytest.approx(2.0)
+    assert steady[[0, 3]] == pytest.approx(2.0 * np.sqrt(3 / 8 * UNSEEN / (16.0 + UNSEEN)))
+
+
+def test_an_edge_that_no_pass_saw_may_be_there():
+    """In half a sample of all, of what a neighbour shows."""
+    error, value = np.zeros((2, 3, 3, 1), np.float32)
+    value[:, 0] = 3.0
+    steady = smooth_error(error, value, 10, edges=True)[..., 0]
+    np.testing.assert_allclose(steady[:, :2], 1.5 / (10 * SAMPLES), rtol=1e-5)
+    assert not steady[:, 2].any()
+    assert not smooth_error(error, value, 10)[:, 1:].any()
+    error[1, 0] = 1e-6
+    varies = smooth_error(error, value, 10, edges=True)[..., 0]
+    assert varies[1, 0] < 1e-5
+
+
+def test_centres_have_no_edges(cornell):
+    center = pm.render(cornell, bands="rgb", size=(16, 16), passes=3, pixel="center")
+    for name in ("emission", "reflectance"):
+        error, value = center.standard_error(name), center.buffers[name]
+        assert (error <= 2.0 * ROUNDING * value).all()
+
+
+@pytest.mark.slow
+def test_edges_that_few_samples_see():
+    """Of a pixel at whose border a surface ends; with 16 samples, most passes miss that."""
+    scene = pm.scenes.cornell_balls()
+    settings = {"bands": "rgb", "size": (40, 40), "effects": "direct", "adaptive": False}
+    runs = [pm.render(scene, **settings, passes=PASSES, seed=200 + seed) for seed in range(SEEDS)]
+    assert_calibrated(
+        np.array([run.reflectance for run in runs], float),
+        np.array([run.standard_error("reflectance") for run in runs], float),
+    )
+
+
+def test_variances_go_with_brightness():
+    error, value = np.ones((2, 1, 3, 1), np.float32)
+    value[0, 1] = 4.0
+    mean = value.mean()
+    ratio = np.sqrt((16.0 + mean**2) / (1.0 + mean**2))
+    steady = smooth_error(error, value, 17).ravel()
+    assert steady[1] == pytest.approx(
+        np.sqrt((16.0 + PRIOR * (0.75 * ratio + 0.25)) / (16.0 + PRIOR))
+    )
+
+
+def test_sums_are_rounded():
+    error, value = np.zeros((2, 1, 3, 1), np.float32)
+    value[:] = 0.7
+    assert smooth_error(error, value, 17).ravel() == pytest.approx(0.7 * 2.0**-23)
+
+
+def test_a_wall_beside_a_lamp_is_no_lamp():
+    error, value = np.zeros((2, 1, 3, 1), np.float32)
+    error[0, 0], value[0] = 500.0, [[1000.0], [1.0], [1.0]]
+    assert 0.0 < smooth_error(error, value, 16)[0, 1, 0] < 0.5 * value.mean()
+
+
+def test_ratios_of_uncertain_denominators_are_wider():
+    one = np.ones((1, 3, 1), np.float32)
+    denominator = np.array([0.0, 1.0, 2.0], np.float32).reshape(1, 3, 1)
+    np.testing.assert_allclose(widen_ratio(one, denominator, one).ravel(), [1.0, 3.0, 1.5])
+
+
+@pytest.fixture(scope="module", params=["cornell", "balls"])
+def runs(request):
+    """Many seeds of one scene: buffer to (values, errors), each (S, H, W, N)."""
+    scene = {"cornell": pm.scenes.cornell_box, "balls": pm.scenes.cornell_balls}[request.param]()
+    runs = [
+        pm.render(scene, bands="rgb", size=(SIZE, SIZE), passes=PASSES, seed=seed)
+        for seed in range(SEEDS)
+    ]
+    names = set(runs[0].buffers) & set(CALIBRATED)
+    return {
+        name: (
+            np.array([run.buffers[name] for run in runs], float),
+            np.array([run.standard_error(name) for run in runs], float),
+        )
+        for name in names
+        if np.ptp(runs[0].buffers[name]) > 0.0
+    }
+
+
+@pytest.mark.slow
+def test_intervals_cover_the_truth(runs):
+    """Deviations from the other seeds' mean are Student's t: their spread, and 95% intervals.
+
+    Pixels of caustics, and lamps seen in mirrors, are rarer events than 16 passes show.
+    """
+    for name, (values, errors) in runs.items():
+        assert_calibrated(values, errors, name)
+
+
+def assert_calibrated(values, errors, name="reflectance"):
+    live = np.ptp(values, axis=0) > 4.0 * ROUNDING * np.abs(values).max(axis=0)
+    others = (values.sum(axis=0) - values) / (SEEDS - 1)
+    deviation = (values - others) / np.sqrt(1.0 + 1.0 / (SEEDS - 1))
+    assert (np.abs(deviation) <= 4.0 * errors)[:, ~live].all()
+    t = deviation[:, live] / np.maximum(errors[:, live], 1e-30)
+    normal = stats.norm.ppf(stats.t.cdf(np.clip(t, -1e3, 1e3), PASSES - 1))
+    covered = (np.abs(t) < stats.t.ppf(0.975, PASSES - 1)).mean()
+    assert 0.93 <= covered <= 0.97, (name, covered)
+    spread = np.clip(normal, -8.0, 8.0).std()
+    assert 0.9 <= spread <= 1.1, (name, spread)

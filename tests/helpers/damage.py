@@ -1,0 +1,173 @@
+"""Damage scene files at random, render them by the command line, and print what went wrong.
+
+Run by `test_damaged_files`, with little memory: `damage.py FOLDER KIND SEED COUNT`.
+"""
+
+import contextlib
+import io
+import json
+import resource
+import signal
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from photonmap.commands import main as cli
+
+MEMORY = 6 << 30
+"""Bytes of addresses; kernels, Embree and OpenImageIO reserve most of them."""
+SECONDS = 60
+"""Of processors' time for one file; the first one compiles kernels."""
+TOKENS = [
+    b"1e999", b"-1", b"nan", b"inf", b"99999999999999999999", b"0", b"1e-320", b"-0.0", b"1e300",
+    b"\x00", b"\xff\xfe", b"\n", b" ", b"\\\n", b'"', b"[", b"]", b"=", b"{", b"}", b"../",
+    b"/dev/zero",
+    b"4294967295", b"1" * 400, b"\xff\xff\xff\x7f", b"#", b"newmtl", b"usemtl", b"map_Kd", b"Kd",
+]  # fmt: skip
+WORDS = [
+    bytes.fromhex(word)
+    for word in ("0000807f", "0000c07f", "ffff7f7f", "ffffffff", "ffffff7f", "00000000", "01000000")
+]
+"""Little-endian: infinity, no number, the largest float32, -1, the largest int32, 0, 1."""
+DIGITS = b"0123456789012345678901234567890123456789 .-+e/[],xyz"
+OBJ = """mtllib scene.mtl
+o quad
+v -1 -1 0
+v 1 -1 0
+v 1 1 0
+v -1 1 0
+vt 0 0
+vn 0 0 1
+usemtl red
+f 1/1/1 2/1/1 3/1/1 4/1/1
+usemtl lamp
+f -1 -2 -3
+"""
+MTL = """newmtl red
+Kd 0.8 0.1 0.1
+illum 2
+Ks 0.1 0.1 0.1
+newmtl lamp
+Ke 3 3 3
+Kd spectral 0.5
+Ni 1.5
+d 1
+"""
+TOML = """mesh = "scene.obj"
+[camera]
+origin = [0, 0, 4]
+target = [0, 0, 0]
+fov = 40
+[material.red]
+reflectance = "munsell:5R 5/10"
+[[light]]
+type = "spot"
+position = [0, 0, 3]
+target = [0, 0, 0]
+intensity = "planck:3200 2"
+"""
+
+
+def write_whole(folder, kind):
+    """Write sound files; return the one to damage and the one to render."""
+    (folder / "scene.obj").write_text(OBJ)
+    (folder / "scene.mtl").write_text(MTL)
+    if kind in ("obj", "mtl"):
+        return folder / f"scene.{kind}", folder / "scene.obj"
+    if kind == "toml":
+        (folder / "scene.toml").write_text(TOML)
+        return folder / "scene.toml", folder / "scene.toml"
+    file = folder / f"body.{kind.removeprefix('ascii ')}"
+    body = trimesh.creation.box((1, 1, 1))
+    options = {"file_type": "stl_ascii"} if kind == "ascii stl" else {}
+    options |= {"encoding": "ascii"} if kind == "ascii ply" else {}
+    body.export(file, **options)
+    return file, file
+
+
+def damage(whole, rng):
+    """Return bytes with one to three changes, most of which leave all else in its place."""
+    data = bytearray(whole)
+    for _ in range(rng.integers(1, 4)):
+        place, length = int(rng.integers(len(data) + 1)), int(rng.integers(1, 9))
+        match rng.integers(8):
+            case 0 | 1 | 2:
+                plain = data[place : place + 1].isascii() and rng.random() < 0.9
+                choice = DIGITS if plain else bytes(range(256))
+                data[place : place + 1] = rng.choice(list(choice), 1).astype(np.uint8).tobytes()
+            case 3:
+                place -= place % 4
+                value = WORDS[rng.integers(len(WORDS))][: len(data) - place]
+                data[place : place + len(value)] = value
+            case 4:
+                del data[place : place + length]
+            case 5:
+                data[place:place] = data[place : place + 8 * length]
+            case 6:
+                data[place : place + length % 4] = TOKENS[rng.integers(len(TOKENS))]
+            case 7 if rng.random() < 0.1:
+                del data[place:]
+    return bytes(data)
+
+
+def judge(code, messages, before, after):
+    """Return what is wrong with the outcome of a run, or None."""
+    lines = [line for line in messages.splitlines() if "warning: " not in line]
+    if code == 0:
+        return "prints errors, but ends well" if lines else None
+    if code != 2:
+        return f"ends with {code}"
+    if len(lines) != 1 or not lines[0].startswith("photonmap: error: "):
+        return "tells no error in one line"
+    if len(lines[0]) > 600:
+        return "tells an error of many words"
+    if "out of memory" in messages or "Unable to allocate" in messages:
+        return "asks for far too much memory"
+    return "writes files" if before != after else None
+
+
+def render(scene, output):
+    """Run the command line; return its exit code and what it told."""
+    messages = io.StringIO()
+    arguments = [str(scene), "--size", "4x4", "--passes", "1", "--photons", "20", "--threads", "1",
+                 "--quiet", "--output", str(output)]  # fmt: skip
+    with contextlib.redirect_stderr(messages), contextlib.redirect_stdout(messages):
+        return cli.main(arguments), messages.getvalue()
+
+
+def stop(number, frame):
+    raise SystemExit(f"took more than {SECONDS} s of processors' time")
+
+
+def main(folder, kind, seed, count):
+    """Print a JSON list of findings: place, what is wrong, what was told."""
+    warnings.simplefilter("default")
+    signal.signal(signal.SIGPROF, stop)
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    folder, rng, findings = Path(folder), np.random.default_rng(int(seed)), []
+    target, scene = write_whole(folder, kind)
+    whole = target.read_bytes()
+    for number in range(int(count)):
+        data = damage(whole, rng)
+        target.write_bytes(data)
+        before = sorted(folder.iterdir())
+        messages = ""
+        signal.setitimer(signal.ITIMER_PROF, SECONDS)
+        try:
+            code, messages = render(scene, folder / "out.exr")
+            wrong = judge(code, messages, before, sorted(folder.iterdir()))
+        except BaseException as error:  # a finding, whatever it is
+            wrong = f"raises {type(error).__name__}: {error}"
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        if wrong:
+            findings.append([number, wrong, messages[-300:], data.decode("latin-1")[:2000]])
+        for suffix in ("exr", "png", "json"):
+            (folder / f"out.{suffix}").unlink(missing_ok=True)
+    print(json.dumps(findings))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

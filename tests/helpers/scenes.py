@@ -1,0 +1,35 @@
+"""Cameras, materials and shapes that many tests build scenes of."""
+
+import numpy as np
+import trimesh
+
+import photonmap as pm
+
+CAMERA = pm.Camera(origin=(0.0, 0.0, 3.9), target=(0.0, 0.0, 0.0), fov=39.3077)
+GREY = pm.Material("grey", 0.5)
+
+
+def quad(a, b, c, d, material=GREY, name="quad"):
+    """A parallelogram whose front is seen counter-clockwise."""
+    return pm.Mesh(np.array([a, b, c, d], float), [[0, 1, 2], [0, 2, 3]], material, name)
+
+
+def closed_box(material, low=-1.0, high=1.0, name="walls"):
+    """A cube whose front faces look inwards."""
+    box = trimesh.creation.box(bounds=[[low] * 3, [high] * 3])
+    return pm.Mesh(box.vertices, box.faces[:, ::-1], material, name)
+
+
+def closed_tetrahedron(material, name="walls"):
+    """A room around the unit cube, of so few triangles that it needs no light tree if it emits."""
+    corners = 3.0 * np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)])
+    faces = [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]
+    return pm.Mesh(corners, np.array(faces)[:, ::-1], material, name)
+
+
+def sky(height=8, seed=0):
+    """A map whose texels differ, some of them black, one bright."""
+    texels = np.random.default_rng(seed).random((height, 2 * height, 3)) ** 4
+    texels[1:3, 2:5] = 0.0
+    texels[2, 6] = 30.0
+    return texels

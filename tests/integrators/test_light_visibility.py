@@ -1,0 +1,45 @@
+"""A light that cannot light the view is named; one that can is not."""
+
+import warnings
+
+import pytest
+from helpers.scenes import closed_box, quad
+
+import photonmap as pm
+
+LAMP = pm.Material("lamp", 0.5, 1.0)
+
+
+def render(scene):
+    return pm.render(scene, bands=1, size=(8, 8), passes=1, photons=100)
+
+
+def up(height, name="lamp"):
+    return quad((-1, height, 1), (1, height, 1), (1, height, -1), (-1, height, -1), LAMP, name)
+
+
+def test_wrong_winding(cornell):
+    walls = [mesh for mesh in cornell.meshes if mesh.name != "light"]
+    with pytest.warns(pm.SceneWarning, match="'lamp' sends nothing into the view"):
+        render(pm.Scene([*walls, up(1.2)], camera=cornell.camera))
+
+
+def test_buried_in_a_wall(cornell):
+    wall = closed_box(pm.Material("wall", 0.5), -0.2, 0.2, "block")
+    light = pm.PointLight((0.0, 0.0, 0.0), 1.0, "bulb")
+    with pytest.warns(pm.SceneWarning, match="'bulb' sends nothing into the view"):
+        render(pm.Scene([*cornell.meshes[:4], wall], [light], cornell.camera))
+
+
+@pytest.mark.parametrize("name", ["cornell_box", "furnace", "two_rooms"])
+def test_lights_that_work_are_not_named(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        result = render(getattr(pm.scenes, name)())
+    assert result.record["warnings"] == []
+
+
+def test_a_dome_is_a_light_too():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        render(pm.Scene([closed_box(pm.Material("block", 0.5))], [pm.DomeLight()]))

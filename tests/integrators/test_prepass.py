@@ -1,0 +1,63 @@
+"""Sampling goes to edges, penumbrae and creases, and nowhere else."""
+
+import numpy as np
+from helpers.passes import setup_of
+
+import photonmap as pm
+from photonmap.compile.scene_arrays import compile_scene
+from photonmap.integrators.sampling_plan import EDGE_SAMPLES, GATHERS, plan_sampling
+from photonmap.kernels.core.passes import Film
+from photonmap.runtime.workers import Workers
+from photonmap.spectra.bands import Bands
+
+SIDE = 64
+
+
+def plan_for(scene, jitter=True):
+    compiled = compile_scene(scene, Bands.rgb())
+    with Workers(2) as workers:
+        plan = plan_sampling(setup_of(compiled, workers, Film(SIDE, SIDE, jitter)))
+    return {name: values.reshape(SIDE, SIDE) for name, values in plan._asdict().items()}
+
+
+def test_cornell_box(cornell):
+    plan = plan_for(cornell)
+    rays = plan["samples"] * (1 + plan["lights"].astype(int) + plan["gathers"])
+    middle_of_back_wall = (slice(21, 26), slice(28, 36))
+    crease = (20, slice(10, 18))
+    assert rays[crease].max() >= 3 * np.median(rays[middle_of_back_wall])
+    assert (np.log2(plan["samples"]) % 1 == 0).all()
+    assert np.median(plan["samples"][middle_of_back_wall]) == 1
+
+
+def test_centre_samples_need_no_more_camera_rays(cornell):
+    plan = plan_for(cornell, jitter=False)
+    assert (plan["samples"] == 1).all()
+    assert plan["lights"].min() >= 4
+    # Four looks at one place differ by rounding; that makes no edge of it.
+    middle_of_back_wall = (slice(21, 26), slice(28, 36))
+    assert np.median(plan["gathers"][middle_of_back_wall]) == GATHERS
+
+
+def test_open_scenes_share_at_any_distance():
+    plane = pm.Mesh([[-9, 0, 9], [9, 0, 9], [0, 0, -9]], [[0, 1, 2]])
+    camera = pm.Camera((0.0, 5.0, 0.1), (0.0, 0.0, 0.0), fov=20.0)
+    plan = plan_for(pm.Scene([plane], [pm.PointLight((0.0, 3.0, 0.0))], camera))
+    assert (plan["sharing_radius"] > 100.0).all()
+    assert (plan["gathers"][8:-8, 8:-8] == GATHERS).all()
+
+
+def test_even_surfaces_need_one_camera_sample():
+    """More where two colours meet."""
+    floor = [[-9, 0, 9], [9, 0, 9], [9, 0, -9], [-9, 0, -9]]
+    camera = pm.Camera((0.0, 9.0, 0.1), (0.0, 0.0, 0.0), fov=60.0)
+    light = pm.PointLight((0.0, 3.0, 0.0))
+    left, right = pm.Material("left", 0.2), pm.Material("right", 0.6)
+    halves = [
+        pm.Mesh(floor[:3], [[0, 1, 2]], left),
+        pm.Mesh(floor[::2] + floor[3:], [[0, 1, 2]], right),
+    ]
+    samples = plan_for(pm.Scene(halves, [light], camera))["samples"]
+    diagonal = np.abs(np.subtract.outer(np.arange(SIDE), SIDE - 1 - np.arange(SIDE))) == 0
+    assert (samples[diagonal][8:-8] == EDGE_SAMPLES).mean() > 0.9
+    assert (samples[8:20, 8:20] == 1).all()

@@ -1,0 +1,156 @@
+"""Textures of glTF files: where images lie, how they lie on a surface, and what is made of them."""
+
+import base64
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import photonmap as pm
+from photonmap.errors import InputError, SceneWarning
+
+UV = [[0.25, 0.0], [1, 0.75], [0, 1]]
+TEXELS = np.arange(2 * 3 * 4, dtype=np.uint8).reshape(2, 3, 4) * 10
+COAT = (0.5 / 2.5) ** 2
+
+
+@pytest.fixture
+def png(tmp_path):
+    """The bytes of an image of two rows of three RGBA texels."""
+    import OpenImageIO
+
+    path = tmp_path / "made.png"
+    output = OpenImageIO.ImageOutput.create(str(path))
+    spec = OpenImageIO.ImageSpec(3, 2, 4, OpenImageIO.UINT8)
+    spec.attribute("oiio:UnassociatedAlpha", 1)
+    assert output.open(str(path), spec)
+    assert output.write_image(TEXELS)
+    output.close()
+    return path.read_bytes()
+
+
+def textured(build, image, surface=(), **item):
+    """Make a triangle whose base colour is texture 0, with an image as glTF names it."""
+    build.primitive(TEXCOORD_0=UV, more={"material": 0})
+    surface = {"baseColorTexture": {"index": 0}, "metallicFactor": 0} | dict(surface)
+    build.tree |= {
+        "images": [image],
+        "textures": [{"source": 0}],
+        "materials": [{"name": "a", "pbrMetallicRoughness": surface, **item}],
+    }
+
+
+def embed(build, png):
+    """Append an image to the buffer as the first one of the file."""
+    view = {"buffer": 0, "byteOffset": len(build.blob), "byteLength": len(png)}
+    build.blob += png + b"\0" * (-len(png) % 4)
+    build.tree["bufferViews"].append(view)
+    index = len(build.tree["bufferViews"]) - 1
+    build.tree["images"] = [{"bufferView": index, "mimeType": "image/png"}]
+
+
+@pytest.mark.parametrize("place", ["buffer", "data", "file"])
+def test_images_anywhere(read, build, png, tmp_path, place):
+    image = {"uri": "data:image/png;base64," + base64.b64encode(png).decode()}
+    if place == "file":
+        (tmp_path / "my wood.png").write_bytes(png)
+        image = {"uri": "my%20wood.png"}
+    textured(build, image, {"baseColorFactor": [0.5, 1, 1, 1], "roughnessFactor": 0.3})
+    if place == "buffer":
+        embed(build, png)
+    (mesh,) = read("a.glb", build.glb())
+    material = mesh.material
+    np.testing.assert_array_equal(material.reflectance.image.texels, TEXELS[..., :3])
+    assert material.reflectance.factor == (0.5, 1.0, 1.0)
+    assert (material.glossy, material.roughness, material.alpha) == (COAT, 0.3, 1.0)
+
+
+def test_where_a_texture_lies(read, build, png):
+    """(u, v) of glTF, v downwards, becomes scale · (u, v) + offset."""
+    move = {"offset": [0.25, 0.5], "scale": [2, 3]}
+    use = {"index": 0, "extensions": {"KHR_texture_transform": move}}
+    textured(build, {}, {"baseColorTexture": use})
+    embed(build, png)
+    build.tree["textures"][0]["sampler"] = 0
+    build.tree["samplers"] = [{"wrapS": 33071, "wrapT": 33071}]
+    (mesh,) = read("a.glb", build.glb())
+    texture = mesh.material.reflectance
+    assert texture.clamp
+    found = mesh.uv * texture.scale + texture.offset
+    u, v = np.array(UV).T
+    np.testing.assert_allclose(found, np.c_[2 * u + 0.25, 1.0 - (3 * v + 0.5)])
+
+
+@pytest.mark.parametrize("mode", ["OPAQUE", "BLEND", "MASK"])
+def test_alpha_of_textures(read, build, png, mode):
+    textured(build, {}, {"baseColorFactor": [1, 1, 1, 0.5]}, alphaMode=mode, alphaCutoff=0.25)
+    embed(build, png)
+    (mesh,) = read("a.glb", build.glb())
+    alpha = 0.5 * TEXELS[..., 3] / 255
+    if mode == "OPAQUE":
+        assert mesh.material.alpha == 1.0
+        return
+    wanted = alpha >= 0.25 if mode == "MASK" else alpha
+    np.testing.assert_allclose(mesh.material.alpha.image.texels[..., 0], wanted, rtol=1e-6)
+
+
+def test_metals_have_their_means(read, build, png):
+    textured(build, {}, {"metallicFactor": 1, "metallicRoughnessTexture": {"index": 0}})
+    embed(build, png)
+    with pytest.warns(SceneWarning, match="variation of roughness and metallic of 'a'; variation"):
+        (mesh,) = read("a.glb", build.glb())
+    rough, metal = (TEXELS[..., channel].mean() / 255 for channel in (1, 2))
+    material, mean = mesh.material, replace(mesh.material.reflectance, factor=(1, 1, 1)).mean
+    assert material.roughness == pytest.approx(rough)
+    assert material.reflectance.factor == pytest.approx((1.0 - metal,) * 3)
+    assert material.glossy == pytest.approx([metal * m + (1 - metal) * COAT for m in mean])
+
+
+def test_emission_textures_light_the_scene(read, build, png):
+    strength = {"KHR_materials_emissive_strength": {"emissiveStrength": 4.0}}
+    more = {"emissiveTexture": {"index": 0}, "emissiveFactor": [1, 0.5, 0]}
+    textured(build, {}, **more, extensions=strength)
+    embed(build, png)
+    (mesh,) = read("a.glb", build.glb())
+    assert mesh.material.emission.factor == (4.0, 2.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"samplers": [{"wrapS": 33648}]}, "mirrored textures of 'a'"),
+        ({"samplers": [{"wrapS": 33071}]}, "clamped in one direction of 'a'"),
+        ({"texCoord": 1}, "further texture coordinates of 'a'"),
+        ({"extensions": {"KHR_texture_transform": {"rotation": 1.0}}}, "rotation of textures"),
+    ],
+)
+def test_what_is_not_simulated_is_named(read, build, png, change, named):
+    textured(build, {}, {"baseColorTexture": {"index": 0, **change}})
+    embed(build, png)
+    build.tree["samplers"] = change.get("samplers", [{}])
+    build.tree["textures"][0]["sampler"] = 0
+    with pytest.warns(SceneWarning, match=named):
+        read("a.glb", build.glb())
+
+
+def test_missing_images(read, build, tmp_path):
+    textured(build, {"uri": "none.png"}, {"baseColorFactor": [0.5, 1, 1, 1]})
+    with pytest.raises(InputError, match=r"none\.png: cannot be read"):
+        read("a.glb", build.glb())
+    with pytest.warns(SceneWarning, match=r"grey in their place, of 'none\.png'"):
+        (mesh,) = pm.load_scene(tmp_path / "a.glb", missing_textures="grey").meshes
+    assert mesh.material.reflectance == (0.25, 0.5, 0.5)
+
+
+def test_damaged_images_are_named(read, build, png):
+    textured(build, {})
+    embed(build, png[:60])
+    with pytest.raises(InputError, match=r"a\.glb: image 0 cannot be read as an image"):
+        read("a.glb", build.glb())
+
+
+def test_images_of_another_format(read, build):
+    textured(build, {})
+    del build.tree["textures"][0]["source"]
+    with pytest.raises(InputError, match="textures other than PNG and JPEG"):
+        read("a.glb", build.glb())

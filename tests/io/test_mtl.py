@@ -1,0 +1,223 @@
+import math
+
+import pytest
+
+from photonmap.errors import InputError, SceneWarning
+from photonmap.io.readers.wavefront.mtl import read_mtl
+from photonmap.scene.material import Material
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read(text):
+        path = tmp_path / "a.mtl"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return read_mtl(path)
+
+    return read
+
+
+def test_colors_and_names(read):
+    text = "# head\nnewmtl red wall # dark\n\tKd 0.5 .25 1e-1 # x\n Ke 3 2 1\nnewmtl b\nKd 0.3\n"
+    assert read(text) == {
+        "red wall": Material("red wall", (0.5, 0.25, 0.1), (3, 2, 1)),
+        "b": Material("b", (0.3, 0.3, 0.3)),
+    }
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("\n", "\r\n").encode(),
+        lambda text: text.replace("\n", "\r").encode(),
+        lambda text: text.encode("latin-1"),
+        lambda text: text.encode("utf-8-sig"),
+        lambda text: text.replace(" 0.2", " \\\n0.2").encode(),
+        lambda text: text.replace(" ", "\t").encode(),
+    ],
+    ids=["crlf", "cr", "latin-1", "bom", "continued", "tabs"],
+)
+def test_text_forms(read, change):
+    assert read(change("newmtl Tür\nKd 0.1 0.2 0.3\n")) == {"Tür": Material("Tür", (0.1, 0.2, 0.3))}
+
+
+def test_hash_inside_a_name_is_kept(read):
+    assert list(read("newmtl Material_#25 # the wall #2\nnewmtl b\n")) == ["Material_#25", "b"]
+
+
+def test_nothing_but_comments(read):
+    assert read("# none\n") == {}
+
+
+def test_neutral_statements_are_silent(read):
+    text = (
+        "newmtl a\nKa 1 1 1\nmap_Ka a.png\nKs 0 0 0\nNi 1\nTf 1 1 1\nd 1.0\nTr 0\nillum 2\nPm 0\n"
+    )
+    assert read(text) == {"a": Material("a")}
+
+
+@pytest.mark.parametrize(
+    "statement",
+    ["Ks 0.1 0 0", "Ks spectral 0.5", "Ns 10", "Ni 1.5", "Tf 1 0 0", "illum 3"]
+    + ["map_Ks -o 1 1 1 my wood.png", "map_Bump a.png", "bump a.png"]
+    + ["Pm 1", "Pc 0.5", "norm a.png", "refl -type sphere a.png", "sharpness 60"],
+)
+def test_what_is_not_simulated_is_named(read, statement):
+    with pytest.warns(SceneWarning, match=rf"a.mtl: .*'{statement.split()[0]}' of 'wood'"):
+        materials = read(f"newmtl wood\nKd 0.5\n{statement}\n")
+    assert materials["wood"].reflectance == (0.5, 0.5, 0.5)
+
+
+BLENDER = """# Blender {}MTL File: 'None'
+newmtl a
+Ns {}
+Ka {} {} {}
+Kd 0.8 0.4 0.2
+Ks 0.5 0.5 0.5
+Ni 1.45
+illum {}
+"""
+
+
+@pytest.mark.parametrize(
+    ("header", "exponent", "ambient", "model", "expected"),
+    [
+        ("4.2.0 ", 250, 1, 2, Material("a", (0.8, 0.4, 0.2), glossy=0.04, roughness=0.5)),
+        ("", 225, 1, 2, Material("a", (0.8, 0.4, 0.2), glossy=0.04, roughness=0.5)),
+        ("4.2.0 ", 250, 1, 3, Material("a", (0.0,) * 3, glossy=(0.8, 0.4, 0.2), roughness=0.5)),
+        ("4.2.0 ", 250, 1, 1, Material("a", (0.8, 0.4, 0.2))),
+    ],
+)
+def test_what_blender_writes(read, header, exponent, ambient, model, expected):
+    """Its roughness stands in Ns, its specular in Ks, and under illum 3 its metallic in Ka."""
+    text = BLENDER.format(header, exponent, ambient, ambient, ambient, model)
+    if model > 1:
+        assert read(text) == {"a": expected}
+        return
+    with pytest.warns(SceneWarning, match="'Ns' of 'a'; 'Ks' of 'a'"):
+        assert read(text) == {"a": expected}
+
+
+def test_one_warning_a_file(read):
+    with pytest.warns(SceneWarning) as record:
+        read("newmtl a\nillum 1\nNs 1\nKs 1 1 1\nNs 2\nnewmtl b\nNs 1\n")
+    assert len(record) == 1
+    assert "'Ns' of 'a', 'b'; 'Ks' of 'a'" in str(record[0].message)
+
+
+def test_last_of_two_wins(read):
+    with pytest.warns(SceneWarning, match=r"repeated.*'a'"):
+        materials = read("newmtl a\nKd 0.1\nNs 3\nnewmtl b\nnewmtl a\nKd 0.2\n")
+    assert materials["a"].reflectance == (0.2, 0.2, 0.2)
+
+
+@pytest.mark.parametrize("value", [1.0005, 1.001])
+def test_just_above_one_is_clamped(read, value):
+    with pytest.warns(SceneWarning, match=r"Kd above 1.*'a'"):
+        materials = read(f"newmtl a\nKd {value} 1 0.5\n")
+    assert materials["a"].reflectance == (1.0, 1.0, 0.5)
+
+
+@pytest.mark.parametrize("value", ["1.002", "-0.1", "nan", "inf", "1e999"])
+def test_reflectance_outside(read, value):
+    with pytest.raises(InputError, match=rf"a\.mtl:3: Kd '0 {value} 0'.* \[0, 1\]"):
+        read(f"newmtl a\n# white\nKd 0 {value} 0\n")
+
+
+@pytest.mark.parametrize("value", ["-1", "nan", "inf", "-inf"])
+def test_emission_outside(read, value):
+    with pytest.raises(InputError, match=rf"a\.mtl:2: Ke '{value} 0 0'.*finite"):
+        read(f"newmtl a\nKe {value} 0 0\n")
+
+
+def test_emission_has_no_upper_limit(read):
+    assert math.isclose(read("newmtl a\nKe 1e6\n")["a"].emission[2], 1e6)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("newmtl a\nKd 0.1 0.2\n", r":2: Kd '0.1 0.2' has 2 numbers; write one or three"),
+        ("newmtl a\nKd\n", r":2: Kd '' has 0 numbers"),
+        ("newmtl a\nKd 0,5\n", r":2: Kd '0,5' is not a number; .*decimal point"),
+        ("newmtl a\nKd 1_0 0 0\n", r":2: Kd '1_0 0 0' is not a number"),
+        ("newmtl a\n\nKd spectral red.rfl\n", r":3: Kd: .*red.rfl: cannot be read"),
+        ("newmtl a\nKd spectral dark skim\n", r":2: Kd: .*did you mean 'dark skin'"),
+        ("newmtl a\nKe spectral -1\n", r":2: Ke: '-1' is not a light"),
+        ("newmtl a\nKd spectral\n", r":2: Kd: '' names no colour"),
+        ("newmtl a\nKd xyz 1 1\n", r":2: Kd 'xyz 1 1' has 2 numbers"),
+        ("newmtl a\nKd xyz 20 30 10\n", r":2: Kd: no reflectance .* divide values .* by 100"),
+        ("newmtl a\nd x\n", r":2: d 'x' is not a number"),
+        ("newmtl a\nillum\n", r":2: illum ''; write a finite"),
+        ("newmtl a\nNi inf\n", r":2: Ni 'inf'; write a finite"),
+        ("Kd 1 1 1\n", r":1: 'Kd' before any newmtl"),
+        ("newmtl\n", r":1: newmtl without a name"),
+        ("", r": is empty"),
+        (b"newmtl a\nKd \x001\n", r":2: is not a text file \(byte 0x00\).*UTF-8"),
+        ("newmtl a\nKd 1 1 \\\n1\nKd x\n", r":4: Kd 'x'"),
+    ],
+)
+def test_errors_name_line_value_and_remedy(read, text, message):
+    with pytest.raises(InputError, match=r"a\.mtl" + message):
+        read(text)
+
+
+@pytest.mark.parametrize(
+    ("statements", "material"),
+    [
+        ("illum 3\nKs 0.9\nKd 0 0 0\n", Material("a", (0, 0, 0), mirror=(0.9, 0.9, 0.9))),
+        ("illum 5\nKs 0.9 0.8 0.7\n", Material("a", 0.0, mirror=(0.9, 0.8, 0.7))),
+        ("Ks spectral 0.25\nillum 3\nKd 0.5\n", Material("a", (0.5, 0.5, 0.5), mirror=0.25)),
+        ("illum 7\nNi 1.5\n", Material("a", 0.0, ior=1.5)),
+        ("illum 4\nNi 1.33\nTf 0.9 1 1\n", Material("a", 0.0, ior=1.33, tint=(0.9, 1, 1))),
+        ("illum 6\nNi 1.5\nKd 0\nKe 2\n", Material("a", 0.0, (2, 2, 2), ior=1.5)),
+        ("illum 2\nKs 0\n", Material("a")),
+        ("illum 2\nKs 0.5\nNs 30\n", Material("a", glossy=(0.5,) * 3, roughness=0.5)),
+        ("Ks 0.5\nNs 30\nKd 0.2\n", Material("a", (0.2,) * 3, glossy=(0.5,) * 3, roughness=0.5)),
+        ("Ks 0\nNs 30\n", Material("a")),
+        ("Pr 0.3\nKs 0.5\nNs 30\nillum 3\n", Material("a", glossy=(0.5 / 2.5) ** 2, roughness=0.3)),
+        ("Pr 0.3\nNi 1.8\n", Material("a", glossy=(0.8 / 2.8) ** 2, roughness=0.3)),
+        ("Pr 0\nPm 1\nKd 0.9 0.6 0.3\n", Material("a", (0.0,) * 3, glossy=(0.9, 0.6, 0.3))),
+        (
+            "Pr 0.5\nPm 0.5\nKd spectral 0.8\n",
+            Material("a", 0.4, glossy=0.5 * 0.8 + 0.5 * (0.5 / 2.5) ** 2, roughness=0.5),
+        ),
+    ],
+)
+def test_illumination_models(read, statements, material):
+    assert read("newmtl a\n" + statements) == {"a": material}
+
+
+@pytest.mark.parametrize(
+    ("statements", "named"),
+    [
+        ("illum 3\nNi 1.5\nKs 0.5\n", "'Ni' of 'a'"),
+        ("illum 3\n", "'illum' of 'a'"),
+        ("illum 7\n", "'illum' of 'a'"),
+        ("illum 9\n", "'illum' of 'a'"),
+        ("illum 7\nNi 1.5\nKd 0.5\nKs 0.1\n", "'Kd' of 'a'; 'Ks' of 'a'"),
+        ("illum 1\nKs 0.5\nNs 30\n", "'Ns' of 'a'; 'Ks' of 'a'"),
+        ("illum 3\nKs 0.5\nNs 30\n", "'Ns' of 'a'"),
+    ],
+)
+def test_what_an_illumination_model_leaves_out_is_named(read, statements, named):
+    with pytest.warns(SceneWarning, match=f"not simulated: {named}$"):
+        read("newmtl a\n" + statements)
+
+
+@pytest.mark.parametrize(
+    ("statement", "message"),
+    [
+        (
+            "Ni -1.5",
+            r":2: Ni -1.5 is not an index of refraction; give a number above 0, such as 1.5",
+        ),
+        ("Ni 0", r":2: Ni 0.0 is not an index"),
+        ("Ni 1 2", r":2: Ni '1 2'; write a finite number"),
+        ("Ks 1.5", r":2: Ks '1.5' is not a reflectance; keep it within \[0, 1\]"),
+        ("Tf -1", r":2: Tf '-1' is not a transmittance"),
+    ],
+)
+def test_optics_out_of_bounds(read, statement, message):
+    with pytest.raises(InputError, match=message):
+        read(f"newmtl a\n{statement}\n")

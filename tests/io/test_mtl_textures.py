@@ -1,0 +1,129 @@
+"""Textures of MTL libraries and scene files."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import photonmap as pm
+from photonmap.commands.main import main
+from photonmap.errors import InputError, SceneWarning
+from photonmap.scene.textures import shared_image
+
+BYTES = np.random.default_rng(5).integers(0, 256, (4, 5, 3), np.uint8)
+
+
+def write_image(path, texels):
+    import OpenImageIO
+
+    height, width, channels = texels.shape
+    output = OpenImageIO.ImageOutput.create(str(path))
+    output.open(str(path), OpenImageIO.ImageSpec(width, height, channels, "uint8"))
+    output.write_image(texels)
+    output.close()
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_image(tmp_path / "my wood.png", BYTES)
+    (tmp_path / "maps").mkdir()
+    write_image(tmp_path / "maps" / "mask.png", BYTES[..., :1])
+    return tmp_path
+
+
+@pytest.fixture
+def read(folder):
+    from photonmap.io.readers.wavefront.mtl import read_mtl
+
+    def read(text, **settings):
+        (folder / "a.mtl").write_text("newmtl a\n" + text)
+        return read_mtl(folder / "a.mtl", **settings)["a"]
+
+    return read
+
+
+def test_maps_of_mtl(read):
+    material = read(
+        "Kd 0.5 1 0.25\nmap_Kd -s 2 3 1 -o 0.5 -clamp on my wood.png\n"
+        "map_Ke my wood.png\nmap_d maps\\mask.png\nd 0.5\n"
+    )
+    color, light, alpha = material.reflectance, material.emission, material.alpha
+    assert (color.scale, color.offset, color.clamp) == ((2, 3), (0.5, 0), True)
+    assert color.factor == (0.5, 1, 0.25)
+    assert light.factor == (1, 1, 1)
+    assert light.image is color.image
+    np.testing.assert_array_equal(color.image.texels, BYTES)
+    assert color.image.srgb
+    assert alpha.factor == (0.5, 0.5, 0.5)
+    assert alpha.image.texels.shape == (4, 5, 1)
+    assert light.image is shared_image(str(read.__closure__[0].cell_contents / "my wood.png"))
+
+
+@pytest.mark.parametrize(
+    ("text", "alpha"), [("d 0.25", 0.25), ("Tr 0.25", 0.75), ("d 0.5\nTr 0.5", 0.5), ("d 1", 1.0)]
+)
+def test_opacity_of_mtl(read, text, alpha):
+    assert read(text + "\n") == pm.Material("a", alpha=alpha)
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("map_Kd -bm 2 my wood.png", "'map_Kd -bm' of 'a'"),
+        ("map_Ks my wood.png", "'map_Ks' of 'a'"),
+        ("d -halo 0.5", "'d -halo' of 'a'"),
+        ("d 0.25\nTr 0.25", "'Tr' of 'a'"),
+        ("illum 7\nNi 1.5\nd 0.3", "'d' of 'a'"),
+        ("illum 7\nNi 1.5\nmap_Kd my wood.png", "'map_Kd' of 'a'"),
+        ("Pr 0.5\nPm 1\nmap_Kd my wood.png", "'Pm' of 'a'"),
+    ],
+)
+def test_what_is_left_out_is_named(read, text, named):
+    with pytest.warns(SceneWarning, match=f"not simulated: {named}$"):
+        read(text + "\n")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("map_Kd -q 1 a.png", "map_Kd: option '-q' is not known"),
+        ("map_Kd -s 2", "map_Kd: names no file"),
+        ("map_Kd wood.png", "map_Kd: .*wood.png: .*"),
+        ("map_d wood.png", "map_d: .*wood.png: .*"),
+        ("map_Kd a.mtl", "map_Kd: .*a.mtl: cannot be read as an image"),
+        ("d 1.5", r"d '1.5' is not an opacity; keep it within \[0, 1\]"),
+        ("Tr -1", "Tr '-1' is not an opacity"),
+        ("d", "d ''; write a finite number"),
+    ],
+)
+def test_errors_of_mtl(read, text, message):
+    with pytest.raises(InputError, match=rf"a\.mtl:2: {message}"):
+        read(text + "\n")
+
+
+def test_missing_textures_may_be_grey(read):
+    text = "Kd 0.8\nmap_Kd no.png\nKe 2\nmap_Ke none.png\nmap_d mask.png\n"
+    with pytest.warns(SceneWarning, match=r"3 textures .* grey: .*a\.mtl:3 'no.png'"):
+        material = read(text, missing_textures="grey")
+    assert material == pm.Material("a", (0.5, 0.5, 0.5), (1.0, 1.0, 1.0))
+
+
+def test_a_scene_file_with_textures(folder):
+    corners = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+    faces = "usemtl a\nf 1/1 2/2 3/3 4/4\n"
+    (folder / "a.obj").write_text(f"mtllib a.mtl\n{corners}{faces}")
+    (folder / "a.mtl").write_text("newmtl a\nKd 1\nmap_Kd my wood.png\n")
+    scene = pm.load_scene(folder / "a.obj")
+    assert isinstance(scene.meshes[0].material.reflectance, pm.Texture)
+    (folder / "a.mtl").write_text("newmtl a\nKd 1\nmap_Kd no.png\n")
+    with pytest.raises(InputError, match=r"a.mtl:3: map_Kd: .*no.png"):
+        pm.load_scene(folder / "a.obj")
+    with pytest.warns(SceneWarning, match="grey"):
+        scene = pm.load_scene(folder / "a.obj", missing_textures="grey")
+    assert scene.meshes[0].material.reflectance == (0.5, 0.5, 0.5)
+    command = [str(folder / "a.obj"), "--size=4x4", "--passes=1", "--quiet"]
+    command += ["--output", str(folder / "a.exr")]
+    assert main(command) == 2
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert main([*command, "--missing-textures", "grey"]) == 0

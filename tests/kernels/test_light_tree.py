@@ -1,0 +1,115 @@
+"""Choices among lights have the chances they claim, and cost less error than those by power."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.comparisons import assert_within
+from scipy import stats
+
+import photonmap as pm
+from photonmap.compile.lights import emitters
+from photonmap.compile.scene_arrays import compile_scene
+from photonmap.kernels.core import rng
+from photonmap.kernels.core.jit import kernel
+from photonmap.kernels.lights.selection import select_emitter, selection_probability
+from photonmap.spectra.bands import Bands
+
+SAMPLES = 200_000
+
+
+@kernel
+def count_choices(geometry, lights, point, ns, n, counts, worst):
+    state = rng.stream(12, 0, 0)
+    for _ in range(n):
+        u, state = rng.draw(state)
+        emitter, chance, u = select_emitter(geometry, lights, lights.tree, point, ns, u)
+        counts[emitter] += 1
+        if emitter >= 0:
+            other = selection_probability(geometry, lights, lights.tree, emitter, point, ns)
+            worst[0] = max(worst[0], abs(chance / other - 1.0))
+        worst[1] = max(worst[1], u)
+
+
+@pytest.fixture(scope="module")
+def many(cornell):
+    """The Cornell box with its lamp, 20 points, 5 spots and a sun."""
+    random = np.random.default_rng(4)
+    places = random.uniform((-0.8, 0.35, -0.8), 0.8, (25, 3))
+    color = random.uniform(0.02, 1.0, (25, 3))
+    points = [pm.PointLight(tuple(p), tuple(c)) for p, c in zip(places, color, strict=True)]
+    spots = [
+        pm.SpotLight(tuple(p), tuple(-p), tuple(c), inner=20.0, outer=40.0)
+        for p, c in zip(places[20:], color, strict=False)
+    ]
+    sun = pm.DirectionalLight((0.0, -0.3, -1.0), (0.5, 0.5, 0.5))
+    return pm.Scene(cornell.meshes, [*points[:20], *spots, sun], cornell.camera, "many lights")
+
+
+@pytest.fixture(scope="module")
+def few(many):
+    """Its lamp with 2 points, a spot, the sun and a dome: too few for a tree."""
+    return replace(many, lights=[*many.lights[:2], *many.lights[-2:], pm.DomeLight(0.1)])
+
+
+@pytest.mark.parametrize("lights", ["few", "many"])
+def test_choices_have_their_chances(lights, request):
+    """χ² at p > 1e-3 for each of 8 places; emitters of no chance are never chosen."""
+    compiled = compile_scene(request.getfixturevalue(lights), Bands.parse("rgb"), 1.0)
+    geometry, lights = compiled.geometry, compiled.lights
+    random = np.random.default_rng(5)
+    for _ in range(8):
+        point, ns = random.uniform(-0.3, 0.3, 3), random.normal(size=3)
+        ns /= np.linalg.norm(ns)
+        at = tuple(point), tuple(ns)
+        counts, worst = np.zeros(len(lights.kind) + 1), np.zeros(2)
+        count_choices(geometry, lights, *at, SAMPLES, counts, worst)
+        assert worst[0] < 1e-9
+        assert worst[1] < 1.0
+        emitters = range(len(lights.kind))
+        chances = [selection_probability(geometry, lights, lights.tree, i, *at) for i in emitters]
+        chances = np.append(chances, max(1.0 - sum(chances), 0.0))
+        assert not counts[chances == 0.0].any()
+        common = chances * SAMPLES > 10.0
+        rest = np.array([counts[~common].sum()]), np.array([chances[~common].sum() * SAMPLES])
+        seen = np.append(counts[common], rest[0])
+        wanted = np.append(chances[common] * SAMPLES, max(rest[1][0], 1e-9))
+        assert stats.chisquare(seen, wanted * seen.sum() / wanted.sum()).pvalue > 1e-3
+
+
+def test_no_light_that_shines_on_a_point_has_no_chance(many):
+    """Wherever a light is in front of a surface and shines there, the tree may choose it."""
+    compiled = compile_scene(many, Bands.parse("rgb"), 1.0)
+    geometry, lights = compiled.geometry, compiled.lights
+    random = np.random.default_rng(6)
+    for emitter in np.flatnonzero(np.isin(lights.kind, (1, 3))):
+        for _ in range(20):
+            point, ns = random.uniform(-0.5, 0.5, 3), random.normal(size=3)
+            ns /= np.linalg.norm(ns)
+            step = point - lights.position[emitter]
+            lit = -step @ ns > 0.0
+            if lights.kind[emitter] == 3:
+                cosine = lights.axis[emitter] @ step / np.linalg.norm(step)
+                lit &= cosine > lights.cosines[emitter, 1]
+            if lit:
+                at = tuple(point), tuple(ns)
+                assert selection_probability(geometry, lights, lights.tree, emitter, *at) > 0.0
+
+
+def test_the_tree_changes_the_error_alone(many, monkeypatch):
+    """Direct light of points agrees with the choice by power, at less than half its error."""
+    walls = [mesh for mesh in many.meshes if mesh.name != "light"]
+    many = pm.Scene(walls, many.lights[:20], many.camera, "points")
+    options = {"bands": "rgb", "size": (24, 24), "passes": 24, "effects": "emission,direct"}
+    tree = pm.render(many, **options)
+    monkeypatch.setattr(emitters, "grow_tree", lambda *_: None)
+    power = pm.render(many, **options, seed=1)
+    error = np.hypot(tree.standard_error("direct"), power.standard_error("direct"))
+    assert_within(tree.direct, power.direct, error, sigmas=6.0)
+    ratio = np.square(tree.standard_error("direct")).sum()
+    ratio /= np.square(power.standard_error("direct")).sum()
+    assert ratio < 0.25
+
+
+def test_few_lights_need_no_tree(cornell):
+    assert compile_scene(cornell, Bands.parse("rgb"), 1.0).lights.tree is None

@@ -1,0 +1,36 @@
+"""What a render tells while it runs."""
+
+import math
+
+from photonmap.runtime import progress
+
+
+def test_lines(capsys):
+    lines = progress.Lines()
+    lines.stage("first compile")
+    lines.stage("render")
+    lines.update(1, math.inf, 0.0, 1.0, 8e6)
+    lines.update(2, 0.5, 0.1, 2.0, 8e6)
+    lines.close()
+    messages = capsys.readouterr().err.splitlines()
+    assert messages == [
+        "compiling kernels (first run only)",
+        "rendering",
+        "pass 1, error unknown yet, unknown time left, 8.0 Mrays/s",
+    ]
+
+
+def test_bar():
+    bar = progress.Bar()
+    bar.stage("render")
+    bar.update(3, 0.05, 0.5, 70.0, 1e7)
+    task = bar._bar.tasks[0]
+    assert task.completed == 0.5
+    assert task.fields["state"] == "pass 3, error 0.0500, 1 min 10 s left, 10.0 Mrays/s"
+    bar.close()
+
+
+def test_choice(monkeypatch):
+    assert isinstance(progress.choose_progress(quiet=True), progress.Silent)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: False)
+    assert isinstance(progress.choose_progress(quiet=False), progress.Lines)
