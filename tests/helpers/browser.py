@@ -32,7 +32,8 @@ class Page:
 
     def __init__(self, url):
         self.errors, self.requests, self._count, self._rest = [], [], 0, b""
-        self._profile = tempfile.TemporaryDirectory(prefix="browser-")
+        # Some of the browser's processes write on for a moment after the first has ended.
+        self._profile = tempfile.TemporaryDirectory(prefix="browser-", ignore_cleanup_errors=True)
         listen, self._speak = os.pipe()
         self._listen, speak = os.pipe()
         flags = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]
