@@ -12,9 +12,13 @@ from pathlib import Path
 
 import numba
 import platformdirs
+from llvmlite.binding import Linkage
 from numba import config
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
+from numba.core.sigutils import normalize_signature
+from numba.core.types import unliteral
 
 
 def source_hash(folder: Path) -> str:
@@ -52,21 +56,30 @@ def kernel(function: Callable) -> Callable:
     of the camera pass, arrays cost nothing to pass on. Inlined into their own wrappers they keep
     the scene's arrays at hand: a call that passes them all took a quarter of the camera pass.
     """
-    return _compile(function, cache=True, forceinline=True)
+    return _of_class(_Kernel, _compile(function, cache=True, forceinline=True))
 
 
 def jit(function: Callable) -> Callable:
     """Compile a function of kernels into its callers' machine code."""
-    return _inner(_compile(function, forceinline=True, **_NO_WRAPPERS))
+    return _of_class(_Inner, _compile(function, forceinline=True, **_NO_WRAPPERS))
 
 
 def outlined(function: Callable) -> Callable:
     """Compile a function of kernels that is large and rare: it is called, not inlined."""
-    return _inner(_compile(function, **_NO_WRAPPERS))
+    return _of_class(_Inner, _compile(function, **_NO_WRAPPERS))
 
 
 # Turning Python's objects into a scene's arrays takes more code than many a function itself.
 _NO_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
+class _Kernel(CPUDispatcher):
+    """A function that Python calls: it brings the code of all that it calls together."""
+
+    def compile(self, signature: object) -> object:
+        """Compile, or load from the cache."""
+        with _libraries_of(self.targetctx.codegen(), _WholeLibrary):
+            return super().compile(signature)
 
 
 class _Inner(CPUDispatcher):
@@ -75,28 +88,52 @@ class _Inner(CPUDispatcher):
     def __call__(self, *arguments: object) -> object:
         return _wrapped(self)(*arguments)
 
+    def get_call_template(self, args: tuple, kws: dict) -> object:
+        """Return the one version for all constants of a type, which inlining makes constant again.
+
+        Numba's own would be a version for each number that a caller writes.
+        """
+        kinds = {name: unliteral(kind) for name, kind in kws.items()}
+        return super().get_call_template(tuple(map(unliteral, args)), kinds)
+
     def compile(self, signature: object) -> object:
-        """Compile for linking alone: callers optimise what they inline, and emit machine code."""
-        codegen = self.targetctx.codegen()
+        """Compile for linking alone: kernels optimise what they inline, and emit machine code.
+
+        Numba's own would look for a file and start two timers for every function on the way in,
+        each of which hears of every step further in.
+        """
         if not _IS_KNOWN:
             return super().compile(signature)
-        before = codegen._library_class
-        codegen._library_class = _LinkedLibrary
-        try:
-            return super().compile(signature)
-        finally:
-            codegen._library_class = before
+        arguments, result = normalize_signature(signature)
+        known = self.overloads.get(tuple(arguments))
+        if known is not None:
+            return known.entry_point
+        with (
+            global_compiler_lock,
+            self._compiling_counter,
+            _libraries_of(self.targetctx.codegen(), _PartLibrary),
+        ):
+            compiled = self._compiler.compile(arguments, result)
+            self.add_overload(compiled)
+        return compiled.entry_point
 
 
-class _LinkedLibrary(JITCodeLibrary):
-    """Code that is only linked into its callers: compiling it further took half of all time."""
+class _PartLibrary(JITCodeLibrary):
+    """Code that is only linked into kernels: compiling it further took half of all time."""
 
-    def _optimize_final_module(self) -> None:
-        pass
-
-    def _finalize_final_module(self) -> None:
+    def finalize(self) -> None:
+        """Close the library."""
+        self._raise_if_finalized()
+        for library in self._linking_libraries:
+            self._reload_init.update(library._reload_init)
         self._finalize_dynamic_globals()
         self._finalized = True
+
+    def _get_module_for_linking(self) -> object:
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == Linkage.external:
+                function.linkage = "linkonce_odr"
+        return self._final_module
 
     def get_pointer_to_function(self, name: str) -> int:
         return 0
@@ -106,10 +143,55 @@ class _LinkedLibrary(JITCodeLibrary):
         return _NoEnvironments(self._codegen)
 
 
+class _WholeLibrary(JITCodeLibrary):
+    """Code that links all parts in, each once: parts within parts were copied at every level."""
+
+    def finalize(self) -> None:
+        """Link, optimise, and emit machine code."""
+        self._linking_libraries = _callers_first(self._linking_libraries)
+        super().finalize()
+
+
+def _callers_first(libraries: list) -> list:
+    """Return libraries and all parts that they call, each before what it calls.
+
+    LLVM leaves out a function that nothing calls yet when it is linked.
+    """
+    order: dict = {}
+
+    def visit(library: JITCodeLibrary) -> None:
+        if library in order:
+            return
+        if isinstance(library, _PartLibrary):
+            for part in library._linking_libraries:
+                visit(part)
+        order[library] = None
+
+    for library in libraries:
+        visit(library)
+    return list(order)[::-1]
+
+
+@contextmanager
+def _libraries_of(codegen: JITCPUCodegen, kind: type):
+    """Let what is compiled be put into libraries of a kind."""
+    before = codegen._library_class
+    codegen._library_class = kind if _IS_KNOWN else before
+    try:
+        yield
+    finally:
+        codegen._library_class = before
+
+
 _IS_KNOWN = all(
-    hasattr(JITCodeLibrary, name)
-    for name in ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals")
-) and hasattr(JITCPUCodegen, "_library_class")
+    hasattr(kind, name)
+    for kind, names in (
+        (JITCodeLibrary, ("_get_module_for_linking", "_finalize_dynamic_globals")),
+        (JITCPUCodegen, ("_library_class",)),
+        (CPUDispatcher, ("_can_compile", "add_overload")),
+    )
+    for name in names
+)
 """Whether Numba's inside is as it was: else functions are compiled in full, which takes longer."""
 
 
@@ -135,9 +217,9 @@ def _wrapped(function: Callable) -> Callable:
     return call
 
 
-def _inner(compiled: Callable) -> Callable:
-    if isinstance(compiled, CPUDispatcher):
-        compiled.__class__ = _Inner
+def _of_class(kind: type, compiled: Callable) -> Callable:
+    if isinstance(compiled, CPUDispatcher):  # else this runs as plain Python
+        compiled.__class__ = kind
     return compiled
 
 

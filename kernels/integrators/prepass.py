@@ -101,14 +101,15 @@ def run_prepass(scene, textured, view, key, span, plane, prepass):
         seen = Corners(0, 0, 0, 0.0, True, True, False, np.int64(-1), up)
         for corner in range(CORNERS):
             x, y = _corner(film, pixel, corner)
-            ray = generate_lens_ray(view.camera, x, y, base + corner, key)
+            index = np.uint64(base + corner)
+            ray = generate_lens_ray(view.camera, x, y, index, key)
             hit = first_hit(scene.geometry, ray)
             if hit.triangle < 0:
                 continue
             surface = surface_interaction(scene.geometry, hit, ray.direction)
             first = seen.hits == 0 or not spreads
             update_plane(plane, pixel, first, surface.point, surface.ns)
-            seen = _take(scene, textured, seen, surface, base + corner, keys)
+            seen = _take(scene, textured, seen, surface, index, keys)
         flat = seen.one_material and seen.hits == CORNERS and plane[pixel, FLAT] != 0.0
         prepass.flat[pixel] = flat
         prepass.even[pixel] = seen.even and flat
