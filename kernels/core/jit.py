@@ -210,11 +210,10 @@ class _NoEnvironments:
 
 @cache
 def _wrapped(function: Callable) -> Callable:
-    @numba.njit(error_model="numpy", _nrt=False)
     def call(*arguments):
         return function(*arguments)
 
-    return call
+    return _of_class(_Kernel, numba.njit(error_model="numpy", _nrt=False)(call))
 
 
 def _of_class(kind: type, compiled: Callable) -> Callable:
