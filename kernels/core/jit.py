@@ -9,10 +9,11 @@ from collections.abc import Callable
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numba
 import platformdirs
-from llvmlite.binding import Linkage
+from llvmlite.binding import Linkage, ModuleRef
 from numba import config
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.compiler_lock import global_compiler_lock
@@ -108,11 +109,7 @@ class _Inner(CPUDispatcher):
         known = self.overloads.get(tuple(arguments))
         if known is not None:
             return known.entry_point
-        with (
-            global_compiler_lock,
-            self._compiling_counter,
-            _libraries_of(self.targetctx.codegen(), _PartLibrary),
-        ):
+        with _libraries_of(self.targetctx.codegen(), _PartLibrary), self._compiling_counter:
             compiled = self._compiler.compile(arguments, result)
             self.add_overload(compiled)
         return compiled.entry_point
@@ -129,11 +126,25 @@ class _PartLibrary(JITCodeLibrary):
         self._finalize_dynamic_globals()
         self._finalized = True
 
-    def _get_module_for_linking(self) -> object:
+    @property
+    def own_module(self) -> ModuleRef:
+        """The code without what it calls."""
         for function in self._final_module.functions:
             if not function.is_declaration and function.linkage == Linkage.external:
                 function.linkage = "linkonce_odr"
         return self._final_module
+
+    def _get_module_for_linking(self) -> ModuleRef:
+        """Return the code with all that it calls, for code that is not a kernel's.
+
+        Numba's own functions are here too, as `max`, which anyone's code may call later.
+        """
+        if self._shared_module is None:
+            self._shared_module = self.own_module.clone()
+            for library in _callers_first(self._linking_libraries):
+                module = library._get_module_for_linking()
+                self._shared_module.link_in(module, preserve=True)
+        return self._shared_module
 
     def get_pointer_to_function(self, name: str) -> int:
         return 0
@@ -152,8 +163,21 @@ class _WholeLibrary(JITCodeLibrary):
         super().finalize()
 
 
+class _Alone(NamedTuple):
+    """A part, to be linked without what it calls."""
+
+    part: _PartLibrary
+
+    @property
+    def _reload_init(self) -> set:
+        return self.part._reload_init
+
+    def _get_module_for_linking(self) -> ModuleRef:
+        return self.part.own_module
+
+
 def _callers_first(libraries: list) -> list:
-    """Return libraries and all parts that they call, each before what it calls.
+    """Return libraries and all parts that they call, alone, each before what it calls.
 
     LLVM leaves out a function that nothing calls yet when it is linked.
     """
@@ -162,25 +186,26 @@ def _callers_first(libraries: list) -> list:
     def visit(library: JITCodeLibrary) -> None:
         if library in order:
             return
-        if isinstance(library, _PartLibrary):
-            for part in library._linking_libraries:
-                visit(part)
-        order[library] = None
+        is_part = isinstance(library, _PartLibrary)
+        for called in library._linking_libraries if is_part else ():
+            visit(called)
+        order[library] = _Alone(library) if is_part else library
 
     for library in libraries:
         visit(library)
-    return list(order)[::-1]
+    return list(order.values())[::-1]
 
 
 @contextmanager
 def _libraries_of(codegen: JITCPUCodegen, kind: type):
-    """Let what is compiled be put into libraries of a kind."""
-    before = codegen._library_class
-    codegen._library_class = kind if _IS_KNOWN else before
-    try:
-        yield
-    finally:
-        codegen._library_class = before
+    """Let what is compiled be put into libraries of a kind, while no other thread compiles."""
+    with global_compiler_lock:
+        before = codegen._library_class
+        codegen._library_class = kind if _IS_KNOWN else before
+        try:
+            yield
+        finally:
+            codegen._library_class = before
 
 
 _IS_KNOWN = all(
