@@ -35,7 +35,8 @@ FARTHEST = 1e30
 _PARALLEL = 1e-6
 """Least sine of the angle between view and up at which the picture has a defined upright."""
 _FOV = 40.0
-_NOT_IN_FILES = '/\\:*?"<>|'
+NOT_IN_FILES = '/\\:*?"<>|'
+"""Characters that a camera's name may not have: it becomes part of the names of files."""
 ALL = "all"
 """What stands for every camera in place of a name."""
 _OPENCV = np.diag([1.0, -1.0, -1.0, 1.0])
@@ -200,7 +201,7 @@ def check_camera(
 
 def _find_conflict(camera: Camera) -> tuple[str, str] | None:
     """Return an attribute at odds with the others, and the problem; None if there is none."""
-    if camera.name == ALL or set(camera.name) & set(_NOT_IN_FILES):
+    if camera.name == ALL or set(camera.name) & set(NOT_IN_FILES):
         problem = f"{shown(camera.name)} cannot be part of a file's name; choose another"
         return "name", problem
     if camera.projection is not None:

@@ -20,6 +20,12 @@ from numpy.typing import NDArray
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Losses, decode_file, note_loss
 from photonmap.io.readers.gltf_parts.materials import read_material
+from photonmap.io.readers.gltf_parts.nodes import (
+    NodeItem,
+    read_camera,
+    read_light,
+    unused_name,
+)
 from photonmap.io.readers.gltf_parts.textures import Textures
 from photonmap.io.readers.meshes import Part, build_mesh, move
 from photonmap.io.readers.registry import ReadOptions
@@ -31,6 +37,7 @@ from photonmap.spectra.tables import read_bytes
 
 SUFFIXES = (".glb", ".gltf")
 
+_LIGHTS = "KHR_lights_punctual"
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _HARMLESS = re.compile(
     "KHR_materials_|KHR_texture_|EXT_texture_|MSFT_texture_|KHR_lights_punctual$"
@@ -121,6 +128,17 @@ class _Gltf:
         begin = view.get("byteOffset", 0)
         return self.data[str(view["buffer"])][begin : begin + view["byteLength"]]
 
+    def node_item(self, index: int, item: dict[str, Any], graph: Any) -> NodeItem:
+        """Return a camera or a light where a node puts it."""
+        wanted = self.item("nodes", index).get("name") or item.get("name") or f"node_{index}"
+        name = unused_name(str(wanted), index, self.names)
+        return NodeItem(self.path, item, name, graph.get(str(index))[0], self.losses)
+
+    @cached_property
+    def names(self) -> set[str]:
+        """Names that cameras and lights may not have: those of each other and of materials."""
+        return {str(material.get("name")) for material in self.tree.get("materials", [])}
+
     @cached_property
     def textures(self) -> Textures:
         """Its textures."""
@@ -138,7 +156,7 @@ class _Gltf:
 
 
 def read(path: Path, options: ReadOptions) -> Scene:
-    """Read the meshes that the nodes of a glTF or GLB file show, in the scene's coordinates.
+    """Read the meshes, cameras and lights at the nodes of a glTF or GLB file.
 
     Each node that shows a mesh becomes one or more meshes of the node's name. Buffers and images
     that a file names are looked up beside it.
@@ -178,7 +196,9 @@ def _decode(options: ReadOptions, path: Path, data: bytes, losses: Losses) -> Sc
     meshes = list(_instances(gltf, scene.graph, parts))
     for name in gltf.textures.lost:
         note_loss(losses, "unreadable textures, with grey in their place,", name)
-    return Scene(meshes, name=path.stem)
+    cameras = [read_camera(node) for node in _cameras(gltf, scene.graph)]
+    lights = [read_light(node) for node in _lights(gltf, scene.graph)]
+    return Scene(meshes, lights, cameras[0] if cameras else None, path.stem, cameras)
 
 
 def _split_glb(path: Path, data: bytes) -> tuple[bytes, bytes | None]:
@@ -293,8 +313,8 @@ def _instances(
 ) -> Iterator[Mesh]:
     """Return the meshes of each node in the scene's coordinates, under a name of its own."""
     names: set[str] = set()
-    for index, node in enumerate(gltf.tree.get("nodes", [])):
-        if "mesh" not in node or str(index) not in graph.nodes:
+    for index, node in _placed(gltf, graph):
+        if "mesh" not in node:
             continue
         mesh = gltf.item("meshes", node["mesh"])
         name = str(node.get("name") or mesh.get("name") or "node")
@@ -308,14 +328,35 @@ def _instances(
                 yield build_mesh(gltf.path, move(part, matrix), material, name)
 
 
+def _cameras(gltf: _Gltf, graph: Any) -> Iterator[NodeItem]:
+    for index, node in _placed(gltf, graph):
+        if "camera" in node:
+            yield gltf.node_item(index, gltf.item("cameras", node["camera"]), graph)
+
+
+def _lights(gltf: _Gltf, graph: Any) -> Iterator[NodeItem]:
+    known = (gltf.tree.get("extensions", {}).get(_LIGHTS) or {}).get("lights", [])
+    for index, node in _placed(gltf, graph):
+        light = (node.get("extensions", {}).get(_LIGHTS) or {}).get("light")
+        if light is None:
+            continue
+        if type(light) is not int or not 0 <= light < len(known):
+            raise gltf.error(f"names light {shown(light)}, but has {len(known)}; export it again")
+        yield gltf.node_item(index, known[light], graph)
+
+
+def _placed(gltf: _Gltf, graph: Any) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Return the nodes that belong to the scene, and their numbers."""
+    for index, node in enumerate(gltf.tree.get("nodes", [])):
+        if str(index) in graph.nodes:
+            yield index, node
+
+
 def _note_gltf(gltf: _Gltf) -> None:
-    for kind in ("cameras", "animations", "skins"):
+    for kind in ("animations", "skins"):
         if gltf.tree.get(kind):
             note_loss(gltf.losses, kind)
-    for name in gltf.tree.get("extensions", ()):
-        if name == "KHR_lights_punctual":
-            note_loss(gltf.losses, "lights")
     for node in gltf.tree.get("nodes", []):
         for name in node.get("extensions", ()):
-            if name != "KHR_lights_punctual":
+            if name != _LIGHTS:
                 note_loss(gltf.losses, name)

@@ -57,14 +57,12 @@ def test_flattened_node(read, build):
 def test_chain_of_nodes(read, build):
     build.primitive()
     build.tree["nodes"] = [
-        {"translation": [1, 0, 0], "children": [1], "camera": 0},
+        {"translation": [1, 0, 0], "children": [1]},
         {"scale": [2, 2, 2], "children": [2]},
         {"matrix": [0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 0, 3, 0, 1], "mesh": 0, "name": "leaf"},
         {"mesh": 0, "name": "not in the scene"},
     ]
-    build.tree["cameras"] = [{"type": "orthographic"}]
-    with pytest.warns(SceneWarning, match="not simulated: cameras$"):
-        (mesh,) = read("a.glb", build.glb())
+    (mesh,) = read("a.glb", build.glb())
     assert mesh.name == "leaf"
     np.testing.assert_allclose(mesh.vertices, [[1, 6, 0], [1, 8, 0], [-1, 6, 0]])
 
@@ -146,20 +144,13 @@ def test_what_is_not_simulated_is_named_once(read, build):
     colored = {"COLOR_0": np.ones((3, 4)), "more": {"material": 0, "targets": [{"POSITION": 0}]}}
     build.primitive(**colored).primitive(**colored).primitive(more={"mode": 1})
     build.tree["materials"] = [{"name": "glass", "normalTexture": {"index": 0}}]
-    lights = {"lights": [{"type": "point"}]}
-    build.tree |= {
-        "cameras": [{}],
-        "animations": [{}],
-        "skins": [{}],
-        "images": [{"uri": "none.png"}],
-        "extensions": {"KHR_lights_punctual": lights},
-    }
-    build.tree["nodes"][0]["extensions"] = {"KHR_lights_punctual": {"light": 0}, "EXT_x": {}}
+    build.tree |= {"animations": [{}], "skins": [{}], "images": [{"uri": "none.png"}]}
+    build.tree["nodes"][0]["extensions"] = {"EXT_x": {}}
     with pytest.warns(SceneWarning) as record:
         assert len(read("a.glb", build.glb())) == 2
     (warning,) = record
     assert str(warning.message).endswith(
-        "a.glb: not simulated: cameras; animations; skins; lights; EXT_x; vertex colours; "
+        "a.glb: not simulated: animations; skins; EXT_x; vertex colours; "
         "morph targets; points and lines; normalTexture of 'glass'"
     )
 
