@@ -26,13 +26,16 @@ def falloff(cosines, emitter, cosine):
 
 @jit
 def importance(lights, emitter, point, ns):
-    """Estimate the irradiance at a point from a light of power 1, unless it is occluded."""
-    position, outer = vec.row(lights.position, emitter), lights.cosines[emitter, 1]
+    """Return the irradiance at a point from a light of power 1, unless it is occluded.
+
+    An intensity of 1 has a power of π (2 - cos inner - cos outer): t² (3 - 2t) has a mean of 1/2.
+    """
+    position, cosines = vec.row(lights.position, emitter), lights.cosines
     step = vec.sub(position, point)
     length = math.sqrt(max(vec.dot(step, step), TINY))
-    if -vec.dot(vec.row(lights.axis, emitter), step) <= outer * length:
-        return 0.0
-    return importance_at(position, point, ns) * warp.uniform_cone_pdf(outer)
+    cosine = -vec.dot(vec.row(lights.axis, emitter), step) / length
+    power = math.pi * (2.0 - cosines[emitter, 0] - cosines[emitter, 1])
+    return importance_at(position, point, ns) * falloff(cosines, emitter, cosine) / power
 
 
 @jit
