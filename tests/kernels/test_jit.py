@@ -34,26 +34,6 @@ def pdf_times_pi():
     return warp.cosine_hemisphere_pdf(1.0) * math.pi
 """
 
-THEIRS = """
-import numba
-import numpy as np
-from photonmap.kernels.core.jit import jit, kernel
-
-@jit
-def rounded(x, y):
-    return np.round(x, 1) + y
-
-@kernel
-def ours(x, y):
-    return rounded(x, y)
-
-@numba.njit
-def theirs(x, y):
-    return np.round(x, 1) + y
-
-print(ours(3.11, 1.0), theirs(7.0, 8.0))
-"""
-
 
 def run(code, cwd=ROOT, **environment):
     done = subprocess.run(
@@ -100,13 +80,6 @@ def test_an_edit_of_a_callee_is_noticed(checkout):
         source.read_text().replace("INV_PI = 1.0 / math.pi", "INV_PI = 2.0 / math.pi")
     )
     assert run(code, checkout, **options).split() == ["False", "2.0"]
-
-
-def test_numba_goes_on_in_anyones_code(tmp_path):
-    """NumPy's functions, compiled as parts of a kernel, are linked into other functions too."""
-    (tmp_path / "theirs.py").write_text(THEIRS)
-    options = {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": f"{tmp_path}:{ROOT}"}
-    assert run("import theirs", tmp_path, **options).split() == ["4.1", "15.0"]
 
 
 @pytest.mark.slow
