@@ -30,6 +30,7 @@ from photonmap.io.readers.gltf_parts.textures import Textures
 from photonmap.io.readers.meshes import Part, build_mesh, move
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.wording import listed, shown
+from photonmap.scene.camera import ALL, NOT_IN_FILES
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
@@ -131,13 +132,14 @@ class _Gltf:
     def node_item(self, index: int, item: dict[str, Any], graph: Any) -> NodeItem:
         """Return a camera or a light where a node puts it."""
         wanted = self.item("nodes", index).get("name") or item.get("name") or f"node_{index}"
-        name = unused_name(str(wanted), index, self.names)
+        plain = re.sub(f"[{re.escape(NOT_IN_FILES)}]", "_", str(wanted))
+        name = unused_name(plain, index, self.names)
         return NodeItem(self.path, item, name, graph.get(str(index))[0], self.losses)
 
     @cached_property
     def names(self) -> set[str]:
         """Names that cameras and lights may not have: those of each other and of materials."""
-        return {str(material.get("name")) for material in self.tree.get("materials", [])}
+        return {ALL, *(str(material.get("name")) for material in self.tree.get("materials", []))}
 
     @cached_property
     def textures(self) -> Textures:
@@ -317,10 +319,8 @@ def _instances(
         if "mesh" not in node:
             continue
         mesh = gltf.item("meshes", node["mesh"])
-        name = str(node.get("name") or mesh.get("name") or "node")
-        while name in names:
-            name += f"_{index}"
-        names.add(name)
+        wanted = node.get("name") or mesh.get("name") or "node"
+        name = unused_name(str(wanted), index, names)
         matrix = graph.get(str(index))[0]
         for part, primitive in parts[node["mesh"]]:
             if len(part.faces):

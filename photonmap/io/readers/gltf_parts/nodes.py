@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Losses, note_loss
 from photonmap.runtime.wording import shown
-from photonmap.scene.camera import ALL, NOT_IN_FILES, Camera, check_camera
+from photonmap.scene.camera import Camera, check_camera
 from photonmap.scene.lights import (
     NARROWEST,
     DirectionalLight,
@@ -151,9 +150,9 @@ def read_light(node: NodeItem) -> Light:
 
 
 def unused_name(wanted: str, index: int, used: set[str]) -> str:
-    """Return a node's name, changed if it is used or cannot be part of a file's; enter it."""
-    name = re.sub(f"[{re.escape(NOT_IN_FILES)}]", "_", wanted)
-    while name in used or name == ALL:
+    """Return a node's name, with its index where another has that name; enter it."""
+    name = wanted
+    while name in used:
         name += f"_{index}"
     used.add(name)
     return name
