@@ -37,9 +37,9 @@ def test_what_is_derived():
 def test_identities_that_do_not_hold_are_told():
     result = with_derived(pm.render(pm.scenes.cornell_box(), bands=3, size=(8, 8), passes=2))
     result.buffers["indirect"] = result.indirect * np.float32(1.001)
-    told = list(check_identities(result))
-    assert "radiance is not (emission + direct) + indirect" in told
-    assert "direct + indirect is not reflectance × shading + residual" in told
+    problems = list(check_identities(result))
+    assert "radiance is not (emission + direct) + indirect" in problems
+    assert "direct + indirect is not reflectance × shading + residual" in problems
 
 
 def test_rgb_stands_as_it_is():

@@ -166,9 +166,9 @@ def test_a_set_is_of_one_code(copied, preset, capsys, name):
     )
     shutil.rmtree(dataset.open(copied)[0].folder)
     assert command(copied, preset, "--resume") == 2
-    told = capsys.readouterr().err.splitlines()
-    assert len(told) == 1
-    assert f"{name} other there, {here} here; choose another folder, or restore" in told[0]
+    printed = capsys.readouterr().err.splitlines()
+    assert len(printed) == 1
+    assert f"{name} other there, {here} here; choose another folder, or restore" in printed[0]
     assert len(list(copied.glob("jug-*"))) == 1
 
 
@@ -227,11 +227,11 @@ def test_verify_finds_what_is_wrong(copied, capsys):
     text[2] = json.dumps({**images[2].entry, "passes": images[2].entry["passes"] + 1})
     (copied / "manifest.jsonl").write_text("\n".join(text[:3]) + "\n")
     assert main(["dataset", "verify", str(copied), "--sample", "3"]) == 1
-    told = capsys.readouterr().err
-    assert f"{images[0].name}: missing or changed files: rgb.exr" in told
-    assert f"{images[1].name}: missing or changed files: extra.txt" in told
-    assert f"{images[2].name}: rendered again, these buffers differ: " in told
-    assert f"{images[3].name}: is missing" in told
+    printed = capsys.readouterr().err
+    assert f"{images[0].name}: missing or changed files: rgb.exr" in printed
+    assert f"{images[1].name}: missing or changed files: extra.txt" in printed
+    assert f"{images[2].name}: rendered again, these buffers differ: " in printed
+    assert f"{images[3].name}: is missing" in printed
 
 
 def test_verify_finds_images_of_other_code(copied):
@@ -268,10 +268,10 @@ def test_a_scene_that_fails_is_skipped(tmp_path, capsys):
     path.write_text('files = ["room.obj"]\nilluminations = ["two_mixed", "white"]')
     folder = tmp_path / "set"
     assert main(["dataset", str(folder), "--preset", str(path), *SIZE]) == 1
-    told = capsys.readouterr()
-    assert "photonmap: failed: room-0-two_mixed-" in told.err
-    assert "has one light group" in told.err
-    assert "1 images rendered, 1 failed" in told.out
+    printed = capsys.readouterr()
+    assert "photonmap: failed: room-0-two_mixed-" in printed.err
+    assert "has one light group" in printed.err
+    assert "1 images rendered, 1 failed" in printed.out
     assert [image.entry["job"]["illumination"] for image in dataset.open(folder)] == ["white"]
     assert verify(folder, sample=0)[0].endswith("is missing")
 
@@ -319,9 +319,9 @@ def test_dry_run_lists_and_writes_nothing(tmp_path, preset, capsys):
 def test_bad_input_touches_nothing(made, preset, capsys, more, message):
     before = {path: path.stat().st_mtime_ns for path in made.rglob("*.exr")}
     assert command(made, preset, *more) == 2
-    told = capsys.readouterr().err.splitlines()
-    assert len(told) == 1
-    assert message in told[0]
+    printed = capsys.readouterr().err.splitlines()
+    assert len(printed) == 1
+    assert message in printed[0]
     assert before == {path: path.stat().st_mtime_ns for path in made.rglob("*.exr")}
 
 
@@ -345,18 +345,18 @@ def test_folders_that_are_refused(tmp_path, preset, capsys):
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="no folder that nobody may write to")
 def test_a_folder_that_cannot_be_written_to(preset, capsys):
     assert command("/proc/set", preset) == 2
-    told = capsys.readouterr().err.splitlines()
-    assert len(told) == 1
-    assert "cannot write to the folder /proc" in told[0]
+    printed = capsys.readouterr().err.splitlines()
+    assert len(printed) == 1
+    assert "cannot write to the folder /proc" in printed[0]
 
 
 def test_an_illuminant_file_of_the_wrong_shape(tmp_path, preset, capsys, monkeypatch):
     monkeypatch.setenv(ILLUMINANTS, "")  # the command sets it
     (tmp_path / "lights.csv").write_text("1,2,3\n4\n")
     assert command(tmp_path / "set", preset, "--illuminants", str(tmp_path / "lights.csv")) == 2
-    told = capsys.readouterr().err.splitlines()
-    assert len(told) == 1
-    assert "lights.csv" in told[0]
+    printed = capsys.readouterr().err.splitlines()
+    assert len(printed) == 1
+    assert "lights.csv" in printed[0]
     assert not (tmp_path / "set").exists()
 
 

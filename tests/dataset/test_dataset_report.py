@@ -45,13 +45,13 @@ def statistics_of(direct, indirect, reflectance):
 
 
 def test_statistics_of_a_constant_image():
-    told = statistics_of(3.0, 1.0, 0.52)
-    assert told["direct_share"] == 0.75
-    assert told["valid"] == 1.0
-    assert told["reflectance"][10] == sum(told["reflectance"]) == 48
+    summary = statistics_of(3.0, 1.0, 0.52)
+    assert summary["direct_share"] == 0.75
+    assert summary["valid"] == 1.0
+    assert summary["reflectance"][10] == sum(summary["reflectance"]) == 48
     for name in ("illuminant_red", "illuminant_blue"):
-        assert told[name][6] == sum(told[name]) == 16
-        assert len(told[name]) == BINS
+        assert summary[name][6] == sum(summary[name]) == 16
+        assert len(summary[name]) == BINS
     assert statistics_of(0.0, 0.0, 0.5)["direct_share"] is None
 
 

@@ -1,4 +1,4 @@
-"""The time that is left, told from passes of known pace and noise."""
+"""The time that is left, forecast from passes of known pace and noise."""
 
 import math
 

@@ -39,7 +39,7 @@ def start(*arguments, limits=(), code=None, **environment):
 
 
 def run(*arguments, **options):
-    """Run it to its end: exit code, and the lines it told."""
+    """Run it to its end: exit code, and the lines it printed."""
     process = start(*arguments, **options)
     _, messages = process.communicate(timeout=300)
     return process.returncode, messages.splitlines()

@@ -130,7 +130,7 @@ def judge(code, messages, before, after):
 
 
 def render(scene, output):
-    """Run the command line; return its exit code and what it told."""
+    """Run the command line; return its exit code and what it printed."""
     messages = io.StringIO()
     arguments = [str(scene), "--size", "4x4", "--passes", "1", "--photons", "20", "--threads", "1",
                  "--quiet", "--output", str(output)]  # fmt: skip
@@ -143,7 +143,7 @@ def stop(number, frame):
 
 
 def main(folder, kind, seed, count):
-    """Print a JSON list of findings: place, what is wrong, what was told."""
+    """Print a JSON list of findings: place, what is wrong, what was printed."""
     warnings.simplefilter("default")
     signal.signal(signal.SIGPROF, stop)
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))

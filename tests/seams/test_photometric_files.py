@@ -103,13 +103,13 @@ def test_forms_of_the_same_file(tmp_path, change):
     ids=["0", "0-90", "0-180", "0-360", "90-270"],
 )
 def test_azimuths_follow_by_symmetry(tmp_path, azimuths, level, same_as):
-    """`same_as` says which azimuth of the file tells of one that it may lack."""
+    """`same_as` says which azimuth of the file stands for one that it may lack."""
     text = make(azimuths, [(value, value, 2 * value) for value in level])
     table = read_ies(write(tmp_path, text))
     degrees = np.arange(361.0)
-    told = (degrees >= azimuths[0]) & (degrees <= azimuths[-1])
-    told_by = np.where(told, degrees, same_as(degrees))
-    truth = np.interp(told_by, azimuths, level)
+    is_listed = (degrees >= azimuths[0]) & (degrees <= azimuths[-1])
+    listed_as = np.where(is_listed, degrees, same_as(degrees))
+    truth = np.interp(listed_as, azimuths, level)
     np.testing.assert_allclose(table[90], truth, rtol=1e-6)
     np.testing.assert_allclose(table[180], 2.0 * truth, rtol=1e-6)
     np.testing.assert_array_equal(table[:, 0], table[:, 360])
@@ -152,11 +152,11 @@ def test_bad_files_are_refused_in_one_line(tmp_path, old, new, message):
     path = write(tmp_path, SMALL.replace(old, new, 1))
     with pytest.raises(InputError, match=message) as caught:
         read_ies(path)
-    place, _, told = str(caught.value).partition("lamp.ies")
+    place, _, problem = str(caught.value).partition("lamp.ies")
     assert place == f"{tmp_path}/"
-    assert "\n" not in told
-    assert len(told) < 200
-    assert any(remedy in told for remedy in ("export it again", "give "))
+    assert "\n" not in problem
+    assert len(problem) < 200
+    assert any(remedy in problem for remedy in ("export it again", "give "))
 
 
 @pytest.mark.parametrize("azimuths", [(0, 45), (0, 270), (0, 359), (10, 90), (90, 180)])
