@@ -116,7 +116,7 @@ def test_a_mirror_corridor(method):
 
 @pytest.mark.parametrize("method", ["photon", "path"])
 def test_a_mirror_that_faces_itself(method):
-    """A camera that looks straight at one of two mirrors sees mirrors for ever: a warning says so."""
+    """A camera that looks straight at one of two mirrors is warned: it sees mirrors for ever."""
     camera = pm.Camera((0, 0, 0), (0, 1, 0), (1, 0, 0), fov=1)
     with pytest.warns(pm.SceneWarning, match="more than 256 successive reflections"):
         result = rendered(pm.Scene(walls(MIRROR), [WHITE], camera), method=method)
