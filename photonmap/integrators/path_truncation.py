@@ -10,8 +10,10 @@ from photonmap.kernels.integrators.photon import trace_photons
 
 PILOT = 4096
 """Photons of the pilot."""
-SMALLEST_FRACTION = 1e-5
-"""Of light that may be truncated before a warning is due: less than errors can show."""
+SMALLEST_FRACTION = 1e-4
+"""Of light that may be truncated before a warning is due: less than errors can show.
+
+Total reflection in a room full of glass bottles holds about 3e-5 of the photons for that long."""
 
 
 def truncated_fraction(compiled: CompiledScene, bands: int, bounces: int, key: np.uint64) -> float:

@@ -156,9 +156,9 @@ def textured_box():
 
 
 def assert_methods_agree(
-    scene, passes, paths, names, side=24, allowance=0.01, rel=0.01, **settings
+    scene, passes, paths, names, side=24, allowance=0.01, rel=0.005, **settings
 ):
-    """z-scores of the means of 6 × 6 blocks, and of the whole."""
+    """z-scores of the means of 6 × 6 blocks; the whole mean to `rel` beyond its standard error."""
     photon = pm.render(scene, size=(side, side), passes=passes, seed=3, **settings)
     path = pm.render(scene, size=(side, side), passes=paths, seed=4, method="path", **settings)
     count = side // 6
@@ -173,7 +173,9 @@ def assert_methods_agree(
         scale = allowance * truth.mean()
         z = (ours - truth) / np.sqrt(our_error**2 + error**2 + scale**2 + 1e-12)
         assert np.abs(z).max() < stats.norm.isf(1e-3 / z.size), name
-        assert ours.mean() == pytest.approx(truth.mean(), rel=rel), name
+        spread = np.sqrt((our_error**2 + error**2).sum(axis=(0, 1))).mean() / count**2
+        allowed = stats.norm.isf(5e-4) * spread + rel * truth.mean()
+        assert abs(ours.mean() - truth.mean()) < allowed, name
 
 
 def test_photons_agree_with_paths():
