@@ -19,6 +19,7 @@ if not (Path(__file__).parent / "kernels").is_dir():
 
 if TYPE_CHECKING:
     import photonmap.dataset as dataset
+    import photonmap.evaluate as evaluate
     import photonmap.scenes as scenes
     from photonmap.compile.camera import camera_rays
     from photonmap.errors import InputError, SceneWarning
@@ -87,7 +88,7 @@ _HOMES = {
     "emission": "spectra.color_text",
     "reflectance": "spectra.color_text",
 }
-_PARTS = ("dataset", "scenes")
+_PARTS = ("dataset", "evaluate", "scenes")
 __all__ = [*_HOMES, *_PARTS]
 
 

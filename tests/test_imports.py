@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import connected_components
 LAYERS = [
     {"__main__"},
     {"commands"},
+    {"evaluate"},
     {"dataset", "study", "sensors"},
     {"render"},
     {"settings"},

@@ -1,0 +1,163 @@
+"""The protocol of MPI Sintel: si-MSE, si-LMSE and DSSIM.
+
+Q. Chen and V. Koltun, "A simple model for intrinsic image decomposition with depth cues", ICCV
+2013, section 5, and the code of its evaluation. Values are those of images in [0, 1], so the truth
+should be of that range; the estimate may be of any.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from photonmap.errors import InputError
+from photonmap.evaluate.metrics.arrays import (
+    Floats,
+    Mask,
+    least_squares_factor,
+    paired,
+    round_half_up,
+)
+
+SHARE = 0.1
+"""Side of a window over the longer side of the image."""
+_RADIUS, _SIGMA = 5, 1.5
+"""Of the Gaussian window of SSIM, pixels."""
+_LARGEST_FACTOR, _STEPS = 5.0, tuple(range(2, 11))
+"""Of the search for the factor of greatest SSIM: its limit, and the powers of ½ it is moved by."""
+
+
+def si_mse(truth: Any, estimate: Any, mask: Any = None) -> float:
+    """Return mean (c − a e)² over valid pixels and bands, a = Σ c e / Σ e².
+
+    Parameters
+    ----------
+    truth, estimate : (H, W) or (H, W, C)
+    mask : (H, W) bool, of the pixels that count; None for all
+
+    Raises
+    ------
+    InputError : as `arrays.paired` says
+    """
+    pair = paired(truth, estimate, mask)
+    return _scaled_error(pair.truth, pair.estimate) / (pair.mask.sum() * pair.truth.shape[2])
+
+
+def si_lmse(truth: Any, estimate: Any, mask: Any = None) -> float:
+    """Return the mean of si-MSE over windows: the LMSE of the Sintel protocol.
+
+    Windows are a tenth of the longer side wide and half of that apart. Unlike those of `lmse`, they
+    are cut off at the right and at the bottom, count alike whatever their brightness, and are not
+    divided by the truth. Windows without a valid pixel are left out.
+
+    Parameters
+    ----------
+    truth, estimate, mask : as for `si_mse`
+
+    Raises
+    ------
+    InputError : the image is so small that windows have no side, or as `arrays.paired` says
+    """
+    pair = paired(truth, estimate, mask)
+    side = round_half_up(SHARE * max(pair.truth.shape))
+    if side < 1:
+        raise InputError("windows of a tenth of the image have no side; take 5 pixels or more")
+    count = pair.truth.shape[2]
+    errors = []
+    for rows, columns in _windows(pair.mask, side):
+        pixels = int(pair.mask[rows, columns].sum())
+        if pixels:
+            error = _scaled_error(pair.truth[rows, columns], pair.estimate[rows, columns])
+            errors.append(error / (pixels * count))
+    return float(np.mean(errors))
+
+
+def _windows(mask: Mask, side: int) -> Iterator[tuple[slice, slice]]:
+    """Yield the rows and columns of windows."""
+    step = round_half_up(side / 2.0)
+    height, width = mask.shape
+    for top in range(0, height - step, step):
+        for left in range(0, width - step, step):
+            yield slice(top, top + side), slice(left, left + side)
+
+
+def _scaled_error(truth: Floats, estimate: Floats) -> float:
+    """Return Σ (c − a e)² for the best a."""
+    difference = truth - least_squares_factor(truth, estimate) * estimate
+    return float((difference * difference).sum())
+
+
+def dssim(truth: Any, estimate: Any, mask: Any = None, peak: float = 1.0) -> float:
+    """Return (1 − SSIM) / 2 for the factor that the protocol finds, SSIM being the mean over bands.
+
+    The factor starts as that of least squares and is moved in steps of ±¼ to ±1/1024, within 0 and
+    5, as long as SSIM grows. SSIM is that of Z. Wang, A. C. Bovik, H. R. Sheikh and E. P.
+    Simoncelli, "Image quality assessment", IEEE TIP 13(4), 2004: Gaussian windows of 11×11 pixels,
+    σ = 1.5, K = (0.01, 0.03). Only windows that are wholly valid count.
+
+    Parameters
+    ----------
+    truth, estimate, mask : as for `si_mse`
+    peak : the largest value that the truth's range allows
+
+    Raises
+    ------
+    InputError : no window of 11×11 pixels is valid, or as `arrays.paired` says
+    """
+    pair = paired(truth, estimate, mask)
+    similarity = _Similarity(pair.truth, pair.estimate, _whole_windows(pair.mask), peak)
+    factor = least_squares_factor(pair.truth, pair.estimate)
+    best = similarity.at(factor)
+    for power in _STEPS:
+        for step in (-(0.5**power), 0.5**power):
+            while 0.0 < factor + step < _LARGEST_FACTOR:
+                moved = similarity.at(factor + step)
+                if moved <= best:
+                    break
+                factor, best = factor + step, moved
+    return (1.0 - best) / 2.0
+
+
+class _Similarity:
+    """SSIM of a truth and multiples of an estimate, (H, W, C) each, at the centres of windows."""
+
+    def __init__(self, truth: Floats, estimate: Floats, centres: Mask, peak: float) -> None:
+        def mean(image: Floats) -> Floats:
+            return _blur(image)[centres]
+
+        self._truth, self._estimate = mean(truth), mean(estimate)
+        self._truth_variance = mean(truth * truth) - self._truth**2
+        self._variance = mean(estimate * estimate) - self._estimate**2
+        self._covariance = mean(truth * estimate) - self._truth * self._estimate
+        self._c1, self._c2 = (0.01 * peak) ** 2, (0.03 * peak) ** 2
+
+    def at(self, factor: float) -> float:
+        """Return the mean SSIM over windows and bands of the estimate times a factor."""
+        estimate = factor * self._estimate
+        means = (2.0 * self._truth * estimate + self._c1) / (
+            self._truth**2 + estimate**2 + self._c1
+        )
+        spreads = (2.0 * factor * self._covariance + self._c2) / (
+            self._truth_variance + factor**2 * self._variance + self._c2
+        )
+        return float((means * spreads).mean())
+
+
+def _blur(image: Floats) -> Floats:
+    """Return the Gaussian means around each pixel of (H, W, C)."""
+    from scipy.ndimage import gaussian_filter
+
+    return gaussian_filter(image, _SIGMA, axes=(0, 1), radius=_RADIUS, mode="constant")
+
+
+def _whole_windows(mask: Mask) -> Mask:
+    """Return the pixels whose windows are wholly valid, and within the image."""
+    from scipy.ndimage import minimum_filter
+
+    side = 2 * _RADIUS + 1
+    whole = minimum_filter(mask, size=side, mode="constant", cval=False)
+    if not whole.any():
+        raise InputError(f"no window of {side}×{side} pixels is wholly valid; take larger images")
+    return whole
