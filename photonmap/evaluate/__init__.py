@@ -4,6 +4,9 @@
 >>> evaluate.lmse(truth, estimate, mask)
 """
 
+from photonmap.evaluate.intervals import Interval, paired_test, scene_interval, truth_interval
+from photonmap.evaluate.methods.method import Estimate, Method, View
+from photonmap.evaluate.methods.registry import find_method, method_names
 from photonmap.evaluate.metrics.albedo import (
     albedo_chromaticity,
     albedo_intensity,
@@ -22,7 +25,11 @@ from photonmap.evaluate.metrics.whdr import OrdinalPairs, ordinal_pairs, whdr
 
 __all__ = [
     "AngularSummary",
+    "Estimate",
+    "Interval",
+    "Method",
     "OrdinalPairs",
+    "View",
     "albedo_chromaticity",
     "albedo_intensity",
     "albedo_texture",
@@ -30,11 +37,16 @@ __all__ = [
     "angular_error_map",
     "delta_e",
     "dssim",
+    "find_method",
     "lmse",
     "lmse_mit",
+    "method_names",
     "ordinal_pairs",
+    "paired_test",
+    "scene_interval",
     "si_lmse",
     "si_mse",
     "summarise_angles",
+    "truth_interval",
     "whdr",
 ]

@@ -1,0 +1,1 @@
+"""The bench: what a data set gives to methods, how their estimates are scored and summed up."""

@@ -1,0 +1,1 @@
+"""Baseline methods, one file each: decomposition into reflectance and shading, and illuminants."""

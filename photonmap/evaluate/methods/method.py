@@ -1,0 +1,76 @@
+"""What a method is: from a view of a scene to an estimate of its layers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from photonmap.evaluate.metrics.arrays import Floats, Mask, to_grey
+
+FLOOR = 3.0 / 257.0
+"""Values that logarithms raise darker ones to; white is about 1. In Grosse et al.'s code, it is 3
+where 16-bit images go up to 257."""
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """What a method gets.
+
+    Parameters
+    ----------
+    name : of the image
+    image : (H, W, C) float64, linear; its grey values have their 99th percentile at 1, and
+        projection to RGB may have made some negative
+    mask : (H, W) bool, of the pixels that will be compared
+    relit : the same view in each light there is, this one included; nan where they are not valid
+    """
+
+    name: str
+    image: Floats
+    mask: Mask
+    relit: tuple[Floats, ...] = ()
+
+    @property
+    def grey(self) -> Floats:
+        """The mean over bands, at least `FLOOR`: (H, W)."""
+        return np.maximum(to_grey(self.image), FLOOR)
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """What a method finds; None for what it does not estimate. Scales do not matter.
+
+    Parameters
+    ----------
+    reflectance, shading : (H, W, C) or (H, W), linear
+    illuminant : colour of the light, (C,), or of each pixel's, (H, W, C)
+    """
+
+    reflectance: Floats | None = None
+    shading: Floats | None = None
+    illuminant: Floats | None = None
+
+
+@dataclass(frozen=True)
+class Method:
+    """A method by name.
+
+    Parameters
+    ----------
+    name : on the command line and in tables
+    estimate : from a `View`, and its settings as keywords, to an `Estimate`
+    defaults : the settings, where there are no others
+    grid : settings among which each scene's are chosen by the LMSE of all other scenes
+    """
+
+    name: str
+    estimate: Callable[..., Estimate]
+    defaults: Mapping[str, float] = field(default_factory=dict)
+    grid: tuple[Mapping[str, float], ...] = ()
+
+
+def with_grey_shading(view: View, shading: Floats) -> Estimate:
+    """Return a grey shading (H, W), and the image over it as reflectance."""
+    return Estimate(view.image / shading[..., None], shading)

@@ -1,0 +1,90 @@
+"""The image whose differences between neighbours are closest to given ones."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.evaluate.metrics.arrays import Floats, Mask
+
+
+def differences(image: Floats) -> tuple[Floats, Floats]:
+    """Return the differences to the next pixel, downwards (H − 1, W, …) and right (H, W − 1, …)."""
+    return np.diff(image, axis=0), np.diff(image, axis=1)
+
+
+def integrate(down: Floats, right: Floats, mask: Mask) -> Floats:
+    """Return the image that minimises the squared residuals of its differences within a mask.
+
+    It is determined up to a constant for each connected part of the mask, of 4-neighbours; the mean
+    of each part is 0.
+
+    Parameters
+    ----------
+    down, right : as `differences` returns them
+    mask : (H, W) bool, of the pixels that are solved for
+
+    Returns
+    -------
+    (H, W) float64, 0 outside of the mask
+    """
+    system = _system(mask.tobytes(), mask.shape)
+    wanted = np.concatenate([down[mask[:-1] & mask[1:]], right[mask[:, :-1] & mask[:, 1:]]])
+    values = system.factors.solve(system.incidence.T @ wanted)
+    means = np.bincount(system.parts, values) / np.bincount(system.parts)
+    image = np.zeros(mask.shape)
+    image[mask] = values - means[system.parts]
+    return image
+
+
+class _System(NamedTuple):
+    """The normal equations of a mask."""
+
+    factors: Any
+    """of the Laplacian, with one pixel of each part held at 0"""
+    incidence: Any
+    """(edges, pixels) sparse, −1 and 1"""
+    parts: NDArray[np.int64]
+    """(pixels,) connected part of each"""
+
+
+@lru_cache(maxsize=2)
+def _system(mask_bytes: bytes, shape: tuple[int, int]) -> _System:
+    """Factorise the equations of a mask once for many right-hand sides.
+
+    To hold a pixel at 0 is to add 1 to its diagonal: within a part, the equations add up to 0, so
+    that this one says it is 0.
+    """
+    from scipy.sparse import csc_array, diags_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.sparse.linalg import splu
+
+    mask = np.frombuffer(mask_bytes, bool).reshape(shape)
+    number = np.cumsum(mask).reshape(shape) - 1
+    pairs = [
+        np.stack([first[both], second[both]])
+        for first, second, both in (
+            (number[:-1], number[1:], mask[:-1] & mask[1:]),
+            (number[:, :-1], number[:, 1:], mask[:, :-1] & mask[:, 1:]),
+        )
+    ]
+    ends = np.concatenate(pairs, axis=1)
+    edges, pixels = ends.shape[1], int(mask.sum())
+    rows = np.tile(np.arange(edges), 2)
+    signs = np.repeat([-1.0, 1.0], edges)
+    incidence = csc_array((signs, (rows, ends.ravel())), shape=(edges, pixels))
+    laplacian = incidence.T @ incidence
+    _, parts = connected_components(laplacian, directed=False)
+    held = np.zeros(pixels)
+    held[np.unique(parts, return_index=True)[1]] = 1.0
+    matrix = csc_array(laplacian + diags_array(held))
+    factors = splu(
+        matrix,
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    return _System(factors, incidence, parts.astype(np.int64))
