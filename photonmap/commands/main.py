@@ -15,7 +15,7 @@ BAD_INPUT, INTERRUPTED = 2, 130
 
 DEFAULT = "render"
 """The command where the first argument names none."""
-COMMANDS = ("dataset", "merge", "sensors", "split", "study")
+COMMANDS = ("dataset", "evaluate", "merge", "sensors", "split", "study")
 """The other commands: each a module here with HELP, add_arguments and run, which returns an exit
 code, or None for 0."""
 
@@ -32,7 +32,8 @@ def main(arguments: list[str] | None = None) -> int:
 
     Returns
     -------
-    0; 1 where part of a data set failed; 2 for bad input; 130 for Ctrl-C before the first pass
+    0; 1 where part of a data set or an evaluation failed; 2 for bad input; 130 for Ctrl-C before
+    the first pass
     """
     warnings.showwarning = _show_warning
     try:

@@ -4,6 +4,10 @@
 >>> evaluate.lmse(truth, estimate, mask)
 """
 
+from photonmap.evaluate.bench.metric_list import METRICS
+from photonmap.evaluate.bench.predictions import predictions
+from photonmap.evaluate.bench.run import evaluate_dataset
+from photonmap.evaluate.bench.scores import Evaluation
 from photonmap.evaluate.intervals import Interval, paired_test, scene_interval, truth_interval
 from photonmap.evaluate.methods.method import Estimate, Method, View
 from photonmap.evaluate.methods.registry import find_method, method_names
@@ -24,8 +28,10 @@ from photonmap.evaluate.metrics.sintel import dssim, si_lmse, si_mse
 from photonmap.evaluate.metrics.whdr import OrdinalPairs, ordinal_pairs, whdr
 
 __all__ = [
+    "METRICS",
     "AngularSummary",
     "Estimate",
+    "Evaluation",
     "Interval",
     "Method",
     "OrdinalPairs",
@@ -37,12 +43,14 @@ __all__ = [
     "angular_error_map",
     "delta_e",
     "dssim",
+    "evaluate_dataset",
     "find_method",
     "lmse",
     "lmse_mit",
     "method_names",
     "ordinal_pairs",
     "paired_test",
+    "predictions",
     "scene_interval",
     "si_lmse",
     "si_mse",

@@ -55,7 +55,7 @@ def scene_interval(
     """Return the bootstrap interval of a statistic of all scores when scenes are drawn anew.
 
     The percentile interval of B. Efron and R. J. Tibshirani, "An Introduction to the Bootstrap",
-    1993, section 13.3, of clusters. It is too narrow for fewer than ten scenes or so.
+    1993, chapter 13, of clusters. It is too narrow for fewer than ten scenes or so.
 
     Parameters
     ----------
@@ -73,14 +73,20 @@ def scene_interval(
     if len(groups) < 2:
         return None
 
+    sums, counts = (np.array([each(group) for group in groups]) for each in (np.sum, np.size))
+
+    def means(numbers: Any, axis: int = -1) -> Any:
+        return sums[numbers].sum(axis=axis) / counts[numbers].sum(axis=axis)
+
     def of_scenes(numbers: Any) -> float:
         return statistic(np.concatenate([groups[int(number)] for number in numbers]))
 
+    is_mean = statistic is mean
     found = bootstrap(
         (np.arange(len(groups)),),
-        of_scenes,
+        means if is_mean else of_scenes,
         n_resamples=RESAMPLES,
-        vectorized=False,
+        vectorized=is_mean,
         confidence_level=level,
         method="percentile",
         rng=np.random.Generator(np.random.PCG64(seed)),

@@ -5,10 +5,13 @@ import re
 
 import numpy as np
 import pytest
+from helpers.layered_sets import write_set
 from helpers.source import ROOT
 
 import photonmap as pm
 from photonmap.commands import main
+from photonmap.evaluate.bench.metric_list import METRICS
+from photonmap.evaluate.methods.registry import BUILT_IN
 
 PAGES = sorted(
     path for folder in (ROOT, ROOT / "docs", ROOT / "kernels") for path in folder.glob("*.md")
@@ -168,6 +171,44 @@ def test_scene_files_load(extending, tmp_path, page):
 def test_snippets_of_spectra(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run_page(docs("spectra.md"), {"pm": pm})
+
+
+@pytest.fixture
+def data_set(tmp_path, monkeypatch):
+    """A data set OUT and predictions my_network in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "OUT").mkdir()
+    (tmp_path / "my_network").mkdir()
+    for name, layers in write_set(tmp_path / "OUT").items():
+        np.savez(tmp_path / "my_network" / f"{name}.npz", shading=layers.shading[..., :3])
+    return tmp_path
+
+
+def test_snippets_of_evaluation(data_set, capsys):
+    names = run_page(docs("evaluation.md"))
+    assert [method.name for method in names["found"].methods] == ["square-root", "constant-shading"]
+    assert capsys.readouterr().out.startswith("square-root lmse reflectance 0.")
+
+
+def test_commands_of_evaluation(data_set):
+    text = docs("evaluation.md").read_text(encoding="utf-8")
+    commands = re.findall(r"^    python -m photonmap (evaluate OUT --.*)$", text, re.M)
+    assert len(commands) == 2
+    for command in commands:
+        assert main.main([*command.split(), "--quiet"]) == 0
+    for folder in ("OUT-evaluation", "my_network-report"):
+        for name in ("report.html", "summary.csv", "scores.csv", "table.tex"):
+            assert (data_set / folder / name).is_file()
+            assert f"`{name}`" in text
+
+
+def test_tables_of_evaluation():
+    """Every metric and method is there, under its name, and metrics of the right layers."""
+    text = docs("evaluation.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `([a-z-]+)` \| ([a-z, ]+) \| ", text, re.M)
+    assert dict(rows) == {name: ", ".join(metric.layers) for name, metric in METRICS.items()}
+    for name in BUILT_IN:
+        assert f"`{name}`" in text.partition("## Methods")[2].partition("## Predictions")[0]
 
 
 def test_snippet_of_the_readme(tmp_path, monkeypatch):

@@ -44,6 +44,12 @@ def test_interval_holds_the_mean_as_often_as_stated(monkeypatch):
     assert low <= held <= high
 
 
+def test_means_in_one_go_are_those_one_by_one():
+    groups = [np.arange(1.0 + number) for number in range(6)]
+    at_once = intervals.scene_interval(groups)
+    assert at_once == pytest.approx(intervals.scene_interval(groups, lambda v: float(v.mean())))
+
+
 def test_statistic_other_than_the_mean():
     groups = [np.array([float(i)]) for i in range(9)]
     found = intervals.scene_interval(groups, lambda values: float(np.max(values)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -32,8 +31,7 @@ class Truth:
     scene : of the image, whatever the light
     radiance : what a camera sees; its grey values have their 99th percentile at 1
     reflectance : of a perfect diffuser 1
-    shading : its grey values have their 99th percentile at 1
-    illuminant : the colour of the light, 0 where none arrives
+    shading : its grey values have their 99th percentile at 1; its colour is that of the light
     regions : (H, W) int, number of the material, 0 for none
     mask : (H, W) bool, valid pixels
     errors : standard errors of reflectance and shading by name, of bands projected like the values;
@@ -45,7 +43,6 @@ class Truth:
     radiance: Floats
     reflectance: Floats
     shading: Floats
-    illuminant: Floats
     regions: NDArray[Any]
     mask: Mask
     errors: dict[str, Floats]
@@ -62,11 +59,6 @@ class Truth:
             reflectance=self.reflectance + noise["reflectance"] * self.errors["reflectance"],
             shading=self.shading + noise["shading"] * self.errors["shading"],
         )
-
-    @property
-    def light(self) -> Floats:
-        """The colour of all light on valid pixels, (C,)."""
-        return self.shading[self.mask].sum(axis=0)
 
 
 def load_truth(image: Image, space: str) -> Truth:
@@ -86,7 +78,7 @@ def load_truth(image: Image, space: str) -> Truth:
         raise InputError("has no valid pixel; leave it out", image.folder)
     values = {
         name: np.asarray(arrays[name], np.float64)
-        for name in ("radiance", "reflectance", "shading", "illuminant")
+        for name in ("radiance", "reflectance", "shading")
     }
     if bad := [name for name, array in values.items() if not np.isfinite(array[mask]).all()]:
         raise InputError(f"{bad[0]} has NaN or infinity; render it again", image.folder)
@@ -98,11 +90,6 @@ def load_truth(image: Image, space: str) -> Truth:
         errors["shading"] = errors["shading"] / brightness
     regions = np.asarray(image["material_id"]).astype(np.int64)
     return Truth(image.name, image.geometry, **values, regions=regions, mask=mask, errors=errors)
-
-
-def common_mask(truths: Sequence[Truth]) -> Mask:
-    """Return the pixels that are valid in all of several images."""
-    return np.logical_and.reduce([truth.mask for truth in truths])
 
 
 def _white(image: Floats, mask: Mask) -> float:

@@ -1,7 +1,7 @@
 """Colour Retinex: differences in brightness or in colour that are large are reflectance.
 
 Grosse, Johnson, Adelson and Freeman, "Ground truth dataset and baseline evaluations for intrinsic
-image algorithms", ICCV 2009, section 5. Differences i_x of log I, a vector over bands, are
+image algorithms", ICCV 2009. Differences i_x of log I, a vector over bands, are
 projected onto the direction of equal bands (brightness, br) and onto its complement (chromaticity,
 chr). With i the log of the grey image, those of log reflectance are
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from photonmap.evaluate.methods.method import FLOOR, Estimate, Method, View, with_grey_shading
 from photonmap.evaluate.methods.poisson import differences, integrate
-from photonmap.evaluate.metrics.arrays import Floats
+from photonmap.evaluate.metrics.arrays import Floats, Mask
 
 
 def estimate(view: View, grey: float, color: float) -> Estimate:
@@ -30,7 +30,7 @@ def estimate(view: View, grey: float, color: float) -> Estimate:
     return with_grey_shading(view, view.grey / reflectance)
 
 
-def _is_reflectance(bands: Floats, grey: float, color: float) -> Floats:
+def _is_reflectance(bands: Floats, grey: float, color: float) -> Mask:
     """Return where differences (H, W, C) exceed a threshold."""
     brightness = bands.mean(axis=-1)
     chromaticity = np.linalg.norm(bands - brightness[..., None], axis=-1)

@@ -1,7 +1,7 @@
 """The baseline that all of an image is shading.
 
 Grosse, Johnson, Adelson and Freeman, "Ground truth dataset and baseline evaluations for intrinsic
-image algorithms", ICCV 2009, section 5: R = 1, S = I.
+image algorithms", ICCV 2009: R = 1, S = I.
 """
 
 from __future__ import annotations

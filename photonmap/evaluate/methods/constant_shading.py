@@ -1,7 +1,7 @@
 """The baseline that all of an image is reflectance.
 
 Grosse, Johnson, Adelson and Freeman, "Ground truth dataset and baseline evaluations for intrinsic
-image algorithms", ICCV 2009, section 5: R = I, S = 1.
+image algorithms", ICCV 2009: R = I, S = 1.
 """
 
 from __future__ import annotations

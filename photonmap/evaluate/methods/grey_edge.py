@@ -1,7 +1,7 @@
 """The illuminant by the assumption that differences in a scene are grey on average.
 
-J. van de Weijer, T. Gevers and A. Gijsenij, "Edge-based color constancy", IEEE TIP 16(9), 2007,
-equation 13 with n = 1; p = 5 and σ = 2 pixels are those of the code they released.
+J. van de Weijer, T. Gevers and A. Gijsenij, "Edge-based color constancy", IEEE TIP 16(9), 2007:
+n = 1, with the p = 5 and σ = 2 pixels of the code they released.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The illuminant from Minkowski norms of an image or its derivatives, common to four methods.
 
-J. van de Weijer, T. Gevers and A. Gijsenij, "Edge-based color constancy", IEEE TIP 16(9), 2007,
-equation 13:
+J. van de Weijer, T. Gevers and A. Gijsenij, "Edge-based color constancy", IEEE TIP 16(9), 2007:
 
     (∫ |∂ⁿ f_σ / ∂xⁿ|^p dx)^(1/p) = k e
 
@@ -16,7 +15,7 @@ import math
 import numpy as np
 
 from photonmap.evaluate.methods.method import Estimate, View
-from photonmap.evaluate.metrics.arrays import Floats
+from photonmap.evaluate.metrics.arrays import Floats, Mask
 
 
 def illuminant(view: View, norm: float, sigma: float = 0.0, order: int = 0) -> Estimate:
@@ -36,7 +35,7 @@ def illuminant(view: View, norm: float, sigma: float = 0.0, order: int = 0) -> E
     return Estimate(illuminant=largest * np.mean(scaled**norm, axis=0) ** (1.0 / norm))
 
 
-def _filled(values: Floats, mask: np.ndarray, sigma: float) -> Floats:
+def _filled(values: Floats, mask: Mask, sigma: float) -> Floats:
     """Return an image whose invalid pixels have the Gaussian mean of valid ones around them."""
     if mask.all():
         return values

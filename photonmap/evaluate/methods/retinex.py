@@ -1,7 +1,7 @@
 """Retinex on grey values: large differences are reflectance, small ones shading.
 
 Grosse, Johnson, Adelson and Freeman, "Ground truth dataset and baseline evaluations for intrinsic
-image algorithms", ICCV 2009, section 5, after B. K. P. Horn, "Determining lightness from an image",
+image algorithms", ICCV 2009, after B. K. P. Horn, "Determining lightness from an image",
 1974. With i = log I, the differences of log reflectance r are
 
     r_x = i_x where |i_x| > T, else 0

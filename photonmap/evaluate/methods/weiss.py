@@ -6,8 +6,8 @@ reflectance is the median over images t,
 
     r_n = median_t (i(t) ∗ f_n)
 
-(equation 7), and r is the least-squares solution of r ∗ f_n = r_n (equations 8 and 9, where it is
-written by the reversed filters). s(t) = i(t) − r. As in Grosse et al. 2009, on grey values.
+the maximum-likelihood estimate, and r is the least-squares solution of r ∗ f_n = r_n, which the
+paper writes by the reversed filters. s(t) = i(t) − r. As in Grosse et al. 2009, on grey values.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from photonmap.errors import InputError
 from photonmap.evaluate.methods.method import FLOOR, Estimate, Method, View, with_grey_shading
 from photonmap.evaluate.methods.poisson import differences, integrate
-from photonmap.evaluate.metrics.arrays import to_grey
+from photonmap.evaluate.metrics.arrays import Floats, to_grey
 
 LEAST_LIGHTS = 2
 """Least number of images of a view."""
@@ -38,10 +38,10 @@ def estimate(view: View) -> Estimate:
     return with_grey_shading(view, view.grey / reflectance)
 
 
-def _median(filtered: np.ndarray) -> np.ndarray:
+def _median(filtered: Floats) -> Floats:
     """Return the median over images that are valid, 0 where none is."""
     known = np.where(np.isnan(filtered).all(axis=0), 0.0, filtered)
-    return np.nanmedian(known, axis=0)
+    return np.asarray(np.nanmedian(known, axis=0))
 
 
 METHOD = Method("weiss", estimate)

@@ -1,7 +1,7 @@
 """The illuminant by the assumption that the brightest value of each band is white.
 
 E. H. Land and J. J. McCann, "Lightness and Retinex theory", JOSA 61(1), 1971, in the form of van de
-Weijer et al. 2007, equation 5: max f = k e.
+Weijer et al. 2007: max f = k e.
 """
 
 from __future__ import annotations

@@ -59,7 +59,8 @@ def albedo_intensity(truth: Any, estimate: Any, regions: Any, mask: Any = None) 
 def albedo_chromaticity(truth: Any, estimate: Any, regions: Any, mask: Any = None) -> float:
     """Return the mean ΔE2000 of regions' mean colours after a factor for each, over their pixels.
 
-    The factor makes mean grey values of a region equal, so that only its colour counts.
+    The factor makes mean grey values of a region equal, so that only its colour counts. Colours out
+    of gamut stay as they are; MAW clips them.
 
     Parameters
     ----------

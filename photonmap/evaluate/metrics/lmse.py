@@ -1,7 +1,7 @@
 """LMSE: squared error in windows, each with a factor of its own, relative to that of black.
 
 R. Grosse, M. K. Johnson, E. H. Adelson and W. T. Freeman, "Ground truth dataset and baseline
-evaluations for intrinsic image algorithms", ICCV 2009, section 4.
+evaluations for intrinsic image algorithms", ICCV 2009.
 """
 
 from __future__ import annotations

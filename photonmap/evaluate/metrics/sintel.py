@@ -1,7 +1,7 @@
 """The protocol of MPI Sintel: si-MSE, si-LMSE and DSSIM.
 
 Q. Chen and V. Koltun, "A simple model for intrinsic image decomposition with depth cues", ICCV
-2013, section 5, and the code of its evaluation. Values are those of images in [0, 1], so the truth
+2013, and the code of its evaluation. Values are those of images in [0, 1], so the truth
 should be of that range; the estimate may be of any.
 """
 

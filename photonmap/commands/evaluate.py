@@ -1,0 +1,170 @@
+"""The command `python -m photonmap evaluate`: score methods or predictions on a data set."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from photonmap.commands.arguments import reader
+from photonmap.commands.options import add_quiet
+from photonmap.errors import InputError
+from photonmap.evaluate.bench.metric_list import METRICS
+from photonmap.evaluate.bench.predictions import ENCODINGS
+from photonmap.evaluate.bench.run import DRAWS
+from photonmap.evaluate.bench.truth import SPACES
+from photonmap.evaluate.methods.registry import BUILT_IN
+from photonmap.runtime.options import read_list
+
+if TYPE_CHECKING:
+    from photonmap.evaluate.bench.scores import Evaluation
+    from photonmap.evaluate.methods.method import Method
+
+HELP = "Score intrinsic-image methods, or predictions made elsewhere, on a data set of photonmap."
+
+_FAILED = 1
+"""Exit code if a method failed on an image."""
+_NAMED = 4
+"""Largest number of failed images that one line names."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("dataset", metavar="DATASET", help="folder of a finished data set")
+    what = parser.add_argument_group("what is scored")
+    what.add_argument(
+        "--method",
+        type=read_list,
+        metavar="NAMES",
+        help=f"methods, separated by commas: {', '.join(BUILT_IN)}, and those that installed "
+        "packages add (default: all, or with --predictions none)",
+    )
+    what.add_argument(
+        "--predictions",
+        action="append",
+        default=[],
+        metavar="FOLDER",
+        help="folder with IMAGE/reflectance.png, IMAGE/shading.exr and so on, or IMAGE.npz; may be "
+        "given again",
+    )
+    what.add_argument(
+        "--png",
+        choices=ENCODINGS,
+        default=ENCODINGS[0],
+        help="what the values of PNG predictions are (default: srgb)",
+    )
+    _add_how(parser)
+    parser.add_argument_group("files").add_argument(
+        "--output",
+        metavar="FOLDER",
+        help="where to write the report (default: the data set's name and -evaluation, in the "
+        "current folder)",
+    )
+    add_quiet(parser)
+
+
+def _add_how(parser: argparse.ArgumentParser) -> None:
+    """Add the options that decide how estimates are scored."""
+    how = parser.add_argument_group("how")
+    how.add_argument(
+        "--metrics",
+        type=read_list,
+        metavar="NAMES",
+        help=f"metrics, separated by commas: {', '.join(METRICS)} (default: all that apply)",
+    )
+    how.add_argument(
+        "--space",
+        choices=SPACES,
+        default=SPACES[0],
+        help="compare in linear sRGB, or in the bands of the data set (default: rgb)",
+    )
+    how.add_argument(
+        "--draws",
+        type=reader(int),
+        default=DRAWS,
+        metavar="N",
+        help="number of times that the truth's own noise is drawn for intervals; 0 for none "
+        f"(default: {DRAWS})",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Score, print tables and write the report; return 1 if a method failed on an image, else 0.
+
+    Raises
+    ------
+    InputError
+        if an option is not permitted, the data set is not finished, or nothing could be scored
+    """
+    from photonmap.evaluate.bench.run import evaluate_dataset
+    from photonmap.evaluate.report.files import write_report
+    from photonmap.evaluate.report.gallery import Gallery
+    from photonmap.evaluate.report.page import check_jinja
+    from photonmap.evaluate.report.tables import as_text
+    from photonmap.runtime.file_checks import check_output_folder
+
+    check_jinja()
+    name = Path(options.dataset).resolve().name
+    folder = check_output_folder(options.output or f"{name}-evaluation", "the report")
+    if folder.resolve() == Path(options.dataset).resolve():
+        raise InputError("the data set has a report of its own; choose another --output", folder)
+    gallery = Gallery()
+    evaluation = evaluate_dataset(
+        options.dataset,
+        _methods(options),
+        options.metrics,
+        options.space,
+        options.draws,
+        (lambda line: None) if options.quiet else _print_progress,
+        gallery.keep,
+    )
+    summaries = evaluation.summaries()
+    notes = [_PNG_NOTES[options.png]] if options.predictions else []
+    write_report(folder, evaluation, summaries, gallery, notes)
+    _report_failures(evaluation)
+    if not options.quiet:
+        print(as_text(evaluation, summaries))
+        for note in notes:
+            print(note)
+        print(folder / "report.html")
+    return _FAILED if evaluation.failed else 0
+
+
+_PNG_NOTES = {
+    "srgb": "Predictions in PNG files were read as sRGB; --png linear reads them as linear.",
+    "linear": "Predictions in PNG files were read as linear; --png srgb reads them as sRGB.",
+}
+
+
+def _methods(options: argparse.Namespace) -> list[str | Method]:
+    """Return the methods and predictions that were asked for.
+
+    Raises
+    ------
+    InputError
+        if there is no such folder
+    """
+    from photonmap.dataset.files.manifest import read_head
+    from photonmap.evaluate.bench.predictions import predictions
+    from photonmap.evaluate.methods.registry import method_names
+
+    if not options.predictions:
+        return list(options.method or method_names())
+    images = read_head(options.dataset)["images"]
+    read = [predictions(folder, images, options.png) for folder in options.predictions]
+    return [*(options.method or ()), *read]
+
+
+def _print_progress(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def _report_failures(evaluation: Evaluation) -> None:
+    """Print each reason why a method failed, with some of the images."""
+    for method in evaluation.methods:
+        for reason in dict.fromkeys(method.failures.values()):
+            images = [image for image, why in method.failures.items() if why == reason]
+            more = f" and {len(images) - _NAMED} more" if len(images) > _NAMED else ""
+            named = ", ".join(images[:_NAMED])
+            print(f"photonmap: failed: {method.name}: {named}{more}: {reason}", file=sys.stderr)

@@ -1,0 +1,155 @@
+"""The scores of methods on a data set, and what they come to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from photonmap.evaluate.bench.measure import Column, Measured
+from photonmap.evaluate.bench.metric_list import MEAN_LAYER, METRICS, ORDER, figure
+from photonmap.evaluate.intervals import (
+    Interval,
+    group_by_scene,
+    paired_test,
+    scene_interval,
+    truth_interval,
+)
+from photonmap.evaluate.metrics.arrays import Floats
+
+
+@dataclass
+class MethodScores:
+    """The scores of one method.
+
+    Parameters
+    ----------
+    name : of the method
+    measured : by image
+    draws : scores against a truth with noise added, by image
+    failures : reasons why images have no estimate, by image
+    settings : by scene
+    seconds : that the method took, by image
+    """
+
+    name: str
+    measured: dict[str, Measured] = field(default_factory=dict)
+    draws: dict[str, list[dict[Column, float]]] = field(default_factory=dict)
+    failures: dict[str, str] = field(default_factory=dict)
+    settings: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def columns(self) -> list[Column]:
+        """What at least one image has a score of, in the order of metrics."""
+        found = {column for measured in self.measured.values() for column in measured.scores}
+        order = list(METRICS)
+        return sorted(found, key=lambda c: (order.index(c.metric), ORDER.index(c.layer)))
+
+    def values(self, column: Column, images: list[str]) -> Floats:
+        """Return the scores of images, nan where there is none."""
+        missing = Measured({}, {})
+        scores = [self.measured.get(name, missing).scores.get(column, np.nan) for name in images]
+        return np.array(scores, np.float64)
+
+    def drawn(self, column: Column) -> Floats:
+        """Return the scores against each draw, (D, K); none unless all images have all of them."""
+        images = [name for name, found in self.measured.items() if column in found.scores]
+        rows = [[draw.get(column, np.nan) for draw in self.draws.get(name, [])] for name in images]
+        whole = all(row and np.isfinite(row).all() for row in rows)
+        return np.array(rows).T if whole else np.empty((0, len(images)))
+
+
+class Summary(NamedTuple):
+    """A figure of a method's scores over the images that have one."""
+
+    method: str
+    column: Column
+    figure: str
+    value: float
+    over_scenes: Interval | None
+    """bootstrap over scenes"""
+    over_truth: Interval | None
+    """that the standard errors of the truth leave"""
+    scored: int
+    """images that have a score"""
+    failed: int
+    """images on which the method failed; others have no score as the metric is not defined there"""
+
+
+class Comparison(NamedTuple):
+    """Two methods by the same images."""
+
+    column: Column
+    first: str
+    second: str
+    difference: float
+    """mean score of the first minus that of the second, over scenes"""
+    p_value: float
+
+
+@dataclass
+class Evaluation:
+    """What a run of the bench found.
+
+    Parameters
+    ----------
+    dataset : name of the data set
+    space : in which images were compared
+    images, scenes : names of the images, and of the scene of each
+    methods : their scores
+    """
+
+    dataset: str
+    space: str
+    images: list[str]
+    scenes: list[str]
+    methods: list[MethodScores]
+
+    @property
+    def failed(self) -> bool:
+        """Whether a method failed on an image."""
+        return any(method.failures for method in self.methods)
+
+    def summaries(self) -> list[Summary]:
+        """Return the figures of all methods and columns."""
+        return [
+            self._summary(method, column, name)
+            for method in self.methods
+            for column in method.columns
+            for name in METRICS[column.metric].figures
+        ]
+
+    def _summary(self, method: MethodScores, column: Column, name: str) -> Summary:
+        statistic = figure(name)
+        values = method.values(column, self.images)
+        known = np.isfinite(values)
+        value = statistic(values[known])
+        return Summary(
+            method.name,
+            column,
+            name,
+            value,
+            scene_interval(group_by_scene(values, self.scenes), statistic),
+            truth_interval(value, [statistic(draw) for draw in method.drawn(column)]),
+            int(known.sum()),
+            len(method.failures),
+        )
+
+    def comparisons(self) -> list[Comparison]:
+        """Compare every two methods by the first metric that both have, by its mean if any."""
+        found = []
+        for first, second in combinations(self.methods, 2):
+            shared = [column for column in first.columns if column in second.columns]
+            means = [column for column in shared if column.layer == MEAN_LAYER]
+            for column in (means or shared)[:1]:
+                one, two = (method.values(column, self.images) for method in (first, second))
+                groups = group_by_scene(one - two, self.scenes)
+                if groups:
+                    difference = float(np.mean([group.mean() for group in groups]))
+                    p_value = paired_test(one, two, self.scenes)
+                    found.append(Comparison(column, first.name, second.name, difference, p_value))
+        return found

@@ -1,0 +1,44 @@
+"""The files of an evaluation: all of them or none."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from photonmap.evaluate.bench.scores import Evaluation, Summary
+from photonmap.evaluate.report.gallery import Gallery
+from photonmap.evaluate.report.page import write_page
+from photonmap.evaluate.report.tables import write_latex, write_scores, write_summary
+
+PAGE, SUMMARY, SCORES, LATEX = "report.html", "summary.csv", "scores.csv", "table.tex"
+
+
+def write_report(
+    folder: Path,
+    evaluation: Evaluation,
+    summaries: Sequence[Summary],
+    gallery: Gallery,
+    notes: Sequence[str] = (),
+) -> None:
+    """Write the page and the tables; none appears before all of them are complete.
+
+    Parameters
+    ----------
+    folder : created where it is missing
+    summaries, gallery, notes : as `photonmap.evaluate.report.page.write_page` takes them
+
+    Raises
+    ------
+    OSError : writing fails
+    """
+    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=folder.parent) as made:
+        part = Path(made)
+        page = write_page(evaluation, summaries, gallery, notes)
+        (part / PAGE).write_text(page, encoding="utf-8")
+        write_summary(part / SUMMARY, summaries)
+        write_scores(part / SCORES, evaluation)
+        write_latex(part / LATEX, evaluation, summaries)
+        folder.mkdir(exist_ok=True)
+        for file in part.iterdir():
+            file.replace(folder / file.name)

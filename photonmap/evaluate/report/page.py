@@ -1,0 +1,166 @@
+"""The page of an evaluation: one HTML file that contains all tables and pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from photonmap.errors import InputError
+from photonmap.evaluate.bench.measure import Column
+from photonmap.evaluate.bench.metric_list import ILLUMINANT, METRICS
+from photonmap.evaluate.bench.scores import Evaluation, MethodScores, Summary
+from photonmap.evaluate.intervals import LEVEL
+from photonmap.evaluate.metrics.arrays import Floats
+from photonmap.evaluate.report.gallery import Gallery
+from photonmap.evaluate.report.tables import by_metric, interval, notes_of, number, titles
+
+
+def check_jinja() -> None:
+    """Raise `InputError` without Jinja, which the page needs."""
+    if find_spec("jinja2") is None:
+        raise InputError("the report needs jinja2: pip install 'photonmap[evaluate]'")
+
+
+def write_page(
+    evaluation: Evaluation, summaries: Sequence[Summary], gallery: Gallery, notes: Sequence[str]
+) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    summaries : of the evaluation
+    gallery : with the pictures of the best and worst estimates
+    notes : lines on how estimates came about
+    """
+    from jinja2 import Environment, PackageLoader
+
+    loader = PackageLoader("photonmap.evaluate.report")
+    templates = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    return templates.get_template("evaluation.html").render(
+        evaluation=evaluation,
+        count=len(evaluation.images),
+        scenes=len(set(evaluation.scenes)),
+        level=f"{100 * LEVEL:g}%",
+        notes=notes,
+        metrics=[_metric(name, rows, evaluation) for name, rows in by_metric(summaries).items()],
+        comparisons=[_comparison(found) for found in evaluation.comparisons()],
+        tables=_score_tables(evaluation),
+        methods=[_method(method) for method in evaluation.methods],
+        failures=[(m.name, *item) for m in evaluation.methods for item in m.failures.items()],
+        undefined=_undefined(evaluation),
+        cases=gallery.cases,
+        number=number,
+    )
+
+
+def _cell(value: float | None, note: str = "") -> dict[str, Any]:
+    """Return a cell: what it sorts by, what it shows, and the small print below."""
+    return {
+        "sort": "" if value is None else value,
+        "text": "–" if value is None else number(value),
+        "note": note,
+    }
+
+
+def _metric(
+    name: str, rows: dict[str, dict[str, Summary]], evaluation: Evaluation
+) -> dict[str, Any]:
+    """Return the table of a metric."""
+    heads = titles(rows)
+    table = []
+    for method, cells in rows.items():
+        most = max(cells.values(), key=lambda cell: cell.scored)
+        shown: list[dict[str, Any]] = []
+        for head in heads:
+            found = cells.get(head)
+            shown.append(_cell(found.value, notes_of(found, most.scored)) if found else _cell(None))
+            shown.append(
+                {"sort": "", "text": interval(found.over_truth) if found else "", "note": ""}
+            )
+        table.append({"method": method, "cells": shown, "most": most})
+    return {
+        "name": name,
+        "meaning": METRICS[name].meaning,
+        "heads": heads,
+        "rows": table,
+        "count": len(evaluation.images),
+    }
+
+
+def _comparison(found: Any) -> dict[str, Any]:
+    layer = "" if found.column.layer == ILLUMINANT else f", {found.column.layer}"
+    return {
+        "names": (found.first, found.second),
+        "by": f"{found.column.metric}{layer}",
+        "difference": f"{found.difference:+.3g}".replace("-", "−"),
+        "sort": found.difference,
+        "p": found.p_value,
+    }
+
+
+def _score_tables(evaluation: Evaluation) -> list[dict[str, Any]]:
+    """Return the mean scores of scenes, and those of images, for one column of each metric."""
+    columns: dict[str, Column] = {}
+    for method in evaluation.methods:
+        for column in method.columns:
+            columns[column.metric] = column  # the mean over layers comes last
+    tables = []
+    for metric in [name for name in METRICS if name in columns]:
+        column = columns[metric]
+        methods = [method for method in evaluation.methods if column in method.columns]
+        scores = np.array([method.values(column, evaluation.images) for method in methods]).T
+        scenes = {
+            scene: np.array(evaluation.scenes, object) == scene
+            for scene in dict.fromkeys(evaluation.scenes)
+        }
+        tables.append(
+            {
+                "column": column,
+                "methods": [method.name for method in methods],
+                "scenes": [(scene, _means(scores[of])) for scene, of in scenes.items()],
+                "images": [
+                    (image, list(map(_known, row)))
+                    for image, row in zip(evaluation.images, scores, strict=True)
+                ],
+            }
+        )
+    return tables
+
+
+def _means(scores: Floats) -> list[dict[str, Any]]:
+    """Return the cells of means over images (K, M) that have a score."""
+    columns = [column[np.isfinite(column)] for column in scores.T]
+    return [_cell(float(column.mean()) if column.size else None) for column in columns]
+
+
+def _known(value: float) -> dict[str, Any]:
+    """Return the cell of a score, or of none if it is nan."""
+    return _cell(float(value) if np.isfinite(value) else None)
+
+
+def _method(method: MethodScores) -> dict[str, Any]:
+    """Return what is said of a method: time, and the settings that scenes were given."""
+    seconds = list(method.seconds.values())
+    settings = {
+        scene: ", ".join(f"{name} {value:.3g}" for name, value in chosen.items())
+        for scene, chosen in method.settings.items()
+        if chosen
+    }
+    return {
+        "name": method.name,
+        "seconds": f"{sum(seconds) / len(seconds):.2g}" if seconds else "–",
+        "settings": settings,
+    }
+
+
+def _undefined(evaluation: Evaluation) -> list[tuple[str, str, int]]:
+    """Return metrics that are not defined for some images: name, reason, and how many images."""
+    found: dict[tuple[str, str], set[str]] = {}
+    for method in evaluation.methods:
+        for image, measured in method.measured.items():
+            for column, reason in measured.undefined.items():
+                found.setdefault((column.metric, reason), set()).add(image)
+    return [(metric, reason, len(images)) for (metric, reason), images in found.items()]

@@ -1,0 +1,177 @@
+"""The tables of an evaluation: as text, comma-separated values and LaTeX."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from photonmap.evaluate.bench.measure import Column
+from photonmap.evaluate.bench.metric_list import ILLUMINANT, MEAN_LAYER
+from photonmap.evaluate.bench.scores import Evaluation, Summary
+from photonmap.evaluate.intervals import Interval
+
+_SUMMARY = (
+    "method", "metric", "layer", "figure", "value", "low", "high", "truth_low", "truth_high",
+    "scored", "failed",
+)  # fmt: skip
+_SCORES = ("method", "image", "scene", "metric", "layer", "score", "why_none")
+_SPECIAL = {character: f"\\{character}" for character in "#$%&_{}"} | {
+    "\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
+}  # fmt: skip
+
+
+def number(value: float) -> str:
+    """Return a number with three significant digits."""
+    text = f"{value:#.3g}".rstrip(".")
+    return text if "e" not in text else f"{value:.2g}"
+
+
+def interval(ends: Interval | None) -> str:
+    """Return an interval as text; "" for none."""
+    return "" if ends is None else f"[{number(ends.low)}, {number(ends.high)}]"
+
+
+def title_of(summary: Summary) -> str:
+    """Return what a summary stands under: its layer, or its figure for an illuminant."""
+    return summary.figure if summary.column.layer == ILLUMINANT else summary.column.layer
+
+
+def by_metric(summaries: Iterable[Summary]) -> dict[str, dict[str, dict[str, Summary]]]:
+    """Return summaries by metric, then method, then title."""
+    found: dict[str, dict[str, dict[str, Summary]]] = {}
+    for summary in summaries:
+        rows = found.setdefault(summary.column.metric, {})
+        rows.setdefault(summary.method, {})[title_of(summary)] = summary
+    return found
+
+
+def titles(rows: dict[str, dict[str, Summary]]) -> list[str]:
+    """Return the titles of a metric's columns, those of any method."""
+    return list(dict.fromkeys(title for cells in rows.values() for title in cells))
+
+
+def as_text(evaluation: Evaluation, summaries: Sequence[Summary]) -> str:
+    """Return a table of each metric: a row a method, figures with their intervals over scenes."""
+    blocks = []
+    for metric, methods in by_metric(summaries).items():
+        heads = titles(methods)
+        rows = [[metric, *heads, "images"]]
+        for method, cells in methods.items():
+            most = max(cells.values(), key=lambda cell: cell.scored)
+            shown = [_with_notes(cells.get(head), most.scored) for head in heads]
+            rows.append([method, *shown, _counted(most, evaluation)])
+        blocks.append(_aligned(rows))
+    return "\n\n".join(blocks)
+
+
+def notes_of(summary: Summary, most: int) -> str:
+    """Return the interval of a figure, and how many images it is over if these are not `most`."""
+    few = f"{summary.scored} images" if summary.scored < most else ""
+    return " ".join(filter(None, [interval(summary.over_scenes), few]))
+
+
+def _with_notes(summary: Summary | None, most: int) -> str:
+    if summary is None:
+        return "-"
+    return f"{number(summary.value)} {notes_of(summary, most)}".rstrip()
+
+
+def _counted(summary: Summary, evaluation: Evaluation) -> str:
+    """Return how many images have a score, and on how many the method failed."""
+    failed = f", {summary.failed} failed" if summary.failed else ""
+    return f"{summary.scored} of {len(evaluation.images)}{failed}"
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> str:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join(
+        "  ".join(f"{cell:<{wide}}" for cell, wide in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    )
+
+
+def write_summary(path: Path, summaries: Sequence[Summary]) -> None:
+    """Write all figures with their intervals over scenes and over the truth, a row each."""
+    _write(path, _SUMMARY, map(_summary_row, summaries))
+
+
+def _summary_row(summary: Summary) -> list[Any]:
+    ends = [
+        end
+        for found in (summary.over_scenes, summary.over_truth)
+        for end in (found if found is not None else ("", ""))
+    ]
+    column = [*summary.column, summary.figure]
+    return [summary.method, *column, summary.value, *ends, summary.scored, summary.failed]
+
+
+def write_scores(path: Path, evaluation: Evaluation) -> None:
+    """Write the score of each method, image, metric and layer, or why there is none."""
+    scenes = dict(zip(evaluation.images, evaluation.scenes, strict=True))
+    rows: list[list[Any]] = []
+    for method in evaluation.methods:
+        for image in evaluation.images:
+            head = [method.name, image, scenes[image]]
+            if image in method.failures:
+                rows.append([*head, "", "", "", method.failures[image]])
+                continue
+            measured = method.measured[image]
+            rows += [[*head, *column, score, ""] for column, score in measured.scores.items()]
+            rows += [[*head, *column, "", why] for column, why in measured.undefined.items()]
+    _write(path, _SCORES, rows)
+
+
+def _write(path: Path, head: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(head)
+        writer.writerows(rows)
+
+
+def write_latex(path: Path, evaluation: Evaluation, summaries: Sequence[Summary]) -> None:
+    """Write a tabular of decompositions and one of illuminants, for the package booktabs.
+
+    Decompositions show each metric's mean over layers, or its only layer; intervals over scenes
+    stand below; the best value of a column is bold.
+    """
+    wanted = [s for s in summaries if s.column.layer != ILLUMINANT and _is_headline(s, summaries)]
+    tables = [wanted, [s for s in summaries if s.column.layer == ILLUMINANT]]
+    notes = f"% {evaluation.dataset}: {len(evaluation.images)} images, 95% intervals over scenes\n"
+    path.write_text(notes + "\n".join(map(_tabular, filter(None, tables))), encoding="utf-8")
+
+
+def _is_headline(summary: Summary, summaries: Sequence[Summary]) -> bool:
+    """Return whether a summary is that of the mean over layers, or there is no such."""
+    mean = Column(summary.column.metric, MEAN_LAYER)
+    return summary.column == mean or not any(other.column == mean for other in summaries)
+
+
+def _tabular(summaries: Sequence[Summary]) -> str:
+    columns = list(dict.fromkeys((s.column, s.figure) for s in summaries))
+    cells = {(s.method, s.column, s.figure): s for s in summaries}
+    best = {key: min(s.value for s in summaries if (s.column, s.figure) == key) for key in columns}
+    lines = [f"\\begin{{tabular}}{{l{'r' * len(columns)}}}", "\\toprule"]
+    heads = [c.metric if c.layer != ILLUMINANT else f"{c.metric}, {f}" for c, f in columns]
+    lines.append(" & ".join(["", *map(_escaped, heads)]) + r" \\")
+    lines.append("\\midrule")
+    for method in dict.fromkeys(s.method for s in summaries):
+        found = [cells.get((method, *key)) for key in columns]
+        values = [_latex_value(s, best) for s in found]
+        lines.append(" & ".join([_escaped(method), *values]) + r" \\")
+        ends = [f"\\scriptsize {interval(s.over_scenes)}" if s else "" for s in found]
+        lines.append(" & ".join(["", *ends]) + r" \\")
+    return "\n".join([*lines, "\\bottomrule", "\\end{tabular}", ""])
+
+
+def _latex_value(summary: Summary | None, best: dict[tuple[Column, str], float]) -> str:
+    if summary is None:
+        return "--"
+    text = number(summary.value)
+    bold = summary.value == best[summary.column, summary.figure]
+    return f"\\textbf{{{text}}}" if bold else text
+
+
+def _escaped(text: str) -> str:
+    return "".join(_SPECIAL.get(character, character) for character in text)
