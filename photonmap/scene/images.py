@@ -92,10 +92,30 @@ def read_mask(path: str | PathLike[str], linear: bool = False) -> NDArray[np.flo
     """
     path = Path(path)
     pixels, names, is_float = read_channels(path)
-    alpha = next((i for i, name in enumerate(names) if name in _ALPHA), None)
+    alpha = _find_alpha(path, pixels, names)
     if alpha is None:
         image = _as_image(path, pixels, names, is_float, linear)
         return image.linear(slice(None), slice(None)) @ _LUMINANCE
+    return alpha
+
+
+def read_alpha(path: str | PathLike[str]) -> NDArray[np.float32] | None:
+    """Read the alpha of an image, (H, W); None if it has none.
+
+    Raises
+    ------
+    InputError : as in `read_texture`
+    """
+    path = Path(path)
+    pixels, names, _ = read_channels(path)
+    return _find_alpha(path, pixels, names)
+
+
+def _find_alpha(path: Path, pixels: NDArray[Any], names: list[str]) -> NDArray[np.float32] | None:
+    """Return the channel that is alpha; None if there is none."""
+    alpha = next((i for i, name in enumerate(names) if name in _ALPHA), None)
+    if alpha is None:
+        return None
     values = pixels[..., alpha]
     if values.dtype == np.uint8:
         return LINEAR_TABLE[values]

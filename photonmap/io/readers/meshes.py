@@ -63,7 +63,9 @@ def move(part: Part, matrix: NDArray[np.float64]) -> Part:
     """Transform a part by a (4, 4) matrix; faces are reversed where it mirrors, to stay outside."""
     linear = matrix[:3, :3]
     mirrors = bool(np.linalg.det(linear) < 0)
-    vertices = part.vertices @ linear.T + matrix[:3, 3]
+    vertices = part.vertices
+    if not np.array_equal(matrix, np.eye(4)):
+        vertices = vertices @ linear.T + matrix[:3, 3]
     faces = part.faces[:, ::-1] if mirrors else part.faces
     normals = part.normals
     if normals is not None:
@@ -88,6 +90,8 @@ def build_mesh(path: Path, part: Part, material: Material, name: str) -> Mesh:
         check_indices(part.faces, len(part.vertices))
     used = np.zeros(len(part.vertices), np.bool_)
     used[part.faces] = True
+    if used.all():
+        return Mesh(part.vertices, part.faces, material, name, part.normals, part.uv)
     faces = (np.cumsum(used) - 1)[part.faces]
     normals, uv = (None if rows is None else rows[used] for rows in (part.normals, part.uv))
     return Mesh(part.vertices[used], faces, material, name, normals, uv)
@@ -95,8 +99,8 @@ def build_mesh(path: Path, part: Part, material: Material, name: str) -> Mesh:
 
 def check_rows(kind: str, rows: NDArray[np.float64]) -> None:
     """Refuse rows of numbers that are not finite, or too large."""
-    bad = ~(np.abs(rows) <= LARGEST_COORDINATE).all(axis=1)
-    if bad.any():
+    if rows.size and not (-rows.min() <= LARGEST_COORDINATE >= rows.max()):  # or one is NaN
+        bad = ~(np.abs(rows) <= LARGEST_COORDINATE).all(axis=1)
         row = int(np.argmax(bad))
         values = ", ".join(f"{value:g}" for value in rows[row])
         limit = f"finite numbers up to {LARGEST_COORDINATE:g}"
@@ -105,7 +109,7 @@ def check_rows(kind: str, rows: NDArray[np.float64]) -> None:
 
 def check_indices(corners: NDArray[np.int64], count: int) -> None:
     """Refuse corners that are none of `count` vertices."""
-    bad = (corners < 0) | (corners >= count)
-    if bad.any():
+    if corners.size and not 0 <= corners.min() <= corners.max() < count:
+        bad = (corners < 0) | (corners >= count)
         message = f"a face names vertex {corners[bad][0]}, but there are {count}, counted from 0"
         raise InputError(f"{message}; export it again")

@@ -120,11 +120,13 @@ def test_interleaved(read, build):
     np.testing.assert_array_equal(np.c_[mesh.vertices, mesh.normals], table)
 
 
-def test_strip_and_shared_vertices(read, build):
+def test_strips_fans_and_shared_vertices(read, build):
     grid = build.add([[x, y, 0.0] for x in range(20) for y in (0, 1)])
     build.primitive(POSITION=grid, indices=[0, 2, 1, 3], more={"mode": 5})
     build.primitive(POSITION=grid, indices=[4, 6, 5])
-    strip, triangle = read("a.glb", build.glb())
+    build.primitive(POSITION=grid, indices=[0, 2, 3, 1], more={"mode": 6})
+    strip, triangle, fan = read("a.glb", build.glb())
+    assert areas(fan)[:, 2].tolist() == [0.5, 0.5]
     assert (len(strip.vertices), len(triangle.vertices)) == (4, 3)
     assert areas(strip)[:, 2].tolist() == [0.5, 0.5]
     assert areas(triangle)[:, 2].tolist() == [0.5]
@@ -183,7 +185,6 @@ def change(*way, **values):
         (change("bufferViews", 0, byteLength=10**6), "is truncated: its buffers are too short"),
         (change("bufferViews", 0, buffer=1), "names buffers 1, but has 1"),
         (change("meshes", 0, "primitives", 0, indices=-1), "names accessors -1, but has 2"),
-        (change("meshes", 0, "primitives", 0, mode=6), "triangle fans, which are not supported"),
         (change("meshes", 0, "primitives", 0, mode=0), "has no triangles"),
         (change("meshes", 0, "primitives", 0, material=0), "names materials 0, but has 0"),
         (change("meshes", 0, "primitives", 0, attributes={}), "is damaged"),
@@ -210,7 +211,7 @@ def test_gltf_errors(read, build, kind, apply, message):
 @pytest.mark.parametrize(
     ("rows", "message"),
     [
-        ({"POSITION": TRIANGLE * [1, np.nan, 1]}, r"mesh 'part': vertex 0 is \(nan"),
+        ({"POSITION": TRIANGLE * [1, np.nan, 1]}, r"mesh 'part': vertex 0 is \(0, nan, 0"),
         ({"NORMAL": TRIANGLE * np.nan}, "normal 0 is"),
         ({"NORMAL": TRIANGLE[:2]}, "NORMAL has the wrong shape"),
         ({"TEXCOORD_0": [[0, np.inf]] * 3}, "texture coordinate 0 is"),

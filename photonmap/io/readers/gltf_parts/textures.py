@@ -11,12 +11,11 @@ from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.io.readers.registry import MissingTextures
-from photonmap.scene.images import read_channels, read_mask
-from photonmap.scene.textures import Texture, shared_image
+from photonmap.scene.images import read_alpha, read_channels
+from photonmap.scene.textures import Texture, Triple, shared_image
 
 CLAMP, MIRROR = 33071, 33648
 """Values of a sampler's wrapS and wrapT; they repeat by default."""
@@ -40,9 +39,10 @@ class Textures:
 
     path: Path
     item: Item
-    view: Callable[[int], bytes]
+    view: Callable[[int], bytes | memoryview]
     missing: MissingTextures
     lost: list[str] = field(default_factory=list)
+    _known: dict[tuple[int, Callable[[Path], Any]], Any] = field(default_factory=dict)
 
     def color(self, use: Mapping[str, Any], lose: Callable[[str], None]) -> Texture | None:
         """Return a colour texture; None if it is missing, which is noted.
@@ -56,14 +56,14 @@ class Textures:
         ------
         InputError : its image cannot be read, and `missing` is "error"
         """
-        image = self._read(use, lambda path: shared_image(path))
+        image = self._read(use, shared_image)
         return None if image is None else Texture(image, **self._placement(use, lose))
 
     def opacity(
         self, use: Mapping[str, Any], factor: float, cutoff: float | None
     ) -> Texture | float:
         """Return a texture's alpha times a factor, or 0 and 1 below and above a cutoff."""
-        mask = self._read(use, read_mask_or_none)
+        mask = self._read(use, read_alpha)
         values = np.float32(factor) * (np.ones((1, 1), np.float32) if mask is None else mask)
         if cutoff is not None:
             values = (values >= cutoff).astype(np.float32)
@@ -71,22 +71,22 @@ class Textures:
             return float(values[0, 0])
         return Texture.of(values[..., None], **self._placement(use, lambda _: None))
 
-    def means(self, use: Mapping[str, Any]) -> tuple[float, float, float]:
+    def means(self, use: Mapping[str, Any]) -> Triple:
         """Return the means of three channels of linear data; 1 if their image is missing."""
-        pixels = self._read(use, lambda path: read_channels(path)[0])
-        if pixels is None:
-            return 1.0, 1.0, 1.0
-        largest = 255.0 if pixels.dtype == np.uint8 else 1.0
-        means = pixels.mean(axis=(0, 1), dtype=np.float64) / largest
-        red, green, blue = (float(means[min(channel, len(means) - 1)]) for channel in range(3))
-        return red, green, blue
+        means: Triple | None = self._read(use, _read_means)
+        return means or (1.0, 1.0, 1.0)
 
     def _read(self, use: Mapping[str, Any], read: Callable[[Path], Any]) -> Any:
-        """Return what a function makes of the image's file; None if it is missing."""
+        """Return what a function makes of the image's file, once; None if it is missing."""
         texture = self.item("textures", use["index"])
         index = texture.get("source")
         if index is None:
             raise InputError("has textures other than PNG and JPEG; export those", self.path)
+        if (index, read) not in self._known:
+            self._known[index, read] = self._read_image(index, read)
+        return self._known[index, read]
+
+    def _read_image(self, index: int, read: Callable[[Path], Any]) -> Any:
         image = self.item("images", index)
         try:
             if "uri" in image and not image["uri"].startswith("data:"):
@@ -100,6 +100,7 @@ class Textures:
 
     def _read_embedded(self, index: int, image: dict[str, Any], read: Callable[[Path], Any]) -> Any:
         """Return what a function makes of an image that is part of the file."""
+        data: bytes | memoryview
         if "uri" in image:
             data = base64.b64decode(image["uri"].partition(",")[2], validate=True)
         else:
@@ -131,7 +132,10 @@ class Textures:
         return {"scale": (s, t), "offset": (u, 1.0 - t - v), "clamp": wraps.count(CLAMP) == 2}
 
 
-def read_mask_or_none(path: Path) -> NDArray[np.float32] | None:
-    """Return an image's alpha, (H, W); None if it has none."""
-    names = read_channels(path)[1]
-    return read_mask(path) if {"a", "alpha"} & set(names) else None
+def _read_means(path: Path) -> Triple:
+    """Return the means of three channels of linear data; of one channel, three times its mean."""
+    pixels = read_channels(path)[0]
+    largest = 255.0 if pixels.dtype == np.uint8 else 1.0
+    means = pixels.mean(axis=(0, 1), dtype=np.float64) / largest
+    red, green, blue = (float(means[min(channel, len(means) - 1)]) for channel in range(3))
+    return red, green, blue
