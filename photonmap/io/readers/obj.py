@@ -52,17 +52,18 @@ def read(path: Path, options: ReadOptions) -> Scene:
     triangles, owners = triangulate(lines.vertices, lines.corners[:, 0] - 1, lines.sizes)
     if not len(triangles):
         raise InputError("has no face with an area; check the vertices", source.path)
-    _warn_of_losses(source, lines, owners)
-    parts, part_of = _divide(lines, source.path.stem)
+    _warn_of_losses(path, lines, owners)
+    del source  # its text is no longer needed
+    parts, part_of = _divide(lines, path.stem)
     part_of = part_of[owners]
     order = np.argsort(part_of, kind="stable")
     groups = np.split(order, np.flatnonzero(np.diff(part_of[order])) + 1)
     meshes = [
-        _build_mesh(lines, triangles[group], name, materials[material])
+        _build_mesh(lines, lines.corners[triangles[group].ravel()], name, materials[material])
         for group in sorted(groups, key=lambda group: int(group[0]))
         for name, material in [parts[part_of[group[0]]]]
     ]
-    return Scene(meshes, name=source.path.stem)
+    return Scene(meshes, name=path.stem)
 
 
 def _divide(lines: ObjLines, stem: str) -> tuple[list[tuple[str, str]], NDArray[np.int64]]:
@@ -80,11 +81,9 @@ def _divide(lines: ObjLines, stem: str) -> tuple[list[tuple[str, str]], NDArray[
     return list(parts), np.array(numbers)[at]
 
 
-def _build_mesh(
-    lines: ObjLines, triangles: NDArray[np.int64], name: str, material: Material
-) -> Mesh:
-    """Build a mesh from triangles, (F, 3) indices into `lines.corners`."""
-    distinct, faces = _distinct(lines.corners[triangles].reshape(-1, 3))
+def _build_mesh(lines: ObjLines, corners: NDArray[np.int32], name: str, material: Material) -> Mesh:
+    """Build a mesh from the corners of triangles, (3 F, 3), three of each."""
+    distinct, faces = _distinct(corners)
     at, uv_at, normal_at = distinct.T
     uv = normals = None
     if uv_at.any():
@@ -96,6 +95,12 @@ def _build_mesh(
 
 def _distinct(rows: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """Return the distinct rows of three indices in ascending order, and which one each row is."""
+    if not rows[:, 1:].any():
+        used = np.zeros(int(rows[:, 0].max()) + 1, np.bool_)
+        used[rows[:, 0]] = True
+        distinct = np.zeros((np.count_nonzero(used), 3), np.int32)
+        distinct[:, 0] = np.flatnonzero(used)
+        return distinct, (np.cumsum(used) - 1)[rows[:, 0]]
     code = rows[:, 0].astype(np.int64)
     for column in rows.T[1:]:
         width = int(column.max()) + 1
@@ -150,14 +155,14 @@ def _find(folder: Path, name: str) -> Path | None:
     return None
 
 
-def _warn_of_losses(source: Source, lines: ObjLines, owners: NDArray[np.int64]) -> None:
+def _warn_of_losses(path: Path, lines: ObjLines, owners: NDArray[np.int64]) -> None:
     """Name all that was read but is not in the meshes."""
     if lines.others:
         total = sum(lines.others.values())
-        warn(f"{source.path}: {total} lines are not simulated: {listed(lines.others)}")
+        warn(f"{path}: {total} lines are not simulated: {listed(lines.others)}")
     if flat := len(lines.sizes) - np.count_nonzero(np.bincount(owners)):
-        warn(f"{source.path}: {flat} of {len(lines.sizes)} faces have no area and are left out")
+        warn(f"{path}: {flat} of {len(lines.sizes)} faces have no area and are left out")
     used = np.zeros(len(lines.vertices), bool)
     used[lines.corners[:, 0] - 1] = True
     if unused := np.count_nonzero(~used):
-        warn(f"{source.path}: {unused} of {len(used)} vertices are in no face")
+        warn(f"{path}: {unused} of {len(used)} vertices are in no face")

@@ -34,6 +34,9 @@ def triangulate(
     triangles : (T, 3) int64, indices into `polygons`
     owners : (T,) int64, the polygon of each triangle, ascending
     """
+    if (sizes == 3).all():
+        owners = np.flatnonzero(_find_solid(points, polygons.reshape(-1, 3)))
+        return 3 * owners[:, None] + np.arange(3), owners
     begins = np.cumsum(sizes) - sizes
     order = np.argsort(sizes, kind="stable")
     parts = []
@@ -48,6 +51,17 @@ def triangulate(
     triangles, owners = (np.concatenate(part) for part in zip(*parts, strict=True))
     order = np.argsort(owners, kind="stable")
     return triangles[order], owners[order]
+
+
+def _find_solid(points: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Return which triangles, (F, 3), have an area."""
+    step, local = _CHUNK // 3, np.arange(3)[None, None]
+    solid = [
+        np.linalg.norm(crosses, axis=2)[:, 0] > limits[:, 0]
+        for chunk in (triangles[i : i + step] for i in range(0, len(triangles), step))
+        for crosses, limits in [_crosses(points[chunk], np.tile(local, (len(chunk), 1, 1)))]
+    ]
+    return np.concatenate(solid)
 
 
 def _cut(corners: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
