@@ -35,7 +35,7 @@ MOST_THREADS = 1024
 
 Pixel = Literal["box", "center"]
 
-RENDER, STUDY, DATASET = "render", "study", "dataset"
+RENDER, STUDY, DATASET, INFO = "render", "study", "dataset", "info"
 """Commands that take options of a render; `split` takes those of `render`."""
 
 GROUPS = {
@@ -113,7 +113,7 @@ class Options:
             metavar="BANDS",
             read=str,
             check=_check_bands,
-            commands=(RENDER, STUDY, DATASET),
+            commands=(RENDER, STUDY, DATASET, INFO),
         ),
     )
     size: tuple[int, int] = field(

@@ -13,7 +13,7 @@ LAYERS = [
     {"__main__"},
     {"commands"},
     {"evaluate"},
-    {"dataset", "study", "sensors"},
+    {"dataset", "inspection", "study", "sensors"},
     {"render"},
     {"settings"},
     {"results"},

@@ -15,7 +15,7 @@ BAD_INPUT, INTERRUPTED = 2, 130
 
 DEFAULT = "render"
 """The command where the first argument names none."""
-COMMANDS = ("dataset", "evaluate", "merge", "sensors", "split", "study")
+COMMANDS = ("convert", "dataset", "evaluate", "info", "merge", "sensors", "split", "study")
 """The other commands: each a module here with HELP, add_arguments and run, which returns an exit
 code, or None for 0."""
 

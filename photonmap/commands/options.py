@@ -159,6 +159,11 @@ def add_scene_options(parser: argparse.ArgumentParser) -> None:
         metavar="DEG",
         help="full vertical field of view of a pinhole camera (default: 40)",
     )
+    add_material_options(parser)
+
+
+def add_material_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say how to read materials."""
     materials = parser.add_argument_group("materials")
     add_measured_sets(materials)
     materials.add_argument(

@@ -5,7 +5,7 @@ keeps the factors that turn lengths and radiances back.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -56,8 +56,12 @@ class CompiledScene:
     """of each emitter, (K,)"""
     light_groups: list[str]
     """of each emitter, (K,)"""
+    light_powers: NDArray[np.float64]
+    """of each emitter, (K,), W for scene units of metres: the mean over bands; textures count with
+    their mean"""
     counts: dict[str, int]
-    embree: EmbreeScene
+    embree: EmbreeScene | None
+    """None where rays cannot be traced"""
     images: list[Any] = field(repr=False)
     """texels, of which kernels have the addresses"""
 
@@ -84,6 +88,17 @@ class CompiledScene:
 
 
 def compile_scene(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledScene:
+    """Check a scene and turn it into arrays, among which rays can be traced.
+
+    Parameters and errors are those of `compile_arrays`.
+    """
+    compiled = compile_arrays(scene, bands, aspect)
+    embree = EmbreeScene(compiled.geometry.vertices, compiled.geometry.triangles)
+    geometry = compiled.geometry._replace(scene=embree.address)
+    return replace(compiled, geometry=geometry, embree=embree)
+
+
+def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledScene:
     """Check a scene and turn it into arrays.
 
     Parameters
@@ -108,11 +123,9 @@ def compile_scene(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledSc
     compiled = compile_materials(materials, bands)
     texture_table = compile_textures(materials, compiled.divisors)
     emitters = compile_lights(geometry, materials, scene.lights, bands, frame, texture_table)
-    embree = EmbreeScene(geometry.vertices, geometry.triangles)
     objects = _object_ids(meshes)
     return CompiledScene(
         geometry=geometry._replace(
-            scene=embree.address,
             emitter=emitters.of_triangle,
             alpha=texture_table.holes(),
         ),
@@ -129,8 +142,9 @@ def compile_scene(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledSc
         material_ids=(material + 1).astype(np.uint32),
         light_names=emitters.names,
         light_groups=emitters.groups,
+        light_powers=emitters.flux * frame.size**2,
         counts=_count(scene, objects, materials, geometry, emitters),
-        embree=embree,
+        embree=None,
         images=texture_table.images,
     )
 

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 _UP = b"\2"
 """The filter that stores differences to the line above."""
+_KINDS = {3: 2, 4: 6}
+"""Colour types of RGB and RGBA."""
 
 
 def write_png(preview: NDArray[np.uint8], path: str | PathLike[str]) -> None:
@@ -19,15 +21,23 @@ def write_png(preview: NDArray[np.uint8], path: str | PathLike[str]) -> None:
     Path(path).write_bytes(encode_png(preview))
 
 
-def encode_png(preview: NDArray[np.uint8]) -> bytes:
-    """Return an (H, W, 3) uint8 image in sRGB as the bytes of a PNG file (ISO/IEC 15948)."""
-    height, width, _ = preview.shape
-    packer, above, packed = zlib.compressobj(), np.zeros(3 * width, np.uint8), []
-    for line in preview.reshape(height, -1):
+def encode_png(image: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
+    """Return an image in sRGB as the bytes of a PNG file (ISO/IEC 15948).
+
+    Parameters
+    ----------
+    image : (H, W, 3) RGB, or (H, W, 4) with an alpha by which RGB is not multiplied; uint8 or
+        uint16
+    """
+    height, width, channels = image.shape
+    bits = 8 * image.itemsize
+    lines = np.ascontiguousarray(image, f">u{image.itemsize}").reshape(height, -1).view(np.uint8)
+    packer, above, packed = zlib.compressobj(), np.zeros_like(lines[0]), []
+    for line in lines:
         packed.append(packer.compress(_UP + (line - above).tobytes()))
         above = line
     chunks = {
-        b"IHDR": struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0),
+        b"IHDR": struct.pack(">IIBBBBB", width, height, bits, _KINDS[channels], 0, 0, 0),
         b"sRGB": b"\0",
         b"IDAT": b"".join([*packed, packer.flush()]),
         b"IEND": b"",

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.kernels.core.color import LUMINANCE
+from photonmap.scene.images import encode_srgb
 
 _LUMINANCE = np.array(LUMINANCE)
 _PERCENTILE, _SHOWN_AS = 99.0, 0.8  # of the luminance, and the linear value a preview gives it
@@ -35,10 +36,5 @@ def as_bytes(lines: Iterable[NDArray[Any]], exposure: float) -> NDArray[np.uint8
     shown = []
     for line in lines:
         scaled = np.nan_to_num(line) * np.float64(exposure)
-        shown.append(np.rint(255.0 * _encode(np.clip(scaled, 0.0, 1.0))).astype(np.uint8))
+        shown.append(np.rint(255.0 * encode_srgb(np.clip(scaled, 0.0, 1.0))).astype(np.uint8))
     return np.stack(shown)
-
-
-def _encode(linear: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Apply the transfer curve of sRGB, IEC 61966-2-1, to values in [0, 1]."""
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)

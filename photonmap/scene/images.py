@@ -31,6 +31,11 @@ def decode_srgb(values: NDArray[Any]) -> NDArray[Any]:
     return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
 
 
+def encode_srgb(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the sRGB encoding of linear values in [0, 1], IEC 61966-2-1."""
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
 SRGB_TABLE: NDArray[np.float32] = decode_srgb(np.arange(256) / 255).astype(np.float32)
 """(256,) linear values of 8-bit sRGB."""
 LINEAR_TABLE: NDArray[np.float32] = (np.arange(256) / 255).astype(np.float32)

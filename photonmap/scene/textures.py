@@ -16,7 +16,7 @@ from photonmap.errors import InputError
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.runtime.wording import shown
 from photonmap.scene.images import LINEAR_TABLE, Image, read_mask, read_texture
-from photonmap.spectra.curves import Color
+from photonmap.spectra.curves import Color, Spectrum
 
 Floats = NDArray[np.float64]
 Triple = tuple[float, float, float]
@@ -109,6 +109,13 @@ class Texture:
 
 Paint = Color | Texture
 """What a material's reflectance or emission may be: a colour or a texture."""
+
+
+def is_black(color: Paint) -> bool:
+    """Return whether a colour or a texture is 0 everywhere."""
+    if isinstance(color, Texture):
+        return color.largest == 0.0
+    return not np.any(color.values if isinstance(color, Spectrum) else color)
 
 
 def mean_color(color: Paint) -> Color:

@@ -154,7 +154,7 @@ def test_saving_again_replaces(tmp_path, cornell):
         ("two  spaces", "m", "x.obj", "mesh: the name 'two spaces' cannot be written"),
         ("a #1", "m", "x.obj", "mesh: the name 'a #1' cannot be written"),
         ("a", "back\\slash", "x.obj", "material: the name"),
-        ("a", "m", "x.ply", "x.ply: does not end in .obj; scenes are saved as OBJ, MTL"),
+        ("a", "m", "x.ply", "x.ply: does not end in one of .obj, .glb, .gltf"),
         ("a", "m", "no/x.obj", "there is no folder"),
         ("a", "m", "a #b.obj", "the name 'a #b' cannot be written"),
     ],

@@ -44,8 +44,14 @@ class Emitters:
     """of each emitter, (K,)"""
     of_triangle: NDArray[np.int32]
     """(T,) the emitter that a triangle is, -1 for none"""
-    power: float
-    """what all radiances were divided by"""
+    flux: NDArray[np.float64]
+    """(K,) power of each emitter, the mean over bands, in the kernels' unit of length; textures
+    count with their mean"""
+
+    @property
+    def power(self) -> float:
+        """What all radiances were divided by."""
+        return float(self.flux.sum())
 
 
 class _Shining(NamedTuple):
@@ -102,13 +108,14 @@ def compile_lights(
     )
     spectra[row[np.isin(layout.kind, POSITION_KINDS)]] /= frame.size * frame.size
     names = area_names + [light.name for light in shining.lights]
-    record, power = _record(geometry, layout, names, row, spectra, shining.sky)
+    record, flux = _record(geometry, layout, names, row, spectra, shining.sky)
+    power = float(flux.sum())
     emission_textures = textures.emission_textures(bands, power, len(spectra), geometry)
     of_triangle = np.full(len(material), -1, np.int32)
     of_triangle[emitting] = np.arange(len(emitting))
     groups = area_names + [light.group or light.name for light in shining.lights]
     record = record._replace(emission_textures=emission_textures)
-    return Emitters(record, names, groups, of_triangle, power)
+    return Emitters(record, names, groups, of_triangle, flux)
 
 
 def _record(
@@ -118,8 +125,8 @@ def _record(
     row: NDArray[np.int64],
     spectra: NDArray[np.float64],
     sky: Sky | None,
-) -> tuple[Lights, float]:
-    """Return what kernels take, without textures, and the power by which light is divided."""
+) -> tuple[Lights, NDArray[np.float64]]:
+    """Return what kernels take, without textures, and the power of each emitter."""
     mean = spectra[row].mean(axis=1)
     flux, power = _measure_power(layout.extent, mean)
     cdf = make_cdf(mix_uniform(flux, names))
@@ -141,7 +148,7 @@ def _record(
         emission_textures=None,
         tree=_grow_tree(geometry, layout, mean, cdf),
     )
-    return record, power
+    return record, flux
 
 
 def _find_shining(lights: Sequence[Light], area_names: Sequence[str], bands: Bands) -> _Shining:

@@ -27,7 +27,8 @@ from photonmap.io.readers.gltf_parts.textures import Textures
 from photonmap.io.readers.meshes import Part, build_mesh, move
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.wording import listed, shown
-from photonmap.scene.camera import ALL, NOT_IN_FILES
+from photonmap.scene.camera import ALL, NOT_IN_FILES, Camera
+from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
@@ -43,8 +44,8 @@ _HARMLESS = re.compile(
 
 
 @dataclass
-class _Gltf(Document):
-    """A glTF file under way.
+class Gltf(Document):
+    """A glTF file, and what is read from it.
 
     Parameters
     ----------
@@ -88,6 +89,32 @@ class _Gltf(Document):
             self._materials[index] = material
         return self._materials[index]
 
+    def cameras(self) -> list[Camera]:
+        """Return the cameras at its nodes."""
+        return [
+            read_camera(self.node_item(index, self.item("cameras", node["camera"])))
+            for index, node in self._nodes()
+            if "camera" in node
+        ]
+
+    def lights(self) -> list[Light]:
+        """Return the lights at its nodes."""
+        known = (self.tree.get("extensions", {}).get(_LIGHTS) or {}).get("lights", [])
+        lights = []
+        for index, node in self._nodes():
+            light = (node.get("extensions", {}).get(_LIGHTS) or {}).get("light")
+            if light is None:
+                continue
+            if type(light) is not int or not 0 <= light < len(known):
+                problem = f"names light {shown(light)}, but has {len(known)}; export it again"
+                raise self.error(problem)
+            lights.append(read_light(self.node_item(index, known[light])))
+        return lights
+
+    def _nodes(self) -> Iterator[tuple[int, dict[str, Any]]]:
+        """Return the nodes that belong to the scene, and their numbers."""
+        return ((index, self.item("nodes", index)) for index in self.placed)
+
 
 def read(path: Path, options: ReadOptions) -> Scene:
     """Read the meshes, cameras and lights at the nodes of a glTF or GLB file.
@@ -106,18 +133,16 @@ def _decode(options: ReadOptions, path: Path, data: bytes, losses: Losses) -> Sc
     is_glb = path.suffix.lower() == ".glb"
     tree, binary = split_glb(path, data) if is_glb else (data, None)
     text = bytes(tree).decode("utf-8-sig")
-    gltf = _Gltf(path, json.loads(text), binary, options=options, losses=losses)
+    gltf = Gltf(path, json.loads(text), binary, options=options, losses=losses)
     _check_gltf(gltf)
     _note_gltf(gltf)
     meshes = list(_instances(gltf))
     for name in gltf.textures.lost:
         note_loss(losses, "unreadable textures, with grey in their place,", name)
-    cameras = [read_camera(node) for node in _cameras(gltf)]
-    lights = [read_light(node) for node in _lights(gltf)]
-    return Scene(meshes, lights, cameras[0] if cameras else None, path.stem, cameras)
+    return Scene(meshes, name=path.stem, cameras=gltf.cameras(), lights=gltf.lights())
 
 
-def _check_gltf(gltf: _Gltf) -> None:
+def _check_gltf(gltf: Gltf) -> None:
     """Refuse other versions, unsupported requirements, and nodes that do not form a forest."""
     version = str(gltf.tree.get("asset", {}).get("version", ""))
     if not version.startswith("2."):
@@ -133,11 +158,11 @@ def _check_gltf(gltf: _Gltf) -> None:
         seen.add(index)
 
 
-def _children(gltf: _Gltf) -> list[int]:
+def _children(gltf: Gltf) -> list[int]:
     return [index for node in gltf.tree.get("nodes", []) for index in node.get("children", [])]
 
 
-def _roots(gltf: _Gltf) -> list[int]:
+def _roots(gltf: Gltf) -> list[int]:
     """Return the nodes at the top of the scene; without a scene, all that have no parent."""
     if gltf.tree.get("scenes"):
         roots: list[int] = gltf.item("scenes", gltf.tree.get("scene", 0)).get("nodes", [])
@@ -146,7 +171,7 @@ def _roots(gltf: _Gltf) -> list[int]:
     return [index for index in range(len(gltf.tree.get("nodes", []))) if index not in children]
 
 
-def _parts(gltf: _Gltf, mesh: dict[str, Any]) -> Iterator[tuple[Part, dict[str, Any]]]:
+def _parts(gltf: Gltf, mesh: dict[str, Any]) -> Iterator[tuple[Part, dict[str, Any]]]:
     """Yield the primitives of a mesh that have triangles."""
     for primitive in mesh["primitives"]:
         if primitive.get("mode", TRIANGLES) in MODES:
@@ -155,7 +180,7 @@ def _parts(gltf: _Gltf, mesh: dict[str, Any]) -> Iterator[tuple[Part, dict[str, 
                 yield part, primitive
 
 
-def _instances(gltf: _Gltf) -> Iterator[Mesh]:
+def _instances(gltf: Gltf) -> Iterator[Mesh]:
     """Return the meshes of each node in the scene's coordinates, under a name of its own."""
     names: set[str] = set()
     for index, matrix in gltf.placed.items():
@@ -170,25 +195,7 @@ def _instances(gltf: _Gltf) -> Iterator[Mesh]:
             yield build_mesh(gltf.path, move(part, matrix), material, name)
 
 
-def _cameras(gltf: _Gltf) -> Iterator[NodeItem]:
-    for index in gltf.placed:
-        node = gltf.item("nodes", index)
-        if "camera" in node:
-            yield gltf.node_item(index, gltf.item("cameras", node["camera"]))
-
-
-def _lights(gltf: _Gltf) -> Iterator[NodeItem]:
-    known = (gltf.tree.get("extensions", {}).get(_LIGHTS) or {}).get("lights", [])
-    for index in gltf.placed:
-        light = (gltf.item("nodes", index).get("extensions", {}).get(_LIGHTS) or {}).get("light")
-        if light is None:
-            continue
-        if type(light) is not int or not 0 <= light < len(known):
-            raise gltf.error(f"names light {shown(light)}, but has {len(known)}; export it again")
-        yield gltf.node_item(index, known[light])
-
-
-def _note_gltf(gltf: _Gltf) -> None:
+def _note_gltf(gltf: Gltf) -> None:
     """Note what no part of the reader looks at."""
     for kind in ("animations", "skins"):
         if gltf.tree.get(kind):

@@ -42,7 +42,8 @@ def load_scene(path: str | PathLike[str], missing_textures: MissingTextures = "e
       `photonmap.spectra.color_text` describes it; the number `ior` makes the material glass;
     - sections `[[light]]`, whose `type` is "point", "spot", "photometric", "directional",
       "dome" or "environment", and whose other keys are the attributes of the light of this kind in
-      `photonmap.scene.lights`; the image of an environment is its `file`.
+      `photonmap.scene.lights`; the image of an environment is its `file`. A light replaces the one
+      that has its name in the mesh file.
 
     Parameters
     ----------
@@ -78,7 +79,23 @@ def read(path: Path, options: ReadOptions) -> Scene:
     meshes = change_materials(scene.meshes, toml)
     camera = cameras[0] if cameras else scene.camera
     several = (cameras or scene.cameras) if len(cameras) != 1 else []
-    return Scene(meshes, scene.lights + read_lights(toml), camera, path.stem, several)
+    lights = read_lights(toml)
+    named = {light.name for light in lights if light.name}
+    others = [light for light in scene.lights if light.name not in named]
+    return Scene(meshes, others + lights, camera, path.stem, several)
+
+
+def scene_files(path: str | PathLike[str]) -> list[Path]:
+    """Return the files that describe a scene: that of its mesh, and its TOML file if there is one.
+
+    Raises
+    ------
+    InputError : as `load_scene`
+    """
+    path = Path(path)
+    toml = read_toml(path.with_suffix(SCENE_SUFFIX))
+    mesh = _mesh_path(path, toml)
+    return [mesh, toml.path] if toml.path.is_file() else [mesh]
 
 
 def _mesh_path(path: Path, toml: Toml) -> Path:

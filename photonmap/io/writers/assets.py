@@ -28,6 +28,8 @@ def check_name(name: str) -> None:
 class Assets:
     """Writes spectra and images to a folder, each only once.
 
+    As a context manager it removes a folder that nothing was written to.
+
     Parameters
     ----------
     folder : created if it is missing; files are named relative to the folder that contains it
@@ -37,6 +39,13 @@ class Assets:
         folder.mkdir(exist_ok=True)
         self.folder = folder
         self._known: dict[Any, str] = {}
+
+    def __enter__(self) -> Assets:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        if not any(self.folder.iterdir()):
+            self.folder.rmdir()
 
     def color(self, color: Color, label: str) -> str:
         """Return the text of a colour, as `photonmap.spectra.color_text` reads it.

@@ -25,24 +25,28 @@ def write_mtl(scene: Scene, path: Path, assets: Assets) -> dict[int, str]:
     InputError
         if a name cannot be written
     """
-    names: dict[int, str] = {}
-    taken: set[str] = set()
+    named = name_materials(scene)
     blocks = []
-    for material in (mesh.material for mesh in scene.meshes if len(mesh.faces)):
-        if id(material) in names:
-            continue
+    for name, material in named.items():
         with naming("material"):
             check_name(material.name)
-        wanted = name = material.name or "material"
-        count = 1
-        while name in taken:
-            count += 1
-            name = f"{wanted} {count}"
-        taken.add(name)
-        names[id(material)] = name
         blocks.append("\n".join([f"newmtl {name}", *_statements(material, name, assets), ""]))
     path.write_text("\n".join(blocks), "utf-8")
-    return names
+    return {id(material): name for name, material in named.items()}
+
+
+def name_materials(scene: Scene) -> dict[str, Material]:
+    """Return all materials that faces use under names that differ: the second is "wall 2"."""
+    used = {id(mesh.material): mesh.material for mesh in scene.meshes if len(mesh.faces)}
+    named: dict[str, Material] = {}
+    for material in used.values():
+        wanted = name = material.name or "material"
+        count = 1
+        while name in named:
+            count += 1
+            name = f"{wanted} {count}"
+        named[name] = material
+    return named
 
 
 def _statements(material: Material, name: str, assets: Assets) -> Iterator[str]:

@@ -1,0 +1,65 @@
+"""The command `python -m photonmap convert`: write a scene in another format."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from photonmap.commands.options import add_material_options, add_quiet
+from photonmap.errors import InputError
+from photonmap.io.scene_source import SceneSource
+
+HELP = (
+    "Write any scene that can be read as OBJ, MTL and TOML, or as glTF; what glTF cannot hold goes "
+    "to a TOML file beside it."
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("scene", metavar="SCENE", help="the scene file to read")
+    parser.add_argument(
+        "output", metavar="FILE", help="what to write: FILE.obj, FILE.glb or FILE.gltf"
+    )
+    add_material_options(parser)
+    add_quiet(parser)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Read the scene, write it, and print the names of the files.
+
+    Raises
+    ------
+    InputError
+        if the scene cannot be read or written, or files that are read would be replaced
+    """
+    from photonmap.io.readers.scene_file import scene_files
+    from photonmap.io.writers.scene_file import save_scene
+
+    output = Path(options.output)
+    _check_output(scene_files(options.scene), output)
+    source = SceneSource(
+        options.scene,
+        options.missing_textures,
+        munsell=options.munsell,
+        illuminants=options.illuminants,
+    )
+    written = save_scene(source.load(), output)
+    if not options.quiet:
+        for path in written:
+            print(path)
+
+
+def _check_output(inputs: list[Path], output: Path) -> None:
+    """Refuse to replace what is read, and what was not written together with the output.
+
+    A file beside the output, such as its TOML file, would be read together with it.
+    """
+    from photonmap.io.writers.scene_file import companions
+
+    read = {path.resolve() for path in inputs}
+    for path in (output, *companions(output)):
+        if path.resolve() in read:
+            raise InputError("would replace a file of the scene that is read; rename", path)
+        if path.exists() and not output.exists():
+            raise InputError(f"exists, but {output.name} does not; rename one of them", path)

@@ -1,0 +1,108 @@
+"""Meshes and materials in words and numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from photonmap.scene.material import Material
+from photonmap.scene.mesh import Mesh
+from photonmap.scene.parameters import parameters_of
+from photonmap.scene.textures import Texture, is_black
+from photonmap.spectra.curves import Spectrum
+
+SMOOTH = 1e-4
+"""Radians by which normals of a triangle's corners differ where shading is smooth."""
+MOST = 1 << 16
+"""Triangles of a mesh that are examined, evenly chosen."""
+
+
+def describe_mesh(mesh: Mesh) -> dict[str, Any]:
+    """Return what the JSON says of a mesh."""
+    return {
+        "name": mesh.name,
+        "material": mesh.material.name,
+        "triangles": len(mesh.faces),
+        "vertices": len(mesh.vertices),
+        "uv": mesh.uv is not None,
+        "normals": mesh.normals is not None,
+        "smooth": _is_smooth(mesh),
+    }
+
+
+def _is_smooth(mesh: Mesh) -> bool:
+    """Return whether normals vary within triangles."""
+    if mesh.normals is None:
+        return False
+    faces = mesh.faces[:: -(-len(mesh.faces) // MOST)]
+    normals = mesh.normals[faces]
+    normals /= np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), np.finfo(float).tiny)
+    return bool((np.abs(normals - normals[:, :1]) > SMOOTH).any())
+
+
+def describe_materials(meshes: Sequence[Mesh]) -> list[dict[str, Any]]:
+    """Return what the JSON says of the materials of meshes, in order of appearance."""
+    used: dict[int, Material] = {}
+    triangles: dict[int, int] = {}
+    for mesh in meshes:
+        key = id(mesh.material)
+        used[key] = mesh.material
+        triangles[key] = triangles.get(key, 0) + len(mesh.faces)
+    return [
+        {
+            "name": material.name,
+            "kind": name_kind(material),
+            "triangles": triangles[key],
+            **_describe_attributes(material),
+        }
+        for key, material in used.items()
+    ]
+
+
+def name_kind(material: Material) -> str:
+    """Return how a material reflects or transmits, in a few words."""
+    base = "" if is_black(material.reflectance) else " over diffuse"
+    if material.ior is not None:
+        return "glass"
+    if not is_black(material.mirror):
+        return f"mirror{base}"
+    if material.is_glossy:
+        return f"gloss{base}" if base else "metal"
+    if not base:
+        return "black"
+    return "rough diffuse" if material.diffuse_roughness else "diffuse"
+
+
+def _describe_attributes(material: Material) -> dict[str, Any]:
+    """Return the attributes that differ from the defaults, and the reflectance of what has one."""
+    told = {}
+    for attribute, parameter in parameters_of(Material).items():
+        value = getattr(material, attribute)
+        if attribute == "name" or (parameter.only == "opaque" and material.ior is not None):
+            continue
+        is_default = value == getattr(Material, attribute)
+        if attribute == "reflectance" or not (isinstance(value, float | int) and is_default):
+            told[attribute] = describe_color(value)
+    return {name: value for name, value in told.items() if value is not None}
+
+
+def describe_color(color: Any) -> Any:
+    """Return a colour for JSON: a number, [red, green, blue], or an object for what is larger."""
+    if isinstance(color, Spectrum):
+        low, high = color.wavelengths[[0, -1]].tolist()
+        return {"spectrum": {"samples": len(color.values), "range_nm": [low, high]}}
+    if isinstance(color, Texture):
+        height, width, channels = color.image.texels.shape
+        bits = 8 * color.image.texels.itemsize
+        return {
+            "texture": {
+                "width": width,
+                "height": height,
+                "channels": channels,
+                "bits": bits,
+                "mean": list(color.mean),
+            }
+        }
+    return list(color) if isinstance(color, tuple) else color

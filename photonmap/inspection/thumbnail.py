@@ -1,0 +1,44 @@
+"""A quick picture of a scene."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from photonmap.errors import InputError
+from photonmap.io.png import write_png
+from photonmap.render import render
+from photonmap.runtime.file_checks import check_writable
+from photonmap.scene.scene import Scene
+
+SIZE = 160, 120
+PASSES = 8
+
+
+def check_thumbnail(path: Path) -> Path:
+    """Check that a picture can be written there.
+
+    Raises
+    ------
+    InputError : it is not a PNG file's name, or the folder is missing or not writable
+    """
+    if path.suffix.lower() != ".png":
+        raise InputError("the name of the thumbnail must end in .png", path)
+    if not path.parent.is_dir():
+        raise InputError(f"the folder {path.parent} does not exist; create it", path)
+    check_writable(path.parent, path)
+    return path
+
+
+def write_thumbnail(scene: Scene, path: Path) -> None:
+    """Render a scene in RGB with few passes, and write a small PNG.
+
+    Raises
+    ------
+    InputError : the scene cannot be rendered
+    """
+    result = render(scene, bands="rgb", size=SIZE, passes=PASSES, buffers={"radiance", "emission"})
+    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as folder:
+        draft = Path(folder) / path.name
+        write_png(result.preview(), draft)
+        draft.replace(path)

@@ -1,0 +1,1 @@
+"""The parts of glTF files that are written."""

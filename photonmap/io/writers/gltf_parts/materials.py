@@ -1,0 +1,171 @@
+"""Materials of glTF files, as the reader of `io.readers.gltf_parts.materials` takes them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.io.readers.metallic import USUAL_INDEX, coat_of
+from photonmap.io.writers.gltf_parts.draft import Draft
+from photonmap.io.writers.gltf_parts.textures import TextureWriter
+from photonmap.kernels.core.color import LUMINANCE
+from photonmap.scene.material import Material
+from photonmap.scene.textures import Texture, mean_color, mean_opacity
+from photonmap.spectra.bands import Bands
+from photonmap.spectra.curves import Color
+
+_RGB = Bands.rgb()
+_LARGEST_COAT = coat_of(1e3)
+"""Of the largest index that the reader takes"""
+_TEXTURED_GLASS = "textures of glass become their mean"
+Floats = NDArray[np.float64]
+
+
+def write_material(
+    material: Material, name: str, draft: Draft, textures: TextureWriter
+) -> dict[str, Any]:
+    """Return the JSON of a material that comes nearest.
+
+    Spectra become linear sRGB, mirrors metals of roughness 0, and rough diffuse surfaces smooth.
+    """
+    if material.ior is None:
+        item = _opaque(material, name, draft, textures)
+    else:
+        item = _glass(material, draft)
+    extensions = item.pop("extensions") | _emission(material, name, draft, textures, item)
+    return {"name": name, **item, **({"extensions": extensions} if extensions else {})}
+
+
+def flatten_glass(material: Material, name: str, draft: Draft) -> Material:
+    """Return a material, of glass without the textures that glTF's does not have, as it is read."""
+    paints = material.emission, material.alpha
+    if material.ior is None or not any(isinstance(paint, Texture) for paint in paints):
+        return material
+    draft.note(_TEXTURED_GLASS, name)
+    emission, alpha = mean_color(material.emission), mean_opacity(material.alpha)
+    return replace(material, emission=emission, alpha=alpha)
+
+
+def _glass(material: Material, draft: Draft) -> dict[str, Any]:
+    assert material.ior is not None
+    surface = {
+        "baseColorFactor": [*_RGB.reflectance(material.tint).tolist(), 1.0],
+        "metallicFactor": 0.0,
+        "roughnessFactor": 0.0,
+    }
+    extensions = (
+        draft.use("KHR_materials_transmission", {"transmissionFactor": 1.0})
+        | draft.use("KHR_materials_volume", {"thicknessFactor": 1.0})
+        | draft.use("KHR_materials_ior", {"ior": material.ior})
+    )
+    return {"pbrMetallicRoughness": surface, "extensions": extensions}
+
+
+def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter) -> dict[str, Any]:
+    gloss, roughness = _lobe(material)
+    base = _RGB.reflectance(mean_color(material.reflectance))
+    whole, metallic, coat = split_metal(base, gloss)
+    surface: dict[str, Any] = {"metallicFactor": metallic, "roughnessFactor": roughness}
+    item: dict[str, Any] = {
+        "pbrMetallicRoughness": surface,
+        "doubleSided": True,
+        "extensions": {} if metallic == 1.0 else _coat(coat, draft),
+    }
+    factor, opacity = whole.tolist(), material.alpha
+    color = material.reflectance if isinstance(material.reflectance, Texture) else None
+    color = color if base.any() else None
+    is_masked = isinstance(opacity, Texture)
+    if isinstance(opacity, Texture):
+        surface["baseColorTexture"], scale, opacity = textures.masked(color, opacity, name)
+    elif color is not None:
+        surface["baseColorTexture"], scale = textures.color(color, name)
+    if color is not None:
+        factor = [min(part / (1.0 - metallic), 1.0) for part in scale]
+    if is_masked or opacity != 1.0:
+        item["alphaMode"] = "BLEND"
+    surface["baseColorFactor"] = [*factor, opacity]
+    return item
+
+
+def _lobe(material: Material) -> tuple[Floats, float]:
+    """Return what reflects besides the diffuse base, (3,), and its roughness; 1 where none does."""
+    if material.is_glossy:
+        return _RGB.reflectance(material.glossy), material.roughness
+    mirror = _RGB.reflectance(material.mirror)
+    return mirror, 0.0 if mirror.any() else 1.0
+
+
+def split_metal(base: Floats, gloss: Floats) -> tuple[Floats, float, float]:
+    """Return colour, metallic fraction and coat of which the reader makes a base and a gloss.
+
+    With a colour c, a metallic fraction m and a coat k, the base is (1 - m) c and the gloss
+    m c + (1 - m) k, which is linear in the base: of the slope m / (1 - m). What is not so gets a
+    grey coat.
+
+    Parameters
+    ----------
+    base, gloss : (3,) diffuse reflectance, and reflectance at normal incidence
+    """
+    if not base.any() and gloss.any():
+        return gloss, 1.0, 0.0
+    most, least = int(base.argmax()), int(base.argmin())
+    spread = base[most] - base[least]
+    slope = float((gloss[most] - gloss[least]) / spread) if spread > 0.0 else 0.0
+    level = float(gloss[least] - slope * base[least])
+    whole, coat = (1.0 + slope) * base, (1.0 + slope) * level
+    is_linear = np.allclose(slope * base + level, gloss, rtol=1e-9, atol=1e-12)
+    if is_linear and slope >= 0.0 and whole.max() <= 1.0 + 1e-12 and -1e-12 <= coat <= 1.0:
+        return np.minimum(whole, 1.0), slope / (1.0 + slope), max(coat, 0.0)
+    return base, 0.0, float(gloss @ np.array(LUMINANCE))
+
+
+def _coat(coat: float, draft: Draft) -> dict[str, Any]:
+    """Return the extensions by which a coat reflects so much at normal incidence."""
+    if coat == 0.0:
+        return draft.use("KHR_materials_specular", {"specularFactor": 0.0})
+    if coat > _LARGEST_COAT:
+        return draft.use("KHR_materials_ior", {"ior": 0.0}) | draft.use(
+            "KHR_materials_specular", {"specularFactor": coat}
+        )
+    if math.isclose(coat, coat_of(USUAL_INDEX), rel_tol=1e-12):
+        return {}
+    root = math.sqrt(coat)
+    return draft.use("KHR_materials_ior", {"ior": (1.0 + root) / (1.0 - root)})
+
+
+def _emission(
+    material: Material,
+    name: str,
+    draft: Draft,
+    textures: TextureWriter,
+    item: dict[str, Any],
+) -> dict[str, Any]:
+    """Add the emission to the JSON of a material; return its extensions."""
+    emission = material.emission
+    if isinstance(emission, Texture):
+        item["emissiveTexture"], factor = textures.color(emission, name, math.inf)
+    else:
+        factor = rgb_emission(emission)
+    if not any(factor):
+        return {}
+    item["emissiveFactor"], strength = split_exactly(factor)
+    if strength == 1.0:
+        return {}
+    return draft.use("KHR_materials_emissive_strength", {"emissiveStrength": strength})
+
+
+def rgb_emission(color: Color) -> tuple[float, float, float]:
+    """Return the linear sRGB of an amount of light."""
+    red, green, blue = _RGB.emission(color).tolist()
+    return red, green, blue
+
+
+def split_exactly(color: tuple[float, float, float]) -> tuple[list[float], float]:
+    """Return three factors within [0, 1] and a power of two, whose products are the colour."""
+    mantissa, exponent = math.frexp(max(color))
+    strength = 2.0 ** max(exponent - (mantissa == 0.5), 0)
+    return [part / strength for part in color], strength

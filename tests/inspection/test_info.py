@@ -1,0 +1,208 @@
+"""The command `info`: what is in a file, in numbers that are known otherwise."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import photonmap as pm
+from photonmap.commands.main import main
+from photonmap.inspection.describe import describe_scene
+from photonmap.inspection.remedies import find_remedy
+from photonmap.inspection.sizes import guess_unit
+from photonmap.inspection.surfaces import describe_mesh, name_kind
+
+from helpers.scenes import quad  # isort: skip
+
+FOLDER = pm.scenes.FOLDER
+
+
+def told(capsys, *arguments):
+    assert main(["info", *map(str, arguments), "--json"]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    return json.loads(out)
+
+
+def test_the_cornell_box(capsys):
+    about = told(capsys, f"{FOLDER}/cornell_box.obj", "--bands", "rgb")
+    assert list(about) == [
+        "file", "files", "format", "totals", "bounds", "unit", "meshes", "materials", "lights",
+        "area_lights", "cameras", "framed_camera", "bands", "effects", "warnings",
+    ]  # fmt: skip
+    assert about["format"] == "Wavefront OBJ"
+    assert [path.rpartition("/")[2] for path in about["files"]] == [
+        "cornell_box.obj", "cornell_box.toml",
+    ]  # fmt: skip
+    box = pm.scenes.cornell_box()
+    assert about["totals"]["triangles"] == sum(len(mesh.faces) for mesh in box.meshes) == 36
+    assert about["totals"]["meshes"] == 8
+    vertices = np.concatenate([mesh.vertices for mesh in box.meshes])
+    np.testing.assert_allclose(about["bounds"]["size"], np.ptp(vertices, axis=0))
+    (lamp,) = about["area_lights"]
+    mesh = next(mesh for mesh in box.meshes if mesh.name == "light")
+    a, b, c = mesh.vertices[mesh.faces].swapaxes(0, 1)
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    assert lamp["area"] == pytest.approx(area, rel=1e-6)
+    power = np.pi * area * np.mean(mesh.material.emission)  # of a Lambertian emitter
+    assert lamp["power"] == pytest.approx(power, rel=1e-6)
+    assert lamp["share"] == 1.0
+    assert about["totals"]["power"] == pytest.approx(power, rel=1e-6)
+    (camera,) = about["cameras"]
+    assert (camera["kind"], camera["origin"]) == ("pinhole", [0, 0, 3.9])
+    assert about["framed_camera"] is None
+    assert about["effects"]["indirect"]["on"]
+    assert not about["effects"]["transmission"]["on"]
+    assert about["warnings"] == []
+
+
+def test_powers_of_lights():
+    """In scene units: 4π I of a point, 2π (1 - cos) I of a sharp cone, the share of each."""
+    floor = quad((-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1))
+    lights = [
+        pm.PointLight((0, 1, 0), 2.0, "lamp"),
+        pm.SpotLight((0, 3, 0), (0, 0, 0), 5.0, 60.0, 60.0, "stage"),
+        pm.PointLight((0, 2, 0), 0.0),
+        pm.DirectionalLight((0, -2, 0), 1.0, "sun"),
+    ]
+    about = describe_scene(pm.Scene([floor], lights), pm.Bands.gaussian(3))
+    lamp, stage, dark, sun = about["lights"]
+    assert lamp["power"] == pytest.approx(8 * np.pi)
+    assert stage["power"] == pytest.approx(np.pi * 5.0)
+    assert (stage["kind"], stage["direction"], stage["outer"]) == ("spot", [0, -1, 0], 60.0)
+    assert (dark["name"], dark["power"], dark["share"]) == ("point", 0.0, 0.0)
+    assert sun["power"] == pytest.approx(np.pi * 2.0, rel=0.01)  # the disk around the floor
+    assert sum(light["share"] for light in about["lights"]) == pytest.approx(1.0)
+    assert about["cameras"] == []
+    assert about["framed_camera"]["kind"] == "pinhole"
+
+
+@pytest.mark.parametrize(
+    ("material", "kind"),
+    [
+        (pm.Material(), "diffuse"),
+        (pm.Material("a", 0.0), "black"),
+        (pm.Material("a", diffuse_roughness=0.5), "rough diffuse"),
+        (pm.Material.polished(), "mirror"),
+        (pm.Material("a", 0.5, mirror=0.1), "mirror over diffuse"),
+        (pm.Material.glass(), "glass"),
+        (pm.Material.metal(), "metal"),
+        (pm.Material.plastic(), "gloss over diffuse"),
+        (pm.Material("a", pm.Texture.of(np.zeros((2, 2, 3)))), "black"),
+    ],
+)
+def test_kinds_of_materials(material, kind):
+    assert name_kind(material) == kind
+
+
+def test_smooth_and_flat():
+    floor = quad((-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1))
+    up = np.tile([0.0, 1.0, 0.0], (4, 1))
+    bent = up + [[0.1, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]]
+    found = [
+        describe_mesh(pm.Mesh(floor.vertices, floor.faces, normals=normals))
+        for normals in (None, up, bent)
+    ]
+    assert [(each["normals"], each["smooth"]) for each in found] == [
+        (False, False), (True, False), (True, True),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("longest", "unit", "metres"),
+    [(2.0, "metres", 2), (20, "metres", 20), (560, "centimetres", 5.6), (4000, "millimetres", 4)],
+)
+def test_units_are_guessed_by_size(longest, unit, metres):
+    guess = guess_unit([0.1, longest, 1.0])
+    assert guess["guess"] == unit
+    assert guess["metres"] == pytest.approx(metres)
+    assert "files do not say" in guess["why"]
+    assert guess_unit([0.0, 0.0, 0.0])["guess"] is guess_unit([1e9])["guess"] is None
+
+
+@pytest.fixture
+def sloppy(tmp_path):
+    """A file with much that is not simulated."""
+    (tmp_path / "room.mtl").write_text("newmtl a\nKd 0.5 0.5 0.5\nbump none.png\nPc 1\n")
+    (tmp_path / "room.obj").write_text(
+        "mtllib room.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\nf 1 1 1\nl 1 2\n"
+    )
+    return tmp_path / "room.obj"
+
+
+def test_every_warning_has_a_remedy(capsys, sloppy):
+    warnings = told(capsys, sloppy)["warnings"]
+    assert len(warnings) == 5
+    remedies = {each["message"].partition("room.")[2]: each["remedy"] for each in warnings}
+    assert all("compare a render" not in remedy for remedy in remedies.values()), remedies
+    assert any("relief" in remedy for remedy in remedies.values())
+    assert any("polygons" in remedy for remedy in remedies.values())
+
+
+def test_an_unknown_warning_has_one_too():
+    assert find_remedy("something new") == "compare a render with what it should show"
+
+
+def test_text(capsys, sloppy):
+    assert main(["info", str(sloppy)]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    for part in (
+        "1 mesh, 1 triangle, 3 vertices, 1 material",
+        "probably metres, a guess: the longest side would be 1 m",
+        "room  a  1 triangle  3 vertices  no uv  flat, no normals",
+        "a  diffuse  1 triangle  reflectance (0.5, 0.5, 0.5)",
+        "no camera given: framed from +z",
+        "warnings: 5",
+        "what to do: model the relief",
+    ):
+        assert part in out, out
+
+
+def test_long_tables_are_cut(capsys, tmp_path):
+    triangles = "".join(f"o part{n}\nf 1 2 {3 + n % 2}\n" for n in range(50))
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 2 0\n" + triangles)
+    assert main(["info", str(tmp_path / "a.obj")]) == 0
+    assert "and 10 more: --json lists all" in capsys.readouterr().out
+    assert len(told(capsys, tmp_path / "a.obj")["meshes"]) == 50
+
+
+def test_thumbnail(capsys, tmp_path):
+    import OpenImageIO
+
+    assert main(["convert", f"{FOLDER}/furnace.obj", str(tmp_path / "a.glb"), "--quiet"]) == 0
+    assert main(["info", str(tmp_path / "a.glb"), "--thumbnail"]) == 0
+    pixels = OpenImageIO.ImageBuf(str(tmp_path / "a-thumbnail.png")).get_pixels()
+    assert pixels.shape == (120, 160, 3)
+    assert pixels.max() > 0.5
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["none.obj"], "none.obj: cannot be read"),
+        (["a.xyz"], "is of an unknown kind"),
+        ([f"{FOLDER}/furnace.obj", "--thumbnail", "x.jpg"], "must end in .png"),
+        ([f"{FOLDER}/furnace.obj", "--thumbnail", "no/x.png"], "the folder no does not exist"),
+        ([f"{FOLDER}/furnace.obj", "--camera", "left"], "there is no camera 'left'"),
+    ],
+)
+def test_errors(capsys, monkeypatch, tmp_path, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    assert main(["info", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert (out, len(err.splitlines())) == ("", 1)
+    assert message in err
+
+
+def test_no_kernel_is_compiled():
+    code = (
+        "from photonmap.commands.main import main; import numba.core.registry as registry;"
+        f"main(['info', '{FOLDER}/cornell_box.obj']);"
+        "from photonmap.kernels.integrators import camera_pass as module;"
+        "compiled = [k for k in vars(module).values() if getattr(k, 'signatures', ())];"
+        "assert not compiled, compiled"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
