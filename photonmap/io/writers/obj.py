@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,9 @@ from photonmap.errors import InputError, naming
 from photonmap.io.writers.assets import check_name
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
+
+_ROWS = 3 << 14
+"""Rows written at a time: whole triangles"""
 
 
 def write_obj(scene: Scene, path: Path, materials: Mapping[int, str]) -> None:
@@ -55,12 +58,19 @@ def _write_mesh(file: TextIO, mesh: Mesh, first: NDArray[np.int64]) -> NDArray[n
     tables = (("v", mesh.vertices), ("vt", mesh.uv), ("vn", mesh.normals))
     for keyword, rows in tables:
         if rows is not None:
-            lines = [f"{keyword} {' '.join(map(repr, row))}\n" for row in rows[used].tolist()]
-            file.writelines(lines)
+            for part in _parts(rows[used]):
+                file.writelines(f"{keyword} {' '.join(map(repr, row))}\n" for row in part)
     shape = "/".join(
         "" if rows is None else f"{{{index}}}" for index, (_, rows) in enumerate(tables)
     ).rstrip("/")
     numbers = renumbered.reshape(-1, 1) + first
-    corners = [shape.format(*row) for row in numbers.tolist()]
-    file.writelines(f"f {' '.join(corners[at : at + 3])}\n" for at in range(0, len(corners), 3))
+    for part in _parts(numbers):
+        corners = [shape.format(*row) for row in part]
+        lines = (f"f {' '.join(corners[at : at + 3])}\n" for at in range(0, len(corners), 3))
+        file.writelines(lines)
     return np.array([0 if rows is None else len(used) for _, rows in tables])
+
+
+def _parts(rows: NDArray[Any]) -> Iterator[list[list[Any]]]:
+    """Yield rows as lists, so many at a time that lists stay small."""
+    return (rows[at : at + _ROWS].tolist() for at in range(0, len(rows), _ROWS))
