@@ -180,10 +180,7 @@ def _uv(mesh: Mesh) -> NDArray[np.float32]:
 
 
 def _shading_normals(mesh: Mesh) -> NDArray[np.float32]:
-    if mesh.normals is None:
+    normals = mesh.unit_normals
+    if normals is None:
         return np.zeros(mesh.vertices.shape, np.float32)
-    largest = np.abs(mesh.normals).max(axis=1, initial=0.0, keepdims=True)
-    sound = (largest > 0.0) & (largest < np.inf)
-    scaled = np.divide(mesh.normals, largest, out=np.zeros_like(mesh.normals), where=sound)
-    length = np.linalg.norm(scaled, axis=1, keepdims=True)
-    return np.divide(scaled, length, out=scaled, where=sound).astype(np.float32)
+    return normals.astype(np.float32)

@@ -48,6 +48,17 @@ class Mesh:
             if value is not None:
                 object.__setattr__(self, attribute, np.ascontiguousarray(value, dtype=kind))
 
+    @property
+    def unit_normals(self) -> NDArray[np.float64] | None:
+        """The shading normals, (V, 3), of length 1; or 0, where they are not finite too."""
+        if self.normals is None:
+            return None
+        largest = np.abs(self.normals).max(axis=1, initial=0.0, keepdims=True)
+        sound = (largest > 0.0) & (largest < np.inf)
+        scaled = np.divide(self.normals, largest, out=np.zeros_like(self.normals), where=sound)
+        length = np.linalg.norm(scaled, axis=1, keepdims=True)
+        return np.divide(scaled, length, out=scaled, where=sound)
+
     @classmethod
     def from_trimesh(
         cls, mesh: Any, material: Material | None = None, name: str = "mesh", smooth: bool = False

@@ -85,7 +85,7 @@ def write_gltf(scene: Scene, path: Path, assets: Assets) -> None:
 
 def _checked(mesh: Mesh, path: Path) -> Mesh:
     """Return a mesh without the vertices that no face uses."""
-    part = Part(mesh.vertices, mesh.faces, mesh.normals, mesh.uv)
+    part = Part(mesh.vertices, mesh.faces, mesh.unit_normals, mesh.uv)
     return build_mesh(path, part, mesh.material, mesh.name)
 
 

@@ -55,7 +55,10 @@ def _write_mesh(file: TextIO, mesh: Mesh, first: NDArray[np.int64]) -> NDArray[n
     (3,) how many of them it has
     """
     used, renumbered = np.unique(mesh.faces, return_inverse=True)
-    tables = (("v", mesh.vertices), ("vt", mesh.uv), ("vn", mesh.normals))
+    normals = mesh.normals
+    if normals is not None:  # flat where they are not finite, or 0
+        normals = np.where(np.isfinite(normals).all(axis=1, keepdims=True), normals, 0.0)
+    tables = (("v", mesh.vertices), ("vt", mesh.uv), ("vn", normals))
     for keyword, rows in tables:
         if rows is not None:
             for part in _parts(rows[used]):

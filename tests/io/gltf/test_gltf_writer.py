@@ -113,6 +113,16 @@ def test_normals_uv_objects_and_strays(tmp_path):
     assert len(again[2].vertices) == 3
 
 
+@pytest.mark.parametrize("suffix", [".glb", ".gltf", ".obj"])
+def test_odd_normals_return_as_they_are_used(tmp_path, suffix):
+    normals = np.array([(0, 0, 1e-200), (np.nan, 0, 1), (0, 0, 0), (3, 4, 0)])
+    mesh = quad((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0))
+    scene = pm.Scene([pm.Mesh(mesh.vertices, mesh.faces, normals=normals)])
+    again = saved(scene, tmp_path, f"room{suffix}")
+    found = again.meshes[0].unit_normals
+    np.testing.assert_allclose(found, [(0, 0, 1), (0, 0, 0), (0, 0, 0), (0.6, 0.8, 0)], atol=1e-7)
+
+
 MATERIALS = [
     pm.Material("number", 0.25),
     pm.Material("triple", (0.2, 0.4, 0.6)),

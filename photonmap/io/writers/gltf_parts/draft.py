@@ -15,6 +15,8 @@ from photonmap.runtime.wording import listed
 _TYPES = {"<f4": 5126, "<u2": 5123, "<u4": 5125}
 _SHAPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3"}
 _LARGEST = (1 << 32) - 1
+_VERTICES, _INDICES = 34962, 34963
+"""What buffer views are for."""
 
 
 @dataclass
@@ -46,9 +48,9 @@ class Draft:
             used.append(extension)
         return {extension: content}
 
-    def add_view(self, data: bytes) -> int:
-        """Append bytes to the buffer; return the index of their view."""
-        view = {"buffer": 0, "byteOffset": self._size, "byteLength": len(data)}
+    def add_view(self, data: bytes, **more: int) -> int:
+        """Append bytes to the buffer; return the index of their view, which may say more."""
+        view = {"buffer": 0, "byteOffset": self._size, "byteLength": len(data), **more}
         self.blocks.append(data + b"\0" * (-len(data) % 4))
         self._size += len(self.blocks[-1])
         return self.add("bufferViews", view)
@@ -61,9 +63,11 @@ class Draft:
         kind : "<f4", "<u2" or "<u4"
         limits : whether the least and largest values are named too
         """
-        table = rows.reshape(len(rows), -1).astype(kind)
+        table, is_float = rows.reshape(len(rows), -1).astype(kind), kind == "<f4"
         item = {
-            "bufferView": self.add_view(table.tobytes()),
+            "bufferView": self.add_view(
+                table.tobytes(), target=_VERTICES if is_float else _INDICES
+            ),
             "componentType": _TYPES[kind],
             "type": _SHAPES[table.shape[1]],
             "count": len(table),
