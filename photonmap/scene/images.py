@@ -80,8 +80,7 @@ def read_texture(path: str | PathLike[str], linear: bool = False) -> Image:
     InputError : the file is missing, damaged or not an image, its channels are neither RGB nor
         grey, or a value is negative or not finite
     """
-    path = Path(path)
-    return _as_image(path, *read_channels(path), linear)
+    return read_channels(path).image(linear)
 
 
 def read_mask(path: str | PathLike[str], linear: bool = False) -> NDArray[np.float32]:
@@ -95,37 +94,11 @@ def read_mask(path: str | PathLike[str], linear: bool = False) -> NDArray[np.flo
     ------
     InputError : as in `read_texture`
     """
-    path = Path(path)
-    pixels, names, is_float = read_channels(path)
-    alpha = _find_alpha(path, pixels, names)
+    channels = read_channels(path)
+    alpha = channels.alpha()
     if alpha is None:
-        image = _as_image(path, pixels, names, is_float, linear)
-        return image.linear(slice(None), slice(None)) @ _LUMINANCE
+        return channels.image(linear).linear(slice(None), slice(None)) @ _LUMINANCE
     return alpha
-
-
-def read_alpha(path: str | PathLike[str]) -> NDArray[np.float32] | None:
-    """Read the alpha of an image, (H, W); None if it has none.
-
-    Raises
-    ------
-    InputError : as in `read_texture`
-    """
-    path = Path(path)
-    pixels, names, _ = read_channels(path)
-    return _find_alpha(path, pixels, names)
-
-
-def _find_alpha(path: Path, pixels: NDArray[Any], names: list[str]) -> NDArray[np.float32] | None:
-    """Return the channel that is alpha; None if there is none."""
-    alpha = next((i for i, name in enumerate(names) if name in _ALPHA), None)
-    if alpha is None:
-        return None
-    values = pixels[..., alpha]
-    if values.dtype == np.uint8:
-        return LINEAR_TABLE[values]
-    _check_values(path, values[..., None])
-    return np.ascontiguousarray(values)
 
 
 def write_image(texels: NDArray[Any], path: str | PathLike[str]) -> None:
@@ -147,28 +120,56 @@ def write_image(texels: NDArray[Any], path: str | PathLike[str]) -> None:
         raise OSError(f"{path}: cannot be written ({OpenImageIO.geterror()})")
 
 
-def _as_image(
-    path: Path, pixels: NDArray[Any], names: list[str], is_float: bool, linear: bool
-) -> Image:
-    texels = pixels[..., _find_colors(path, names)]
-    if texels.shape[2] == 1:
-        texels = np.repeat(texels, 3, axis=2)
-    if texels.dtype == np.uint8:
-        return Image(np.ascontiguousarray(texels), not linear)
-    _check_values(path, texels)
-    if not (linear or is_float):
-        texels = decode_srgb(texels)
-    return Image(np.ascontiguousarray(texels, np.float32), False)
+@dataclass(frozen=True, eq=False)
+class Channels:
+    """All channels of an image file.
 
-
-def read_channels(path: Path) -> tuple[NDArray[Any], list[str], bool]:
-    """Read all channels.
-
-    Returns
-    -------
+    Parameters
+    ----------
+    path : the file
     pixels : (H, W, C) uint8; float32 of all other types, integers divided by their largest value
     names : of the channels, in lower case
     is_float : whether the file holds floats
+    """
+
+    path: Path
+    pixels: NDArray[Any]
+    names: list[str]
+    is_float: bool
+
+    def image(self, linear: bool = False) -> Image:
+        """Return RGB, as `read_texture` does."""
+        texels = self.pixels[..., _find_colors(self.path, self.names)]
+        if texels.shape[2] == 1:
+            texels = np.repeat(texels, 3, axis=2)
+        if texels.dtype == np.uint8:
+            return Image(np.ascontiguousarray(texels), not linear)
+        _check_values(self.path, texels)
+        if not (linear or self.is_float):
+            texels = decode_srgb(texels)
+        return Image(np.ascontiguousarray(texels, np.float32), False)
+
+    def alpha(self) -> NDArray[np.float32] | None:
+        """Return the channel that is alpha, (H, W); None if there is none."""
+        alpha = next((i for i, name in enumerate(self.names) if name in _ALPHA), None)
+        if alpha is None:
+            return None
+        values = self.pixels[..., alpha]
+        if values.dtype == np.uint8:
+            return LINEAR_TABLE[values]
+        _check_values(self.path, values[..., None])
+        return np.ascontiguousarray(values)
+
+    def means(self) -> tuple[float, float, float]:
+        """Return the means of three channels of linear data; of one channel, thrice its mean."""
+        largest = 255.0 if self.pixels.dtype == np.uint8 else 1.0
+        means = self.pixels.mean(axis=(0, 1), dtype=np.float64) / largest
+        red, green, blue = (float(means[min(channel, len(means) - 1)]) for channel in range(3))
+        return red, green, blue
+
+
+def read_channels(path: str | PathLike[str]) -> Channels:
+    """Read all channels.
 
     Raises
     ------
@@ -176,6 +177,7 @@ def read_channels(path: Path) -> tuple[NDArray[Any], list[str], bool]:
     """
     import OpenImageIO
 
+    path = Path(path)
     data = read_bytes(path)
     if data.startswith(_PNG):
         _check_png(path, data)
@@ -199,7 +201,7 @@ def read_channels(path: Path) -> tuple[NDArray[Any], list[str], bool]:
         file.close()
     shape = (spec.height, spec.width, spec.nchannels)
     names = [name.lower() for name in spec.channelnames]
-    return pixels.reshape(shape), names, kind in _FLOATS
+    return Channels(path, pixels.reshape(shape), names, kind in _FLOATS)
 
 
 def _unreadable(path: Path, reason: str) -> InputError:

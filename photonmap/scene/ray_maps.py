@@ -84,7 +84,8 @@ def _read_npz(path: Path) -> Any:
 
 
 def _read_exr(path: Path) -> Any:
-    pixels, names, _ = read_channels(path)
+    channels = read_channels(path)
+    pixels, names = channels.pixels, channels.names
     missing = [name for name in CHANNELS if name.lower() not in names]
     if missing:
         raise InputError(f"has no channel {missing[0]}; give {', '.join(CHANNELS)}", path)

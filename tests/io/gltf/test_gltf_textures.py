@@ -8,6 +8,7 @@ import pytest
 
 import photonmap as pm
 from photonmap.errors import InputError, SceneWarning
+from photonmap.scene.images import read_channels
 
 UV = [[0.25, 0.0], [1, 0.75], [0, 1]]
 TEXELS = np.arange(2 * 3 * 4, dtype=np.uint8).reshape(2, 3, 4) * 10
@@ -153,4 +154,38 @@ def test_images_of_another_format(read, build):
     textured(build, {})
     del build.tree["textures"][0]["source"]
     with pytest.raises(InputError, match="textures other than PNG and JPEG"):
+        read("a.glb", build.glb())
+
+
+def test_an_image_is_decoded_once(read, build, png, monkeypatch):
+    """For colour and opacity, and for all materials that show it."""
+    textured(build, {}, alphaMode="BLEND")
+    embed(build, png)
+    build.tree["materials"] *= 2
+    build.primitive(TEXCOORD_0=UV, more={"material": 1})
+    decoded = []
+
+    def count(path):
+        decoded.append(path)
+        return read_channels(path)
+
+    monkeypatch.setattr("photonmap.io.readers.gltf_parts.textures.read_channels", count)
+    first, second = (mesh.material for mesh in read("a.glb", build.glb()))
+    assert len(decoded) == 1
+    assert first.reflectance.image is second.reflectance.image
+    np.testing.assert_array_equal(first.alpha.image.texels[..., 0] * 255, TEXELS[..., 3])
+
+
+def test_an_embedded_image_of_odd_channels_is_named(read, build, tmp_path):
+    import OpenImageIO
+
+    path = tmp_path / "odd.tiff"
+    spec = OpenImageIO.ImageSpec(2, 2, 2, OpenImageIO.UINT8)
+    output = OpenImageIO.ImageOutput.create(str(path))
+    assert output.open(str(path), spec)
+    assert output.write_image(np.zeros((2, 2, 2), np.uint8))
+    output.close()
+    data = base64.b64encode(path.read_bytes()).decode()
+    textured(build, {"uri": "data:image/tiff;base64," + data, "mimeType": "image/tiff"})
+    with pytest.raises(InputError, match=r"a\.glb: image 0 has the channels"):
         read("a.glb", build.glb())

@@ -14,12 +14,14 @@ import numpy as np
 
 from photonmap.errors import InputError
 from photonmap.io.readers.registry import MissingTextures
-from photonmap.scene.images import read_alpha, read_channels
-from photonmap.scene.textures import Texture, Triple, shared_image
+from photonmap.scene.images import Channels, read_channels
+from photonmap.scene.textures import Texture, Triple
 
 CLAMP, MIRROR = 33071, 33648
 """Values of a sampler's wrapS and wrapT; they repeat by default."""
 _TRANSFORM = "KHR_texture_transform"
+_EMBEDDED = "photonmap_image_"
+"""How the names of files begin that embedded images are decoded from."""
 Item = Callable[[str, int], dict[str, Any]]
 Placement = dict[str, Any]
 
@@ -42,7 +44,8 @@ class Textures:
     view: Callable[[int], bytes | memoryview]
     missing: MissingTextures
     lost: list[str] = field(default_factory=list)
-    _known: dict[tuple[int, Callable[[Path], Any]], Any] = field(default_factory=dict)
+    _known: dict[tuple[int, Callable[[Channels], Any]], Any] = field(default_factory=dict)
+    _last: tuple[int, Channels] | None = None
 
     def color(self, use: Mapping[str, Any], lose: Callable[[str], None]) -> Texture | None:
         """Return a colour texture; None if it is missing, which is noted.
@@ -56,14 +59,14 @@ class Textures:
         ------
         InputError : its image cannot be read, and `missing` is "error"
         """
-        image = self._read(use, shared_image)
+        image = self._read(use, Channels.image)
         return None if image is None else Texture(image, **self._placement(use, lose))
 
     def opacity(
         self, use: Mapping[str, Any], factor: float, cutoff: float | None
     ) -> Texture | float:
         """Return a texture's alpha times a factor, or 0 and 1 below and above a cutoff."""
-        mask = self._read(use, read_alpha)
+        mask = self._read(use, Channels.alpha)
         values = np.float32(factor) * (np.ones((1, 1), np.float32) if mask is None else mask)
         if cutoff is not None:
             values = (values >= cutoff).astype(np.float32)
@@ -73,46 +76,55 @@ class Textures:
 
     def means(self, use: Mapping[str, Any]) -> Triple:
         """Return the means of three channels of linear data; 1 if their image is missing."""
-        means: Triple | None = self._read(use, _read_means)
+        means: Triple | None = self._read(use, Channels.means)
         return means or (1.0, 1.0, 1.0)
 
-    def _read(self, use: Mapping[str, Any], read: Callable[[Path], Any]) -> Any:
-        """Return what a function makes of the image's file, once; None if it is missing."""
+    def _read(self, use: Mapping[str, Any], make: Callable[[Channels], Any]) -> Any:
+        """Return what a function makes of the image, once; None if the image is missing."""
         texture = self.item("textures", use["index"])
         index = texture.get("source")
         if index is None:
             raise InputError("has textures other than PNG and JPEG; export those", self.path)
-        if (index, read) not in self._known:
-            self._known[index, read] = self._read_image(index, read)
-        return self._known[index, read]
+        if (index, make) not in self._known:
+            try:
+                made = make(self._channels(index))
+            except InputError as error:
+                if self.missing == "error":
+                    raise self._name(index, error) from None
+                self.lost.append(self.item("images", index).get("uri", f"image {index}")[:80])
+                made = None
+            self._known[index, make] = made
+        return self._known[index, make]
 
-    def _read_image(self, index: int, read: Callable[[Path], Any]) -> Any:
-        image = self.item("images", index)
-        try:
-            if "uri" in image and not image["uri"].startswith("data:"):
-                return read(self.path.parent / unquote(image["uri"]))
-            return self._read_embedded(index, image, read)
-        except InputError:
-            if self.missing == "error":
-                raise
-            self.lost.append(image.get("uri", f"image {index}")[:80])
-            return None
+    def _channels(self, index: int) -> Channels:
+        """Read an image, unless it was the last one that was read."""
+        if self._last is None or self._last[0] != index:
+            image = self.item("images", index)
+            if _is_embedded(image):
+                self._last = index, self._read_embedded(index, image)
+            else:
+                self._last = index, read_channels(self.path.parent / unquote(image["uri"]))
+        return self._last[1]
 
-    def _read_embedded(self, index: int, image: dict[str, Any], read: Callable[[Path], Any]) -> Any:
-        """Return what a function makes of an image that is part of the file."""
+    def _read_embedded(self, index: int, image: dict[str, Any]) -> Channels:
+        """Read an image that is part of the file."""
         data: bytes | memoryview
         if "uri" in image:
             data = base64.b64decode(image["uri"].partition(",")[2], validate=True)
         else:
             data = self.view(image["bufferView"])
         with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / f"image_{index}.{image.get('mimeType', 'image/png')[6:]}"
+            kind = image.get("mimeType", "image/png")[6:]
+            path = Path(folder) / f"{_EMBEDDED}{index}.{kind}"
             path.write_bytes(data)
-            try:
-                return read(path)
-            except InputError as error:
-                reason = str(error).rpartition(f"{path}: ")[2]
-                raise InputError(f"image {index} {reason}", self.path) from None
+            return read_channels(path)
+
+    def _name(self, index: int, error: InputError) -> InputError:
+        """Return an error about an image that names the file, where the image is part of it."""
+        if not _is_embedded(self.item("images", index)):
+            return error
+        _, _, reason = str(error).partition(f"{_EMBEDDED}{index}.")
+        return InputError(f"image {index} {reason.partition(': ')[2]}", self.path)
 
     def _placement(self, use: Mapping[str, Any], lose: Callable[[str], None]) -> Placement:
         """Return how a texture lies on a surface, v counting upwards."""
@@ -132,10 +144,6 @@ class Textures:
         return {"scale": (s, t), "offset": (u, 1.0 - t - v), "clamp": wraps.count(CLAMP) == 2}
 
 
-def _read_means(path: Path) -> Triple:
-    """Return the means of three channels of linear data; of one channel, three times its mean."""
-    pixels = read_channels(path)[0]
-    largest = 255.0 if pixels.dtype == np.uint8 else 1.0
-    means = pixels.mean(axis=(0, 1), dtype=np.float64) / largest
-    red, green, blue = (float(means[min(channel, len(means) - 1)]) for channel in range(3))
-    return red, green, blue
+def _is_embedded(image: Mapping[str, Any]) -> bool:
+    """Return whether an image is part of the file."""
+    return "uri" not in image or bool(image["uri"].startswith("data:"))
