@@ -47,7 +47,7 @@ def inspect_file(source: SceneSource, bands: Bands) -> tuple[Scene, dict[str, An
     with warnings.catch_warnings(), listening() as messages:
         warnings.simplefilter("ignore", SceneWarning)
         scene = source.load()
-        described = describe_scene(scene, bands)
+        described = describe_scene(scene, bands, suffix)
     about = [{"message": message, "remedy": find_remedy(message)} for message in messages]
     head = {
         "file": source.path,
@@ -57,8 +57,8 @@ def inspect_file(source: SceneSource, bands: Bands) -> tuple[Scene, dict[str, An
     return scene, {**head, **described, "warnings": about}
 
 
-def describe_scene(scene: Scene, bands: Bands) -> dict[str, Any]:
-    """Return what is in a scene.
+def describe_scene(scene: Scene, bands: Bands, suffix: str = "") -> dict[str, Any]:
+    """Return what is in a scene, which was read from a file of a suffix.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def describe_scene(scene: Scene, bands: Bands) -> dict[str, Any]:
             "power": float(compiled.light_powers.sum()),
         },
         "bounds": bounds,
-        "unit": guess_unit(bounds["size"]),
+        "unit": guess_unit(bounds["size"], suffix),
         "meshes": [describe_mesh(mesh) for mesh in meshes],
         "materials": materials,
         "lights": describe_lights(scene, compiled),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from photonmap.scene.lights import (
     check_light,
     name_lights,
 )
-from photonmap.scene.parameters import Direction, Number, Point, parameters_of
+from photonmap.scene.parameters import Direction, File, Number, Point, parameters_of
 from photonmap.scene.scene import Scene
 from photonmap.scene.vectors import unit
 
@@ -72,6 +73,7 @@ def describe_lights(scene: Scene, compiled: CompiledScene) -> list[dict[str, Any
         {
             "name": light.name,
             "kind": light.kind,
+            "group": light.group or light.name,
             "power": powers.get(light.name, 0.0),
             "share": powers.get(light.name, 0.0) / total,
             **_describe_light(light),
@@ -91,6 +93,9 @@ def _describe_light(light: Light) -> dict[str, Any]:
             told[attribute] = list(value)
         elif isinstance(parameter, Number):
             told[attribute] = value
+        elif isinstance(parameter, File):
+            is_name = isinstance(value, str | PathLike)
+            told[attribute] = str(value) if is_name else list(np.shape(value))
     if isinstance(light, SpotLight):
         told["direction"] = list(light.emitter().axis)
     if isinstance(light, PhotometricLight):

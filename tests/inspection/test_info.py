@@ -12,7 +12,7 @@ from photonmap.commands.main import main
 from photonmap.inspection.describe import describe_scene
 from photonmap.inspection.remedies import find_remedy
 from photonmap.inspection.sizes import guess_unit
-from photonmap.inspection.surfaces import describe_mesh, name_kind
+from photonmap.inspection.surfaces import describe_materials, describe_mesh, name_kind
 
 from helpers.scenes import quad  # isort: skip
 
@@ -66,14 +66,16 @@ def test_powers_of_lights():
         pm.SpotLight((0, 3, 0), (0, 0, 0), 5.0, 60.0, 60.0, "stage"),
         pm.PointLight((0, 2, 0), 0.0),
         pm.DirectionalLight((0, -2, 0), 1.0, "sun"),
+        pm.EnvironmentLight(np.zeros((2, 4, 3)), name="sky", group="outside"),
     ]
     about = describe_scene(pm.Scene([floor], lights), pm.Bands.gaussian(3))
-    lamp, stage, dark, sun = about["lights"]
+    lamp, stage, dark, sun, sky = about["lights"]
     assert lamp["power"] == pytest.approx(8 * np.pi)
     assert stage["power"] == pytest.approx(np.pi * 5.0)
     assert (stage["kind"], stage["direction"], stage["outer"]) == ("spot", [0, -1, 0], 60.0)
     assert (dark["name"], dark["power"], dark["share"]) == ("point", 0.0, 0.0)
     assert sun["power"] == pytest.approx(np.pi * 2.0, rel=0.01)  # the disk around the floor
+    assert (sky["image"], sky["group"], sky["power"]) == ([2, 4, 3], "outside", 0.0)
     assert sum(light["share"] for light in about["lights"]) == pytest.approx(1.0)
     assert about["cameras"] == []
     assert about["framed_camera"]["kind"] == "pinhole"
@@ -97,6 +99,27 @@ def test_kinds_of_materials(material, kind):
     assert name_kind(material) == kind
 
 
+def test_attributes_of_materials():
+    texels = np.full((3, 5, 3), 255, np.uint8)
+    red = pm.Spectrum([400, 700], [0.1, 0.9])
+    panel = quad((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0))
+    materials = [
+        pm.Material("wood", pm.Texture.of(texels), alpha=0.5),
+        pm.Material("red", red, emission=(1.0, 2.0, 3.0)),
+        pm.Material.glass("pane", 1.4),
+    ]
+    meshes = [pm.Mesh(panel.vertices, panel.faces, material) for material in materials]
+    wood, curve, pane = describe_materials([*meshes, meshes[0]])
+    texture = {"width": 5, "height": 3, "channels": 3, "bits": 8, "mean": [1.0, 1.0, 1.0]}
+    assert wood == {
+        "name": "wood", "kind": "diffuse", "triangles": 4, "reflectance": {"texture": texture},
+        "alpha": 0.5,
+    }  # fmt: skip
+    assert curve["reflectance"] == {"spectrum": {"samples": 2, "range_nm": [400.0, 700.0]}}
+    assert curve["emission"] == [1.0, 2.0, 3.0]
+    assert pane == {"name": "pane", "kind": "glass", "triangles": 2, "ior": 1.4}
+
+
 def test_smooth_and_flat():
     floor = quad((-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1))
     up = np.tile([0.0, 1.0, 0.0], (4, 1))
@@ -118,7 +141,8 @@ def test_units_are_guessed_by_size(longest, unit, metres):
     guess = guess_unit([0.1, longest, 1.0])
     assert guess["guess"] == unit
     assert guess["metres"] == pytest.approx(metres)
-    assert "files do not say" in guess["why"]
+    assert "the format does not say" in guess["why"]
+    assert "glTF prescribes metres" in guess_unit([longest], ".glb")["why"]
     assert guess_unit([0.0, 0.0, 0.0])["guess"] is guess_unit([1e9])["guess"] is None
 
 

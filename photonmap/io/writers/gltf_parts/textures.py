@@ -71,10 +71,10 @@ class TextureWriter:
             None if plain else color.factor,
             mask and (id(mask.image), mask.factor),
         )
+        if color.image.texels.dtype != np.uint8:
+            self.draft.note(_ROUNDED, owner)
         if key not in self._images:
             self._kept += [each.image for each in (color, mask) if each]  # so that ids stay
-            if color.image.texels.dtype != np.uint8:
-                self.draft.note(_ROUNDED, owner)
             texels, scale = (_rgb(color.image.texels), 1.0) if plain else _encode(color)
             if mask is not None:
                 texels = self._with_alpha(texels, mask, owner)
