@@ -86,7 +86,7 @@ def write_gltf(scene: Scene, path: Path, assets: Assets) -> None:
 def _checked(mesh: Mesh, path: Path) -> Mesh:
     """Return a mesh without the vertices that no face uses."""
     part = Part(mesh.vertices, mesh.faces, mesh.unit_normals, mesh.uv)
-    return build_mesh(path, part, mesh.material, mesh.name)
+    return build_mesh(Path(path.name), part, mesh.material, mesh.name)
 
 
 def _find_differences(
