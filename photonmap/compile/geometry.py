@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.compile.colors import paint_meshes
 from photonmap.compile.frame import Frame
 from photonmap.compile.mesh_cleanup import find_single, without_strays
 from photonmap.compile.triangles import winding_normals
@@ -17,7 +18,7 @@ from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
 from photonmap.scene.textures import FARTHEST, Paint, Texture, mean_color, mean_opacity
-from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
 
 LEAST_AREA = 1e-34
 """Area of a triangle, in squares of the scene's size, below which light cannot meet it: its inverse
@@ -25,13 +26,13 @@ is float32."""
 
 
 def check_meshes(scene: Scene) -> list[Mesh]:
-    """Return a scene's meshes, checked, without vertices that no face uses."""
+    """Return a scene's meshes, checked, without vertices that no face uses; colours as textures."""
     meshes = [mesh for mesh in scene.meshes if len(mesh.faces)]
     if not meshes:
         raise InputError(f"scene {scene.name!r} has no faces: there is nothing to render")
     for mesh in meshes:
         _check_mesh(mesh)
-    return _flatten([without_strays(mesh) for mesh in meshes])
+    return _flatten(paint_meshes([without_strays(mesh) for mesh in meshes]))
 
 
 def _check_mesh(mesh: Mesh) -> None:
@@ -50,7 +51,8 @@ def _check_mesh(mesh: Mesh) -> None:
             f"{name}: normals must be {mesh.vertices.shape}, one per vertex, "
             f"not {mesh.normals.shape}"
         )
-    if mesh.uv is not None and _is_textured(mesh.material):
+    _check_colors(mesh, name)
+    if mesh.uv is not None and mesh.material.is_textured:
         if mesh.uv.shape != (len(mesh.vertices), 2):
             wanted = (len(mesh.vertices), 2)
             raise InputError(f"{name}: uv must be {wanted}, one per vertex, not {mesh.uv.shape}")
@@ -62,9 +64,27 @@ def _check_mesh(mesh: Mesh) -> None:
             )
 
 
-def _is_textured(material: Material) -> bool:
-    paints = (material.reflectance, material.emission, material.alpha)
-    return any(isinstance(paint, Texture) for paint in paints)
+def _check_colors(mesh: Mesh, name: str) -> None:
+    """Refuse colours of another shape, outside [0, 1], or on a material that has textures."""
+    if mesh.colors is None:
+        return
+    vertices, faces = (len(mesh.vertices), 3), (len(mesh.faces), 1, 3)
+    if mesh.colors.shape not in (vertices, faces, (len(mesh.faces), 3, 3)):
+        raise InputError(
+            f"{name}: colors must be {vertices}, one per vertex, or {faces}, one per face, "
+            f"not {mesh.colors.shape}"
+        )
+    bad = ~((mesh.colors >= 0.0) & (mesh.colors <= LARGEST_REFLECTANCE))
+    if bad.any():
+        row = int(np.argmax(bad.reshape(len(bad), -1).any(axis=1)))
+        raise InputError(
+            f"{name}: color {row} is {mesh.colors[row].tolist()}; keep it within [0, 1]"
+        )
+    if mesh.material.is_textured:
+        raise InputError(
+            f"{name} has colors, and its material {mesh.material.name!r} has textures; "
+            "remove one of them"
+        )
 
 
 def _flatten(meshes: list[Mesh]) -> list[Mesh]:
@@ -74,7 +94,7 @@ def _flatten(meshes: list[Mesh]) -> list[Mesh]:
     result = []
     for mesh in meshes:
         material = mesh.material
-        if mesh.uv is None and _is_textured(material):
+        if mesh.uv is None and material.is_textured:
             named[f"{mesh.name} ({material.name})"] = None
             if id(material) not in flat:
                 flat[id(material)] = replace(
@@ -168,13 +188,13 @@ def _join_normals(meshes: list[Mesh]) -> NDArray[np.float32]:
 
 def _join_uv(meshes: list[Mesh]) -> NDArray[np.float32]:
     """Return the texture coordinates of all meshes, (0, 2) if none has a texture."""
-    if not any(_is_textured(mesh.material) for mesh in meshes):
+    if not any(mesh.material.is_textured for mesh in meshes):
         return np.zeros((0, 2), np.float32)
     return np.concatenate([_uv(mesh) for mesh in meshes])
 
 
 def _uv(mesh: Mesh) -> NDArray[np.float32]:
-    if mesh.uv is None or not _is_textured(mesh.material):
+    if mesh.uv is None or not mesh.material.is_textured:
         return np.zeros((len(mesh.vertices), 2), np.float32)
     return mesh.uv.astype(np.float32)
 

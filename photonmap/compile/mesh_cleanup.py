@@ -19,13 +19,14 @@ def without_strays(mesh: Mesh) -> Mesh:
     used[mesh.faces] = True
     if used.all():
         return mesh
-    place = np.cumsum(used) - 1
+    place, colors = np.cumsum(used) - 1, mesh.colors
     return replace(
         mesh,
         vertices=mesh.vertices[used],
         faces=place[mesh.faces],
         normals=None if mesh.normals is None else mesh.normals[used],
         uv=None if mesh.uv is None or len(mesh.uv) != len(used) else mesh.uv[used],
+        colors=colors[used] if colors is not None and colors.ndim == 2 else colors,
     )
 
 

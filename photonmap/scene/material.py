@@ -69,6 +69,12 @@ class Material:
     ] = 0.0
 
     @property
+    def is_textured(self) -> bool:
+        """Whether a texture lies on it."""
+        paints = (self.reflectance, self.emission, self.alpha)
+        return any(isinstance(paint, Texture) for paint in paints)
+
+    @property
     def is_glossy(self) -> bool:
         """Whether it has a glossy lobe."""
         return isinstance(self.glossy, Spectrum) or bool(np.any(self.glossy))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from photonmap.scene.material import Material
+from photonmap.scene.visuals import Look, look_of
 
 LARGEST_COORDINATE = 1e30
 """Largest coordinate that readers accept, scene units: products of several stay within float64."""
@@ -27,6 +28,9 @@ class Mesh:
     normals : (V, 3) float64 shading normals, or None; where a row is zero or not finite, the
         surface is flat
     uv : (V, 2) float64 texture coordinates, or None
+    colors : diffuse reflectance in [0, 1] in place of the material's, linear RGB, or None:
+        (V, 3) of vertices, interpolated linearly over each face; or (F, 1, 3) of faces, which may
+        be given as (F, 3) unless there are as many vertices; or (F, 3, 3) of each face's corners
     """
 
     vertices: NDArray[np.float64]
@@ -35,6 +39,7 @@ class Mesh:
     name: str = "mesh"
     normals: NDArray[np.float64] | None = None
     uv: NDArray[np.float64] | None = None
+    colors: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         """Turn array-likes into arrays of the documented types."""
@@ -43,10 +48,38 @@ class Mesh:
             ("faces", np.int64),
             ("normals", np.float64),
             ("uv", np.float64),
+            ("colors", np.float64),
         ):
             value: ArrayLike | None = getattr(self, attribute)
             if value is not None:
                 object.__setattr__(self, attribute, np.ascontiguousarray(value, dtype=kind))
+        colors = self.colors
+        if colors is not None and colors.shape == (len(self.faces), 3) != self.vertices.shape:
+            object.__setattr__(self, "colors", colors[:, None])
+
+    def split_corners(self) -> Mesh:
+        """Return the same surface with a vertex for each corner of each face, in their order.
+
+        Colours become those of vertices.
+        """
+        corners = self.faces.ravel()
+
+        def pick(rows: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
+            return None if rows is None else rows[corners]
+
+        colors = self.colors
+        if colors is not None and colors.ndim == 3:
+            colors = np.broadcast_to(colors, (len(self.faces), 3, 3)).reshape(-1, 3)
+        else:
+            colors = pick(colors)
+        return replace(
+            self,
+            vertices=self.vertices[corners],
+            faces=np.arange(len(corners)).reshape(-1, 3),
+            normals=pick(self.normals),
+            uv=pick(self.uv),
+            colors=colors,
+        )
 
     @property
     def unit_normals(self) -> NDArray[np.float64] | None:
@@ -63,6 +96,15 @@ class Mesh:
     def from_trimesh(
         cls, mesh: Any, material: Material | None = None, name: str = "mesh", smooth: bool = False
     ) -> Mesh:
-        """Return the geometry of a `trimesh.Trimesh`, with its vertex normals if `smooth`."""
+        """Return a `trimesh.Trimesh`; of a `trimesh.Scene`, see `Scene.from_trimesh`.
+
+        Parameters
+        ----------
+        mesh : its colours of vertices or faces, or its texture, become the reflectance
+        material : in place of them
+        name : of the object
+        smooth : whether it gets trimesh's vertex normals
+        """
+        look = Look(material) if material else look_of(mesh.visual, name)
         normals = mesh.vertex_normals if smooth else None
-        return cls(mesh.vertices, mesh.faces, material or Material(), name, normals)
+        return cls(mesh.vertices, mesh.faces, look.material, name, normals, look.uv, look.colors)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
-from photonmap.errors import InputError
+from photonmap.errors import InputError, warn
 from photonmap.runtime.wording import listed, shown
 from photonmap.scene.camera import Camera
 from photonmap.scene.lights import Light
+from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 
 
@@ -37,6 +39,33 @@ class Scene:
         if self.camera is None and self.cameras:
             self.camera = self.cameras[0]
 
+    @classmethod
+    def from_trimesh(cls, scene: Any, name: str = "scene", smooth: bool = False) -> Scene:
+        """Return the meshes of a `trimesh.Scene`, one for each node, and its camera if it has one.
+
+        Parameters
+        ----------
+        scene : its lights are not taken; what is not a mesh is left out, with a warning
+        name : of the result
+        smooth : whether meshes get trimesh's vertex normals
+        """
+        meshes: list[Mesh] = []
+        materials: dict[str, Material] = {}
+        others = 0
+        for node in scene.graph.nodes_geometry:
+            matrix, key = scene.graph[node]
+            if not hasattr(scene.geometry[key], "faces"):
+                others += 1
+                continue
+            moved = scene.geometry[key].copy()
+            moved.apply_transform(matrix)
+            mesh = Mesh.from_trimesh(moved, name=node, smooth=smooth)
+            material = materials.setdefault(key, mesh.material)
+            meshes.append(replace(mesh, material=material))
+        if others:
+            warn(f"scene {shown(name)}: {others} geometries that are no meshes are left out")
+        return cls(meshes, camera=_camera(scene) if scene.has_camera else None, name=name)
+
     @property
     def every_camera(self) -> list[Camera]:
         """The camera in use, and the others, which have other names."""
@@ -57,6 +86,18 @@ class Scene:
         names = [camera.name for camera in self.every_camera if camera.name]
         known = f"the scene has {listed(names)}" if names else "the scene has no named camera"
         raise InputError(f"there is no camera {shown(name)}; {known}")
+
+
+def _camera(scene: Any) -> Camera:
+    """Return the camera of a `trimesh.Scene`, which looks along its -z."""
+    matrix = scene.camera_transform
+    origin, ahead, up = matrix[:3, 3], -matrix[:3, 2], matrix[:3, 1]
+    return Camera(
+        tuple(origin.tolist()),
+        tuple((origin + ahead).tolist()),
+        tuple(up.tolist()),
+        fov=float(scene.camera.fov[1]),
+    )
 
 
 def check_names(cameras: Iterable[Camera]) -> None:

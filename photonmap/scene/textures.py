@@ -81,10 +81,15 @@ class Texture:
             return cls(Image(np.ascontiguousarray(array, np.float32), False), **mapping)
         return cls(Image(np.ascontiguousarray(array), srgb), **mapping)
 
+    @property
+    def values(self) -> NDArray[Any]:
+        """What its texels hold, (H, W, C)."""
+        return self.image.texels
+
     @cached_property
     def mean(self) -> Triple:
         """Mean linear RGB over the image."""
-        texels, table = self.image.texels, self.image.table.astype(np.float64)
+        texels, table = self.values, self.image.table.astype(np.float64)
         total = np.zeros(texels.shape[2])
         for start in range(0, len(texels), ROWS):
             part = texels[start : start + ROWS]
@@ -99,7 +104,7 @@ class Texture:
     @cached_property
     def largest(self) -> float:
         """The largest linear value."""
-        most = self.image.texels.max(axis=(0, 1))
+        most = self.values.max(axis=(0, 1))
         return max(self._triple(self.image.table[most] if most.dtype == np.uint8 else most))
 
     def _triple(self, channels: NDArray[Any]) -> Triple:
@@ -170,7 +175,7 @@ def check_texture(texture: Texture, most: float = np.inf) -> None:
     ------
     InputError
     """
-    texels = texture.image.texels
+    texels = texture.values
     if texels.ndim != 3 or texels.shape[2] not in (1, 3) or not texels.size:
         raise InputError(f"the texture's texels must be (H, W, 3) or (H, W, 1), not {texels.shape}")
     if texels.dtype not in (np.uint8, np.float32):

@@ -59,12 +59,7 @@ def test_what_trimesh_exports(read):
     np.testing.assert_array_equal(mesh.faces, shape.faces)
 
 
-def test_colors_are_not_simulated(read):
-    vertices = "3 1 0\n0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n0 1 0 1 0 0 1\n"
-    with pytest.warns(SceneWarning, match=r"a\.off: not simulated: vertex colours$"):
-        read("COFF\n" + vertices + "3 0 1 2\n")
-    with pytest.warns(SceneWarning, match=r"a\.off: not simulated: face colours$"):
-        read("OFF\n" + SQUARE.rstrip() + " 255 0 0\n")
+def test_faces_without_area_are_counted(read):
     with pytest.warns(SceneWarning, match=r"a\.off: not simulated: 1 faces without area$"):
         read("OFF\n" + SQUARE.replace("4 1 0", "4 2 0") + "4 0 1 1 0\n")
 

@@ -81,9 +81,9 @@ def test_ply_texture_coordinates_of_corners(read):
 
 def test_ply_names_what_is_not_simulated(read):
     text = ply(
-        np.c_[TRIANGLE, np.ones((3, 4))],
+        np.c_[TRIANGLE, np.ones(3)],
         [[0, 1, 2]],
-        "x y z red green blue confidence",
+        "x y z confidence",
         more="element edge 1\nproperty int vertex1\nproperty int vertex2\n"
         "comment TextureFile my wood.png\n",
     )
@@ -91,16 +91,9 @@ def test_ply_names_what_is_not_simulated(read):
         read("a.ply", text + "0 1\n")
     (warning,) = record
     assert str(warning.message).endswith(
-        "a.ply: not simulated: texture of 'my wood.png'; vertex colours; "
-        "vertex property of 'confidence'; element of 'edge'"
+        "a.ply: not simulated: texture of 'my wood.png'; vertex property of 'confidence'; "
+        "element of 'edge'"
     )
-
-
-def test_ply_face_colors(read):
-    box = trimesh.creation.box()
-    box.visual.face_colors = [255, 0, 0, 255]
-    with pytest.warns(SceneWarning, match="not simulated: face colours$"):
-        read("a.ply", box.export(file_type="ply"))
 
 
 @pytest.mark.parametrize(

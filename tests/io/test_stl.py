@@ -7,7 +7,7 @@ import pytest
 import trimesh
 from helpers.meshes import corners, facets
 
-from photonmap.errors import InputError, SceneWarning
+from photonmap.errors import InputError
 from photonmap.scene.material import Material
 
 pytestmark = pytest.mark.usefixtures("silence")
@@ -30,13 +30,6 @@ def test_stl_of_several_solids(read, newline):
     assert (left.name, right.name) == ("Left", "the right")
     assert left.material is right.material
     assert right.vertices.tolist() == [[0, 0, 1], [1, 0, 1], [0, 1, 1]]
-
-
-def test_stl_colors(read):
-    data = bytearray(trimesh.creation.box().export(file_type="stl"))
-    data[84 + 48] = 7
-    with pytest.warns(SceneWarning, match="not simulated: colours in attribute bytes$"):
-        read("a.stl", bytes(data))
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from photonmap.dataset.jobs.plan import Job
 from photonmap.results.files import write_json
 from photonmap.results.result import Result
 from photonmap.scene.scene import Scene
-from photonmap.scene.textures import Paint, Texture
+from photonmap.scene.textures import Paint, Texture, mean_color
 from photonmap.settings import DATASET, taken_by
 from photonmap.spectra import color_text, munsell
 from photonmap.spectra.bands import Bands
@@ -176,15 +176,18 @@ def _lights(scene: Scene, record: dict[str, Any], bands: Bands) -> dict[str, Any
 
 
 def _surfaces(scene: Scene, bands: Bands) -> dict[str, Any]:
-    """Return the objects and materials in the order of their ids, from 1, and reflectances."""
+    """Return the objects and materials in the order of their ids, from 1, and reflectances.
+
+    The reflectance of what has a texture, or colours of its own, is None.
+    """
     meshes = [mesh for mesh in scene.meshes if len(mesh.faces)]
     materials = list({id(mesh.material): mesh.material for mesh in meshes}.values())
+    colored = {id(mesh.material) for mesh in meshes if mesh.colors is not None}
     known: dict[str, Any] = {}
     for material in materials:
         paint = material.reflectance
-        known[material.name] = (
-            None if isinstance(paint, Texture) else _bands(bands.reflectance(paint))
-        )
+        varies = isinstance(paint, Texture) or id(material) in colored
+        known[material.name] = None if varies else _bands(bands.reflectance(mean_color(paint)))
     return {
         "objects": list(dict.fromkeys(mesh.name for mesh in meshes)),
         "materials": [material.name for material in materials],

@@ -66,7 +66,8 @@ def recolor(scene: Scene, seed: int = 0, materials: Iterable[str] | None = None)
     """Give the diffuse surfaces of a scene the reflectances of random Munsell chips.
 
     Materials without a diffuse part, such as glass and mirrors, and emitters stay as they are. A
-    reflectance texture, which is RGB, is replaced by a single chip.
+    reflectance texture, or colours of vertices or faces, which are RGB, are replaced by a single
+    chip.
 
     Parameters
     ----------
@@ -85,7 +86,8 @@ def recolor(scene: Scene, seed: int = 0, materials: Iterable[str] | None = None)
         if _is_diffuse(material) and (wanted is None or material.name in wanted):
             chip = palette.chip(None, (3, 8), (2, 12))
             changed[id(material)] = replace(material, reflectance=chip.reflectance)
-    return _with_materials(scene, changed)
+    meshes = [replace(m, colors=None) if id(m.material) in changed else m for m in scene.meshes]
+    return _with_materials(replace(scene, meshes=meshes), changed)
 
 
 def _with_materials(scene: Scene, changed: dict[int, Material]) -> Scene:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -26,12 +26,14 @@ class Part:
     faces : (F, 3), indices of vertices
     normals : (V, 3) or None
     uv : (V, 2) or None, v upwards
+    colors : (V, 3) of vertices or (F, 1, 3) of faces, linear, or None
     """
 
     vertices: NDArray[np.float64]
     faces: NDArray[np.int64]
     normals: NDArray[np.float64] | None = None
     uv: NDArray[np.float64] | None = None
+    colors: NDArray[np.float64] | None = None
 
 
 def cut_polygons(
@@ -41,6 +43,7 @@ def cut_polygons(
     losses: Losses,
     normals: NDArray[np.float64] | None = None,
     uv: NDArray[np.float64] | None = None,
+    colors: NDArray[np.float64] | None = None,
 ) -> Part:
     """Cut polygons into triangles, and note those that have no area.
 
@@ -50,13 +53,16 @@ def cut_polygons(
     corners : (C,) indices of vertices, one polygon after another; all of them valid
     sizes : (F,) corners of each polygon, 3 to `LARGEST_FACE`
     losses : takes the polygons without area
+    colors : as in `Part`, those of faces for each polygon
     """
     if (sizes == 3).all():
-        return Part(vertices, corners.reshape(-1, 3), normals, uv)
+        return Part(vertices, corners.reshape(-1, 3), normals, uv, colors)
     triangles, owners = triangulate(vertices, corners.astype(np.int32), sizes)
     if empty := len(sizes) - np.count_nonzero(np.bincount(owners)):
         note_loss(losses, f"{empty} faces without area")
-    return Part(vertices, corners[triangles], normals, uv)
+    if colors is not None and colors.ndim == 3:
+        colors = colors[owners]
+    return Part(vertices, corners[triangles], normals, uv, colors)
 
 
 def move(part: Part, matrix: NDArray[np.float64]) -> Part:
@@ -74,7 +80,7 @@ def move(part: Part, matrix: NDArray[np.float64]) -> Part:
         normals = normals @ (-cofactors if mirrors else cofactors)
         length = np.linalg.norm(normals, axis=1, keepdims=True)
         normals = np.divide(normals, length, out=np.zeros_like(normals), where=length != 0)
-    return Part(vertices, faces, normals, part.uv)
+    return replace(part, vertices=vertices, faces=faces, normals=normals)
 
 
 def build_mesh(path: Path, part: Part, material: Material, name: str) -> Mesh:
@@ -84,9 +90,10 @@ def build_mesh(path: Path, part: Part, material: Material, name: str) -> Mesh:
             ("vertex", part.vertices),
             ("normal", part.normals),
             ("texture coordinate", part.uv),
+            ("colour", part.colors),
         ):
             if rows is not None:
-                check_rows(kind, rows)
+                check_rows(kind, rows.reshape(len(rows), -1))
         check_indices(part.faces, len(part.vertices))
     used = np.zeros(len(part.vertices), np.bool_)
     used[part.faces] = True
@@ -94,7 +101,10 @@ def build_mesh(path: Path, part: Part, material: Material, name: str) -> Mesh:
         return Mesh(part.vertices, part.faces, material, name, part.normals, part.uv)
     faces = (np.cumsum(used) - 1)[part.faces]
     normals, uv = (None if rows is None else rows[used] for rows in (part.normals, part.uv))
-    return Mesh(part.vertices[used], faces, material, name, normals, uv)
+    colors = part.colors
+    if colors is not None and colors.ndim == 2:
+        colors = colors[used]
+    return Mesh(part.vertices[used], faces, material, name, normals, uv, colors)
 
 
 def check_rows(kind: str, rows: NDArray[np.float64]) -> None:

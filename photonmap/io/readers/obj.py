@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, warn
+from photonmap.io.readers.colors import decode_colors
 from photonmap.io.readers.polygons import triangulate
-from photonmap.io.readers.registry import MissingTextures, ReadOptions
+from photonmap.io.readers.registry import GREY, MissingTextures, ReadOptions
 from photonmap.io.readers.wavefront.mtl import read_mtl
 from photonmap.io.readers.wavefront.obj_lines import ObjLines, parse_lines
 from photonmap.io.readers.wavefront.source import Source, read_source
@@ -28,7 +30,8 @@ def read(path: Path, options: ReadOptions) -> Scene:
     There is one mesh for each object and material. An object is named by its `o` line, or by
     its `g` line where there is no `o`, or else by the file. Polygons are cut into triangles;
     vertices are split where normals or texture coordinates differ, and unused ones are left
-    out. Faces before any `usemtl` get the default `Material`.
+    out. Faces before any `usemtl` get the default `Material`. Colours of vertices replace the
+    reflectance of their material, unless it has a texture or is glass.
 
     Parameters
     ----------
@@ -49,6 +52,8 @@ def read(path: Path, options: ReadOptions) -> Scene:
     materials = _find_materials(source, lines, options.missing_textures)
     if not len(lines.sizes):
         raise InputError("has no faces; export the surfaces as polygons", source.path)
+    if lines.colors is not None:
+        lines = replace(lines, colors=_decode_colors(path, lines.colors))
     triangles, owners = triangulate(lines.vertices, lines.corners[:, 0] - 1, lines.sizes)
     if not len(triangles):
         raise InputError("has no face with an area; check the vertices", source.path)
@@ -63,7 +68,14 @@ def read(path: Path, options: ReadOptions) -> Scene:
         for group in sorted(groups, key=lambda group: int(group[0]))
         for name, material in [parts[part_of[group[0]]]]
     ]
-    return Scene(meshes, name=path.stem)
+    return Scene(_drop_colors(path, meshes), name=path.stem)
+
+
+def _decode_colors(path: Path, colors: NDArray[np.float64]) -> NDArray[np.float64]:
+    def note(what: str) -> None:
+        warn(f"{path}: not simulated: {what}")
+
+    return decode_colors(colors, note, "vertices")
 
 
 def _divide(lines: ObjLines, stem: str) -> tuple[list[tuple[str, str]], NDArray[np.int64]]:
@@ -90,7 +102,11 @@ def _build_mesh(lines: ObjLines, corners: NDArray[np.int32], name: str, material
         uv = np.where(uv_at[:, None] > 0, lines.uv[uv_at - 1], 0.0)
     if normal_at.any():
         normals = np.where(normal_at[:, None] > 0, lines.normals[normal_at - 1], 0.0)
-    return Mesh(lines.vertices[at - 1], faces.reshape(-1, 3), material, name, normals, uv)
+    colors = None if lines.colors is None else lines.colors[at - 1]
+    if colors is not None:
+        colors = None if np.isnan(colors).all() else np.nan_to_num(colors, nan=GREY)
+    vertices = lines.vertices[at - 1]
+    return Mesh(vertices, faces.reshape(-1, 3), material, name, normals, uv, colors)
 
 
 def _distinct(rows: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
@@ -153,6 +169,22 @@ def _find(folder: Path, name: str) -> Path | None:
         except (OSError, ValueError):
             continue
     return None
+
+
+def _drop_colors(path: Path, meshes: list[Mesh]) -> list[Mesh]:
+    """Remove the colours of meshes with textures or of glass, and name these."""
+    lost = [
+        mesh
+        for mesh in meshes
+        if mesh.colors is not None and (mesh.material.is_textured or mesh.material.ior is not None)
+    ]
+    if lost:
+        names = listed({mesh.material.name: None for mesh in lost})
+        warn(
+            f"{path}: colours of vertices are not used in {len(lost)} of {len(meshes)} "
+            f"meshes, whose material has textures or is glass: {names}"
+        )
+    return [replace(mesh, colors=None) if mesh in lost else mesh for mesh in meshes]
 
 
 def _warn_of_losses(path: Path, lines: ObjLines, owners: NDArray[np.int64]) -> None:

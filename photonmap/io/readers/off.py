@@ -1,12 +1,14 @@
 """Read Geomview's OFF files: the worked example of a reader in docs/extending.md.
 
 OFF or COFF; the numbers of vertices, faces and edges; one vertex a line; one face a line, the
-number of its corners before their vertices, counted from 0. # begins a comment.
+number of its corners before their vertices, counted from 0. Three or four numbers behind either
+are a colour. # begins a comment.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError
+from photonmap.io.readers.colors import decode_colors
 from photonmap.io.readers.decoding import Losses, decode_file, note_loss
 from photonmap.io.readers.meshes import build_mesh, cut_polygons
 from photonmap.io.readers.polygons import LARGEST_FACE
-from photonmap.io.readers.registry import ReadOptions
+from photonmap.io.readers.registry import GREY, ReadOptions
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import LARGEST_COORDINATE
@@ -31,8 +34,8 @@ _HEADERS = ("OFF", "COFF")
 def read(path: Path, options: ReadOptions) -> Scene:
     """Read the one mesh of an OFF file; its material is grey and called "default".
 
-    Polygons are cut into triangles, and vertices that no face uses are left out. Colours are not
-    simulated.
+    Polygons are cut into triangles, and vertices that no face uses are left out. Colours are those
+    of vertices, or else of faces.
 
     Raises
     ------
@@ -65,9 +68,10 @@ def _decode(path: Path, data: bytes, losses: Losses) -> Scene:
         raise body[vertex_count + face_count].error(path, message)
     if not face_count:
         return Scene()
-    vertices = _read_vertices(path, body[:vertex_count], losses)
-    corners, sizes = _read_faces(path, body[vertex_count:], vertex_count, losses)
-    part = cut_polygons(vertices, corners, sizes, losses)
+    vertices = _read_vertices(path, body[:vertex_count])
+    corners, sizes = _read_faces(path, body[vertex_count:], vertex_count)
+    colors = _find_colors(path, body, sizes, losses)
+    part = cut_polygons(vertices, corners, sizes, losses, colors=colors)
     return Scene([build_mesh(path, part, Material("default"), path.stem)], name=path.stem)
 
 
@@ -98,8 +102,8 @@ def _read_counts(path: Path, lines: list[_Line]) -> tuple[int, int]:
     raise lines[0].error(path, "is not a line of counts; write those of vertices, faces and edges")
 
 
-def _read_vertices(path: Path, lines: Sequence[_Line], losses: Losses) -> NDArray[np.float64]:
-    """Return the vertices, (V, 3); numbers behind the coordinates are colours."""
+def _read_vertices(path: Path, lines: Sequence[_Line]) -> NDArray[np.float64]:
+    """Return the vertices, (V, 3)."""
     vertices = np.empty((len(lines), 3))
     for row, line in enumerate(lines):
         try:
@@ -109,13 +113,11 @@ def _read_vertices(path: Path, lines: Sequence[_Line], losses: Losses) -> NDArra
         if not (np.abs(vertices[row]) <= LARGEST_COORDINATE).all():
             limit = f"three finite numbers up to {LARGEST_COORDINATE:g}"
             raise line.error(path, f"is not a vertex; write {limit}")
-    if any(len(line.words) > 3 for line in lines):
-        note_loss(losses, "vertex colours")
     return vertices
 
 
 def _read_faces(
-    path: Path, lines: Sequence[_Line], vertex_count: int, losses: Losses
+    path: Path, lines: Sequence[_Line], vertex_count: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the corners of all faces, (C,), and how many each has, (F,)."""
     corners: list[int] = []
@@ -130,6 +132,52 @@ def _read_faces(
             raise line.error(path, f"names vertices that do not exist; number them 0 to {last}")
         corners += face
         sizes.append(size)
-    if any(len(line.words) > 1 + size for line, size in zip(lines, sizes, strict=True)):
-        note_loss(losses, "face colours")
     return np.array(corners, np.int64), np.array(sizes, np.int64)
+
+
+def _find_colors(
+    path: Path, lines: Sequence[_Line], sizes: NDArray[np.int64], losses: Losses
+) -> NDArray[np.float64] | None:
+    """Return the colours of vertices, (V, 3), or else of faces, (F, 1, 3); None if there are none.
+
+    Parameters
+    ----------
+    lines : of vertices, then of faces
+    sizes : corners of each face
+    """
+    count = len(lines) - len(sizes)
+    of_vertices = _read_colors(path, lines[:count], [3] * count, "vertices", losses)
+    begins = (1 + sizes).tolist()
+    of_faces = _read_colors(path, lines[count:], begins, "faces", losses)
+    if of_faces is None:
+        return of_vertices
+    if of_vertices is not None:
+        note_loss(losses, "colours of faces beside those of vertices")
+        return of_vertices
+    return of_faces[:, None]
+
+
+def _read_colors(
+    path: Path, lines: Sequence[_Line], begins: list[int], owners: str, losses: Losses
+) -> NDArray[np.float64] | None:
+    """Return the colours behind each line's other numbers, (n, 3), grey where it has none.
+
+    A single number is an index into a table that the file does not hold.
+    """
+    values = np.full((len(lines), 4), np.nan)
+    for row, (line, begin) in enumerate(zip(lines, begins, strict=True)):
+        words = line.words[begin:]
+        if len(words) not in (3, 4):
+            if words:
+                note_loss(losses, f"colours of {owners} that are not three or four numbers")
+            continue
+        try:
+            values[row, : len(words)] = [float(word) for word in words]
+        except ValueError:
+            raise line.error(path, "ends in no colour; write three numbers, or none") from None
+    given = np.isfinite(values[:, :3]).all(axis=1)
+    if not given.any():
+        return None
+    colors = decode_colors(values, partial(note_loss, losses), owners)
+    colors[~given] = GREY
+    return colors

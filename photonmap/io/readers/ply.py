@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, naming
+from photonmap.io.readers.colors import decode_colors
 from photonmap.io.readers.decoding import Losses, decode_file, note_loss
 from photonmap.io.readers.meshes import Part, build_mesh, check_indices, check_rows, cut_polygons
 from photonmap.io.readers.polygons import LARGEST_FACE
@@ -22,7 +24,12 @@ from photonmap.scene.scene import Scene
 
 SUFFIXES = (".ply",)
 
-_COLORS = ("red", "green", "blue", "alpha")
+_COLORS = (
+    ("red", "green", "blue"),
+    ("diffuse_red", "diffuse_green", "diffuse_blue"),
+    ("r", "g", "b"),
+)
+_ALPHA = "alpha"
 _INDICES = ("vertex_indices", "vertex_index")
 _UV = (("texture_u", "texture_v"), ("u", "v"), ("s", "t"))
 _WEDGES = ("texcoord", "texnumber")
@@ -31,7 +38,8 @@ _WEDGES = ("texcoord", "texnumber")
 def read(path: Path, options: ReadOptions) -> Scene:
     """Read the one mesh of a PLY file; its material is grey and called "default".
 
-    Polygons are cut into triangles. Normals and texture coordinates are those of the file.
+    Polygons are cut into triangles. Normals, texture coordinates, and colours of vertices or else
+    of faces are those of the file.
 
     Raises
     ------
@@ -82,14 +90,34 @@ def _ply_part(path: Path, vertex: dict[str, Any], face: dict[str, Any], losses: 
     with naming(f"mesh {shown(path.stem)}", path):
         check_indices(corners, len(vertices))
         check_rows("vertex", vertices)
+    colors = _colors(vertex, "vertices", losses)
+    of_faces = _colors(face, "faces", losses)
+    if colors is not None and of_faces is not None:
+        note_loss(losses, "colours of faces beside those of vertices")
+    elif of_faces is not None:
+        colors = of_faces[:, None]
     if "texcoord" in face["properties"]:
         flat, lengths = _lists(face, "texcoord", np.float64)
         if not np.array_equal(lengths, 2 * sizes):
             raise ValueError("texcoord does not hold two numbers per corner")
         vertices, uv = vertices[corners], flat.reshape(-1, 2)
         normals = None if normals is None else normals[corners]
+        if colors is not None and colors.ndim == 2:
+            colors = colors[corners]
         corners = np.arange(len(corners))
-    return cut_polygons(vertices, corners, sizes, losses, normals, uv)
+    return cut_polygons(vertices, corners, sizes, losses, normals, uv, colors)
+
+
+def _colors(element: dict[str, Any], owners: str, losses: Losses) -> NDArray[np.float64] | None:
+    """Return the colours of an element's rows, (n, 3), linear; None where it has none."""
+    properties = element["properties"]
+    found = next((names for names in _COLORS if set(names) <= set(properties)), None)
+    if found is None:
+        return None
+    names = [*found, _ALPHA] if _ALPHA in properties else found
+    columns = [np.asarray(element["data"][name]).ravel() for name in names]
+    _check_length(element, len(columns[0]))
+    return decode_colors(np.column_stack(columns), partial(note_loss, losses), owners)
 
 
 def _columns(element: dict[str, Any], names: Iterable[str]) -> NDArray[np.float64] | None:
@@ -130,13 +158,11 @@ def _note_ply(data: bytes, elements: dict[str, Any], losses: Losses) -> None:
     for texture in re.findall(rb"(?im)^\s*comment\s+texturefile\s+(.*?)\s*$", header):
         note_loss(losses, "texture", texture.decode("utf-8", "replace"))
     known = {
-        "vertex": {"x", "y", "z", "nx", "ny", "nz", *_COLORS}.union(*_UV),
-        "face": {*_INDICES, *_WEDGES, *_COLORS},
+        "vertex": {"x", "y", "z", "nx", "ny", "nz", _ALPHA}.union(*_UV, *_COLORS),
+        "face": {*_INDICES, *_WEDGES, _ALPHA}.union(*_COLORS),
     }
     for name, element in elements.items():
         if name in known:
-            if not {"red", "green", "blue"}.isdisjoint(element["properties"]):
-                note_loss(losses, f"{name} colours")
             for other in element["properties"]:
                 if other not in known[name]:
                     note_loss(losses, f"{name} property", other)

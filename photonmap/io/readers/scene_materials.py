@@ -32,7 +32,18 @@ def change_materials(meshes: list[Mesh], toml: Toml) -> list[Mesh]:
     changed = {
         key: _change(material, toml) for key, material in used.items() if material.name in sections
     }
-    return [replace(m, material=changed.get(id(m.material), m.material)) for m in meshes]
+    return [
+        _repaint(mesh, changed[id(mesh.material)], sections[mesh.material.name])
+        if id(mesh.material) in changed
+        else mesh
+        for mesh in meshes
+    ]
+
+
+def _repaint(mesh: Mesh, material: Material, section: dict[str, Any]) -> Mesh:
+    """Return a mesh of another material; a reflectance that is given replaces its colours."""
+    colors = None if {"reflectance", "ior"} & section.keys() else mesh.colors
+    return replace(mesh, material=material, colors=colors)
 
 
 def _change(material: Material, toml: Toml) -> Material:

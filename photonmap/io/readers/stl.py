@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from photonmap.errors import InputError
+from photonmap.io.readers.colors import decode_colors
 from photonmap.io.readers.decoding import Losses, decode_file, note_loss
 from photonmap.io.readers.meshes import Part, build_mesh
-from photonmap.io.readers.registry import ReadOptions
+from photonmap.io.readers.registry import GREY, ReadOptions
 from photonmap.scene.material import Material
 from photonmap.scene.scene import Scene
 
@@ -21,6 +24,8 @@ SUFFIXES = (".stl",)
 
 def read(path: Path, options: ReadOptions) -> Scene:
     """Read the solids of an STL file, binary or text, each a mesh of the material "default".
+
+    Colours are those of binary facets, by VisCAM's or Materialise's convention.
 
     Raises
     ------
@@ -41,10 +46,11 @@ def _decode(path: Path, data: bytes, losses: Losses) -> Scene:
     loaded: dict[str, Any] = load_stl(BytesIO(data))
     attributes = loaded.get("face_attributes", {}).get("stl")
     solids = loaded.get("geometry", {"": loaded})
+    colors = None
     if attributes is None:
         _check_ascii_stl(path, data, sum(len(solid["faces"]) for solid in solids.values()))
-    elif attributes.any():
-        note_loss(losses, "colours in attribute bytes")
+    else:
+        colors = _facet_colors(data[:80], attributes, losses)
     names = re.findall(rb"(?im)^[ \t]*solid\b[ \t]*(.*?)\s*$", data) if attributes is None else []
     if len(names) != len(solids):
         names = [b""] * len(solids)
@@ -52,13 +58,44 @@ def _decode(path: Path, data: bytes, losses: Losses) -> Scene:
     meshes = [
         build_mesh(
             path,
-            Part(np.asarray(solid["vertices"], np.float64), np.asarray(solid["faces"], np.int64)),
+            Part(
+                np.asarray(solid["vertices"], np.float64),
+                np.asarray(solid["faces"], np.int64),
+                colors=colors,
+            ),
             default,
             name.decode() or path.stem,
         )
         for name, solid in zip(names, solids.values(), strict=True)
     ]
     return Scene(meshes, name=path.stem)
+
+
+def _facet_colors(
+    header: bytes, attributes: NDArray[np.uint16], losses: Losses
+) -> NDArray[np.float64] | None:
+    """Return the colours of binary facets, (F, 1, 3), linear; None where there are none.
+
+    VisCAM and SolidView set bit 15 of a facet that has a colour, with blue in the lowest five bits.
+    Materialise Magics writes the colour of the part behind "COLOR=" in the header, clears bit 15 of
+    a facet with a colour of its own, and has red in the lowest bits.
+    """
+    of_part = header.partition(b"COLOR=")[2]
+    by_magics = len(of_part) >= 4
+    shifts = (0, 5, 10) if by_magics else (10, 5, 0)
+    colors = np.stack([(attributes >> shift & 31) / 31.0 for shift in shifts], axis=1)
+    colored = (attributes >> 15 == 0) == by_magics
+    if by_magics:
+        colored &= attributes.any()
+        colors[~colored] = np.frombuffer(of_part[:3], np.uint8) / 255.0
+    elif not colored.any():
+        if attributes.any():
+            note_loss(losses, "attribute bytes")
+        return None
+    linear = decode_colors(colors, partial(note_loss, losses), "facets")
+    if not by_magics:
+        linear[~colored] = GREY
+    return linear[:, None]
 
 
 def _check_ascii_stl(path: Path, data: bytes, faces: int) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError, naming
 from photonmap.io.writers.assets import check_name
+from photonmap.scene.images import encode_srgb
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
 
@@ -20,6 +21,9 @@ _ROWS = 3 << 14
 
 def write_obj(scene: Scene, path: Path, materials: Mapping[int, str]) -> None:
     """Write all meshes that have faces, with numbers that are read back to the last bit.
+
+    Colours, which are encoded in sRGB, are read back to within rounding. Those of faces become
+    colours of vertices, one vertex for each corner.
 
     Parameters
     ----------
@@ -54,11 +58,16 @@ def _write_mesh(file: TextIO, mesh: Mesh, first: NDArray[np.int64]) -> NDArray[n
     -------
     (3,) how many of them it has
     """
+    if mesh.colors is not None and mesh.colors.ndim == 3:
+        mesh = mesh.split_corners()
     used, renumbered = np.unique(mesh.faces, return_inverse=True)
     normals = mesh.normals
     if normals is not None:  # flat where they are not finite, or 0
         normals = np.where(np.isfinite(normals).all(axis=1, keepdims=True), normals, 0.0)
-    tables = (("v", mesh.vertices), ("vt", mesh.uv), ("vn", normals))
+    vertices = mesh.vertices
+    if mesh.colors is not None:
+        vertices = np.hstack([vertices, encode_srgb(mesh.colors)])
+    tables = (("v", vertices), ("vt", mesh.uv), ("vn", normals))
     for keyword, rows in tables:
         if rows is not None:
             for part in _parts(rows[used]):

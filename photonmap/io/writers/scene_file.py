@@ -48,7 +48,8 @@ def save_scene(scene: Scene, path: str | PathLike[str]) -> list[Path]:
 
     `photonmap.load_scene` reads the same arrays, spectra, cameras and lights from OBJ, with these
     exceptions: meshes of one name and material become one, vertices that no face uses are left
-    out, and textures become linear floats multiplied by their factor. In glTF, coordinates are
+    out, textures become linear floats multiplied by their factor, and colours of faces become
+    colours of vertices. In glTF, coordinates are
     float32, about the middle of the scene unless they are so already, and textures have 8 bits, or
     16 if they are not 8-bit sRGB in the scene.
 

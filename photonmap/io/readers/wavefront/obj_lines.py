@@ -29,18 +29,22 @@ _IGNORED = ("s",)
 
 @dataclass(frozen=True)
 class _Table:
-    """A kind of line with numbers: its keyword, its name, and how many numbers it has."""
+    """A kind of line with numbers: its keyword, its name, and how many numbers it has.
+
+    A line of `most` numbers or more has a colour behind the first `width`.
+    """
 
     keyword: bytes
     name: str
     least: int
     width: int
+    most: int
 
 
 _TABLES = (
-    _Table(b"v", "vertex", 3, 3),
-    _Table(b"vt", "texture coordinate", 1, 2),
-    _Table(b"vn", "normal", 3, 3),
+    _Table(b"v", "vertex", 3, 3, 6),
+    _Table(b"vt", "texture coordinate", 1, 2, 2),
+    _Table(b"vn", "normal", 3, 3, 3),
 )
 
 
@@ -51,6 +55,7 @@ class ObjLines:
     Parameters
     ----------
     vertices, uv, normals : (V, 3), (T, 2), (N, 3) float64
+    colors : (V, 3) float64 as they are written, NaN of vertices that have none; None if none has
     corners : (C, 3) int32, indices of vertex, uv and normal from 1; 0 where there is none
     sizes : (F,) int64, corners of each face
     offsets : (F,) int64, where each face stands in the source
@@ -61,6 +66,7 @@ class ObjLines:
     vertices: NDArray[np.float64]
     uv: NDArray[np.float64]
     normals: NDArray[np.float64]
+    colors: NDArray[np.float64] | None
     corners: NDArray[np.int32]
     sizes: NDArray[np.int64]
     offsets: NDArray[np.int64]
@@ -114,9 +120,10 @@ def parse_lines(source: Source) -> ObjLines:
                 states.append((offset, keyword, name))
             elif keyword not in _IGNORED:
                 others[keyword] += 1
-    vertices, uv, normals = (np.concatenate(table) for table in tables)
+    vertices, colors = _split_colors(tables[0])
+    uv, normals = (np.concatenate(table) for table in tables[1:])
     corners, sizes, offsets = (np.concatenate(part) for part in zip(*faces, strict=True))
-    obj = ObjLines(vertices, uv, normals, corners, sizes, offsets, states, others)
+    obj = ObjLines(vertices, uv, normals, colors, corners, sizes, offsets, states, others)
     _check_indices(source, obj)
     return obj
 
@@ -146,24 +153,45 @@ def _sort_block(source: Source, begin: int, end: int) -> tuple[dict[bytes, _Line
 
 
 def _parse_table(source: Source, lines: _Lines, kind: _Table) -> NDArray[np.float64]:
-    """Parse vertices, normals or texture coordinates, as rows of `kind.width` numbers."""
-    table = np.zeros((len(lines.starts), kind.width))
-    if not len(table):
-        return table
+    """Parse vertices, normals or texture coordinates.
+
+    Returns
+    -------
+    rows of `kind.width` numbers; of `kind.most` where a line has so many, NaN in those that do not
+    """
+    if not len(lines.starts):
+        return np.zeros((0, kind.width))
     counts = lines.count(begins(lines.text > _SPACE))
     values = parse_floats(lines.text)
     if values is None or counts.min() < kind.least:
         raise _table_error(source, lines, kind)
-    if (counts == kind.width).all():
-        table = values.reshape(table.shape)
+    width = kind.most if counts.max() >= kind.most else kind.width
+    if (counts == width).all():
+        table = values.reshape(-1, width)
     else:
+        table = np.zeros((len(counts), width))
         firsts = np.cumsum(counts) - counts
-        for column in range(kind.width):
+        for column in range(width):
             has = counts > column
             table[has, column] = values[firsts[has] + column]
-    if not (np.abs(table) <= LARGEST_COORDINATE).all():
+        table[counts < kind.most, kind.width :] = np.nan
+    if not (np.abs(table[:, : kind.width]) <= LARGEST_COORDINATE).all():
         raise _table_error(source, lines, kind)
     return table
+
+
+def _split_colors(
+    tables: list[NDArray[np.float64]],
+) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+    """Return the coordinates of vertices, and their colours as `ObjLines` has them."""
+    vertices = np.concatenate([table[:, :3] for table in tables])
+    if all(table.shape[1] == 3 for table in tables):
+        return vertices, None
+    none = np.full((1, 3), np.nan)
+    colors = [
+        table[:, 3:] if table.shape[1] > 3 else none.repeat(len(table), axis=0) for table in tables
+    ]
+    return vertices, np.concatenate(colors)
 
 
 def _table_error(source: Source, lines: _Lines, kind: _Table) -> InputError:
