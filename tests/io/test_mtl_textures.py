@@ -75,12 +75,32 @@ def test_opacity_of_mtl(read, text, alpha):
         ("d 0.25\nTr 0.25", "'Tr' of 'a'"),
         ("illum 7\nNi 1.5\nd 0.3", "'d' of 'a'"),
         ("illum 7\nNi 1.5\nmap_Kd my wood.png", "'map_Kd' of 'a'"),
-        ("Pr 0.5\nPm 1\nmap_Kd my wood.png", "'Pm' of 'a'"),
     ],
 )
 def test_what_is_left_out_is_named(read, text, named):
     with pytest.warns(SceneWarning, match=f"not simulated: {named}$"):
         read(text + "\n")
+
+
+@pytest.mark.parametrize(
+    ("text", "metallic", "coat"),
+    [
+        ("Pr 0.5\nPm 0.25\n", 0.25, 0.04),
+        ("Pr 0.5\nPm 1\n", 1.0, 0.0),
+    ],
+)
+def test_textured_metals_have_the_mean(read, tmp_path, text, metallic, coat):
+    message = "the mean of map_Kd is the colour of the metal 'a'$"
+    with pytest.warns(SceneWarning, match=message):
+        material = read(text + "Kd 0.5 1 1\nmap_Kd my wood.png\n")
+    texture = pm.Texture.read(tmp_path / "my wood.png", factor=(0.5, 1, 1))
+    mean = metallic * np.array(texture.mean) + (1 - metallic) * coat
+    np.testing.assert_allclose(material.glossy, mean)
+    assert material.roughness == 0.5
+    if metallic == 1.0:
+        assert material.reflectance == 0.0
+    else:
+        np.testing.assert_allclose(material.reflectance.factor, [0.375, 0.75, 0.75])
 
 
 @pytest.mark.parametrize(

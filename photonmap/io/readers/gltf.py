@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,12 @@ from numpy.typing import NDArray
 from photonmap.io.readers.decoding import Losses, decode_file, note_loss
 from photonmap.io.readers.gltf_parts.document import Document, split_glb
 from photonmap.io.readers.gltf_parts.geometry import MODES, TRIANGLES, place_nodes, read_primitive
-from photonmap.io.readers.gltf_parts.materials import read_material
+from photonmap.io.readers.gltf_parts.materials import (
+    METAL_COLORS,
+    WHITE,
+    Tint,
+    read_material,
+)
 from photonmap.io.readers.gltf_parts.nodes import (
     NodeItem,
     read_camera,
@@ -55,7 +60,7 @@ class Gltf(Document):
 
     options: ReadOptions = field(kw_only=True)
     losses: Losses = field(kw_only=True)
-    _materials: dict[int | None, Material] = field(default_factory=dict)
+    _materials: dict[tuple[int | None, Tint | None], Material] = field(default_factory=dict)
 
     def node_item(self, index: int, item: dict[str, Any]) -> NodeItem:
         """Return a camera or a light where a node puts it."""
@@ -79,15 +84,16 @@ class Gltf(Document):
         """Its textures."""
         return Textures(self.path, self.item, self.view, self.options.missing_textures)
 
-    def material(self, index: int | None) -> Material:
-        """Return the material of an index, the same one each time."""
-        if index not in self._materials:
-            material = Material("default")
+    def material(self, index: int | None, tint: Tint | None = None) -> Material:
+        """Return the material of an index, the same one each time, in a tint or in none."""
+        key = index, tint
+        if key not in self._materials:
+            material = Material("default", tint[:3] if tint else Material.reflectance)
             if index is not None:
                 item = self.item("materials", index)
-                material = read_material(index, item, self.textures, self.losses)
-            self._materials[index] = material
-        return self._materials[index]
+                material = read_material(index, item, self.textures, self.losses, tint)
+            self._materials[key] = material
+        return self._materials[key]
 
     def cameras(self) -> list[Camera]:
         """Return the cameras at its nodes."""
@@ -191,8 +197,34 @@ def _instances(gltf: Gltf) -> Iterator[Mesh]:
         wanted = node.get("name") or mesh.get("name") or "node"
         name = unused_name(str(wanted), index, names)
         for part, primitive in _parts(gltf, mesh):
-            material = gltf.material(primitive.get("material"))
+            part, material = _paint(gltf, part, primitive.get("material"))
             yield build_mesh(gltf.path, move(part, matrix), material, name)
+
+
+def _paint(gltf: Gltf, part: Part, index: int | None) -> tuple[Part, Material]:
+    """Multiply the base colour of a material by the colours of vertices.
+
+    Where it has textures, is glass, or for its gloss, they count with their mean.
+    """
+    plain = replace(part, colors=None)
+    if part.colors is None or (part.colors[part.faces] == 1.0).all():
+        return plain, gltf.material(index)
+    colors = part.colors[part.faces]
+    red, green, blue, alpha = colors.mean(axis=(0, 1)).tolist()
+    material = gltf.material(index, (red, green, blue, alpha))
+    varies = (colors != colors[0, 0]).any(axis=(0, 1))
+    if varies[3] and material.alpha != 1.0:
+        note_loss(gltf.losses, "variation of opacity of vertices", material.name)
+    if not varies[:3].any():
+        return plain, material
+    white = gltf.material(index, WHITE)
+    if white.glossy != material.glossy:
+        note_loss(gltf.losses, METAL_COLORS, material.name)
+    if material.is_textured or material.ior is not None:
+        note_loss(gltf.losses, "variation of colours of vertices", material.name)
+        return plain, material
+    factor = np.asarray(white.reflectance, np.float64)
+    return replace(part, colors=part.colors[:, :3] * factor), material
 
 
 def _note_gltf(gltf: Gltf) -> None:
@@ -208,7 +240,5 @@ def _note_gltf(gltf: Gltf) -> None:
         for primitive in mesh["primitives"]:
             if primitive.get("mode", TRIANGLES) not in MODES:
                 note_loss(gltf.losses, "points and lines")
-            if any(name.startswith("COLOR_") for name in primitive["attributes"]):
-                note_loss(gltf.losses, "vertex colours")
             if primitive.get("targets"):
                 note_loss(gltf.losses, "morph targets")

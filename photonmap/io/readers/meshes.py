@@ -98,7 +98,7 @@ def build_mesh(path: Path, part: Part, material: Material, name: str) -> Mesh:
     used = np.zeros(len(part.vertices), np.bool_)
     used[part.faces] = True
     if used.all():
-        return Mesh(part.vertices, part.faces, material, name, part.normals, part.uv)
+        return Mesh(part.vertices, part.faces, material, name, part.normals, part.uv, part.colors)
     faces = (np.cumsum(used) - 1)[part.faces]
     normals, uv = (None if rows is None else rows[used] for rows in (part.normals, part.uv))
     colors = part.colors

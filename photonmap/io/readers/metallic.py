@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
-from photonmap.scene.textures import Paint
+from photonmap.scene.textures import Paint, Texture, mean_color
 from photonmap.spectra.curves import Color, Spectrum
 
 USUAL_INDEX = 1.5
@@ -24,20 +25,25 @@ def coat_of(index: float) -> float:
     return ((index - 1.0) / (index + 1.0)) ** 2
 
 
-def metallic_gloss(base: Color, metallic: float, coat: float, roughness: float) -> Gloss:
+def metallic_gloss(base: Paint, metallic: float, coat: float, roughness: float) -> Gloss:
     """Return a surface that is a metal in part, and for the rest a diffuse base below a coat.
 
     Parameters
     ----------
-    base : colour of the metal, and of the base
+    base : colour of the metal, and of the base; of a texture, the metal has the mean
     metallic : fraction that is metal
     coat : reflectance of the coat at normal incidence
     roughness : of both
     """
     if metallic == 0.0:
         return Gloss(base, coat, roughness)
-    glossy = _blend(base, metallic, (1.0 - metallic) * coat)
-    return Gloss(_blend(base, 1.0 - metallic, 0.0), glossy, roughness)
+    glossy = _blend(mean_color(base), metallic, (1.0 - metallic) * coat)
+    if not isinstance(base, Texture):
+        return Gloss(_blend(base, 1.0 - metallic, 0.0), glossy, roughness)
+    if metallic == 1.0:
+        return Gloss(0.0, glossy, roughness)
+    red, green, blue = ((1.0 - metallic) * part for part in base.factor)
+    return Gloss(replace(base, factor=(red, green, blue)), glossy, roughness)
 
 
 def _blend(color: Color, factor: float, more: float) -> Color:

@@ -143,8 +143,8 @@ def test_buffer_in_a_file(read, build, tmp_path, name):
 
 
 def test_what_is_not_simulated_is_named_once(read, build):
-    colored = {"COLOR_0": np.ones((3, 4)), "more": {"material": 0, "targets": [{"POSITION": 0}]}}
-    build.primitive(**colored).primitive(**colored).primitive(more={"mode": 1})
+    moving = {"more": {"material": 0, "targets": [{"POSITION": 0}]}}
+    build.primitive(**moving).primitive(**moving).primitive(more={"mode": 1})
     build.tree["materials"] = [{"name": "glass", "normalTexture": {"index": 0}}]
     build.tree |= {"animations": [{}], "skins": [{}], "images": [{"uri": "none.png"}]}
     build.tree["nodes"][0]["extensions"] = {"EXT_x": {}}
@@ -152,7 +152,7 @@ def test_what_is_not_simulated_is_named_once(read, build):
         assert len(read("a.glb", build.glb())) == 2
     (warning,) = record
     assert str(warning.message).endswith(
-        "a.glb: not simulated: animations; skins; EXT_x; vertex colours; "
+        "a.glb: not simulated: animations; skins; EXT_x; "
         "morph targets; points and lines; normalTexture of 'glass'"
     )
 

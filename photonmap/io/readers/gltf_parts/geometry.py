@@ -34,11 +34,25 @@ def read_primitive(document: Document, primitive: Mapping[str, Any]) -> Part:
     assert vertices is not None
     if uv is not None:
         uv[:, 1] = 1.0 - uv[:, 1]
+    colors = None
+    if "COLOR_0" in attributes:
+        colors = _read_colors(document, attributes["COLOR_0"], count)
     if "indices" in primitive:
         corners = document.rows(primitive["indices"])[:, 0].astype(np.int64)
     else:
         corners = np.arange(count)
-    return Part(vertices, _triangles(corners, primitive.get("mode", TRIANGLES)), normals, uv)
+    faces = _triangles(corners, primitive.get("mode", TRIANGLES))
+    return Part(vertices, faces, normals, uv, colors)
+
+
+def _read_colors(document: Document, accessor: int, count: int) -> NDArray[np.float64]:
+    """Return linear RGBA of vertices, (V, 4), in [0, 1]."""
+    colors = document.rows(accessor)
+    if colors.shape not in ((count, 3), (count, 4)):
+        raise ValueError("COLOR_0 has the wrong shape")
+    rgba = np.ones((count, 4))
+    rgba[:, : colors.shape[1]] = np.clip(colors, 0.0, 1.0)
+    return rgba
 
 
 def _rows(document: Document, accessor: int, shape: tuple[int, int], name: str) -> NDArray[Any]:

@@ -13,7 +13,7 @@ from photonmap.io.readers.metallic import USUAL_INDEX, Gloss, coat_of, metallic_
 from photonmap.io.readers.registry import GREY
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material
-from photonmap.scene.textures import Paint, Texture
+from photonmap.scene.textures import Paint, Texture, Triple
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 _READ = ("ior", "specular", "emissive_strength", "transmission", "volume")
@@ -21,7 +21,10 @@ _READ = ("ior", "specular", "emissive_strength", "transmission", "volume")
 _TEXTURES = ("baseColorTexture", "metallicRoughnessTexture", "emissiveTexture")
 _HARMLESS = "occlusionTexture"
 """It stands for what is simulated anyway."""
+METAL_COLORS = "variation of a metal's colour"
 Factors = Mapping[str, Any]
+Tint = tuple[float, float, float, float]
+WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -34,12 +37,14 @@ class _Source:
     item : its JSON
     textures : those of the file
     losses : takes what is not simulated
+    tint : RGBA that multiplies the base colour; None for none
     """
 
     name: str
     item: Factors
     textures: Textures
     losses: Losses
+    tint: Tint | None = None
 
     @property
     def surface(self) -> Factors:
@@ -72,12 +77,20 @@ class _Source:
         red, green, blue = (min(float(part), 1.0) for part in value)
         return red, green, blue
 
+    def base_color(self) -> Triple:
+        """Return the factor of the base colour, tinted."""
+        red, green, blue = self.color(self.surface, "baseColorFactor")
+        r, g, b, _ = self.tint or WHITE
+        return r * red, g * green, b * blue
+
     def _error(self, key: str, value: Any, wanted: str) -> InputError:
         message = f"material {shown(self.name)}: {key} {shown(value)} is not {wanted}"
         return InputError(f"{message}; correct it", self.textures.path)
 
 
-def read_material(index: int, item: dict[str, Any], textures: Textures, losses: Losses) -> Material:
+def read_material(
+    index: int, item: Factors, textures: Textures, losses: Losses, tint: Tint | None = None
+) -> Material:
     """Read a material.
 
     Of the base colour, the metallic fraction is the reflectance of a rough metal, and the rest a
@@ -91,12 +104,13 @@ def read_material(index: int, item: dict[str, Any], textures: Textures, losses: 
     item : its JSON
     textures : those of the file
     losses : takes what is not simulated
+    tint : linear RGBA that multiplies the base colour, such as that of vertices
 
     Raises
     ------
     InputError : a factor is out of range, or a texture cannot be read
     """
-    source = _Source(str(item.get("name") or f"material_{index}"), item, textures, losses)
+    source = _Source(str(item.get("name") or f"material_{index}"), item, textures, losses, tint)
     for key in (*item, *source.surface):
         if key.endswith("Texture") and key not in (*_TEXTURES, _HARMLESS):
             source.lose(key)
@@ -111,7 +125,7 @@ def read_material(index: int, item: dict[str, Any], textures: Textures, losses: 
 def _opaque(source: _Source) -> dict[str, Any]:
     """Return attributes of a surface that transmits nothing."""
     if "pbrMetallicRoughness" not in source.item:
-        return {}
+        return {"reflectance": source.tint[:3]} if source.tint else {}
     specular = source.extension("specular")
     if source.number(source.extension("transmission"), "transmissionFactor", 0.0) > 0.0:
         source.lose("KHR_materials_transmission")
@@ -123,9 +137,9 @@ def _opaque(source: _Source) -> dict[str, Any]:
     return _gloss(source, _base(source), coat)._asdict() | _alpha(source)
 
 
-def _base(source: _Source) -> tuple[float, float, float] | Texture:
+def _base(source: _Source) -> Triple | Texture:
     """Return the base colour."""
-    red, green, blue = factor = source.color(source.surface, "baseColorFactor")
+    red, green, blue = factor = source.base_color()
     if "baseColorTexture" not in source.surface:
         return factor
     texture = source.textures.color(source.surface["baseColorTexture"], source.lose)
@@ -134,7 +148,7 @@ def _base(source: _Source) -> tuple[float, float, float] | Texture:
     return replace(texture, factor=factor)
 
 
-def _gloss(source: _Source, base: tuple[float, float, float] | Texture, coat: float) -> Gloss:
+def _gloss(source: _Source, base: Triple | Texture, coat: float) -> Gloss:
     """Return a surface that is a metal in part."""
     surface = source.surface
     metallic = source.number(surface, "metallicFactor", 1.0)
@@ -143,13 +157,9 @@ def _gloss(source: _Source, base: tuple[float, float, float] | Texture, coat: fl
         _, green, blue = source.textures.means(surface["metallicRoughnessTexture"])
         roughness, metallic = roughness * green, metallic * blue
         source.lose("variation of roughness and metallic")
-    if not isinstance(base, Texture):
-        return metallic_gloss(base, metallic, coat, roughness)
-    if metallic > 0.0:
-        source.lose("variation of a metal's colour")
-    mean = metallic_gloss(base.mean, metallic, coat, roughness)
-    red, green, blue = ((1.0 - metallic) * part for part in base.factor)
-    return mean._replace(reflectance=replace(base, factor=(red, green, blue)))
+    if isinstance(base, Texture) and metallic > 0.0:
+        source.lose(METAL_COLORS)
+    return metallic_gloss(base, metallic, coat, roughness)
 
 
 def _glass(source: _Source) -> dict[str, Any] | None:
@@ -165,7 +175,7 @@ def _glass(source: _Source) -> dict[str, Any] | None:
     if "attenuationColor" in source.extension("volume"):
         source.lose("attenuationColor")
     index = number(source.extension("ior"), "ior", USUAL_INDEX, 1e3)
-    return {"reflectance": 0.0, "ior": index, "tint": source.color(surface, "baseColorFactor")}
+    return {"reflectance": 0.0, "ior": index, "tint": source.base_color()}
 
 
 def _alpha(source: _Source) -> dict[str, float | Texture]:
@@ -175,6 +185,7 @@ def _alpha(source: _Source) -> dict[str, float | Texture]:
         return {}
     factors = source.surface.get("baseColorFactor", ())
     alpha = source.number({"alpha": factors[3]} if len(factors) > 3 else {}, "alpha", 1.0)
+    alpha *= (source.tint or WHITE)[3]
     cutoff = source.number(source.item, "alphaCutoff", 0.5, 1e30) if mode == "MASK" else None
     if "baseColorTexture" in source.surface:
         return {"alpha": source.textures.opacity(source.surface["baseColorTexture"], alpha, cutoff)}

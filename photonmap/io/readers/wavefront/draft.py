@@ -20,6 +20,7 @@ class Draft:
     numbers : `illum`, `Ni`, `Ns`, `Pr`, `Pm`, `d`, and `Tr` as 1 - Tr
     clamped : keywords of colours that were lowered to 1
     ignored : keywords of what is not simulated
+    averaged : whether the mean of `map_Kd` becomes the colour of a metal
     """
 
     blender: float = 0.0
@@ -28,6 +29,7 @@ class Draft:
     numbers: dict[str, float] = field(default_factory=dict)
     clamped: list[str] = field(default_factory=list)
     ignored: list[str] = field(default_factory=list)
+    averaged: bool = False
 
 
 def matters(color: Color, neutral: float = 0.0) -> bool:

@@ -61,9 +61,6 @@ def _metallic(
     draft: Draft, albedo: Paint, metallic: float, coat: float, roughness: float
 ) -> Gloss | None:
     """Return a surface that is a metal in part; None if it reflects diffusely alone."""
-    if isinstance(albedo, Texture):
-        if metallic > 0.0:
-            draft.ignored.append("Pm" if "Pr" in draft.numbers else "illum")
-        return Gloss(albedo, coat, roughness) if coat > 0.0 else None
+    draft.averaged = isinstance(albedo, Texture) and metallic > 0.0
     gloss = metallic_gloss(albedo, metallic, coat, roughness)
     return gloss if matters(gloss.glossy) else None

@@ -267,5 +267,7 @@ def _warn_of_changes(source: Source, drafts: dict[str, Draft], repeated: list[st
     for keyword in _PARAMETERS:
         if clamped := [name for name, draft in drafts.items() if keyword in draft.clamped]:
             warn(f"{source.path}: {keyword} above 1 is lowered to 1 in {listed(clamped)}")
+    if averaged := [name for name, draft in drafts.items() if draft.averaged]:
+        warn(f"{source.path}: the mean of map_Kd is the colour of the metal {listed(averaged)}")
     if repeated:
         warn(f"{source.path}: newmtl is repeated, and the last one is used: {listed(repeated)}")
