@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -80,6 +80,23 @@ class Texture:
         if array.dtype != np.uint8:
             return cls(Image(np.ascontiguousarray(array, np.float32), False), **mapping)
         return cls(Image(np.ascontiguousarray(array), srgb), **mapping)
+
+    def mirrored(self, across: bool, up: bool) -> Texture:
+        """Return it repeating with every other copy mirrored, from left to right or upside down.
+
+        Parameters
+        ----------
+        across, up : whether it is mirrored along u and along v; where not, it repeats as it is
+        """
+        texels, (s, t), (u, v) = self.image.texels, self.scale, self.offset
+        if across:
+            texels, s, u = np.concatenate([texels, texels[:, ::-1]], axis=1), s / 2, u / 2
+        if up:
+            texels, t, v = np.concatenate([texels[::-1], texels], axis=0), t / 2, v / 2
+        if not (across or up):
+            return self
+        image = Image(texels, self.image.srgb)
+        return replace(self, image=image, scale=(s, t), offset=(u, v), clamp=False)
 
     @property
     def values(self) -> NDArray[Any]:

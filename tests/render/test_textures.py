@@ -77,6 +77,28 @@ def test_corners_and_centres():
     assert look_up(maps, 0, 0.0, 0.0) == (0.5, 0.5, 0.5)
 
 
+@pytest.mark.parametrize("across", [False, True])
+@pytest.mark.parametrize("up", [False, True])
+def test_mirrored(across, up):
+    """Every other copy is mirrored: the texture at |x| within one period, and so on."""
+    linear = BYTES / 255
+    place = {"scale": (1.5, -0.75), "offset": (0.25, 0.5)}
+    maps, _pictures = maps_of(pm.Texture.of(BYTES, False, **place).mirrored(across, up))
+
+    def fold(x):
+        return 1.0 - abs(x % 2.0 - 1.0)
+
+    for u, v in RNG.uniform(-2.0, 3.0, (100, 2)):
+        s, t = 1.5 * u + 0.25, -0.75 * v + 0.5
+        if across and up:  # there the edge is the neighbour of itself
+            wanted = bilinear(linear, fold(s), fold(t), True)
+        else:
+            row = np.hstack([linear, linear[:, ::-1] if across else linear])
+            copies = np.vstack([row[::-1] if up else row, row])
+            wanted = bilinear(copies, s / 2, t / 2, False)
+        np.testing.assert_allclose(look_up(maps, 0, u, v), wanted, atol=1e-6)
+
+
 def test_mean_and_largest():
     texture = pm.Texture.of(BYTES, factor=(0.5, 1.0, 1.0))
     linear = decode_srgb(BYTES / 255) * [0.5, 1, 1]

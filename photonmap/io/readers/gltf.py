@@ -28,7 +28,7 @@ from photonmap.io.readers.gltf_parts.nodes import (
     read_light,
     unused_name,
 )
-from photonmap.io.readers.gltf_parts.textures import Textures
+from photonmap.io.readers.gltf_parts.textures import Textures, find_placement
 from photonmap.io.readers.meshes import Part, build_mesh, move
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.wording import listed, shown
@@ -181,7 +181,9 @@ def _parts(gltf: Gltf, mesh: dict[str, Any]) -> Iterator[tuple[Part, dict[str, A
     """Yield the primitives of a mesh that have triangles."""
     for primitive in mesh["primitives"]:
         if primitive.get("mode", TRIANGLES) in MODES:
-            part = read_primitive(gltf, primitive)
+            material = primitive.get("material")
+            item = {} if material is None else gltf.item("materials", material)
+            part = read_primitive(gltf, primitive, find_placement(item))
             if len(part.faces):
                 yield part, primitive
 

@@ -82,6 +82,47 @@ def test_where_a_texture_lies(read, build, png):
     np.testing.assert_allclose(found, np.c_[2 * u + 0.25, 1.0 - (3 * v + 0.5)])
 
 
+def test_a_texture_may_be_turned(read, build, png):
+    """By T · R · S, where R turns u towards -v: counter-clockwise in the image."""
+    move = {"offset": [0.25, 0.5], "scale": [2, 3], "rotation": 0.3}
+    use = {"index": 0, "extensions": {"KHR_texture_transform": move}}
+    textured(build, {}, {"baseColorTexture": use}, emissiveTexture=use, emissiveFactor=[1, 1, 1])
+    embed(build, png)
+    (mesh,) = read("a.glb", build.glb())
+    c, s = np.cos(0.3), np.sin(0.3)
+    u, v = (np.array(UV) * [2, 3]).T
+    wanted = np.c_[c * u + s * v + 0.25, 1.0 - (-s * u + c * v + 0.5)]
+    for texture in (mesh.material.reflectance, mesh.material.emission):
+        np.testing.assert_allclose(mesh.uv * texture.scale + texture.offset, wanted)
+
+
+@pytest.mark.parametrize("transform", [False, True])
+def test_further_coordinates(read, build, png, transform):
+    use = {"index": 0, "texCoord": 1}
+    if transform:
+        use = {"index": 0, "extensions": {"KHR_texture_transform": {"texCoord": 1}}}
+    textured(build, {}, {"baseColorTexture": use})
+    second = np.array(UV)[::-1].copy()
+    build.tree["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_1"] = build.add(second)
+    embed(build, png)
+    (mesh,) = read("a.glb", build.glb())
+    np.testing.assert_allclose(mesh.uv, np.c_[second[:, 0], 1.0 - second[:, 1]])
+
+
+@pytest.mark.parametrize("mirror", [(33648, 10497), (10497, 33648), (33648, 33648)])
+def test_textures_may_be_mirrored(read, build, png, mirror):
+    textured(build, {})
+    embed(build, png)
+    build.tree["textures"][0]["sampler"] = 0
+    build.tree["samplers"] = [dict(zip(("wrapS", "wrapT"), mirror, strict=True))]
+    (mesh,) = read("a.glb", build.glb())
+    across, up = (wrap == 33648 for wrap in mirror)
+    plain = pm.Texture.of(TEXELS[..., :3]).mirrored(across, up)
+    texture = mesh.material.reflectance
+    np.testing.assert_array_equal(texture.image.texels, plain.image.texels)
+    assert (texture.scale, texture.offset) == (plain.scale, plain.offset)
+
+
 @pytest.mark.parametrize("mode", ["OPAQUE", "BLEND", "MASK"])
 def test_alpha_of_textures(read, build, png, mode):
     textured(build, {}, {"baseColorFactor": [1, 1, 1, 0.5]}, alphaMode=mode, alphaCutoff=0.25)
@@ -119,14 +160,13 @@ def test_emission_textures_light_the_scene(read, build, png):
 @pytest.mark.parametrize(
     ("change", "named"),
     [
-        ({"samplers": [{"wrapS": 33648}]}, "mirrored textures of 'a'"),
         ({"samplers": [{"wrapS": 33071}]}, "clamped in one direction of 'a'"),
-        ({"texCoord": 1}, "further texture coordinates of 'a'"),
-        ({"extensions": {"KHR_texture_transform": {"rotation": 1.0}}}, "rotation of textures"),
+        ({"texCoord": 1}, "texture coordinates of a further texture of 'a'"),
+        ({"extensions": {"KHR_texture_transform": {"rotation": 1.0}}}, "coordinates of a further"),
     ],
 )
 def test_what_is_not_simulated_is_named(read, build, png, change, named):
-    textured(build, {}, {"baseColorTexture": {"index": 0, **change}})
+    textured(build, {}, emissiveTexture={"index": 0, **change}, emissiveFactor=[1, 1, 1])
     embed(build, png)
     build.tree["samplers"] = change.get("samplers", [{}])
     build.tree["textures"][0]["sampler"] = 0

@@ -9,31 +9,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.io.readers.gltf_parts.document import Document
+from photonmap.io.readers.gltf_parts.textures import UNMOVED, Placement
 from photonmap.io.readers.meshes import Part
 
 MODES = TRIANGLES, STRIP, FAN = 4, 5, 6
 """Of primitives that are made of triangles."""
-_COLUMNS = {"POSITION": 3, "NORMAL": 3, "TEXCOORD_0": 2}
 
 
-def read_primitive(document: Document, primitive: Mapping[str, Any]) -> Part:
+def read_primitive(
+    document: Document, primitive: Mapping[str, Any], placement: Placement = UNMOVED
+) -> Part:
     """Return the triangles of a primitive; v increases upwards, as in OBJ.
+
+    Parameters
+    ----------
+    placement : of textures on it
 
     Raises
     ------
     InputError, KeyError, ValueError : what it names is missing or of the wrong shape
     """
     attributes = primitive["attributes"]
+    columns_of = {"POSITION": 3, "NORMAL": 3, f"TEXCOORD_{placement.coordinates}": 2}
     count = document.item("accessors", attributes["POSITION"])["count"]
     vertices, normals, uv = (
         np.array(_rows(document, attributes[name], (count, columns), name), np.float64)
         if name in attributes
         else None
-        for name, columns in _COLUMNS.items()
+        for name, columns in columns_of.items()
     )
     assert vertices is not None
     if uv is not None:
         uv[:, 1] = 1.0 - uv[:, 1]
+        uv = placement.turn(uv)
     colors = None
     if "COLOR_0" in attributes:
         colors = _read_colors(document, attributes["COLOR_0"], count)

@@ -8,7 +8,7 @@ from typing import Any
 
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Losses, note_loss
-from photonmap.io.readers.gltf_parts.textures import Textures
+from photonmap.io.readers.gltf_parts.textures import Textures, find_placement
 from photonmap.io.readers.metallic import USUAL_INDEX, Gloss, coat_of, metallic_gloss
 from photonmap.io.readers.registry import GREY
 from photonmap.runtime.wording import shown
@@ -77,6 +77,10 @@ class _Source:
         red, green, blue = (min(float(part), 1.0) for part in value)
         return red, green, blue
 
+    def texture(self, use: Factors) -> Texture | None:
+        """Return a colour texture; None if it is missing."""
+        return self.textures.color(use, find_placement(self.item), self.lose)
+
     def base_color(self) -> Triple:
         """Return the factor of the base colour, tinted."""
         red, green, blue = self.color(self.surface, "baseColorFactor")
@@ -142,7 +146,7 @@ def _base(source: _Source) -> Triple | Texture:
     red, green, blue = factor = source.base_color()
     if "baseColorTexture" not in source.surface:
         return factor
-    texture = source.textures.color(source.surface["baseColorTexture"], source.lose)
+    texture = source.texture(source.surface["baseColorTexture"])
     if texture is None:
         return red * GREY, green * GREY, blue * GREY
     return replace(texture, factor=factor)
@@ -202,5 +206,5 @@ def _emission(source: _Source) -> Paint | None:
     factor = red * strength, green * strength, blue * strength
     if "emissiveTexture" not in item:
         return factor
-    texture = source.textures.color(item["emissiveTexture"], source.lose)
+    texture = source.texture(item["emissiveTexture"])
     return None if texture is None else replace(texture, factor=factor)

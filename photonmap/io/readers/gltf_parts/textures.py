@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import base64
+import math
 import tempfile
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
+from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.io.readers.registry import MissingTextures
@@ -23,7 +25,57 @@ _TRANSFORM = "KHR_texture_transform"
 _EMBEDDED = "photonmap_image_"
 """How the names of files begin that embedded images are decoded from."""
 Item = Callable[[str, int], dict[str, Any]]
-Placement = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Placement:
+    """How a texture lies on a surface: the set of coordinates, and what becomes of them.
+
+    They are scaled, rotated about the origin, and moved, v counting downwards; the rotation, in
+    radians, turns u towards -v.
+    """
+
+    coordinates: int = 0
+    scale: tuple[float, float] = (1.0, 1.0)
+    rotation: float = 0.0
+    offset: tuple[float, float] = (0.0, 0.0)
+
+    @classmethod
+    def of(cls, use: Mapping[str, Any]) -> Placement:
+        """Return the placement of a texture by the JSON that names it."""
+        transform = use.get("extensions", {}).get(_TRANSFORM, {})
+        s, t = transform.get("scale", (1.0, 1.0))
+        u, v = transform.get("offset", (0.0, 0.0))
+        coordinates = transform.get("texCoord", use.get("texCoord", 0))
+        return cls(coordinates, (s, t), transform.get("rotation", 0.0), (u, v))
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """The same of coordinates whose v counts upwards, (2, 3)."""
+        (s, t), (u, v) = self.scale, self.offset
+        cosine, sine = math.cos(self.rotation), math.sin(self.rotation)
+        return np.array(
+            [
+                [s * cosine, -t * sine, u + t * sine],
+                [s * sine, t * cosine, 1.0 - v - t * cosine],
+            ]
+        )
+
+    def turn(self, uv: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return coordinates of vertices, (V, 2), v upwards, as the textures of a mesh use them.
+
+        Textures themselves scale and move, but do not rotate.
+        """
+        return uv @ self.matrix[:, :2].T + self.matrix[:, 2] if self.rotation else uv
+
+
+UNMOVED = Placement()
+
+
+def find_placement(material: Mapping[str, Any]) -> Placement:
+    """Return the placement of a material: of the texture of its colour, or else of its light."""
+    surface = material.get("pbrMetallicRoughness") or {}
+    return Placement.of(surface.get("baseColorTexture") or material.get("emissiveTexture") or {})
 
 
 @dataclass
@@ -47,12 +99,15 @@ class Textures:
     _known: dict[tuple[int, Callable[[Channels], Any]], Any] = field(default_factory=dict)
     _last: tuple[int, Channels] | None = None
 
-    def color(self, use: Mapping[str, Any], lose: Callable[[str], None]) -> Texture | None:
+    def color(
+        self, use: Mapping[str, Any], placement: Placement, lose: Callable[[str], None]
+    ) -> Texture | None:
         """Return a colour texture; None if it is missing, which is noted.
 
         Parameters
         ----------
         use : the JSON that names it
+        placement : of the material's textures
         lose : takes what is not simulated
 
         Raises
@@ -60,7 +115,7 @@ class Textures:
         InputError : its image cannot be read, and `missing` is "error"
         """
         image = self._read(use, Channels.image)
-        return None if image is None else Texture(image, **self._placement(use, lose))
+        return None if image is None else self._place(Texture(image), use, placement, lose)
 
     def opacity(
         self, use: Mapping[str, Any], factor: float, cutoff: float | None
@@ -72,7 +127,8 @@ class Textures:
             values = (values >= cutoff).astype(np.float32)
         if (values == values[0, 0]).all():
             return float(values[0, 0])
-        return Texture.of(values[..., None], **self._placement(use, lambda _: None))
+        texture = Texture.of(values[..., None])
+        return self._place(texture, use, Placement.of(use), lambda _: None)
 
     def means(self, use: Mapping[str, Any]) -> Triple:
         """Return the means of three channels of linear data; 1 if their image is missing."""
@@ -126,22 +182,29 @@ class Textures:
         _, _, reason = str(error).partition(f"{_EMBEDDED}{index}.")
         return InputError(f"image {index} {reason.partition(': ')[2]}", self.path)
 
-    def _placement(self, use: Mapping[str, Any], lose: Callable[[str], None]) -> Placement:
-        """Return how a texture lies on a surface, v counting upwards."""
+    def _place(
+        self,
+        texture: Texture,
+        use: Mapping[str, Any],
+        placement: Placement,
+        lose: Callable[[str], None],
+    ) -> Texture:
+        """Return a texture as it lies on a surface, whose coordinates have been turned."""
         sampler = self.item("textures", use["index"]).get("sampler")
         sampler = {} if sampler is None else self.item("samplers", sampler)
         wraps = sampler.get("wrapS"), sampler.get("wrapT")
-        if MIRROR in wraps:
-            lose("mirrored textures")
         if wraps.count(CLAMP) == 1:
             lose("textures that are clamped in one direction")
-        transform = use.get("extensions", {}).get(_TRANSFORM, {})
-        if use.get("texCoord", 0) or transform.get("texCoord", 0):
-            lose("further texture coordinates")
-        if transform.get("rotation", 0.0):
-            lose("rotation of textures")
-        (s, t), (u, v) = transform.get("scale", (1.0, 1.0)), transform.get("offset", (0.0, 0.0))
-        return {"scale": (s, t), "offset": (u, 1.0 - t - v), "clamp": wraps.count(CLAMP) == 2}
+        own = Placement.of(use)
+        if own != placement and (
+            own.coordinates != placement.coordinates or own.rotation or placement.rotation
+        ):
+            lose("texture coordinates of a further texture")
+        if not placement.rotation:
+            (s, _, u), (_, t, v) = replace(own, rotation=0.0).matrix.tolist()
+            texture = replace(texture, scale=(s, t), offset=(u, v))
+        texture = replace(texture, clamp=wraps.count(CLAMP) == 2)
+        return texture.mirrored(wraps[0] == MIRROR, wraps[1] == MIRROR)
 
 
 def _is_embedded(image: Mapping[str, Any]) -> bool:
