@@ -151,7 +151,6 @@ def test_emission_has_no_upper_limit(read):
         ("newmtl a\nillum\n", r":2: illum ''; write a finite"),
         ("newmtl a\nNi inf\n", r":2: Ni 'inf'; write a finite"),
         ("Kd 1 1 1\n", r":1: 'Kd' before any newmtl"),
-        ("newmtl\n", r":1: newmtl without a name"),
         ("", r": is empty"),
         (b"newmtl a\nKd \x001\n", r":2: is not a text file \(byte 0x00\).*UTF-8"),
         ("newmtl a\nKd 1 1 \\\n1\nKd x\n", r":4: Kd 'x'"),
@@ -208,11 +207,6 @@ def test_what_an_illumination_model_leaves_out_is_named(read, statements, named)
 @pytest.mark.parametrize(
     ("statement", "message"),
     [
-        (
-            "Ni -1.5",
-            r":2: Ni -1.5 is not an index of refraction; give a number above 0, such as 1.5",
-        ),
-        ("Ni 0", r":2: Ni 0.0 is not an index"),
         ("Ni 1 2", r":2: Ni '1 2'; write a finite number"),
         ("Ks 1.5", r":2: Ks '1.5' is not a reflectance; keep it within \[0, 1\]"),
         ("Tf -1", r":2: Tf '-1' is not a transmittance"),
@@ -221,3 +215,14 @@ def test_what_an_illumination_model_leaves_out_is_named(read, statements, named)
 def test_optics_out_of_bounds(read, statement, message):
     with pytest.raises(InputError, match=message):
         read(f"newmtl a\n{statement}\n")
+
+
+@pytest.mark.parametrize("statement", ["Ni 0", "Ni -1.0", "Ns -1.96"])
+def test_what_exporters_write_for_want_of_a_value(read, statement):
+    with pytest.warns(SceneWarning, match=f"not simulated: '{statement}' of 'a'$"):
+        assert read(f"newmtl a\nKd 0.25\n{statement}\n")["a"] == Material("a", (0.25,) * 3)
+
+
+def test_a_material_without_a_name_is_left_out(read):
+    with pytest.warns(SceneWarning, match=r"a\.mtl: a newmtl without a name is left out$"):
+        assert list(read("newmtl a\nnewmtl\nKd 1 1 1\nnewmtl b\n")) == ["a", "b"]

@@ -1,5 +1,7 @@
 """OBJ files as text: encodings, exporters, errors and damage."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -137,7 +139,7 @@ F = "f 1 2 3\n"
         ("v 0 0 0\n" * 3 + F, r": has no face with an area"),
         (SQUARE.encode() + b"\x00\x01", r":5: is not a text file \(byte 0x00\); .*UTF-8"),
         (b"\x89PNG\r\n\x1a\n", r":2: is not a text file \(byte 0x1a\)"),
-        (SQUARE.encode("utf-16"), r":1: is not a text file"),
+        (SQUARE.encode("utf-16-le"), r":1: is not a text file"),
         (SQUARE + "f 1 2 5\n", r":5: face corner '5' is outside the file's 4 vertices"),
         (SQUARE + F + "f 1 2 3/1\n", r":6: face corner '3/1' .* 0 texture coordinates"),
         (SQUARE + "f 1//1 2 3\n", r":5: face corner '1//1' .* 0 normals; count from 1"),
@@ -147,8 +149,6 @@ F = "f 1 2 3\n"
         (SQUARE + "f 1 2 99999999999999999999\n", r":5: face corner '99999999999999999999' is"),
         (SQUARE + "f 1 2 4294967297\n", r":5: face corner '4294967297' is outside"),
         (SQUARE + "f 1 2 -9223372036854775809\n", r":5: face corner '-9223372036854775809' is"),
-        (SQUARE + "f 1 2\n", r":5: face of 2 corners; give it three or more"),
-        (SQUARE + "f\n", r":5: face of 0 corners"),
         (SQUARE + "f 1 2 x\n", r":5: face corner 'x' is malformed; write v, v/vt"),
         (SQUARE + "f 1 2 3.0\n", r":5: face corner '3.0' is malformed"),
         (SQUARE + "f 1 2 /3\n", r":5: face corner '/3' is malformed"),
@@ -183,13 +183,7 @@ F = "f 1 2 3\n"
         (SQUARE + "v 0 \\\n 0 \\\n 0\n# \\\nv x 0 0\n", r":9: vertex has 'x'"),
         (SQUARE.replace("\n", "\r\n") + "v x 0 0\n", r":5: vertex has 'x'"),
         ("\n\n  " + SQUARE + "  v x 0 0\n", r":7: vertex has 'x'"),
-        (SQUARE + "usemtl wood\n" + F, r":5: material 'wood' has no MTL file; add an mtllib line"),
-        (SQUARE + "mtllib b.mtl\n" + F, r":5: MTL file 'b.mtl' is not beside .*mean 'lib.mtl'\?"),
-        (SQUARE + "mtllib lib.mtl b c.mtl\n", r":5: MTL file 'b' is not beside"),
-        (SQUARE + "mtllib " + "x" * 5000 + "\n", r":5: MTL file 'x{60}\.\.\.' is not beside"),
-        (SQUARE + "mtllib\n", r":5: MTL file '' is not beside"),
-        (SQUARE + "mtllib lib.mtl\nusemtl Wod\n" + F, r":6: material 'Wod' .*mean 'wood'\?"),
-        (SQUARE + "mtllib lib.mtl\nusemtl " + "x" * 5000 + "\n", r":6: material 'x{60}\.\.\.'"),
+        (SQUARE + "f 1 2\n", r": has no faces"),
     ],
 )
 def test_errors_name_line_value_and_remedy(read_obj, text, message):
@@ -237,3 +231,43 @@ def test_damaged_files_end_in_meshes_or_an_input_error(read_obj):
             assert np.isfinite(mesh.vertices).all()
             assert set(mesh.faces.ravel()) == set(range(len(mesh.vertices)))
     assert outcomes == {"error", "meshes"}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("mtllib b.mtl\n", r":5: MTL file 'b\.mtl' is not beside the OBJ; .*mean 'lib\.mtl'\?"),
+        ("mtllib lib.mtl b c.mtl\n", r":5: MTL file 'b' is not beside"),
+        ("mtllib " + "x" * 5000 + "\n", r":5: MTL file 'x{60}\.\.\.' is not beside"),
+        ("mtllib none.mtl\n", r":5: MTL file 'none\.mtl' is empty; export it again"),
+        ("usemtl a\nusemtl b\n", ": 2 of 2 materials are in no MTL file .* grey: 'a', 'b'$"),
+        ("mtllib lib.mtl\nusemtl Wod\n", r": 1 of 1 materials .*: 'Wod'; did you mean 'wood'\?"),
+        ("usemtl " + "x" * 5000 + "\n", r": .* grey: 'x{60}\.\.\.'"),
+        ("f 1 2\nf\nf 1\n", ": 3 lines are not simulated: 'f of fewer than three corners'$"),
+    ],
+)
+def test_what_is_missing_is_named(read_obj, text, message):
+    with pytest.warns(SceneWarning) as record:
+        (mesh,) = read_obj(SQUARE + text + F, lib="newmtl stone\nnewmtl wood\n", none="")
+    assert any(re.search(r"scene\.obj" + message, str(each.message)) for each in record)
+    assert mesh.material.reflectance == 0.5
+
+
+def test_grey_materials_have_their_names(read_obj):
+    with pytest.warns(SceneWarning):
+        first, second = read_obj(SQUARE + f"usemtl a\n{F}usemtl b\n{F}")
+    assert (first.material.name, second.material.name) == ("a", "b")
+
+
+def test_faces_of_two_corners_between_others(read_obj):
+    with pytest.warns(SceneWarning, match="1 lines are not simulated"):
+        (mesh,) = read_obj(SQUARE + "f -4 -3 -2\nf 1 2\nf 2 3 4\n")
+    (wanted,) = read_obj(SQUARE + "f 1 2 3\nf 2 3 4\n")
+    np.testing.assert_array_equal(mesh.vertices[mesh.faces], wanted.vertices[wanted.faces])
+
+
+@pytest.mark.parametrize("order", ["little", "big"])
+def test_utf_16(read_obj, order):
+    text = "\ufeff" + SQUARE.replace("\n", "\r\n") + "o Würfel\nf 1 2 3 4\n"
+    (mesh,) = read_obj(text.encode("utf-16-le" if order == "little" else "utf-16-be"))
+    assert mesh.name == "Würfel"

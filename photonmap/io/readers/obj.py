@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, warn
-from photonmap.io.readers.colors import decode_colors
 from photonmap.io.readers.polygons import triangulate
 from photonmap.io.readers.registry import GREY, MissingTextures, ReadOptions
 from photonmap.io.readers.wavefront.mtl import read_mtl
@@ -30,7 +29,8 @@ def read(path: Path, options: ReadOptions) -> Scene:
     There is one mesh for each object and material. An object is named by its `o` line, or by
     its `g` line where there is no `o`, or else by the file. Polygons are cut into triangles;
     vertices are split where normals or texture coordinates differ, and unused ones are left
-    out. Faces before any `usemtl` get the default `Material`. Colours of vertices replace the
+    out. Faces before any `usemtl` get the default `Material`, and those of a material that is in no
+    MTL file a grey one of its name, with a warning. Colours of vertices replace the
     reflectance of their material, unless it has a texture or is glass.
 
     Parameters
@@ -44,16 +44,13 @@ def read(path: Path, options: ReadOptions) -> Scene:
 
     Raises
     ------
-    InputError : the file or one of its MTL files is missing or malformed, a material is in
-        none of them, or no face has an area
+    InputError : the file or one of its MTL files is malformed, or no face has an area
     """
     source = read_source(path, "OBJ")
     lines = parse_lines(source)
     materials = _find_materials(source, lines, options.missing_textures)
     if not len(lines.sizes):
         raise InputError("has no faces; export the surfaces as polygons", source.path)
-    if lines.colors is not None:
-        lines = replace(lines, colors=_decode_colors(path, lines.colors))
     triangles, owners = triangulate(lines.vertices, lines.corners[:, 0] - 1, lines.sizes)
     if not len(triangles):
         raise InputError("has no face with an area; check the vertices", source.path)
@@ -69,13 +66,6 @@ def read(path: Path, options: ReadOptions) -> Scene:
         for name, material in [parts[part_of[group[0]]]]
     ]
     return Scene(_drop_colors(path, meshes), name=path.stem)
-
-
-def _decode_colors(path: Path, colors: NDArray[np.float64]) -> NDArray[np.float64]:
-    def note(what: str) -> None:
-        warn(f"{path}: not simulated: {what}")
-
-    return decode_colors(colors, note, "vertices")
 
 
 def _divide(lines: ObjLines, stem: str) -> tuple[list[tuple[str, str]], NDArray[np.int64]]:
@@ -139,25 +129,30 @@ def _find_materials(
                 if path not in known:
                     known.add(path)
                     materials = {**read_mtl(path, missing_textures), **materials}
-    for offset, keyword, name in lines.states:
-        if keyword == "usemtl" and name and name not in materials:
-            if not known:
-                message = f"material {shown(name)} has no MTL file; add an mtllib line"
-                raise source.error(message, offset)
-            message = f"material {shown(name)} is in none of the MTL files"
-            raise source.error(f"{message}; {suggest(name, materials)}", offset)
-    return materials | {"": Material()}
+    used = {name: None for _, keyword, name in lines.states if keyword == "usemtl" and name}
+    if missing := [name for name in used if name not in materials]:
+        remedy = f"; {suggest(missing[0], materials)}" if materials else ""
+        warn(
+            f"{source.path}: {len(missing)} of {len(used)} materials are in no MTL file and become "
+            f"{GREY} grey: {listed(missing)}{remedy}"
+        )
+    return materials | {name: Material(name) for name in missing} | {"": Material()}
 
 
 def _find_libraries(source: Source, offset: int, names: str) -> Iterator[Path]:
-    """Find the files of one mtllib line: one name with spaces, or several names."""
+    """Find the files of one mtllib line: one name with spaces, or several; warn of missing ones."""
     folder = source.path.parent
-    for name in [names] if _find(folder, names) else names.split() or [names]:
+    for name in [names] if _find(folder, names) else names.split():
         path = _find(folder, name)
         if path is None:
             remedy = suggest(name, sorted(p.name for p in folder.glob("*.[mM][tT][lL]")))
-            raise source.error(f"MTL file {shown(name)} is not beside the OBJ; {remedy}", offset)
-        yield path
+            warn(
+                str(source.error(f"MTL file {shown(name)} is not beside the OBJ; {remedy}", offset))
+            )
+        elif not path.stat().st_size:
+            warn(str(source.error(f"MTL file {shown(name)} is empty; export it again", offset)))
+        else:
+            yield path
 
 
 def _find(folder: Path, name: str) -> Path | None:

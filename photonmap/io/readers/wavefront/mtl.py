@@ -28,6 +28,8 @@ _MAPS = {f"map_{key}": parameter for key, parameter in _PARAMETERS.items() if pa
 _AMBIENT = ("Ka", "map_Ka")
 _OPACITIES = ("d", "Tr")
 _MODEL = "illum"
+_OFTEN_WRONG = ("Ni", "Ns")
+"""Statements that exporters without a value for them write as -1, or 0."""
 _NEUTRAL = {"d": 1.0, "Ps": 0.0, "Pc": 0.0, "Pcr": 0.0, "aniso": 0.0, "anisor": 0.0}
 """Numbers that change nothing, of statements that are not simulated."""
 
@@ -78,19 +80,18 @@ def read_mtl(
     source, blender = read_source(path, "MTL"), _blender_scale(Path(path))
     drafts: dict[str, Draft] = {}
     repeated: list[str] = []
-    name = ""
+    draft: Draft | None = None
     for offset, keyword, rest in source.statements():
         if keyword == "newmtl":
-            name = rest
-            if not name:
-                raise source.error("newmtl without a name; give it one", offset)
-            if name in drafts:
-                repeated.append(name)
-            drafts[name] = Draft(blender)
-        elif not name:
+            if rest in drafts:
+                repeated.append(rest)
+            drafts[rest] = draft = Draft(blender)
+        elif draft is None:
             raise source.error(f"{shown(keyword)} before any newmtl; begin with newmtl", offset)
         else:
-            _read_statement(_Statement(source, offset, keyword, rest), drafts[name], textures)
+            _read_statement(_Statement(source, offset, keyword, rest), draft, textures)
+    if drafts.pop("", None):
+        warn(f"{source.path}: a newmtl without a name is left out")
     materials = {name: make_material(name, draft) for name, draft in drafts.items()}
     _warn_of_changes(source, drafts, repeated)
     if textures.lost:
@@ -149,7 +150,11 @@ def _read_statement(line: _Statement, draft: Draft, textures: _Textures) -> None
     elif keyword in _OPACITIES and not line.rest.startswith("-halo"):
         draft.numbers[keyword] = _read_opacity(line)
     elif keyword == _MODEL or (isinstance(parameter, Number) and keyword not in _OPACITIES):
-        draft.numbers[keyword] = _read_number(line, parameter)
+        number = _read_number(line, None if keyword in _OFTEN_WRONG else parameter)
+        if (keyword in _OFTEN_WRONG and number < 0.0) or (keyword, number) == ("Ni", 0.0):
+            draft.ignored.append(f"{keyword} {line.rest}")
+        else:
+            draft.numbers[keyword] = number
     elif keyword == "Ka" and draft.blender:
         numbers = line.numbers()
         draft.numbers[keyword] = numbers[0] if numbers and 0.0 <= numbers[0] <= 1.0 else 0.0

@@ -6,12 +6,14 @@ import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.errors import InputError
+from photonmap.errors import InputError, warn
+from photonmap.io.readers.colors import decode_colors
 from photonmap.io.readers.polygons import LARGEST_FACE
 from photonmap.io.readers.wavefront.decimals import begins, parse_floats, parse_integers
 from photonmap.io.readers.wavefront.source import Source, split_statement
@@ -55,7 +57,7 @@ class ObjLines:
     Parameters
     ----------
     vertices, uv, normals : (V, 3), (T, 2), (N, 3) float64
-    colors : (V, 3) float64 as they are written, NaN of vertices that have none; None if none has
+    colors : (V, 3) float64, linear, NaN of vertices that have none; None if none has
     corners : (C, 3) int32, indices of vertex, uv and normal from 1; 0 where there is none
     sizes : (F,) int64, corners of each face
     offsets : (F,) int64, where each face stands in the source
@@ -99,8 +101,7 @@ def parse_lines(source: Source) -> ObjLines:
 
     Raises
     ------
-    InputError : malformed or non-finite numbers, a face of fewer than three corners, or a
-        corner that refers to nothing
+    InputError : malformed or non-finite numbers, or a corner that refers to nothing
     """
     tables: list[list[NDArray[np.float64]]] = [[], [], []]
     faces: list[tuple[NDArray[Any], ...]] = []
@@ -113,6 +114,8 @@ def parse_lines(source: Source) -> ObjLines:
             table.append(_parse_table(source, lines[kind.keyword], kind))
         before = [lines[kind.keyword].offsets for kind in _TABLES]
         faces.append(_parse_faces(source, lines[b"f"], before, known))
+        if small := len(lines[b"f"].starts) - len(faces[-1][1]):
+            others["f of fewer than three corners"] += small
         known += [len(table[-1]) for table in tables]
         for offset in rest:
             keyword, name = split_statement(source.line(offset))
@@ -120,7 +123,7 @@ def parse_lines(source: Source) -> ObjLines:
                 states.append((offset, keyword, name))
             elif keyword not in _IGNORED:
                 others[keyword] += 1
-    vertices, colors = _split_colors(tables[0])
+    vertices, colors = _split_colors(source.path, tables[0])
     uv, normals = (np.concatenate(table) for table in tables[1:])
     corners, sizes, offsets = (np.concatenate(part) for part in zip(*faces, strict=True))
     obj = ObjLines(vertices, uv, normals, colors, corners, sizes, offsets, states, others)
@@ -181,7 +184,7 @@ def _parse_table(source: Source, lines: _Lines, kind: _Table) -> NDArray[np.floa
 
 
 def _split_colors(
-    tables: list[NDArray[np.float64]],
+    path: Path, tables: list[NDArray[np.float64]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
     """Return the coordinates of vertices, and their colours as `ObjLines` has them."""
     vertices = np.concatenate([table[:, :3] for table in tables])
@@ -191,7 +194,11 @@ def _split_colors(
     colors = [
         table[:, 3:] if table.shape[1] > 3 else none.repeat(len(table), axis=0) for table in tables
     ]
-    return vertices, np.concatenate(colors)
+
+    def note(what: str) -> None:
+        warn(f"{path}: not simulated: {what}")
+
+    return vertices, decode_colors(np.concatenate(colors), note, "vertices")
 
 
 def _table_error(source: Source, lines: _Lines, kind: _Table) -> InputError:
@@ -212,7 +219,7 @@ def _table_error(source: Source, lines: _Lines, kind: _Table) -> InputError:
 def _parse_faces(
     source: Source, lines: _Lines, before: list[NDArray[np.int64]], known: NDArray[np.int64]
 ) -> tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.int64]]:
-    """Parse faces as (corners, sizes, offsets), see `ObjLines`.
+    """Parse faces as (corners, sizes, offsets), see `ObjLines`; those of two corners are left out.
 
     Parameters
     ----------
@@ -232,7 +239,6 @@ def _parse_faces(
         or len(values) != len(numbers)
         or np.count_nonzero(leads) != len(begins(solid))
         or np.add.reduceat(slash, numbers[leads], dtype=np.int32).max(initial=0) > 2
-        or sizes.min() < 3
         or sizes.max() > LARGEST_FACE
     ):
         raise _face_error(source, lines)
@@ -246,6 +252,9 @@ def _parse_faces(
     values[(values <= 0) | (values > _OUTSIDE)] = _OUTSIDE
     corners = np.zeros((sizes.sum(), 3), np.int32)
     corners[corner_of, columns] = values
+    large = sizes >= 3
+    if not large.all():
+        return corners[np.repeat(large, sizes)], sizes[large], lines.offsets[large]
     return corners, sizes, lines.offsets
 
 
@@ -274,9 +283,8 @@ def _face_error(source: Source, lines: _Lines) -> InputError:
             if not _CORNER.fullmatch(word):
                 message = f"face corner {shown(word.decode('latin-1'))} is malformed"
                 return source.error(f"{message}; write v, v/vt, v//vn or v/vt/vn", offset)
-        if not 3 <= len(words) <= LARGEST_FACE:
-            remedy = "give it three or more" if len(words) < 3 else "divide it"
-            return source.error(f"face of {len(words)} corners; {remedy}", offset)
+        if len(words) > LARGEST_FACE:
+            return source.error(f"face of {len(words)} corners; divide it", offset)
     return InputError("a face is malformed; write v, v/vt, v//vn or v/vt/vn", source.path)
 
 

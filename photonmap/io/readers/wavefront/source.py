@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -86,6 +87,8 @@ def read_source(path: str | PathLike[str], kind: str) -> Source:
         raise InputError(f"cannot be read ({reason}); check the {kind} file's name", path) from None
     if not data:
         raise InputError(f"is empty; export the {kind} file again", path)
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        data = data.decode("utf-16", "replace").encode()
     if junk := data.translate(None, _TEXT):
         line = data.count(b"\n", 0, data.index(junk[0])) + 1
         message = f"is not a text file (byte 0x{junk[0]:02x}); save it as an {kind} file in UTF-8"
