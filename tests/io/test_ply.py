@@ -1,11 +1,14 @@
 """PLY files: their properties, and what is refused."""
 
+import struct
+
 import numpy as np
 import pytest
 import trimesh
 from helpers.meshes import TRIANGLE, areas, corners, ply, volume
 
 from photonmap.errors import InputError, SceneWarning
+from photonmap.scene.images import decode_srgb
 from photonmap.scene.material import Material
 
 pytestmark = pytest.mark.usefixtures("silence")
@@ -50,11 +53,44 @@ def test_ply_polygons_of_one_size(read, kind):
         assert (areas(mesh)[:, 2] > 0).all()
 
 
-def test_ascii_ply_polygons_of_several_sizes(read):
+@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian", "binary_big_endian"])
+def test_ply_polygons_of_several_sizes(read, kind):
     square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [3, 1, 0], [2, 2, 0]]
-    (mesh,) = read("a.ply", ply(square, [[0, 1, 2, 3], [1, 4, 2], [1, 4, 5, 6, 2]]))
+    (mesh,) = read("a.ply", ply(square, [[0, 1, 2, 3], [1, 4, 2], [1, 4, 5, 6, 2]], kind=kind))
     assert len(mesh.faces) == 6
     np.testing.assert_allclose(areas(mesh)[:, 2].sum(), 1 + 0.5 + 2.5)
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian", "binary_big_endian"])
+def test_ply_lists_among_other_properties(read, kind):
+    """Lists of lengths of two bytes, of several sizes, with numbers before and behind them."""
+    lists = "property list ushort short others\nproperty uchar red\nproperty uchar green\n"
+    text = ply(TRIANGLE, [], lists=lists + "property uchar blue\n", kind=kind)
+    head = text if isinstance(text, bytes) else text.encode()
+    head = head.replace(b"element face 0", b"element face 2")
+    rows = [([0, 1, 2], [-7, 300], [255, 0, 128]), ([2, 1, 0], [], [1, 2, 3])]
+    order = ">" if "big" in kind else "<"
+    for face, others, color in rows:
+        if kind == "ascii":
+            row = [3, *face, len(others), *others, *color]
+            head += (" ".join(map(str, row)) + "\n").encode()
+        else:
+            counts = f"{order}B3iH{len(others)}h3B"
+            head += struct.pack(counts, 3, *face, len(others), *others, *color)
+    with pytest.warns(SceneWarning, match="not simulated: face property of 'others'$"):
+        (mesh,) = read("a.ply", head)
+    assert mesh.faces.tolist() == [[0, 1, 2], [2, 1, 0]]
+    np.testing.assert_allclose(mesh.colors[0, 0], decode_srgb(np.array([255, 0, 128]) / 255))
+
+
+def test_ply_small_faces_and_what_follows_the_last(read):
+    data = ply(TRIANGLE, [[0, 1], [0, 1, 2], [2]], kind="binary_little_endian") + b"\0\0"
+    message = (
+        "not simulated: 2 values behind the last element; 2 faces of fewer than three corners$"
+    )
+    with pytest.warns(SceneWarning, match=message):
+        (mesh,) = read("a.ply", data)
+    assert mesh.faces.tolist() == [[0, 1, 2]]
 
 
 def test_ply_faces_without_area_and_spare_vertices(read):
@@ -101,10 +137,9 @@ def test_ply_names_what_is_not_simulated(read):
     [
         (ply(TRIANGLE, []), "has no triangles; export"),
         (ply([], []), "has no triangles; export"),
-        (ply(TRIANGLE, [[0, 1, 2]]).replace(" z\n", " w\n"), r"is damaged.*'z'"),
+        (ply(TRIANGLE, [[0, 1, 2]]).replace(" z\n", " w\n"), "is damaged.*lack x, y or z"),
         (ply(TRIANGLE, [[0, 1, 3]]), "mesh 'a': a face names vertex 3, but there are 3, counted"),
         (ply(TRIANGLE, [[0, 1, -1]]), "a face names vertex -1"),
-        (ply(TRIANGLE, [[0, 1, 2], [0, 1]]), "face 1 has 2 corners; export it with triangles"),
         (ply([*TRIANGLE, [0, np.nan, 0]], [[0, 1, 2]]), r"vertex 3 is \(0, nan, 0\); export it"),
         (ply([*TRIANGLE, [0, 0, np.inf]], [[0, 1, 2, 3]]), r"vertex 3 is \(0, 0, inf\)"),
         (ply(TRIANGLE * 1e31, [[0, 1, 2]]), r"vertex 1 is \(1e\+31, 0, 0\).* up to 1e\+30"),
@@ -115,15 +150,12 @@ def test_ply_names_what_is_not_simulated(read):
         (ply(TRIANGLE, [[0, 1, 2]]).replace("1.0", "x"), "is damaged"),
         (ply(TRIANGLE, [[0, 1, 2]]).replace("1.0", "x", 1), ""),
         (ply(TRIANGLE, [[0, 1, 2]]).replace("end_header", ""), "is damaged"),
-        (ply(TRIANGLE, [[0, 0, 0]] * 2, kind="binary_little_endian") + b"\0", "in binary; export"),
-        (
-            ply(TRIANGLE, [[0, 1, 2], [0, 1, 2, 0]], kind="binary_little_endian"),
-            "polygons of several sizes in binary; export it again, triangulated or as ASCII",
-        ),
-        (
-            ply(TRIANGLE, [[0, 1, 2, 0], [0, 1, 2], [0, 1, 2, 0, 1]], kind="binary_little_endian"),
-            "lists of several sizes in binary",
-        ),
+        (ply(TRIANGLE, [[0, 1, 2]], kind="binary_little_endian")[:-1], "1 rows are announced, but"),
+        (ply(TRIANGLE, [[0, 1, 2], [0, 1]], kind="binary_big_endian")[:-8], "there are 1"),
+        (ply(TRIANGLE, [[0, 1, 2]]).replace("3 0 1 2", "-3 0 1 2"), "a list has -3 items"),
+        (ply(TRIANGLE, [[0] * 40000]), "face 0 has 40000 corners; export it with triangles"),
+        (ply(TRIANGLE, [[0, 1]] * 2), "has no triangles; export"),
+        (ply(TRIANGLE, [[0, 1, 2]]).replace("property float z", "property real z"), "is damaged"),
     ],
 )
 def test_ply_errors(read, data, message):

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError
-from photonmap.io.readers.colors import decode_colors
-from photonmap.io.readers.decoding import Losses, decode_file, note_loss
+from photonmap.io.readers.decoding import Losses, decode_colors, decode_file, note_loss
 from photonmap.io.readers.meshes import build_mesh, cut_polygons
 from photonmap.io.readers.polygons import LARGEST_FACE
 from photonmap.io.readers.registry import GREY, ReadOptions

@@ -1,0 +1,1 @@
+"""What PLY files consist of."""
