@@ -64,6 +64,14 @@ def test_faces_without_area_are_counted(read):
         read("OFF\n" + SQUARE.replace("4 1 0", "4 2 0") + "4 0 1 1 0\n")
 
 
+def test_edges_and_points_are_counted(read):
+    text = "OFF\n" + SQUARE.replace("4 1 0", "4 4 0") + "2 0 1 9 9 9\n0\n1 3\n"
+    message = r"a\.off: not simulated: 3 faces of fewer than three corners$"
+    with pytest.warns(SceneWarning, match=message):
+        mesh = read(text)
+    assert mesh.colors.tolist() == [[[0.5] * 3]] * 2
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -79,7 +87,8 @@ def test_faces_without_area_are_counted(read):
         ("OFF\n" + SQUARE.replace("1 1 0", "1 nan 0"), ":5: '1 nan 0' is not a vertex"),
         ("OFF\n" + SQUARE.replace("1 1 0", "1 1e31 0"), r":5: .* finite numbers up to 1e\+30"),
         ("OFF\n" + SQUARE.replace("1 1 0", "1 1"), ":5: '1 1' is not a vertex"),
-        ("OFF\n" + SQUARE.replace("4 0 1 2 3", "2 0 1"), ":7: '2 0 1' is not a face; write 3"),
+        ("OFF\n" + SQUARE.replace("4 0 1 2 3", "-2 0 1"), ":7: '-2 0 1' is not a face; write 3"),
+        ("OFF\n" + SQUARE.replace("4 0 1 2 3", "2 0 1"), ": has no triangles; export"),
         ("OFF\n" + SQUARE.replace("4 0 1 2 3", "4 0 1 2"), ":7: '4 0 1 2' is not a face"),
         ("OFF\n" + SQUARE.replace("2 3", "2 4"), ":7: .* do not exist; number them 0 to 3"),
         ("OFF\n" + SQUARE.replace("2 3", "2 -3"), ":7: .* do not exist; number them 0 to 3"),

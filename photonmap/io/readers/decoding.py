@@ -38,7 +38,7 @@ def decode_file(path: Path, decode: Decoder) -> Scene:
     losses: Losses = {}
     with _reporting_damage(path):
         scene = decode(path, data, losses)
-    if not scene.meshes:
+    if not any(len(mesh.faces) for mesh in scene.meshes):
         raise InputError("has no triangles; export the surfaces as polygons", path)
     if losses:
         named = [

@@ -45,16 +45,22 @@ def cut_polygons(
     uv: NDArray[np.float64] | None = None,
     colors: NDArray[np.float64] | None = None,
 ) -> Part:
-    """Cut polygons into triangles, and note those that have no area.
+    """Cut polygons into triangles, and note those of fewer than three corners or without area.
 
     Parameters
     ----------
     vertices, normals, uv : as in `Part`
     corners : (C,) indices of vertices, one polygon after another; all of them valid
-    sizes : (F,) corners of each polygon, 3 to `LARGEST_FACE`
-    losses : takes the polygons without area
+    sizes : (F,) corners of each polygon, up to `LARGEST_FACE`
+    losses : takes the polygons that are left out
     colors : as in `Part`, those of faces for each polygon
     """
+    large = sizes >= 3
+    if small := np.count_nonzero(~large):
+        note_loss(losses, f"{small} faces of fewer than three corners")
+        corners, sizes = corners[np.repeat(large, sizes)], sizes[large]
+        if colors is not None and colors.ndim == 3:
+            colors = colors[large]
     if (sizes == 3).all():
         return Part(vertices, corners.reshape(-1, 3), normals, uv, colors)
     triangles, owners = triangulate(vertices, corners.astype(np.int32), sizes)

@@ -122,11 +122,11 @@ def _read_faces(
     corners: list[int] = []
     sizes = []
     for line in lines:
-        size = int(line.words[0]) if line.words[0].isdecimal() else 0
-        if not 3 <= size <= LARGEST_FACE or len(line.words) <= size:
+        size = int(line.words[0]) if line.words[0].isdecimal() else -1
+        if not 0 <= size <= LARGEST_FACE or len(line.words) <= size:
             raise line.error(path, "is not a face; write 3 or more corners after their number")
         face = [int(word) if word.isdecimal() else -1 for word in line.words[1 : 1 + size]]
-        if min(face) < 0 or max(face) >= vertex_count:
+        if size and not 0 <= min(face) <= max(face) < vertex_count:
             last = vertex_count - 1
             raise line.error(path, f"names vertices that do not exist; number them 0 to {last}")
         corners += face

@@ -57,8 +57,6 @@ def _decode(path: Path, data: bytes, losses: Losses) -> Scene:
     if not (vertex.rows and face.rows):
         return Scene()
     part = _ply_part(path, vertex, face, losses)
-    if not len(part.faces):
-        return Scene()
     mesh = build_mesh(path, part, Material("default"), path.stem)
     if spare := len(part.vertices) - len(mesh.vertices):
         note_loss(losses, f"{spare} vertices in no face")
@@ -97,12 +95,6 @@ def _ply_part(path: Path, vertex: Element, face: Element, losses: Losses) -> Par
         if colors is not None and colors.ndim == 2:
             colors = colors[corners]
         corners = np.arange(len(corners))
-    large = sizes >= 3
-    if small := np.count_nonzero(~large):
-        note_loss(losses, f"{small} faces of fewer than three corners")
-        corners, sizes = corners[np.repeat(large, sizes)], sizes[large]
-        if colors is not None and colors.ndim == 3:
-            colors = colors[large]
     return cut_polygons(vertices, corners, sizes, losses, normals, uv, colors)
 
 
