@@ -228,18 +228,27 @@ def test_toml_replaces_colours_by_a_reflectance(tmp_path, file):
         assert mesh.colors is None
 
 
-def test_saved_colours_return(tmp_path):
+@pytest.mark.parametrize(("suffix", "atol"), [("obj", 1e-9), ("glb", 1e-7)])
+def test_saved_colours_return(tmp_path, suffix, atol):
     ball = trimesh.creation.icosphere(1)
     rng = np.random.default_rng(3)
-    vertices = pm.Mesh(ball.vertices, ball.faces, pm.Material("a"), "a", colors=rng.random((42, 3)))
+    paint = pm.Material.plastic("paint")
+    vertices = pm.Mesh(ball.vertices, ball.faces, paint, "a", colors=rng.random((42, 3)))
     faces = replace(vertices, name="b", colors=rng.random((80, 1, 3)), normals=ball.vertices)
-    pm.save_scene(pm.Scene([vertices, faces]), tmp_path / "ball.obj")
-    first, second = load_scene(tmp_path / "ball.obj").meshes
+    plain = replace(vertices, name="c", colors=None)
+    pm.save_scene(pm.Scene([vertices, faces, plain]), tmp_path / f"ball.{suffix}")
+    first, second, third = load_scene(tmp_path / f"ball.{suffix}").meshes
     np.testing.assert_array_equal(first.faces, vertices.faces)
-    np.testing.assert_allclose(first.colors, vertices.colors, atol=1e-9)
-    np.testing.assert_array_equal(second.vertices[second.faces], faces.vertices[faces.faces])
-    np.testing.assert_array_equal(second.normals, second.vertices)
-    np.testing.assert_allclose(second.colors[second.faces], faces.colors.repeat(3, 1), atol=1e-9)
+    np.testing.assert_allclose(first.colors, vertices.colors, atol=atol)
+    corners = faces.vertices[faces.faces]
+    np.testing.assert_allclose(second.vertices[second.faces], corners, atol=1e-6)
+    np.testing.assert_allclose(second.normals, second.vertices, atol=1e-6)
+    np.testing.assert_allclose(second.colors[second.faces], faces.colors.repeat(3, 1), atol=atol)
+    assert third.colors is None
+    for mesh in (first, third):
+        np.testing.assert_allclose(mesh.material.glossy, paint.glossy, rtol=1e-6)
+        assert mesh.material.roughness == paint.roughness
+    np.testing.assert_allclose(third.material.reflectance, 0.5, rtol=1e-6)
 
 
 def test_recolored_surfaces_lose_their_colours():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -53,6 +54,7 @@ def write_gltf(scene: Scene, path: Path, assets: Assets) -> None:
     InputError
         if there are no faces, a light or camera is not valid, or a GLB file would be too large
     """
+    scene = replace(scene, meshes=_with_white(scene.meshes))
     meshes = [_checked(mesh, path) for mesh in scene.meshes if len(mesh.faces)]
     if not meshes:
         raise InputError(f"scene {scene.name!r} has no faces: there is nothing to write")
@@ -83,9 +85,22 @@ def write_gltf(scene: Scene, path: Path, assets: Assets) -> None:
     draft.warn()
 
 
+def _with_white(meshes: list[Mesh]) -> list[Mesh]:
+    """Return meshes whose colours are those of vertices, and a factor of what is white."""
+    white: dict[int, Material] = {}
+    result = []
+    for mesh in meshes:
+        if mesh.colors is not None:
+            painted = replace(mesh.material, reflectance=(1.0, 1.0, 1.0))
+            split = mesh.split_corners() if mesh.colors.ndim == 3 else mesh
+            mesh = replace(split, material=white.setdefault(id(mesh.material), painted))
+        result.append(mesh)
+    return result
+
+
 def _checked(mesh: Mesh, path: Path) -> Mesh:
     """Return a mesh without the vertices that no face uses."""
-    part = Part(mesh.vertices, mesh.faces, mesh.unit_normals, mesh.uv)
+    part = Part(mesh.vertices, mesh.faces, mesh.unit_normals, mesh.uv, mesh.colors)
     return build_mesh(Path(path.name), part, mesh.material, mesh.name)
 
 
@@ -153,6 +168,8 @@ def _add_primitive(
     if mesh.uv is not None:
         uv = np.stack([mesh.uv[:, 0], 1.0 - mesh.uv[:, 1]], axis=1)
         attributes["TEXCOORD_0"] = draft.add_rows(uv, "<f4")
+    if mesh.colors is not None:
+        attributes["COLOR_0"] = draft.add_rows(mesh.colors, "<f4")
     kind = "<u2" if len(mesh.vertices) < _SMALL else "<u4"
     indices = draft.add_rows(mesh.faces.ravel(), kind)
     return {"attributes": attributes, "indices": indices, "material": material}
