@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 _NOTHING = "nothing: the picture is the same"
-_BAKE = "bake the texture into one that lies unturned on the first texture coordinates"
+_BAKE = "bake the texture into one that lies like that of the base colour, and repeats"
 _SPLIT = "give parts that differ their own material, where the mean is not good enough"
 _TOML = "in [material.NAME] of a TOML file"
 _REMEDIES = (
@@ -14,18 +14,22 @@ _REMEDIES = (
     (r"degenerate|have no area|without area|in no face", _NOTHING),
     (r"coincide", "delete one copy of doubled faces, unless any will do"),
     (r"add up to more than 1|lowered to 1", f"lower the reflectance in the file, or {_TOML}"),
-    (r"grey", "put the images where the file looks for them"),
+    (r"textures?\b.* grey", "put the images where the file looks for them"),
+    (r"MTL file", f"put the MTL file beside the OBJ, or give the reflectances {_TOML}"),
     (r"\b(normalTexture|map_[Bb]ump|[Bb]ump|norm|disp)\b", "model the relief, where it matters"),
-    (r"(vertex|face) colours|attribute bytes", "bake the colours into a texture"),
+    (r"(colours|opacity) of (vertices|faces)|attribute bytes", "bake the colours into a texture"),
     (r"animations|skins|morph targets", "export the pose to be rendered as a plain mesh"),
-    (r"points and lines|lines are not simulated", "export what should be seen as polygons"),
-    (r"variation of|metallicRoughnessTexture|map_(Ks|Ns|Pr|Pm)", _SPLIT),
+    (
+        r"points and lines|lines are not simulated|fewer than three corners",
+        "export what should be seen as polygons",
+    ),
+    (r"variation of|mean of map_Kd|metallicRoughnessTexture|map_(Ks|Ns|Pr|Pm)", _SPLIT),
     (r"KHR_materials_transmission", f"make it solid, smooth glass: thickness, or ior {_TOML}"),
     (r"attenuationColor", f"give the glass a tint {_TOML}"),
     (r"specularColorFactor", f"give the colour as glossy {_TOML}"),
     (r"KHR_materials_(?!transmission)|EXT_", f"describe the surface {_TOML}, as near as it gets"),
     (r"\brange\b", "nothing: light falls off with the square of the distance"),
-    (r"mirrored textures|clamped in one|rotation of|further texture coordinates", _BAKE),
+    (r"clamped in one|coordinates of a further texture", _BAKE),
     (r"mirrored view", "give the camera's node a scale without minus signs"),
     (r"newmtl is repeated", "give each material its own name"),
     (r"\b(Ks|Ns|Ni|Tf|illum|Pc|Ps|Pcr|aniso|halo)\b", f"give mirror, glossy or ior {_TOML}"),
