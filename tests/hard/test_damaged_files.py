@@ -13,7 +13,7 @@ EXAMPLES = os.environ.get("PHOTONMAP_EXAMPLES")
 """Ten times as many files of each kind; without it, a few, and 60 where there is time."""
 COUNTS = [10 * int(EXAMPLES)] if EXAMPLES else [4, *slow(60)]
 SEED = os.environ.get("PHOTONMAP_SEED", "0")
-KINDS = ("obj", "mtl", "toml", "ply", "ascii ply", "stl", "ascii stl", "glb")
+KINDS = ("obj", "mtl", "toml", "ply", "ascii ply", "stl", "ascii stl", "glb", "xml", "serialized")
 
 
 @pytest.mark.parametrize("kind", KINDS)

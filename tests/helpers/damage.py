@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from mitsuba_files import serialized
 
 from photonmap.commands import main as cli
 
@@ -69,6 +70,24 @@ position = [0, 0, 3]
 target = [0, 0, 0]
 intensity = "planck:3200 2"
 """
+XML = """<scene version="3.0.0">
+<default name="r" value="2"/>
+<sensor type="perspective"><float name="fov" value="40"/><string name="fov_axis" value="y"/>
+<transform name="to_world">
+<rotate y="1" angle="20"/><lookat origin="0 0 4" target="0 0 0" up="0 1 0"/></transform></sensor>
+<bsdf type="twosided" id="red"><bsdf type="diffuse"><rgb name="reflectance" value=".8 .1 .1"/>
+</bsdf></bsdf>
+<shape type="obj"><string name="filename" value="scene.obj"/><ref id="red"/>
+<transform name="to_world"><matrix value="1 0 0 0  0 2 0 0  0 0 1 0  0 0 0 1"/></transform></shape>
+<shape type="rectangle"><emitter type="area"><spectrum name="radiance" value="400:1, 700:3"/>
+</emitter><transform name="to_world"><scale value="$r"/><translate z="-1"/></transform></shape>
+<emitter type="point"><float name="intensity" value="3"/>
+<point name="position" x="0" y="0" z="3"/></emitter>
+</scene>
+"""
+SERIALIZED = """<scene version="3.0.0"><shape type="serialized">
+<string name="filename" value="body.serialized"/></shape></scene>
+"""
 
 
 def write_whole(folder, kind):
@@ -80,6 +99,13 @@ def write_whole(folder, kind):
     if kind == "toml":
         (folder / "scene.toml").write_text(TOML)
         return folder / "scene.toml", folder / "scene.toml"
+    if kind == "xml":
+        (folder / "scene.xml").write_text(XML)
+        return folder / "scene.xml", folder / "scene.xml"
+    if kind == "serialized":
+        (folder / "scene.xml").write_text(SERIALIZED)
+        (folder / "body.serialized").write_bytes(serialized([(trimesh.creation.box(), None)]))
+        return folder / "body.serialized", folder / "scene.xml"
     file = folder / f"body.{kind.removeprefix('ascii ')}"
     body = trimesh.creation.box((1, 1, 1))
     options = {"file_type": "stl_ascii"} if kind == "ascii stl" else {}

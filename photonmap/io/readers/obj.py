@@ -49,11 +49,7 @@ def read(path: Path, options: ReadOptions) -> Scene:
     source = read_source(path, "OBJ")
     lines = parse_lines(source)
     materials = _find_materials(source, lines, options.missing_textures)
-    if not len(lines.sizes):
-        raise InputError("has no faces; export the surfaces as polygons", source.path)
-    triangles, owners = triangulate(lines.vertices, lines.corners[:, 0] - 1, lines.sizes)
-    if not len(triangles):
-        raise InputError("has no face with an area; check the vertices", source.path)
+    triangles, owners = _triangulate(source, lines)
     _warn_of_losses(path, lines, owners)
     del source  # its text is no longer needed
     parts, part_of = _divide(lines, path.stem)
@@ -66,6 +62,29 @@ def read(path: Path, options: ReadOptions) -> Scene:
         for name, material in [parts[part_of[group[0]]]]
     ]
     return Scene(_drop_colors(path, meshes), name=path.stem)
+
+
+def read_shape(path: Path) -> Mesh:
+    """Read all faces of an OBJ file as one mesh, whatever their objects and materials.
+
+    Raises
+    ------
+    InputError : the file is missing or malformed, or no face has an area
+    """
+    source = read_source(path, "OBJ")
+    lines = parse_lines(source)
+    triangles, _ = _triangulate(source, lines)
+    return _build_mesh(lines, triangles, path.stem, Material())
+
+
+def _triangulate(source: Source, lines: ObjLines) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return triangles, and the face of each; some must have an area."""
+    if not len(lines.sizes):
+        raise InputError("has no faces; export the surfaces as polygons", source.path)
+    triangles, owners = triangulate(lines.vertices, lines.corners[:, 0] - 1, lines.sizes)
+    if not len(triangles):
+        raise InputError("has no face with an area; check the vertices", source.path)
+    return triangles, owners
 
 
 def _divide(lines: ObjLines, stem: str) -> tuple[list[tuple[str, str]], NDArray[np.int64]]:

@@ -1,0 +1,1 @@
+"""BSDFs of Mitsuba as materials."""

@@ -1,0 +1,184 @@
+"""How much light rough and coated surfaces reflect, in Mitsuba and here.
+
+Mitsuba loses the light that the facets of a rough surface scatter twice, and the base of its
+principled surface gets all light, also what the coat reflects. Here no light is lost, a coat takes
+what it reflects from its base, and light that the base reflects meets the coat again. Surfaces are
+given the reflectance with which they reflect as much light from all around as in Mitsuba; that of a
+coat itself is F₀ + (1 - F₀) / 21, by Schlick's approximation, where F₀ is its reflectance at normal
+incidence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.io.readers.metallic import coat_of
+
+Floats = NDArray[np.float64]
+_SCHLICK_MEAN = 1.0 / 21.0
+"""Cosine-weighted mean of (1 - cos)⁵"""
+_NODES = 48
+"""Directions, and facets in each of two dimensions, over which means are taken."""
+
+
+def mean_reflectance(normal: Any) -> Any:
+    """Return what a coat reflects of the light from all around."""
+    return normal + (1.0 - normal) * _SCHLICK_MEAN
+
+
+def scaled_normal(factor: Any, normal: Any) -> Any:
+    """Return the reflectance at normal incidence of a surface of which a factor is left everywhere.
+
+    Schlick's approximation has all light reflected at grazing angles; the mean is as asked for.
+    """
+    return np.maximum(factor * mean_reflectance(normal) - _SCHLICK_MEAN, 0.0) / (
+        1.0 - _SCHLICK_MEAN
+    )
+
+
+def base_albedo(reflected: Any, normal: float) -> Any:
+    """Return the albedo of a base that reflects a part of the light from all around by a coat.
+
+    Parameters
+    ----------
+    reflected : what leaves the coat of the light that meets it, having passed it twice
+    normal : reflectance of the coat at normal incidence
+    """
+    outside = mean_reflectance(normal)
+    once = reflected / (1.0 - outside) ** 2
+    return np.minimum(once / (1.0 + outside * once), 1.0)
+
+
+def plastic_albedo(
+    index: float, alpha: float, nonlinear: bool, normal: float
+) -> Callable[[Any], Any]:
+    """Return the function from an albedo in Mitsuba's plastics to that of a base here.
+
+    Parameters
+    ----------
+    index : of refraction, of the coat
+    alpha : its roughness, 0 for a smooth one
+    nonlinear : whether Mitsuba adds the colours of what is reflected inwards
+    normal : reflectance of the simulated coat at normal incidence
+    """
+    if alpha == 0.0:
+        through = 1.0 - mean_reflectance(coat_of(index))
+        inside = 1.0 - through / index**2
+    else:
+        through = _mean_transmitted(alpha, index)
+        inside = _mean_reflected(alpha, lambda cosines: _fresnel(cosines, 1.0 / index)[0])
+
+    def base(albedo: Any) -> Any:
+        inwards = inside * albedo if nonlinear else inside
+        return base_albedo(albedo / (1.0 - inwards) * (through / index) ** 2, normal)
+
+    return base
+
+
+def metal_normal(alpha: float) -> Callable[[Any, Any], Any]:
+    """Return the function from a factor, and a metal's reflectance at normal incidence in Mitsuba.
+
+    It gives the reflectance at normal incidence of a metal that reflects as much light here, where
+    light that is scattered several times between facets is not lost (`kernels.bsdf.glossy`).
+
+    Parameters
+    ----------
+    alpha : roughness of the metal
+    """
+    terms = np.ones_like, lambda cosines: (1.0 - cosines) ** 5
+    lost, kept = (
+        [_mean_reflected(alpha, term, correlated) for term in terms] for correlated in (False, True)
+    )
+    normals = np.linspace(0.0, 1.0, 1001)
+    once = normals * (kept[0] - kept[1]) + kept[1]
+    fresnel = mean_reflectance(normals)
+    several = (1.0 - kept[0]) * fresnel**2 * kept[0] / (1.0 - fresnel * (1.0 - kept[0]))
+
+    def normal(factor: Any, metal: Any) -> Any:
+        # A metal without Fresnel's effect has a reflectance of 1, and so the factor everywhere.
+        wanted = factor * (metal * (lost[0] - lost[1]) + lost[1])
+        return np.interp(wanted, once + several, normals)
+
+    return normal
+
+
+class _Facets(NamedTuple):
+    """Facets that are seen in light from all around.
+
+    Parameters
+    ----------
+    share : of all light that meets the surface
+    cosine : of the light's direction
+    towards : cosine between that and the facet's normal
+    height : cosine of the facet's normal
+    """
+
+    share: Floats
+    cosine: Floats
+    towards: Floats
+    height: Floats
+
+
+@lru_cache(maxsize=8)
+def _facets(alpha: float) -> _Facets:
+    """Return GGX's facets, as often as they are seen: Dupuy and Benyoub 2023."""
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    u, v = (np.mgrid[0:_NODES, 0:_NODES].reshape(2, 1, -1) + 0.5) / _NODES
+    cosine = 0.5 * (nodes[:, None] + 1.0)
+    sine = np.sqrt(1.0 - cosine**2)
+    length = np.hypot(alpha * sine, cosine)
+    x, z = alpha * sine / length, cosine / length
+    up = (1.0 - v) * (1.0 + z) - z
+    across = np.sqrt(np.maximum(1.0 - up**2, 0.0))
+    azimuth = 2.0 * np.pi * u
+    along, aside = alpha * (across * np.cos(azimuth) + x), alpha * across * np.sin(azimuth)
+    length = np.sqrt(along**2 + aside**2 + (up + z) ** 2)
+    height = (up + z) / length
+    towards = sine * along / length + cosine * height
+    share = np.broadcast_to(cosine * weights[:, None] / _NODES**2, height.shape)
+    return _Facets(share, np.broadcast_to(cosine, height.shape), towards, height)
+
+
+def _mean_reflected(
+    alpha: float, fresnel: Callable[[Floats], Floats], correlated: bool = False
+) -> float:
+    """Return what facets of a reflectance reflect of light from all around, scattered once.
+
+    In Mitsuba they mask each other in both directions independently, here in correlation.
+    """
+    share, cosine, towards, height = _facets(alpha)
+    out = 2.0 * towards * height - cosine
+    masking = _masking(alpha, out)
+    if correlated:
+        seen = _masking(alpha, cosine)
+        masking = masking / np.maximum(seen + masking - seen * masking, 1e-12)
+    return float((share * fresnel(towards) * masking).sum())
+
+
+def _mean_transmitted(alpha: float, index: float) -> float:
+    """Return what an interface transmits of light from all around, refracted once."""
+    share, cosine, towards, height = _facets(alpha)
+    fresnel, refracted = _fresnel(towards, index)
+    out = cosine / index - (towards / index - refracted) * height
+    return float((share * (1.0 - fresnel) * _masking(alpha, out)).sum())
+
+
+def _fresnel(cosines: Floats, index: float) -> tuple[Floats, Floats]:
+    """Return the reflectance and the cosine of what is refracted; 1 and 0 for total reflection."""
+    squared = 1.0 - (1.0 - cosines**2) / index**2
+    refracted = np.sqrt(np.maximum(squared, 0.0))
+    across = (cosines - index * refracted) / (cosines + index * refracted)
+    parallel = (index * cosines - refracted) / (index * cosines + refracted)
+    return np.where(squared > 0.0, 0.5 * (across**2 + parallel**2), 1.0), refracted
+
+
+def _masking(alpha: float, cosines: Floats) -> Floats:
+    """Return Smith's masking, 0 below the surface."""
+    above = np.maximum(cosines, 1e-6)
+    tangents = alpha**2 * (1.0 / above**2 - 1.0)
+    return np.where(cosines > 0.0, 2.0 / (1.0 + np.sqrt(1.0 + tangents)), 0.0)

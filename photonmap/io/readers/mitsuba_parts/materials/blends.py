@@ -1,0 +1,69 @@
+"""Mix two surfaces."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from photonmap.io.readers.mitsuba_parts.colors import combined
+from photonmap.scene.textures import Paint, Texture, mean_color, mean_opacity
+from photonmap.spectra.curves import Color
+
+Look = dict[str, Any]
+"""Attributes of a `Material`, without its name"""
+
+
+def blended(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
+    """Return a surface that is one to 1 - weight and another to weight, and what is lost of them.
+
+    Parameters
+    ----------
+    one, other : attributes of a `Material`; with a reflectance
+    weight : in [0, 1]
+    """
+    if weight in (0.0, 1.0):
+        return (other if weight else one), []
+    heavier = other if weight > 0.5 else one
+    if "ior" in one or "ior" in other:
+        return heavier, ["the lesser part of a blend with glass"]
+    if {"mirror", "glossy"} <= {*one, *other}:
+        return heavier, ["the lesser part of a blend of a mirror and a glossy surface"]
+    lost: list[str] = []
+    look: Look = {
+        "reflectance": _mixed_paint(one["reflectance"], other["reflectance"], weight, lost)
+    }
+    for name in {"mirror", "glossy"} & {*one, *other}:
+        look[name] = _mixed(one.get(name, 0.0), other.get(name, 0.0), weight)
+    if "glossy" in look:
+        look["roughness"] = _mixed_roughness(one, other, weight, lost)
+    alphas = one.get("alpha", 1.0), other.get("alpha", 1.0)
+    if alphas != (1.0, 1.0):
+        if any(isinstance(alpha, Texture) for alpha in alphas):
+            lost.append("textures of a blend")
+        look["alpha"] = float(np.dot([1.0 - weight, weight], [*map(mean_opacity, alphas)]))
+    return look, lost
+
+
+def _mixed_roughness(one: Look, other: Look, weight: float, lost: list[str]) -> float:
+    """Return the one degree of roughness of two surfaces, one of which may have none."""
+    degrees = [surface["roughness"] for surface in (one, other) if "roughness" in surface]
+    if degrees[0] != degrees[-1]:
+        lost.append("two degrees of roughness")
+    return float((1.0 - weight) * degrees[0] + weight * degrees[-1])
+
+
+def _mixed_paint(one: Paint, other: Paint, weight: float, lost: list[str]) -> Paint:
+    """Return a mixture of colours, or of one texture and black; of means otherwise."""
+    for texture, color, part in ((one, other, 1.0 - weight), (other, one, weight)):
+        if isinstance(texture, Texture) and color in (0.0, (0.0, 0.0, 0.0)):
+            red, green, blue = (part * factor for factor in texture.factor)
+            return replace(texture, factor=(red, green, blue))
+    if isinstance(one, Texture) or isinstance(other, Texture):
+        lost.append("textures of a blend")
+    return _mixed(mean_color(one), mean_color(other), weight)
+
+
+def _mixed(one: Color, other: Color, weight: float) -> Color:
+    return combined(lambda a, b: (1.0 - weight) * a + weight * b, one, other)

@@ -1,0 +1,264 @@
+"""Read BSDFs: how each is simulated, and what of it is not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from photonmap.io.readers.metallic import coat_of, metallic_gloss
+from photonmap.io.readers.mitsuba_parts.colors import as_rgb, combined
+from photonmap.io.readers.mitsuba_parts.context import Context
+from photonmap.io.readers.mitsuba_parts.materials.albedos import (
+    base_albedo,
+    metal_normal,
+    plastic_albedo,
+    scaled_normal,
+)
+from photonmap.io.readers.mitsuba_parts.materials.blends import Look, blended
+from photonmap.io.readers.mitsuba_parts.materials.indices import index_of, metal_reflectance
+from photonmap.io.readers.mitsuba_parts.nodes import Node
+from photonmap.io.readers.mitsuba_parts.textures import (
+    changed,
+    read_paint,
+    read_plain,
+    read_scalar,
+)
+from photonmap.runtime.wording import shown
+from photonmap.scene.material import Material
+from photonmap.scene.textures import Texture
+
+_BOTH_SIDES = ("twosided", "dielectric", "roughdielectric", "thindielectric", "null")
+_WRAPPERS = ("mask", "bumpmap", "normalmap", "blendbsdf")
+_LOBES = ("anisotropic", "clearcoat", "diff_trans", "flatness", "sheen", "spec_tint")
+"""Of principled surfaces, not simulated where they are not 0"""
+_TINTS = ("clearcoat_gloss", "sheen_tint")
+"""What matters only together with them"""
+_SAMPLING = "sample_visible"
+"""A parameter that changes noise alone"""
+
+
+@dataclass
+class Bsdfs:
+    """The BSDFs of a scene, each read once.
+
+    Parameters
+    ----------
+    context : what all parts of the reader share
+    looks, materials, one_sided : what is known of those read already
+    """
+
+    context: Context
+    looks: dict[int, Look] = field(default_factory=dict)
+    materials: dict[int, Material] = field(default_factory=dict)
+    one_sided: dict[int, bool] = field(default_factory=dict)
+
+    def material(self, node: Node) -> Material:
+        """Return the material that stands for a BSDF.
+
+        Raises
+        ------
+        InputError : it, or one that it contains, is of an unknown type or has a value out of range
+        """
+        if id(node) not in self.materials:
+            name = self.context.name("material", node)
+            self.materials[id(node)] = Material(name, **self.look(node))
+        return self.materials[id(node)]
+
+    def look(self, node: Node) -> Look:
+        """Return the attributes of the material that stands for a BSDF."""
+        if id(node) not in self.looks:
+            if node.type not in _TYPES:
+                raise node.unknown(_TYPES)
+            self.looks[id(node)] = _TYPES[node.type](self, node)
+            node.read.add(_SAMPLING)
+            self.context.lose_unread(node)
+        return self.looks[id(node)]
+
+    def is_one_sided(self, node: Node) -> bool:
+        """Return whether a BSDF is black from behind."""
+        if id(node) not in self.one_sided:
+            inner = node.parts("bsdf") if node.type in _WRAPPERS else []
+            alone = node.type not in (*_BOTH_SIDES, *_WRAPPERS)
+            self.one_sided[id(node)] = alone or any([*map(self.is_one_sided, inner)])
+        return self.one_sided[id(node)]
+
+    def inner(self, node: Node, count: int = 1) -> list[Node]:
+        """Return the BSDFs that one contains, `count` of them."""
+        found = node.parts("bsdf")
+        if len(found) != count:
+            wanted = "one bsdf" if count == 1 else f"{count} bsdfs"
+            raise node.error(f"a {node.type} has {len(found)} bsdfs in it; give it {wanted}")
+        return found
+
+
+def _diffuse(bsdfs: Bsdfs, node: Node) -> Look:
+    name = "diffuse_reflectance" if node.find("diffuse_reflectance") else "reflectance"
+    return {"reflectance": read_paint(bsdfs.context, node, name, 0.5)}
+
+
+def _conductor(bsdfs: Bsdfs, node: Node) -> Look:
+    """Return a mirror of the reflectance at normal incidence."""
+    specular = read_plain(bsdfs.context, node, "specular_reflectance", 1.0)
+    metal = metal_reflectance(bsdfs.context, node)
+    if metal != 1.0:
+        bsdfs.context.lose("reflectance of smooth metals that varies with the angle", node)
+    return {"reflectance": 0.0, "mirror": combined(np.multiply, specular, metal)}
+
+
+def _rough_conductor(bsdfs: Bsdfs, node: Node) -> Look:
+    specular = read_plain(bsdfs.context, node, "specular_reflectance", 1.0)
+    metal = metal_reflectance(bsdfs.context, node)
+    roughness = _roughness(bsdfs.context, node)
+    glossy = combined(metal_normal(roughness**2), specular, metal)
+    return {"reflectance": 0.0, "glossy": glossy, "roughness": roughness}
+
+
+def _roughness(context: Context, node: Node) -> float:
+    """Return the square root of α, of the geometric mean of two."""
+    if node.text("distribution", "beckmann").lower() != "ggx":
+        context.lose("Beckmann's distribution, with GGX in its place,", node)
+    alpha = read_scalar(context, node, "alpha", 0.1)
+    along, across = (read_scalar(context, node, f"alpha_{axis}", alpha) for axis in "uv")
+    if along != across:
+        context.lose("anisotropy", node)
+    if not 0.0 <= along * across <= 1.0:
+        raise node.error(f"alpha {shown(alpha)} is not a roughness from 0 to 1; correct it")
+    return float((along * across) ** 0.25)
+
+
+def _dielectric(bsdfs: Bsdfs, node: Node) -> Look:
+    """Return smooth glass."""
+    tint = read_plain(bsdfs.context, node, "specular_transmittance", 1.0)
+    if node.type == "roughdielectric":
+        bsdfs.context.lose("roughness of glass", node)
+        node.read.update(("alpha", "alpha_u", "alpha_v", "distribution"))
+    return {"reflectance": 0.0, "ior": _relative_index(node, "bk7"), "tint": tint}
+
+
+def _relative_index(node: Node, inside: str) -> float:
+    return index_of(node, "int_ior", inside) / index_of(node, "ext_ior", "air")
+
+
+def _thin(bsdfs: Bsdfs, node: Node) -> Look:
+    """Return a pane: a mirror that stops the part of light that its two sides reflect.
+
+    That is 2 R / (1 + R), with R that of one side at normal incidence.
+    """
+    once = coat_of(_relative_index(node, "bk7"))
+    mirror = read_plain(bsdfs.context, node, "specular_reflectance", 1.0)
+    bsdfs.context.lose("reflectance of thin glass that varies with the angle", node)
+    return {"reflectance": 0.0, "mirror": mirror, "alpha": 2.0 * once / (1.0 + once)}
+
+
+def _plastic(bsdfs: Bsdfs, node: Node) -> Look:
+    """Return a diffuse base below a coat."""
+    context = bsdfs.context
+    index = _relative_index(node, "polypropylene")
+    specular = read_plain(context, node, "specular_reflectance", 1.0)
+    glossy = combined(scaled_normal, specular, coat_of(index))
+    rough = _roughness(context, node) if node.type == "roughplastic" else 0.0
+    normal = float(np.mean(as_rgb(glossy)))
+    base = plastic_albedo(index, rough**2, node.flag("nonlinear", False), normal)
+    diffuse = read_paint(context, node, "diffuse_reflectance", 0.5)
+    return {"reflectance": changed(diffuse, base), "glossy": glossy, "roughness": rough}
+
+
+def _principled(bsdfs: Bsdfs, node: Node) -> Look:
+    """Return a surface that is a metal in part, or glass."""
+    context = bsdfs.context
+    paint = read_paint(context, node, "base_color", 0.5)
+    metallic, roughness, transmission = (
+        _fraction(context, node, name, default)
+        for name, default in (("metallic", 0.0), ("roughness", 0.5), ("spec_trans", 0.0))
+    )
+    for name in _LOBES:
+        if read_scalar(context, node, name, 0.0) != 0.0:
+            context.lose(name, node)
+    node.read.update(_TINTS)
+    coat = 0.08 * _fraction(context, node, "specular", 0.5)
+    if node.find("eta"):
+        coat = coat_of(max(node.number("eta", 1.5), 1.0))
+    if transmission > 0.5 and metallic < 0.5:
+        if roughness > 0.0:
+            context.lose("roughness of glass", node)
+        tint = combined(np.sqrt, read_plain(context, node, "base_color", 0.5))
+        index = (1.0 + coat**0.5) / (1.0 - coat**0.5)
+        return {"reflectance": 0.0, "ior": index, "tint": tint}
+    if transmission > 0.0:
+        context.lose("transmission", node)
+    if isinstance(paint, Texture) and metallic > 0.0:
+        context.lose("variation of a metal's colour", node)
+    gloss = metallic_gloss(paint, metallic, coat, roughness)
+    normal = float(np.mean(as_rgb(gloss.glossy)))
+    base = changed(gloss.reflectance, lambda albedo: base_albedo(albedo, normal))
+    return gloss._replace(reflectance=base)._asdict()
+
+
+def _fraction(context: Context, node: Node, name: str, default: float) -> float:
+    value = read_scalar(context, node, name, default)
+    if not 0.0 <= value <= 1.0:
+        raise node.error(f"{name} {value:g} is not within [0, 1]; correct it")
+    return value
+
+
+def _two_sided(bsdfs: Bsdfs, node: Node) -> Look:
+    parts = node.parts("bsdf")
+    if len(parts) == 2:
+        bsdfs.context.lose("another back side", node)
+        return bsdfs.look(parts[0])
+    return bsdfs.look(bsdfs.inner(node)[0])
+
+
+def _mask(bsdfs: Bsdfs, node: Node) -> Look:
+    """Return a surface with holes."""
+    opacity = read_paint(bsdfs.context, node, "opacity", 0.5)
+    look = bsdfs.look(bsdfs.inner(node)[0])
+    if "alpha" in look:
+        bsdfs.context.lose("opacity of what a mask contains", node)
+    if not isinstance(opacity, Texture):
+        opacity = read_scalar(bsdfs.context, node, "opacity", 0.5)
+    return look | {"alpha": opacity}
+
+
+def _relief(bsdfs: Bsdfs, node: Node) -> Look:
+    """Return the surface without its relief."""
+    bsdfs.context.lose("relief", node)
+    node.parts("texture")
+    node.read.update(("scale", "arbitrary"))
+    return bsdfs.look(bsdfs.inner(node)[0])
+
+
+def _blend(bsdfs: Bsdfs, node: Node) -> Look:
+    weight = _fraction(bsdfs.context, node, "weight", 0.5)
+    one, other = (bsdfs.look(part) for part in bsdfs.inner(node, 2))
+    look, lost = blended(one, other, weight)
+    for what in lost:
+        bsdfs.context.lose(what, node)
+    return look
+
+
+def _null(bsdfs: Bsdfs, node: Node) -> Look:
+    """Return a surface that nothing meets."""
+    return {"reflectance": 0.0, "alpha": 0.0}
+
+
+_TYPES: dict[str, Callable[[Bsdfs, Node], Look]] = {
+    "diffuse": _diffuse,
+    "roughdiffuse": _diffuse,
+    "conductor": _conductor,
+    "roughconductor": _rough_conductor,
+    "dielectric": _dielectric,
+    "roughdielectric": _dielectric,
+    "thindielectric": _thin,
+    "plastic": _plastic,
+    "roughplastic": _plastic,
+    "principled": _principled,
+    "twosided": _two_sided,
+    "mask": _mask,
+    "bumpmap": _relief,
+    "normalmap": _relief,
+    "blendbsdf": _blend,
+    "null": _null,
+}

@@ -1,0 +1,198 @@
+"""Read shapes: surfaces with a formula, and those of mesh files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.io.readers import obj, ply
+from photonmap.io.readers.meshes import Part, build_mesh, move
+from photonmap.io.readers.mitsuba_parts import surfaces
+from photonmap.io.readers.mitsuba_parts.context import Context
+from photonmap.io.readers.mitsuba_parts.materials.bsdfs import Bsdfs
+from photonmap.io.readers.mitsuba_parts.nodes import Node
+from photonmap.io.readers.mitsuba_parts.serialized import read_serialized
+from photonmap.io.readers.mitsuba_parts.textures import read_paint
+from photonmap.io.readers.registry import ReadOptions
+from photonmap.runtime.wording import shown
+from photonmap.scene.material import Material
+from photonmap.scene.mesh import Mesh
+
+Matrix = NDArray[np.float64]
+_CLOSED = ("sphere", "cube")
+_GROUP, _INSTANCE = "shapegroup", "instance"
+
+
+@dataclass
+class Shapes:
+    """The shapes of a scene.
+
+    Parameters
+    ----------
+    bsdfs : those of the scene, with what all parts of the reader share
+    parts : geometry of shapes that are read already, in their own coordinates
+    """
+
+    bsdfs: Bsdfs
+    parts: dict[int, Part] = field(default_factory=dict)
+
+    @property
+    def context(self) -> Context:
+        """What all parts of the reader share."""
+        return self.bsdfs.context
+
+    def meshes(self, node: Node) -> Iterator[Mesh]:
+        """Return the meshes of a shape, none of a group, which only its instances show.
+
+        Raises
+        ------
+        InputError : it is of an unknown type, has a value out of range, or a file of it cannot be
+            read
+        """
+        if node.type == _INSTANCE:
+            groups = [part for part in node.parts("shape") if part.type == _GROUP]
+            if len(groups) != 1:
+                raise node.error("an instance shows one shapegroup; give it a <ref> to that")
+            matrix = node.transform()
+            for shape in groups[0].parts("shape"):
+                yield self._mesh(shape, self.context.name("mesh", node), matrix)
+            self.context.lose_unread(node)
+        elif node.type != _GROUP:
+            yield self._mesh(node, self.context.name("mesh", node), np.eye(4))
+
+    def _mesh(self, node: Node, name: str, outer: Matrix) -> Mesh:
+        """Return a shape as a mesh, moved by a matrix after its own."""
+        if node.type not in _TYPES:
+            raise node.unknown(_TYPES)
+        if id(node) not in self.parts:
+            self.parts[id(node)] = _TYPES[node.type](self.context, node)
+        part = move(self.parts[id(node)], outer @ node.transform())
+        if node.type in _FILES:
+            part = _with_normals(node, part)
+        if node.flag("flip_normals", False):
+            normals = None if part.normals is None else -part.normals
+            part = replace(part, faces=part.faces[:, ::-1], normals=normals)
+        mesh = build_mesh(node.element.path, part, self._material(node), name)
+        self.context.lose_unread(node)
+        return mesh
+
+    def _material(self, node: Node) -> Material:
+        """Return the material of a shape; without a bsdf it is grey, or black if it emits."""
+        bsdfs, emitters = node.parts("bsdf"), node.parts("emitter")
+        material = self.bsdfs.material(bsdfs[-1]) if bsdfs else Material("default")
+        if bsdfs and node.type not in _CLOSED and self.bsdfs.is_one_sided(bsdfs[-1]):
+            self.context.lose("black backs of one-sided surfaces", node)
+        if not emitters:
+            return material
+        emitter = emitters[-1]
+        if emitter.type != "area":
+            raise emitter.error(f"a shape has an emitter of type {shown(emitter.type)}; give area")
+        radiance = read_paint(self.context, emitter, "radiance", (1.0, 1.0, 1.0), "emission")
+        self.context.lose_unread(emitter)
+        name = self.context.name("material", emitter if emitter.id else node)
+        if not bsdfs:
+            return Material(name, 0.0, radiance)
+        return replace(material, name=name, emission=radiance)
+
+
+def _rectangle(context: Context, node: Node) -> Part:
+    return surfaces.rectangle()
+
+
+def _cube(context: Context, node: Node) -> Part:
+    return surfaces.cube()
+
+
+def _disk(context: Context, node: Node) -> Part:
+    return surfaces.disk()
+
+
+def _sphere(context: Context, node: Node) -> Part:
+    center = np.array(node.vector("center", (0.0, 0.0, 0.0)))
+    return surfaces.sphere(center, _radius(node))
+
+
+def _cylinder(context: Context, node: Node) -> Part:
+    start = np.array(node.vector("p0", (0.0, 0.0, 0.0)))
+    end = np.array(node.vector("p1", (0.0, 0.0, 1.0)))
+    if (start == end).all():
+        raise node.error("both ends of a cylinder are the same; move p0 or p1")
+    return surfaces.cylinder(start, end, _radius(node))
+
+
+def _radius(node: Node) -> float:
+    radius = node.number("radius", 1.0)
+    if radius <= 0.0:
+        raise node.error(f"radius {radius:g} is not above 0; correct it")
+    return radius
+
+
+def _obj(context: Context, node: Node) -> Part:
+    mesh = obj.read_shape(context.files.find(node.element, node.text("filename")))
+    part = Part(mesh.vertices, mesh.faces, mesh.normals, mesh.uv)
+    return part if node.flag("flip_tex_coords", True) else _turned(part)
+
+
+def _ply(context: Context, node: Node) -> Part:
+    path = context.files.find(node.element, node.text("filename"))
+    meshes = ply.read(path, ReadOptions()).meshes
+    mesh = meshes[0]
+    part = Part(mesh.vertices, mesh.faces, mesh.normals, mesh.uv)
+    return part if node.flag("flip_tex_coords", False) else _turned(part)
+
+
+def _serialized(context: Context, node: Node) -> Part:
+    path = context.files.find(node.element, node.text("filename"))
+    return _turned(read_serialized(path, node.whole("shape_index", 0)))
+
+
+def _turned(part: Part) -> Part:
+    """Return a part whose v counts upwards instead of downwards, or the other way round."""
+    return part if part.uv is None else replace(part, uv=part.uv * [1.0, -1.0] + [0.0, 1.0])
+
+
+def _with_normals(node: Node, part: Part) -> Part:
+    """Return a part with normals at its vertices, unless it is to be flat."""
+    if node.flag("face_normals", False):
+        return replace(part, normals=None)
+    return part if part.normals is not None else replace(part, normals=smooth_normals(part))
+
+
+def smooth_normals(part: Part) -> Matrix:
+    """Return means of the normals of triangles about each vertex, weighted by their angles.
+
+    G. Thürmer and C. Wüthrich, "Computing vertex normals from polygonal facets", 1998. Where there
+    is none, they are 0.
+    """
+    normals = np.zeros_like(part.vertices)
+    corners = part.vertices[part.faces]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across = _unit(across)
+    for corner in range(3):
+        one, other = (_unit(corners[:, (corner + i) % 3] - corners[:, corner]) for i in (1, 2))
+        angle = np.arccos(np.clip((one * other).sum(axis=1), -1.0, 1.0))
+        np.add.at(normals, part.faces[:, corner], angle[:, None] * across)
+    return _unit(normals)
+
+
+def _unit(rows: Matrix) -> Matrix:
+    length = np.linalg.norm(rows, axis=1, keepdims=True)
+    return np.divide(rows, length, out=np.zeros_like(rows), where=length > 0.0)
+
+
+_FILES: dict[str, Callable[[Context, Node], Part]] = {
+    "obj": _obj,
+    "ply": _ply,
+    "serialized": _serialized,
+}
+_TYPES: dict[str, Callable[[Context, Node], Part]] = {
+    "rectangle": _rectangle,
+    "cube": _cube,
+    "sphere": _sphere,
+    "disk": _disk,
+    "cylinder": _cylinder,
+    **_FILES,
+}

@@ -1,0 +1,284 @@
+"""BSDFs of Mitsuba as materials."""
+
+import math
+
+import numpy as np
+import pytest
+
+from photonmap.compile.glossy import lobe_albedos, mean_albedo
+from photonmap.errors import InputError, SceneWarning
+from photonmap.io.readers.mitsuba_parts.materials.albedos import base_albedo, plastic_albedo
+from photonmap.scene.textures import Texture
+from photonmap.spectra.curves import Spectrum
+
+RED = '<rgb name="{}" value=".8 .2 .1"/>'
+SMOOTH = '<float name="alpha" value="1e-4"/>'
+GGX = '<string name="distribution" value="ggx"/>'
+
+
+def test_diffuse(look):
+    material = look("diffuse", RED.format("reflectance"))
+    assert (material.name, material.reflectance) == ("paint", (0.8, 0.2, 0.1))
+    assert look("diffuse").reflectance == 0.5
+
+
+def test_wrappers_show_what_they_contain(look):
+    inner = f'<bsdf type="diffuse">{RED.format("reflectance")}</bsdf>'
+    for kind in ("twosided", "mask"):
+        assert look(kind, inner).reflectance == (0.8, 0.2, 0.1)
+    with pytest.warns(SceneWarning, match="not simulated: relief of 'paint'$"):
+        assert look("bumpmap", inner + '<float name="scale" value="2"/>').reflectance[0] == 0.8
+    with pytest.warns(SceneWarning, match="another back side"):
+        assert look("twosided", inner + '<bsdf type="conductor"/>').reflectance[0] == 0.8
+
+
+def test_mirrors(look):
+    material = look("conductor", RED.format("specular_reflectance"))
+    assert (material.reflectance, material.mirror) == (0.0, (0.8, 0.2, 0.1))
+    assert look("conductor").mirror == 1.0
+
+
+def test_metals_reflect_by_their_index(look):
+    index = '<rgb name="eta" value="2 1 .2"/><rgb name="k" value="0 1 3"/>'
+    material = look("roughconductor", index + GGX + '<float name="alpha" value="1e-4"/>')
+    expected = [1.0 / 9.0, 1.0 / 5.0, (0.64 + 9.0) / (1.44 + 9.0)]
+    np.testing.assert_allclose(material.glossy, expected, atol=2e-4)
+    assert material.roughness == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize("alpha", [0.05, 0.3, 0.7])
+def test_rough_metals_reflect_as_much_as_what_is_scattered_once(look, alpha):
+    """Mitsuba loses the rest; its facets mask each other in both directions independently."""
+    material = look(
+        "roughconductor",
+        f'<float name="alpha" value="{alpha}"/>{RED.format("specular_reflectance")}',
+    )
+    assert material.roughness == pytest.approx(math.sqrt(alpha))
+    rng = np.random.default_rng(5)
+    first, second, third = rng.random((3, 400_000))
+    cosine = np.sqrt(first)  # light from all around
+    height = 1.0 / np.sqrt(1.0 + alpha**2 * second / (1.0 - second))  # of GGX's normals
+    azimuth = 2.0 * np.pi * third
+    across = np.sqrt((1.0 - cosine**2) * (1.0 - height**2))
+    towards = across * np.cos(azimuth) + cosine * height
+    out = 2.0 * towards * height - cosine
+    smith = [
+        2.0 / (1.0 + np.sqrt(1.0 + alpha**2 * (1.0 / np.maximum(each, 1e-9) ** 2 - 1.0)))
+        for each in (cosine, out)
+    ]
+    weight = smith[0] * smith[1] * towards / (cosine * height)
+    reflected = np.where((towards > 0.0) & (out > 0.0), weight, 0.0)
+    wanted = np.mean(reflected) * np.array([0.8, 0.2, 0.1])
+    error = 4.0 * np.std(reflected) / math.sqrt(len(reflected))
+    ours = mean_albedo(np.array([material.glossy]), lobe_albedos(alpha)[None])[0]
+    np.testing.assert_allclose(ours, wanted, atol=error)
+    assert error < 0.01
+
+
+def test_metals_by_name(look):
+    """Gold absorbs blue, and aluminium hardly anything."""
+    gold, tinted = (
+        look("roughconductor", f'<string name="material" value="Au"/>{SMOOTH}{more}')
+        for more in ("", '<float name="specular_reflectance" value=".5"/>')
+    )
+    assert isinstance(gold.glossy, Spectrum)
+    np.testing.assert_allclose(gold.glossy(np.array([450.0, 700.0])), [0.39, 0.97], atol=0.02)
+    means = [each.glossy(np.array([700.0])) * 20.0 / 21.0 + 1.0 / 21.0 for each in (gold, tinted)]
+    assert means[1] == pytest.approx(0.5 * means[0], rel=1e-3)
+    white = look("roughconductor", '<string name="material" value="Al"/>' + SMOOTH).glossy
+    np.testing.assert_allclose(white(np.array([450.0, 650.0])), 0.91, atol=0.02)
+
+
+def test_other_distributions(look):
+    name = '<string name="distribution" value="beckmann"/>'
+    with pytest.warns(SceneWarning, match="Beckmann's distribution, with GGX in its place"):
+        look("roughconductor", name)
+
+
+def test_anisotropic_metals(look):
+    alphas = '<float name="alpha_u" value=".1"/><float name="alpha_v" value=".4"/>'
+    with pytest.warns(SceneWarning, match="anisotropy of 'paint'"):
+        assert look("roughconductor", alphas).roughness == pytest.approx(math.sqrt(0.2))
+
+
+@pytest.mark.parametrize(
+    ("inside", "index"),
+    [
+        ("", 1.5046 / 1.000277),
+        ('<float name="int_ior" value="1.6"/><float name="ext_ior" value="1.2"/>', 4.0 / 3.0),
+        ('<string name="int_ior" value="Diamond"/><float name="ext_ior" value="1"/>', 2.419),
+    ],
+)
+def test_glass(look, inside, index):
+    material = look("dielectric", inside + '<float name="specular_transmittance" value=".9"/>')
+    assert material.ior == pytest.approx(index)
+    assert (material.reflectance, material.tint) == (0.0, 0.9)
+
+
+def test_rough_glass_becomes_smooth(look):
+    with pytest.warns(SceneWarning, match="not simulated: roughness of glass of 'paint'$"):
+        assert look("roughdielectric", '<float name="alpha" value=".3"/>').ior > 1.5
+
+
+def test_a_pane_reflects_by_both_sides(look):
+    """R + T² R / (1 - R²), where T = 1 - R."""
+    indices = '<float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/>'
+    with pytest.warns(SceneWarning, match="thin glass"):
+        material = look("thindielectric", indices)
+    once = 0.04
+    assert material.alpha == pytest.approx(once + (1 - once) ** 2 * once / (1 - once**2))
+    assert (material.mirror, material.ior) == (1.0, None)
+
+
+def light_out(albedo, normal):
+    """Return what a base below a coat reflects of the light from all around."""
+    outside = normal + (1.0 - normal) / 21.0
+    return albedo * (1.0 - outside) ** 2 / (1.0 - albedo * outside)
+
+
+def test_a_base_below_a_coat_reflects_as_much_as_was_asked_for():
+    for reflected in (0.0, 0.3, 0.6):
+        assert light_out(base_albedo(reflected, 0.04), 0.04) == pytest.approx(reflected)
+    assert base_albedo(0.99, 0.04) == 1.0
+
+
+@pytest.mark.parametrize("nonlinear", [False, True])
+def test_plastic(look, nonlinear):
+    """Of the light that passes the coat, ρ / (1 - F) passes it again, or ρ / (1 - F ρ)."""
+    more = f'<boolean name="nonlinear" value="{str(nonlinear).lower()}"/>'
+    indices = '<float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/>'
+    material = look("plastic", RED.format("diffuse_reflectance") + indices + more)
+    assert material.glossy == pytest.approx(0.04)
+    assert material.roughness == 0.0
+    outside = 0.04 + 0.96 / 21.0
+    inside = 1.0 - (1.0 - outside) / 1.5**2
+    rho = np.array([0.8, 0.2, 0.1])
+    expected = (1.0 - outside) ** 2 / 1.5**2 * rho / (1.0 - inside * (rho if nonlinear else 1.0))
+    np.testing.assert_allclose(light_out(np.array(material.reflectance), 0.04), expected)
+
+
+def test_white_plastic_is_white(look):
+    assert look("plastic", '<float name="diffuse_reflectance" value="1"/>').reflectance == (
+        pytest.approx(1.0)
+    )
+
+
+def test_hardly_rough_plastic_is_like_smooth_plastic():
+    """Only Fresnel's and Schlick's formulas differ, by 0.7% of all light."""
+    smooth, rough = (plastic_albedo(1.49, alpha, False, 0.0387)(0.5) for alpha in (0.0, 1e-3))
+    assert rough == pytest.approx(smooth, abs=0.01)
+    assert plastic_albedo(1.49, 0.4, False, 0.0387)(0.5) < 0.8 * smooth
+
+
+def test_rough_plastic(look):
+    material = look("roughplastic", '<float name="alpha" value=".09"/>')
+    assert material.roughness == pytest.approx(0.3)
+    assert 0.3 < material.reflectance < 0.5
+
+
+def test_textures_below_a_coat(look, png):
+    texture = (
+        '<texture name="diffuse_reflectance" type="bitmap">'
+        '<string name="filename" value="a.png"/></texture>'
+    )
+    material = look("plastic", texture, files={"a.png": png})
+    plain = look("plastic", '<rgb name="diffuse_reflectance" value="1 0 1"/>')
+    assert isinstance(material.reflectance, Texture)
+    np.testing.assert_allclose(
+        material.reflectance.image.texels[0, 0], plain.reflectance, atol=1e-6
+    )
+
+
+def test_principled(look):
+    color = RED.format("base_color")
+    half = look("principled", color + '<float name="metallic" value=".5"/>')
+    np.testing.assert_allclose(half.glossy, 0.5 * np.array([0.8, 0.2, 0.1]) + 0.02)
+    assert half.roughness == 0.5
+    metal = look("principled", color + '<float name="metallic" value="1"/>')
+    assert (metal.reflectance, metal.glossy) == ((0.0, 0.0, 0.0), (0.8, 0.2, 0.1))
+    plain = look("principled", color)
+    np.testing.assert_allclose(
+        light_out(np.array(plain.reflectance), 0.04), [0.8, 0.2, 0.1], rtol=1e-3
+    )
+    clear = look(
+        "principled",
+        color + '<float name="spec_trans" value="1"/><float name="roughness" value="0"/>'
+        '<float name="eta" value="1.4"/>',
+    )
+    assert clear.ior == pytest.approx(1.4)
+    np.testing.assert_allclose(clear.tint, np.sqrt([0.8, 0.2, 0.1]))
+
+
+def test_parameters_that_are_not_simulated_are_named(look):
+    with pytest.warns(SceneWarning, match="not simulated: bsdf parameter gloss of 'paint'$"):
+        look("diffuse", '<float name="gloss" value=".3"/>')
+    look("principled", '<float name="sheen" value="0"/><float name="sheen_tint" value=".5"/>')
+    with pytest.warns(SceneWarning, match="not simulated: sheen of 'paint'$"):
+        look("principled", '<float name="sheen" value=".3"/>')
+
+
+def test_masks(look, png):
+    inner = '<bsdf type="diffuse"/>'
+    assert look("mask", '<float name="opacity" value=".3"/>' + inner).alpha == pytest.approx(0.3)
+    texture = (
+        '<texture name="opacity" type="bitmap"><string name="filename" value="a.png"/></texture>'
+    )
+    assert isinstance(look("mask", texture + inner, files={"a.png": png}).alpha, Texture)
+    assert look("null").alpha == 0.0
+
+
+def blend(one, other, weight=0.25):
+    return f'<float name="weight" value="{weight}"/>{one}{other}'
+
+
+RED_PAINT = f'<bsdf type="diffuse">{RED.format("reflectance")}</bsdf>'
+MIRROR = '<bsdf type="conductor"/>'
+GLOSSY = f'<bsdf type="roughconductor"><float name="alpha" value=".{{}}"/>{GGX}</bsdf>'
+
+
+def test_blends(look):
+    paint = look("blendbsdf", blend(RED_PAINT, '<bsdf type="diffuse"/>'))
+    np.testing.assert_allclose(paint.reflectance, [0.725, 0.275, 0.2])
+    coat = look("blendbsdf", blend(RED_PAINT, MIRROR))
+    np.testing.assert_allclose(coat.reflectance, [0.6, 0.15, 0.075])
+    assert coat.mirror == 0.25
+    assert look("blendbsdf", blend(RED_PAINT, MIRROR, 1)).mirror == 1.0
+    assert look("blendbsdf", blend(RED_PAINT, MIRROR, 0)).reflectance == (0.8, 0.2, 0.1)
+    varnish = look("blendbsdf", blend(GLOSSY.format("09"), RED_PAINT))
+    metal = look("roughconductor", '<float name="alpha" value=".09"/>')
+    assert (varnish.glossy, varnish.roughness) == (0.75 * metal.glossy, pytest.approx(0.3))
+    holes = look("blendbsdf", blend(RED_PAINT, '<bsdf type="null"/>'))
+    assert holes.alpha == pytest.approx(0.75)
+
+
+@pytest.mark.parametrize(
+    ("parts", "lost"),
+    [
+        ((RED_PAINT, '<bsdf type="dielectric"/>'), "lesser part of a blend with glass"),
+        ((MIRROR, GLOSSY.format("1")), "blend of a mirror and a glossy surface"),
+        ((GLOSSY.format("1"), GLOSSY.format("3")), "two degrees of roughness"),
+    ],
+)
+def test_blends_that_are_not_simulated(look, parts, lost):
+    with pytest.warns(SceneWarning, match=f"{lost} of 'paint'"):
+        look("blendbsdf", blend(*parts))
+
+
+@pytest.mark.parametrize(
+    ("kind", "inside", "message"),
+    [
+        ("phong", "", "a bsdf of type 'phong' is not simulated"),
+        ("diffuse", '<rgb name="reflectance" value="1 1 1.2"/>', "reflectance is 1.2; keep it"),
+        ("diffuse", '<string name="reflectance" value="red"/>', "reflectance is a <string>"),
+        ("conductor", '<string name="material" value="Gold"/>', "material 'Gold': there is no"),
+        ("dielectric", '<string name="int_ior" value="watr"/>', "did you mean 'water'"),
+        ("dielectric", '<float name="int_ior" value="0"/>', "int_ior 0 is not above 0"),
+        ("roughplastic", '<float name="alpha" value="2"/>', "alpha 2.0 is not a roughness"),
+        ("principled", '<float name="metallic" value="2"/>', r"metallic 2 is not within \[0, 1\]"),
+        ("twosided", "", "a twosided has 0 bsdfs in it; give it one"),
+        ("blendbsdf", RED_PAINT, "a blendbsdf has 1 bsdfs in it; give it 2 bsdfs"),
+    ],
+)
+def test_values_that_are_not_valid(look, kind, inside, message):
+    with pytest.raises(InputError, match=f"scene.xml:1: .*{message}"):
+        look(kind, inside)

@@ -1,0 +1,263 @@
+"""Shapes of Mitsuba as meshes: where they are, how large, which way they face, and their uv."""
+
+import math
+
+import numpy as np
+import pytest
+import trimesh
+from helpers.mitsuba_files import serialized
+
+from photonmap.errors import InputError, SceneWarning
+
+MOVED = '<transform name="to_world"><scale x="2" y="3" z="4"/><translate x="5"/></transform>'
+QUAD = (
+    "v 0 0 0\nv 1 0 0\nv 1 1 .5\nv 0 1 0\nvt 0 .25\nvt 1 .25\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"
+)
+PLY = """ply
+format ascii 1.0
+element vertex 3
+property float x
+property float y
+property float z
+property float u
+property float v
+element face 1
+property list uchar int vertex_indices
+end_header
+0 0 0 0 .25
+1 0 0 1 .25
+0 1 0 0 1
+3 0 1 2
+"""
+BODY = trimesh.creation.box((1, 2, 3))
+
+
+def crosses(mesh):
+    """Return twice the vector areas of triangles."""
+    a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
+    return np.cross(b - a, c - a)
+
+
+def area(mesh):
+    return 0.5 * np.linalg.norm(crosses(mesh), axis=1).sum()
+
+
+def faces_along(mesh, outwards):
+    """Check that triangles, and normals of vertices, face along the vectors at their places."""
+    centers = mesh.vertices[mesh.faces].mean(axis=1)
+    assert ((crosses(mesh) * outwards(centers)).sum(axis=1) > 0.0).all()
+    if mesh.normals is not None:
+        assert ((mesh.normals * outwards(mesh.vertices)).sum(axis=1) > 0.0).all()
+
+
+def from_axis(points):
+    return points * [1.0, 1.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("kind", "true", "bound", "outwards"),
+    [
+        ("rectangle", 4.0, 1e-12, lambda at: at * 0.0 + [0.0, 0.0, 1.0]),
+        ("cube", 24.0, 1e-12, lambda at: at),
+        ("sphere", 4.0 * math.pi, 5.1e-4, lambda at: at),
+        ("disk", math.pi, 3e-5, lambda at: at * 0.0 + [0.0, 0.0, 1.0]),
+        ("cylinder", 2.0 * math.pi, 3e-5, from_axis),
+    ],
+)
+def test_areas_and_sides(load, kind, true, bound, outwards):
+    white = '<bsdf type="twosided"><bsdf type="diffuse"/></bsdf>'
+    changes = (
+        "",
+        '<boolean name="flip_normals" value="true"/>',
+        '<transform name="to_world"><scale x="-1"/></transform>',
+    )
+    plain, flipped, mirrored = load(
+        "".join(f'<shape type="{kind}">{white}{change}</shape>' for change in changes)
+    ).meshes
+    for mesh in (plain, flipped, mirrored):
+        assert true * (1.0 - bound) <= area(mesh) <= true * (1.0 + 1e-12)
+        assert (np.linalg.norm(crosses(mesh), axis=1) > 0.0).all()
+    faces_along(plain, outwards)
+    faces_along(flipped, lambda at: -outwards(at))
+    faces_along(mirrored, outwards)
+
+
+def test_a_moved_sphere(load):
+    inside = '<point name="center" x="1" y="0" z="0"/><float name="radius" value=".5"/>'
+    ball = load(f'<shape type="sphere" id="ball">{inside}{MOVED}</shape>').meshes[0]
+    assert ball.name == "ball"
+    local = (ball.vertices - [5.0, 0.0, 0.0]) / [2.0, 3.0, 4.0] - [1.0, 0.0, 0.0]
+    np.testing.assert_allclose(np.linalg.norm(local, axis=1), 0.5, rtol=1e-12)
+    gradient = local / [2.0, 3.0, 4.0]
+    gradient /= np.linalg.norm(gradient, axis=1, keepdims=True)
+    np.testing.assert_allclose(ball.normals, gradient, atol=1e-9)
+
+
+def test_a_cylinder_between_points(load):
+    inside = '<point name="p0" value="1 1 1"/><point name="p1" value="1 4 5"/>'
+    tube = load(f'<shape type="cylinder">{inside}<float name="radius" value="2"/></shape>').meshes[
+        0
+    ]
+    axis = np.array([0.0, 0.6, 0.8])
+    along = (tube.vertices - 1.0) @ axis
+    np.testing.assert_allclose(np.unique(np.round(along, 9)), [0.0, 5.0])
+    away = tube.vertices - 1.0 - np.outer(along, axis)
+    np.testing.assert_allclose(np.linalg.norm(away, axis=1), 2.0)
+    np.testing.assert_allclose(tube.normals, away / 2.0, atol=1e-9)
+    assert area(tube) == pytest.approx(2.0 * math.pi * 2.0 * 5.0, rel=3e-5)
+
+
+def uv_at(mesh, place):
+    """Return the texture coordinates of the vertices at a place."""
+    at = np.linalg.norm(mesh.vertices - place, axis=1) < 1e-9
+    assert at.any()
+    return mesh.uv[at]
+
+
+def test_texture_coordinates(load):
+    """Mitsuba's v runs downwards, ours upwards."""
+    square, ball, plate, tube = load(
+        "".join(f'<shape type="{kind}"/>' for kind in ("rectangle", "sphere", "disk", "cylinder"))
+    ).meshes
+    np.testing.assert_allclose(uv_at(square, [-1, -1, 0]), [[0, 1]])
+    np.testing.assert_allclose(uv_at(square, [1, 1, 0]), [[1, 0]])
+    np.testing.assert_allclose(uv_at(ball, [0, 1, 0]), [[0.25, 0.5]])
+    assert (uv_at(ball, [0, 0, 1])[:, 1] == 1.0).all()
+    np.testing.assert_allclose(uv_at(plate, [0, 1, 0]), [[1, 0.75]])
+    np.testing.assert_allclose(uv_at(tube, [0, 1, 1]), [[0.25, 0]])
+
+
+def test_an_obj_file(load):
+    """All of it is one shape, whatever its materials; normals are computed, and v is as it is."""
+    file = '<string name="filename" value="quad.obj"/>'
+    flat = '<boolean name="face_normals" value="true"/>'
+    smooth, hard, turned = load(
+        f'<shape type="obj">{file}</shape><shape type="obj">{file}{flat}</shape>'
+        f'<shape type="obj">{file}<boolean name="flip_tex_coords" value="false"/></shape>',
+        files={"quad.obj": "mtllib none.mtl\nusemtl none\n" + QUAD},
+    ).meshes
+    assert hard.normals is None
+    np.testing.assert_allclose(uv_at(smooth, [0, 0, 0]), [[0, 0.25]])
+    np.testing.assert_allclose(uv_at(turned, [0, 0, 0]), [[0, 0.75]])
+    sides = crosses(hard) / np.linalg.norm(crosses(hard), axis=1, keepdims=True)
+    first = int(np.argmin(np.linalg.norm(smooth.vertices, axis=1)))
+    angles = math.acos(2.0 / math.sqrt(4.5)), math.acos(2.0 / math.sqrt(4.5))
+    expected = angles[0] * sides[0] + angles[1] * sides[1]
+    np.testing.assert_allclose(
+        smooth.normals[first], expected / np.linalg.norm(expected), atol=1e-9
+    )
+
+
+def test_a_ply_file(load):
+    file = '<string name="filename" value="a.ply"/>'
+    plain, turned = load(
+        f'<shape type="ply">{file}</shape>'
+        f'<shape type="ply">{file}<boolean name="flip_tex_coords" value="true"/></shape>',
+        files={"a.ply": PLY},
+    ).meshes
+    np.testing.assert_allclose(uv_at(plain, [0, 0, 0]), [[0, 0.75]])
+    np.testing.assert_allclose(uv_at(turned, [0, 0, 0]), [[0, 0.25]])
+    np.testing.assert_allclose(plain.normals, [[0, 0, 1]] * 3)
+
+
+@pytest.mark.parametrize(("version", "double"), [(3, False), (4, False), (4, True)])
+def test_a_serialized_file(load, version, double):
+    other = trimesh.creation.icosphere(subdivisions=1)
+    data = serialized([(BODY, BODY.vertices[:, :2]), (other, None)], version, double)
+    shapes = "".join(
+        '<shape type="serialized"><string name="filename" value="a.serialized"/>'
+        f'<integer name="shape_index" value="{index}"/></shape>'
+        for index in (0, 1)
+    )
+    box, ball = load(shapes, files={"a.serialized": data}).meshes
+    np.testing.assert_allclose(box.vertices, BODY.vertices, rtol=1e-6)
+    np.testing.assert_array_equal(box.faces, BODY.faces)
+    np.testing.assert_allclose(box.uv, BODY.vertices[:, :2] * [1, -1] + [0, 1], rtol=1e-6)
+    assert area(ball) == pytest.approx(other.area, rel=1e-6)
+
+
+WHOLE = serialized([(BODY, None), (BODY, None)])
+
+
+@pytest.mark.parametrize(
+    ("data", "index", "message"),
+    [
+        (WHOLE, 2, "a.serialized: has 2 meshes, counted from 0, and not number 2"),
+        (b"abc", 0, "a.serialized: is damaged"),
+        (b"\x1c\x04\x09" + WHOLE[3:], 0, "is not a .serialized file of version 3 or 4"),
+        (WHOLE[:60], 0, "is damaged: its meshes are not complete"),
+        (WHOLE[:9] + b"zzzz" + WHOLE[13:], 0, "is damaged"),
+        (WHOLE, 0.5, "shape_index 0.5 is not a whole number"),
+    ],
+)
+def test_damaged_serialized_files(load, data, index, message):
+    shape = (
+        '<shape type="serialized"><string name="filename" value="a.serialized"/>'
+        f'<integer name="shape_index" value="{index}"/></shape>'
+    )
+    with pytest.raises(InputError, match=message):
+        load(shape, files={"a.serialized": data})
+
+
+def test_a_serialized_file_that_announces_too_much(load):
+    """It is refused before memory is set aside."""
+    import struct
+    import zlib
+
+    packed = struct.pack("<I", 0x1000) + b"a\0" + struct.pack("<QQ", 1 << 60, 1 << 60)
+    data = struct.pack("<HH", 0x041C, 4) + zlib.compress(packed + bytes(1 << 20))
+    shape = '<shape type="serialized"><string name="filename" value="a.serialized"/></shape>'
+    with pytest.raises(InputError, match="is damaged"):
+        load(shape, files={"a.serialized": data})
+
+
+def test_instances(load):
+    scene = load(f"""<shape type="shapegroup" id="group"><shape type="cube" id="part">
+<transform name="to_world"><translate y="1"/></transform></shape></shape>
+<shape type="instance"><ref id="group"/>{MOVED}</shape>
+<shape type="instance" id="again"><ref id="group"/></shape>""")
+    first, second = scene.meshes
+    assert (first.name, second.name) == ("instance", "again")
+    np.testing.assert_allclose(first.vertices.min(axis=0), [3.0, 0.0, -4.0])
+    np.testing.assert_allclose(second.vertices.max(axis=0), [1.0, 2.0, 1.0])
+
+
+def test_lamps(load):
+    red = '<bsdf type="diffuse" id="red"><rgb name="reflectance" value=".8 .1 .1"/></bsdf>'
+    light = '<emitter type="area"><rgb name="radiance" value="1 2 3"/></emitter>'
+    bare, painted, dark = load(
+        f'{red}<shape type="sphere" id="bulb">{light}</shape>'
+        f'<shape type="sphere"><ref id="red"/>{light}</shape>'
+        '<shape type="cube"><ref id="red"/></shape>'
+    ).meshes
+    assert (bare.material.name, bare.material.reflectance) == ("bulb", 0.0)
+    assert bare.material.emission == painted.material.emission == (1.0, 2.0, 3.0)
+    assert painted.material.reflectance == dark.material.reflectance == (0.8, 0.1, 0.1)
+    assert painted.material.name != dark.material.name == "red"
+    assert dark.material.emission == 0.0
+
+
+def test_backs_of_open_shapes(load):
+    diffuse = '<bsdf type="diffuse"/>'
+    load(f'<shape type="rectangle"><bsdf type="twosided">{diffuse}</bsdf></shape>')
+    load(f'<shape type="cube">{diffuse}</shape>')
+    with pytest.warns(SceneWarning, match="black backs of one-sided surfaces of 'wall'"):
+        load(f'<shape type="rectangle" id="wall"><bsdf type="mask">{diffuse}</bsdf></shape>')
+
+
+@pytest.mark.parametrize(
+    ("shape", "message"),
+    [
+        ('"sphere"><float name="radius" value="0"/>', "radius 0 is not above 0"),
+        ('"sphere"><float name="radius" value="inf"/>', "'inf' is not a number"),
+        ('"sphere"><point name="center" value="1 2"/>', "value '1 2' is not one number or three"),
+        ('"cylinder"><point name="p1" x="0" y="0" z="0"/>', "both ends of a cylinder"),
+        ('"obj">', "shape 'obj' lacks filename"),
+        ('"cube"><boolean name="flip_normals" value="2"/>', "neither true nor false"),
+        ('"cube"><emitter type="point"/>', "an emitter of type 'point'; give area"),
+        ('"instance">', "give it a <ref>"),
+    ],
+)
+def test_values_that_are_not_valid(load, shape, message):
+    with pytest.raises(InputError, match=f"scene.xml:1: .*{message}"):
+        load(f"<shape type={shape}</shape>")
