@@ -77,7 +77,7 @@ def read_shape(path: Path) -> Mesh:
     return _build_mesh(lines, triangles, path.stem, Material())
 
 
-def _triangulate(source: Source, lines: ObjLines) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _triangulate(source: Source, lines: ObjLines) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """Return triangles, and the face of each; some must have an area."""
     if not len(lines.sizes):
         raise InputError("has no faces; export the surfaces as polygons", source.path)
