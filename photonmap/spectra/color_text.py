@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -36,6 +37,9 @@ ILLUMINANTS = "PHOTONMAP_ILLUMINANTS"
 """Environment variable that names the file of measured lights."""
 
 _Source = Callable[[str, Path], Color]
+
+_UNFINISHED = re.compile(r"\w+:|munsell:( *N|.*/)|(rgb|xyz|xyY):[ ,]*[^ ,]+[ ,]+[^ ,]+[ ,]*", re.I)
+"""What lacks the number after it, which is then no factor: "munsell:N" of "munsell:N 5"."""
 
 
 def reflectance(text: str, folder: str | os.PathLike[str] = ".") -> Color:
@@ -99,9 +103,11 @@ def _scaled(body: str, folder: Path, source: _Source) -> Color:
     """Read a source times the factor after it; a name may end in a number of its own."""
     head, _, last = body.rpartition(" ")
     head, factor = head.strip(), _number(last)
-    if not head or factor is None:
+    if not head or factor is None or _UNFINISHED.fullmatch(head):
         return source(body, folder)
-    if ":" in head or _number(head) is not None or Path(head).suffix.lower() in FILES:
+    prefix, colon, _ = head.partition(":")
+    notation = colon and prefix != "sfu"
+    if notation or _number(head) is not None or Path(head).suffix.lower() in FILES:
         return _times(source(head, folder), factor)
     try:
         return source(body, folder)

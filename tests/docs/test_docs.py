@@ -222,3 +222,17 @@ def test_snippet_of_the_readme(tmp_path, monkeypatch):
     names = {}
     exec(small, names)
     assert names["result"].radiance.shape == (24, 24, 6)
+
+
+def test_sources_of_colours(tmp_path, monkeypatch):
+    """Each spelling of the table in docs/spectra.md is read as what its columns say."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "FILE.csv").write_text("400,0.2\n700,0.4\n")
+    table = docs("spectra.md").read_text("utf-8").partition("| source |")[2].partition("\n\n")[0]
+    rows = [row.split("|")[1:4] for row in table.splitlines() if row.startswith("| `")]
+    assert len(rows) > 7
+    for spellings, *columns in rows:
+        for text in set(re.findall(r"`(.+?)`", spellings)) - {"sfu:NAME"}:
+            for read, column in zip((pm.reflectance, pm.emission), columns, strict=True):
+                if column.strip() != "–":
+                    assert read(text) == read(f"{text} 1"), text

@@ -28,6 +28,8 @@ def chip(tmp_path):
         ("1e-1", 0.1),
         ("rgb:.1,.2,.4", (0.1, 0.2, 0.4)),
         ("rgb: .1 .2 .4 2", (0.2, 0.4, 0.8)),
+        ("rgb:.1 .2 .4", (0.1, 0.2, 0.4)),
+        ("rgb:.1, .2, .4", (0.1, 0.2, 0.4)),
         ("my chip.csv", Spectrum([400, 700], [0.2, 0.6])),
         ("my chip.csv 0.5", Spectrum([400, 700], [0.1, 0.3])),
         ("extrapolate: my chip.csv", Spectrum([400, 700], [0.2, 0.6], extrapolate=True)),
@@ -44,6 +46,24 @@ def test_names_of_patches():
         )
     assert reflectance("white 9.5") == reflectance("white 9.5 (.05 D)")
     assert reflectance("white 9.5 0.5") == 0.5 * reflectance("white 9.5")
+
+
+@pytest.mark.parametrize(
+    ("words", "same"),
+    [
+        ("munsell:N 5", "munsell:N5"),
+        ("munsell: n 5", "munsell:N5"),
+        ("extrapolate: munsell:N 5", "extrapolate:munsell:N5"),
+        ("munsell:5R 5 / 10", "munsell:5R 5/10"),
+        ("munsell:5R 5/10", "munsell:5R 5/10"),
+        ("xyz:.2 .3 .1", "xyz:.2,.3,.1"),
+        ("xyY: .3, .3, .5", "xyY:.3,.3,.5"),
+    ],
+)
+def test_numbers_of_notations_are_no_factors(words, same):
+    assert reflectance(words) == reflectance(same)
+    halved, expected = reflectance(f"{words} 0.5"), reflectance(f"{same} 0.5")
+    assert halved == expected != reflectance(same)
 
 
 @pytest.mark.parametrize("name", ["D65", "a", "FL2", "Kinoton 75P", "60 A/W (Soft White)"])
@@ -67,6 +87,7 @@ def test_a_lamp_of_d65_is_white():
 
 def test_black_bodies_follow_planck():
     light = emission("planck:2856")
+    assert light == emission("planck: 2856")
     nm = light.wavelengths
     planck = 1.0 / (nm**5 * np.expm1(1.438776877e7 / (nm * 2856.0)))  # c₂ = 1.4388e7 nm·K, CODATA
     ratio = light.values / planck
