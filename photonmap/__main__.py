@@ -1,7 +1,5 @@
 """`python -m photonmap`."""
 
-import sys
+from photonmap.commands.main import run_program
 
-from photonmap.commands.main import main
-
-sys.exit(main())
+run_program()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from photonmap.commands.arguments import reader
+from photonmap.commands.exit_codes import FAILED, INTERRUPTED
 from photonmap.commands.options import add_measured_sets, add_options, add_quiet, add_scheduler
 from photonmap.errors import InputError, warn
 from photonmap.film.budget import DEFAULT_ERROR
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 
 HELP = "Render a data set of ground truth into FOLDER, or verify the one that is there."
 
-_FAILED, _INTERRUPTED = 1, 130
-"""Exit codes."""
 _VERIFY = "verify"
 _NAMED = 4
 """Largest number of failed images that one line names."""
@@ -147,7 +146,7 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
             "photonmap: interrupted; finished images are kept: continue with --resume",
             file=sys.stderr,
         )
-        return _INTERRUPTED
+        return INTERRUPTED
     return _report(folder, outcome, options)
 
 
@@ -219,7 +218,7 @@ def _report(folder: Path, outcome: Outcome, options: argparse.Namespace) -> int:
             print(f"direct light is {share:.3f} of direct + indirect on average")
         for path in written:
             print(path)
-    return _FAILED if outcome.failures else 0
+    return FAILED if outcome.failures else 0
 
 
 def _verify(folder: Path, options: argparse.Namespace) -> int:
@@ -228,4 +227,4 @@ def _verify(folder: Path, options: argparse.Namespace) -> int:
     faults = verify(folder, options.sample, None if options.quiet else print)
     for fault in faults:
         print(f"photonmap: fault: {fault}", file=sys.stderr)
-    return _FAILED if faults else 0
+    return FAILED if faults else 0

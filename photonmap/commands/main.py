@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import argparse
+import atexit
 import sys
 import warnings
 from importlib import import_module
-from typing import Any, TextIO
+from typing import Any, NoReturn, TextIO
 
+from photonmap.commands.exit_codes import BAD_INPUT, INTERRUPTED
 from photonmap.errors import InputError, SceneWarning
-
-BAD_INPUT, INTERRUPTED = 2, 130
-"""Exit codes."""
+from photonmap.runtime.interrupts import end_by, other_signals_as_ctrl_c
+from photonmap.runtime.streams import tolerant, tolerant_output
 
 DEFAULT = "render"
 """The command where the first argument names none."""
 COMMANDS = ("convert", "dataset", "evaluate", "info", "merge", "sensors", "split", "study")
-"""The other commands: each a module here with HELP, add_arguments and run, which returns an exit
-code, or None for 0."""
+"""The other commands: each a module here with HELP, add_arguments and run, which returns one of
+`exit_codes`, or None."""
+_BY_SIGNAL = 128
+"""What shells add to the number of the signal that ended a program."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -27,26 +30,48 @@ class _Parser(argparse.ArgumentParser):
         raise InputError(f"{message} (see {self.prog} --help)")
 
 
+def run_program() -> NoReturn:
+    """Run the command line as a program, which ends by the signal that interrupted it."""
+    codes: list[int] = []
+    atexit.register(_end, codes)  # before all others, and so called after them
+    codes.append(main())
+    sys.exit(codes[0])
+
+
+def _end(codes: list[int]) -> None:
+    if codes and codes[0] > _BY_SIGNAL:
+        end_by(codes[0] - _BY_SIGNAL)
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line.
 
     Returns
     -------
-    0; 1 where part of a data set or an evaluation failed; 2 for bad input; 130 for Ctrl-C before
-    the first pass
+    0; 1 where part of a data set or an evaluation failed; 2 for bad input; 130 after Ctrl-C, 143
+    after SIGTERM, whether there were complete passes to write or not
     """
     warnings.showwarning = _show_warning
+    with other_signals_as_ctrl_c() as received:
+        code = _run(sys.argv[1:] if arguments is None else arguments)
+    return _BY_SIGNAL + received.number if code == INTERRUPTED else code
+
+
+def _run(arguments: list[str]) -> int:
+    """Run a command; turn what it raises into a line on stderr and an exit code."""
     try:
-        return _dispatch(sys.argv[1:] if arguments is None else arguments)
-    except InputError as error:
-        print(f"photonmap: error: {error}", file=sys.stderr)
-        return BAD_INPUT
-    except (OSError, MemoryError) as error:
-        print(f"photonmap: error: {error or 'out of memory'}", file=sys.stderr)
+        with tolerant_output():
+            return _dispatch(arguments)
+    except (InputError, OSError, MemoryError) as error:
+        _print(f"error: {str(error) or 'out of memory'}")
         return BAD_INPUT
     except KeyboardInterrupt:
-        print("photonmap: interrupted; nothing written", file=sys.stderr)
+        _print("interrupted; nothing written")
         return INTERRUPTED
+
+
+def _print(line: str) -> None:
+    print(f"photonmap: {line}", file=tolerant(sys.stderr))
 
 
 def _dispatch(arguments: list[str]) -> int:
@@ -84,4 +109,4 @@ def _show_warning(
     line: str | None = None,
 ) -> None:
     prefix = "warning" if issubclass(category, SceneWarning) else category.__name__
-    print(f"photonmap: {prefix}: {message}", file=sys.stderr)
+    _print(f"{prefix}: {message}")

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from photonmap.commands.exit_codes import INTERRUPTED
 from photonmap.commands.options import (
     add_name,
     add_render_options,
@@ -18,6 +16,7 @@ from photonmap.commands.options import (
     name_output,
 )
 from photonmap.io.scene_source import SceneSource
+from photonmap.runtime.interrupts import ignoring_interrupts
 from photonmap.runtime.progress import choose_progress
 from photonmap.scene.camera import ALL
 from photonmap.version import __version__
@@ -37,8 +36,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--version", action="version", version=f"photonmap {__version__}")
 
 
-def run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> int | None:
     """Render, write the files, and print what was simulated and what came out.
+
+    After Ctrl-C, of the passes that were complete.
 
     Raises
     ------
@@ -52,16 +53,15 @@ def run(options: argparse.Namespace) -> None:
     output, source = name_output(options), choose_scene(options)
     check_output(output, options.buffers)
     if options.camera != ALL:
-        _render(options, source, output)
-        return
+        return _render(options, source, output)
     for view in replace(source, view=None).views():
-        interrupted = _render(options, view, add_name(output, view.view))
-        if interrupted:
-            break
+        if code := _render(options, view, add_name(output, view.view)):
+            return code
+    return None
 
 
-def _render(options: argparse.Namespace, source: SceneSource, output: str) -> bool:
-    """Render by one camera, and return whether that was interrupted."""
+def _render(options: argparse.Namespace, source: SceneSource, output: str) -> int | None:
+    """Render by one camera, and return the exit code."""
     from photonmap.render import render_file
     from photonmap.settings import Options
 
@@ -71,25 +71,14 @@ def _render(options: argparse.Namespace, source: SceneSource, output: str) -> bo
     progress = choose_progress(options.quiet)
     try:
         result = render_file(source, Options(**given, progress=progress))
-        # From here on all work is done, and Ctrl-C would only lose it.
-        with _holding_interrupts():
+        with ignoring_interrupts():
             progress.stage("write")
             result.save(output, buffers=options.buffers)
     finally:
         progress.close()
     if not options.quiet:
         _report(result.record, output)
-    return bool(result.record["interrupted"])
-
-
-@contextmanager
-def _holding_interrupts() -> Iterator[None]:
-    """Ignore Ctrl-C."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
+    return INTERRUPTED if result.record["interrupted"] else None
 
 
 def _name_checkpoint(options: argparse.Namespace, source: SceneSource, output: str) -> Path | None:

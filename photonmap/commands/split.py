@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> None:
     chosen = Options(**choose_options(options))
     parts = plan_parts(choose_scene(options), chosen, options.parts, folder)
     missing = find_missing(parts, folder, options.resume)
-    folder.mkdir(exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)
     for part in render_parts(missing, options.scheduler, options.workers):
         _print(options, f"{part.output.name} is done")
     record = merge_parts(parts, folder, output, options.buffers).record

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from photonmap.commands.arguments import number
+from photonmap.commands.exit_codes import INTERRUPTED
 from photonmap.commands.options import (
     add_options,
     add_quiet,
@@ -71,7 +72,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_quiet(parser)
 
 
-def run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> int | None:
     """Measure, and write study.html, study.csv and the plots; after Ctrl-C, what there is.
 
     Raises
@@ -90,6 +91,7 @@ def run(options: argparse.Namespace) -> None:
     outcome = run_study(study, extent, folder)
     if not options.quiet:
         _report(outcome, folder)
+    return INTERRUPTED if outcome.interrupted else None
 
 
 def _check_packages() -> None:

@@ -39,7 +39,7 @@ def check_output(path: str | PathLike[str], buffers: Iterable[str] | None = None
     Raises
     ------
     InputError
-        if the suffix is another, the folder is missing or not writable, or there is no such buffer
+        if the suffix is another, the folder is not writable, or there is no such buffer
     """
     check_buffers(buffers)
     path = Path(path)
@@ -48,11 +48,7 @@ def check_output(path: str | PathLike[str], buffers: Iterable[str] | None = None
     for file in (path, path.with_suffix(".png"), path.with_suffix(".json")):
         if file.is_dir():
             raise InputError("this is a folder; remove it or choose another name", file)
-    folder = path.parent
-    if not folder.is_dir():
-        state = "is not a folder" if folder.exists() else "does not exist"
-        raise InputError(f"the folder {folder} {state}; create it or choose another", path)
-    check_writable(folder, path)
+    check_writable(path.parent, path)
     return path
 
 
@@ -63,6 +59,8 @@ def save_all(
     preview: Callable[[], Preview] | None,
 ) -> None:
     """Write FILE.exr, FILE.png and FILE.json; none of them appears before all are complete.
+
+    Their folder is made if it is missing.
 
     The JSON is the record, with the exposure of the PNG and the seconds that writing the images
     took.
@@ -83,6 +81,7 @@ def save_all(
     """
     path = check_output(path)
     record, start = contents.record, time.perf_counter()
+    path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as folder:
         image = Path(folder) / path.name
         written = [image.with_suffix(".json"), image]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -344,6 +345,7 @@ class Result:
         OSError
             if writing fails
         """
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
         write_exr(self._contents, path, self._to_rgb)
 
     @property

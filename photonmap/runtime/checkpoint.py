@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import os
 import struct
-import tempfile
 import time
 import zlib
 from collections.abc import Iterator
@@ -22,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, warn
+from photonmap.runtime.file_checks import check_writable
 from photonmap.runtime.fingerprint import difference
 
 EVERY = 60.0
@@ -40,23 +40,20 @@ def check_checkpoint(path: str | PathLike[str]) -> Path:
     Raises
     ------
     InputError
-        if it is a folder, in a folder that is missing or not writable, or another kind of file
+        if it is a folder, in a folder that is not writable, or another kind of file
     """
     path = Path(path)
     if path.is_dir():
         raise InputError("the checkpoint is a folder; choose another name", path)
+    check_writable(path.parent, path)
     try:
-        with tempfile.TemporaryFile(dir=path.parent):
-            pass
         if path.exists() and path.stat().st_size:
             with path.open("rb") as file:
                 if file.read(len(MAGIC)) != MAGIC:
                     raise InputError("this is not a checkpoint; choose another name", path)
     except OSError as error:
         reason = error.strerror or error
-        raise InputError(
-            f"cannot write a checkpoint here ({reason}); choose another", path
-        ) from None
+        raise InputError(f"cannot read the checkpoint ({reason}); choose another", path) from None
     return path
 
 
@@ -131,6 +128,7 @@ class Checkpoint:
 
     def _write(self, arrays: Arrays, state: dict[str, Any]) -> None:
         part = self.path.with_name(f".{self.path.name}.part")
+        self.path.parent.mkdir(parents=True, exist_ok=True)
         try:
             with part.open("wb") as file:
                 _write_all(file, self._fingerprint, arrays, state)

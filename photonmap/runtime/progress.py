@@ -7,6 +7,8 @@ import sys
 import time
 from typing import TYPE_CHECKING, Protocol
 
+from photonmap.runtime.streams import tolerant
+
 if TYPE_CHECKING:
     from rich.progress import Progress as RichProgress
 
@@ -60,7 +62,7 @@ class Lines:
     def stage(self, name: str) -> None:
         """Print the stage's name where it is worth a line."""
         if name in ("first compile", "render"):
-            print(STAGES[name], file=sys.stderr, flush=True)
+            _print(STAGES[name])
 
     def update(
         self, passes: int, error: float, fraction: float, elapsed: float, rays: float
@@ -68,7 +70,7 @@ class Lines:
         """Print a line if the last one is some seconds old."""
         if time.monotonic() - self._last >= LINE_EVERY:
             self._last = time.monotonic()
-            print(_state(passes, error, fraction, elapsed, rays), file=sys.stderr, flush=True)
+            _print(_state(passes, error, fraction, elapsed, rays))
 
     def close(self) -> None:
         """Do nothing."""
@@ -112,7 +114,11 @@ def choose_progress(quiet: bool) -> Progress:
     """Return a bar on a terminal, lines where stderr is piped, nothing if quiet."""
     if quiet:
         return Silent()
-    return Bar() if sys.stderr.isatty() else Lines()
+    return Bar() if tolerant(sys.stderr).isatty() else Lines()
+
+
+def _print(line: str) -> None:
+    print(line, file=tolerant(sys.stderr), flush=True)
 
 
 def _state(passes: int, error: float, fraction: float, elapsed: float, rays: float) -> str:

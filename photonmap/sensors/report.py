@@ -100,13 +100,11 @@ def check_file(path: str | PathLike[str]) -> None:
     Raises
     ------
     InputError
-        if it is a folder, or its folder is missing or not writable
+        if it is a folder, or its folder is not writable
     """
     path = Path(path)
     if path.is_dir():
         raise InputError("is a folder; name a file", path)
-    if not path.parent.is_dir():
-        raise InputError(f"the folder {path.parent} does not exist; create it", path)
     check_writable(path.parent, path)
 
 
@@ -114,6 +112,7 @@ def check_file(path: str | PathLike[str]) -> None:
 def replacing(path: str | PathLike[str]) -> Iterator[Path]:
     """Yield a temporary path to write to, which replaces the file when all is written."""
     path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as folder:
         part = Path(folder) / path.name
         yield part

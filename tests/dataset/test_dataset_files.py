@@ -332,7 +332,7 @@ def test_folders_that_are_refused(tmp_path, preset, capsys):
     for place, message in (
         ("file", "this is a file"),
         ("other", "holds other files"),
-        ("none/deep", "does not exist; create it"),
+        ("file/deep", "Not a directory"),
     ):
         assert command(tmp_path / place, preset) == 2
         assert message in capsys.readouterr().err

@@ -155,7 +155,6 @@ def test_saving_again_replaces(tmp_path, cornell):
         ("a #1", "m", "x.obj", "mesh: the name 'a #1' cannot be written"),
         ("a", "back\\slash", "x.obj", "material: the name"),
         ("a", "m", "x.ply", "x.ply: does not end in one of .obj, .glb, .gltf"),
-        ("a", "m", "no/x.obj", "there is no folder"),
         ("a", "m", "a #b.obj", "the name 'a #b' cannot be written"),
     ],
 )
@@ -165,6 +164,12 @@ def test_what_cannot_be_written(tmp_path, mesh, material, file, message):
         pm.save_scene(pm.Scene([panel]), tmp_path / file)
     assert message in str(caught.value)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_missing_folder_is_made(tmp_path):
+    panel = quad((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0))
+    pm.save_scene(pm.Scene([panel]), tmp_path / "some" / "where" / "x.obj")
+    assert len(pm.load_scene(tmp_path / "some" / "where" / "x.obj").meshes) == 1
 
 
 def test_an_empty_scene_is_not_written(tmp_path):

@@ -274,8 +274,8 @@ def test_places_that_cannot_be_written_are_refused(tmp_path):
         "image.png": "must end in .exr",
         "image": "must end in .exr",
         ".exr": "must end in .exr",
-        "missing/image.exr": "missing does not exist; create it",
-        "file/image.exr": "file is not a folder",
+        "file/image.exr": "Not a directory",
+        "file/deep/image.exr": "Not a directory",
         "taken.exr": "this is a folder",
         "beside.exr": "beside.json: this is a folder",
     }.items():
@@ -284,6 +284,7 @@ def test_places_that_cannot_be_written_are_refused(tmp_path):
         assert str(caught.value).startswith(str(tmp_path))
         assert "\n" not in str(caught.value)
     assert check_output(str(tmp_path / "image.exr")) == tmp_path / "image.exr"
+    assert check_output(tmp_path / "new" / "image.exr") == tmp_path / "new" / "image.exr"
     assert sorted(file.name for file in tmp_path.iterdir()) == ["beside.json", "file", "taken.exr"]
 
 

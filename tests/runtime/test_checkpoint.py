@@ -240,7 +240,7 @@ def test_places_where_no_checkpoint_can_be(tmp_path):
     (tmp_path / "image.exr").write_bytes(b"picture")
     for path, named in (
         (tmp_path, "folder"),
-        (tmp_path / "no" / "state", "No such file"),
+        (tmp_path / "image.exr" / "state", "Not a directory"),
         (tmp_path / "image.exr", "not a checkpoint"),
     ):
         with pytest.raises(pm.InputError, match=named):

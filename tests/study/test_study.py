@@ -231,7 +231,7 @@ BAD = {
     "no scene": (["nowhere.obj"], "nowhere.obj"),
     "no bands": (["box.obj", "--bands", "nosuch"], "nosuch"),
     "a file": (["box.obj", "--output", "box.obj"], "this is a file"),
-    "no folder": (["box.obj", "--output", "no/such/folder"], "create it"),
+    "no folder": (["box.obj", "--output", "box.obj/folder"], "Not a directory"),
     "half a camera": (["box.obj", "--origin", "0,0,5"], "--target"),
     "no memory": (["box.obj", "--size", "60000x60000"], "GB"),
     "nothing but lamps": (["lamp.obj", "--quick", "--size", "8x8"], "point the camera"),

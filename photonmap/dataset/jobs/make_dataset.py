@@ -82,7 +82,7 @@ def make_dataset(
     InputError : the scheduler cannot be reached
     KeyboardInterrupt : at Ctrl-C
     """
-    folder.mkdir(exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)
     remove_leftovers(folder)
     write_head(folder, head)
     outcome = Outcome(_find_entries(folder, jobs, log))

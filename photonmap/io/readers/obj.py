@@ -74,10 +74,10 @@ def read_shape(path: Path) -> Mesh:
     source = read_source(path, "OBJ")
     lines = parse_lines(source)
     triangles, _ = _triangulate(source, lines)
-    return _build_mesh(lines, triangles, path.stem, Material())
+    return _build_mesh(lines, lines.corners[triangles.ravel()], path.stem, Material())
 
 
-def _triangulate(source: Source, lines: ObjLines) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+def _triangulate(source: Source, lines: ObjLines) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return triangles, and the face of each; some must have an area."""
     if not len(lines.sizes):
         raise InputError("has no faces; export the surfaces as polygons", source.path)

@@ -56,7 +56,7 @@ def save_scene(scene: Scene, path: str | PathLike[str]) -> list[Path]:
     Parameters
     ----------
     scene : what to write
-    path : FILE.obj, FILE.glb or FILE.gltf, in a folder that exists
+    path : FILE.obj, FILE.glb or FILE.gltf; its folder is made if it is missing
 
     Returns
     -------
@@ -71,10 +71,9 @@ def save_scene(scene: Scene, path: str | PathLike[str]) -> list[Path]:
     """
     path = Path(path)
     companions(path)
-    if not path.parent.is_dir():
-        raise InputError(f"there is no folder {path.parent}; create it first", path)
     with naming("the file", path):
         check_name(path.stem)
+    path.parent.mkdir(parents=True, exist_ok=True)
     is_obj = path.suffix.lower() == ".obj"
     write: Callable[[Scene, Path, Assets], None] = _write_obj if is_obj else write_gltf
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as folder:

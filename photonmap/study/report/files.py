@@ -25,6 +25,7 @@ def write_study(folder: Path, found: Findings, about: About) -> None:
     OSError
         if writing fails
     """
+    folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=folder.parent) as made:
         part = Path(made)
         figures = drawn_figures(found)

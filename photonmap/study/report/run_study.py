@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import signal
 from dataclasses import dataclass
 from pathlib import Path
 
+from photonmap.runtime.interrupts import ignoring_interrupts
 from photonmap.study.machine import BackgroundLoad, choose_clock, describe_machine
 from photonmap.study.measure import Study
 from photonmap.study.report.about import describe_study
@@ -39,17 +39,13 @@ def run_study(study: Study, extent: Extent, folder: Path) -> Outcome:
     machine = describe_machine()
     with BackgroundLoad() as others:
         interrupted = _sweep(study, extent)
-    # The measurements are complete, and Ctrl-C would only lose them.
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
+    with ignoring_interrupts():
         assert study.reference is not None
         threads = study.record["arguments"]["threads"]
         points = choose_clock(study.points, others.share, threads)
         findings = Findings(points, study.base.bands, study.reference.own_errors())
         about = describe_study(study, extent, interrupted, machine, others.share)
         write_study(folder, findings, about)
-    finally:
-        signal.signal(signal.SIGINT, before)
     return Outcome(findings, interrupted)
 
 
