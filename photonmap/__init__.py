@@ -54,6 +54,44 @@ if TYPE_CHECKING:
     from photonmap.spectra.color_text import emission, reflectance
     from photonmap.spectra.curves import Spectrum, SpectrumSet
 
+__all__ = [
+    "Bands",
+    "Camera",
+    "DirectionalLight",
+    "DomeLight",
+    "EnvironmentLight",
+    "Fisheye",
+    "FisheyeIntrinsics",
+    "InputError",
+    "Intrinsics",
+    "Lens",
+    "Light",
+    "Material",
+    "Mesh",
+    "Panorama",
+    "PhotometricLight",
+    "PointLight",
+    "RayMap",
+    "Result",
+    "Scene",
+    "SceneWarning",
+    "Spectrum",
+    "SpectrumSet",
+    "SpotLight",
+    "Texture",
+    "__version__",
+    "camera_rays",
+    "dataset",
+    "emission",
+    "load_result",
+    "load_scene",
+    "merge",
+    "reflectance",
+    "render",
+    "save_scene",
+    "scenes",
+]
+
 _HOMES = {
     "Bands": "spectra.bands",
     "InputError": "errors",
@@ -89,7 +127,6 @@ _HOMES = {
     "reflectance": "spectra.color_text",
 }
 _PARTS = ("dataset", "evaluate", "scenes")
-__all__ = [*_HOMES, *_PARTS]
 
 
 class _Package(ModuleType):

@@ -341,11 +341,14 @@ def describe_setup(scene: Scene, run: Run) -> dict[str, Any]:
     camera = setup.scene.camera.describe(film.width, film.height)
     return {
         "scene": {"name": scene.name, **setup.scene.counts},
+        "objects": setup.scene.object_names,
+        "materials": setup.scene.material_names,
         "arguments": settings.describe(run.workers.threads),
         "partial": setup.plan.partial,
         "light_groups": list(setup.columns.groups) if settings.per_light else [],
         "bands": settings.bands.describe(),
         "camera": {"framed": scene.camera is None, **camera},
+        "white": setup.scene.white.tolist(),
         "measured_sets": describe_measured_sets(),
         "versions": describe_versions(),
         "fingerprint": setup.fingerprint,

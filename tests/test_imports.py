@@ -151,6 +151,8 @@ def test_functions_are_not_hidden_by_their_modules():
 def test_public_names():
     import photonmap
 
+    parts = {"__version__", *photonmap._PARTS}
+    assert sorted(photonmap.__all__) == sorted({*photonmap._HOMES, *parts})
     for name in photonmap.__all__:
         assert getattr(photonmap, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'Sceen'"):

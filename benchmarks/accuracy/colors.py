@@ -48,7 +48,9 @@ def _bands(options: Options) -> Table:
         for method in ("direct", "primaries", "regression"):
             row: list[object] = [name, method]
             for buffer in ("radiance", "indirect"):
-                off = delta_e_2000(result.rgb(buffer, method), truth.rgb(buffer, method))
+                off = delta_e_2000(
+                    result.rgb(buffer, method, "D65"), truth.rgb(buffer, method, "D65")
+                )
                 row += [off.mean(), np.percentile(off, 95)]
             table.rows.append(row)
     return table

@@ -38,6 +38,15 @@ def vector(text: str) -> tuple[float, ...]:
     return x, y, z
 
 
+def direction(text: str) -> tuple[float, ...]:
+    """Read "1,2,3", or an axis: "z" or "-z"."""
+    axes = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+    axis = axes.get(text.lower().removeprefix("-"))
+    if axis is None:
+        return vector(text)
+    return tuple(-value for value in axis) if text.startswith("-") else axis
+
+
 def limits(text: str) -> tuple[float, float]:
     """Read "400:700"."""
     try:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from photonmap.commands.arguments import limits, reader, vector
+from photonmap.commands.arguments import direction, limits, reader, vector
 from photonmap.io.scene_source import SceneSource
 from photonmap.settings import GROUPS, OPTIONS, RENDER, taken_by
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _CAMERA = {
     "origin": "position of the camera, scene units",
     "target": "point that the camera looks at, scene units",
-    "up": "direction that is up in the image",
+    "up": "direction that is up in the image, or an axis, as in --up z (default: y)",
 }
 
 
@@ -90,7 +90,25 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
         metavar="FILE.exr",
         help="where to write the result (default: the scene's name, in the current folder)",
     )
+    groups["files"].add_argument(
+        "--white",
+        type=_white,
+        default="scene",
+        metavar="LIGHT",
+        help="light that the preview shows as white: scene, for all of its lights together, or one "
+        "such as D65, which leaves colours as they are (default: scene)",
+    )
     add_quiet(parser)
+
+
+@reader
+def _white(text: str) -> str:
+    """Check the name of a light."""
+    from photonmap.spectra.color_text import emission
+
+    if text != "scene":
+        emission(text)
+    return text
 
 
 def name_output(options: argparse.Namespace) -> str:
@@ -152,7 +170,8 @@ def add_scene_options(parser: argparse.ArgumentParser) -> None:
         "(default: the first)",
     )
     for name, text in _CAMERA.items():
-        camera.add_argument(f"--{name}", type=vector, metavar="x,y,z", help=text)
+        read = direction if name == "up" else vector
+        camera.add_argument(f"--{name}", type=read, metavar="x,y,z", help=text)
     camera.add_argument(
         "--fov",
         type=reader(float),

@@ -73,7 +73,7 @@ def _render(options: argparse.Namespace, source: SceneSource, output: str) -> in
         result = render_file(source, Options(**given, progress=progress))
         with ignoring_interrupts():
             progress.stage("write")
-            result.save(output, buffers=options.buffers)
+            result.save(output, options.buffers, options.white)
     finally:
         progress.close()
     if not options.quiet:
@@ -95,7 +95,10 @@ def _report(record: dict[str, Any], output: str) -> None:
     """Print what was simulated, what came out, and where it is."""
     if record["camera"]["framed"]:
         x, y, z = record["camera"]["origin"]
-        print(f"no camera given: framed from +z, at {x:.6g},{y:.6g},{z:.6g}")
+        print(
+            f"no camera given: seen from the front right, above, at {x:.6g},{y:.6g},{z:.6g}; "
+            "where z is up, add --up z"
+        )
     print(_effect_table(record["effects"]))
     state = "interrupted after " if record["interrupted"] else ""
     earlier = f" ({record['resumed']} of them earlier)" if record["resumed"] else ""

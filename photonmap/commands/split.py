@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for part in render_parts(missing, options.scheduler, options.workers):
         _print(options, f"{part.output.name} is done")
-    record = merge_parts(parts, folder, output, options.buffers).record
+    record = merge_parts(parts, folder, output, options.buffers, options.white).record
     _print(options, f"{record['passes']} passes, error {record['error']:.4f}: {output}")
 
 

@@ -1,4 +1,4 @@
-"""Cameras as kernels take them; and one that frames a scene without a camera."""
+"""Cameras as kernels take them."""
 
 from __future__ import annotations
 
@@ -34,8 +34,6 @@ from photonmap.scene.projections import (
     RayMap,
 )
 
-_FRAMING_FOV = 40.0
-_MARGIN = 1.05
 _NODES = 33
 """Rows and columns of the table of undistorted points from which distortion is inverted."""
 _NOTHING = np.zeros(3)
@@ -44,22 +42,6 @@ _NO_LENS = passes.Lens(False, (0.0,) * 3, (0.0,) * 3, 0.0, 0)
 _LINEAR = passes.Projection((1.0, 1.0), (0.0, 0.0), (0.0,) * 5, (0.0, 0.0), _NO_TABLE)
 """What a projection that needs none of it has."""
 _NO_OPTICS = passes.Optics(_NO_LENS, _LINEAR)
-
-
-def frame_scene(vertices: np.ndarray, aspect: float = 1.0) -> Camera:
-    """Look at a scene from +z, so that its bounding box fits the image with a margin.
-
-    Parameters
-    ----------
-    vertices : (V, 3), scene units
-    aspect : width / height of the image
-    """
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
-    center, half = 0.5 * (low + high), 0.5 * (high - low)
-    reach = float(max(half[0] / aspect, half[1])) or float(half[2]) or 1.0
-    distance = float(half[2]) + _MARGIN * reach / math.tan(math.radians(_FRAMING_FOV) / 2)
-    x, y, z = map(float, center)
-    return Camera((x, y, z + distance), (x, y, z), fov=_FRAMING_FOV)
 
 
 def camera_rays(camera: Camera, size: tuple[int, int]) -> NDArray[np.float64]:

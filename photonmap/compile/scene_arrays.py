@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.camera import compile_camera, frame_scene
+from photonmap.compile.camera import compile_camera
+from photonmap.compile.default_view import frame_scene
 from photonmap.compile.frame import Frame, choose_frame
 from photonmap.compile.geometry import check_meshes, join_meshes
 from photonmap.compile.lights.emitters import Emitters, compile_lights
@@ -48,6 +49,8 @@ class CompiledScene:
     """scene units in a unit of the kernels' length"""
     power: float
     """W·m⁻²·sr⁻¹ in a unit of the kernels' radiance"""
+    white: NDArray[np.float64]
+    """(N,) colour of all light together, of mean 1"""
     object_ids: NDArray[np.uint32]
     """(T,) from 1"""
     material_ids: NDArray[np.uint32]
@@ -60,6 +63,10 @@ class CompiledScene:
     """of each emitter, (K,), W for scene units of metres: the mean over bands; textures count with
     their mean"""
     counts: dict[str, int]
+    object_names: list[str]
+    """of object 1, 2, …"""
+    material_names: list[str]
+    """of material 1, 2, …"""
     embree: EmbreeScene | None
     """None where rays cannot be traced"""
     images: list[Any] = field(repr=False)
@@ -112,9 +119,7 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
     InputError : nothing to render, or a mesh, material, light or camera that is not valid
     """
     meshes = check_meshes(scene)
-    camera = check_camera(scene.camera) if scene.camera else None
-    vertices = np.concatenate([mesh.vertices for mesh in meshes])
-    frame = choose_frame(vertices, camera)
+    camera, frame = _look(scene, np.concatenate([mesh.vertices for mesh in meshes]), aspect)
     materials = _distinct_materials(meshes)
     geometry, owner = join_meshes(meshes, frame)
     index_of = {id(material): index for index, material in enumerate(materials)}
@@ -122,7 +127,9 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
     geometry = geometry._replace(material=material)
     compiled = compile_materials(materials, bands)
     texture_table = compile_textures(materials, compiled.divisors)
-    emitters = compile_lights(geometry, materials, scene.lights, bands, frame, texture_table)
+    emitters = compile_lights(
+        geometry, materials, scene.lights, bands, frame, texture_table, camera
+    )
     objects = _object_ids(meshes)
     return CompiledScene(
         geometry=geometry._replace(
@@ -134,19 +141,30 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
         specular=compiled.specular,
         textures=texture_table.textures(bands),
         scattering=compiled.scattering,
-        camera=camera or frame_scene(vertices, aspect),
+        camera=camera,
         center=frame.center,
         size=frame.size,
         power=emitters.power,
+        white=emitters.white,
         object_ids=objects[owner],
         material_ids=(material + 1).astype(np.uint32),
         light_names=emitters.names,
         light_groups=emitters.groups,
         light_powers=emitters.flux * frame.size**2,
         counts=_count(scene, objects, materials, geometry, emitters),
+        object_names=list(dict.fromkeys(mesh.name for mesh in meshes)),
+        material_names=[material.name for material in materials],
         embree=None,
         images=texture_table.images,
     )
+
+
+def _look(scene: Scene, vertices: NDArray[np.float64], aspect: float) -> tuple[Camera, Frame]:
+    """Return the scene's camera, or one that shows all of it, and the frame of the kernels."""
+    if scene.camera is None:
+        return frame_scene(vertices, aspect, scene.up), choose_frame(vertices, None)
+    camera = check_camera(scene.camera)
+    return camera, choose_frame(vertices, camera)
 
 
 def _count(

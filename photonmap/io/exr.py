@@ -41,6 +41,8 @@ _LINES = 64
 """Lines of an image that are written at a time: a multiple of the 16 compressed together."""
 _RECORD, _BANDS = "photonmapRecord", "photonmapBands"
 """Attributes of part 0, JSON: the run record and `Bands.describe`."""
+_NAMES, _NAMED = "photonmapNames", {"object_id": "objects", "material_id": "materials"}
+"""Attribute of parts of ids, JSON: the names of 1, 2, …; and the entry of the record with them."""
 
 
 class Contents(NamedTuple):
@@ -130,6 +132,9 @@ def write_exr(contents: Contents, path: str | PathLike[str], to_rgb: Projector) 
         spec.full_width, spec.full_height = width, height  # the same in all parts of a file
     specs[0].attribute(_RECORD, json.dumps(contents.record))
     specs[0].attribute(_BANDS, json.dumps(bands.describe()))
+    for part, spec in zip(parts, specs, strict=True):
+        if names := contents.record.get(_NAMED.get(part, "")):
+            spec.attribute(_NAMES, json.dumps(names))
     file = OpenImageIO.ImageOutput.create("exr")
     assert file is not None
     with closing(file):

@@ -21,7 +21,8 @@ class SceneSource:
     ----------
     path : of the scene file
     missing_textures : "error" or "grey", see `photonmap.load_scene`
-    camera : attributes of `photonmap.Camera` that replace those of the file's camera
+    camera : attributes of `photonmap.Camera` that replace those of the file's camera; `up` alone
+        counts without a camera too
     munsell, illuminants : files of measured spectra; None for those that the environment names
     view : the name of one of the file's cameras; None for the first
     """
@@ -47,7 +48,10 @@ class SceneSource:
         scene = load_scene(self.path, self.missing_textures)
         if self.view is not None:
             scene = scene.seen_by(self.view)
-        scene.camera = self._choose_camera(scene.camera)
+        if scene.camera is None and {*self.camera} == {"up"}:
+            scene.up = self.camera["up"]
+        else:
+            scene.camera = self._choose_camera(scene.camera)
         return scene
 
     def views(self) -> list[SceneSource]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,17 +25,14 @@ from photonmap.film.variance_smoothing import (
 )
 from photonmap.io.exr import Contents, name_errors, read_exr, write_exr
 from photonmap.io.png import encode_png
-from photonmap.results.files import Preview, save_all
-from photonmap.results.preview import as_bytes, choose_exposure
+from photonmap.results.colors import SCENE, Colors, Image, White
+from photonmap.results.files import save_all
 from photonmap.runtime.wording import listed
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.projection import Method, Projection, Target, choose_projection
-
-Image = NDArray[np.float32]
 
 
 @dataclass(eq=False, repr=False)
-class Result:
+class Result(Colors):
     """The images of one render, linear and scene-referred.
 
     H, W and N are the image's height and width and the number of bands. Every buffer is a property
@@ -66,9 +64,6 @@ class Result:
     def _repr_png_(self) -> bytes | None:
         """Return the preview for Jupyter, or None without `radiance`."""
         return encode_png(self.preview()) if "radiance" in self.buffers else None
-
-    def _missing(self, name: str) -> str:
-        return f"{name!r} was not among the buffers written, which are {listed(self.buffers, 99)}"
 
     def _buffer(self, name: str) -> NDArray[Any]:
         """Return a buffer; zeros for one that is left out where it is 0 or there is none.
@@ -194,108 +189,6 @@ class Result:
         known = listed(self.block_errors) or "none, after a single pass,"
         raise ValueError(f"{name!r} has no standard error of blocks: {known} has one")
 
-    def rgb(self, buffer: str = "radiance", method: Method | None = None) -> Image:
-        """Project a buffer onto linear sRGB: (H, W, 3) float32, in the buffer's unit.
-
-        Radiances and shading are projected by one matrix; reflectance by the same under
-        equal-energy white, so that a perfect diffuser is (1, 1, 1). Projection does not commute
-        with products. Colours out of gamut are negative; what exceeds float32 is its largest.
-
-        Parameters
-        ----------
-        buffer : its name
-        method : see `projection`
-
-        Raises
-        ------
-        ValueError
-            if there is no such buffer, or it has no bands; or no such method
-        """
-        return self._project(buffer, "rgb", method)
-
-    def xyz(self, buffer: str = "radiance", method: Method | None = None) -> Image:
-        """Project a buffer onto CIE 1931 XYZ: (H, W, 3) float32, as `rgb` does."""
-        return self._project(buffer, "xyz", method)
-
-    def to_sensor(
-        self,
-        curves: Bands | str | PathLike[str],
-        buffer: str = "radiance",
-        method: Method | None = None,
-    ) -> Image:
-        """Return what another sensor sees of a buffer: (H, W, T) float32, band averages.
-
-        Parameters
-        ----------
-        curves : `Bands`, or what `Bands.parse` takes: a FILE.csv, the name of a camera, a number
-        buffer, method : as for `rgb`
-
-        Raises
-        ------
-        ValueError
-            as `rgb` does; or if there are no such curves
-        """
-        return self._project(buffer, Bands.parse(curves), method)
-
-    def projection(self, target: Target = "rgb", method: Method | None = None) -> Projection:
-        """Return the matrix by which the bands of radiances are projected, and its residual.
-
-        Parameters
-        ----------
-        target : "rgb", "xyz" or `Bands`
-        method : "direct" integrates the smoothest spectra that have these band values.
-            "primaries" corrects it so that RGB emission, and RGB surfaces under D65, return to
-            their RGB. "regression" is the fit to Munsell chips under equal energy, D65 and A;
-            `photonmap.spectra.projection.fit_projection` makes one for any others. None is
-            "primaries" if all colours of the scene are RGB or constant, else "direct".
-
-        Raises
-        ------
-        InputError
-            if there is no such target or method
-        """
-        if method is None:
-            spectra = self.record.get("scene", {}).get("spectra", False)
-            method = "direct" if spectra else "primaries"
-        return choose_projection(self.bands, target, method)
-
-    def _project(self, buffer: str, target: Target, method: Method | None) -> Image:
-        rows = self._projected(buffer, target, method)
-        return np.stack([*rows])
-
-    def _projected(
-        self, buffer: str, target: Target = "rgb", method: Method | None = None
-    ) -> Iterator[NDArray[np.float32]]:
-        """Project line by line: (W, T) each. This spares copies of whole images."""
-        if buffer not in self.buffers:
-            raise ValueError(self._missing(buffer))
-        image, row = self.buffers[buffer], row_of(buffer)
-        if image.ndim != 3 or (row is not None and not row.is_banded):
-            raise ValueError(f"{buffer!r} has no bands, and so no colour")
-        matrix = self.projection(target, method).matrix.T
-        if row is not None and row.quantity == "reflectance":
-            matrix = matrix / matrix.sum(axis=0)
-        return _project_lines(image, matrix)
-
-    @property
-    def exposure(self) -> float:
-        """The factor `preview` applies: the 99th percentile of the luminance becomes 0.8.
-
-        Of the pixels that are not black; and not emissive, unless all the others are black. 1 if
-        there is none.
-        """
-        return choose_exposure(self._projected("radiance"), self.buffers.get("emission"))
-
-    def preview(self, exposure: float | None = None) -> NDArray[np.uint8]:
-        """Return `radiance` × exposure, clamped to [0, 1], as 8-bit sRGB: (H, W, 3) uint8.
-
-        Parameters
-        ----------
-        exposure : None takes the image's own; another image's makes the two comparable
-        """
-        exposure = self.exposure if exposure is None else exposure
-        return as_bytes(self._projected("radiance"), exposure)
-
     def select(self, names: Iterable[str]) -> Result:
         """Return a `Result` of these buffers and their errors, which share their memory.
 
@@ -316,7 +209,12 @@ class Result:
         blocks = {name: self.block_errors[name] for name in names if name in self.block_errors}
         return Result(buffers, errors, self.bands, self.record, blocks)
 
-    def save(self, path: str | PathLike[str], buffers: Iterable[str] | None = None) -> None:
+    def save(
+        self,
+        path: str | PathLike[str],
+        buffers: Iterable[str] | None = None,
+        white: White = SCENE,
+    ) -> None:
         """Write FILE.exr, a preview FILE.png and the record FILE.json: all of them or none.
 
         Without `radiance` there is no preview.
@@ -325,17 +223,19 @@ class Result:
         ----------
         path : FILE.exr
         buffers : names of those to write, with their errors; None for all
+        white : of the preview and of the R, G and B for viewers, see `rgb`
 
         Raises
         ------
         InputError
-            if such files cannot be written to `path`, or a buffer is missing
+            if such files cannot be written to `path`, a buffer is missing, or there is no such
+            white
         OSError
             if the disk is full or the like
         """
         chosen = self if buffers is None else self.select(buffers)
-        preview = self._shown if "radiance" in self.buffers else None
-        save_all(chosen._contents, path, self._to_rgb, preview)
+        preview = partial(self.shown, white) if "radiance" in self.buffers else None
+        save_all(chosen._contents, path, self.projector(white), preview)
 
     def save_exr(self, path: str | PathLike[str]) -> None:
         """Write the OpenEXR alone: all buffers, their errors and the record.
@@ -346,26 +246,11 @@ class Result:
             if writing fails
         """
         Path(path).parent.mkdir(parents=True, exist_ok=True)
-        write_exr(self._contents, path, self._to_rgb)
+        write_exr(self._contents, path, self.projector())
 
     @property
     def _contents(self) -> Contents:
         return Contents(self.buffers, self.errors, self.bands, self.record, self.block_errors)
-
-    def _to_rgb(self, lines: NDArray[Any]) -> Image:
-        """Project lines of radiance, (h, W, N), onto linear sRGB."""
-        return np.stack([*_project_lines(lines, self.projection().matrix.T)])
-
-    def _shown(self) -> Preview:
-        exposure = self.exposure
-        return Preview(self.preview(exposure), exposure)
-
-
-def _project_lines(image: NDArray[Any], matrix: NDArray[Any]) -> Iterator[NDArray[np.float32]]:
-    """Project an image (H, W, N) by a matrix (N, T) line by line; bound it by float32's range."""
-    most = np.finfo(np.float32).max
-    for row in image:
-        yield np.clip(row @ matrix, -most, most).astype(np.float32)
 
 
 def _reader(name: str) -> property:

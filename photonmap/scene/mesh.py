@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,6 +40,20 @@ class Mesh:
     normals: NDArray[np.float64] | None = None
     uv: NDArray[np.float64] | None = None
     colors: NDArray[np.float64] | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            vertices: ArrayLike,
+            faces: ArrayLike,
+            material: Material = ...,
+            name: str = "mesh",
+            normals: ArrayLike | None = None,
+            uv: ArrayLike | None = None,
+            colors: ArrayLike | None = None,
+        ) -> None:
+            """Take array-likes."""
 
     def __post_init__(self) -> None:
         """Turn array-likes into arrays of the documented types."""

@@ -12,6 +12,7 @@ from photonmap.scene.camera import Camera
 from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
+from photonmap.scene.vectors import Vector
 
 
 @dataclass
@@ -23,9 +24,10 @@ class Scene:
     meshes : the surfaces
     lights : lights that are not surfaces
     camera : what the scene is rendered by: the first of `cameras` by default; None looks at the
-        whole scene from +z
+        whole scene from the front, right and above
     name : used in records
     cameras : all of the scene, if there are several, with names that differ
+    up : direction that is up where there is no camera; (0, 0, 1) for many files of CAD
     """
 
     meshes: list[Mesh] = field(default_factory=list)
@@ -33,6 +35,7 @@ class Scene:
     camera: Camera | None = None
     name: str = "scene"
     cameras: list[Camera] = field(default_factory=list)
+    up: Vector = (0.0, 1.0, 0.0)
 
     def __post_init__(self) -> None:
         """Look by the first camera unless one is given."""

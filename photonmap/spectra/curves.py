@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from photonmap.errors import InputError
 from photonmap.runtime.wording import suggest
@@ -48,6 +49,13 @@ class Spectrum:
     wavelengths: Floats
     values: Floats
     extrapolate: bool = False
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, wavelengths: ArrayLike, values: ArrayLike, extrapolate: bool = False
+        ) -> None:
+            """Take array-likes."""
 
     def __post_init__(self) -> None:
         """Copy the array-likes, check them and make them read-only."""
@@ -120,6 +128,13 @@ class SpectrumSet:
     wavelengths: Floats
     values: Floats
     names: tuple[str, ...]
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, wavelengths: ArrayLike, values: ArrayLike, names: tuple[str, ...]
+        ) -> None:
+            """Take array-likes."""
 
     def __post_init__(self) -> None:
         """Check what all curves share, and that every value is finite."""

@@ -47,7 +47,9 @@ class ColorError:
 def color_error(result: Result, truth: Result, mask: Mask) -> ColorError:
     """Compare a result with one of more bands and equal seed and passes, over valid pixels."""
     radiance, indirect = (
-        _summary(delta_e_2000(result.rgb(buffer), truth.rgb(buffer))[mask])
+        _summary(
+            delta_e_2000(result.rgb(buffer, white="D65"), truth.rgb(buffer, white="D65"))[mask]
+        )
         for buffer in ("radiance", "indirect")
     )
     distances = {

@@ -64,7 +64,7 @@ def stated_map(result: Result) -> ErrorMap | None:
 
 def delta_map(result: Result, truth: Result) -> ErrorMap:
     """Map ΔE2000 of radiance against a render of more bands."""
-    return _map("delta", delta_e_2000(result.rgb(), truth.rgb()))
+    return _map("delta", delta_e_2000(result.rgb(white="D65"), truth.rgb(white="D65")))
 
 
 def picture(result: Result, exposure: float) -> str:

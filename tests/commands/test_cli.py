@@ -100,11 +100,13 @@ def test_the_sensor_study(tmp_path):
 
 def test_framing_is_said(tmp_path):
     (tmp_path / "one.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    done = run("one.obj", *QUICK, cwd=tmp_path)
+    done = run("one.obj", *QUICK, "--up", "z", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "framed from +z" in done.stdout
+    assert "no camera given: seen from the front right" in done.stdout
     assert "no light" in done.stderr
     record = json.loads((tmp_path / "one.json").read_text())
+    assert record["camera"]["up"] == [0.0, 0.0, 1.0]
+    assert record["camera"]["framed"]
     assert any("no light" in warning for warning in record["warnings"])
 
 

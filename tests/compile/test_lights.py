@@ -54,8 +54,7 @@ def test_two_lights_of_one_name(lights):
 def test_a_black_environment_is_no_light():
     scene = pm.Scene([BLOCK], [pm.EnvironmentLight(np.zeros((2, 4, 3)))])
     with pytest.warns(pm.SceneWarning, match="no light"):
-        lights = compile_scene(scene, RGB).lights
-    assert lights.environment is None
+        assert compile_scene(scene, RGB).light_names == ["default"]
 
 
 @pytest.mark.parametrize(

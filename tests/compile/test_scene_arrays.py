@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from helpers.scenes import CAMERA, GREY, closed_box, quad
+from helpers.scenes import CAMERA, GREY, closed_box
 
 import photonmap as pm
 from photonmap.compile.lights.probabilities import EVEN
@@ -57,19 +57,6 @@ def test_degenerate_triangles_are_counted_and_left_out():
     flat = pm.Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 3]], GREY)
     with pytest.warns(pm.SceneWarning, match="1 degenerate triangle "):
         assert len(compile_scene(scene_of(flat), RGB).geometry.triangles) == 1
-
-
-def test_the_camera_frames_the_scene_where_none_is_given():
-    scene = pm.Scene([closed_box(GREY, 2.0, 4.0)], LIT)
-    camera = compile_scene(scene, RGB).camera
-    assert camera.target == (3.0, 3.0, 3.0)
-    assert camera.origin[:2] == (3.0, 3.0)
-    half = np.tan(np.radians(camera.fov / 2)) * (camera.origin[2] - 4.0)
-    assert 1.0 < half < 1.2
-    wide = compile_scene(
-        pm.Scene([quad((0, 0, 0), (9, 0, 0), (9, 1, 0), (0, 1, 0))], LIT), RGB, 3.0
-    )
-    assert np.tan(np.radians(wide.camera.fov / 2)) * wide.camera.origin[2] * 3.0 >= 4.5
 
 
 BAD_MESHES = {

@@ -87,22 +87,6 @@ def test_open_sky_lights_a_convex_body_evenly():
     assert (result.shading > 0.0).all()
 
 
-def test_a_scene_without_light_gets_a_dome():
-    with pytest.warns(pm.SceneWarning, match="no light"):
-        result = pm.render(
-            pm.Scene(
-                [closed_box(pm.Material("block", 0.5), -0.1, 0.1)],
-                camera=pm.Camera((0.0, 0.0, 2.0), (0.0, 0.0, 0.0)),
-            ),
-            bands=2,
-            size=(9, 9),
-            passes=2,
-            photons=100,
-        )
-    np.testing.assert_allclose(result.emission[0, 0], 1.0, rtol=1e-6)
-    assert any("dome" in text for text in result.record["warnings"])
-
-
 def test_a_black_closed_box_in_a_lit_room_stays_black(cornell):
     black = closed_box(pm.Material("black", 0.0), 0.3, 0.6, "inner")
     camera = pm.Camera((0.45, 0.45, 0.59), (0.45, 0.45, 0.0), fov=90.0)

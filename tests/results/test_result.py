@@ -7,14 +7,17 @@ import zlib
 import numpy as np
 import pytest
 
+import photonmap as pm
 from photonmap.errors import InputError
 from photonmap.film.variance_smoothing import PRIORS, smooth_error
 from photonmap.io.png import encode_png
 from photonmap.results.result import Result
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.observer import upsample_reflectance
+from photonmap.spectra.color_text import emission
+from photonmap.spectra.observer import observer, upsample_reflectance
 
 H, W = 4, 5
+LUMINANCE = observer().rgb_to_xyz[1]
 LIGHT = ("radiance", "emission", "direct", "indirect", "shading")
 BANDED = (*LIGHT, "reflectance")
 FLAT = {
@@ -35,6 +38,39 @@ def make(bands=BANDS[0], **changed):
     buffers |= {n: np.ones((H, W, *shape), kind) for n, (shape, kind) in FLAT.items()}
     errors = {name: 0.1 * buffers[name] for name in LIGHT}
     return Result(buffers | changed, errors, bands, {"seed": 1})
+
+
+def lit_by(light, bands):
+    """Return a result in which a white surface is lit by a light, which the record knows."""
+    values = bands.emission(emission(light))
+    image = np.broadcast_to(values.astype(np.float32), (H, W, bands.count))
+    record = {"white": (values / values.mean()).tolist(), "scene": {"spectra": True}}
+    return Result({"radiance": image, "emission": 0.0 * image}, {}, bands, record)
+
+
+@pytest.mark.parametrize("light", ["1", "D65", "D50", "A", "rgb:.4,.5,.6"])
+@every
+def test_a_white_surface_is_white_under_the_light_of_the_scene(bands, light):
+    result = lit_by(light, bands)
+    red, green, blue = np.moveaxis(result.rgb(), -1, 0)
+    np.testing.assert_allclose(red, green, rtol=1e-6)
+    np.testing.assert_allclose(blue, green, rtol=1e-6)
+    assert (np.ptp(result.preview().astype(int), axis=-1) == 0).all()
+    np.testing.assert_allclose(result.xyz()[..., 1], result.rgb() @ LUMINANCE, rtol=1e-5)
+
+
+def test_another_white_may_be_chosen():
+    result = lit_by("A", Bands.gaussian(6))
+    asis = result.rgb(white="D65")[0, 0]
+    np.testing.assert_allclose(asis, result.projection().matrix @ result.radiance[0, 0], rtol=1e-6)
+    assert asis[0] > 1.5 * asis[1] > 4.0 * asis[2]
+    np.testing.assert_allclose(result.rgb(white="A"), result.rgb(), rtol=1e-6)
+    np.testing.assert_allclose(result.rgb(white=pm.emission("A")), result.rgb(), rtol=1e-6)
+    without = Result(result.buffers, {}, result.bands, {"scene": {"spectra": True}})
+    np.testing.assert_array_equal(without.rgb()[0, 0], asis)
+    with pytest.raises(InputError, match="there is no light 'D66'"):
+        result.rgb(white="D66")
+    assert (result.preview(white="D65") != result.preview()).any()
 
 
 def picture(radiance, emission=0.0):

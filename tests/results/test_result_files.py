@@ -8,6 +8,7 @@ import numpy as np
 import OpenImageIO
 import pytest
 
+import photonmap as pm
 from photonmap.errors import InputError
 from photonmap.io import png
 from photonmap.io.exr import channel_names, sensitivity_texts
@@ -328,3 +329,27 @@ def test_only_whole_files_of_photonmap_are_read(tmp_path):
             load_result(file)
         assert str(caught.value).startswith(f"{file}: this ")
         assert "\n" not in str(caught.value)
+
+
+def test_ids_have_names(tmp_path):
+    """Of objects in order of appearance, two meshes of one name being one; of materials too."""
+    corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+    red, blue = pm.Material("red", 0.5), pm.Material("bläu", 0.4)
+    meshes = [
+        pm.Mesh(np.array(corners) + (2 * k, 0, 0), [[0, 1, 2]], material, name)
+        for k, (name, material) in enumerate([("a", red), ("b", blue), ("a", blue)])
+    ]
+    camera = pm.Camera((2.5, 0.3, 8.0), (2.5, 0.3, 0.0))
+    scene = pm.Scene(meshes, [pm.DomeLight()], camera)
+    pm.render(scene, size=(48, 16), bands=1, passes=1).save(tmp_path / "ids.exr")
+    result = pm.load_result(tmp_path / "ids.exr")
+    for part, names, row in (
+        ("object_id", ["a", "b"], ["a", "b", "a"]),
+        ("material_id", ["red", "bläu"], ["red", "bläu", "bläu"]),
+    ):
+        spec, _ = read_parts(tmp_path / "ids.exr")[part]
+        assert json.loads(spec["photonmapNames"]) == names
+        ids = result.buffers[part][7]
+        seen = [ids[first] for first in range(len(ids)) if ids[first] and not ids[first - 1]]
+        listed = result.record["objects" if part == "object_id" else "materials"]
+        assert [listed[number - 1] for number in seen] == row

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from photonmap.compile.cdf import make_cdf
 from photonmap.compile.frame import Frame
+from photonmap.compile.lights.default_light import AMBIENT, default_sky
 from photonmap.compile.lights.environment import Sky, compile_sky
 from photonmap.compile.lights.light_tree import EmitterBounds, grow_tree
 from photonmap.compile.lights.probabilities import mix_uniform
@@ -17,6 +18,7 @@ from photonmap.compile.triangles import triangle_areas
 from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.core.records import Geometry, Lights, LightTree, Profiles
 from photonmap.kernels.lights.kinds import INFINITE_KINDS, KINDS, POSITION_KINDS, TRIANGLE
+from photonmap.scene.camera import Camera
 from photonmap.scene.lights import (
     DomeLight,
     EnvironmentLight,
@@ -47,6 +49,8 @@ class Emitters:
     flux: NDArray[np.float64]
     """(K,) power of each emitter, the mean over bands, in the kernels' unit of length; textures
     count with their mean"""
+    white: NDArray[np.float64]
+    """(N,) colour of all light together, of mean 1"""
 
     @property
     def power(self) -> float:
@@ -84,6 +88,7 @@ def compile_lights(
     bands: Bands,
     frame: Frame,
     textures: TextureTable,
+    camera: Camera,
 ) -> Emitters:
     """Collect all emitters, at a total power of 1.
 
@@ -91,6 +96,7 @@ def compile_lights(
     ----------
     geometry : in the kernels' units, with materials
     textures : of the materials
+    camera : by which the default light is placed
 
     Raises
     ------
@@ -100,7 +106,7 @@ def compile_lights(
     emission = np.stack([emission_of(m.emission, bands, f"material {m.name!r}") for m in materials])
     emitting = np.flatnonzero(emission[material].any(axis=1))
     area_names = [materials[material[triangle]].name for triangle in emitting]
-    shining = _find_shining(lights, area_names, bands)
+    shining = _find_shining(lights, area_names, bands, camera)
     layout = _lay_out(geometry, emitting, shining.lights, frame)
     row = np.concatenate([material[emitting], len(emission) + np.arange(len(shining.lights))])
     spectra = np.concatenate(
@@ -110,12 +116,13 @@ def compile_lights(
     names = area_names + [light.name for light in shining.lights]
     record, flux = _record(geometry, layout, names, row, spectra, shining.sky)
     power = float(flux.sum())
+    total = layout.extent @ spectra[row]
     emission_textures = textures.emission_textures(bands, power, len(spectra), geometry)
     of_triangle = np.full(len(material), -1, np.int32)
     of_triangle[emitting] = np.arange(len(emitting))
     groups = area_names + [light.group or light.name for light in shining.lights]
     record = record._replace(emission_textures=emission_textures)
-    return Emitters(record, names, groups, of_triangle, flux)
+    return Emitters(record, names, groups, of_triangle, flux, total / total.mean())
 
 
 def _record(
@@ -151,8 +158,10 @@ def _record(
     return record, flux
 
 
-def _find_shining(lights: Sequence[Light], area_names: Sequence[str], bands: Bands) -> _Shining:
-    """Return the lights that are not black, with names; a dome where nothing emits."""
+def _find_shining(
+    lights: Sequence[Light], area_names: Sequence[str], bands: Bands, camera: Camera
+) -> _Shining:
+    """Return the lights that are not black, with names; the default light where nothing emits."""
     named = name_lights([check_light(light) for light in lights], area_names)
     skies = [light for light in named if isinstance(light, DomeLight | EnvironmentLight)]
     if len(skies) > 1:
@@ -161,8 +170,12 @@ def _find_shining(lights: Sequence[Light], area_names: Sequence[str], bands: Ban
     sky = next((compile_sky(s, bands) for s in skies if isinstance(s, EnvironmentLight)), None)
     shining = [light for light in named if _spectrum(light, sky, bands).any()]
     if not shining and not area_names:
-        warn("the scene has no light: a dome of radiance 1 in every band lights it")
-        return _Shining([DomeLight(name="dome")], None)
+        warn(
+            f"the scene has no light: a dome of radiance {AMBIENT:g} in every band lights it, and "
+            "a soft key light from above and to the left of the camera"
+        )
+        sky = default_sky(camera, bands)
+        return _Shining([EnvironmentLight(sky.texels, name="default")], sky)
     return _Shining(shining, sky)
 
 

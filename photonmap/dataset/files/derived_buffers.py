@@ -63,9 +63,10 @@ def as_rgb(result: Result) -> Result:
     """Return the buffers in linear sRGB, (H, W, 3) float32 each, those of light groups included.
 
     Radiances and shading are projected by one matrix, reflectance by the same under equal-energy
-    white. Projection does not commute with products: `residual` is the signed rest of these RGB
-    images, radiance − emission − reflectance × shading. `illuminant` is shading over its mean,
-    `illuminant_direct` the same for direct light alone, 0 where it is unknown.
+    white; the colours of lights are kept. Projection does not commute with products: `residual` is
+    the signed rest of these RGB images, radiance − emission − reflectance × shading. `illuminant`
+    is shading over its mean, `illuminant_direct` the same for direct light alone, 0 where it is
+    unknown.
 
     Parameters
     ----------
@@ -73,14 +74,14 @@ def as_rgb(result: Result) -> Result:
     """
     method = rgb_method(result.bands)
     names = [name for name in result.buffers if split_name(name)[0] in PROJECTED]
-    rgb = {name: result.rgb(name, method) for name in names}
+    rgb = {name: result.rgb(name, method, "D65") for name in names}
     product = rgb["reflectance"].astype(np.float64) * rgb["shading"]
     rest = rgb["radiance"].astype(np.float64) - rgb["emission"] - product
     rgb["residual"] = rest.astype(np.float32)
-    projected = Result(rgb, {}, Bands.rgb(), result.record)
+    projected = Result(rgb, {}, Bands.rgb(), {**result.record, "white": None})
     rgb["scalar_shading"] = projected.scalar_shading
     rgb["illuminant"] = projected.illuminant.data
-    rgb["illuminant_direct"] = _over_mean(result.rgb("illuminant_direct", method))
+    rgb["illuminant_direct"] = _over_mean(result.rgb("illuminant_direct", method, "D65"))
     return projected
 
 

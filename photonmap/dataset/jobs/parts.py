@@ -119,7 +119,7 @@ def render_part(part: Part) -> None:
 
 
 def merge_parts(
-    parts: Sequence[Part], folder: Path, output: Path, buffers: list[str] | None
+    parts: Sequence[Part], folder: Path, output: Path, buffers: list[str] | None, white: str
 ) -> Result:
     """Merge complete parts, write the result, and remove the folder of the parts.
 
@@ -128,6 +128,7 @@ def merge_parts(
     folder : of the parts
     output : file to write the result to
     buffers : those to write; None for all
+    white : of the preview
 
     Raises
     ------
@@ -135,6 +136,6 @@ def merge_parts(
     """
     files = [str(part.output) for part in parts]
     merged = merge([load_result(file) for file in files], files)
-    merged.save(output, buffers)
+    merged.save(output, buffers, white)
     shutil.rmtree(folder)
     return merged

@@ -108,6 +108,7 @@ def render_job(
     result = render(scene, **options, seed=job.render_seed, threads=threads, per_light=True)
     if result.record["interrupted"]:
         raise KeyboardInterrupt
+    result.record["white"] = None  # the colours of lights are what data sets are about
     return result
 
 
