@@ -82,6 +82,7 @@ __all__ = [
     "__version__",
     "camera_rays",
     "dataset",
+    "evaluate",
     "emission",
     "load_result",
     "load_scene",

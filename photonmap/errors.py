@@ -1,5 +1,6 @@
 """The one exception for bad input, and the one channel for warnings."""
 
+import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -46,7 +47,15 @@ def warn(message: str) -> None:
     message = " ".join(message.split())
     for messages in _listeners:
         messages.append(message)
-    warnings.warn(message, SceneWarning, stacklevel=3)
+    warnings.warn(message, SceneWarning, stacklevel=_level_of_caller())
+
+
+def _level_of_caller() -> int:
+    """Return the stack level at which `warn` is seen to be called by code outside the package."""
+    level, frame = 1, sys._getframe(1)
+    while frame.f_back and frame.f_globals.get("__name__", "").startswith("photonmap."):
+        level, frame = level + 1, frame.f_back
+    return level
 
 
 @contextmanager

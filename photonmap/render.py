@@ -7,8 +7,11 @@ scene → compile → passes: [photons → radiosity cache → camera pass → i
 from __future__ import annotations
 
 import math
+import os
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -46,11 +49,13 @@ from photonmap.kernels.core.streams import Domain
 from photonmap.results.record import describe_measured_sets, describe_versions
 from photonmap.results.result import Result
 from photonmap.runtime.checkpoint import Checkpoint
+from photonmap.runtime.clock import Clock
 from photonmap.runtime.memory import check_memory
 from photonmap.runtime.options import taking_keywords_of
+from photonmap.runtime.progress import Silent, ending
 from photonmap.runtime.storage import Storage
 from photonmap.runtime.workers import Workers
-from photonmap.scene.scene import Scene
+from photonmap.scene.scene import Scene, check_scene
 from photonmap.settings import Options, Settings
 
 TOLERATED_CHAINS = 1e-4
@@ -60,12 +65,12 @@ LATE = 0.9
 
 
 @taking_keywords_of(Options)
-def render(scene: Scene, options: Options) -> Result:
+def render(scene: Scene | str | PathLike[str], options: Options) -> Result:
     """Render a scene into ground-truth buffers with standard errors.
 
     Parameters
     ----------
-    scene : meshes, lights, camera
+    scene : meshes, lights, camera; or the file of a scene, see `photonmap.load_scene`
     options : see `photonmap.settings.Options`
 
     Returns
@@ -77,10 +82,19 @@ def render(scene: Scene, options: Options) -> Result:
     InputError : the scene or an option cannot be rendered, or the checkpoint is of another render
     KeyboardInterrupt : Ctrl-C before the first pass was complete
     """
+    if isinstance(scene, str | PathLike):
+        return render_file(SceneSource(os.fspath(scene)), options)
+    return _render(check_scene(scene), options)
+
+
+def _render(scene: Scene, options: Options, announce: Announce | None = None) -> Result:
     settings, clock = Settings.of(options), Clock()
-    with listening() as messages, Workers(settings.threads) as workers:
+    closing = settings.progress if options.progress is True else Silent()
+    with listening() as messages, Workers(settings.threads) as workers, ending(closing):
         setup = compile_and_plan(scene, settings)
         clock.lap("load")
+        if announce is not None:
+            announce(scene, setup)
         first = "" if is_compiled(setup.scene, settings.method) else "first "
         settings.progress.stage(f"{first}compile")
         compile_kernels(setup.scene, settings.bands, workers, settings.method)
@@ -106,8 +120,12 @@ def render(scene: Scene, options: Options) -> Result:
     return Result(images.buffers, images.errors, settings.bands, record, images.block_errors)
 
 
-def render_file(source: SceneSource, options: Options) -> Result:
+def render_file(source: SceneSource, options: Options, announce: Announce | None = None) -> Result:
     """Load a scene and render it; its record has the seconds and the warnings of loading too.
+
+    Parameters
+    ----------
+    announce : called with the scene and how it will be simulated, before the passes begin
 
     Raises
     ------
@@ -115,27 +133,14 @@ def render_file(source: SceneSource, options: Options) -> Result:
     """
     start = time.perf_counter()
     with listening() as messages:
-        if options.progress is not None:
+        if not isinstance(options.progress, bool | None):
             options.progress.stage("load")
         scene = source.load()
         loading = time.perf_counter() - start
-        result = render(scene, **vars(options))
+        result = _render(scene, options, announce)
     result.record["warnings"] = messages
     result.record["seconds"]["load"] += loading
     return result
-
-
-class Clock:
-    """Seconds of the stages of a render, by name."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def lap(self, stage: str) -> None:
-        """End a stage, which began where the one before ended."""
-        now = time.perf_counter()
-        self.seconds[stage], self._last = now - self._last, now
 
 
 @dataclass(frozen=True)
@@ -158,6 +163,9 @@ class Setup:
     columns: SpectralColumns
     storage: Storage
     fingerprint: dict[str, Any]
+
+
+Announce = Callable[[Scene, Setup], None]
 
 
 @dataclass(frozen=True)
@@ -377,10 +385,8 @@ def describe_passes(run: Run) -> dict[str, Any]:
 
 def describe_seconds(run: Run, seconds: dict[str, float]) -> dict[str, float]:
     """Return the seconds of each stage; those of rendering include earlier runs."""
-    rendering, photons = (
-        run.loop.earlier + seconds["render"],
-        run.integrator.counters.photon_seconds,
-    )
+    rendering = run.loop.earlier + seconds["render"]
+    photons = run.integrator.counters.photon_seconds
     saving = {"checkpoint": run.loop.saving} if run.loop.saves else {}
     return {
         "load": seconds["load"],

@@ -8,7 +8,7 @@ fingerprint of the run, and the table in docs/guide.md (`python tools/make_optio
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from numbers import Integral
 from os import PathLike
@@ -21,7 +21,8 @@ from photonmap.film.budget import CEILING, DEFAULT_ERROR, LEAST_PHOTONS, Budget
 from photonmap.film.goal import Goal
 from photonmap.integrators.choice import METHODS
 from photonmap.runtime.options import list_options, option, read_list, read_memory, read_size
-from photonmap.runtime.progress import Progress, Silent
+from photonmap.runtime.progress import Progress, Silent, choose_progress
+from photonmap.runtime.wording import shown
 
 if TYPE_CHECKING:
     from photonmap.kernels.core.passes import Film
@@ -48,17 +49,21 @@ GROUPS = {
 """Headings under which the command line lists the options, and what is said below them."""
 
 
-def check_size(size: tuple[int, int]) -> tuple[int, int]:
+def check_size(size: tuple[int, int] | int) -> tuple[int, int]:
     """Return (width, height) as integers.
 
     Raises
     ------
-    InputError : an image without pixels, or with too many
+    InputError : not two numbers, nor the side of a square; an image without pixels, or with too
+        many
     """
-    width, height = size
-    if not all(isinstance(side, Integral) for side in size) or min(size) < 1:
+    sides = (size, size) if isinstance(size, Integral) else size
+    if not isinstance(sides, Sequence) or len(sides) != 2:
+        raise InputError(f"size {shown(size)} is not (width, height), as in (640, 480)")
+    width, height = sides
+    if not all(isinstance(side, Integral) for side in sides) or min(sides) < 1:
         raise InputError(f"size {width}x{height} must be whole pixels, at least 1x1")
-    if max(size) > LARGEST_SIDE:
+    if max(sides) > LARGEST_SIDE:
         raise InputError(f"size {width}x{height} is too large: at most {LARGEST_SIDE} per side")
     return int(width), int(height)
 
@@ -94,6 +99,10 @@ def _check_memory(memory: float) -> float:
     return memory
 
 
+def _check_progress(progress: Progress | bool) -> Progress:
+    return choose_progress(not progress) if isinstance(progress, bool) else progress
+
+
 def _check_checkpoint(path: str | PathLike[str]) -> Path:
     from photonmap.runtime.checkpoint import check_checkpoint
 
@@ -107,8 +116,9 @@ class Options:
     bands: Bands | int | str = field(
         default=6,
         metadata=option(
-            "spectral bands: N Gaussians, box:N, FILE.csv of sensitivities, or the name of a "
-            "camera or observer; rgb takes the scene's RGB values as they are",
+            "spectral bands: N Gaussians, box:N, 400:700:10 for Gaussians at 400, 410 … 700 nm, "
+            "FILE.csv of sensitivities, or the name of a camera or observer; rgb takes the scene's "
+            "RGB values as they are",
             group="image",
             metavar="BANDS",
             read=str,
@@ -116,10 +126,10 @@ class Options:
             commands=(RENDER, STUDY, DATASET, INFO),
         ),
     )
-    size: tuple[int, int] = field(
+    size: tuple[int, int] | int = field(
         default=(512, 512),
         metadata=option(
-            "width and height of the image, pixels",
+            "width and height of the image, pixels; one number for a square",
             group="image",
             metavar="WxH",
             read=read_size,
@@ -279,9 +289,13 @@ class Options:
             group="files",
         ),
     )
-    progress: Progress | None = field(
+    progress: Progress | bool | None = field(
         default=None,
-        metadata=option("object that is notified of every stage and pass"),
+        metadata=option(
+            "True shows it on stderr: a bar on a terminal, lines elsewhere; or an object that is "
+            "notified of every stage and pass",
+            check=_check_progress,
+        ),
     )
 
 

@@ -4,21 +4,27 @@ from __future__ import annotations
 
 import argparse
 import atexit
+import re
 import sys
+import textwrap
 import warnings
 from importlib import import_module
+from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
 from photonmap.commands.exit_codes import BAD_INPUT, INTERRUPTED
 from photonmap.errors import InputError, SceneWarning
 from photonmap.runtime.interrupts import end_by, other_signals_as_ctrl_c
 from photonmap.runtime.streams import tolerant, tolerant_output
+from photonmap.runtime.wording import suggest
 
 DEFAULT = "render"
 """The command where the first argument names none."""
 COMMANDS = ("convert", "dataset", "evaluate", "info", "merge", "sensors", "split", "study")
 """The other commands: each a module here with HELP, add_arguments and run, which returns one of
 `exit_codes`, or None."""
+_WIDTH = 80
+"""Columns of the first lines of the help."""
 _BY_SIGNAL = 128
 """What shells add to the number of the signal that ended a program."""
 
@@ -77,9 +83,20 @@ def _print(line: str) -> None:
 def _dispatch(arguments: list[str]) -> int:
     """Run the command that the first argument names, or render; return the exit code."""
     name = arguments[0] if arguments and arguments[0] in COMMANDS else DEFAULT
+    if name == DEFAULT and arguments:
+        _check_scene(arguments[0])
     command = import_module(f"photonmap.commands.{name}")
     rest = arguments if name == DEFAULT else arguments[1:]
     return command.run(parser_of(name).parse_args(rest)) or 0
+
+
+def _check_scene(word: str) -> None:
+    """Refuse a first argument that can be neither a command, an option nor a file of a scene."""
+    if re.fullmatch(r"\w+", word) and not Path(word).exists():
+        raise InputError(
+            f"there is no command {word!r}; {suggest(word, COMMANDS)} (a scene is a file, as in "
+            "room.obj)"
+        )
 
 
 def parser_of(name: str) -> argparse.ArgumentParser:
@@ -91,13 +108,32 @@ def parser_of(name: str) -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     if name == DEFAULT:
-        others = ", ".join(f"{parser.prog} {other} --help" for other in COMMANDS)
-        parser.epilog = (
-            "Writes FILE.exr (all buffers), FILE.png (preview) and FILE.json (run record). Other "
-            f"commands: {others}."
-        )
+        parser.usage = f"{parser.prog} SCENE [options]\n       {parser.prog} COMMAND [options]"
+        parser.formatter_class = argparse.RawDescriptionHelpFormatter
+        parser.description = _describe(command.HELP, parser.prog)
     command.add_arguments(parser)
     return parser
+
+
+def _describe(summary: str, program: str) -> str:
+    """Return what the first screen of the help says: commands, scenes and examples."""
+    from photonmap.io.readers.registry import scene_suffixes
+
+    others = {name: import_module(f"photonmap.commands.{name}").HELP for name in COMMANDS}
+    commands = "\n".join(f"  {name:<9}{text}" for name, text in others.items())
+    suffixes = ", ".join(scene_suffixes())
+    return f"""{textwrap.fill(summary, _WIDTH)}
+Writes FILE.exr (all buffers), FILE.png (preview) and FILE.json (run record).
+
+commands (COMMAND --help lists the options of each):
+{commands}
+
+scenes:
+  {suffixes}
+
+examples:
+  {program} room.obj --bands 6 --error 0.02 --output out/room.exr
+  {program} part.stl --up z --size 800x600 --seconds 60"""
 
 
 def _show_warning(

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from photonmap.commands.exit_codes import INTERRUPTED
 from photonmap.commands.options import (
@@ -17,9 +18,13 @@ from photonmap.commands.options import (
 )
 from photonmap.io.scene_source import SceneSource
 from photonmap.runtime.interrupts import ignoring_interrupts
-from photonmap.runtime.progress import choose_progress
+from photonmap.runtime.progress import Progress, choose_progress
 from photonmap.scene.camera import ALL
 from photonmap.version import __version__
+
+if TYPE_CHECKING:
+    from photonmap.render import Setup
+    from photonmap.scene.scene import Scene
 
 HELP = (
     "Render a scene into direct, indirect, reflectance and shading, in N spectral bands, each with "
@@ -70,7 +75,8 @@ def _render(options: argparse.Namespace, source: SceneSource, output: str) -> in
         given["buffers"] = {*options.buffers, *PREVIEW_BUFFERS}
     progress = choose_progress(options.quiet)
     try:
-        result = render_file(source, Options(**given, progress=progress))
+        announce = None if options.quiet else partial(_announce, progress)
+        result = render_file(source, Options(**given, progress=progress), announce)
         with ignoring_interrupts():
             progress.stage("write")
             result.save(output, options.buffers, options.white)
@@ -91,15 +97,21 @@ def _name_checkpoint(options: argparse.Namespace, source: SceneSource, output: s
     return Path(add_name(options.checkpoint, source.view) if every else options.checkpoint)
 
 
-def _report(record: dict[str, Any], output: str) -> None:
-    """Print what was simulated, what came out, and where it is."""
-    if record["camera"]["framed"]:
-        x, y, z = record["camera"]["origin"]
+def _announce(progress: Progress, scene: Scene, setup: Setup) -> None:
+    """Print what the scene is seen by, and which effects will be simulated, and why."""
+    progress.close()
+    if scene.camera is None:
+        x, y, z = setup.scene.camera.origin
         print(
             f"no camera given: seen from the front right, above, at {x:.6g},{y:.6g},{z:.6g}; "
             "where z is up, add --up z"
         )
-    print(_effect_table(record["effects"]))
+    for name, effect in setup.plan.effects.items():
+        print(f"{name:<13} {'on ' if effect.on else 'off'}  {effect.why}", flush=True)
+
+
+def _report(record: dict[str, Any], output: str) -> None:
+    """Print what came out, and where it is."""
     state = "interrupted after " if record["interrupted"] else ""
     earlier = f" ({record['resumed']} of them earlier)" if record["resumed"] else ""
     print(
@@ -118,12 +130,3 @@ def _error_text(record: dict[str, Any]) -> str:
         kind += f" at {goal['percentile']:g}% of pixels and bands"
     left = f", {record['unresolved']} pixels unresolved" if record["unresolved"] else ""
     return f"error {error}{kind}{left}"
-
-
-def _effect_table(effects: dict[str, Any]) -> str:
-    """Return a line for each effect: whether it was simulated, why, and its seconds."""
-    lines = []
-    for name, effect in effects.items():
-        spent = "" if effect["seconds"] is None else f" ({effect['seconds']:.1f} s)"
-        lines.append(f"{name:<13} {'on ' if effect['on'] else 'off'}  {effect['why']}{spent}")
-    return "\n".join(lines)

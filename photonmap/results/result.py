@@ -25,14 +25,15 @@ from photonmap.film.variance_smoothing import (
 )
 from photonmap.io.exr import Contents, name_errors, read_exr, write_exr
 from photonmap.io.png import encode_png
-from photonmap.results.colors import SCENE, Colors, Image, White
+from photonmap.results.colors import SCENE, Image, White
 from photonmap.results.files import save_all
+from photonmap.results.plots import Plots
 from photonmap.runtime.wording import listed
 from photonmap.spectra.bands import Bands
 
 
 @dataclass(eq=False, repr=False)
-class Result(Colors):
+class Result(Plots):
     """The images of one render, linear and scene-referred.
 
     H, W and N are the image's height and width and the number of bands. Every buffer is a property

@@ -102,14 +102,15 @@ def list_options(options: Any) -> dict[str, Option]:
 
 
 def read_size(text: str) -> tuple[int, int]:
-    """Read "640x480".
+    """Read "640x480", or "512" for a square.
 
     Raises
     ------
     InputError : another form
     """
     width, cross, height = text.lower().partition("x")
-    if not (cross and width.strip().isdecimal() and height.strip().isdecimal()):
+    height = height if cross else width
+    if not (width.strip().isdecimal() and height.strip().isdecimal()):
         raise InputError(f"{shown(text)} is not a size; write it as 640x480")
     return int(width), int(height)
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Protocol
 
 from photonmap.runtime.streams import tolerant
@@ -95,7 +97,8 @@ class Bar:
         self._task = self._bar.add_task("", total=None, state="")
 
     def stage(self, name: str) -> None:
-        """Show the stage's name."""
+        """Show the stage's name, and the bar if it was closed."""
+        self._bar.start()
         self._bar.update(self._task, description=STAGES[name], total=None, state="")
 
     def update(
@@ -108,6 +111,15 @@ class Bar:
     def close(self) -> None:
         """Take the bar away."""
         self._bar.stop()
+
+
+@contextmanager
+def ending(progress: Progress) -> Iterator[None]:
+    """Close it at the end of this context."""
+    try:
+        yield
+    finally:
+        progress.close()
 
 
 def choose_progress(quiet: bool) -> Progress:

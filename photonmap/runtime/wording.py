@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from dataclasses import fields
+from typing import Any
 
 _LENGTH = 60
 """Characters of a text that are shown."""
@@ -18,6 +20,18 @@ def shown(value: object) -> str:
     except ValueError:
         return "a number of thousands of digits"
     return text if len(text) <= 2 * _LENGTH else text[:_LENGTH] + "..."
+
+
+def brief(described: Any) -> str:
+    """Return the repr of a dataclass with arrays as their shapes, as in "<64×128×3 array>"."""
+    values = ((each.name, getattr(described, each.name)) for each in fields(described))
+    inside = ", ".join(f"{name}={_brief_value(value)}" for name, value in values)
+    return f"{type(described).__name__}({inside})"
+
+
+def _brief_value(value: Any) -> str:
+    shape = getattr(value, "shape", None)
+    return repr(value) if shape is None else f"<{'×'.join(map(str, shape))} array>"
 
 
 def listed(names: Iterable[str], limit: int = 8) -> str:

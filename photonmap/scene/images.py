@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.kernels.core.color import LUMINANCE
-from photonmap.runtime.wording import listed
+from photonmap.runtime.wording import brief, listed
 from photonmap.spectra.tables import read_bytes
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ LINEAR_TABLE: NDArray[np.float32] = (np.arange(256) / 255).astype(np.float32)
 """(256,) linear values of 8-bit linear texels."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Image:
     """A texture in memory; bytes are decoded when they are looked up.
 
@@ -55,6 +55,8 @@ class Image:
 
     texels: NDArray[np.uint8] | NDArray[np.float32]
     srgb: bool
+
+    __repr__ = brief
 
     @property
     def table(self) -> NDArray[np.float32]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from photonmap.errors import InputError
-from photonmap.runtime.wording import shown
+from photonmap.runtime.wording import brief, shown
 from photonmap.scene.panorama import read_panorama, save_panorama
 from photonmap.scene.parameters import (
     Direction,
@@ -170,7 +170,7 @@ class SpotLight(Light):
         )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PhotometricLight(Light):
     """A point whose intensity depends on direction as a photometric file says.
 
@@ -195,6 +195,8 @@ class PhotometricLight(Light):
     name: _Name = ""
     group: _Name = ""
     kind: ClassVar[str] = "photometric"
+
+    __repr__ = brief
 
     def find_conflict(self) -> tuple[str, str] | None:
         """Compare the azimuth with the direction."""
@@ -256,7 +258,7 @@ class DomeLight(Light):
         return Emitter("dome", lambda radius: (2.0 * np.pi * radius) ** 2)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class EnvironmentLight(Light):
     """A map of radiance all around, infinitely far away.
 
@@ -281,6 +283,8 @@ class EnvironmentLight(Light):
     name: _Name = ""
     group: _Name = ""
     kind: ClassVar[str] = "environment"
+
+    __repr__ = brief
 
     def emitter(self) -> Emitter:
         """Return light from all around, as of a dome."""

@@ -15,7 +15,7 @@ LARGEST_COORDINATE = 1e30
 """Largest coordinate that readers accept, scene units: products of several stay within float64."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Mesh:
     """Triangles of one material.
 
@@ -105,6 +105,9 @@ class Mesh:
         scaled = np.divide(self.normals, largest, out=np.zeros_like(self.normals), where=sound)
         length = np.linalg.norm(scaled, axis=1, keepdims=True)
         return np.divide(scaled, length, out=scaled, where=sound)
+
+    def __repr__(self) -> str:
+        return f"<Mesh {self.name!r}: {len(self.faces)} triangles of {self.material.name!r}>"
 
     @classmethod
     def from_trimesh(

@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from photonmap.runtime.wording import brief
 from photonmap.scene.distortion import find_fold, widest_angle
 from photonmap.scene.parameters import File, Number, Numbers, Whole
 from photonmap.scene.ray_maps import check_rays, read_rays, save_rays
@@ -230,7 +231,7 @@ class Panorama(Projection):
     kind: ClassVar[str] = "panorama"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RayMap(Projection):
     """A ray for each pixel of images of one size.
 
@@ -245,6 +246,8 @@ class RayMap(Projection):
         File("ray map", key="file", read=read_rays, save=save_rays, suffix=".npz"),
     ]
     kind: ClassVar[str] = "ray map"
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         """Read the file, and check the array."""

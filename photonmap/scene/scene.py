@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from photonmap.errors import InputError, warn
 from photonmap.runtime.wording import listed, shown
@@ -14,8 +14,12 @@ from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.vectors import Vector
 
+T = TypeVar("T")
 
-@dataclass
+_REMEDY = "make a mesh by photonmap.Mesh or Mesh.from_trimesh, read a file by photonmap.load_scene"
+
+
+@dataclass(repr=False)
 class Scene:
     """What is rendered. Emitting meshes are lights too.
 
@@ -37,8 +41,32 @@ class Scene:
     cameras: list[Camera] = field(default_factory=list)
     up: Vector = (0.0, 1.0, 0.0)
 
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            meshes: Mesh | Sequence[Mesh] = ...,
+            lights: Light | Sequence[Light] = ...,
+            camera: Camera | None = None,
+            name: str = "scene",
+            cameras: Sequence[Camera] = ...,
+            up: Vector = ...,
+        ) -> None:
+            """Take a mesh or a light where there is but one."""
+
     def __post_init__(self) -> None:
-        """Look by the first camera unless one is given."""
+        """Look by the first camera unless one is given.
+
+        Raises
+        ------
+        InputError : there are other things than meshes among the meshes, or there is no list
+        """
+        self.meshes = _listed(self.meshes, Mesh)
+        self.lights = _listed(self.lights, Light)
+        self.cameras = _listed(self.cameras, Camera)
+        for mesh in self.meshes:
+            if not isinstance(mesh, Mesh):
+                raise InputError(f"{shown(mesh)} is not a mesh; {_REMEDY}")
         if self.camera is None and self.cameras:
             self.camera = self.cameras[0]
 
@@ -68,6 +96,12 @@ class Scene:
         if others:
             warn(f"scene {shown(name)}: {others} geometries that are no meshes are left out")
         return cls(meshes, camera=_camera(scene) if scene.has_camera else None, name=name)
+
+    def __repr__(self) -> str:
+        faces = sum(len(mesh.faces) for mesh in self.meshes)
+        contents = f"{len(self.meshes)} meshes of {faces} triangles, {len(self.lights)} lights"
+        view = "no camera" if self.camera is None else f"camera at {self.camera.origin}"
+        return f"<Scene {self.name!r}: {contents}, {view}>"
 
     @property
     def every_camera(self) -> list[Camera]:
@@ -101,6 +135,28 @@ def _camera(scene: Any) -> Camera:
         tuple(up.tolist()),
         fov=float(scene.camera.fov[1]),
     )
+
+
+def check_scene(scene: object) -> Scene:
+    """Return a scene.
+
+    Raises
+    ------
+    InputError : it is something else
+    """
+    if isinstance(scene, Scene):
+        return scene
+    raise InputError(f"{shown(scene)} is not a scene; give a photonmap.Scene, as in Scene([mesh])")
+
+
+def _listed(values: Any, kind: type[T]) -> list[T]:
+    """Return a list of what is given: one thing of a kind, or several in a sequence."""
+    if isinstance(values, kind):
+        return [values]
+    if isinstance(values, list | tuple):
+        return values if isinstance(values, list) else [*values]
+    name = kind.__name__
+    raise InputError(f"{shown(values)} is not a list of photonmap.{name}; {_REMEDY}")
 
 
 def check_names(cameras: Iterable[Camera]) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError
-from photonmap.runtime.wording import shown
+from photonmap.runtime.wording import listed, shown
 from photonmap.spectra.curves import (
     EXTRAPOLATE,
     FILES,
@@ -25,23 +25,24 @@ from photonmap.spectra.curves import (
 )
 from photonmap.spectra.integrals import integrate_products
 from photonmap.spectra.observer import observer, radiance_to_rgb, reflectance_to_rgb
-from photonmap.spectra.sensitivities import MOST, Limits, boxes, gaussians, sensor
+from photonmap.spectra.sensitivities import MOST, STEPS, Limits, boxes, gaussians, sensor, stepped
 
 Floats = NDArray[np.float64]
 
 _WANTED = (
-    f"bands must be 'rgb', a number from 1 to {MOST}, 'box:N', a FILE.csv of sensitivities, or "
-    "the name of an observer or camera; got {}"
+    f"bands must be 'rgb', a number from 1 to {MOST}, 'box:N', '400:700:10', a FILE.csv of "
+    "sensitivities, or the name of an observer or camera; got {}"
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Bands:
     """The spectral axis of every buffer: N sensors, or red, green and blue.
 
     The band value of a spectrum f is ∫ f ρ dλ / ∫ ρ dλ over the band's sensitivity ρ. With
     `Bands.rgb()` there are no wavelengths: the three values are linear sRGB. Made by `rgb`,
-    `gaussian`, `box`, `sensors` or `parse`. Equal and hashed by value; all arrays are read-only.
+    `gaussian`, `box`, `steps`, `sensors` or `parse`. Equal and hashed by value; all arrays are
+    read-only.
 
     Parameters
     ----------
@@ -57,6 +58,9 @@ class Bands:
     sensitivities: tuple[Spectrum, ...] = ()
     limits: Limits | None = None
     sigma: float | None = None
+
+    def __repr__(self) -> str:
+        return f"<Bands {self.kind}: {listed(self.names)}>"
 
     @classmethod
     def rgb(cls) -> Bands:
@@ -131,6 +135,21 @@ class Bands:
         return cls._of("sensors", kept, names, limits or (low, high))
 
     @classmethod
+    def steps(cls, first: float, last: float, step: float) -> Bands:
+        """Return Gaussian bands of means first, first + step, … last (nm), to the last digit.
+
+        Each has a σ of a quarter of the step, and is truncated half a step from its mean.
+
+        Raises
+        ------
+        InputError
+            if a band leaves 380 to 780 nm, or steps do not lead from the first to the last
+        """
+        curves, low, high = stepped(first, last, step)
+        names = [f"{curve.wavelengths[len(curve.wavelengths) // 2]:g}nm" for curve in curves]
+        return cls._of("sensors", curves, names, (low, high))
+
+    @classmethod
     def _of(
         cls,
         kind: Literal["gaussian", "box", "sensors"],
@@ -155,7 +174,8 @@ class Bands:
 
         Parameters
         ----------
-        text : "rgb", a number of Gaussian bands, "box:N", a FILE.csv with a wavelength (nm) and
+        text : "rgb", a number of Gaussian bands, "box:N", "400:700:10" for bands from 400 to
+            700 nm in steps of 10, a FILE.csv with a wavelength (nm) and
             one sensitivity a sensor in each row, or the name by which colour-science knows an
             observer or a camera
         limits : the range (low, high), nm; by default 400 to 700, or what the file covers
@@ -168,10 +188,10 @@ class Bands:
         if isinstance(text, Bands):
             return text
         body = str(text).strip()
-        if body.lower() == "rgb":
+        if body.lower() == "rgb" or STEPS.fullmatch(body):
             if limits is not None:
-                raise InputError("RGB has no range; leave it out or choose a number of bands")
-            return cls.rgb()
+                raise InputError(f"{body} takes no range; leave it out or choose a number of bands")
+            return cls.steps(*map(float, body.split(":"))) if ":" in body else cls.rgb()
         kind, _, number = body.rpartition(":")
         makers: dict[str, Callable[..., Bands]] = {"": cls.gaussian, "box": cls.box}
         if kind in makers and number.strip().lstrip("+-").replace(".", "", 1).isdecimal():

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from photonmap.errors import InputError
-from photonmap.runtime.wording import suggest
+from photonmap.runtime.wording import brief, suggest
 from photonmap.spectra.integrals import resample
 
 Floats = NDArray[np.float64]
@@ -28,7 +28,7 @@ LARGEST_REFLECTANCE = 1.001
 """Largest reflectance that may be a rounded 1; more is a mistake."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Spectrum:
     """A curve over wavelength: linear between its samples, and unknown outside of them.
 
@@ -56,6 +56,11 @@ class Spectrum:
             self, wavelengths: ArrayLike, values: ArrayLike, extrapolate: bool = False
         ) -> None:
             """Take array-likes."""
+
+    def __repr__(self) -> str:
+        (first, last), values = self.wavelengths[[0, -1]], self.values
+        span = f"{values.min():.3g} to {values.max():.3g} at {first:g} to {last:g} nm"
+        return f"<Spectrum {span}, {len(values)} samples>"
 
     def __post_init__(self) -> None:
         """Copy the array-likes, check them and make them read-only."""
@@ -109,7 +114,7 @@ Color = float | tuple[float, float, float] | Spectrum
 """A number is a constant spectrum, a triple is linear sRGB, a `Spectrum` is itself."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SpectrumSet:
     """Many curves over the same wavelengths, by name.
 
@@ -128,6 +133,8 @@ class SpectrumSet:
     wavelengths: Floats
     values: Floats
     names: tuple[str, ...]
+
+    __repr__ = brief
 
     if TYPE_CHECKING:
 

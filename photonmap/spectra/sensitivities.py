@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from photonmap.errors import InputError, warn
@@ -12,6 +14,8 @@ MOST = 256
 """Largest number of bands."""
 
 Limits = tuple[float, float]
+STEPS = re.compile(r" *([\d.]+ *:){2} *[\d.]+ *")
+"""The text of bands in steps: first, last, step."""
 
 _CUT = 8.0  # σ from the centre, where a Gaussian has fallen to 1e-14 of its peak and is truncated
 _NOISE = 0.02  # of a sensor's peak: how far below 0 a measured curve may dip
@@ -42,6 +46,26 @@ def boxes(n: int, low: float, high: float) -> list[Spectrum]:
     _bin_width(n, low, high)
     edges = np.linspace(low, high, n + 1)
     return [Spectrum(edges[k : k + 2], np.ones(2)) for k in range(n)]
+
+
+def stepped(first: float, last: float, step: float) -> tuple[list[Spectrum], float, float]:
+    """Return Gaussians around first, first + step, … last, and the range of all, nm.
+
+    Each is symmetric, so that its mean is where it is centred.
+    """
+    count = round((last - first) / step) + 1 if step > 0.0 else 0
+    if count < 1 or abs(first + (count - 1) * step - last) > 1e-9 * last:
+        raise InputError(
+            f"bands {first:g}:{last:g}:{step:g}: steps must lead from the first wavelength to the "
+            "last, as in 400:700:10"
+        )
+    low, high = first - 0.5 * step, last + 0.5 * step
+    _bin_width(count, low, high)
+    half = int(np.ceil(max(step / 2.0, 8.0)))  # samples on either side: 1 nm, σ/4 or less
+    z = np.arange(-half, half + 1) / half
+    curve = np.exp(-0.5 * (2.0 * z) ** 2)
+    centers = first + step * np.arange(count)
+    return [Spectrum(center + 0.5 * step * z, curve) for center in centers], low, high
 
 
 def sensor(curve: Spectrum, label: str, limits: Limits | None) -> Spectrum:

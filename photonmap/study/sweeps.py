@@ -123,7 +123,7 @@ def run_sweeps(study: Study, extent: Extent) -> None:
         ("resolution", _resolution),
         ("choices", _choices),
     ):
-        study.log(f"{study.spent / extent.seconds:4.0%} {sweep}")
+        study.log(f"{min(study.spent / extent.seconds, 1.0):4.0%} {sweep}")
         run(study, extent, pace)
 
 

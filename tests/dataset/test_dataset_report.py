@@ -114,4 +114,11 @@ def test_the_page_in_a_browser(made):
         assert widths == [32] * 4 * len(PREVIEWED)
         heights = page.run("[...document.querySelectorAll('.bars i')].map(b => b.offsetHeight)")
         assert len(heights) == 3 * BINS
+        page.run("document.body.style.width = '1300px'")
+        page.run(
+            "document.querySelectorAll('#sheet tr').forEach(row => { while (row.children.length < 5)"
+            " row.append(row.lastElementChild.cloneNode(true)); })"
+        )
+        wide = "document.querySelector('.wide')"
+        assert page.run(f"{wide}.scrollWidth - {wide}.clientWidth") <= 0
         assert max(heights) > 100

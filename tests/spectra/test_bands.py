@@ -91,7 +91,7 @@ def test_impossible_widths_are_refused(sigma):
 def test_the_range_may_be_chosen():
     assert Bands.parse("6", (380.0, 780.0)) == Bands.gaussian(6, 380, 780)
     assert Bands.parse("box:6", (450.0, 650.0)) == Bands.box(6, 450, 650)
-    with pytest.raises(InputError, match="RGB has no range"):
+    with pytest.raises(InputError, match="rgb takes no range"):
         Bands.parse("rgb", (380.0, 780.0))
 
 
@@ -293,3 +293,43 @@ def test_arrays_cannot_be_changed():
     ):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0.0
+
+
+@pytest.mark.parametrize(
+    ("text", "count", "first", "last"),
+    [
+        ("400:700:10", 31, 400, 700),
+        ("400:700:5", 61, 400, 700),
+        ("450.5:650.5:50", 5, 450.5, 650.5),
+    ],
+)
+def test_bands_at_round_wavelengths(text, count, first, last):
+    bands = Bands.parse(text)
+    wanted = np.linspace(first, last, count)
+    np.testing.assert_allclose(bands.centroids, wanted, rtol=1e-14)
+    assert bands.names[0] == f"{first:g}nm"
+    step = wanted[1] - wanted[0]
+    for curve, center in zip(bands.sensitivities, wanted, strict=True):
+        np.testing.assert_allclose(
+            curve.wavelengths[[0, -1]], [center - step / 2, center + step / 2]
+        )
+        np.testing.assert_allclose(curve.values, curve.values[::-1], rtol=1e-12)
+    assert bands == Bands.from_description(bands.describe())
+    assert bands == Bands.steps(first, last, step)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("400:700:7", "steps must lead from the first wavelength to the last"),
+        ("400:700:0", "steps must lead"),
+        ("700:400:10", "steps must lead"),
+        ("380:780:10", "within 380 to 780 nm, the lower end first; got 375 to 785"),
+        ("400:700:.5", "from 1 to 256"),
+    ],
+)
+def test_steps_that_do_not_fit(text, message):
+    with pytest.raises(InputError, match=message):
+        Bands.parse(text)
+    with pytest.raises(InputError, match="takes no range"):
+        Bands.parse("400:700:10", (400.0, 700.0))

@@ -1,0 +1,123 @@
+"""A result's arrays by name and by wavelength, and as labelled arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.buffers import row_of
+from photonmap.errors import InputError
+from photonmap.results.colors import Colors
+from photonmap.runtime.wording import suggest
+from photonmap.spectra.bands import Bands
+
+if TYPE_CHECKING:
+    import xarray
+
+Arrays = dict[str, NDArray[Any]]
+
+
+class Labels(Colors):
+    """What can be asked of arrays by name; see `photonmap.Result`."""
+
+    errors: Arrays
+    block_errors: Arrays
+
+    @property
+    def arrays(self) -> Arrays:
+        """All arrays by their names in files."""
+        raise NotImplementedError
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """Return a buffer or a standard error by its name in files, as in "direct.error".
+
+        Raises
+        ------
+        KeyError
+            if there is none of this name
+        """
+        arrays = self.arrays
+        if name not in arrays:
+            raise KeyError(f"there is no array {name!r}; {suggest(str(name), arrays)}")
+        return arrays[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.arrays
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.arrays)
+
+    def keys(self) -> list[str]:
+        """Return the names of all arrays, with which `dict(result)` is made."""
+        return [*self.arrays]
+
+    @property
+    def wavelengths(self) -> NDArray[np.float64]:
+        """(N,) float64, nm: the mean wavelength of each band.
+
+        Raises
+        ------
+        InputError
+            for RGB, which has none
+        """
+        if self.bands.centroids is None:
+            raise InputError("RGB has no wavelengths; render in a number of bands")
+        return self.bands.centroids
+
+    def sel(self, wavelength: float) -> Self:
+        """Return the result of one band alone: that whose mean wavelength is nearest, (H, W, 1).
+
+        Parameters
+        ----------
+        wavelength : nm, within the range of the bands
+
+        Raises
+        ------
+        InputError
+            if it is outside of the range, or the bands are RGB
+        """
+        at = int(np.abs(self.wavelengths - wavelength).argmin())
+        low, high = self.bands.limits or (0.0, 0.0)
+        if not low <= wavelength <= high:
+            raise InputError(f"{wavelength:g} nm is outside of the bands, {low:g} to {high:g} nm")
+
+        def chosen(images: Arrays) -> Arrays:
+            return {
+                name: image[..., at : at + 1] if _is_banded(name) else image
+                for name, image in images.items()
+            }
+
+        curve = self.bands.sensitivities[at]
+        ends = float(curve.wavelengths[0]), float(curve.wavelengths[-1])
+        bands = Bands("sensors", self.bands.names[at : at + 1], (curve,), ends)
+        white = self.record.get("white")
+        record = {**self.record, "bands": bands.describe(), "white": white and white[at : at + 1]}
+        buffers, errors = chosen(self.buffers), chosen(self.errors)
+        rest = {"record": record, "block_errors": chosen(self.block_errors)}
+        return replace(self, buffers=buffers, errors=errors, bands=bands, **rest)  # type: ignore[type-var]
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return all arrays as a labelled data set, over y, x and band; errors are variables.
+
+        The coordinates are the centres of pixels, the names of the bands, and, unless they are
+        RGB, their `wavelength` in nm. Variables have `units` and `long_name`. The record is the
+        attribute `record`, in JSON, and the data set can be written by its `to_netcdf`. The arrays
+        are shared.
+
+        Raises
+        ------
+        InputError
+            if xarray is not installed
+        """
+        from photonmap.results.labelled import make_dataset
+
+        return make_dataset(self.arrays, self.bands, self.record)
+
+
+def _is_banded(name: str) -> bool:
+    row = row_of(name)
+    return row is None or row.is_banded
