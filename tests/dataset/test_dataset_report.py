@@ -116,7 +116,8 @@ def test_the_page_in_a_browser(made):
         assert len(heights) == 3 * BINS
         page.run("document.body.style.width = '1300px'")
         page.run(
-            "document.querySelectorAll('#sheet tr').forEach(row => { while (row.children.length < 5)"
+            "document.querySelectorAll('#sheet tr').forEach(row => {"
+            " while (row.children.length < 5)"
             " row.append(row.lastElementChild.cloneNode(true)); })"
         )
         wide = "document.querySelector('.wide')"
