@@ -224,6 +224,45 @@ def test_snippet_of_the_readme(tmp_path, monkeypatch):
     assert names["result"].radiance.shape == (24, 24, 6)
 
 
+def test_snippet_of_the_guide(tmp_path, monkeypatch):
+    """As written, but small."""
+    pytest.importorskip("xarray")
+    pytest.importorskip("matplotlib").use("Agg")
+    (tmp_path / "scenes").symlink_to(ROOT / "scenes")
+    [(_, text, _)] = blocks(docs("guide.md"))
+    for written, small in (("size=64, passes=16", "size=8, passes=2"), ("(32, 40, ", "(3, 4, ")):
+        assert written in text
+        text = text.replace(written, small)
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(text, names)
+    assert names["data"].sizes == {
+        "y": 8,
+        "x": 8,
+        "band": 31,
+        "axis": 3,
+        "block_y": 1,
+        "block_x": 1,
+    }
+    np.testing.assert_allclose(names["result"].wavelengths, np.arange(400, 701, 10))
+
+
+def test_snippets_of_data_sets(tmp_path, monkeypatch):
+    """Those that build, relight and recolour scenes, small; the first needs a data set."""
+    for file in (ROOT / "scenes").glob("cornell_box.*"):
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+        (tmp_path / f"room{file.suffix}").write_bytes(file.read_bytes())
+    with (tmp_path / "room.toml").open("a") as file:
+        file.write('[[light]]\ntype = "point"\nposition = [0, 0, 0.5]\n')
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for _, text, _ in list(blocks(docs("dataset.md")))[1:]:
+        exec(text.replace("size=(640, 480), error=0.02", "size=(8, 6), passes=2"), names)
+    assert names["result"].per_light
+    assert (tmp_path / "study.exr").exists()
+    assert names["scene"].name == "room"
+
+
 def test_sources_of_colours(tmp_path, monkeypatch):
     """Each spelling of the table in docs/spectra.md is read as what its columns say."""
     monkeypatch.chdir(tmp_path)
