@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 Arrays = dict[str, NDArray[Any]]
 
+_IMAGES = ("buffers", "errors", "block_errors")
+
 
 class Labels(Colors):
     """What can be asked of arrays by name; see `photonmap.Result`."""
@@ -96,9 +98,8 @@ class Labels(Colors):
         bands = Bands("sensors", self.bands.names[at : at + 1], (curve,), ends)
         white = self.record.get("white")
         record = {**self.record, "bands": bands.describe(), "white": white and white[at : at + 1]}
-        buffers, errors = chosen(self.buffers), chosen(self.errors)
-        rest = {"record": record, "block_errors": chosen(self.block_errors)}
-        return replace(self, buffers=buffers, errors=errors, bands=bands, **rest)  # type: ignore[type-var]
+        images = {name: chosen(getattr(self, name)) for name in _IMAGES}
+        return replace(self, bands=bands, record=record, **images)  # type: ignore[type-var]
 
     def to_xarray(self) -> xarray.Dataset:
         """Return all arrays as a labelled data set, over y, x and band; errors are variables.

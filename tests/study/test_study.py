@@ -253,7 +253,7 @@ def test_bad_input(arguments, named, tmp_path, monkeypatch):
     assert sorted(tmp_path.iterdir()) == before
 
 
-@pytest.mark.parametrize("arguments", [["--minutes", "0"], ["--minutes", "x"], ["--size", "8"]])
+@pytest.mark.parametrize("arguments", [["--minutes", "0"], ["--minutes", "x"], ["--size", "8x"]])
 def test_bad_flags(arguments, capsys):
     with pytest.raises(SystemExit):
         run("box.obj", *arguments)
