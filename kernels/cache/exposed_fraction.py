@@ -8,6 +8,7 @@ from photonmap.kernels.bsdf.specular import specular_probability
 from photonmap.kernels.cache.radiosity_cache import place_in
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit, kernel
+from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.core.rng import draw, sobol_2d, stream
 from photonmap.kernels.core.streams import EXPOSURE_COUNT, EXPOSURE_POINT, EXPOSURE_RAY, split
 from photonmap.kernels.geometry.interaction import offset, point_at, side_of
@@ -19,6 +20,7 @@ LOOKS = 8
 """Rays of a point, at most."""
 
 
+@by_reference
 class Exposure(NamedTuple):
     """Points that were tested, and those of them that are exposed, all uint8."""
 

@@ -15,6 +15,7 @@ import platformdirs
 from numba import config
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.registry import CPUDispatcher
+from numba.core.types import unliteral
 
 
 def source_hash(folder: Path) -> str:
@@ -74,6 +75,14 @@ class _Inner(CPUDispatcher):
 
     def __call__(self, *arguments: object) -> object:
         return _wrapped(self)(*arguments)
+
+    def get_call_template(self, args: tuple, kws: dict) -> object:
+        """Return the one version for all constants of a type; Numba's own is one for each.
+
+        Inlining makes them constant again.
+        """
+        kinds = {name: unliteral(kind) for name, kind in kws.items()}
+        return super().get_call_template(tuple(map(unliteral, args)), kinds)
 
     def compile(self, signature: object) -> object:
         """Compile for linking alone: callers optimise what they inline, and emit machine code."""

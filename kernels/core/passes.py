@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.core.records import SceneArrays
 
 DIRECT, INDIRECT, CAUSTIC = 0, 1, 2
@@ -59,6 +60,7 @@ class SurfaceInteraction(NamedTuple):
     """of `bsdf.models`, by which directions are drawn; Lambertian until said otherwise"""
 
 
+@by_reference
 class Lens(NamedTuple):
     """A thin lens in front of a camera: see `camera.lens`."""
 
@@ -73,6 +75,7 @@ class Lens(NamedTuple):
     """sides of its opening; 0 for a disk"""
 
 
+@by_reference
 class Projection(NamedTuple):
     """From pixels to directions that are no linear function of them: see `camera.projections`."""
 
@@ -89,6 +92,7 @@ class Projection(NamedTuple):
     """(rows, columns, values) float64: rays at the pixels' centres, or where to begin to look"""
 
 
+@by_reference
 class Optics(NamedTuple):
     """What only some cameras have: a lens, or a projection that bends straight lines."""
 
@@ -96,6 +100,7 @@ class Optics(NamedTuple):
     projection: Projection
 
 
+@by_reference
 class Camera(NamedTuple):
     """A camera over an image, in pixels: see `camera.cameras`."""
 
@@ -122,6 +127,7 @@ class Film(NamedTuple):
     """samples cover the pixel (box); otherwise all pass through its centre"""
 
 
+@by_reference
 class View(NamedTuple):
     """What sees the scene, and onto what."""
 
@@ -145,6 +151,7 @@ class SampleBudget(NamedTuple):
     """gather rays"""
 
 
+@by_reference
 class Prepass(NamedTuple):
     """What the sampling pre-pass knows of each pixel, apart from all estimates."""
 
@@ -181,6 +188,7 @@ class Scratch(NamedTuple):
     """(N,) float32, values of a BSDF"""
 
 
+@by_reference
 class SamplingPlan(NamedTuple):
     """How many samples each pixel gets, and how far its indirect light is shared."""
 
@@ -194,6 +202,7 @@ class SamplingPlan(NamedTuple):
     """(P,) float32, distance over which indirect irradiance hardly changes"""
 
 
+@by_reference
 class CacheCells(NamedTuple):
     """Surface cells of the radiosity cache: see `cache.radiosity_cache`."""
 
@@ -209,6 +218,7 @@ class CacheCells(NamedTuple):
     finer: int
 
 
+@by_reference
 class RadiosityCache(NamedTuple):
     """Light that leaves surfaces diffusely, by cells; one without cells never answers."""
 
@@ -217,6 +227,7 @@ class RadiosityCache(NamedTuple):
     """(cells, N) float32"""
 
 
+@by_reference
 class CausticMap(NamedTuple):
     """Photons that reached diffuse surfaces via specular ones alone, sorted by boxes of space."""
 
@@ -232,6 +243,7 @@ class CausticMap(NamedTuple):
     """of the disk over which photons are counted"""
 
 
+@by_reference
 class CausticPhotons(NamedTuple):
     """Photons on their way into a `CausticMap`, one row each."""
 
@@ -242,6 +254,7 @@ class CausticPhotons(NamedTuple):
     flux: np.ndarray
 
 
+@by_reference
 class PhotonMaps(NamedTuple):
     """What photons of a pass leave behind for its camera rays."""
 
@@ -250,6 +263,7 @@ class PhotonMaps(NamedTuple):
     """None where the scene has no specular surfaces; and for the path tracer"""
 
 
+@by_reference
 class EmissionGuide(NamedTuple):
     """Where, in two unit squares, photons leave emitters that reach specular surfaces.
 
@@ -266,6 +280,7 @@ class EmissionGuide(NamedTuple):
     """(B, B + 1) float64"""
 
 
+@by_reference
 class Pixels(NamedTuple):
     """What one pass estimates; band values are means over a pixel's samples."""
 
@@ -289,6 +304,7 @@ class Pixels(NamedTuple):
     """(P, 7) float32, point, shading normal and flatness (0 or 1) of a pixel's samples"""
 
 
+@by_reference
 class Estimate(NamedTuple):
     """What one pass estimates of every pixel."""
 
@@ -300,6 +316,7 @@ class Estimate(NamedTuple):
     scene has neither."""
 
 
+@by_reference
 class CameraPass(NamedTuple):
     """What a camera pass renders from."""
 

@@ -8,12 +8,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from photonmap.kernels.core.record_types import by_reference
+
 MIRROR, GLASS = 1, 2
 """Kinds of specular surfaces; 0 is none."""
 BYTES, SRGB, FLOATS = 0, 1, 2
 """Kinds of texels: linear bytes, sRGB bytes, linear float32; the first two are rows of a table."""
 
 
+@by_reference
 class Maps(NamedTuple):
     """Images as surfaces use them, one row for each of R uses: see `geometry.texture`."""
 
@@ -33,6 +36,7 @@ class Maps(NamedTuple):
     """(2, 256) float32, linear values of bytes"""
 
 
+@by_reference
 class Alpha(NamedTuple):
     """How much of a surface is there; a scene whose surfaces are all whole has None instead."""
 
@@ -43,6 +47,7 @@ class Alpha(NamedTuple):
     maps: Maps
 
 
+@by_reference
 class Textures(NamedTuple):
     """Reflectances that vary over surfaces; a scene without any has None in its place."""
 
@@ -53,6 +58,7 @@ class Textures(NamedTuple):
     """(3, N) float32, which makes reflectances of linear RGB"""
 
 
+@by_reference
 class EmissionTextures(NamedTuple):
     """Area lights whose radiance varies over them."""
 
@@ -69,6 +75,7 @@ class EmissionTextures(NamedTuple):
     """(T, 3) int32"""
 
 
+@by_reference
 class Geometry(NamedTuple):
     """All triangles of the scene, and Embree's scene over them."""
 
@@ -92,6 +99,7 @@ class Geometry(NamedTuple):
     """None where all surfaces are opaque"""
 
 
+@by_reference
 class Materials(NamedTuple):
     """What surfaces do with light."""
 
@@ -99,6 +107,7 @@ class Materials(NamedTuple):
     """(M, N) float32, of textures the mean"""
 
 
+@by_reference
 class Specular(NamedTuple):
     """Mirrors, mirror coats and glass."""
 
@@ -115,6 +124,7 @@ class Specular(NamedTuple):
     mirrors and glass, 0 where there is no specular lobe"""
 
 
+@by_reference
 class Scattering(NamedTuple):
     """Surfaces that scatter neither like Lambert's law nor specularly: see `bsdf.models`."""
 
@@ -129,6 +139,7 @@ class Scattering(NamedTuple):
     K - 1 angles, and the cosine-weighted mean over all; 0 for other models"""
 
 
+@by_reference
 class Environment(NamedTuple):
     """The sky as a map of H rows and W columns: see `environment`."""
 
@@ -152,6 +163,7 @@ axis (3) of a cone of their normals; the sum of their intensities; and the cosin
 half angle and of that to which an emitter shines from its normal."""
 
 
+@by_reference
 class LightTree(NamedTuple):
     """Emitters by place and direction, to choose among for a point: see `light_tree`."""
 
@@ -167,6 +179,7 @@ class LightTree(NamedTuple):
     """(K,) float64, rises to 1 in proportion to the power of the others"""
 
 
+@by_reference
 class Profiles(NamedTuple):
     """How the intensity of emitters depends on direction, as tables over angles."""
 
@@ -179,6 +192,7 @@ class Profiles(NamedTuple):
     H azimuths from +x towards +y, the last one that of the first again"""
 
 
+@by_reference
 class Lights(NamedTuple):
     """Emitters of all kinds, chosen by power, and for direct light by importance."""
 
@@ -215,6 +229,7 @@ class Lights(NamedTuple):
     """None where emitters are few"""
 
 
+@by_reference
 class SceneArrays(NamedTuple):
     """The scene as kernels take it."""
 

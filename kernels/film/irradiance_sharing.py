@@ -12,10 +12,12 @@ import numpy as np
 
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit, kernel
+from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.core.warp import INV_PI
 from photonmap.kernels.film.pixels import FLAT, is_same_surface, plane_normal, plane_point
 
 
+@by_reference
 class Footprint(NamedTuple):
     """How far pixels share."""
 

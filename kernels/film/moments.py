@@ -15,6 +15,7 @@ from photonmap.kernels.core.passes import (
     VIA_DIRECT,
     VIA_INDIRECT,
 )
+from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.core.warp import INV_PI
 from photonmap.kernels.film import statistics
 
@@ -26,6 +27,7 @@ _welford_step = jit(statistics.welford_step)
 _shift_ratio = jit(statistics.shift_ratio)
 
 
+@by_reference
 class Moments(NamedTuple):
     """Means, (P, N) float64, and sums of squared deviations, (P, N) float32, over passes.
 
@@ -56,6 +58,7 @@ class Moments(NamedTuple):
     """(P,) uint32, passes taken into each pixel"""
 
 
+@by_reference
 class SpecularMoments(NamedTuple):
     """What scenes with specular surfaces have beside `Moments`: parts of direct and indirect."""
 
