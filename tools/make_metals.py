@@ -1,10 +1,9 @@
-"""Write photonmap/data/metals.csv: reflectances of metals from their indices of refraction.
+"""Write photonmap/data/metals.csv: reflectances of metals from measured indices of refraction.
 
     python tools/make_metals.py FOLDER
 
-FOLDER holds NAME.eta.spd and NAME.k.spd, wavelength (nm) and value in each row, as the folder
-`data/ior` of Mitsuba does (collected by luxpop.com from published measurements). Those that cover
-400 to 700 nm are converted.
+FOLDER is a copy of the database of refractiveindex.info, which is in the public domain (CC0):
+https://github.com/polyanskiy/refractiveindex.info-database
 """
 
 import sys
@@ -12,23 +11,38 @@ from pathlib import Path
 
 import numpy as np
 
-from photonmap.spectra.curves import VISIBLE
 from photonmap.spectra.metals import SHIPPED
 
+MEASUREMENTS = {
+    "Ag": "Johnson",
+    "Al": "Rakic",
+    "Au": "Johnson",
+    "Cr": "Johnson",
+    "Cu": "Johnson",
+    "Fe": "Johnson",
+    "Ni": "Johnson",
+    "Ti": "Johnson",
+}
+"""P. Johnson and R. Christy, Phys. Rev. B 6, 4370 (1972) and 9, 5056 (1974); A. Rakić, Appl. Opt.
+34, 4755 (1995)."""
 STEP, DIGITS = 10.0, 4
+
+
+def indices(file: Path) -> np.ndarray:
+    """Return wavelengths (nm), n and k of a file's table: (rows, 3)."""
+    _, _, table = file.read_text("utf-8").partition("data: |\n")
+    rows = [line.split() for line in table.splitlines() if line.startswith(" ")]
+    return np.array(rows, float) * [1000.0, 1.0, 1.0]
 
 
 def main(folder: Path) -> None:
     """Write the file."""
     grid = np.arange(380.0, 781.0, STEP)
     columns = {"wavelength": grid}
-    for file in sorted(folder.glob("*.eta.spd")):
-        name = file.name.removesuffix(".eta.spd")
-        eta, k = (np.loadtxt(folder / f"{name}.{part}.spd") for part in ("eta", "k"))
-        covers = [each[0, 0] <= VISIBLE[0] and each[-1, 0] >= VISIBLE[1] for each in (eta, k)]
-        if all(covers):
-            index = np.interp(grid, *eta.T) + 1j * np.interp(grid, *k.T)
-            columns[name] = np.round(np.abs((index - 1.0) / (index + 1.0)) ** 2, DIGITS)
+    for name, author in MEASUREMENTS.items():
+        wavelength, n, k = indices(folder / f"database/data-nk/main/{name}/{author}.yml").T
+        index = np.interp(grid, wavelength, n) + 1j * np.interp(grid, wavelength, k)
+        columns[name] = np.round(np.abs((index - 1.0) / (index + 1.0)) ** 2, DIGITS)
     rows = zip(*columns.values(), strict=True)
     lines = [",".join(columns), *(",".join(f"{value:g}" for value in row) for row in rows)]
     SHIPPED.write_text("\n".join(lines) + "\n")

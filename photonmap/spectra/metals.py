@@ -1,4 +1,4 @@
-"""What metals, and some other crystals, reflect at normal incidence."""
+"""What metals reflect at normal incidence."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def metal(name: str) -> Spectrum:
 
     Parameters
     ----------
-    name : its chemical symbol, as "Au"; "Cu_palik" for another measurement
+    name : its chemical symbol, as "Au"
 
     Raises
     ------

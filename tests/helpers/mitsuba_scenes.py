@@ -14,6 +14,7 @@ FILM = """<film type="hdrfilm"><integer name="width" value="48"/><integer name="
 FLOOR = """<shape type="rectangle"><transform name="to_world"><scale value="3"/></transform>
 <ref id="white"/></shape>
 """
+GOLD = '<rgb name="eta" value=".143 .375 1.442"/><rgb name="k" value="3.983 2.386 1.603"/>'
 LAMP = """<shape type="rectangle"><transform name="to_world"><rotate x="1" angle="180"/>
 <translate x="1" z="4"/></transform>
 <emitter type="area"><rgb name="radiance" value="6 5 4"/></emitter></shape>
@@ -148,12 +149,10 @@ BSDFS = {
         LAMP,
         SKY,
     ),
-    "gold": scene(
-        ball('<bsdf type="conductor"><string name="material" value="Au"/></bsdf>'), LAMP, SKY
-    ),
+    "gold": scene(ball(f'<bsdf type="conductor">{GOLD}</bsdf>'), LAMP, SKY),
     "rough gold": scene(
         ball(
-            '<bsdf type="roughconductor"><string name="material" value="Au"/>'
+            f'<bsdf type="roughconductor">{GOLD}'
             '<string name="distribution" value="ggx"/><float name="alpha" value=".2"/></bsdf>'
         ),
         LAMP,

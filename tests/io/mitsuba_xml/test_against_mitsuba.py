@@ -25,8 +25,6 @@ SAMPLES, RENDERS, PASSES = 256, 4, 24
 LARGEST_DIFFERENCE = 0.005
 """Of the mean over the image."""
 BLOCK_DIFFERENCES = {
-    "gold": 0.08,  # Mitsuba multiplies RGB of the index of refraction
-    "rough gold": 0.08,
     "envmap": 0.08,  # whose texels Mitsuba interpolates
     "envmap about y": 0.08,
 }
