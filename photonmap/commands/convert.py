@@ -9,10 +9,7 @@ from photonmap.commands.options import add_material_options, add_quiet
 from photonmap.errors import InputError
 from photonmap.io.scene_source import SceneSource
 
-HELP = (
-    "Write any scene that can be read as OBJ, MTL and TOML, or as glTF; what glTF cannot hold goes "
-    "to a TOML file beside it."
-)
+HELP = "Write any scene that can be read as OBJ, MTL and TOML, or as glTF."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

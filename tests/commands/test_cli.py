@@ -131,7 +131,6 @@ BAD = {
     "wrong suffix": (["ok.obj", "--output", "x.jpg"], ".exr"),
     "wrong buffer": (["ok.obj", "--buffers", "shadnig"], "shadnig"),
     "unknown flag": (["ok.obj", "--bandz", "3"], "--bandz"),
-    "missing material": (["lost.obj"], "lost.obj:5"),
     "binary": (["binary.obj"], "binary.obj"),
     "empty": (["empty.obj"], "empty.obj"),
     "bright": (["bright.obj"], "bright.mtl:2"),
@@ -154,7 +153,6 @@ def bad_files(tmp_path):
     """A folder of scenes and tables, of which most are wrong."""
     corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
     (tmp_path / "ok.obj").write_text(corners + "f 1 2 3\n")
-    (tmp_path / "lost.obj").write_text("mtllib m.mtl\n" + corners + "usemtl gone\nf 1 2 3\n")
     (tmp_path / "m.mtl").write_text("newmtl here\nKd 1 1 1\n")
     (tmp_path / "bright.obj").write_text("mtllib bright.mtl\n" + corners + "usemtl b\nf 1 2 3\n")
     (tmp_path / "bright.mtl").write_text("newmtl b\nKd 1.5 0 0\n")

@@ -47,7 +47,7 @@ def test_quiet_and_help(tmp_path, capsys):
     assert capsys.readouterr() == ("", "")
     with pytest.raises(SystemExit):
         main(["--help"])
-    assert "convert --help" in " ".join(capsys.readouterr().out.split())
+    assert "convert  Write any scene" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -61,7 +61,6 @@ def test_quiet_and_help(tmp_path, capsys):
         ("spare.gltf", "spare.bin: exists, but spare.gltf does not"),
         ("kept.obj", "kept_files: exists, but kept.obj does not"),
         ("a.ply", "a.ply: does not end in one of .obj, .glb, .gltf"),
-        ("no/a.glb", "there is no folder"),
     ],
 )
 def test_what_is_refused(tmp_path, capsys, monkeypatch, output, message):

@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+import trimesh
 from test_docs import PAGES, ROOT
 
 import photonmap as pm
@@ -15,7 +16,7 @@ SMALLER = {"--size": "8x6", "--error": "0.5", "--passes": "4", "--memory": "1G"}
 """Values in place of those that are written."""
 FILES = {"SCENE": "room.obj", "PATH": "chips.csv"}
 """Files in place of placeholders."""
-ELSEWHERE = {"split", "study", "dataset"}
+ELSEWHERE = {"split", "study", "dataset", "evaluate"}
 """Commands that take long: their own tests run them."""
 COMMAND = re.compile(r"^    (?:\.venv/bin/)?python -m photonmap ((?:.*\\\n)*.*)$", re.M)
 OPTIONAL = re.compile(r"\[[^\]]*\]")
@@ -34,7 +35,7 @@ def made_small(words):
     for option, value in SMALLER.items():
         if option in words:
             words[words.index(option) + 1] = value
-    if words[0] in ("merge", "sensors"):
+    if words[0] in ("convert", "info", "merge", "sensors"):
         return words
     size = [] if "--size" in words else ["--size", SMALLER["--size"]]
     return [*words, *size, "--photons", "500"]
@@ -53,6 +54,10 @@ def test_commands(page, tmp_path, monkeypatch, capsys):
     for file in Path(pm.scenes.FOLDER).glob("cornell_box.*"):
         shutil.copy(file, tmp_path)
         shutil.copy(file, f"room{file.suffix}")
+    pm.save_scene(pm.scenes.cornell_box(), "saved/room.glb")
+    shutil.copy("saved/room.glb", tmp_path)
+    trimesh.creation.box().export("scan.ply")
+    (tmp_path / "scene.xml").write_text('<scene version="3.0.0"><shape type="cube"/></scene>')
     (tmp_path / "chips.csv").write_text("nm,a,b\n380,0.7,0.9\n730,0.9,0.6\n")
     for words in commands(page):
         if words[0] not in ELSEWHERE:

@@ -136,7 +136,6 @@ def test_layers_that_some_predictions_lack_are_counted(known, in_tmp, capsys):
         (["--draws", "many"], "argument --draws: 'many' is not a whole number"),
         (["--draws", "-1"], "draws -1 must be"),
         (["--metrics", "delta-e", "--space", "bands"], "delta-e is defined in RGB alone"),
-        (["--output", "no/where"], "the folder no does not exist"),
     ],
 )
 def test_bad_input_is_one_line_and_writes_nothing(known, in_tmp, capsys, more, message):

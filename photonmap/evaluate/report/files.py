@@ -25,13 +25,14 @@ def write_report(
 
     Parameters
     ----------
-    folder : created where it is missing
+    folder : made where it is missing, like those above it
     summaries, gallery, notes : as `photonmap.evaluate.report.page.write_page` takes them
 
     Raises
     ------
     OSError : writing fails
     """
+    folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=folder.parent) as made:
         part = Path(made)
         page = write_page(evaluation, summaries, gallery, notes)
