@@ -11,7 +11,7 @@ from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.inspection.surfaces import describe_color
 from photonmap.scene.camera import Camera
 from photonmap.scene.lights import (
-    DomeLight,
+    EnvironmentLight,
     Light,
     PhotometricLight,
     SpotLight,
@@ -54,7 +54,7 @@ def describe_area_lights(scene: Scene, compiled: CompiledScene) -> list[dict[str
 def describe_lights(scene: Scene, compiled: CompiledScene) -> list[dict[str, Any]]:
     """Return what the JSON says of the lights that are not surfaces; a dark one has no power.
 
-    In a scene without light, this is the dome that replaces it.
+    In a scene without light, this is the sky in its place.
     """
     powers: dict[str, float] = {}
     areas = []
@@ -68,7 +68,7 @@ def describe_lights(scene: Scene, compiled: CompiledScene) -> list[dict[str, Any
     total = compiled.light_powers.sum()
     lights = name_lights([check_light(light) for light in scene.lights], areas)
     known = {light.name for light in lights}
-    lights += [DomeLight(name=name) for name in powers if name not in known]  # without any light
+    default = [name for name in powers if name not in known]
     return [
         {
             "name": light.name,
@@ -79,6 +79,15 @@ def describe_lights(scene: Scene, compiled: CompiledScene) -> list[dict[str, Any
             **_describe_light(light),
         }
         for light in lights
+    ] + [
+        {
+            "name": name,
+            "kind": EnvironmentLight.kind,
+            "group": name,
+            "power": powers[name],
+            "share": 1.0,
+        }
+        for name in default
     ]
 
 
