@@ -34,7 +34,8 @@ def _lines(told: dict[str, Any]) -> Iterator[str]:
     yield from _section("area lights", area)
     yield from _section("cameras", _rows(told["cameras"], ("name", "kind")))
     if told["framed_camera"]:
-        yield f"no camera given: shown from three quarters, at {_show(told['framed_camera']['origin'])}"
+        origin = _show(told["framed_camera"]["origin"])
+        yield f"no camera given: shown from three quarters, at {origin}"
     effects = [
         (name, "on" if effect["on"] else "off", effect["why"])
         for name, effect in told["effects"].items()
