@@ -5,7 +5,7 @@ import numpy as np
 from photonmap.kernels.bsdf.fresnel import fresnel, mirrored, refracted
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.bands import divide
-from photonmap.kernels.core.jit import jit, outlined
+from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.records import MIRROR
 from photonmap.kernels.core.rng import draw
 from photonmap.kernels.geometry.interaction import offset, point_at, shading_normal, side_of
@@ -40,7 +40,7 @@ def _multiply(throughput, table, row, factor):
         throughput[band] *= table[row, band] * np.float32(factor)
 
 
-@outlined
+@jit
 def scatter_specular(geometry, specular, hit, direction, xi, carries_flux, throughput):
     """Scatter light that arrives along `direction` at a specular surface: a delta BSDF's `sample`.
 

@@ -8,7 +8,7 @@ from photonmap.kernels.bsdf import models
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, choose_lobe, scatter_specular
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import divide
-from photonmap.kernels.core.jit import jit, kernel, outlined
+from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.rng import draw, sobol_2d, stream
 from photonmap.kernels.core.streams import EMIT_DIRECTION, EMIT_POSITION, LOBE, split
 from photonmap.kernels.geometry.interaction import surface_interaction
@@ -165,7 +165,7 @@ def _density(caustics):
     return 2.0 * warp.INV_PI / (caustics.radius * caustics.radius)
 
 
-@outlined
+@jit
 def add_caustics(caustics, surface, throughput, target, row):
     """Add the irradiance by caustics at a point, times throughput, (N,), to row `row` of target.
 
@@ -189,7 +189,7 @@ def add_caustics(caustics, surface, throughput, target, row):
                 target[row, band] += throughput[band] * light
 
 
-@outlined
+@jit
 def scatter_caustics(scene, caustics, surface, factor, target, row, scratch):
     """Add the radiance that a BSDF makes of caustics, times factor · throughput, to a row.
 

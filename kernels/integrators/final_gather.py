@@ -9,7 +9,7 @@ from photonmap.kernels.bsdf import models
 from photonmap.kernels.bsdf.specular import specular_probability
 from photonmap.kernels.cache.radiosity_cache import can_look_up, cell_at
 from photonmap.kernels.core import vec, warp
-from photonmap.kernels.core.jit import jit, outlined
+from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.passes import DIRECT, EMPTY, FOUND, INDIRECT
 from photonmap.kernels.core.rng import block_key, sobol_point, stream
 from photonmap.kernels.core.streams import split
@@ -74,7 +74,7 @@ def _add_cell(scene, cache, surface, weight, irradiance):
     return 0
 
 
-@outlined
+@jit
 def gather(scene, maps, surface, direction, place, budget, keys, scratch):
     """Add what one of `budget.gathers` cosine-distributed rays sees to `scratch.irradiance`.
 

@@ -5,7 +5,7 @@ import numpy as np
 from photonmap.kernels.bsdf import models
 from photonmap.kernels.caustics.photon_map import add_caustics, scatter_caustics
 from photonmap.kernels.core.bands import clear
-from photonmap.kernels.core.jit import jit, outlined
+from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.passes import (
     CAUSTIC,
     DIRECT,
@@ -149,7 +149,7 @@ def _add_glossy(scene, scattering, maps, surface, index, budget, key, scratch):
         state = trace_path(scene, maps, own, start, state, onto)
 
 
-@outlined
+@jit
 def estimate_irradiance(scene, maps, surface, index, budget, keys, scratch):
     """Estimate the light of a surface by light samples, gather rays and photon maps.
 

@@ -191,7 +191,7 @@ def _arrive(scene, scattering, caustics, surface, scratch):
         add_caustics(caustics, surface, scratch.throughput, scratch.irradiance, INDIRECT)
 
 
-@outlined
+@jit
 def trace_path(scene, maps, surface, start, state, scratch):
     """Add what one path brings to a surface, times throughput, to `scratch.irradiance`.
 
@@ -201,6 +201,27 @@ def trace_path(scene, maps, surface, start, state, scratch):
     caustics after the first surface, whose own they leave to the caller. `scratch.throughput` is
     used up; returns the random state.
     """
+    return _once_or_inlined(
+        scene, scene.scattering, scene.specular, maps, surface, start, state, scratch
+    )
+
+
+@jit
+def _once_or_inlined(scene, scattering, specular, maps, surface, start, state, scratch):
+    """Inline the walk, but where both make it so large that compiling takes minutes."""
+    if scattering is not None:  # noqa: SIM102 - Numba prunes conditions on a single argument
+        if specular is not None:
+            return _walk_once(scene, maps, surface, start, state, scratch)
+    return _walk(scene, maps, surface, start, state, scratch)
+
+
+@outlined
+def _walk_once(scene, maps, surface, start, state, scratch):
+    return _walk(scene, maps, surface, start, state, scratch)
+
+
+@jit
+def _walk(scene, maps, surface, start, state, scratch):
     row, throughput = start.row, scratch.throughput
     for bounce in range(start.bounces):
         if bounce > 0 or not start.is_lit:

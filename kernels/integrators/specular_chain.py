@@ -10,7 +10,7 @@ import numpy as np
 
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, choose_lobe, scatter_specular
 from photonmap.kernels.core.bands import largest
-from photonmap.kernels.core.jit import jit, outlined
+from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.passes import Hit
 from photonmap.kernels.core.rng import draw
 from photonmap.kernels.core.roulette import russian_roulette
@@ -49,7 +49,7 @@ def add_visible_emission(scene, hit, direction, throughput, factor, target, row)
         add_attenuated(target, row, lights, emission, throughput, factor)
 
 
-@outlined
+@jit
 def follow_specular_chain(scene, specular, hit, direction, row, state, scratch):
     """Follow a path from a hit along specular surfaces, until it takes another lobe.
 

@@ -5,7 +5,7 @@ import numpy as np
 from photonmap.kernels.bsdf import models
 from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN
-from photonmap.kernels.core.jit import jit, outlined
+from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.passes import CAUSTIC, MAX_BOUNCES, TRUNCATED, VIA_DIRECT
 from photonmap.kernels.core.rng import stream
 from photonmap.kernels.core.streams import (
@@ -59,7 +59,7 @@ def _light_of(job, caustics, surface, index, budget, state, scratch):
     return state
 
 
-@outlined
+@jit
 def view_specular_chain(job, specular, seen, index, sample, budget, estimate, scratch):
     """Follow a camera ray on from a specular first hit, and add all that it sees.
 
