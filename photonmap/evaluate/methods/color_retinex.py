@@ -21,13 +21,19 @@ from photonmap.evaluate.metrics.arrays import Floats, Mask
 
 def estimate(view: View, grey: float, color: float) -> Estimate:
     """Return the decomposition for thresholds T^br, of the mean over bands, and T^chr."""
-    bands = differences(np.log(np.maximum(view.image, FLOOR)))
+    edges = reflectance_edges(view.image, grey, color)
     down, right = (
-        np.where(_is_reflectance(each, grey, color), difference, 0.0)
-        for each, difference in zip(bands, differences(np.log(view.grey)), strict=True)
+        np.where(edge, difference, 0.0)
+        for edge, difference in zip(edges, differences(np.log(view.grey)), strict=True)
     )
     reflectance = np.exp(integrate(down, right, view.mask))
     return with_grey_shading(view, view.grey / reflectance)
+
+
+def reflectance_edges(image: Floats, grey: float, color: float) -> tuple[Mask, Mask]:
+    """Return where differences downwards and to the right are reflectance, for both thresholds."""
+    down, right = differences(np.log(np.maximum(image, FLOOR)))
+    return _is_reflectance(down, grey, color), _is_reflectance(right, grey, color)
 
 
 def _is_reflectance(bands: Floats, grey: float, color: float) -> Mask:

@@ -21,6 +21,8 @@ BUILT_IN = (
     "retinex",
     "color-retinex",
     "weiss",
+    "shen",
+    "gehler",
     "grey-world",
     "white-patch",
     "shades-of-grey",

@@ -1,0 +1,119 @@
+"""Methods that lower an energy: the energy, and images whose decomposition they find."""
+
+import numpy as np
+import pytest
+from scipy.optimize import check_grad
+
+from photonmap import evaluate
+from photonmap.evaluate.methods import gehler, shen
+from photonmap.evaluate.methods.method import View
+from photonmap.evaluate.methods.registry import find_method
+
+SIZE = 24, 30
+ALL = np.ones(SIZE, bool)
+COLORS = np.array([(0.6, 0.3, 0.2), (0.2, 0.5, 0.3), (0.3, 0.25, 0.7)])
+
+
+def run(name, image, mask=ALL, **settings):
+    method = find_method(name)
+    return method.estimate(View("image", image, mask), **{**method.defaults, **settings})
+
+
+def mondrian(colors=COLORS):
+    """Vertical stripes of reflectance under light that falls off downwards to a half."""
+    columns = np.arange(SIZE[1]) * len(colors) // SIZE[1]
+    reflectance = np.broadcast_to(colors[columns], (*SIZE, 3))
+    shading = np.broadcast_to(np.linspace(1.0, 0.5, SIZE[0])[:, None], SIZE)
+    return reflectance, shading
+
+
+def grey(image):
+    return image if image.ndim == 2 else image.mean(axis=-1)
+
+
+def errors(found, reflectance, shading, mask=None):
+    return (
+        evaluate.si_mse(reflectance, found.reflectance, mask),
+        evaluate.si_mse(shading, grey(found.shading), mask),
+    )
+
+
+@pytest.mark.parametrize(("name", "share"), [("shen", 0.05), ("gehler", 0.001)])
+def test_mondrians_under_a_gradient(name, share):
+    """Most of the error of either baseline is gone, whatever is in pixels that do not count."""
+    reflectance, shading = mondrian()
+    image = reflectance * shading[..., None]
+    settings = {"rounds": 1000.0} if name == "shen" else {"count": 3.0}
+    mask = ALL.copy()
+    mask[5:9, 12:15] = False
+    blind = [errors(run(f"constant-{layer}", image), reflectance, shading)
+             for layer in ("shading", "reflectance")]  # fmt: skip
+    found = errors(run(name, image, **settings), reflectance, shading)
+    assert found[0] < share * blind[0][0]
+    assert found[1] < share * blind[1][1]
+    spoilt = np.where(mask[..., None], image, 7.0)
+    held = errors(run(name, spoilt, mask, **settings), reflectance, shading, mask)
+    assert held[0] < share * blind[0][0]
+    assert held[1] < share * blind[1][1]
+
+
+def test_shen_gives_one_material_one_reflectance():
+    shading = mondrian()[1]
+    image = COLORS[0] * shading[..., None]
+    found = run("shen", image, rounds=5000.0)
+    np.testing.assert_allclose(found.reflectance, found.reflectance[:1, :1] * ALL[..., None],
+                               rtol=1e-3)  # fmt: skip
+    few = run("shen", image, rounds=10.0)
+    assert np.ptp(few.reflectance[..., 0]) > 10 * np.ptp(found.reflectance[..., 0])
+
+
+def test_shen_weighs_neighbours_by_their_likeness():
+    reflectance, shading = mondrian()
+    mask = ALL.copy()
+    mask[0, 0] = mask[11, 4] = False
+    weights = shen._weights(reflectance * shading[..., None], mask)
+    np.testing.assert_allclose(weights.sum(axis=0), 1.0)
+    shift = {corner: place for place, corner in enumerate(shen._SHIFTS)}
+    left, right = weights[shift[1, 0]], weights[shift[1, 2]]
+    assert (left[1:-1, 10] < 0.2 * right[1:-1, 10]).all()  # the first column of a stripe
+    assert (right[1:-1, 9] < 0.2 * left[1:-1, 9]).all()
+    assert right[11, 3] == 0.0
+    assert weights[shift[0, 1]][0].max() == 0.0
+
+
+def test_the_gradient_of_gehlers_energy():
+    rng = np.random.default_rng(0)
+    count = 20
+    direction = rng.uniform(0.2, 1.0, (count, 3))
+    direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
+    pairs = np.stack([np.arange(1, count), np.arange(count - 1)])
+    field = gehler._Field(
+        rng.uniform(0.5, 1.0, count), direction, pairs, rng.normal(size=count - 1)
+    )
+    centres = rng.uniform(0.1, 1.0, (count, 3))
+    for weights in np.eye(3):
+        miss = check_grad(
+            lambda x, w=weights: gehler._energy(x, field, centres, w)[0],
+            lambda x, w=weights: gehler._energy(x, field, centres, w)[1],
+            rng.normal(0.0, 0.3, count),
+        )
+        assert miss < 1e-5
+
+
+def test_gehlers_energy_by_hand():
+    """Two pixels: r = 1 and 2, |I| = 2 and 2, so that s = 2 and 1."""
+    field = gehler._Field(
+        np.array([2.0, 2.0]), np.array([[1.0, 0.0], [0.0, 1.0]]), np.array([[1], [0]]),
+        np.array([0.5]),
+    )  # fmt: skip
+    log_r, centres = np.log([1.0, 2.0]), np.array([[0.0, 0.0], [0.0, 5.0]])
+    shares = [gehler._energy(log_r, field, centres, tuple(row))[0] for row in np.eye(3)]
+    np.testing.assert_allclose(shares, [1.0, (np.log(2.0) - 0.5) ** 2, 1.0 + 9.0])
+
+
+def test_gehlers_clusters():
+    colors = np.repeat(COLORS, (5, 9, 30), axis=0)
+    means = gehler._first_means(colors, 10)
+    found = means[gehler._nearest(colors, means)]
+    np.testing.assert_allclose(found, colors)
+    assert (gehler._means(colors, np.zeros(44, int), means)[1:] == means[1:]).all()
