@@ -14,6 +14,7 @@ from photonmap.evaluate.bench.metric_list import METRICS
 from photonmap.evaluate.bench.predictions import ENCODINGS
 from photonmap.evaluate.bench.run import DRAWS
 from photonmap.evaluate.bench.truth import SPACES
+from photonmap.evaluate.bench.views import LIGHTS
 from photonmap.evaluate.methods.registry import BUILT_IN
 from photonmap.runtime.options import read_list
 
@@ -80,12 +81,24 @@ def _add_how(parser: argparse.ArgumentParser) -> None:
         help="compare in linear sRGB, or in the bands of the data set (default: rgb)",
     )
     how.add_argument(
+        "--light",
+        choices=LIGHTS,
+        default=LIGHTS[0],
+        help="images and their truth in all light, or in direct light alone (default: all)",
+    )
+    how.add_argument(
         "--draws",
         type=reader(int),
         default=DRAWS,
         metavar="N",
         help="number of times that the truth's own noise is drawn for intervals; 0 for none "
         f"(default: {DRAWS})",
+    )
+    how.add_argument(
+        "--experiments",
+        action="store_true",
+        help="also measure what interreflection, coloured light, bands and noise cost each method, "
+        "how many scenes tell methods apart, and which metrics order degradations rightly",
     )
 
 
@@ -98,6 +111,8 @@ def run(options: argparse.Namespace) -> int:
         if an option is not permitted, the data set is not finished, or nothing could be scored
     """
     from photonmap.evaluate.bench.run import evaluate_dataset
+    from photonmap.evaluate.experiments.paper_table import paper_table
+    from photonmap.evaluate.experiments.run_experiments import run_experiments
     from photonmap.evaluate.report.files import write_report
     from photonmap.evaluate.report.gallery import Gallery
     from photonmap.evaluate.report.page import check_jinja
@@ -109,26 +124,56 @@ def run(options: argparse.Namespace) -> int:
     folder = check_output_folder(options.output or f"{name}-evaluation", "the report")
     if folder.resolve() == Path(options.dataset).resolve():
         raise InputError("the data set has a report of its own; choose another --output", folder)
-    gallery = Gallery()
+    _check_experiments(options)
+    gallery, methods = Gallery(), _methods(options)
+    log = (lambda line: None) if options.quiet else _print_progress
     evaluation = evaluate_dataset(
         options.dataset,
-        _methods(options),
+        methods,
         options.metrics,
         options.space,
         options.draws,
-        (lambda line: None) if options.quiet else _print_progress,
+        options.light,
+        log,
         gallery.keep,
     )
-    summaries = evaluation.summaries()
-    notes = [_PNG_NOTES[options.png]] if options.predictions else []
-    write_report(folder, evaluation, summaries, gallery, notes)
+    tables = [table for table in [paper_table(evaluation)] if table is not None]
+    if options.experiments:
+        tables += run_experiments(Path(options.dataset), evaluation, methods, log)
+    summaries, notes = evaluation.summaries(), _notes(options)
+    write_report(folder, evaluation, summaries, gallery, notes, tables)
     _report_failures(evaluation)
     if not options.quiet:
         print(as_text(evaluation, summaries))
-        for note in notes:
-            print(note)
+        print("\n".join([*notes, *(line for table in tables for line in table.findings)]))
         print(folder / "report.html")
     return _FAILED if evaluation.failed else 0
+
+
+def _check_experiments(options: argparse.Namespace) -> None:
+    """Check that experiments are asked for with what they compare against.
+
+    Raises
+    ------
+    InputError
+        if images are not in RGB and all light, or the metric they go by is left out
+    """
+    from photonmap.evaluate.experiments.paper_table import METRIC
+
+    if not options.experiments:
+        return
+    if (options.space, options.light) != (SPACES[0], LIGHTS[0]):
+        raise InputError("--experiments compare with RGB and all light; leave out the other option")
+    if options.metrics and METRIC not in options.metrics:
+        raise InputError(f"--experiments go by {METRIC}; add it to --metrics")
+
+
+def _notes(options: argparse.Namespace) -> list[str]:
+    """Return how estimates and images came about."""
+    notes = [_PNG_NOTES[options.png]] if options.predictions else []
+    if options.light == "direct":
+        notes.append("Images and shading are those of direct light alone.")
+    return notes
 
 
 _PNG_NOTES = {

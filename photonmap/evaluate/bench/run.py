@@ -15,7 +15,7 @@ from photonmap.evaluate.bench.metric_list import Metric, choose_metrics
 from photonmap.evaluate.bench.scores import Evaluation, MethodScores
 from photonmap.evaluate.bench.truth import SPACES, Truth
 from photonmap.evaluate.bench.tuning import tune
-from photonmap.evaluate.bench.views import Shot, open_finished, shots
+from photonmap.evaluate.bench.views import LIGHTS, Shot, open_finished, shots
 from photonmap.evaluate.methods.method import Method
 from photonmap.evaluate.methods.registry import find_method, method_names
 from photonmap.evaluate.metrics.arrays import Floats
@@ -35,6 +35,7 @@ def evaluate_dataset(
     metrics: Sequence[str] | None = None,
     space: str = "rgb",
     draws: int = DRAWS,
+    light: str = LIGHTS[0],
     log: Log = lambda line: None,
     watch: Watch = lambda truth, method, layers, measured: None,
 ) -> Evaluation:
@@ -48,36 +49,41 @@ def evaluate_dataset(
     space : "rgb", linear sRGB, or "bands"
     draws : number of times that the standard errors of the truth are added to it, to see what they
         do to scores; 0 to save this time
+    light : "all", or "direct" for images without interreflection, whose truth has no errors
     log : called with a line for each image
     watch : called with each estimate
 
     Raises
     ------
-    InputError : the data set is not finished or damaged; there is no such method, metric or space;
+    InputError : the data set is not finished or damaged; there is no such method, metric,
+        space or light;
         two methods have the same name; `draws` is negative; or no method has an estimate for any
         image
     """
     if space not in SPACES:
         raise InputError(f"there is no space {space!r}; {suggest(space, SPACES)}")
+    if light not in LIGHTS:
+        raise InputError(f"there is no light {light!r}; {suggest(light, LIGHTS)}")
     if draws < 0:
         raise InputError(f"draws {draws} must be a number of draws, 0 or more")
     chosen = _choose_methods(methods)
     measured_by = choose_metrics(metrics, space)
     images = open_finished(Path(folder))
-    settings = tune(chosen, images.geometries, lambda: shots(images, space), log)
+    settings = tune(chosen, images.geometries, lambda: shots(images, space, light), log)
     found = [MethodScores(method.name, settings=settings[method.name]) for method in chosen]
     bench = _Bench(list(zip(chosen, found, strict=True)), measured_by, draws, watch)
-    names, scenes = [], []
-    for index, shot in enumerate(shots(images, space)):
+    names, scenes, kinds = [], [], []
+    for index, shot in enumerate(shots(images, space, light)):
         began = time.perf_counter()
         bench.score(shot, index)
         names.append(shot.truth.name)
         scenes.append(shot.truth.scene)
+        kinds.append(shot.kind)
         log(f"{index + 1}/{len(images)} {shot.truth.name}: {time.perf_counter() - began:.1f} s")
     if not any(method.measured for method in found):
         reason = next(iter(found[0].failures.values()))
         raise InputError(f"no method has an estimate for any image: {found[0].name}: {reason}")
-    return Evaluation(Path(folder).resolve().name, space, names, scenes, found)
+    return Evaluation(Path(folder).resolve().name, space, names, scenes, kinds, found)
 
 
 def _choose_methods(methods: Sequence[str | Method] | None) -> list[Method]:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from photonmap.evaluate.bench.kinds import Kind
 from photonmap.evaluate.bench.measure import Column, Measured
 from photonmap.evaluate.bench.metric_list import MEAN_LAYER, METRICS, ORDER, figure
 from photonmap.evaluate.intervals import (
@@ -99,7 +100,7 @@ class Evaluation:
     ----------
     dataset : name of the data set
     space : in which images were compared
-    images, scenes : names of the images, and of the scene of each
+    images, scenes, kinds : names of the images, and the scene and the kind of each
     methods : their scores
     """
 
@@ -107,6 +108,7 @@ class Evaluation:
     space: str
     images: list[str]
     scenes: list[str]
+    kinds: list[Kind]
     methods: list[MethodScores]
 
     @property

@@ -82,8 +82,8 @@ def load_truth(image: Image, space: str) -> Truth:
     }
     if bad := [name for name, array in values.items() if not np.isfinite(array[mask]).all()]:
         raise InputError(f"{bad[0]} has NaN or infinity; render it again", image.folder)
-    brightness = _white(values["shading"], mask)
-    values["radiance"] = values["radiance"] / _white(values["radiance"], mask)
+    brightness = white_level(values["shading"], mask)
+    values["radiance"] = values["radiance"] / white_level(values["radiance"], mask)
     values["shading"] = values["shading"] / brightness
     errors = _errors(image.result, space)
     if errors:
@@ -92,7 +92,7 @@ def load_truth(image: Image, space: str) -> Truth:
     return Truth(image.name, image.geometry, **values, regions=regions, mask=mask, errors=errors)
 
 
-def _white(image: Floats, mask: Mask) -> float:
+def white_level(image: Floats, mask: Mask) -> float:
     """Return the grey value that becomes 1; 1 for an image that is black."""
     white = float(np.percentile(to_grey(image)[mask], _WHITE))
     return white if white > 0.0 else 1.0

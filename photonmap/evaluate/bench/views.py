@@ -11,17 +11,23 @@ import numpy as np
 
 from photonmap.dataset.files.reader import Dataset, Image, open_dataset
 from photonmap.errors import InputError
+from photonmap.evaluate.bench.direct_light import in_direct_light
+from photonmap.evaluate.bench.kinds import Kind, kind_of
 from photonmap.evaluate.bench.truth import Truth, load_truth
 from photonmap.evaluate.methods.method import View
 from photonmap.runtime.wording import listed
 
+LIGHTS = ("all", "direct")
+"""The light that images are seen in: all of it, or without interreflection."""
+
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """An image of a data set: its ground truth, and what a method sees."""
+    """An image of a data set: its ground truth, what a method sees, and of which kind it is."""
 
     truth: Truth
     view: View
+    kind: Kind
 
 
 def open_finished(folder: Path) -> Dataset:
@@ -44,21 +50,26 @@ def open_finished(folder: Path) -> Dataset:
     return images
 
 
-def shots(images: Dataset, space: str) -> Iterator[Shot]:
+def shots(images: Dataset, space: str, light: str = LIGHTS[0]) -> Iterator[Shot]:
     """Yield the images, those of one view of a scene after each other.
 
     Parameters
     ----------
     space : as `photonmap.evaluate.bench.truth.load_truth` takes it
+    light : one of `LIGHTS`
     """
     views: dict[Any, list[Image]] = {}
     for image in images:
         views.setdefault(_view_of(image), []).append(image)
     for group in views.values():
         truths = [load_truth(image, space) for image in group]
+        if light == "direct":
+            pairs = zip(group, truths, strict=True)
+            truths = [in_direct_light(image, truth, space) for image, truth in pairs]
         relit = tuple(np.where(truth.mask[..., None], truth.radiance, np.nan) for truth in truths)
-        for truth in truths:
-            yield Shot(truth, View(truth.name, truth.radiance, truth.mask, relit))
+        for image, truth in zip(group, truths, strict=True):
+            view = View(truth.name, truth.radiance, truth.mask, relit)
+            yield Shot(truth, view, kind_of(image))
 
 
 def _view_of(image: Image) -> tuple[Any, ...]:

@@ -12,10 +12,12 @@ from photonmap.errors import InputError
 from photonmap.evaluate.bench.measure import Column
 from photonmap.evaluate.bench.metric_list import ILLUMINANT, METRICS
 from photonmap.evaluate.bench.scores import Evaluation, MethodScores, Summary
+from photonmap.evaluate.experiments.table import Table
 from photonmap.evaluate.intervals import LEVEL
 from photonmap.evaluate.metrics.arrays import Floats
 from photonmap.evaluate.report.gallery import Gallery
-from photonmap.evaluate.report.tables import by_metric, interval, notes_of, number, titles
+from photonmap.evaluate.report.numbers import interval, number
+from photonmap.evaluate.report.tables import by_metric, notes_of, titles
 
 
 def check_jinja() -> None:
@@ -25,7 +27,11 @@ def check_jinja() -> None:
 
 
 def write_page(
-    evaluation: Evaluation, summaries: Sequence[Summary], gallery: Gallery, notes: Sequence[str]
+    evaluation: Evaluation,
+    summaries: Sequence[Summary],
+    gallery: Gallery,
+    notes: Sequence[str],
+    tables: Sequence[Table],
 ) -> str:
     """Return the page.
 
@@ -34,6 +40,7 @@ def write_page(
     summaries : of the evaluation
     gallery : with the pictures of the best and worst estimates
     notes : lines on how estimates came about
+    tables : of experiments
     """
     from jinja2 import Environment, PackageLoader
 
@@ -47,6 +54,7 @@ def write_page(
         notes=notes,
         metrics=[_metric(name, rows, evaluation) for name, rows in by_metric(summaries).items()],
         comparisons=[_comparison(found) for found in evaluation.comparisons()],
+        experiments=[_experiment(table) for table in tables],
         tables=_score_tables(evaluation),
         methods=[_method(method) for method in evaluation.methods],
         failures=[(m.name, *item) for m in evaluation.methods for item in m.failures.items()],
@@ -88,6 +96,12 @@ def _metric(
         "rows": table,
         "count": len(evaluation.images),
     }
+
+
+def _experiment(table: Table) -> dict[str, Any]:
+    """Return the table of an experiment."""
+    rows = [(name, [_cell(cell.value, cell.note) for cell in cells]) for name, cells in table.rows]
+    return {"table": table, "rows": rows}
 
 
 def _comparison(found: Any) -> dict[str, Any]:

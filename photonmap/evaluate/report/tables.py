@@ -10,7 +10,7 @@ from typing import Any
 from photonmap.evaluate.bench.measure import Column
 from photonmap.evaluate.bench.metric_list import ILLUMINANT, MEAN_LAYER
 from photonmap.evaluate.bench.scores import Evaluation, Summary
-from photonmap.evaluate.intervals import Interval
+from photonmap.evaluate.report.numbers import interval, number
 
 _SUMMARY = (
     "method", "metric", "layer", "figure", "value", "low", "high", "truth_low", "truth_high",
@@ -20,17 +20,6 @@ _SCORES = ("method", "image", "scene", "metric", "layer", "score", "why_none")
 _SPECIAL = {character: f"\\{character}" for character in "#$%&_{}"} | {
     "\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
 }  # fmt: skip
-
-
-def number(value: float) -> str:
-    """Return a number with three significant digits."""
-    text = f"{value:#.3g}".rstrip(".")
-    return text if "e" not in text else f"{value:.2g}"
-
-
-def interval(ends: Interval | None) -> str:
-    """Return an interval as text; "" for none."""
-    return "" if ends is None else f"[{number(ends.low)}, {number(ends.high)}]"
 
 
 def title_of(summary: Summary) -> str:
@@ -94,7 +83,7 @@ def _aligned(rows: Sequence[Sequence[str]]) -> str:
 
 def write_summary(path: Path, summaries: Sequence[Summary]) -> None:
     """Write all figures with their intervals over scenes and over the truth, a row each."""
-    _write(path, _SUMMARY, map(_summary_row, summaries))
+    write_rows(path, _SUMMARY, map(_summary_row, summaries))
 
 
 def _summary_row(summary: Summary) -> list[Any]:
@@ -120,10 +109,11 @@ def write_scores(path: Path, evaluation: Evaluation) -> None:
             measured = method.measured[image]
             rows += [[*head, *column, score, ""] for column, score in measured.scores.items()]
             rows += [[*head, *column, "", why] for column, why in measured.undefined.items()]
-    _write(path, _SCORES, rows)
+    write_rows(path, _SCORES, rows)
 
 
-def _write(path: Path, head: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+def write_rows(path: Path, head: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+    """Write a file of comma-separated values."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(head)
@@ -154,12 +144,12 @@ def _tabular(summaries: Sequence[Summary]) -> str:
     best = {key: min(s.value for s in summaries if (s.column, s.figure) == key) for key in columns}
     lines = [f"\\begin{{tabular}}{{l{'r' * len(columns)}}}", "\\toprule"]
     heads = [c.metric if c.layer != ILLUMINANT else f"{c.metric}, {f}" for c, f in columns]
-    lines.append(" & ".join(["", *map(_escaped, heads)]) + r" \\")
+    lines.append(" & ".join(["", *map(escaped, heads)]) + r" \\")
     lines.append("\\midrule")
     for method in dict.fromkeys(s.method for s in summaries):
         found = [cells.get((method, *key)) for key in columns]
         values = [_latex_value(s, best) for s in found]
-        lines.append(" & ".join([_escaped(method), *values]) + r" \\")
+        lines.append(" & ".join([escaped(method), *values]) + r" \\")
         ends = [f"\\scriptsize {interval(s.over_scenes)}" if s else "" for s in found]
         lines.append(" & ".join(["", *ends]) + r" \\")
     return "\n".join([*lines, "\\bottomrule", "\\end{tabular}", ""])
@@ -173,5 +163,6 @@ def _latex_value(summary: Summary | None, best: dict[tuple[Column, str], float])
     return f"\\textbf{{{text}}}" if bold else text
 
 
-def _escaped(text: str) -> str:
+def escaped(text: str) -> str:
+    """Return text with the characters escaped that LaTeX reads otherwise."""
     return "".join(_SPECIAL.get(character, character) for character in text)

@@ -1,0 +1,162 @@
+"""Table 1 of the paper whose data set `icip2013` follows, with our scores beside the paper's.
+
+S. Beigpour, M. Serra, J. van de Weijer, R. Benavente, M. Vanrell, O. Penacchio and D. Samaras,
+"Intrinsic image evaluation on synthetic complex scenes", ICIP 2013: LMSE of reflectance and
+shading for single objects and complex scenes in white light, light of one colour and two lights.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from photonmap.evaluate.bench.kinds import (
+    COMPLEX,
+    CONTENTS,
+    LIGHTS,
+    OBJECT,
+    ONE_LIGHT,
+    TWO_LIGHTS,
+    WHITE_LIGHT,
+    Kind,
+)
+from photonmap.evaluate.bench.measure import Column
+from photonmap.evaluate.bench.metric_list import BOTH, REFLECTANCE, SHADING
+from photonmap.evaluate.bench.scores import Evaluation
+from photonmap.evaluate.experiments.table import Cell, Table
+from photonmap.evaluate.intervals import group_by_scene, scene_interval
+from photonmap.evaluate.metrics.arrays import Floats
+from photonmap.evaluate.report.numbers import interval
+
+METRIC = "lmse-color"
+"""The paper's: LMSE with one factor a window for all bands."""
+_PLACES = tuple((layer, Kind(content, light)) for layer in BOTH for content in CONTENTS
+                for light in LIGHTS)  # fmt: skip
+_PAPER = {
+    "Barron and Malik 2012, in the paper": (
+        0.082, 0.099, 0.102, 0.020, 0.059, 0.039, 0.043, 0.046, 0.054, 0.011, 0.014, 0.014,
+    ),
+    "Gehler et al. 2011, in the paper": (
+        0.089, 0.113, 0.123, 0.018, 0.067, 0.040, 0.043, 0.045, 0.051, 0.007, 0.009, 0.009,
+    ),
+    "Serra et al. 2012, in the paper": (
+        0.063, 0.069, 0.076, 0.027, 0.041, 0.033, 0.021, 0.022, 0.025, 0.006, 0.006, 0.007,
+    ),
+}  # fmt: skip
+"""In the order of `_PLACES`."""
+SHARED = {"sirfs": 0, "gehler": 1, "serra": 2}
+"""Rows of the paper's table for methods that are here too."""
+_SLIGHT = 0.5
+"""Shading hardly notices colour if it changes by less than this share of reflectance's change."""
+
+Row = dict[tuple[str, Kind], float]
+
+
+def paper_table(evaluation: Evaluation) -> Table | None:
+    """Return the table; None unless images are of known kinds and were measured by LMSE.
+
+    Each figure is the mean over the images of a kind, with a 95% interval over scenes.
+    """
+    places = [place for place in _PLACES if place[1] in evaluation.kinds]
+    methods = [m for m in evaluation.methods if Column(METRIC, REFLECTANCE) in m.columns]
+    if not places or not methods:
+        return None
+    rows, means = [], {}
+    for method in methods:
+        values = {layer: method.values(Column(METRIC, layer), evaluation.images) for layer in BOTH}
+        cells = [_cell(values[layer], kind, evaluation) for layer, kind in places]
+        means[method.name] = _row(places, cells)
+        rows.append((method.name, cells))
+    for name, figures in _PAPER.items():
+        of = dict(zip(_PLACES, figures, strict=True))
+        rows.append((name, [Cell(of[place]) for place in places]))
+    return Table(
+        "table-1",
+        "By kind of scene and light",
+        "LMSE with one factor a window for all bands, as in Table 1 of Beigpour et al. 2013, whose "
+        "figures stand below ours. Their images are others, so compare rankings and trends.",
+        ["method", *(f"{layer}, {kind.content}, {kind.light}" for layer, kind in places)],
+        rows,
+        _findings(means) if len(places) == len(_PLACES) else (),
+    )
+
+
+def _cell(values: Floats, kind: Kind, evaluation: Evaluation) -> Cell:
+    """Return the mean over the images of a kind."""
+    of_kind = np.array([each == kind for each in evaluation.kinds])
+    groups = group_by_scene(np.where(of_kind, values, np.nan), evaluation.scenes)
+    if not groups:
+        return Cell(None)
+    return Cell(float(np.concatenate(groups).mean()), interval(scene_interval(groups)))
+
+
+def _row(places: Sequence[tuple[str, Kind]], cells: Sequence[Cell]) -> Row:
+    return {p: cell.value for p, cell in zip(places, cells, strict=True) if cell.value is not None}
+
+
+def _findings(means: dict[str, Row]) -> list[str]:
+    """Return in which of the paper's observations our scores agree with it."""
+    rows = {name: row for name, row in means.items() if len(row) == len(_PLACES)}
+    paper = [dict(zip(_PLACES, figures, strict=True)) for figures in _PAPER.values()]
+    said = []
+    for sentence, holds in _TRENDS:
+        agree = [name for name, row in rows.items() if holds(row)]
+        others = [name for name in rows if name not in agree]
+        but = f"; not for {', '.join(others)}" if agree and others else ""
+        theirs = sum(map(holds, paper))
+        said.append(
+            f"{sentence}: in the paper for {theirs} of {len(paper)} methods, here for {len(agree)} "
+            f"of {len(rows)}{but}."
+        )
+    return [*said, *_rankings(rows, paper)]
+
+
+def _average(row: Row, layer: str, *lights: str, contents: Sequence[str] = CONTENTS) -> float:
+    return float(np.mean([row[layer, Kind(c, light)] for c in contents for light in lights]))
+
+
+def _colour_costs(row: Row) -> bool:
+    white = _average(row, REFLECTANCE, WHITE_LIGHT)
+    return white < min(_average(row, REFLECTANCE, light) for light in (ONE_LIGHT, TWO_LIGHTS))
+
+
+def _complex_is_lower(row: Row) -> bool:
+    lower, higher = (
+        [_average(row, layer, *LIGHTS, contents=(content,)) for layer in BOTH]
+        for content in (COMPLEX, OBJECT)
+    )
+    return all(one < other for one, other in zip(lower, higher, strict=True))
+
+
+def _shading_hardly_notices(row: Row) -> bool:
+    changes = [
+        abs(_average(row, layer, ONE_LIGHT, TWO_LIGHTS) - _average(row, layer, WHITE_LIGHT))
+        for layer in (SHADING, REFLECTANCE)
+    ]
+    return changes[0] < _SLIGHT * changes[1]
+
+
+_TRENDS = (
+    ("Errors of reflectance rise when the light is not white", _colour_costs),
+    ("Complex scenes score lower than objects, in both layers", _complex_is_lower),
+    (
+        "Shading hardly notices colour (it changes by less than half as much as reflectance)",
+        _shading_hardly_notices,
+    ),
+)
+
+
+def _rankings(rows: dict[str, Row], paper: Sequence[Row]) -> list[str]:
+    """Return in how many columns two methods rank as they do in the paper."""
+    shared = [name for name in SHARED if name in rows]
+    said = []
+    for index, first in enumerate(shared):
+        for second in shared[index + 1 :]:
+            one, two = paper[SHARED[first]], paper[SHARED[second]]
+            same = sum(
+                (one[p] - two[p]) * (rows[first][p] - rows[second][p]) > 0.0 for p in _PLACES
+            )
+            apart = sum(one[p] != two[p] for p in _PLACES)
+            said.append(f"{first} and {second} rank as in the paper in {same} of {apart} columns.")
+    return said

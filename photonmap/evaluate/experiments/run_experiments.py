@@ -1,0 +1,62 @@
+"""Run all experiments on a data set."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from photonmap.evaluate.bench.measure import Column
+from photonmap.evaluate.bench.metric_list import REFLECTANCE, choose_metrics
+from photonmap.evaluate.bench.run import evaluate_dataset
+from photonmap.evaluate.bench.scores import Evaluation
+from photonmap.evaluate.bench.views import open_finished, shots
+from photonmap.evaluate.experiments.costs import cost_table
+from photonmap.evaluate.experiments.degradations import OrderTest
+from photonmap.evaluate.experiments.paper_table import METRIC
+from photonmap.evaluate.experiments.sample_size import sample_tables
+from photonmap.evaluate.experiments.table import Table
+from photonmap.evaluate.methods.method import Method
+
+
+def run_experiments(
+    folder: Path,
+    evaluation: Evaluation,
+    methods: Sequence[str | Method],
+    log: Callable[[str], None] = lambda line: None,
+) -> list[Table]:
+    """Return the tables of all experiments that the data set and the methods allow.
+
+    Parameters
+    ----------
+    evaluation : of the data set in RGB and all light, by all of `methods` and `METRIC`
+    methods : their names, or `Method`s
+    log : called with a line for each image
+
+    Raises
+    ------
+    InputError : an image has light that is not reflected diffusely, or as `evaluate_dataset` says
+    """
+    tables: list[Table | None] = []
+    scored = {m.name for m in evaluation.methods if Column(METRIC, REFLECTANCE) in m.columns}
+    decomposing = [m for m in methods if (m if isinstance(m, str) else m.name) in scored]
+    if decomposing:
+        log("in direct light")
+        direct = evaluate_dataset(folder, decomposing, [METRIC], "rgb", 0, "direct", log)
+        log("in bands")
+        banded = evaluate_dataset(folder, decomposing, [METRIC], "bands", 0, "all", log)
+        tables.append(cost_table(evaluation, direct, banded))
+        tables += sample_tables(evaluation)
+    log("degradations")
+    tables.append(_order_table(folder))
+    return [table for table in tables if table is not None]
+
+
+def _order_table(folder: Path) -> Table | None:
+    """Return which metrics order degradations of the first image of each scene rightly."""
+    test = OrderTest(choose_metrics(None, "rgb"))
+    seen = set()
+    for shot in shots(open_finished(folder), "rgb"):
+        if shot.truth.scene not in seen:
+            seen.add(shot.truth.scene)
+            test.add(shot.truth)
+    return test.table()
