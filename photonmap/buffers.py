@@ -250,7 +250,8 @@ TABLE = (
     ),
     Buffer(
         "valid",
-        "surfaces cover the pixel, nothing in it emits, and it is not unresolved",
+        "surfaces cover the pixel, nothing in it emits, it is not unresolved, and it shows neither "
+        "a mirror nor glass",
         "mask", "data set", "none", ("Y",),
     ),
     Buffer(

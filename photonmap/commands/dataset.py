@@ -130,12 +130,12 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
     formats = tuple(dict.fromkeys(options.format))
     check_formats(formats)
     check_scheduler(options.scheduler, options.workers)
-    common, jobs = _plan(options)
+    common, jobs, faults = _plan(options)
     head = describe_dataset(options.preset, common, formats, jobs)
     check_dataset_folder(folder, head, options.resume or options.dry_run)
     if options.dry_run:
         _list(jobs)
-        return 0
+        return _tell(faults)
     report = (lambda line: None) if options.quiet else _print_progress
     try:
         outcome = make_dataset(
@@ -147,11 +147,18 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
             file=sys.stderr,
         )
         return INTERRUPTED
-    return _report(folder, outcome, options)
+    return max(_report(folder, outcome, options), _tell(faults))
 
 
-def _plan(options: argparse.Namespace) -> tuple[CommonSettings, list[Job]]:
-    """Check the options, and list the images."""
+def _tell(faults: dict[str, str]) -> int:
+    """Print why scene files cannot be read; return the exit code."""
+    for fault in faults.values():
+        print(f"photonmap: failed: {fault}", file=sys.stderr)
+    return FAILED if faults else 0
+
+
+def _plan(options: argparse.Namespace) -> tuple[CommonSettings, list[Job], dict[str, str]]:
+    """Check the options; list the images, and why scene files cannot be read."""
     from photonmap.dataset.jobs.job_scene import describe_inputs, read_user_scenes
     from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
     from photonmap.dataset.jobs.presets import load_preset
@@ -174,8 +181,11 @@ def _plan(options: argparse.Namespace) -> tuple[CommonSettings, list[Job]]:
             **sets,
         )
     )
-    files = read_user_scenes(preset.files)
-    return common, plan_jobs(preset, files, common, options.seed, options.count)
+    files, faults = read_user_scenes(preset.files)
+    if faults and not (files or preset.scenes):
+        raise InputError(next(iter(faults.values())))
+    jobs = plan_jobs(preset, files, common, options.seed, options.count)
+    return common, jobs, faults
 
 
 def _list(jobs: Sequence[Job]) -> None:

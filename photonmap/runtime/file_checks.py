@@ -6,6 +6,9 @@ from pathlib import Path
 
 from photonmap.errors import InputError
 
+FULL = ("No space left", "MB are free there", "quota exceeded")
+"""What the messages of a full disk have in them, OpenEXR's among them."""
+
 
 def check_writable(folder: Path, wanted: Path) -> None:
     """Check that a folder can be written to, or made; the error names the wanted file.

@@ -6,7 +6,8 @@ import pytest
 import photonmap as pm
 from photonmap.commands.main import main
 from photonmap.dataset.files.derived_buffers import as_rgb, rgb_residual, with_derived
-from photonmap.dataset.jobs.verify import check_identities, verify
+from photonmap.dataset.jobs.verify import verify
+from photonmap.dataset.jobs.verify_arrays import check_identities
 
 SIZE = ["--size", "16x12", "--bands", "3", "--error", "0.5"]
 

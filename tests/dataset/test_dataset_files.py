@@ -102,7 +102,10 @@ def test_hypersims_loaders_find_their_files(made):
     np.testing.assert_array_equal(color, image.rgb["radiance"])
     np.testing.assert_array_equal(load("geometry", "depth_meters"), image["distance"])
     assert load("geometry", "normal_world").shape == (12, 16, 3)
-    assert (load("geometry", "render_entity_id") == image["object_id"]).all()
+    ids = load("geometry", "render_entity_id")
+    assert ids.dtype == np.int32
+    assert (ids[~image["background"]] == image["object_id"][~image["background"]]).all()
+    assert (ids[image["background"]] == -1).all()
 
 
 def test_the_manifest_says_how_to_render_an_image_again(made):
@@ -144,7 +147,11 @@ def test_resume_makes_what_is_missing_or_damaged(copied, preset, capsys):
         file.seek(200)
         file.write(b"\0\1\2\3")
     (copied / ".photonmap-left").mkdir()
+    (damaged.folder / "notes").mkdir()
+    (damaged.folder / "notes" / "mine.txt").write_text("keep me")
+    (kept.folder / ".DS_Store").write_text("x")
     assert command(copied, preset, "--resume") == 0
+    assert (damaged.folder / "notes" / "mine.txt").read_text() == "keep me"
     assert "2 images rendered, 2 rendered earlier" in capsys.readouterr().out
     after = dataset.open(copied)
     assert [image.name for image in after] == [image.name for image in before]
@@ -222,14 +229,18 @@ def test_verify_finds_what_is_wrong(copied, capsys):
     images = dataset.open(copied)
     path = images[0].folder / image_files.RGB_EXR
     path.write_bytes(path.read_bytes()[:-1])
-    (images[1].folder / "extra.txt").write_text("x")
+    notes = images[1].folder / ".DS_Store"
+    notes.write_text("x")
     text = (copied / "manifest.jsonl").read_text().splitlines()
     text[2] = json.dumps({**images[2].entry, "passes": images[2].entry["passes"] + 1})
     (copied / "manifest.jsonl").write_text("\n".join(text[:3]) + "\n")
     assert main(["dataset", "verify", str(copied), "--sample", "3"]) == 1
-    printed = capsys.readouterr().err
+    captured = capsys.readouterr()
+    printed = captured.err
     assert f"{images[0].name}: missing or changed files: rgb.exr" in printed
-    assert f"{images[1].name}: missing or changed files: extra.txt" in printed
+    assert f"{images[1].name}: other files are left alone: .DS_Store" in captured.out
+    assert images[1].name not in printed
+    assert notes.exists()
     assert f"{images[2].name}: rendered again, these buffers differ: " in printed
     assert f"{images[3].name}: is missing" in printed
 

@@ -100,7 +100,7 @@ def test_a_preset_of_ones_own(tmp_path):
     preset = load_preset(path)
     assert preset.materials == "mixed"
     common = dataclasses.replace(COMMON, recolor=preset.recolor)
-    jobs = plan_jobs(preset, read_user_scenes(preset.files), common)
+    jobs = plan_jobs(preset, read_user_scenes(preset.files)[0], common)
     assert [(job.stem, job.illumination, job.view.name) for job in jobs] == [
         (scene, light, view)
         for scene in ("vase", "room")
@@ -118,7 +118,7 @@ def test_a_preset_of_ones_own(tmp_path):
 
 def test_a_scene_that_changed_meanwhile_is_refused(tmp_path):
     preset = load_preset(write(tmp_path, f'files = ["{own_scene(tmp_path)}"]'))
-    job = plan_jobs(preset, read_user_scenes(preset.files), COMMON)[0]
+    job = plan_jobs(preset, read_user_scenes(preset.files)[0], COMMON)[0]
     make_scene(job)
     with pytest.raises(InputError, match="has changed since the data set was begun"):
         make_scene(dataclasses.replace(job, content="0"))

@@ -31,11 +31,25 @@ def with_derived(result: Result) -> Result:
         "scalar_shading": result.scalar_shading,
         "illuminant": result.illuminant.data,
         "illuminant_direct": _direct_illuminant(result),
-        "valid": valid_pixels(result.coverage, result.emission, result.unresolved),
+        "valid": _valid(result),
         "light_source": emits & ~background,
         "background": background,
     }
     return replace(result, buffers=buffers)
+
+
+def _valid(result: Result) -> NDArray[np.bool_]:
+    """Return the valid pixels of a render but for those that show a mirror or glass.
+
+    Such pixels have a residual and no reflectance; those at its edges are next to them.
+    """
+    seen = result.residual.any(axis=-1)
+    specular = seen & ~result.reflectance.any(axis=-1)
+    beside = np.pad(specular, 1)
+    beside = beside[:-2] | beside[1:-1] | beside[2:]
+    beside = beside[:, :-2] | beside[:, 1:-1] | beside[:, 2:]
+    valid = valid_pixels(result.coverage, result.emission, result.unresolved)
+    return valid & ~(seen & beside)
 
 
 def _direct_illuminant(result: Result) -> Image:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ PREVIEWED = ("radiance", "direct", "indirect", "reflectance", "shading")
 """Buffers that have a PNG."""
 _FINAL, _GEOMETRY = "images/scene_cam_00_final_hdf5", "images/scene_cam_00_geometry_hdf5"
 _DATASET = "dataset"
+_AGAIN = "render it again with --resume"
 _SHADING_SHOWN_AS, _PERCENTILE = 0.8, 99.0
 """Linear value that a PNG gives to this percentile of scalar shading over valid pixels."""
 
@@ -65,7 +66,7 @@ def write_image(folder: Path, result: Result, rgb: Result, formats: Collection[s
         rgb.save_exr(folder / RGB_EXR)
     if "hdf5" in formats:
         _write_bands(folder / BANDS_HDF5, result)
-        _write_hypersim(folder, result, rgb)
+        _write_hypersim(folder, hypersim_images(result, rgb.buffers))
     if "png" in formats:
         for name, image in previews(result, rgb).items():
             write_png(image, folder / f"{name}.png")
@@ -99,30 +100,62 @@ def _write_bands(path: Path, result: Result) -> None:
             file.create_dataset(name, data=image, compression="gzip", shuffle=True)
 
 
-def _write_hypersim(folder: Path, result: Result, rgb: Result) -> None:
-    """Write files and datasets under the names that loaders of Hypersim expect.
+def hypersim_images(result: Result, rgb: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Return images by the paths of their files, which loaders of Hypersim expect.
 
     There, color = diffuse_reflectance × diffuse_illumination + residual, so emission is part of the
-    residual. `depth_meters` is the distance from the camera, 0 for the background.
+    residual. `depth_meters` is the distance from the camera, 0 for the background, whose
+    `render_entity_id` is −1.
     """
+    ids = result.object_id
+    places = {
+        _FINAL: {
+            "color": rgb["radiance"],
+            "diffuse_reflectance": rgb["reflectance"],
+            "diffuse_illumination": rgb["shading"],
+            "residual": rgb["radiance"] - rgb["reflectance"] * rgb["shading"],
+        },
+        _GEOMETRY: {
+            "depth_meters": result.distance,
+            "normal_world": result.normal,
+            "render_entity_id": np.where(ids > 0, ids.astype(np.int32), np.int32(-1)),
+        },
+    }
+    return {
+        f"{place}/frame.0000.{name}.hdf5": image
+        for place, images in places.items()
+        for name, image in images.items()
+    }
+
+
+def _write_hypersim(folder: Path, images: Mapping[str, NDArray[Any]]) -> None:
     import h5py
 
-    final = {
-        "color": rgb.radiance,
-        "diffuse_reflectance": rgb.reflectance,
-        "diffuse_illumination": rgb.shading,
-        "residual": rgb.radiance - rgb.reflectance * rgb.shading,
-    }
-    geometry = {
-        "depth_meters": result.distance,
-        "normal_world": result.normal,
-        "render_entity_id": result.object_id.astype(np.int32),
-    }
-    for place, images in ((_FINAL, final), (_GEOMETRY, geometry)):
-        (folder / place).mkdir(parents=True)
-        for name, image in images.items():
-            with h5py.File(folder / place / f"frame.0000.{name}.hdf5", "w") as file:
-                file.create_dataset(_DATASET, data=image, compression="gzip", shuffle=True)
+    for place, image in images.items():
+        (folder / place).parent.mkdir(parents=True, exist_ok=True)
+        with h5py.File(folder / place, "w") as file:
+            file.create_dataset(_DATASET, data=image, compression="gzip", shuffle=True)
+
+
+def read_hypersim(folder: Path) -> dict[str, NDArray[Any]]:
+    """Return what `hypersim_images` returned when the files were written.
+
+    Raises
+    ------
+    InputError : a file is damaged
+    """
+    check_h5py()
+    import h5py
+
+    images: dict[str, NDArray[Any]] = {}
+    for place in (_FINAL, _GEOMETRY):
+        for path in sorted((folder / place).glob("*.hdf5")):
+            try:
+                with h5py.File(path) as file:
+                    images[f"{place}/{path.name}"] = file[_DATASET][()]
+            except (OSError, KeyError) as error:
+                raise InputError(f"is damaged ({error}); {_AGAIN}", path) from None
+    return images
 
 
 def read_image(folder: Path) -> Result:
@@ -135,10 +168,8 @@ def read_image(folder: Path) -> Result:
     if (folder / BANDS_EXR).is_file():
         return Result(*read_exr(folder / BANDS_EXR))
     if (folder / BANDS_HDF5).is_file():
-        return _read_bands(folder / BANDS_HDF5)
-    raise InputError(
-        f"has neither {BANDS_EXR} nor {BANDS_HDF5}; render it again with --resume", folder
-    )
+        return read_hdf5(folder / BANDS_HDF5)
+    raise InputError(f"has neither {BANDS_EXR} nor {BANDS_HDF5}; {_AGAIN}", folder)
 
 
 def read_rgb(folder: Path) -> dict[str, NDArray[Any]]:
@@ -155,8 +186,13 @@ def read_rgb(folder: Path) -> dict[str, NDArray[Any]]:
     return as_rgb(read_image(folder)).buffers
 
 
-def _read_bands(path: Path) -> Result:
-    """Read what `_write_bands` wrote."""
+def read_hdf5(path: Path) -> Result:
+    """Read the buffers of an image from the HDF5 file of its bands.
+
+    Raises
+    ------
+    InputError : it is damaged, or h5py is not installed
+    """
     import json
 
     check_h5py()
@@ -168,15 +204,21 @@ def _read_bands(path: Path) -> Result:
             record = json.loads(file.attrs["record"])
             parts = {name: file[name][()] for name in file}
     except (OSError, KeyError, ValueError) as error:
-        raise InputError(f"is damaged ({error}); render it again with --resume", path) from None
+        raise InputError(f"is damaged ({error}); {_AGAIN}", path) from None
     buffers, errors, block_errors = sort_parts(parts)
     return Result(buffers, errors, bands, record, block_errors)
 
 
-def hash_files(folder: Path) -> dict[str, str]:
-    """Return the SHA-256 of every file in a folder, by its path relative to the folder."""
+def list_files(folder: Path) -> list[str]:
+    """Return the paths of all files in a folder, relative to it."""
     files = sorted(path for path in folder.rglob("*") if path.is_file())
-    return {path.relative_to(folder).as_posix(): _sha256(path) for path in files}
+    return [path.relative_to(folder).as_posix() for path in files]
+
+
+def hash_files(folder: Path, names: Iterable[str]) -> dict[str, str]:
+    """Return the SHA-256 of files by their paths relative to a folder; "" for missing ones."""
+    files = {name: folder / name for name in names}
+    return {name: _sha256(path) if path.is_file() else "" for name, path in files.items()}
 
 
 def _sha256(path: Path) -> str:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -54,7 +56,7 @@ def check_dataset_folder(path: str | PathLike[str], head: dict[str, Any], resume
     InputError : the folder holds another data set or other files, or cannot be written to
     """
     folder = check_output_folder(path, "the data set")
-    if folder.is_dir() and any(folder.iterdir()):
+    if folder.is_dir() and any(not path.name.startswith(".") for path in folder.iterdir()):
         _check_contents(folder, head, resume)
     return folder
 
@@ -155,6 +157,34 @@ def append_line(folder: Path, entry: dict[str, Any]) -> None:
     """Append the entry of an image."""
     with (folder / LINES).open("a", encoding="utf-8") as file:
         file.write(json.dumps(entry, ensure_ascii=False) + "\n")
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Keep other runs of this machine out of a data set's folder; where files can be locked.
+
+    Raises
+    ------
+    InputError : another run is under way
+    """
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        yield
+        return
+    place = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(place, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(place)
+        message = "another run is making this data set; wait for it, or choose another folder"
+        raise InputError(message, folder) from None
+    except OSError:  # a file system without locks
+        pass
+    try:
+        yield
+    finally:
+        os.close(place)
 
 
 def remove_leftovers(folder: Path) -> None:

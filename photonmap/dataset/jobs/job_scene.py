@@ -17,6 +17,7 @@ from photonmap.dataset.jobs.plan import CommonSettings, Job, UserScene
 from photonmap.dataset.scenes.build import build_scene
 from photonmap.dataset.scenes.illumination import Illumination
 from photonmap.dataset.scenes.recolor import recolor, relight
+from photonmap.dataset.scenes.view_search import find_camera
 from photonmap.errors import InputError
 from photonmap.io.readers.scene_file import load_scene
 from photonmap.scene.lights import EnvironmentLight
@@ -32,7 +33,8 @@ def make_scene(job: Job) -> Scene:
 
     Raises
     ------
-    InputError : the scene cannot be built or loaded, or the user's file has changed since the plan
+    InputError : the scene cannot be built or loaded, the user's file has changed since the plan, or
+        no camera near the view sees the scene
     """
     illumination = Illumination(job.illumination, job.colors)
     if job.is_procedural:
@@ -45,17 +47,23 @@ def make_scene(job: Job) -> Scene:
         scene = recolor(scene, job.seed) if job.common.recolor else scene
     if scene.camera is None:
         raise InputError("has no camera; add one to its TOML file", job.scene)
-    return replace(scene, camera=job.view.move(scene.camera))
+    return replace(scene, camera=find_camera(job.view, scene, job.geometry))
 
 
-def read_user_scenes(paths: Iterable[str]) -> list[UserScene]:
-    """Load scene files, and return them with digests of their scenes.
+def read_user_scenes(paths: Iterable[str]) -> tuple[list[UserScene], dict[str, str]]:
+    """Load scene files; return them with digests of their scenes.
 
-    Raises
-    ------
-    InputError : a file cannot be read
+    Returns
+    -------
+    Those that can be read; and why others cannot, by path
     """
-    return [UserScene(str(Path(path).resolve()), _digest(_load(path))) for path in paths]
+    scenes, faults = [], {}
+    for path in paths:
+        try:
+            scenes.append(UserScene(str(Path(path).resolve()), _digest(_load(path))))
+        except InputError as error:
+            faults[path] = str(error)
+    return scenes, faults
 
 
 def describe_inputs(common: CommonSettings) -> CommonSettings:

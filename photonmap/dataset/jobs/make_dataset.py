@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,15 +12,18 @@ from typing import Any
 from photonmap.dataset.files.manifest import (
     FORMAT,
     append_line,
+    locked,
     remove_leftovers,
     write_head,
     write_lines,
 )
 from photonmap.dataset.jobs.plan import CommonSettings, Job
-from photonmap.dataset.jobs.render_image import Task, read_entry
+from photonmap.dataset.jobs.render_image import ENTRY, Task, read_entry
 from photonmap.dataset.jobs.schedule import LOCAL, run_tasks
+from photonmap.runtime.file_checks import FULL
 
 Entries = dict[str, dict[str, Any]]
+_NOT_BEGUN = "not rendered, as the disk is full; free some space, and continue with --resume"
 
 
 @dataclass
@@ -79,26 +83,44 @@ def make_dataset(
 
     Raises
     ------
-    InputError : the scheduler cannot be reached
+    InputError : the scheduler cannot be reached, or another run is making the data set
     KeyboardInterrupt : at Ctrl-C
     """
     folder.mkdir(parents=True, exist_ok=True)
-    remove_leftovers(folder)
-    write_head(folder, head)
-    outcome = Outcome(_find_entries(folder, jobs, log))
-    write_lines(folder, outcome.entries.values())
-    missing = [job for job in jobs if job.name not in outcome.entries]
-    target, versions = str(folder.resolve()), head["versions"]
-    tasks = [Task(job, target, tuple(formats), versions) for job in missing]
-    try:
-        for task, result in run_tasks(tasks, scheduler, workers):
-            _record_result(outcome, task.job.name, result, folder)
+    with locked(folder):
+        remove_leftovers(folder)
+        write_head(folder, head)
+        outcome = Outcome(_find_entries(folder, jobs, log))
+        write_lines(folder, outcome.entries.values())
+        missing = [job for job in jobs if job.name not in outcome.entries]
+        target, versions = str(folder.resolve()), head["versions"]
+        tasks = [Task(job, target, tuple(formats), versions) for job in missing]
+        try:
+            _run(tasks, scheduler, workers, outcome, log)
+        finally:
+            outcome.entries = _in_order(outcome.entries, jobs)
+            write_lines(folder, outcome.entries.values())
+    return outcome
+
+
+def _run(
+    tasks: Sequence[Task],
+    scheduler: str,
+    workers: int,
+    outcome: Outcome,
+    log: Callable[[str], None],
+) -> None:
+    """Render images until all are done, or the disk is full."""
+    with closing(run_tasks(tasks, scheduler, workers)) as results:
+        for task, result in results:
+            _record_result(outcome, task.job.name, result, Path(task.folder))
             done = outcome.rendered + len(outcome.failures)
             log(f"{done}/{len(tasks)} {_line(task.job.name, result)}")
-    finally:
-        outcome.entries = _in_order(outcome.entries, jobs)
-        write_lines(folder, outcome.entries.values())
-    return outcome
+            if isinstance(result, str) and any(sign in result for sign in FULL):
+                break
+    for task in tasks:
+        if task.job.name not in outcome.entries and task.job.name not in outcome.failures:
+            outcome.failures[task.job.name] = _NOT_BEGUN
 
 
 def _in_order(entries: Entries, jobs: Sequence[Job]) -> Entries:
@@ -117,7 +139,7 @@ def _find_entries(folder: Path, jobs: Sequence[Job], log: Callable[[str], None])
         entry = read_entry(folder / name)
         if entry is not None:
             found[name] = entry
-        elif (folder / name).is_dir():
+        elif (folder / name / ENTRY).is_file() or (name in names and (folder / name).is_dir()):
             log(f"{name} is damaged, and " + ("rendered again" if name in names else "left out"))
     return found
 

@@ -12,11 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from photonmap.dataset.files.derived_buffers import as_rgb, rgb_method, rgb_residual, with_derived
-from photonmap.dataset.files.image_files import hash_files, write_image
+from photonmap.dataset.files.image_files import hash_files, list_files, write_image
 from photonmap.dataset.files.image_statistics import summarise
 from photonmap.dataset.files.manifest import check_code
 from photonmap.dataset.jobs.job_scene import make_scene
 from photonmap.dataset.jobs.plan import Job
+from photonmap.errors import InputError
 from photonmap.results.files import write_json
 from photonmap.results.result import Result
 from photonmap.scene.scene import Scene
@@ -56,7 +57,8 @@ def render_image(task: Task) -> dict[str, Any]:
 
     Raises
     ------
-    InputError : the scene cannot be rendered, or versions here are different
+    InputError : the scene cannot be rendered, the image shows no light, or versions here are
+        different
     OSError : the folder cannot be written
     KeyboardInterrupt : at Ctrl-C; nothing is written
     """
@@ -71,6 +73,8 @@ def render_image(task: Task) -> dict[str, Any]:
     built = time.perf_counter()
     result = render_job(job, scene, task.threads)
     rendered = time.perf_counter()
+    if not result.radiance.any():
+        raise InputError(f"{job.name} shows no light; choose another view, or other lights")
     result = with_derived(result)
     rgb = as_rgb(result)
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=data_set) as made:
@@ -78,7 +82,7 @@ def render_image(task: Task) -> dict[str, Any]:
         folder.mkdir()
         write_image(folder, result, rgb, task.formats)
         entry = _describe(job, scene, result, rgb)
-        entry["files"] = hash_files(folder)
+        entry["files"] = hash_files(folder, list_files(folder))
         entry["seconds"] = {
             "build": built - start,
             "compile": result.record["seconds"]["compile"],
@@ -123,11 +127,26 @@ def select_measured_sets(job: Job) -> None:
 
 
 def _replace_folder(folder: Path, new: Path, spare: Path) -> None:
-    """Replace a folder, if it exists, by a new one; `spare` takes the old one."""
+    """Replace a folder, if it exists, by a new one; `spare` takes the old one.
+
+    Files of the old one that the data set does not write, such as notes, go over to the new one.
+    """
     if folder.exists():
+        written = {*list_files(new), *_files_in(folder)}
         folder.rename(spare / "before")
+        for name in set(list_files(spare / "before")) - written:
+            (new / name).parent.mkdir(parents=True, exist_ok=True)
+            (spare / "before" / name).rename(new / name)
     new.rename(folder)
     shutil.rmtree(spare / "before", ignore_errors=True)
+
+
+def _files_in(folder: Path) -> set[str]:
+    """Return the files that the entry in a folder lists."""
+    try:
+        return set(json.loads((folder / ENTRY).read_text(encoding="utf-8"))["files"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return set()
 
 
 def _describe(job: Job, scene: Scene, result: Result, rgb: Result) -> dict[str, Any]:
@@ -201,11 +220,13 @@ def _bands(values: Any) -> list[float]:
 
 
 def read_entry(folder: Path) -> dict[str, Any] | None:
-    """Return the entry of an image if its files have the hashes in it; else None."""
+    """Return the entry of an image if its files have the hashes in it; else None.
+
+    Other files in its folder are the user's, and do not matter.
+    """
     try:
         entry = json.loads((folder / ENTRY).read_text(encoding="utf-8"))
-        files = hash_files(folder)
-    except (OSError, ValueError):
+        whole = entry["files"] == hash_files(folder, entry["files"])
+    except (OSError, ValueError, KeyError, TypeError):
         return None
-    files.pop(ENTRY, None)
-    return entry if isinstance(entry, dict) and entry.get("files") == files else None
+    return entry if whole else None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from importlib.util import find_spec
@@ -53,7 +53,7 @@ def run_tasks(
     scheduler: str = LOCAL,
     workers: int = 1,
     work: Callable[[Any], Any] | None = None,
-) -> Iterator[tuple[Any, Any]]:
+) -> Generator[tuple[Any, Any]]:
     """Run tasks; yield each when it has finished, with its result, or failed, with the reason.
 
     One local worker, or a machine without dask, runs them in this process, one by one. Otherwise

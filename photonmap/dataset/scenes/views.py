@@ -37,6 +37,11 @@ class View:
         if self.distance <= 0.0:
             raise InputError(f"view {self.name!r}: distance {self.distance} must be above 0")
 
+    @property
+    def is_own(self) -> bool:
+        """Whether the camera stays where the scene has it."""
+        return (self.yaw, self.pitch, self.distance) == (0.0, 0.0, 1.0)
+
     def move(self, camera: Camera) -> Camera:
         """Return the camera moved to this view.
 
@@ -44,7 +49,7 @@ class View:
         ------
         InputError : the camera would look straight up or down, or its rays do not move with it
         """
-        if (self.yaw, self.pitch, self.distance) == (0.0, 0.0, 1.0):
+        if self.is_own:
             return camera
         if isinstance(camera.projection, RayMap):
             raise InputError(f"view {self.name!r} cannot move a ray map; give each view its own")

@@ -1,0 +1,185 @@
+"""What may go wrong while a data set is made or changed, and is noticed at once."""
+
+import dataclasses
+import hashlib
+import json
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import photonmap as pm
+from photonmap import dataset
+from photonmap.commands.main import main
+from photonmap.dataset.files.image_files import BANDS_EXR
+from photonmap.dataset.files.manifest import locked
+from photonmap.dataset.jobs import render_image, schedule
+from photonmap.dataset.jobs import verify as verify_module
+from photonmap.dataset.jobs.job_scene import make_scene
+from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
+from photonmap.dataset.jobs.presets import Preset
+from photonmap.dataset.jobs.verify import verify
+from photonmap.dataset.scenes import view_search
+from photonmap.dataset.scenes.views import View
+from photonmap.integrators.look import Onlooker
+
+SIZE = ["--size", "16x12", "--bands", "3", "--error", "0.5", "--quiet"]
+COMMON = CommonSettings((16, 12), "3", "0.5", inputs="0")
+
+
+@pytest.fixture
+def one(tmp_path):
+    """The preset of one image."""
+    path = tmp_path / "one.toml"
+    path.write_text('scenes = ["jug"]\nilluminations = ["white"]')
+    return str(path)
+
+
+def test_a_file_that_cannot_be_read_is_left_out(tmp_path, capsys):
+    pm.save_scene(pm.scenes.cornell_box(), tmp_path / "room.obj")
+    (tmp_path / "broken.obj").write_text("v 0 0\nf 1 2 3\n")
+    path = tmp_path / "own.toml"
+    path.write_text('files = ["broken.obj", "room.obj"]\nilluminations = ["white"]')
+    assert main(["dataset", str(tmp_path / "set"), "--preset", str(path), *SIZE]) == 1
+    printed = capsys.readouterr().err.splitlines()
+    assert len(printed) == 1
+    assert "photonmap: failed: " in printed[0]
+    assert "broken.obj:1" in printed[0]
+    assert len(dataset.open(tmp_path / "set")) == 1
+    path.write_text('files = ["broken.obj"]')
+    assert main(["dataset", str(tmp_path / "none"), "--preset", str(path), *SIZE]) == 2
+    assert not (tmp_path / "none").exists()
+
+
+def test_after_a_full_disk_nothing_more_is_rendered(tmp_path, monkeypatch, capsys):
+    tried = []
+
+    def fail(task):
+        tried.append(task)
+        raise OSError("[Errno 28] No space left on device")
+
+    monkeypatch.setattr(schedule, "render_image", fail)
+    assert main(["dataset", str(tmp_path / "set"), "--preset", "small", *SIZE]) == 1
+    assert len(tried) == 1
+    assert "as the disk is full; free some space" in capsys.readouterr().err
+
+
+def test_two_runs_do_not_meet(tmp_path, one, capsys):
+    folder = tmp_path / "set"
+    folder.mkdir()
+    with locked(folder):
+        assert main(["dataset", str(folder), "--preset", one, *SIZE]) == 2
+        assert "another run is making this data set" in capsys.readouterr().err
+        assert not list(folder.iterdir())
+    code = (
+        "import sys, time; from pathlib import Path;"
+        "from photonmap.dataset.files.manifest import locked\n"
+        "with locked(Path(sys.argv[1])):\n print('locked', flush=True); time.sleep(60)"
+    )
+    command = [sys.executable, "-c", code, str(folder)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as other:
+        assert other.stdout.readline() == b"locked\n"
+        assert main(["dataset", str(folder), "--preset", one, *SIZE]) == 2
+        other.kill()
+    (folder / ".DS_Store").write_text("x")
+    assert main(["dataset", str(folder), "--preset", one, *SIZE]) == 0
+
+
+def test_an_image_without_light_is_refused(tmp_path, monkeypatch):
+    preset = Preset("one", ("jug",), illuminations=("white",))
+    [job] = plan_jobs(preset, [], COMMON)
+    lit = make_scene(job)
+    dark = dataclasses.replace(
+        lit,
+        meshes=[
+            dataclasses.replace(mesh, material=dataclasses.replace(mesh.material, emission=0.0))
+            for mesh in lit.meshes
+        ],
+        lights=[pm.PointLight((0.0, 0.0, -1e3), 1e-9)],
+        camera=pm.Camera((0.0, 1e3, 0.0), (0.0, 2e3, 0.0), up=(1.0, 0.0, 0.0)),
+    )
+    monkeypatch.setattr(render_image, "make_scene", lambda job: dark)
+    with pytest.raises(pm.InputError, match="shows no light; choose another view"):
+        render_image.render_image(render_image.Task(job, str(tmp_path), ("exr",)))
+    assert not list(tmp_path.iterdir())
+
+
+def test_verify_traces_rays_and_reads_every_format(tmp_path, one):
+    """A value that was changed along with its hash, where no image is rendered again."""
+    made = tmp_path / "set"
+    assert main(["dataset", str(made), "--preset", one, *SIZE, "--format", "exr,hdf5"]) == 0
+    assert verify(made, sample=0) == []
+    [image] = dataset.open(made)
+    result = image.result
+    before = shutil.copytree(image.folder, tmp_path / "before")
+    result.buffers["depth"] = result.depth.copy()
+    result.buffers["depth"][3, 4] += 1e-3
+    result.save_exr(image.folder / BANDS_EXR)
+    rewrite_hash(made, image, BANDS_EXR)
+    faults = verify(made, sample=0)
+    assert any("rays traced again give other values: depth" in fault for fault in faults)
+    assert any("bands.hdf5 has other arrays than the image: depth" in fault for fault in faults)
+    shutil.copy(before / BANDS_EXR, image.folder / BANDS_EXR)
+    rewrite_hash(made, image, BANDS_EXR)
+    assert verify(made, sample=0) == []
+    place = "images/scene_cam_00_final_hdf5/frame.0000.color.hdf5"
+    (image.folder / place).write_bytes(b"damaged")
+    rewrite_hash(made, image, place)
+    assert any("color.hdf5: is damaged" in fault for fault in verify(made, sample=0))
+
+
+def rewrite_hash(folder, image, name):
+    """Make the manifest agree with a changed file."""
+    [image] = dataset.open(folder)
+    digest = hashlib.sha256((image.folder / name).read_bytes()).hexdigest()
+    image.entry["files"][name] = digest
+    (folder / "manifest.jsonl").write_text(json.dumps(image.entry) + "\n")
+
+
+def test_verify_draws_another_sample_each_time(tmp_path, monkeypatch):
+    preset = tmp_path / "two.toml"
+    preset.write_text('scenes = ["jug", "bowl"]\nilluminations = ["white", "colored", "two_mixed"]')
+    assert main(["dataset", str(tmp_path / "set"), "--preset", str(preset), *SIZE]) == 0
+    drawn = []
+    monkeypatch.setattr(verify_module, "_faults", lambda image, log: [])
+    monkeypatch.setattr(
+        verify_module, "_render_again", lambda image, log: drawn.append(image.name) or []
+    )
+    for _ in range(30):
+        verify(tmp_path / "set")
+    assert len(set(drawn)) > 1
+    assert verify(tmp_path / "set", seed=1) == verify(tmp_path / "set", seed=1) == []
+    assert drawn[-1] == drawn[-2]
+
+
+@pytest.mark.parametrize("scene", ["study", "kitchen", "living_room"])
+def test_views_are_kept_inside_and_clear(scene):
+    """The way from the scene's own camera is free, and things are seen, as rays say."""
+    for view in (View("left", 20.0, -5.0, 1.1), View("far", -150.0, 0.0, 1.5)):
+        preset = Preset("one", (scene,), illuminations=("white", "colored"), views=(view,))
+        lit, relit = (make_scene(job) for job in plan_jobs(preset, [], COMMON))
+        assert lit.camera == relit.camera
+        own = make_scene(plan_jobs(dataclasses.replace(preset, views=(View(),)), [], COMMON)[0])
+        low, high = bounds(own)
+        assert (low < lit.camera.origin).all()
+        assert (high > lit.camera.origin).all()
+        onlooker = Onlooker(lit)
+        seen = onlooker.see(lit.camera, (32, 24))
+        usual = onlooker.see(own.camera, (32, 24))
+        count = [len(np.unique(image["object_id"])) for image in (seen, usual)]
+        assert count[0] >= 0.4 * count[1]
+        assert np.median(seen["distance"]) > 0.3 * np.median(usual["distance"])
+
+
+def bounds(scene):
+    vertices = np.concatenate([mesh.vertices for mesh in scene.meshes])
+    return vertices.min(axis=0), vertices.max(axis=0)
+
+
+def test_a_view_that_nothing_is_good_for_says_so(monkeypatch):
+    scene = pm.scenes.cornell_box()
+    monkeypatch.setattr(view_search, "TRIES", 3)
+    with pytest.raises(pm.InputError, match="3 cameras near it are inside walls or see too"):
+        view_search.find_camera(View("in", distance=1e4), scene, "box")
