@@ -244,8 +244,8 @@ TABLE = (
     ),
     Buffer(
         "illuminant_direct",
-        "the colour of the direct light, of band mean 1; 0 where it is unknown, because a band of "
-        "reflectance is 0 or some light is not diffuse",
+        "the colour of the direct light, of band mean 1, mixed from the colours that the lights "
+        "emit; 0 where none is seen",
         "ratio", "data set", "none",
     ),
     Buffer(
@@ -262,6 +262,12 @@ TABLE = (
     Buffer(
         "background",
         "no surface is at the pixel's centre",
+        "mask", "data set", "none", ("Y",),
+    ),
+    Buffer(
+        "pure",
+        "one reflectance and one piece of surface are in the pixel, so that shading is the "
+        "irradiance / π there",
         "mask", "data set", "none", ("Y",),
     ),
 )  # fmt: skip

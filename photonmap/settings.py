@@ -144,6 +144,7 @@ class Options:
             group="image",
             choices=("box", "center"),
             decides=True,
+            commands=(RENDER, DATASET),
         ),
     )
     passes: int | None = field(

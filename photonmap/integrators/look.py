@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Container
 from dataclasses import replace
 from typing import Any
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from photonmap.buffers import DEFAULT
 from photonmap.compile.scene_arrays import compile_scene
+from photonmap.errors import SceneWarning
 from photonmap.integrators.first_hits import first_hit_buffers
 from photonmap.kernels.core.passes import Film
 from photonmap.runtime.workers import Workers
@@ -19,7 +21,7 @@ from photonmap.spectra.bands import Bands
 
 
 class Onlooker:
-    """Looks at a scene with any camera.
+    """Looks at a scene with any camera; what is to be said of the scene, its render says.
 
     Parameters
     ----------
@@ -32,7 +34,9 @@ class Onlooker:
     """
 
     def __init__(self, scene: Scene, threads: int | None = None) -> None:
-        self._compiled = compile_scene(scene, Bands.parse(1))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SceneWarning)
+            self._compiled = compile_scene(scene, Bands.parse(1))
         self._threads = threads
 
     def see(

@@ -9,8 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.buffers import RENDERED, split_name
+from photonmap.dataset.files.light_colors import direct_light_color, light_colors, over_mean
+from photonmap.dataset.files.pure_pixels import pure_pixels
 from photonmap.film.valid_pixels import valid_pixels
 from photonmap.results.result import Result
+from photonmap.scene.scene import Scene
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.projection import Method
 
@@ -22,18 +25,29 @@ PROJECTED = tuple(
 """Buffers that have a colour: not the residual, which is computed again, nor what errors need."""
 
 
-def with_derived(result: Result) -> Result:
-    """Return a render with the buffers that follow from its own, `photonmap.buffers.ADDED`."""
+def with_derived(result: Result, scene: Scene | None = None) -> Result:
+    """Return a render with the buffers that follow from its own, `photonmap.buffers.ADDED`.
+
+    Parameters
+    ----------
+    scene : that was rendered; without it, no pixel is known to be pure, and the colour of direct
+        light is that of direct / reflectance
+    """
+    color, pure = None, np.zeros(result.coverage.shape, bool)
+    if scene is not None:
+        colors = light_colors(scene, result.per_light, result.bands)
+        color, pure = direct_light_color(result, colors), pure_pixels(result, scene)
     emits = result.emission.any(axis=-1)
     background = result.object_id == 0
     buffers = {
         **result.buffers,
         "scalar_shading": result.scalar_shading,
         "illuminant": result.illuminant.data,
-        "illuminant_direct": _direct_illuminant(result),
+        "illuminant_direct": _ratio_color(result) if color is None else color,
         "valid": _valid(result),
         "light_source": emits & ~background,
         "background": background,
+        "pure": pure,
     }
     return replace(result, buffers=buffers)
 
@@ -52,20 +66,13 @@ def _valid(result: Result) -> NDArray[np.bool_]:
     return valid & ~(seen & beside)
 
 
-def _direct_illuminant(result: Result) -> Image:
-    """Return the colour of direct light: direct / reflectance over its band mean, or 0."""
+def _ratio_color(result: Result) -> Image:
+    """Return the colour of direct / reflectance; 0 where a band of reflectance is 0."""
     reflectance = result.reflectance.astype(np.float64)
     known = (reflectance > 0.0).all(axis=-1, keepdims=True)
     known &= ~result.residual.any(axis=-1, keepdims=True)
     shading = np.divide(result.direct, reflectance, where=known, out=np.zeros(reflectance.shape))
-    return _over_mean(shading)
-
-
-def _over_mean(light: Image) -> Image:
-    """Return light divided by its mean over bands, 0 where that is 0."""
-    mean = light.mean(axis=-1, keepdims=True, dtype=np.float64)
-    lit = np.broadcast_to(mean > 0.0, light.shape)
-    return np.divide(light, mean, where=lit, out=np.zeros(light.shape)).astype(np.float32)
+    return over_mean(shading)
 
 
 def rgb_method(bands: Bands) -> Method | None:
@@ -95,7 +102,7 @@ def as_rgb(result: Result) -> Result:
     projected = Result(rgb, {}, Bands.rgb(), {**result.record, "white": None})
     rgb["scalar_shading"] = projected.scalar_shading
     rgb["illuminant"] = projected.illuminant.data
-    rgb["illuminant_direct"] = _over_mean(result.rgb("illuminant_direct", method, "D65"))
+    rgb["illuminant_direct"] = over_mean(result.rgb("illuminant_direct", method, "D65"))
     return projected
 
 

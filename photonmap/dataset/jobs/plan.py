@@ -33,6 +33,7 @@ class CommonSettings:
     size : (width, height), pixels
     bands : as `photonmap.Bands.parse` takes them
     error : at which a render stops, as `photonmap.render` takes it
+    pixel : where samples lie in a pixel, as `photonmap.render` takes it
     materials : of procedural scenes, one of `photonmap.dataset.models.palette.MATERIALS`
     recolor : give the surfaces of the user's scenes random Munsell chips
     munsell, illuminants : paths of measured sets, or None
@@ -42,6 +43,7 @@ class CommonSettings:
     size: tuple[int, int]
     bands: str
     error: str
+    pixel: str = "box"
     materials: str = MATERIALS[0]
     recolor: bool = False
     munsell: str | None = None

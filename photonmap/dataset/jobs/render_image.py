@@ -75,7 +75,7 @@ def render_image(task: Task) -> dict[str, Any]:
     rendered = time.perf_counter()
     if not result.radiance.any():
         raise InputError(f"{job.name} shows no light; choose another view, or other lights")
-    result = with_derived(result)
+    result = with_derived(result, scene)
     rgb = as_rgb(result)
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=data_set) as made:
         folder = Path(made) / job.name
