@@ -96,7 +96,7 @@ def _lobe_probability(scattering, material, cosine):
 
 
 @jit
-def _visible_normal(alpha, wo, u, v):
+def visible_normal(alpha, wo, u, v):
     """Return a microfacet normal that wo sees, about +z.
 
     J. Dupuy and A. Benyoub, "Sampling visible GGX normals with spherical caps", 2023.
@@ -119,7 +119,7 @@ def sample(scattering, material, wo, n, u, v):
         u = min((u - probability) / (1.0 - probability), 1.0 - 2.0**-53)
         return vec.from_frame(warp.cosine_hemisphere(u, v), n)
     local = vec.to_frame(wo, n)
-    h = _visible_normal(scattering.parameters[material, 0], local, u / probability, v)
+    h = visible_normal(scattering.parameters[material, 0], local, u / probability, v)
     wi = vec.sub(vec.scale(h, 2.0 * vec.dot(local, h)), local)
     return vec.normalize(vec.from_frame(wi, n))
 

@@ -1,17 +1,39 @@
-"""Specular surfaces: mirrors, diffuse surfaces with a mirror coat, and glass."""
+"""Specular surfaces: mirrors, diffuse surfaces with a mirror coat, glass, and nearly smooth metal.
+
+Glass may be rough. α is an argument of its own, None in a scene where all is smooth: then nothing
+of rough surfaces is compiled.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 
+from photonmap.kernels.bsdf import microsurface
 from photonmap.kernels.bsdf.fresnel import fresnel, mirrored, refracted
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.bands import divide
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.core.records import MIRROR
-from photonmap.kernels.core.rng import draw
+from photonmap.kernels.core.records import METAL, MIRROR
+from photonmap.kernels.core.rng import draw, stream
 from photonmap.kernels.geometry.interaction import offset, point_at, shading_normal, side_of
 
 LONGEST_CHAIN = 256
 """Specular scatterings in a row, after which a path is truncated."""
+BITS = float(1 << 53)
+"""Of a uniform number."""
+
+
+class Arrival(NamedTuple):
+    """How light meets a specular surface."""
+
+    direction: tuple
+    """unit vector along which it arrives"""
+    side: int
+    """0 at the front of the triangle, 1 at its back"""
+    ng: tuple
+    """geometric normal on that side"""
+    n: tuple
+    """shading normal, or ng where light arrives from below it"""
 
 
 @jit
@@ -41,28 +63,50 @@ def _multiply(throughput, table, row, factor):
 
 
 @jit
-def scatter_specular(geometry, specular, hit, direction, xi, carries_flux, throughput):
-    """Scatter light that arrives along `direction` at a specular surface: a delta BSDF's `sample`.
-
-    Glass reflects where the uniform number `xi` is below Fresnel's reflectance, and transmits
-    elsewhere. `throughput`, (N,), is multiplied by the mirror's reflectance or the glass's tint,
-    and by the square of the ratio of indices unless it is flux (Veach 1997, 5.2).
-
-    Returns
-    -------
-    origin, unit direction
-    """
-    material = geometry.material[hit.triangle]
+def arrive_at(geometry, hit, direction):
+    """Return the `Arrival` of a ray."""
     direction = vec.normalize(direction)
     side = side_of(geometry, hit.triangle, direction)
     ng = vec.scale(vec.row(geometry.normals, hit.triangle), 1.0 - 2.0 * side)
     n = shading_normal(geometry, hit, ng, side)
     if vec.dot(n, direction) >= 0.0:
         n = ng
+    return Arrival(direction, side, ng, n)
+
+
+@jit
+def index_ratio(specular, material, side):
+    """Return the index of the side that light comes from over the other's; of metal `METAL`."""
+    if specular.kind[material] == METAL:
+        return microsurface.METAL
+    return specular.ior[material] if side == 1 else 1.0 / specular.ior[material]
+
+
+@jit
+def scatter_specular(geometry, specular, hit, direction, xi, carries_flux, throughput):
+    """Scatter light that arrives along `direction` at a specular surface: a BSDF's `sample`.
+
+    Smooth glass reflects where the uniform number `xi` is below Fresnel's reflectance, and
+    transmits elsewhere; at rough surfaces, a walk among their facets draws from a stream that `xi`
+    begins. `throughput`, (N,), is multiplied by the mirror's reflectance or the glass's tint, and
+    by the square of the ratio of indices unless it is flux (Veach 1997, 5.2).
+
+    Returns
+    -------
+    origin, unit direction
+    """
+    material = geometry.material[hit.triangle]
+    arrival = arrive_at(geometry, hit, direction)
+    direction, side, ng, n = arrival
     point, size = point_at(geometry, hit.triangle, hit.u, hit.v)
     if specular.kind[material] == MIRROR:
         _multiply(throughput, specular.mirror, material, 1.0)
         return offset(point, size, ng), _on_side(mirrored(direction, n), direction, ng)
+    rough, crossed, out = _scatter_rough(
+        specular, specular.alpha, material, arrival, xi, carries_flux, throughput
+    )
+    if rough:
+        return offset(point, size, vec.scale(ng, -1.0) if crossed else ng), out
     eta = specular.ior[material] if side == 1 else 1.0 / specular.ior[material]
     if xi < fresnel(-vec.dot(n, direction), eta):
         return offset(point, size, ng), _on_side(mirrored(direction, n), direction, ng)
@@ -77,3 +121,37 @@ def scatter_specular(geometry, specular, hit, direction, xi, carries_flux, throu
 def _on_side(out, direction, ng):
     """Return a reflected direction, about the geometric normal if it would enter the surface."""
     return out if vec.dot(out, ng) > 0.0 else mirrored(direction, ng)
+
+
+@jit
+def _scatter_rough(specular, alpha, material, arrival, xi, carries_flux, throughput):
+    """Scatter light at a rough surface; return (whether it is one, transmitted or not, direction).
+
+    `throughput` is multiplied as by `scatter_specular`.
+    """
+    direction, side, ng, n = arrival
+    if alpha is None:
+        return False, False, direction
+    if alpha[material] == 0.0:
+        return False, False, direction
+    eta = index_ratio(specular, material, side)
+    wi, state = vec.to_frame(vec.scale(direction, -1.0), n), stream(np.uint64(xi * BITS), 0, 0)
+    wo, crossed, state = microsurface.scatter(
+        alpha[material], eta, specular.mirror[material], wi, state, throughput
+    )
+    if crossed:
+        _multiply(throughput, specular.tint, material, 1.0 if carries_flux else eta * eta)
+    out = vec.normalize(vec.from_frame(wo, n))
+    if (vec.dot(out, ng) < 0.0) != crossed:
+        out = mirrored(out, ng)
+    return True, crossed, out
+
+
+@jit
+def is_folded(out, arrival, crossed):
+    """Return whether rough surfaces send light along `out` also by mirroring it.
+
+    That is where shading normals lean so far that it would leave on the wrong side.
+    """
+    toward = vec.dot(mirrored(out, arrival.ng), arrival.n)
+    return toward < 0.0 if crossed else toward > 0.0

@@ -186,6 +186,8 @@ class Scratch(NamedTuple):
     """as `irradiance`: radiance that leaves a surface beyond what Lambert's law says"""
     response: np.ndarray
     """(N,) float32, values of a BSDF"""
+    walk: np.ndarray
+    """(N,) float32, throughput of a walk among facets"""
 
 
 @by_reference

@@ -10,7 +10,7 @@ import numpy as np
 
 from photonmap.kernels.core.record_types import by_reference
 
-MIRROR, GLASS = 1, 2
+MIRROR, GLASS, METAL = 1, 2, 3
 """Kinds of specular surfaces; 0 is none."""
 BYTES, SRGB, FLOATS = 0, 1, 2
 """Kinds of texels: linear bytes, sRGB bytes, linear float32; the first two are rows of a table."""
@@ -109,19 +109,22 @@ class Materials(NamedTuple):
 
 @by_reference
 class Specular(NamedTuple):
-    """Mirrors, mirror coats and glass."""
+    """Mirrors, mirror coats, glass, and metals that are nearly mirrors."""
 
     kind: np.ndarray
-    """(M,) uint8: 0, MIRROR or GLASS"""
+    """(M,) uint8: 0, MIRROR, GLASS or METAL"""
     mirror: np.ndarray
-    """(M, N) float32, reflectance of the mirror"""
+    """(M, N) float32, reflectance of the mirror, of a METAL at normal incidence"""
     ior: np.ndarray
     """(M,) float64, index of refraction of the inside"""
     tint: np.ndarray
     """(M, N) float32, what glass transmits at a crossing"""
     probability: np.ndarray
     """(M,) float64, with which a path takes the specular lobe rather than the diffuse one: 1 for
-    mirrors and glass, 0 where there is no specular lobe"""
+    mirrors, metals and glass, 0 where there is no specular lobe"""
+    alpha: np.ndarray | None
+    """(M,) float64, GGX's α of rough glass and METAL, 0 for what is smooth: see
+    `bsdf.microsurface`; None where all are smooth"""
 
 
 @by_reference

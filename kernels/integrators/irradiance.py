@@ -32,7 +32,7 @@ def _onto(scratch, irradiance):
     """Return the same scratch with another place for irradiance."""
     return Scratch(
         scratch.throughput, scratch.chain, irradiance, scratch.points, scratch.directions,
-        scratch.incident, scratch.scattered, scratch.response,
+        scratch.incident, scratch.scattered, scratch.response, scratch.walk,
     )  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from photonmap.kernels.core.passes import Hit
 from photonmap.kernels.core.rng import draw
 from photonmap.kernels.core.roulette import russian_roulette
 from photonmap.kernels.geometry.opacity import intersect
-from photonmap.kernels.lights.emission import add_attenuated, emission_of, visible_emitter
+from photonmap.kernels.integrators.rough_chain import Sink, add_chain_emission, add_rough_lights
 
 CERTAIN_STEPS = 4
 """Specular scatterings of a chain before Russian roulette begins."""
@@ -40,40 +40,35 @@ def specular_step(scene, specular, hit, direction, step, before, state, throughp
 
 
 @jit
-def add_visible_emission(scene, hit, direction, throughput, factor, target, row):
-    """Add the emission at a ray's end, times factor · throughput, to a row of target."""
-    geometry, lights = scene.geometry, scene.lights
-    emitter, position = visible_emitter(geometry, lights, hit, direction)
-    if emitter >= 0:
-        emission = emission_of(lights, emitter, position)
-        add_attenuated(target, row, lights, emission, throughput, factor)
-
-
-@jit
 def follow_specular_chain(scene, specular, hit, direction, row, state, scratch):
     """Follow a path from a hit along specular surfaces, until it takes another lobe.
 
-    Emission on the way is added to row `row` of `scratch.irradiance`, unless it is -1. Returns
-    (hit, direction, state); the hit's triangle is -1 where the path ends.
+    Emission on the way, and light samples of rough surfaces, are added to row `row` of
+    `scratch.irradiance`, unless it is -1. Returns (hit, direction, state); the hit's triangle is -1
+    where the path ends.
     """
     if specular is None:
         return hit, direction, state
     throughput = scratch.throughput
     before = largest(throughput)
+    sink = Sink(scratch.irradiance, row, math.pi)
     for step in range(LONGEST_CHAIN):
         probability = specular.probability[scene.geometry.material[hit.triangle]]
         is_specular, state = choose_lobe(probability, state, throughput)
         if not is_specular:
             return hit, direction, state
+        met = hit, direction
+        if row >= 0:
+            state = add_rough_lights(
+                scene, specular, specular.alpha, met, throughput, sink, state, scratch
+            )
         alive, hit, direction, state = specular_step(
             scene, specular, hit, direction, step, before, state, throughput
         )
         if not alive:
             break
         if row >= 0:
-            add_visible_emission(
-                scene, hit, direction, throughput, math.pi, scratch.irradiance, row
-            )
+            add_chain_emission(scene, specular, met, (hit, direction), throughput, sink)
         if hit.triangle < 0:
             break
     return Hit(np.int64(-1), hit.u, hit.v, hit.distance), direction, state

@@ -1,4 +1,9 @@
-"""What the camera sees via specular surfaces."""
+"""What the camera sees via specular surfaces.
+
+Where all of them are smooth, light keeps its kind: what a mirror shows is emission, direct light,
+and so on. Rough ones make light from an emitter direct, as other surfaces do, and all else
+indirect.
+"""
 
 import numpy as np
 
@@ -6,7 +11,13 @@ from photonmap.kernels.bsdf import models
 from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.core.passes import CAUSTIC, MAX_BOUNCES, TRUNCATED, VIA_DIRECT
+from photonmap.kernels.core.passes import (
+    CAUSTIC,
+    MAX_BOUNCES,
+    TRUNCATED,
+    VIA_DIRECT,
+    VIA_INDIRECT,
+)
 from photonmap.kernels.core.rng import stream
 from photonmap.kernels.core.streams import (
     CHAIN_GATHER,
@@ -21,11 +32,19 @@ from photonmap.kernels.core.warp import INV_PI
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.integrators.final_gather import light_keys
 from photonmap.kernels.integrators.irradiance import estimate_irradiance, trace_irradiance
-from photonmap.kernels.integrators.specular_chain import add_visible_emission, specular_step
+from photonmap.kernels.integrators.rough_chain import (
+    Sink,
+    add_chain_emission,
+    add_rough_lights,
+    is_rough,
+)
+from photonmap.kernels.integrators.specular_chain import specular_step
 
 USES = (CHAIN_LIGHT, CHAIN_GATHER, CHAIN_PATH, CHAIN_GATHER_CHAIN, CHAIN_GLOSSY_PATH)
 STEP = np.uint64(40)
 """Bits of an index below those that number the surfaces along a chain."""
+SMOOTH, ONE_ROUGH, FURTHER = 0, 1, 2
+"""What a chain has passed: no rough surface, the first one just now, or more since then."""
 
 
 @jit
@@ -38,15 +57,17 @@ def _radiance(scene, scattering, color, row, band, scratch):
 
 
 @jit
-def _add_radiance(scene, surface, share, pixel, scratch, via_specular):
+def _add_radiance(scene, surface, passed, sample, scratch, via_specular):
     """Add what a surface sends along the chain, whose throughput is `scratch.chain`."""
     if via_specular is None:
         return
+    pixel, share = sample
     color = look_up_material(scene.geometry, scene.textures, surface.hit)
     for row in range(CAUSTIC + 1):
+        kind = VIA_DIRECT + row if passed == SMOOTH else VIA_INDIRECT
         for band in range(len(scratch.chain)):
             light = _radiance(scene, scene.scattering, color, row, band, scratch)
-            via_specular[VIA_DIRECT + row, pixel, band] += share * scratch.chain[band] * light
+            via_specular[kind, pixel, band] += share * scratch.chain[band] * light
 
 
 @jit
@@ -60,34 +81,74 @@ def _light_of(job, caustics, surface, index, budget, state, scratch):
 
 
 @jit
+def _pass(geometry, alpha, hit, passed):
+    """Return what a chain has passed after one more surface."""
+    if alpha is None:
+        return SMOOTH
+    rough = is_rough(geometry, alpha, hit.triangle)
+    if passed == SMOOTH:
+        return ONE_ROUGH if rough else SMOOTH
+    return FURTHER
+
+
+@jit
+def _add_lights_of(scene, specular, alpha, arrived, to, state, scratch):
+    """Add the light samples of a surface on the chain, if it is rough; return the random state.
+
+    `to` is (what the chain has passed before, (pixel, share), `Estimate.via_specular`).
+    """
+    if alpha is None:
+        return state
+    passed, (pixel, share), via_specular = to
+    row = VIA_DIRECT if passed == SMOOTH else VIA_INDIRECT
+    sink = Sink(via_specular[row], pixel, share)
+    return add_rough_lights(scene, specular, alpha, arrived, scratch.chain, sink, state, scratch)
+
+
+@jit
+def _add_emission(scene, specular, alpha, met, passed, sample, estimate, scratch):
+    """Add the emission that a chain meets; `met` are (hit, direction) of its last two rays."""
+    pixel, share = sample
+    target = estimate.pixels.emission
+    if alpha is not None:  # noqa: SIM102 - Numba prunes conditions on a single argument
+        if passed != SMOOTH:
+            target = estimate.via_specular[VIA_DIRECT if passed == ONE_ROUGH else VIA_INDIRECT]
+    sink = Sink(target, pixel, share)
+    add_chain_emission(scene, specular, met[0], met[1], scratch.chain, sink)
+
+
+@jit
 def view_specular_chain(job, specular, seen, index, sample, budget, estimate, scratch):
     """Follow a camera ray on from a specular first hit, and add all that it sees.
 
     `seen` = (hit, direction) of the ray, `sample` = (pixel, share of it). Emission goes to
-    `estimate.pixels.emission`, other light to `estimate.via_specular`.
+    `estimate.pixels.emission` while all is smooth, other light to `estimate.via_specular`.
     """
     if specular is None:
         return
     scene = job.scene
-    (hit, direction), (pixel, share) = seen, sample
+    hit, direction = seen
     scratch.chain[:] = 1.0
-    state = stream(split(job.key, CHAIN_WALK), index, 0)
+    state, passed = stream(split(job.key, CHAIN_WALK), index, 0), SMOOTH
     for step in range(LONGEST_CHAIN):
         if specular.kind[scene.geometry.material[hit.triangle]] == 0:
             return
+        met = hit, direction
+        to = passed, sample, estimate.via_specular
+        state = _add_lights_of(scene, specular, specular.alpha, met, to, state, scratch)
         alive, hit, direction, state = specular_step(
             scene, specular, hit, direction, step, np.float32(1.0), state, scratch.chain
         )
         if not alive:
             return
-        add_visible_emission(
-            scene, hit, direction, scratch.chain, share, estimate.pixels.emission, pixel
-        )
+        passed = _pass(scene.geometry, specular.alpha, met[0], passed)
+        rays = met, (hit, direction)
+        _add_emission(scene, specular, specular.alpha, rays, passed, sample, estimate, scratch)
         if hit.triangle < 0:
             return
         if specular.probability[scene.geometry.material[hit.triangle]] < 1.0:
             surface = surface_interaction(scene.geometry, hit, direction)
             place = index + (np.uint64(step + 1) << STEP)
             state = _light_of(job, job.maps.caustics, surface, place, budget, state, scratch)
-            _add_radiance(scene, surface, share, pixel, scratch, estimate.via_specular)
-    estimate.pixels.lookups[pixel] |= TRUNCATED
+            _add_radiance(scene, surface, passed, sample, scratch, estimate.via_specular)
+    estimate.pixels.lookups[sample[0]] |= TRUNCATED

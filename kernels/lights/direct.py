@@ -74,10 +74,10 @@ def weigh_sample(scene, scattering, surface, sample, rays):
 
 
 @jit
-def weigh_hit(scene, scattering, surface, hit, seen, direction, budget):
-    """Return the weight of a scattered ray that hits an emitter, against light samples.
+def sampling_pdf(scene, surface, hit, seen, direction):
+    """Return the density (per steradian) of a light sample where a scattered ray hits an emitter.
 
-    `seen` is (emitter, position on it); of `budget`, samples and rays count.
+    `seen` is (emitter, position on it).
     """
     emitter, position = seen
     geometry, lights = scene.geometry, scene.lights
@@ -90,5 +90,15 @@ def weigh_hit(scene, scattering, surface, hit, seen, direction, budget):
         end = surface_interaction(geometry, hit, direction).point
         segment = vec.sub(end, surface.point)
         pdf = triangle.pdf(geometry, lights, emitter, segment, direction)
-    own = budget.gathers * models.pdf(geometry, scattering, surface, direction)
-    return power_heuristic(own, budget.lights * probability * pdf)
+    return probability * pdf
+
+
+@jit
+def weigh_hit(scene, scattering, surface, hit, seen, direction, budget):
+    """Return the weight of a scattered ray that hits an emitter, against light samples.
+
+    `seen` is (emitter, position on it); of `budget`, samples and rays count.
+    """
+    pdf = sampling_pdf(scene, surface, hit, seen, direction)
+    own = budget.gathers * models.pdf(scene.geometry, scattering, surface, direction)
+    return power_heuristic(own, budget.lights * pdf)

@@ -13,6 +13,8 @@ from photonmap.errors import InputError
 from photonmap.kernels.bsdf.models import GLOSSY, LAMBERTIAN
 from photonmap.kernels.core.records import (
     GLASS,
+    METAL,
+    MIRROR,
     Environment,
     Geometry,
     Lights,
@@ -169,11 +171,17 @@ def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> Specular |
         count = len(compiled.materials.reflectance)
         none = np.zeros_like(compiled.materials.reflectance)
         kind = np.zeros(count, np.uint8)
-        return Specular(kind, none, np.zeros(count), none.copy(), np.zeros(count))
-    kept = np.where(specular.kind == GLASS, plan.on("transmission"), plan.on("specular"))
+        return Specular(kind, none, np.zeros(count), none.copy(), np.zeros(count), None)
+    by_kind = {GLASS: plan.on("transmission"), MIRROR: plan.on("specular")}
+    kept = np.array([by_kind.get(kind, True) for kind in specular.kind.tolist()])
+    alpha = specular.alpha
+    if alpha is not None:
+        kept = np.where(alpha > 0.0, kept & plan.on("glossy"), kept)
+        alpha = np.where(kept, alpha, 0.0)
     specular = specular._replace(
         kind=np.where(kept, specular.kind, 0).astype(np.uint8),
         probability=np.where(kept, specular.probability, 0.0),
+        alpha=alpha if alpha is not None and alpha.any() else None,
     )
     return specular if specular.kind.any() else None
 
@@ -224,11 +232,17 @@ def _of_surfaces(compiled: CompiledScene) -> dict[str, Effect]:
     return {
         "caustics": _if(
             kinds.any() and diffuse,
-            "mirrors or glass send light to diffuse surfaces",
+            "mirrors, glass or metal send light to diffuse surfaces",
             no_specular if not kinds.any() else "no surface is diffuse",
         ),
-        "specular": _if(kinds.any(), "there are mirrors or glass", no_specular),
-        "glossy": _if((models == GLOSSY).any(), "some surfaces are glossy", "no surface is glossy"),
+        "specular": _if(
+            ((kinds != 0) & (kinds != METAL)).any(), "there are mirrors or glass", no_specular
+        ),
+        "glossy": _if(
+            (models == GLOSSY).any() or (specular is not None and specular.alpha is not None),
+            "some surfaces are glossy",
+            "no surface is glossy",
+        ),
         "non_lambertian": _if(
             ((models != LAMBERTIAN) & (models != GLOSSY)).any(),
             "some surfaces are rough",

@@ -56,10 +56,12 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
                 f"material {material.name!r} is glass; set its reflectance and mirror to 0"
             )
     _check_glossy(materials)
+    narrow = np.array([material.is_narrow_metal for material in materials])
+    mirror[narrow], glossy[narrow] = glossy[narrow], 0.0
     divisors = _bound(materials, reflectance, mirror)
     return CompiledMaterials(
         records.Materials(reflectance.astype(np.float32)),
-        _compile_specular(reflectance, mirror, tint, ior),
+        _compile_specular(materials, reflectance, mirror, tint, ior),
         _compile_scattering(materials, reflectance, glossy),
         divisors,
     )
@@ -81,20 +83,29 @@ def _check_glossy(materials: list[Material]) -> None:
 
 
 def _compile_specular(
-    reflectance: Floats, mirror: Floats, tint: Floats, ior: Floats
+    materials: list[Material], reflectance: Floats, mirror: Floats, tint: Floats, ior: Floats
 ) -> records.Specular | None:
     """Return the specular lobes; None where there is none."""
+    alpha = np.array([material.chain_alpha for material in materials])
     kind = np.select(
-        [ior > 0.0, mirror.any(axis=1)], [records.GLASS, records.MIRROR], default=0
+        [ior > 0.0, (alpha > 0.0) & mirror.any(axis=1), mirror.any(axis=1)],
+        [records.GLASS, records.METAL, records.MIRROR],
+        default=0,
     ).astype(np.uint8)
     if not kind.any():
         return None
     specular, diffuse = mirror.mean(axis=1), reflectance.mean(axis=1)
     share = specular / np.maximum(specular + diffuse, 1e-300)
     probability = np.where(kind == records.MIRROR, share, 0.0)
-    probability[kind == records.GLASS] = 1.0
+    probability[(kind == records.GLASS) | (kind == records.METAL)] = 1.0
+    alpha[kind == 0] = 0.0
     return records.Specular(
-        kind, mirror.astype(np.float32), ior, tint.astype(np.float32), probability
+        kind,
+        mirror.astype(np.float32),
+        ior,
+        tint.astype(np.float32),
+        probability,
+        alpha if alpha.any() else None,
     )
 
 

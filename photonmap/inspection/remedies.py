@@ -24,7 +24,7 @@ _REMEDIES = (
         "export what should be seen as polygons",
     ),
     (r"variation of|mean of map_Kd|metallicRoughnessTexture|map_(Ks|Ns|Pr|Pm)", _SPLIT),
-    (r"KHR_materials_transmission", f"make it solid, smooth glass: thickness, or ior {_TOML}"),
+    (r"KHR_materials_transmission", f"make it solid glass: thickness, or ior {_TOML}"),
     (r"attenuationColor", f"give the glass a tint {_TOML}"),
     (r"specularColorFactor", f"give the colour as glossy {_TOML}"),
     (r"KHR_materials_(?!transmission)|EXT_", f"describe the surface {_TOML}, as near as it gets"),

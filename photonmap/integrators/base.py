@@ -176,7 +176,7 @@ def stream_key(seed: int, index: int, domain: Domain) -> np.uint64:
 
 def make_scratch(compiled: CompiledScene, bands: int) -> Scratch:
     """Make what a kernel needs for one sample."""
-    throughput, chain, response = np.empty((3, bands), np.float32)
+    throughput, chain, response, walk = np.empty((4, bands), np.float32)
     rows = CAUSTIC + 1 if compiled.specular is not None else CAUSTIC
     scattered = rows if compiled.scattering is not None else 0
     return Scratch(
@@ -187,6 +187,7 @@ def make_scratch(compiled: CompiledScene, bands: int) -> Scratch:
         np.empty((3, LANES)),
         *np.empty((2, scattered, bands), np.float32),
         response,
+        walk,
     )
 
 

@@ -17,7 +17,7 @@ from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.integrators.base import TILE
 from photonmap.kernels.bsdf.models import GLOSSY
 from photonmap.kernels.core.passes import Film, Span, View
-from photonmap.kernels.core.records import GLASS, MIRROR
+from photonmap.kernels.core.records import GLASS, METAL, MIRROR
 from photonmap.kernels.integrators.first_hits import first_hits
 from photonmap.runtime.storage import RAM, Storage, strips
 from photonmap.runtime.workers import Workers
@@ -136,7 +136,8 @@ def _specular_albedo(compiled: CompiledScene, hits: FirstHits) -> Array:
         albedo = scattering.specular
     if specular is not None:
         of_glass = ((specular.ior - 1.0) / (specular.ior + 1.0)) ** 2
-        albedo = np.where((specular.kind == MIRROR)[:, None], specular.mirror, albedo)
+        mirrors = np.isin(specular.kind, (MIRROR, METAL))
+        albedo = np.where(mirrors[:, None], specular.mirror, albedo)
         albedo = np.where((specular.kind == GLASS)[:, None], of_glass[:, None], albedo)
     return hits.look_up(albedo[compiled.geometry.material])
 
@@ -150,6 +151,9 @@ def _roughness(compiled: CompiledScene, hits: FirstHits) -> Array:
         roughness = np.sqrt(alpha).astype(np.float32)
     if specular is not None:
         roughness[specular.kind != 0] = 0.0
+        if specular.alpha is not None:
+            rough = specular.alpha > 0.0
+            roughness[rough] = np.sqrt(specular.alpha[rough])
     return hits.look_up(roughness[compiled.geometry.material])
 
 

@@ -145,7 +145,7 @@ def serve() -> None:
 
 
 def _smallest(wanted: CompiledScene) -> Scene:
-    """Return a scene of one triangle that needs the same kernels."""
+    """Return a scene of one triangle, or two, that needs the same kernels."""
     triangle = Mesh(np.eye(3) - [0.0, 0.0, 1.0], np.array([[0, 1, 2]]), uv=np.zeros((3, 2)))
     lights: list[Light] = [PointLight(_NEAR)]
     if wanted.lights.tree is not None:
@@ -154,7 +154,15 @@ def _smallest(wanted: CompiledScene) -> Scene:
     material = Material(reflectance=0.4, mirror=0.4) if wanted.specular is not None else Material()
     triangle = replace(triangle, material=replace(material, **_stand_ins(wanted)))
     lens = Lens(1.0, 0.01) if has_optics(wanted.camera) else None
-    return Scene([triangle], lights, Camera((1.0, 1.0, 1.0), (0.3, 0.3, -0.7), lens=lens))
+    meshes = [triangle]
+    if _has_rough_chains(wanted):
+        meshes.append(Mesh(triangle.vertices + 0.5, triangle.faces, Material.glass(roughness=0.5)))
+    return Scene(meshes, lights, Camera((1.0, 1.0, 1.0), (0.3, 0.3, -0.7), lens=lens))
+
+
+def _has_rough_chains(compiled: CompiledScene) -> bool:
+    """Return whether specular chains meet rough surfaces."""
+    return compiled.specular is not None and compiled.specular.alpha is not None
 
 
 def _marker(wanted: CompiledScene, method: str) -> Path:
@@ -162,6 +170,7 @@ def _marker(wanted: CompiledScene, method: str) -> Path:
     parts = [method, *sorted(_stand_ins(wanted))]
     parts += [name for name in ("tree", *_LIGHTS) if getattr(wanted.lights, name) is not None]
     parts += ["specular"] * (wanted.specular is not None) + ["optics"] * has_optics(wanted.camera)
+    parts += ["rough-chains"] * _has_rough_chains(wanted)
     return CACHE_FOLDER / ("compiled-" + "-".join(parts))
 
 

@@ -14,14 +14,18 @@ from photonmap.spectra.curves import Color, Spectrum
 
 LEAST_ALPHA = 1e-3
 """Smallest α of GGX; smoother surfaces are mirrors."""
+NARROW_ALPHA = 0.1
+"""α below which specular chains follow bare metal, as they follow mirrors: light samples and gather
+rays seldom meet its lobe. Variance times processor time were as 1 to 4.1 at α 0.01, to 2.2 at 0.05,
+to 1.2 at 0.1, and to 0.95 at 0.15 (Cornell box with a ball of metal)."""
 
 
 @dataclass(frozen=True)
 class Material:
     """A surface, the same on both sides, that may also emit from its front.
 
-    It reflects diffusely, like a mirror, or both; with an index of refraction it is smooth glass,
-    whose closed mesh, wound outwards, separates the inside from air.
+    It reflects diffusely, like a mirror, or both; with an index of refraction it is glass, smooth
+    or rough, whose closed mesh, wound outwards, separates the inside from air.
 
     Parameters
     ----------
@@ -34,8 +38,9 @@ class Material:
     alpha : opacity in [0, 1]: the probability that a ray does not pass straight through
     glossy : reflectance of a glossy surface at normal incidence: of a bare metal, where
         `reflectance` is 0, or of a coat over it; with a `roughness`
-    roughness : of the glossy reflection in [0, 1], as in glTF: GGX's α is its square, at least 1e-3
-        (see `kernels.bsdf.glossy`)
+    roughness : of the glossy reflection, or of glass, in [0, 1], as in glTF: GGX's α is its square,
+        at least 1e-3 (see `kernels.bsdf.glossy` and `kernels.bsdf.microsurface`); glass of
+        roughness 0 is smooth
     diffuse_roughness : of the diffuse reflection in [0, 1], 0 for Lambert's law (energy-preserving
         Oren–Nayar, see `kernels.bsdf.rough_diffuse`)
 
@@ -65,7 +70,7 @@ class Material:
     glossy: Annotated[Color, Reflectance("reflectance", mtl="glossy", only="opaque")] = 0.0
     roughness: Annotated[
         float,
-        Number("roughness", mtl="roughness", only="opaque", at_least=0.0, at_most=1.0),
+        Number("roughness", mtl="roughness", at_least=0.0, at_most=1.0),
     ] = 0.0
 
     @property
@@ -80,10 +85,31 @@ class Material:
         return isinstance(self.glossy, Spectrum) or bool(np.any(self.glossy))
 
     @property
+    def chain_alpha(self) -> float:
+        """GGX's α of a surface that specular chains pass; 0 where it is smooth, or there is none.
+
+        What has the index of air lets light pass as it comes, however rough it is.
+        """
+        is_glass = self.ior not in (None, 1.0) and self.roughness > 0.0
+        return self._alpha if is_glass or self.is_narrow_metal else 0.0
+
+    @property
+    def _alpha(self) -> float:
+        return max(self.roughness**2, LEAST_ALPHA)
+
+    @property
+    def is_narrow_metal(self) -> bool:
+        """Whether it is bare metal whose lobe is so narrow that specular chains follow it."""
+        bare = not isinstance(self.reflectance, Spectrum | Texture) and not np.any(self.reflectance)
+        return self.is_glossy and bare and self._alpha < NARROW_ALPHA
+
+    @property
     def scattering(self) -> tuple[str, tuple[float, ...]] | None:
         """The BSDF model of what is not specular, and its parameters; None for Lambert's law."""
+        if self.is_narrow_metal:
+            return None
         if self.is_glossy:
-            return "glossy", (max(self.roughness**2, LEAST_ALPHA),)
+            return "glossy", (self._alpha,)
         if self.diffuse_roughness == 0.0:
             return None
         return "rough diffuse", (self.diffuse_roughness,)
@@ -110,9 +136,11 @@ class Material:
         return cls(name, reflectance, glossy=((ior - 1.0) / (ior + 1.0)) ** 2, roughness=roughness)
 
     @classmethod
-    def glass(cls, name: str = "glass", ior: float = 1.5, tint: Color = 1.0) -> Material:
-        """Return smooth glass."""
-        return cls(name, 0.0, ior=ior, tint=tint)
+    def glass(
+        cls, name: str = "glass", ior: float = 1.5, tint: Color = 1.0, roughness: float = 0.0
+    ) -> Material:
+        """Return glass, smooth or rough."""
+        return cls(name, 0.0, ior=ior, tint=tint, roughness=roughness)
 
 
 def check_material(material: Material) -> Material:

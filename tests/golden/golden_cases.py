@@ -117,6 +117,13 @@ def plaster():
     return pm.Scene([*walls, polished], camera=box.camera)
 
 
+def rough_chains():
+    """A ball of frosted glass before one of nearly smooth metal."""
+    frosted = ball(pm.Material.glass(tint=(0.95, 0.97, 0.9), roughness=0.5), radius=0.35)
+    metal = pm.Material.metal("gold", (0.95, 0.8, 0.5), 0.2)
+    return box_with(frosted, ball(metal, center=(0.4, 0.3, -0.4), radius=0.3))
+
+
 def downlight():
     """A table of intensities that narrow downwards."""
     table = np.array([[4.0, 4.0], [1.0, 2.0], [0.0, 0.0]])
@@ -168,6 +175,8 @@ ALL = {
     "rough-diffuse-path": lambda folder: render(plaster(), method="path"),
     "photometric": lambda folder: render(box_with(lights=[downlight()])),
     "glossy": lambda folder: render(box_with(ball(pm.Material.plastic(roughness=0.4)))),
+    "rough-chains": lambda folder: render(rough_chains()),
+    "rough-chains-path": lambda folder: render(rough_chains(), method="path"),
     "orthographic": lambda folder: render(drawing(), buffers=(*DEFAULT, "specular_albedo")),
     "lens": lambda folder: render(seen_through(lens=pm.Lens(3.4, 0.1, blades=5))),
     "lens-path-center": lambda folder: render(

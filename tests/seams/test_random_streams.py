@@ -123,9 +123,11 @@ def places(monkeypatch):
         nothing = lambda *_: None  # noqa: E731
         monkeypatch.setattr(specular_view, "specular_step", step_on)
         monkeypatch.setattr(specular_view, "_light_of", light_of)
-        for name in ("_add_radiance", "add_visible_emission", "surface_interaction"):
+        monkeypatch.setattr(specular_view, "_add_lights_of", lambda *given: given[-2])
+        monkeypatch.setattr(specular_view, "_pass", lambda *given: given[-1])
+        for name in ("_add_radiance", "_add_emission", "surface_interaction"):
             monkeypatch.setattr(specular_view, name, nothing)
-        specular = SimpleNamespace(kind=[1], probability=[0.5])
+        specular = SimpleNamespace(kind=[1], probability=[0.5], alpha=None)
         scene = SimpleNamespace(geometry=SimpleNamespace(material=[0]))
         maps = SimpleNamespace(caustics=None)
         job = SimpleNamespace(scene=scene, maps=maps, key=KEY)

@@ -58,7 +58,8 @@ def _change(material: Material, toml: Toml) -> Material:
             given[attributes[key]] = parse_value(parameter, value, toml.path.parent)
     if "ior" in given:
         black = {name: 0.0 for name, parameter in parameters.items() if parameter.only == "opaque"}
-        given = {**black, **given}
+        smooth = {"roughness": 0.0} if material.ior is None else {}
+        given = {**black, **smooth, **given}
     changed = replace(material, **given)
     for attribute in given:
         if problem := _find_misplaced(changed, attribute):

@@ -12,7 +12,7 @@ MATTE = {"metallicFactor": 0, "baseColorFactor": [0.5, 0.5, 0.5, 0.4]}
 GLASS = {
     "pbrMetallicRoughness": {
         "metallicFactor": 0,
-        "roughnessFactor": 0,
+        "roughnessFactor": 0.4,
         "baseColorFactor": [0.9, 1, 1, 1],
     },
     "extensions": {
@@ -80,10 +80,10 @@ GLASS = {
             Material("material_0", (0.5,) * 3, glossy=1 / 18, roughness=1.0),
             "KHR_materials_sheen of 'material_0'",
         ),
-        (GLASS, Material("material_0", 0.0, ior=1.4, tint=(0.9, 1.0, 1.0)), None),
+        (GLASS, Material("material_0", 0.0, ior=1.4, tint=(0.9, 1.0, 1.0), roughness=0.4), None),
         (
             GLASS | {"extensions": {"KHR_materials_transmission": {"transmissionFactor": 1.0}}},
-            Material("material_0", (0.9, 1.0, 1.0), glossy=COAT),
+            Material("material_0", (0.9, 1.0, 1.0), glossy=COAT, roughness=0.4),
             "KHR_materials_transmission of 'material_0'",
         ),
         ({"name": "a", "normalTexture": {"index": 0}}, Material("a"), "normalTexture of 'a'"),

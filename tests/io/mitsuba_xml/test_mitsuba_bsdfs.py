@@ -115,9 +115,11 @@ def test_glass(look, inside, index):
     assert (material.reflectance, material.tint) == (0.0, 0.9)
 
 
-def test_rough_glass_becomes_smooth(look):
-    with pytest.warns(SceneWarning, match="not simulated: roughness of glass of 'paint'$"):
-        assert look("roughdielectric", '<float name="alpha" value=".3"/>').ior > 1.5
+def test_rough_glass(look):
+    ggx = '<string name="distribution" value="ggx"/>'
+    material = look("roughdielectric", ggx + '<float name="alpha" value=".25"/>')
+    assert material.ior > 1.5
+    assert material.roughness == pytest.approx(0.5)
 
 
 def test_a_pane_reflects_by_both_sides(look):
@@ -202,10 +204,11 @@ def test_principled(look):
     )
     clear = look(
         "principled",
-        color + '<float name="spec_trans" value="1"/><float name="roughness" value="0"/>'
+        color + '<float name="spec_trans" value="1"/><float name="roughness" value="0.3"/>'
         '<float name="eta" value="1.4"/>',
     )
     assert clear.ior == pytest.approx(1.4)
+    assert clear.roughness == 0.3
     np.testing.assert_allclose(clear.tint, np.sqrt([0.8, 0.2, 0.1]))
 
 

@@ -99,7 +99,7 @@ def read_material(
 
     Of the base colour, the metallic fraction is the reflectance of a rough metal, and the rest a
     diffuse base below a coat (glTF 2.0, appendix B); with transmission through a volume it is
-    smooth glass. Of textures of roughness, of the metallic fraction, and of a metal's colour, the
+    glass. Of textures of roughness, of the metallic fraction, and of a metal's colour, the
     mean is taken, and noted.
 
     Parameters
@@ -167,19 +167,20 @@ def _gloss(source: _Source, base: Triple | Texture, coat: float) -> Gloss:
 
 
 def _glass(source: _Source) -> dict[str, Any] | None:
-    """Return attributes of smooth glass; None for what is thin, rough, or not all glass."""
+    """Return attributes of glass; None for what is thin or not all glass."""
     surface, number = source.surface, source.number
     is_solid = number(source.extension("volume"), "thicknessFactor", 0.0, 1e30) > 0.0
     is_clear = number(source.extension("transmission"), "transmissionFactor", 0.0) == 1.0
-    is_smooth = number(surface, "roughnessFactor", 1.0) == 0.0
+    roughness = number(surface, "roughnessFactor", 1.0)
     is_metal = number(surface, "metallicFactor", 1.0) > 0.0
     is_textured = any(key in surface for key in _TEXTURES)
-    if not (is_solid and is_clear and is_smooth) or is_metal or is_textured:
+    if not (is_solid and is_clear) or is_metal or is_textured:
         return None
     if "attenuationColor" in source.extension("volume"):
         source.lose("attenuationColor")
     index = number(source.extension("ior"), "ior", USUAL_INDEX, 1e3)
-    return {"reflectance": 0.0, "ior": index, "tint": source.base_color()}
+    tint = source.base_color()
+    return {"reflectance": 0.0, "ior": index, "tint": tint, "roughness": roughness}
 
 
 def _alpha(source: _Source) -> dict[str, float | Texture]:

@@ -26,8 +26,8 @@ def make_material(name: str, draft: Draft) -> Material:
     """Return the material that a draft describes; what it leaves out is noted as ignored.
 
     `illum` 3 and 5 with `Ks` are a mirror of that reflectance, over `Kd` where it is given; 4, 6
-    and 7 with `Ni` are smooth glass, tinted by `Tf` at each crossing. All others are diffuse, and
-    glossy where `gloss_of` says so.
+    and 7 with `Ni` are glass of roughness `Pr`, or smooth, tinted by `Tf` at each crossing. All
+    others are diffuse, and glossy where `gloss_of` says so.
     Textures are multiplied by the colour or number they belong to, where it is given. The opacity
     `d` of glass is ignored: its transmittance is what one sees through it.
     """
@@ -63,15 +63,16 @@ def _note_index(draft: Draft) -> None:
 
 
 def _make_glass(name: str, draft: Draft) -> Material:
-    """Return smooth glass; whatever reflects diffusely or is transparent by `d` is ignored."""
+    """Return glass; whatever reflects diffusely or is transparent by `d` is ignored."""
     colors = draft.colors
     draft.ignored += [key for key in ("Kd", "Ks") if matters(colors.get(key, 0.0))]
     draft.ignored += [key for key in ("map_Kd", "map_d") if key in draft.maps]
-    draft.ignored += [key for key in NUMBERS if key in draft.numbers]
+    draft.ignored += [key for key in NUMBERS if key in draft.numbers and key != "Pr"]
     draft.ignored += [key for key in ("d", "Tr") if draft.numbers.get(key, 1.0) != 1.0]
     light = _color_or_texture(draft, "Ke", 0.0)
     tint = colors.get("Tf", 1.0)
-    return Material(name, 0.0, light, 0.0, draft.numbers["Ni"], tint, **_others(draft))
+    others = {"roughness": draft.numbers.get("Pr", 0.0), **_others(draft)}
+    return Material(name, 0.0, light, 0.0, draft.numbers["Ni"], tint, **others)
 
 
 def _others(draft: Draft) -> dict[str, Any]:

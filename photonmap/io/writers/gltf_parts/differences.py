@@ -26,7 +26,7 @@ def find_material_changes(wanted: Material, read: Material) -> dict[str, Any]:
         value, other = getattr(wanted, attribute), getattr(read, attribute)
         if isinstance(parameter, Text) or isinstance(value, Texture):
             continue
-        if attribute == "roughness" and not wanted.is_glossy:
+        if attribute == "roughness" and not wanted.is_glossy and wanted.ior is None:
             continue
         if not _is_same(parameter, value, other):
             found[attribute] = value

@@ -55,7 +55,7 @@ def _glass(material: Material, draft: Draft) -> dict[str, Any]:
     surface = {
         "baseColorFactor": [*_RGB.reflectance(material.tint).tolist(), 1.0],
         "metallicFactor": 0.0,
-        "roughnessFactor": 0.0,
+        "roughnessFactor": material.roughness,
     }
     extensions = (
         draft.use("KHR_materials_transmission", {"transmissionFactor": 1.0})

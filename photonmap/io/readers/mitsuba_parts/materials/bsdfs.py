@@ -129,12 +129,12 @@ def _roughness(context: Context, node: Node) -> float:
 
 
 def _dielectric(bsdfs: Bsdfs, node: Node) -> Look:
-    """Return smooth glass."""
+    """Return glass."""
     tint = read_plain(bsdfs.context, node, "specular_transmittance", 1.0)
+    look = {"reflectance": 0.0, "ior": _relative_index(node, "bk7"), "tint": tint}
     if node.type == "roughdielectric":
-        bsdfs.context.lose("roughness of glass", node)
-        node.read.update(("alpha", "alpha_u", "alpha_v", "distribution"))
-    return {"reflectance": 0.0, "ior": _relative_index(node, "bk7"), "tint": tint}
+        look["roughness"] = _roughness(bsdfs.context, node)
+    return look
 
 
 def _relative_index(node: Node, inside: str) -> float:
@@ -181,11 +181,9 @@ def _principled(bsdfs: Bsdfs, node: Node) -> Look:
     if node.find("eta"):
         coat = coat_of(max(node.number("eta", 1.5), 1.0))
     if transmission > 0.5 and metallic < 0.5:
-        if roughness > 0.0:
-            context.lose("roughness of glass", node)
         tint = combined(np.sqrt, read_plain(context, node, "base_color", 0.5))
         index = (1.0 + coat**0.5) / (1.0 - coat**0.5)
-        return {"reflectance": 0.0, "ior": index, "tint": tint}
+        return {"reflectance": 0.0, "ior": index, "tint": tint, "roughness": roughness}
     if transmission > 0.0:
         context.lose("transmission", node)
     if isinstance(paint, Texture) and metallic > 0.0:

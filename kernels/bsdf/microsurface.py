@@ -1,0 +1,215 @@
+"""Rough metal and glass: light that wanders between the facets of a GGX microsurface.
+
+A walk from facet to facet, on one side of the surface or the other, until it gets away (E. Heitz,
+J. Hanika, E. d'Eon and C. Dachsbacher, "Multiple-scattering microfacet BSDFs with the Smith model",
+2016): no light is lost, however often it is scattered. The facets are Trowbridge and Reitz', chosen
+among those that the light sees; metal reflects there by Schlick's formula, glass by Fresnel's.
+
+All directions are unit vectors in the frame whose third axis is the normal: wi to where the light
+comes from, above the surface, and wo to where it goes, above or below. `eta` is the index of the
+side of wi over that of the other, or `METAL`. A height is given as the fraction of the surface
+below it, on which alone the walk depends: 1 at the top. Inside, everything is turned upside down.
+"""
+
+import math
+
+from photonmap.kernels.bsdf.fresnel import fresnel, mirrored, refracted
+from photonmap.kernels.bsdf.glossy import visible_normal
+from photonmap.kernels.core import vec
+from photonmap.kernels.core.jit import jit, outlined
+from photonmap.kernels.core.rng import draw
+from photonmap.kernels.core.warp import INV_PI
+
+METAL = 0.0
+"""In place of an index: nothing is transmitted."""
+LONGEST_WALK = 256
+"""Facets after which light leaves as it goes."""
+SPREAD = 0.3
+"""About what is scattered more than once, over α²."""
+TINY = 1e-30
+
+
+@jit
+def _smith(alpha, w):
+    """Return Smith's Λ; below the horizon it is -1 at most."""
+    z = w[2]
+    root = math.sqrt(1.0 + alpha * alpha * (w[0] * w[0] + w[1] * w[1]) / max(z * z, TINY))
+    return 0.5 * (math.copysign(root, z) - 1.0)
+
+
+@jit
+def _projected_area(alpha, w):
+    """Return the area of the facets that w sees, projected along w, over that of the surface."""
+    x, y, z = w
+    return 0.5 * (z + math.sqrt(z * z + alpha * alpha * (x * x + y * y)))
+
+
+@jit
+def _distribution(alpha, h):
+    """Return the density of facet normals (per steradian)."""
+    spread = h[0] * h[0] + h[1] * h[1] + alpha * alpha * h[2] * h[2]
+    return alpha * alpha * INV_PI / (spread * spread)
+
+
+@jit
+def _next_height(alpha, w, height, u):
+    """Return the height at which light along w meets the next facet, more than 1 if it meets none.
+
+    The free path of Heitz et al., 4.2.
+    """
+    shadowing = _smith(alpha, w)
+    left = 1.0 - u
+    if w[2] <= 0.0:
+        return height * left ** (-1.0 / shadowing)
+    if shadowing == 0.0 or left <= height**shadowing:
+        return 2.0
+    return min(height / left ** (1.0 / shadowing), 1.0)
+
+
+@jit
+def _exit(alpha, w, height):
+    """Return the probability that light along w gets away without meeting another facet."""
+    return height ** _smith(alpha, w)
+
+
+@jit
+def _upside_down(w):
+    return w[0], w[1], -w[2]
+
+
+@jit
+def _schlick(f0, cosine, band):
+    return f0[band] + (1.0 - f0[band]) * (1.0 - min(cosine, 1.0)) ** 5
+
+
+@jit
+def _scatter_at_facet(alpha, eta, f0, w, state, throughput):
+    """Scatter light along w at a facet; return (direction, whether it is transmitted, state).
+
+    `throughput`, (N,), is multiplied by what metal reflects.
+    """
+    u, state = draw(state)
+    v, state = draw(state)
+    h = visible_normal(alpha, vec.scale(w, -1.0), u, v)
+    cosine = -vec.dot(w, h)
+    if eta == METAL:
+        for band in range(len(throughput)):
+            throughput[band] *= _schlick(f0, cosine, band)
+        return vec.normalize(mirrored(w, h)), False, state
+    xi, state = draw(state)
+    if xi < fresnel(cosine, eta):
+        return vec.normalize(mirrored(w, h)), False, state
+    return vec.normalize(refracted(w, h, eta)), True, state
+
+
+@outlined
+def scatter(alpha, eta, f0, wi, state, throughput):
+    """Scatter light that comes from wi; return (wo, whether it is transmitted, state).
+
+    `throughput`, (N,), is multiplied by what metal of reflectance `f0`, (N,), reflects.
+    """
+    w, height, crossed = vec.scale(wi, -1.0), 1.0, False
+    for _ in range(LONGEST_WALK):
+        u, state = draw(state)
+        height = _next_height(alpha, w, height, u)
+        if height > 1.0:
+            break
+        w, through, state = _scatter_at_facet(alpha, eta, f0, w, state, throughput)
+        if through:
+            w, height, eta, crossed = _upside_down(w), 1.0 - height, 1.0 / eta, not crossed
+    w = (w[0], w[1], abs(w[2]))
+    return (_upside_down(w) if crossed else w), crossed, state
+
+
+@jit
+def _half_vector(eta, wi, wo):
+    """Return the normal of the facet that scatters wi into wo, and whether there is one."""
+    h = vec.add(wi, wo) if wo[2] > 0.0 else vec.add(vec.scale(wi, eta), wo)
+    squared = vec.dot(h, h)
+    if squared < TINY:
+        return h, False
+    h = vec.scale(h, math.copysign(1.0 / math.sqrt(squared), h[2]))
+    exists = vec.dot(wi, h) > 0.0 and vec.dot(wo, h) * wo[2] > 0.0
+    return h, exists and (wo[2] > 0.0 or eta != METAL)
+
+
+@jit
+def _facet_density(alpha, eta, wi, wo, h):
+    """Return the density of wo (per steradian) after one facet; of metal without its reflectance.
+
+    B. Walter et al., "Microfacet models for refraction through rough surfaces", 2007.
+    """
+    along, beyond = vec.dot(wi, h), vec.dot(wo, h)
+    density = _distribution(alpha, h) / max(_projected_area(alpha, wi), TINY)
+    reflectance = 1.0 if eta == METAL else fresnel(along, eta)
+    if wo[2] > 0.0:
+        return 0.25 * reflectance * density
+    return (1.0 - reflectance) * density * along * -beyond / (eta * along + beyond) ** 2
+
+
+@jit
+def single(alpha, eta, wi, wo):
+    """Return the density of wo (per steradian) after one facet alone, and the cosine there.
+
+    It is BSDF · cosine for light that carries flux from wi; of metal without its reflectance.
+    """
+    if wi[2] <= 0.0 or wo[2] == 0.0:
+        return 0.0, 1.0
+    h, exists = _half_vector(eta, wi, wo)
+    if not exists:
+        return 0.0, 1.0
+    from_there = _smith(alpha, wi)
+    if wo[2] > 0.0:
+        seen = (1.0 + from_there) / (1.0 + from_there + _smith(alpha, wo))
+    else:
+        to_there = _smith(alpha, _upside_down(wo))
+        seen = math.lgamma(2.0 + from_there) + math.lgamma(1.0 + to_there)
+        seen = math.exp(seen - math.lgamma(2.0 + from_there + to_there))
+    return seen * _facet_density(alpha, eta, wi, wo, h), vec.dot(wi, h)
+
+
+@outlined
+def typical_pdf(alpha, eta, wi, wo):
+    """Return about the density of `scatter` (per steradian), by which samples are weighed."""
+    if wo[2] < 0.0 and eta == METAL:
+        return 0.0
+    return single(alpha, eta, wi, wo)[0] + SPREAD * alpha * alpha * INV_PI * abs(wo[2])
+
+
+@jit
+def _add(values, weights, density, eta, f0, cosine):
+    for band in range(len(values)):
+        reflectance = _schlick(f0, cosine, band) if eta == METAL else 1.0
+        values[band] += density * reflectance * weights[band]
+
+
+@outlined
+def evaluate(alpha, eta, f0, pair, state, weights, values):
+    """Fill values, (N,), with the density of wo (per steradian); `pair` is (wi, wo).
+
+    Its mean is exact: after one facet by `single`, after more by a walk from wi, each facet of
+    which might scatter into wo. `weights`, (N,), is scratch. Returns the random state.
+    """
+    wi, wo = pair
+    values[:] = 0.0
+    weights[:] = 1.0
+    density, cosine = single(alpha, eta, wi, wo)
+    _add(values, weights, density, eta, f0, cosine)
+    w, height = vec.scale(wi, -1.0), 1.0
+    for order in range(LONGEST_WALK):
+        u, state = draw(state)
+        height = _next_height(alpha, w, height, u)
+        if height > 1.0:
+            break
+        h, exists = _half_vector(eta, vec.scale(w, -1.0), wo)
+        if order > 0 and exists:
+            back = vec.scale(w, -1.0)
+            density = _facet_density(alpha, eta, back, wo, h)
+            above = wo[2] > 0.0
+            away = wo if above else _upside_down(wo)
+            density *= _exit(alpha, away, height if above else 1.0 - height)
+            _add(values, weights, density, eta, f0, vec.dot(back, h))
+        w, through, state = _scatter_at_facet(alpha, eta, f0, w, state, weights)
+        if through:
+            w, wo, height, eta = _upside_down(w), _upside_down(wo), 1.0 - height, 1.0 / eta
+    return state

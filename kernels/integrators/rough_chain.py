@@ -1,0 +1,161 @@
+"""Rough metal and glass along specular chains: their light samples, and emitters that they hit.
+
+Emitters are found in two ways, weighed against each other: a light sample on each side of the
+surface, and the walk of `bsdf.microsurface` that goes on to the next hit. Functions take the α of
+the specular record as an argument of its own, None where all is smooth: then none is compiled.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from photonmap.kernels.bsdf import microsurface
+from photonmap.kernels.bsdf.specular import arrive_at, index_ratio, is_folded
+from photonmap.kernels.core import vec
+from photonmap.kernels.core.jit import jit, outlined
+from photonmap.kernels.core.passes import SurfaceInteraction
+from photonmap.kernels.core.records import METAL
+from photonmap.kernels.core.rng import draw
+from photonmap.kernels.core.warp import power_heuristic
+from photonmap.kernels.geometry.interaction import offset, point_at
+from photonmap.kernels.lights.direct import sample_direct, sampling_pdf
+from photonmap.kernels.lights.emission import add_attenuated, emission_of, visible_emitter
+
+# Numba leaves out a branch on None only where it is an argument of the function itself.
+
+
+class Sink(NamedTuple):
+    """Where light is added, and times what beside the throughput of the chain."""
+
+    target: np.ndarray
+    """(rows, N) float32"""
+    row: int
+    factor: float
+
+
+@jit
+def is_rough(geometry, alpha, triangle):
+    """Return whether a specular surface is rough."""
+    if alpha is None:
+        return False
+    return alpha[geometry.material[triangle]] > 0.0
+
+
+@jit
+def _surface_on(geometry, hit, arrival, crossed):
+    """Return a rough surface as seen from the side on which light is looked for."""
+    sign, side = (-1.0, 1 - arrival.side) if crossed else (1.0, arrival.side)
+    ng, ns = vec.scale(arrival.ng, sign), vec.scale(arrival.n, sign)
+    point, size = point_at(geometry, hit.triangle, hit.u, hit.v)
+    return SurfaceInteraction(offset(point, size, ng), ng, ns, side, hit, arrival.direction, 0)
+
+
+@jit
+def _local(arrival, direction):
+    """Return (wi, wo) of a walk that leaves along `direction`, in the frame of the normal."""
+    wi = vec.to_frame(vec.scale(arrival.direction, -1.0), arrival.n)
+    return wi, vec.to_frame(direction, arrival.n)
+
+
+@jit
+def _walk_pdf(specular, alpha, material, arrival, direction):
+    """Return about the density (per steradian) with which a walk leaves along a direction."""
+    wi, wo = _local(arrival, direction)
+    eta = index_ratio(specular, material, arrival.side)
+    return microsurface.typical_pdf(alpha[material], eta, wi, wo)
+
+
+@jit
+def _respond(specular, alpha, material, arrival, direction, state, scratch):
+    """Fill `scratch.response` with the density of a direction, times what crossing it costs."""
+    response, eta = scratch.response, index_ratio(specular, material, arrival.side)
+    pair = _local(arrival, direction)
+    state = microsurface.evaluate(
+        alpha[material], eta, specular.mirror[material], pair, state, scratch.walk, response
+    )
+    if pair[1][2] < 0.0:
+        for band in range(len(response)):
+            response[band] *= specular.tint[material, band] * np.float32(eta * eta)
+    return state
+
+
+@outlined
+def _add_light_sample(scene, specular, arrived, crossed, throughput, sink, state, scratch):
+    """Add a light sample on one side of a rough surface; return the random state."""
+    alpha, (hit, arrival) = specular.alpha, arrived
+    material = scene.geometry.material[hit.triangle]
+    surface = _surface_on(scene.geometry, hit, arrival, crossed)
+    u, state = draw(state)
+    v, state = draw(state)
+    sample = sample_direct(scene, surface, u, v, 1)
+    if sample.weight <= 0.0 or is_folded(sample.direction, arrival, crossed):
+        return state
+    weight = sample.weight / vec.dot(surface.ns, sample.direction)
+    if sample.pdf > 0.0:
+        own = _walk_pdf(specular, alpha, material, arrival, sample.direction)
+        weight *= power_heuristic(sample.pdf, own)
+    state = _respond(specular, alpha, material, arrival, sample.direction, state, scratch)
+    for band in range(len(throughput)):
+        scratch.response[band] *= throughput[band]
+    emission = emission_of(scene.lights, sample.emitter, sample.position)
+    weight *= sink.factor
+    add_attenuated(sink.target, sink.row, scene.lights, emission, scratch.response, weight)
+    return state
+
+
+@jit
+def add_rough_lights(scene, specular, alpha, arrived, throughput, sink, state, scratch):
+    """Add what emitters send along the chain by a surface, if it is rough, at once.
+
+    `arrived` is (hit, direction) of the ray that meets it. Returns the random state.
+    """
+    if alpha is None:
+        return state
+    hit, direction = arrived
+    material = scene.geometry.material[hit.triangle]
+    if alpha[material] == 0.0:
+        return state
+    met = hit, arrive_at(scene.geometry, hit, direction)
+    state = _add_light_sample(scene, specular, met, False, throughput, sink, state, scratch)
+    if specular.kind[material] == METAL:
+        return state
+    return _add_light_sample(scene, specular, met, True, throughput, sink, state, scratch)
+
+
+@outlined
+def _weigh_walk(scene, specular, before, after, seen):
+    """Return the weight of a walk's end on an emitter against the light samples where it began."""
+    (hit, direction), (end, out) = before, after
+    arrival = arrive_at(scene.geometry, hit, direction)
+    crossed = vec.dot(out, arrival.ng) < 0.0
+    if is_folded(out, arrival, crossed):
+        return 1.0
+    surface = _surface_on(scene.geometry, hit, arrival, crossed)
+    material = scene.geometry.material[hit.triangle]
+    own = _walk_pdf(specular, specular.alpha, material, arrival, out)
+    return power_heuristic(own, sampling_pdf(scene, surface, end, seen, out))
+
+
+@jit
+def _weight_of_walk(scene, specular, alpha, before, after, seen):
+    if alpha is None:
+        return 1.0
+    if alpha[scene.geometry.material[before[0].triangle]] == 0.0:
+        return 1.0
+    return _weigh_walk(scene, specular, before, after, seen)
+
+
+@jit
+def add_chain_emission(scene, specular, before, after, throughput, sink):
+    """Add the emission that a step of a chain meets; rough surfaces share it with light samples.
+
+    `before` and `after` are (hit, direction) of the rays to the surface and from it.
+    """
+    geometry, lights = scene.geometry, scene.lights
+    emitter, position = visible_emitter(geometry, lights, *after)
+    if emitter >= 0:
+        seen = emitter, position
+        weight = _weight_of_walk(scene, specular, specular.alpha, before, after, seen)
+        emission = emission_of(lights, emitter, position)
+        factor = sink.factor * weight
+        add_attenuated(sink.target, sink.row, lights, emission, throughput, factor)

@@ -1,0 +1,241 @@
+"""Walks on a microsurface: densities, energy, reciprocity, and the limit of a smooth surface."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import beta as beta_function
+from scipy.stats import chi2
+
+from photonmap.kernels.bsdf import microsurface
+from photonmap.kernels.core import rng, vec
+from photonmap.kernels.core.jit import kernel
+
+METAL = microsurface.METAL
+GOLD = np.array([1.0, 0.8, 0.4], np.float32)
+BELOW = [1.0, 1.0, -1.0]
+INDICES = [METAL, 1 / 1.5, 1 / 2.5, 1.5]
+"""Of the side of wi over that of the other."""
+
+
+@kernel
+def _scatter_all(alpha, eta, f0, wi, key, wo, weights):
+    state = rng.stream(key, 0, 0)
+    for i in range(len(wo)):
+        out, _, state = microsurface.scatter(alpha, eta, f0, wi, state, weights[i])
+        wo[i, 0], wo[i, 1], wo[i, 2] = out
+
+
+@kernel
+def _evaluate_all(alpha, eta, f0, wi, wo, key, weights, values):
+    state = rng.stream(key, 1, 0)
+    for i in range(len(wo)):
+        pair = wi, vec.row(wo, i)
+        state = microsurface.evaluate(alpha, eta, f0, pair, state, weights, values[i])
+
+
+@kernel
+def _single_all(alpha, eta, wi, wo, values):
+    for i in range(len(wo)):
+        values[i] = microsurface.single(alpha, eta, wi, vec.row(wo, i))[0]
+
+
+def scatter(alpha, eta, wi, count=200_000, f0=GOLD):
+    """Return directions, (n, 3), and what is left of a throughput of 1, (n, 3)."""
+    wo, weights = np.empty((count, 3)), np.ones((count, 3), np.float32)
+    _scatter_all(alpha, eta, f0, wi, np.uint64(7), wo, weights)
+    return wo, weights.astype(float)
+
+
+def evaluate(alpha, eta, wi, wo, f0=GOLD):
+    """Return unbiased estimates of the density of each wo, (n, 3)."""
+    wo = np.ascontiguousarray(wo, float)
+    values = np.empty((len(wo), 3), np.float32)
+    _evaluate_all(alpha, eta, f0, wi, wo, np.uint64(3), np.empty(3, np.float32), values)
+    return values.astype(float)
+
+
+def single(alpha, eta, wi, wo):
+    """Return the density of each wo after one facet, (n,)."""
+    wo = np.ascontiguousarray(wo, float)
+    values = np.empty(len(wo))
+    _single_all(alpha, eta, wi, wo, values)
+    return values
+
+
+def at(cosine, azimuth=0.3):
+    """Return a unit vector above the surface."""
+    sine = math.sqrt(1.0 - cosine * cosine)
+    return sine * math.cos(azimuth), sine * math.sin(azimuth), cosine
+
+
+def on_the_sphere(count, seed=5):
+    """Return uniform directions, (n, 3)."""
+    vectors = np.random.default_rng(seed).normal(size=(count, 3))
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+def spread_around(axis, width, random, count):
+    """Return directions about an axis, (n, 3), by Henyey and Greenstein's phase function."""
+    g, u = 1.0 - min(width, 0.9), random.random(count)
+    cosine = (1.0 + g * g - ((1.0 - g * g) / (1.0 - g + 2.0 * g * u)) ** 2) / (2.0 * g)
+    across = np.cross(axis, random.normal(size=(count, 3)))
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    return cosine[:, None] * axis + np.sqrt(1.0 - np.minimum(cosine**2, 1.0))[:, None] * across
+
+
+def spread(axis, width, wo):
+    """Return the density of `spread_around` (per steradian)."""
+    g = 1.0 - min(width, 0.9)
+    return (1.0 - g * g) / (4.0 * np.pi * (1.0 + g * g - 2.0 * g * (wo @ axis)) ** 1.5)
+
+
+def where_light_goes(alpha, eta, wi, count, seed=5):
+    """Return directions, (n, 3), and their densities: everywhere, and more where lobes are."""
+    x, y, z = wi
+    lobes = [(np.array([-x, -y, z]), alpha)]
+    squared = 1.0 - eta**2 * (1.0 - z**2)
+    if eta != METAL and squared > 0.0:
+        below = np.array([-eta * x, -eta * y, -math.sqrt(squared)])
+        lobes.append((below, alpha * abs(1.0 - eta)))
+    random, share = np.random.default_rng(seed), 1.0 / (1 + len(lobes))
+    part = int(count * share)
+    parts = [on_the_sphere(part, seed)]
+    parts += [spread_around(axis, width, random, part) for axis, width in lobes]
+    wo = np.concatenate(parts)
+    density = 1.0 / (4.0 * np.pi) + sum(spread(axis, width, wo) for axis, width in lobes)
+    return wo, share * density
+
+
+def cells(wo, heights=12, turns=8):
+    """Return the cell of the sphere, of equal areas, in which each direction lies."""
+    row = np.minimum(((wo[:, 2] + 1.0) * 0.5 * heights).astype(int), heights - 1)
+    turn = ((np.arctan2(wo[:, 1], wo[:, 0]) / (2 * np.pi)) % 1.0 * turns).astype(int)
+    return row * turns + np.minimum(turn, turns - 1)
+
+
+def share_of_cells(wo, values):
+    """Return the mean of values that fall into each cell, and its variance."""
+    where, count = cells(wo), len(wo)
+    mean = np.bincount(where, values, 96) / count
+    return mean, (np.bincount(where, values**2, 96) / count - mean**2) / count
+
+
+@pytest.mark.parametrize("cosine", [0.95, 0.4])
+@pytest.mark.parametrize("eta", INDICES)
+@pytest.mark.parametrize("alpha", [0.3, 1.0])
+def test_walks_follow_their_density(alpha, eta, cosine):
+    """χ² over cells of the sphere, of walks and of the mean density at random directions."""
+    wi = at(cosine)
+    walked, weights = scatter(alpha, eta, wi)
+    wo, density = where_light_goes(alpha, eta, wi, 500_000)
+    estimates = evaluate(alpha, eta, wi, wo) / density[:, None]
+    for band in (0, 2) if eta == METAL else (0,):
+        found, error = share_of_cells(walked, weights[:, band])
+        expected, other = share_of_cells(wo, estimates[:, band])
+        used = found > 2e-3
+        chi = ((found - expected)[used] ** 2 / (error + other)[used]).sum()
+        assert used.sum() >= 5
+        assert chi < chi2.ppf(0.9999, used.sum())
+        allowed = 5.0 * np.sqrt((error + other)[~used].sum())
+        assert abs(found[~used].sum() - expected[~used].sum()) <= allowed
+
+
+@pytest.mark.parametrize("eta", [METAL, 1 / 1.1, 1 / 1.5, 1 / 2.5, 1.1, 2.5])
+@pytest.mark.parametrize("alpha", [1e-3, 0.01, 0.1, 0.4, 1.0])
+@pytest.mark.parametrize("cosine", [1.0, 0.6, 0.2, 0.05])
+def test_white_furnace(alpha, eta, cosine):
+    """All light leaves, on unit vectors; and none by giving up the walk."""
+    wo, weights = scatter(alpha, eta, at(cosine), 50_000, np.ones(3, np.float32))
+    assert (weights == 1.0).all()
+    np.testing.assert_allclose(np.linalg.norm(wo, axis=1), 1.0, atol=1e-9)
+    if eta == METAL:
+        assert (wo[:, 2] >= 0.0).all()
+
+
+@pytest.mark.parametrize("eta", INDICES)
+@pytest.mark.parametrize("alpha", [1e-3, 0.05, 0.2, 0.6, 1.0])
+def test_densities_add_up_to_all_light(alpha, eta):
+    """Within half a percent, with nothing of the walk but its densities."""
+    for cosine in (0.9, 0.3):
+        wi = at(cosine)
+        wo, density = where_light_goes(alpha, eta, wi, 300_000)
+        values = evaluate(alpha, eta, wi, wo, np.ones(3, np.float32))[:, 0] / density
+        error = values.std() / np.sqrt(len(values))
+        assert abs(values.mean() - 1.0) < 0.005 + 4.0 * error
+        assert error < 0.01
+
+
+def fresnel(cosine, eta):
+    """Return Fresnel's reflectance, by the amplitudes of both polarisations."""
+    beyond = np.sqrt(np.maximum(1.0 - eta**2 * (1.0 - cosine**2), 0.0))
+    s = (eta * cosine - beyond) / (eta * cosine + beyond)
+    p = (cosine - eta * beyond) / (cosine + eta * beyond)
+    return np.where(beyond > 0.0, 0.5 * (s**2 + p**2), 1.0)
+
+
+def smith(alpha, z):
+    return 0.5 * (np.sqrt(1.0 + alpha**2 * (1.0 / z**2 - 1.0)) - 1.0)
+
+
+def walter(alpha, eta, wi, wo):
+    """Return BSDF · cosine by equations 20 and 21 of Walter et al. 2007, with G2 over heights."""
+    wi = np.asarray(wi)
+    n_i, n_o = eta, 1.0
+    reflects = wo[:, 2] > 0.0
+    h = np.where(reflects[:, None], wi + wo, -(n_i * wi + n_o * wo))
+    h /= np.linalg.norm(h, axis=1, keepdims=True)
+    h *= np.sign(h[:, 2:])
+    i_h, o_h = h @ wi, (wo * h).sum(axis=1)
+    tangent = 1.0 / h[:, 2] ** 2 - 1.0
+    d = alpha**2 / (np.pi * h[:, 2] ** 4 * (alpha**2 + tangent) ** 2)
+    a, b = smith(alpha, wi[2]), smith(alpha, np.abs(wo[:, 2]))
+    f = fresnel(i_h, eta)
+    reflected = f * d / (1.0 + a + b) / (4.0 * wi[2])
+    sent = np.abs(i_h * o_h) / wi[2] * n_o**2 * (1.0 - f) * beta_function(1 + a, 1 + b) * d
+    sent /= (n_i * i_h + n_o * o_h) ** 2
+    there = (i_h > 0.0) & (o_h * wo[:, 2] > 0.0)
+    return np.where(there, np.where(reflects, reflected, sent), 0.0)
+
+
+@pytest.mark.parametrize("eta", [1 / 1.1, 1 / 1.5, 1 / 2.5, 1.5, 2.5])
+@pytest.mark.parametrize("alpha", [0.01, 0.2, 0.5, 1.0])
+def test_single_scattering_is_walters(alpha, eta):
+    for cosine in (1.0, 0.7, 0.1):
+        wo = on_the_sphere(2000)
+        expected = walter(alpha, eta, at(cosine), wo)
+        np.testing.assert_allclose(single(alpha, eta, at(cosine), wo), expected, 1e-8, 1e-13)
+
+
+@pytest.mark.parametrize("eta", [1 / 1.5, 1.5, METAL])
+def test_reciprocity(eta):
+    """BSDF · n² of the side that light comes from is the same when light is turned round."""
+    alpha, rng_ = 0.7, np.random.default_rng(2)
+    for wi, wo in zip(on_the_sphere(6, 3), on_the_sphere(6, 4), strict=True):
+        wi, wo = wi * np.sign(wi[2]) * [1, 1, 1], wo * (rng_.choice([-1, 1]) if eta else 1)
+        wi[2], wo[2] = abs(wi[2]), abs(wo[2]) if eta == METAL else wo[2]
+        through = wo[2] < 0.0
+        other = 1.0 / eta if through else eta
+        there, back = (wo * BELOW, wi * BELOW) if through else (wo, wi)
+        many = 100_000
+        forth = evaluate(alpha, eta, tuple(wi), np.tile(wo, (many, 1)))
+        back = evaluate(alpha, other, tuple(there), np.tile(back, (many, 1)))
+        forth *= (eta**2 if through else 1.0) / abs(wo[2])
+        back /= wi[2]
+        error = np.hypot(forth.std(axis=0), back.std(axis=0)) / np.sqrt(many)
+        assert (np.abs(forth.mean(axis=0) - back.mean(axis=0)) <= 4.0 * error + 1e-6).all()
+
+
+@pytest.mark.parametrize("eta", [1 / 1.5, 1.5, 1 / 2.5])
+@pytest.mark.parametrize("cosine", [1.0, 0.8, 0.4])
+def test_the_limit_is_smooth_glass(eta, cosine):
+    wi = np.array(at(cosine))
+    wo, _ = scatter(1e-3, eta, tuple(wi), 100_000)
+    up = wo[:, 2] > 0.0
+    expected = float(fresnel(np.array(cosine), eta))
+    assert abs(up.mean() - expected) < 0.003
+    np.testing.assert_allclose(np.median(wo[up], axis=0), wi * [-1, -1, 1], atol=2e-3)
+    if expected < 1.0:
+        sine = eta * math.hypot(wi[0], wi[1])
+        below = [-eta * wi[0], -eta * wi[1], -math.sqrt(1.0 - sine * sine)]
+        np.testing.assert_allclose(np.median(wo[~up], axis=0), below, atol=3e-3)
