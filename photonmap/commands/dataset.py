@@ -92,6 +92,11 @@ def _add_work(parser: argparse.ArgumentParser) -> None:
         metavar="LIST",
         help="file formats, of exr, hdf5 and png, separated by commas (default: exr,png)",
     )
+    work.add_argument(
+        "--full",
+        action="store_true",
+        help="write everything in single precision, ten times as large, instead of lean files",
+    )
     add_scheduler(work)
     work.add_argument(
         "--resume", action="store_true", help="render only the images that are missing or damaged"
@@ -131,7 +136,7 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
     check_formats(formats)
     check_scheduler(options.scheduler, options.workers)
     common, jobs, faults = _plan(options)
-    head = describe_dataset(options.preset, common, formats, jobs)
+    head = describe_dataset(options.preset, common, formats, jobs, options.full)
     check_dataset_folder(folder, head, options.resume or options.dry_run)
     if options.dry_run:
         _list(jobs)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import closing
 from functools import cache
 from os import PathLike
@@ -37,6 +37,8 @@ _ERROR, _BLOCK_ERROR = ".error", ".error8"
 """Endings of the names of parts that hold standard errors, and those of means over blocks."""
 _COMPRESSION = "zip"
 """Lossless, and every reader knows it; htj2k and zstd do better, but need the latest OpenEXR."""
+_NO_DATE = ""
+"""In place of when a file was written, so that equal images are equal files."""
 _LINES = 64
 """Lines of an image that are written at a time: a multiple of the 16 compressed together."""
 _RECORD, _BANDS = "photonmapRecord", "photonmapBands"
@@ -111,12 +113,21 @@ def sort_parts(parts: Images) -> tuple[Images, Images, Images]:
     return endings[""], endings[_ERROR], endings[_BLOCK_ERROR]
 
 
-def write_exr(contents: Contents, path: str | PathLike[str], to_rgb: Projector) -> None:
+def write_exr(
+    contents: Contents,
+    path: str | PathLike[str],
+    to_rgb: Projector,
+    halves: Collection[str] = (),
+) -> None:
     """Write all buffers and errors to one multi-part OpenEXR, part by part.
 
     Part 0 is `radiance`, if it is there, with R, G, B for viewers, in linear sRGB. The other
     buffers follow in their order, then the errors, named as in "direct.error", and those of blocks
     of pixels, as in "indirect.error8", which are smaller images.
+
+    Parameters
+    ----------
+    halves : names of the parts to write in half precision
 
     Raises
     ------
@@ -126,7 +137,7 @@ def write_exr(contents: Contents, path: str | PathLike[str], to_rgb: Projector) 
     import OpenImageIO
 
     parts, bands = _order_parts(contents), contents.bands
-    specs = [_describe(part, image, bands) for part, image in parts.items()]
+    specs = [_describe(part, image, bands, part in halves) for part, image in parts.items()]
     height, width = next(iter(contents.buffers.values())).shape[:2]
     for spec in specs:
         spec.full_width, spec.full_height = width, height  # the same in all parts of a file
@@ -150,8 +161,12 @@ def write_exr(contents: Contents, path: str | PathLike[str], to_rgb: Projector) 
             raise OSError(f"cannot write {Path(path).name}: {why}")
 
 
-def read_exr(path: str | PathLike[str]) -> Contents:
-    """Read what `write_exr` wrote.
+def read_exr(path: str | PathLike[str], names: Collection[str] | None = None) -> Contents:
+    """Read what `write_exr` wrote; half precision becomes float32.
+
+    Parameters
+    ----------
+    names : of the parts to read; None for all
 
     Raises
     ------
@@ -173,12 +188,38 @@ def read_exr(path: str | PathLike[str]) -> Contents:
         try:
             record = json.loads(head.get_string_attribute(_RECORD))
             bands = Bands.from_description(json.loads(head.get_string_attribute(_BANDS)))
-            count = head.get_int_attribute("oiio:subimages", 1)
-            parts = dict(_read_part(file, index, bands) for index in range(count))
+            parts = dict(
+                _read_part(file, index, bands)
+                for index, name in enumerate(_part_names(file))
+                if names is None or name in names
+            )
         except ValueError as error:
             raise InputError(f"this is damaged: {error}", path) from None
     buffers, errors, block_errors = sort_parts(parts)
     return Contents(buffers, errors, bands, record, block_errors)
+
+
+def list_parts(path: str | PathLike[str]) -> list[str]:
+    """Return the names of a file's parts; no image is read.
+
+    Raises
+    ------
+    InputError
+        if there is no such file, or it is damaged
+    """
+    import OpenImageIO
+
+    file = OpenImageIO.ImageInput.open(str(path))
+    if file is None:
+        reason = OpenImageIO.geterror().partition("\n")[0]
+        raise InputError(f"this is not an OpenEXR file, or it is damaged: {reason}", path)
+    with closing(file):
+        return _part_names(file)
+
+
+def _part_names(file: OpenImageIO.ImageInput) -> list[str]:
+    count = file.spec().get_int_attribute("oiio:subimages", 1)
+    return [file.spec(i).get_string_attribute("oiio:subimagename") for i in range(count)]
 
 
 def _order_parts(contents: Contents) -> Images:
@@ -209,17 +250,18 @@ def _channels(part: str, bands: Bands) -> list[str]:
     return channel_names("S0" if is_light else "T", bands.centroids)
 
 
-def _describe(part: str, image: NDArray[Any], bands: Bands) -> OpenImageIO.ImageSpec:
+def _describe(part: str, image: NDArray[Any], bands: Bands, half: bool) -> OpenImageIO.ImageSpec:
     """Describe a part: its size, its channels and the attributes of the spectral layout."""
     import OpenImageIO
 
     height, width = image.shape[:2]
     names = _channels(part, bands)
     viewers = _RGB if part == "radiance" and not bands.is_rgb else ()
-    kind = OpenImageIO.UINT if _is_integer(part) else OpenImageIO.FLOAT
+    real = OpenImageIO.HALF if half else OpenImageIO.FLOAT
+    kind = OpenImageIO.UINT if _is_integer(part) else real
     spec = OpenImageIO.ImageSpec(width, height, len(viewers) + len(names), kind)
     spec.channelnames = (*viewers, *names)
-    attributes = {"oiio:subimagename": part, "compression": _COMPRESSION}
+    attributes = {"oiio:subimagename": part, "compression": _COMPRESSION, "DateTime": _NO_DATE}
     if names[0].startswith(("S0.", "T.")):
         attributes["spectralLayoutVersion"] = "1.0"
         attributes |= zip(names, sensitivity_texts(bands), strict=True)

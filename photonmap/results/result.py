@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from functools import partial
 from os import PathLike
@@ -238,8 +238,13 @@ class Result(Plots):
         preview = partial(self.shown, white) if "radiance" in self.buffers else None
         save_all(chosen._contents, path, self.projector(white), preview)
 
-    def save_exr(self, path: str | PathLike[str]) -> None:
+    def save_exr(self, path: str | PathLike[str], halves: Collection[str] = ()) -> None:
         """Write the OpenEXR alone: all buffers, their errors and the record.
+
+        Parameters
+        ----------
+        path : of the file
+        halves : names of `arrays` to write in half precision
 
         Raises
         ------
@@ -247,7 +252,7 @@ class Result(Plots):
             if writing fails
         """
         Path(path).parent.mkdir(parents=True, exist_ok=True)
-        write_exr(self._contents, path, self.projector())
+        write_exr(self._contents, path, self.projector(), halves)
 
     @property
     def _contents(self) -> Contents:

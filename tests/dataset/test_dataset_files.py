@@ -82,8 +82,8 @@ def test_hdf5_has_what_exr_has(made, copied):
     for name, array in first.items():
         np.testing.assert_array_equal(array, second[name])
     (second.folder / image_files.RGB_EXR).unlink()
-    for name, array in first.rgb.items():
-        np.testing.assert_array_equal(array, second.rgb[name])
+    for name, array in first.rgb.items():  # computed from bands that were rounded
+        np.testing.assert_allclose(array, second.rgb[name], atol=4e-3 * max(np.abs(array).max(), 1))
 
 
 def test_hypersims_loaders_find_their_files(made):
@@ -128,12 +128,12 @@ def test_the_manifest_says_how_to_render_an_image_again(made):
         assert image["object_id"].max() <= len(line["objects"])
         assert image["material_id"].max() <= len(line["materials"])
         assert line["rgb"]["residual"] == pytest.approx(
-            rgb_residual(as_rgb(image.result)), rel=1e-6
+            rgb_residual(as_rgb(image.result)), rel=0.05
         )
     first = dataset.open(made)[0]
     corner = lines[0]["materials"][first["material_id"][0, 0] - 1]
     np.testing.assert_allclose(
-        first["reflectance"][0, 0], lines[0]["reflectances"][corner], atol=1e-5
+        first["reflectance"][0, 0], lines[0]["reflectances"][corner], rtol=2**-11
     )
 
 

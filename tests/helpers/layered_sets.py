@@ -63,7 +63,7 @@ def write_layers(folder, layers, error):
     record = {"passes": 16, "arguments": {"pixel": "center"}}  # so that no edge grazes a pixel
     result = with_derived(pm.Result(buffers, errors, pm.Bands.parse(COUNT), record))
     (folder / layers.name).mkdir(parents=True)
-    write_image(folder / layers.name, result, as_rgb(result), ["exr"])
+    write_image(folder / layers.name, result, as_rgb(result), ["exr"], full=True)
 
 
 def write_set(folder, scenes=(0, 1, 2), lights=("white", "colored"), error=0.0, noise=0.0):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.dataset.files.lean import RGB, as_lean, restored
 from photonmap.errors import InputError
 from photonmap.io.exr import read_exr, sort_parts
 from photonmap.io.png import write_png
@@ -24,6 +26,9 @@ PREVIEWED = ("radiance", "direct", "indirect", "reflectance", "shading")
 """Buffers that have a PNG."""
 _FINAL, _GEOMETRY = "images/scene_cam_00_final_hdf5", "images/scene_cam_00_geometry_hdf5"
 _DATASET = "dataset"
+_DIGITS = 16
+_TIMES = ("seconds", "predicted_seconds", "resumed")
+"""What a record says of a render that does not decide its arrays."""
 _AGAIN = "render it again with --resume"
 _SHADING_SHOWN_AS, _PERCENTILE = 0.8, 99.0
 """Linear value that a PNG gives to this percentile of scalar shading over valid pixels."""
@@ -53,23 +58,55 @@ def check_h5py() -> None:
         raise InputError("HDF5 needs h5py: pip install 'photonmap[dataset]'")
 
 
-def write_image(folder: Path, result: Result, rgb: Result, formats: Collection[str]) -> None:
-    """Write the files of an image into its own folder.
+def write_image(
+    folder: Path, result: Result, rgb: Result, formats: Collection[str], full: bool = False
+) -> dict[str, str]:
+    """Write the files of an image into its own folder; return digests of the arrays in them.
 
     Parameters
     ----------
     result : in its bands, with the buffers that `with_derived` adds
     rgb : the same in linear sRGB
+    full : write everything as it is, and not what `as_lean` keeps
     """
+    held, halves = (result, []) if full else as_lean(result)
+    held_rgb, rgb_halves = (rgb, []) if full else as_lean(rgb, RGB)
+    held, held_rgb = _without_times(held), _without_times(held_rgb)
     if "exr" in formats:
-        result.save_exr(folder / BANDS_EXR)
-        rgb.save_exr(folder / RGB_EXR)
+        held.save_exr(folder / BANDS_EXR, halves)
+        held_rgb.save_exr(folder / RGB_EXR, rgb_halves)
     if "hdf5" in formats:
-        _write_bands(folder / BANDS_HDF5, result)
-        _write_hypersim(folder, hypersim_images(result, rgb.buffers))
+        _write_bands(folder / BANDS_HDF5, held, halves)
+        _write_hypersim(folder, hypersim_images(held, held_rgb.buffers))
     if "png" in formats:
         for name, image in previews(result, rgb).items():
             write_png(image, folder / f"{name}.png")
+    return digests(held)
+
+
+def digests(result: Result) -> dict[str, str]:
+    """Return a digest of every array, whatever the format of its file: part of a SHA-256."""
+    return {
+        name: hashlib.sha256(np.ascontiguousarray(image).data).hexdigest()[:_DIGITS]
+        for name, image in result.arrays.items()
+    }
+
+
+def _without_times(result: Result) -> Result:
+    """Return a result whose record does not say how long it took, or on how many threads.
+
+    So equal images have equal files.
+    """
+    record = {name: value for name, value in result.record.items() if name not in _TIMES}
+    if "arguments" in record:
+        record["arguments"] = {**record["arguments"]}
+        record["arguments"].pop("threads", None)
+    if "effects" in record:
+        record["effects"] = {
+            name: {key: value for key, value in effect.items() if key != "seconds"}
+            for name, effect in record["effects"].items()
+        }
+    return replace(result, record=record)
 
 
 def previews(result: Result, rgb: Result) -> dict[str, NDArray[np.uint8]]:
@@ -87,7 +124,7 @@ def previews(result: Result, rgb: Result) -> dict[str, NDArray[np.uint8]]:
     }
 
 
-def _write_bands(path: Path, result: Result) -> None:
+def _write_bands(path: Path, result: Result, halves: Collection[str]) -> None:
     """Write all buffers and errors to one HDF5 file, as a dataset each."""
     import json
 
@@ -97,7 +134,8 @@ def _write_bands(path: Path, result: Result) -> None:
         file.attrs["bands"] = json.dumps(result.bands.describe())
         file.attrs["record"] = json.dumps(result.record)
         for name, image in result.arrays.items():
-            file.create_dataset(name, data=image, compression="gzip", shuffle=True)
+            data = image.astype(np.float16) if name in halves else image
+            file.create_dataset(name, data=data, compression="gzip", shuffle=True)
 
 
 def hypersim_images(result: Result, rgb: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
@@ -166,24 +204,26 @@ def read_image(folder: Path) -> Result:
     InputError : neither file exists, or it is damaged
     """
     if (folder / BANDS_EXR).is_file():
-        return Result(*read_exr(folder / BANDS_EXR))
+        return restored(Result(*read_exr(folder / BANDS_EXR)))
     if (folder / BANDS_HDF5).is_file():
-        return read_hdf5(folder / BANDS_HDF5)
+        return restored(read_hdf5(folder / BANDS_HDF5))
     raise InputError(f"has neither {BANDS_EXR} nor {BANDS_HDF5}; {_AGAIN}", folder)
 
 
 def read_rgb(folder: Path) -> dict[str, NDArray[Any]]:
-    """Read the buffers of an image in linear sRGB, as `as_rgb` names them.
+    """Return the buffers of an image in linear sRGB, computed from its bands, by name.
 
     Raises
     ------
     InputError : they cannot be read
     """
-    if (folder / RGB_EXR).is_file():
-        return read_exr(folder / RGB_EXR)[0]
     from photonmap.dataset.files.derived_buffers import as_rgb
 
     return as_rgb(read_image(folder)).buffers
+
+
+def _as_float32(image: NDArray[Any]) -> NDArray[Any]:
+    return image.astype(np.float32) if image.dtype == np.float16 else image
 
 
 def read_hdf5(path: Path) -> Result:
@@ -202,7 +242,7 @@ def read_hdf5(path: Path) -> Result:
         with h5py.File(path) as file:
             bands = Bands.from_description(json.loads(file.attrs["bands"]))
             record = json.loads(file.attrs["record"])
-            parts = {name: file[name][()] for name in file}
+            parts = {name: _as_float32(file[name][()]) for name in file}
     except (OSError, KeyError, ValueError) as error:
         raise InputError(f"is damaged ({error}); {_AGAIN}", path) from None
     buffers, errors, block_errors = sort_parts(parts)

@@ -16,7 +16,9 @@ from photonmap.errors import InputError
 from photonmap.runtime.file_checks import check_output_folder
 
 HEAD, LINES = "manifest.json", "manifest.jsonl"
-FORMAT = "photonmap data set 1"
+FORMAT = "photonmap data set 2"
+READABLE = (FORMAT, "photonmap data set 1")
+"""Formats that can be read; the first version's images are full, and have no digests."""
 _KEYS = {"name", "geometry", "job", "files"}
 """Some of the keys that the entry of every image has."""
 
@@ -76,7 +78,7 @@ def _check_contents(folder: Path, head: dict[str, Any], resume: bool) -> None:
 def _difference(there: dict[str, Any], here: dict[str, Any]) -> str:
     """Describe how two heads differ in what the images of one set share; "" if they do not."""
     pairs = {
-        **{key: (there.get(key), here[key]) for key in ("formats",)},
+        **{key: (there.get(key), here[key]) for key in ("format", "formats", "full")},
         **{key: (there["common"].get(key), value) for key, value in here["common"].items()},
         **{key: (there["versions"].get(key), value) for key, value in here["versions"].items()},
     }
@@ -113,7 +115,7 @@ def read_head(folder: str | PathLike[str]) -> dict[str, Any]:
         raise InputError("does not hold a data set; choose a folder that does", folder) from None
     except (OSError, ValueError) as error:
         raise InputError(f"is damaged and cannot be read ({error})", path) from None
-    if not isinstance(head, dict) or head.get("format") != FORMAT:
+    if not isinstance(head, dict) or head.get("format") not in READABLE:
         raise InputError("does not describe a data set of this version", path)
     return head
 

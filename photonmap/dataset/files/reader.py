@@ -63,20 +63,30 @@ class Image(Mapping[str, Array]):
         return read_image(self.folder)
 
     @cached_property
-    def rgb(self) -> dict[str, Array]:
+    def rgb(self) -> Mapping[str, Array]:
         """Arrays in linear sRGB by name, as `derived_buffers.as_rgb` makes them."""
-        from photonmap.dataset.files.image_files import read_rgb
+        from photonmap.dataset.files.image_files import RGB_EXR, read_rgb
+        from photonmap.dataset.files.parts import Parts
 
-        return read_rgb(self.folder)
+        path = self.folder / RGB_EXR
+        return Parts(path) if path.is_file() else read_rgb(self.folder)
 
     @cached_property
-    def _arrays(self) -> dict[str, Array]:
-        return self.result.arrays
+    def _arrays(self) -> Mapping[str, Array]:
+        from photonmap.dataset.files.image_files import BANDS_EXR
+        from photonmap.dataset.files.parts import Parts
+
+        path = self.folder / BANDS_EXR
+        return Parts(path) if path.is_file() else self.result.arrays
 
     def __getitem__(self, name: str) -> Array:
         if name not in self._arrays:
             raise KeyError(f"{name!r} is not one of {listed(self._arrays, 99)}")
         return self._arrays[name]
+
+    def __contains__(self, name: object) -> bool:
+        """Return whether there is such an array; none is read."""
+        return name in self._arrays
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._arrays)
@@ -161,7 +171,7 @@ class Dataset(Sequence[Image]):
         Parameters
         ----------
         names : of the arrays to load
-        rgb : load them in linear sRGB instead of bands
+        rgb : load those that have bands in linear sRGB
         transform : applied to each dict; its return value is yielded
 
         Raises

@@ -16,7 +16,7 @@ class TensorDataset(torch.utils.data.Dataset):
     ----------
     images : of a data set, see `photonmap.dataset.open`
     names : of the arrays to load
-    rgb : load them in linear sRGB instead of bands
+    rgb : load those that have bands in linear sRGB
     transform : applied to each dict; its return value is yielded
     """
 
@@ -37,8 +37,10 @@ class TensorDataset(torch.utils.data.Dataset):
         if not 0 <= index < len(self):
             raise IndexError(index)
         image = self._images[index]
-        source = image.rgb if self._rgb else image
-        item = {name: _as_tensor(source[name]) for name in self._names}
+        item = {
+            name: _as_tensor(image.rgb[name] if self._rgb and name in image.rgb else image[name])
+            for name in self._names
+        }
         return item if self._transform is None else self._transform(item)
 
 

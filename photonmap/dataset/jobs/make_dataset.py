@@ -43,7 +43,11 @@ class Outcome:
 
 
 def describe_dataset(
-    preset: str, common: CommonSettings, formats: Sequence[str], jobs: Sequence[Job]
+    preset: str,
+    common: CommonSettings,
+    formats: Sequence[str],
+    jobs: Sequence[Job],
+    full: bool = False,
 ) -> dict[str, Any]:
     """Return the head of a data set: its settings, versions, and the names of its images."""
     from photonmap.results.record import describe_code
@@ -53,6 +57,7 @@ def describe_dataset(
         "preset": preset,
         "common": json.loads(json.dumps(asdict(common))),
         "formats": sorted(formats),
+        "full": full,
         "versions": describe_code(),
         "images": [job.name for job in jobs],
     }
@@ -94,7 +99,7 @@ def make_dataset(
         write_lines(folder, outcome.entries.values())
         missing = [job for job in jobs if job.name not in outcome.entries]
         target, versions = str(folder.resolve()), head["versions"]
-        tasks = [Task(job, target, tuple(formats), versions) for job in missing]
+        tasks = [Task(job, target, tuple(formats), versions, full=head["full"]) for job in missing]
         try:
             _run(tasks, scheduler, workers, outcome, log)
         finally:

@@ -41,6 +41,7 @@ class Task:
     formats : of the files
     versions : the image must be rendered with, see `describe_code`; None for any
     threads : of the render; None for every processor
+    full : write everything in single precision, see `photonmap.dataset.files.lean`
     """
 
     job: Job
@@ -48,6 +49,7 @@ class Task:
     formats: tuple[str, ...]
     versions: dict[str, str] | None = None
     threads: int | None = None
+    full: bool = False
 
 
 def render_image(task: Task) -> dict[str, Any]:
@@ -80,8 +82,8 @@ def render_image(task: Task) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=data_set) as made:
         folder = Path(made) / job.name
         folder.mkdir()
-        write_image(folder, result, rgb, task.formats)
-        entry = _describe(job, scene, result, rgb)
+        arrays = write_image(folder, result, rgb, task.formats, task.full)
+        entry = _describe(job, scene, result, rgb) | {"full": task.full, "arrays": arrays}
         entry["files"] = hash_files(folder, list_files(folder))
         entry["seconds"] = {
             "build": built - start,

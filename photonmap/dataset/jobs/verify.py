@@ -10,17 +10,20 @@ from typing import Any
 import numpy as np
 
 from photonmap.dataset.files.image_files import hash_files, list_files
+from photonmap.dataset.files.lean import as_lean
 from photonmap.dataset.files.manifest import describe_differences
 from photonmap.dataset.files.reader import Image, open_dataset
 from photonmap.dataset.jobs.job_scene import make_scene
 from photonmap.dataset.jobs.plan import Job
 from photonmap.dataset.jobs.render_image import ENTRY, render_job, select_measured_sets
 from photonmap.dataset.jobs.verify_arrays import (
+    check_digests,
     check_formats_agree,
     check_geometry,
     check_identities,
     check_numbers,
     check_rgb,
+    is_full,
 )
 from photonmap.errors import InputError
 from photonmap.results.record import describe_versions
@@ -79,7 +82,8 @@ def _faults(image: Image, log: Log) -> Iterator[str]:
     try:
         result = image.result
         yield from check_numbers(result)
-        yield from check_identities(result)
+        yield from check_digests(image)
+        yield from check_identities(result, is_full(image))
         yield from check_rgb(image)
         yield from check_formats_agree(image)
         yield from _geometry_faults(image)
@@ -96,7 +100,7 @@ def _geometry_faults(image: Image) -> Iterator[str]:
     if image.entry["versions"] == describe_versions():
         job = Job.from_description(image.entry["job"])
         select_measured_sets(job)
-        yield from check_geometry(image.result, make_scene(job))
+        yield from check_geometry(image.result, make_scene(job), is_full(image))
 
 
 def _version_faults(entry: dict[str, Any], wanted: dict[str, str]) -> Iterator[str]:
@@ -135,7 +139,7 @@ def _render_again(image: Image, log: Log) -> Iterator[str]:
     if changed := difference(then, now):
         yield f"would be rendered from other input now: {changed}"
         return
-    pairs = again.arrays
+    pairs = (again if is_full(image) else as_lean(again)[0]).arrays
     there = before.arrays
     differ = [n for n in pairs if n not in there or not np.array_equal(pairs[n], there[n])]
     if differ:

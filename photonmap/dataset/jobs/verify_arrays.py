@@ -9,16 +9,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.buffers import names_where
-from photonmap.dataset.files.image_files import BANDS_HDF5, hypersim_images, read_hdf5
+from photonmap.dataset.files.image_files import BANDS_HDF5, digests, hypersim_images, read_hdf5
 from photonmap.dataset.files.image_files import read_hypersim as read_frame
+from photonmap.dataset.files.lean import fits_half, restored, to_half
 from photonmap.dataset.files.reader import Image
 from photonmap.errors import InputError
 from photonmap.results.result import Result
 from photonmap.scene.scene import Scene
 
-ULPS = 8
-"""Rounding errors of float32 by which sums and products of buffers may differ."""
+ULPS, HALF_ULPS = 8, 2
+"""Rounding errors of float32, and of half precision, by which sums and products may differ."""
 _AT_CENTRE = ("depth", "distance", "normal", "object_id", "material_id")
+
+
+def is_full(image: Image) -> bool:
+    """Return whether an image's files hold everything in single precision."""
+    return image.entry.get("full", True)
+
+
+def check_digests(image: Image) -> Iterator[str]:
+    """Yield the arrays that are not those that were rendered."""
+    wanted = image.entry.get("arrays", {})
+    found = digests(image.result)
+    if changed := [name for name, digest in wanted.items() if found.get(name) != digest]:
+        yield f"arrays differ from those that were rendered: {', '.join(changed)}"
 
 
 def check_numbers(result: Result) -> Iterator[str]:
@@ -28,33 +42,35 @@ def check_numbers(result: Result) -> Iterator[str]:
             yield f"{name} has NaN"
 
 
-def check_identities(result: Result) -> Iterator[str]:
+def check_identities(result: Result, full: bool = True) -> Iterator[str]:
     """Yield the identities of the buffers that do not hold.
 
-    radiance is (emission + direct) + indirect, bit for bit. To `ULPS`, the buffers of light groups
-    add up to the whole, direct + indirect is reflectance × shading + residual, and scalar_shading ×
-    illuminant is shading.
+    radiance is (emission + direct) + indirect, bit for bit where files are full. To rounding, the
+    buffers of light groups add up to the whole, direct + indirect is reflectance × shading +
+    residual, and scalar_shading × illuminant is shading.
     """
     whole = (result.emission + result.direct) + result.indirect
-    if not np.array_equal(result.radiance, whole):
+    parts = [result.emission, result.direct, result.indirect]
+    if not (np.array_equal(result.radiance, whole) if full else _close(whole, parts, full)):
         yield "radiance is not (emission + direct) + indirect"
     for name in names_where(per_light=True, has_error=True):
         parts = [split[name] for split in result.per_light.values() if name in split]
-        if parts and not _close(_sum(parts), [result.buffers[name]]):
+        if parts and not _close(_sum(parts), [result.buffers[name]], full):
             yield f"{name} is not the sum of its light groups"
     product = result.reflectance * result.shading
-    if not _close(_sum([result.direct, result.indirect]), [product, result.residual]):
+    if not _close(_sum([result.direct, result.indirect]), [product, result.residual], full):
         yield "direct + indirect is not reflectance × shading + residual"
     scalar = result.buffers["scalar_shading"][..., None]
-    if not _close(scalar * result.buffers["illuminant"], [result.shading]):
+    if not _close(scalar * result.buffers["illuminant"], [result.shading], full):
         yield "scalar_shading × illuminant is not shading"
 
 
 def check_rgb(image: Image) -> Iterator[str]:
     """Yield a fault if radiance in RGB is not emission + reflectance × shading + residual."""
     rgb = image.rgb
-    parts = [rgb["emission"], rgb["reflectance"] * rgb["shading"], rgb["residual"]]
-    if not _close(rgb["radiance"], parts):
+    product = rgb["reflectance"] * rgb["shading"]
+    parts = [rgb["emission"], product, rgb.get("residual", np.zeros_like(product))]
+    if not _close(rgb["radiance"], parts, is_full(image)):
         yield "radiance in RGB is not emission + reflectance × shading + residual"
 
 
@@ -63,7 +79,7 @@ def check_formats_agree(image: Image) -> Iterator[str]:
     if not (image.folder / BANDS_HDF5).is_file():
         return
     try:
-        there = read_hdf5(image.folder / BANDS_HDF5).arrays
+        there = restored(read_hdf5(image.folder / BANDS_HDF5)).arrays
         frames = read_frame(image.folder)
     except InputError as error:
         yield str(error)
@@ -75,12 +91,14 @@ def check_formats_agree(image: Image) -> Iterator[str]:
         yield f"Hypersim's files have other arrays than the image: {', '.join(differ)}"
 
 
-def check_geometry(result: Result, scene: Scene) -> Iterator[str]:
+def check_geometry(result: Result, scene: Scene, full: bool = True) -> Iterator[str]:
     """Yield the buffers at the pixels' centres that rays traced again do not give."""
     from photonmap.integrators.look import Onlooker
 
     assert scene.camera is not None
     seen = Onlooker(scene).see(scene.camera, result.size, _AT_CENTRE)
+    if not full:
+        seen = {n: to_half(image) if fits_half(n, image) else image for n, image in seen.items()}
     there = {name: result.buffers[name] for name in seen if name in result.buffers}
     if differ := [name for name, image in there.items() if not np.array_equal(image, seen[name])]:
         yield f"rays traced again give other values: {', '.join(differ)}"
@@ -99,8 +117,10 @@ def _sum(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
     return np.sum(np.array(parts, np.float64), axis=0)
 
 
-def _close(whole: NDArray[Any], parts: Sequence[NDArray[Any]]) -> bool:
+def _close(whole: NDArray[Any], parts: Sequence[NDArray[Any]], full: bool) -> bool:
     """Return whether parts add up to a whole within rounding of their magnitudes."""
     scale = np.abs(whole.astype(np.float64)) + _sum([np.abs(part) for part in parts])
-    allowed = ULPS * np.finfo(np.float32).eps * scale + np.finfo(np.float32).tiny
+    kind = np.finfo(np.float32 if full else np.float16)
+    smallest = kind.tiny if full else 8 * kind.smallest_subnormal
+    allowed = (ULPS if full else HALF_ULPS) * float(kind.eps) * scale + float(smallest)
     return bool((np.abs(whole - _sum(parts)) <= allowed).all())

@@ -1,0 +1,126 @@
+"""Which parts of an image lean files hold, and how: half precision, nothing that follows."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.buffers import group_name, names_where, row_of, split_name
+from photonmap.results.result import Result
+
+Array = NDArray[Any]
+
+ERRORS = ("radiance", "reflectance", "shading")
+"""Buffers whose standard errors lean files hold."""
+RGB = (
+    "radiance", "emission", "direct", "indirect", "reflectance", "shading", "residual",
+    "illuminant_direct",
+)  # fmt: skip
+"""Buffers that lean files hold in RGB."""
+DERIVED = ("scalar_shading", "illuminant")
+"""Buffers that `derive` computes where files do not hold them."""
+_DROPPED = ("covariance", *DERIVED)
+"""Buffers that lean files do not hold: they follow from others, or only merging needs them."""
+_OFTEN_ZERO = ("residual", "caustics")
+"""Buffers that lean files do not hold where they are 0 everywhere."""
+_LARGEST = 6e4
+"""Values above do not fit half precision."""
+_LEAST_MEAN = 6e-3
+"""Mean magnitude, of what is not 0, from which on rounding of the darkest values does not count."""
+
+
+def fits_half(name: str, image: Array) -> bool:
+    """Return whether half precision can hold a part.
+
+    Lengths, ids, masks and counts stay as they are, as do values out of half precision's range.
+    """
+    row = row_of(name.removesuffix(".error"))
+    if row is None or row.is_integer or row.quantity == "length" or image.dtype != np.float32:
+        return False
+    sizes = np.abs(image)
+    largest = float(sizes.max(initial=0.0))
+    if not largest <= _LARGEST:
+        return False
+    lit = sizes[sizes > 0.0]
+    return not lit.size or float(lit.mean(dtype=np.float64)) >= _LEAST_MEAN
+
+
+def as_lean(result: Result, kept: Collection[str] | None = None) -> tuple[Result, list[str]]:
+    """Return a result as lean files hold it, and the names of its parts in half precision.
+
+    Its values are rounded as in the files. `restored` adds what was left out.
+
+    Parameters
+    ----------
+    kept : names of the buffers to keep, with those of light groups; None for all but what follows
+        from others
+    """
+    alone = len(result.per_light) < 2
+
+    def keeps(name: str, image: Array) -> bool:
+        buffer, group = split_name(name)
+        if (group and alone) or buffer in _DROPPED or (buffer in _OFTEN_ZERO and not image.any()):
+            return False
+        return kept is None or buffer in kept
+
+    buffers = {name: image for name, image in result.buffers.items() if keeps(name, image)}
+    errors = {name: result.errors[name] for name in ERRORS if name in result.errors}
+    halves = []
+    for images, ending in ((buffers, ""), (errors, ".error")):
+        for name, image in images.items():
+            if fits_half(name, image):
+                images[name] = to_half(image)
+                halves.append(name + ending)
+    return Result(buffers, errors, result.bands, result.record), halves
+
+
+def to_half(image: Array) -> Array:
+    """Return an image rounded to half precision, as float32."""
+    return image.astype(np.float16).astype(np.float32)
+
+
+def restored(result: Result) -> Result:
+    """Return what was read from lean files with the buffers that follow from others."""
+    buffers = dict(result.buffers)
+    for name in derived_names(buffers, result.record):
+        source = source_of(name, buffers)
+        if source is not None:
+            buffers[name] = derive(name, buffers[source])
+    return replace(result, buffers=buffers)
+
+
+def derived_names(held: Collection[str], record: dict[str, Any]) -> list[str]:
+    """Return the names of buffers that a file does not hold, but that follow from those it does."""
+    names = [name for name in DERIVED if "shading" in held]
+    groups = record.get("light_groups") or []
+    if len(groups) == 1:
+        names += [
+            group_name(name, groups[0]) for name in names_where(per_light=True) if name in held
+        ]
+    return [name for name in names if name not in held]
+
+
+def source_of(name: str, held: Collection[str]) -> str | None:
+    """Return the part of a file that an array comes from; None if there is none.
+
+    The buffers of an only light group are those of the whole.
+    """
+    if name in held:
+        return name
+    base = "shading" if name in DERIVED else split_name(name)[0]
+    return base if base in held else None
+
+
+def derive(name: str, source: Array) -> Array:
+    """Return an array from the part that `source_of` names."""
+    if name not in DERIVED:
+        return source
+    mean = source.mean(axis=-1, keepdims=True, dtype=np.float64)
+    if name == "scalar_shading":
+        return mean[..., 0].astype(np.float32)
+    lit = np.broadcast_to(mean != 0.0, source.shape)
+    return np.divide(source, mean, where=lit, out=np.zeros(source.shape)).astype(np.float32)
