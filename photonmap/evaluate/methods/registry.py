@@ -23,6 +23,7 @@ BUILT_IN = (
     "weiss",
     "shen",
     "gehler",
+    "sirfs",
     "grey-world",
     "white-patch",
     "shades-of-grey",
