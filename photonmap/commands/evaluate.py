@@ -111,7 +111,7 @@ def run(options: argparse.Namespace) -> int:
         if an option is not permitted, the data set is not finished, or nothing could be scored
     """
     from photonmap.evaluate.bench.run import evaluate_dataset
-    from photonmap.evaluate.experiments.paper_table import paper_table
+    from photonmap.evaluate.experiments.paper_table import paper_tables
     from photonmap.evaluate.experiments.run_experiments import run_experiments
     from photonmap.evaluate.report.files import write_report
     from photonmap.evaluate.report.gallery import Gallery
@@ -137,7 +137,7 @@ def run(options: argparse.Namespace) -> int:
         log,
         gallery.keep,
     )
-    tables = [table for table in [paper_table(evaluation)] if table is not None]
+    tables = paper_tables(evaluation)
     if options.experiments:
         tables += run_experiments(Path(options.dataset), evaluation, methods, log)
     summaries, notes = evaluation.summaries(), _notes(options)

@@ -193,7 +193,7 @@ def test_snippets_of_evaluation(data_set, capsys):
 def test_commands_of_evaluation(data_set):
     text = docs("evaluation.md").read_text(encoding="utf-8")
     commands = re.findall(r"^    python -m photonmap (evaluate OUT --.*)$", text, re.M)
-    assert len(commands) == 2
+    assert len(commands) == 3
     for command in commands:
         assert main.main([*command.split(), "--quiet"]) == 0
     for folder in ("OUT-evaluation", "my_network-report"):

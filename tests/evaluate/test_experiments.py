@@ -114,7 +114,7 @@ def papers_evaluation(rows):
 
 
 def test_the_papers_own_figures_agree_with_the_paper():
-    table = paper_table.paper_table(papers_evaluation({"sirfs": 0, "gehler": 1, "serra": 2}))
+    table = paper_table.paper_tables(papers_evaluation({"sirfs": 0, "gehler": 1, "serra": 2}))[0]
     assert len(table.heads) == 13
     assert [name for name, _ in table.rows][:3] == ["sirfs", "gehler", "serra"]
     for (_, ours), (_, theirs) in zip(table.rows[:3], table.rows[3:], strict=True):
@@ -125,16 +125,15 @@ def test_the_papers_own_figures_agree_with_the_paper():
 
 
 def test_disagreement_with_the_paper_is_said():
-    table = paper_table.paper_table(papers_evaluation({"sirfs": 1, "gehler": 0}))
+    table = paper_table.paper_tables(papers_evaluation({"sirfs": 1, "gehler": 0}))[0]
     assert table.findings[3] == "sirfs and gehler rank as in the paper in 0 of 11 columns."
     flat = evaluation_of(
         {"mine": ([0.1] * 6, [0.1] * 6)}, papers_evaluation({}).kinds, list("abcdef")
     )
-    assert "here for 0 of 1." in paper_table.paper_table(flat).findings[0]
+    assert "here for 0 of 1." in paper_table.paper_tables(flat)[0].findings[0]
     unknown = [Kind("", "")] * 2
-    assert (
-        paper_table.paper_table(evaluation_of({"m": ([1, 2], [3, 4])}, unknown, ["a", "b"])) is None
-    )
+    nothing = evaluation_of({"m": ([1, 2], [3, 4])}, unknown, ["a", "b"])
+    assert paper_table.paper_tables(nothing) == []
 
 
 def test_costs_are_mean_changes():

@@ -23,7 +23,7 @@ from photonmap.evaluate.bench.kinds import (
 )
 from photonmap.evaluate.bench.measure import Column
 from photonmap.evaluate.bench.metric_list import BOTH, REFLECTANCE, SHADING
-from photonmap.evaluate.bench.scores import Evaluation
+from photonmap.evaluate.bench.scores import Evaluation, MethodScores
 from photonmap.evaluate.experiments.table import Cell, Table
 from photonmap.evaluate.intervals import group_by_scene, scene_interval
 from photonmap.evaluate.metrics.arrays import Floats
@@ -31,6 +31,22 @@ from photonmap.evaluate.report.numbers import interval
 
 METRIC = "lmse-color"
 """The paper's: LMSE with one factor a window for all bands."""
+_GREY = "lmse"
+_TITLES = {
+    METRIC: (
+        "table-1",
+        "By kind of scene and light",
+        "LMSE with one factor a window for all bands, as in Table 1 of Beigpour et al. 2013, whose "
+        "figures stand below ours. Their images are others, so compare rankings and trends.",
+    ),
+    _GREY: (
+        "table-1-grey",
+        "By kind of scene and light, grey values",
+        "The same by LMSE of grey values, which does not count the colour of shading, as most "
+        "methods estimate grey shading.",
+    ),
+}
+"""Name, title and meaning of the table by each metric."""
 _PLACES = tuple((layer, Kind(content, light)) for layer in BOTH for content in CONTENTS
                 for light in LIGHTS)  # fmt: skip
 _PAPER = {
@@ -53,33 +69,38 @@ _SLIGHT = 0.5
 Row = dict[tuple[str, Kind], float]
 
 
-def paper_table(evaluation: Evaluation) -> Table | None:
-    """Return the table; None unless images are of known kinds and were measured by LMSE.
+def paper_tables(evaluation: Evaluation) -> list[Table]:
+    """Return the table by each LMSE that images of known kinds were measured by.
 
     Each figure is the mean over the images of a kind, with a 95% interval over scenes.
     """
     places = [place for place in _PLACES if place[1] in evaluation.kinds]
-    methods = [m for m in evaluation.methods if Column(METRIC, REFLECTANCE) in m.columns]
-    if not places or not methods:
-        return None
+    tables = []
+    for metric in _TITLES:
+        methods = [m for m in evaluation.methods if Column(metric, REFLECTANCE) in m.columns]
+        if places and methods:
+            tables.append(_paper_table(evaluation, metric, methods, places))
+    return tables
+
+
+def _paper_table(
+    evaluation: Evaluation,
+    metric: str,
+    methods: Sequence[MethodScores],
+    places: Sequence[tuple[str, Kind]],
+) -> Table:
     rows, means = [], {}
     for method in methods:
-        values = {layer: method.values(Column(METRIC, layer), evaluation.images) for layer in BOTH}
+        values = {layer: method.values(Column(metric, layer), evaluation.images) for layer in BOTH}
         cells = [_cell(values[layer], kind, evaluation) for layer, kind in places]
         means[method.name] = _row(places, cells)
         rows.append((method.name, cells))
     for name, figures in _PAPER.items():
         of = dict(zip(_PLACES, figures, strict=True))
         rows.append((name, [Cell(of[place]) for place in places]))
-    return Table(
-        "table-1",
-        "By kind of scene and light",
-        "LMSE with one factor a window for all bands, as in Table 1 of Beigpour et al. 2013, whose "
-        "figures stand below ours. Their images are others, so compare rankings and trends.",
-        ["method", *(f"{layer}, {kind.content}, {kind.light}" for layer, kind in places)],
-        rows,
-        _findings(means) if len(places) == len(_PLACES) else (),
-    )
+    heads = ["method", *(f"{layer}, {kind.content}, {kind.light}" for layer, kind in places)]
+    findings = _findings(means) if len(places) == len(_PLACES) else ()
+    return Table(*_TITLES[metric], heads, rows, findings)
 
 
 def _cell(values: Floats, kind: Kind, evaluation: Evaluation) -> Cell:
