@@ -15,6 +15,7 @@ from photonmap.film.budget import DEFAULT_ERROR
 from photonmap.io.scene_source import use_measured_sets
 from photonmap.runtime.options import read_list
 from photonmap.settings import DATASET, OPTIONS, taken_by
+from photonmap.spectra.rgb_spaces import REC2020, SPACES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -96,6 +97,13 @@ def _add_work(parser: argparse.ArgumentParser) -> None:
         "--full",
         action="store_true",
         help="write everything in single precision, ten times as large, instead of lean files",
+    )
+    work.add_argument(
+        "--rgb",
+        default=REC2020,
+        metavar="SPACE",
+        help=f"space of the images in RGB: {', '.join(SPACES)}, a camera, or FILE.csv of three "
+        f"sensitivities (default: {REC2020})",
     )
     add_scheduler(work)
     work.add_argument(
@@ -183,6 +191,7 @@ def _plan(options: argparse.Namespace) -> tuple[CommonSettings, list[Job], dict[
             **given | {"bands": str(options.bands)},
             materials=options.materials or preset.materials,
             recolor=preset.recolor,
+            rgb=options.rgb,
             **sets,
         )
     )

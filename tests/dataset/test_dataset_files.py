@@ -15,6 +15,7 @@ from photonmap import dataset
 from photonmap.commands.main import main
 from photonmap.dataset.files import image_files, reader
 from photonmap.dataset.files.derived_buffers import as_rgb, rgb_residual
+from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs import render_image, schedule
 from photonmap.dataset.jobs.plan import Job
 from photonmap.dataset.jobs.verify import verify
@@ -128,7 +129,7 @@ def test_the_manifest_says_how_to_render_an_image_again(made):
         assert image["object_id"].max() <= len(line["objects"])
         assert image["material_id"].max() <= len(line["materials"])
         assert line["rgb"]["residual"] == pytest.approx(
-            rgb_residual(as_rgb(image.result)), rel=0.05
+            rgb_residual(as_rgb(image.result, "rec2020")), rel=0.05
         )
     first = dataset.open(made)[0]
     corner = lines[0]["materials"][first["material_id"][0, 0] - 1]
@@ -215,14 +216,7 @@ def test_a_larger_count_goes_on_with_a_set(copied, preset):
     images = dataset.open(copied)
     assert len(images) == 8
     assert len(images.head["images"]) == 8
-    parts = images.splits(0.5, 0.25, 0.25, seed=3)
-    assert [len(part) for part in parts] == [4, 2, 2]
-    scenes = [set(part.geometries) for part in parts]
-    assert sum(map(len, scenes)) == len(set.union(*scenes)) == 4
-    again = images.splits(0.5, 0.25, 0.25, seed=3)
-    assert [[i.name for i in part] for part in again] == [[i.name for i in p] for p in parts]
-    with pytest.raises(pm.InputError, match="add up to 1"):
-        images.splits(0.5, 0.1)
+    assert [image.entry["split"] for image in images] == [part_of(i.geometry) for i in images]
 
 
 def test_verify_finds_what_is_wrong(copied, capsys):
@@ -391,7 +385,7 @@ def test_packages_that_are_missing_are_named(made, tmp_path, preset, monkeypatch
 def test_opening_a_set_is_light(made):
     code = (
         f"import sys; from photonmap import dataset; d = dataset.open({str(made)!r});"
-        "d.splits(); d[0]; heavy = {'numba', 'OpenImageIO', 'h5py', 'distributed', 'torch'};"
+        "d.splits(1, 0, 0); d[0]; heavy = {'numba', 'OpenImageIO', 'h5py', 'distributed', 'torch'};"
         "heavy &= set(sys.modules); sys.exit(str(heavy) if heavy else 0)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -76,7 +76,13 @@ def write_set(folder, scenes=(0, 1, 2), lights=("white", "colored"), error=0.0, 
             made[layers.name] = layers
             job = {"seed": 0, "view": {"name": "", "yaw": 0.0}}
             entries.append(
-                {"name": layers.name, "geometry": f"scene-{scene}", "job": job, "files": {}}
+                {
+                    "name": layers.name,
+                    "geometry": f"scene-{scene}",
+                    "job": job,
+                    "files": {},
+                    "lights": {},
+                }
             )
     write_head(folder, {"format": FORMAT, "images": list(made)})
     write_lines(folder, entries)

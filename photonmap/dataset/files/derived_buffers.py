@@ -16,6 +16,7 @@ from photonmap.results.result import Result
 from photonmap.scene.scene import Scene
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.projection import Method
+from photonmap.spectra.rgb_spaces import SRGB, projection_onto
 
 Image = NDArray[Any]
 
@@ -80,30 +81,38 @@ def rgb_method(bands: Bands) -> Method | None:
     return None if bands.is_rgb else "regression"
 
 
-def as_rgb(result: Result) -> Result:
-    """Return the buffers in linear sRGB, (H, W, 3) float32 each, those of light groups included.
+def as_rgb(result: Result, space: str = SRGB) -> Result:
+    """Return the buffers in RGB, (H, W, 3) float32 each, those of light groups included.
 
     Radiances and shading are projected by one matrix, reflectance by the same under equal-energy
-    white; the colours of lights are kept. Projection does not commute with products: `residual` is
-    the signed rest of these RGB images, radiance − emission − reflectance × shading. `illuminant`
-    is shading over its mean, `illuminant_direct` the same for direct light alone, 0 where it is
-    unknown.
+    white, and kept within [0, 1]; the colours of lights are kept. Projection does not commute with
+    products: `residual` is the signed rest of these RGB images, radiance − emission − reflectance ×
+    shading. `illuminant` is shading over its mean, `illuminant_direct` the same for direct light
+    alone, 0 where it is unknown.
 
     Parameters
     ----------
     result : with the buffers that `with_derived` adds
+    space : linear sRGB, or as `photonmap.spectra.rgb_spaces.check_space` takes it
     """
-    method = rgb_method(result.bands)
+    matrix = projection_onto(result.bands, space, rgb_method(result.bands))
     names = [name for name in result.buffers if split_name(name)[0] in PROJECTED]
-    rgb = {name: result.rgb(name, method, "D65") for name in names}
+    rgb = {name: _project(result.buffers[name], matrix) for name in names}
+    white = matrix.sum(axis=1, keepdims=True)
+    rgb["reflectance"] = np.clip(_project(result.reflectance, matrix / white), 0.0, 1.0)
     product = rgb["reflectance"].astype(np.float64) * rgb["shading"]
     rest = rgb["radiance"].astype(np.float64) - rgb["emission"] - product
     rgb["residual"] = rest.astype(np.float32)
     projected = Result(rgb, {}, Bands.rgb(), {**result.record, "white": None})
     rgb["scalar_shading"] = projected.scalar_shading
     rgb["illuminant"] = projected.illuminant.data
-    rgb["illuminant_direct"] = over_mean(result.rgb("illuminant_direct", method, "D65"))
+    rgb["illuminant_direct"] = over_mean(_project(result.buffers["illuminant_direct"], matrix))
     return projected
+
+
+def _project(image: Image, matrix: NDArray[np.float64]) -> NDArray[np.float32]:
+    most = np.finfo(np.float32).max
+    return np.clip(image @ matrix.T, -most, most).astype(np.float32)
 
 
 def rgb_residual(rgb: Result) -> float:
@@ -111,3 +120,8 @@ def rgb_residual(rgb: Result) -> float:
     light = rgb.radiance.astype(np.float64) - rgb.emission
     whole = float(np.linalg.norm(light))
     return float(np.linalg.norm(rgb.residual.astype(np.float64))) / whole if whole else 0.0
+
+
+def negative_share(rgb: Result, valid: NDArray[np.bool_]) -> float | None:
+    """Return the share of valid pixels in which radiance is negative in a channel, or None."""
+    return float((rgb.radiance[valid] < 0.0).any(axis=-1).mean()) if valid.any() else None

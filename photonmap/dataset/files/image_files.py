@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.dataset.files.derived_buffers import as_rgb
 from photonmap.dataset.files.lean import RGB, as_lean, restored
 from photonmap.errors import InputError
 from photonmap.io.exr import read_exr, sort_parts
@@ -66,7 +67,7 @@ def write_image(
     Parameters
     ----------
     result : in its bands, with the buffers that `with_derived` adds
-    rgb : the same in linear sRGB
+    rgb : the same in the set's RGB
     full : write everything as it is, and not what `as_lean` keeps
     """
     held, halves = (result, []) if full else as_lean(result)
@@ -79,7 +80,7 @@ def write_image(
         _write_bands(folder / BANDS_HDF5, held, halves)
         _write_hypersim(folder, hypersim_images(held, held_rgb.buffers))
     if "png" in formats:
-        for name, image in previews(result, rgb).items():
+        for name, image in previews(result, as_rgb(result)).items():
             write_png(image, folder / f"{name}.png")
     return digests(held)
 
@@ -210,16 +211,14 @@ def read_image(folder: Path) -> Result:
     raise InputError(f"has neither {BANDS_EXR} nor {BANDS_HDF5}; {_AGAIN}", folder)
 
 
-def read_rgb(folder: Path) -> dict[str, NDArray[Any]]:
-    """Return the buffers of an image in linear sRGB, computed from its bands, by name.
+def read_rgb(folder: Path, space: str) -> dict[str, NDArray[Any]]:
+    """Return the buffers of an image in an RGB space, computed from its bands, by name.
 
     Raises
     ------
     InputError : they cannot be read
     """
-    from photonmap.dataset.files.derived_buffers import as_rgb
-
-    return as_rgb(read_image(folder)).buffers
+    return as_rgb(read_image(folder), space).buffers
 
 
 def _as_float32(image: NDArray[Any]) -> NDArray[Any]:

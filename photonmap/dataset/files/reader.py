@@ -9,11 +9,20 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.dataset.files.splits import (
+    FRACTIONS,
+    LAYOUT,
+    PARTS,
+    check_filled,
+    check_fractions,
+    identity,
+    part_of,
+)
 from photonmap.errors import InputError
 from photonmap.runtime.wording import listed
+from photonmap.spectra.rgb_spaces import SRGB
 
 if TYPE_CHECKING:
     from photonmap.results.result import Result
@@ -64,12 +73,22 @@ class Image(Mapping[str, Array]):
 
     @cached_property
     def rgb(self) -> Mapping[str, Array]:
-        """Arrays in linear sRGB by name, as `derived_buffers.as_rgb` makes them."""
+        """Arrays in the set's RGB by name, as `derived_buffers.as_rgb` makes them."""
         from photonmap.dataset.files.image_files import RGB_EXR, read_rgb
         from photonmap.dataset.files.parts import Parts
 
         path = self.folder / RGB_EXR
-        return Parts(path) if path.is_file() else read_rgb(self.folder)
+        if path.is_file():
+            return Parts(path)
+        return read_rgb(self.folder, self.entry.get("rgb", {}).get("space", SRGB))
+
+    @cached_property
+    def srgb(self) -> Mapping[str, Array]:
+        """Arrays in linear sRGB by name, whatever the set's RGB."""
+        from photonmap.dataset.files.image_files import read_rgb
+
+        is_set = self.entry.get("rgb", {}).get("space", SRGB) == SRGB
+        return self.rgb if is_set else read_rgb(self.folder, SRGB)
 
     @cached_property
     def _arrays(self) -> Mapping[str, Array]:
@@ -130,35 +149,44 @@ class Dataset(Sequence[Image]):
         return list(dict.fromkeys(entry["geometry"] for entry in self.entries))
 
     def splits(
-        self, train: float = 0.8, val: float = 0.1, test: float = 0.1, seed: int = 0
+        self,
+        train: float = FRACTIONS[0],
+        val: float = FRACTIONS[1],
+        test: float = FRACTIONS[2],
+        seed: int = 0,
+        by: str = LAYOUT,
     ) -> tuple[Dataset, Dataset, Dataset]:
         """Split into parts that share no scene, whatever the illumination, colours or view.
 
+        A hash of its name decides a scene's part, so that none moves to another when the set
+        grows. The fractions are met on average. The manifest has the parts of the default.
+
         Parameters
         ----------
-        train, val, test : fractions of the scenes, rounded to whole numbers of them
-        seed : shuffles the scenes
+        train, val, test : fractions of the scenes
+        seed : of another split
+        by : "layout" for parts that share no scene of one name and seed, "type" for parts that
+            share no scene of one name either, such as studies
 
         Raises
         ------
-        InputError : a fraction is negative, or they do not add up to 1
+        InputError : a fraction is negative, they do not add up to 1, a part that is not 0 would be
+            empty, or there is no such way to split
         """
-        fractions = np.array([train, val, test], np.float64)
-        if not (fractions >= 0.0).all() or abs(fractions.sum() - 1.0) > 1e-6:
-            raise InputError(
-                f"splits {train}, {val}, {test} must not be negative and must add up to 1"
-            )
-        scenes = np.array(sorted(self.geometries), dtype=object)
-        np.random.Generator(np.random.PCG64(seed)).shuffle(scenes)
-        ends = np.rint(np.cumsum(fractions) * len(scenes)).astype(int)[:2]
-        parts = [set(part) for part in np.split(scenes, ends)]
-        first, second, third = (self._of(part) for part in parts)
+        fractions = (train, val, test)
+        check_fractions(fractions)
+        parts: dict[str, list[dict[str, Any]]] = {part: [] for part in PARTS}
+        for entry in self.entries:
+            parts[part_of(entry["geometry"], fractions, seed, by)].append(entry)
+        counts = {
+            part: len({identity(entry["geometry"], by) for entry in entries})
+            for part, entries in parts.items()
+        }
+        check_filled(counts, fractions, by)
+        first, second, third = (
+            Dataset(self.folder, self.head, entries) for entries in parts.values()
+        )
         return first, second, third
-
-    def _of(self, scenes: set[str]) -> Dataset:
-        """Return the images of some scenes."""
-        entries = [entry for entry in self.entries if entry["geometry"] in scenes]
-        return Dataset(self.folder, self.head, entries)
 
     def torch(
         self,
@@ -171,7 +199,7 @@ class Dataset(Sequence[Image]):
         Parameters
         ----------
         names : of the arrays to load
-        rgb : load those that have bands in linear sRGB
+        rgb : load those that have bands in the set's RGB
         transform : applied to each dict; its return value is yielded
 
         Raises

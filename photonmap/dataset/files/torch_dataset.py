@@ -16,7 +16,7 @@ class TensorDataset(torch.utils.data.Dataset):
     ----------
     images : of a data set, see `photonmap.dataset.open`
     names : of the arrays to load
-    rgb : load those that have bands in linear sRGB
+    rgb : load those that have bands in the set's RGB
     transform : applied to each dict; its return value is yielded
     """
 

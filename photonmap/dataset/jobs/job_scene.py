@@ -23,6 +23,7 @@ from photonmap.io.readers.scene_file import load_scene
 from photonmap.scene.lights import EnvironmentLight
 from photonmap.scene.scene import Scene
 from photonmap.spectra.bands import Bands
+from photonmap.spectra.rgb_spaces import SPACES, check_space
 
 _DIGITS = 16
 """Digits of a digest."""
@@ -71,9 +72,12 @@ def describe_inputs(common: CommonSettings) -> CommonSettings:
 
     Raises
     ------
-    InputError : the bands are not understood
+    InputError : the bands or the RGB are not understood
     """
+    check_space(common.rgb)
     digest = hashlib.sha256(json.dumps(Bands.parse(common.bands).describe()).encode())
+    if common.rgb not in SPACES:
+        digest.update(json.dumps(Bands.parse(common.rgb).describe()).encode())
     for name in (common.munsell, common.illuminants):
         for file in _files_of(name):
             digest.update(file.name.encode() + b"\0" + file.read_bytes())

@@ -17,6 +17,7 @@ from photonmap.dataset.scenes.build import LARGEST_SEED, SCENES, draw_illuminati
 from photonmap.dataset.scenes.illumination import Illumination, light_spectrum
 from photonmap.dataset.scenes.views import View
 from photonmap.errors import InputError
+from photonmap.spectra.rgb_spaces import REC2020
 
 MAX_IMAGES = 1_000_000
 """Largest number of images in a data set."""
@@ -33,6 +34,7 @@ class CommonSettings:
     size : (width, height), pixels
     bands : as `photonmap.Bands.parse` takes them
     error : at which a render stops, as `photonmap.render` takes it
+    rgb : space of images in RGB, see `photonmap.spectra.rgb_spaces`
     pixel : where samples lie in a pixel, as `photonmap.render` takes it
     materials : of procedural scenes, one of `photonmap.dataset.models.palette.MATERIALS`
     recolor : give the surfaces of the user's scenes random Munsell chips
@@ -44,6 +46,7 @@ class CommonSettings:
     bands: str
     error: str
     pixel: str = "box"
+    rgb: str = REC2020
     materials: str = MATERIALS[0]
     recolor: bool = False
     munsell: str | None = None

@@ -11,10 +11,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from photonmap.dataset.files.derived_buffers import as_rgb, rgb_method, rgb_residual, with_derived
+from photonmap.dataset.files.derived_buffers import (
+    as_rgb,
+    negative_share,
+    rgb_method,
+    rgb_residual,
+    with_derived,
+)
 from photonmap.dataset.files.image_files import hash_files, list_files, write_image
 from photonmap.dataset.files.image_statistics import summarise
 from photonmap.dataset.files.manifest import check_code
+from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.job_scene import make_scene
 from photonmap.dataset.jobs.plan import Job
 from photonmap.errors import InputError
@@ -78,7 +85,7 @@ def render_image(task: Task) -> dict[str, Any]:
     if not result.radiance.any():
         raise InputError(f"{job.name} shows no light; choose another view, or other lights")
     result = with_derived(result, scene)
-    rgb = as_rgb(result)
+    rgb = as_rgb(result, job.common.rgb)
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=data_set) as made:
         folder = Path(made) / job.name
         folder.mkdir()
@@ -160,6 +167,7 @@ def _describe(job: Job, scene: Scene, result: Result, rgb: Result) -> dict[str, 
         "name": job.name,
         "job": job.describe(),
         "geometry": job.geometry,
+        "split": part_of(job.geometry),
         "render_seed": job.render_seed,
         "lights": _lights(scene, record, result.bands),
         **_surfaces(scene, result.bands),
@@ -174,11 +182,13 @@ def _describe(job: Job, scene: Scene, result: Result, rgb: Result) -> dict[str, 
             name: [effect["on"], effect["why"]] for name, effect in record["effects"].items()
         },
         "rgb": {
+            "space": job.common.rgb,
             "method": method or "as they stand",
             "fit_residual": result.projection("rgb", method).residual,
             "residual": rgb_residual(rgb),
+            "negative": negative_share(rgb, result.buffers["valid"]),
         },
-        "statistics": summarise(result, rgb),
+        "statistics": summarise(result, as_rgb(result)),
         "unresolved": record["unresolved"],
         "versions": record["versions"],
         "fingerprint": record["fingerprint"],

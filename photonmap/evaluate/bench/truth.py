@@ -72,7 +72,7 @@ def load_truth(image: Image, space: str) -> Truth:
     ------
     InputError : files are missing or damaged, no pixel is valid, or values are not finite
     """
-    arrays: Any = image.rgb if space == "rgb" else image
+    arrays: Any = image.srgb if space == "rgb" else image
     mask = np.asarray(image["valid"])
     if not mask.any():
         raise InputError("has no valid pixel; leave it out", image.folder)

@@ -1,0 +1,79 @@
+"""Splits of a data set: each scene belongs to its part for ever, however the set grows."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from typing import Any
+
+from photonmap.errors import InputError
+from photonmap.runtime.wording import suggest
+
+PARTS = ("train", "val", "test")
+FRACTIONS = (0.8, 0.1, 0.1)
+"""Of the parts, unless others are asked for."""
+LAYOUT, TYPE = "layout", "type"
+WAYS = (LAYOUT, TYPE)
+"""What the parts do not share: scenes of one name and seed, or scenes of one name."""
+
+
+def check_fractions(fractions: tuple[float, float, float]) -> None:
+    """Check fractions of the parts.
+
+    Raises
+    ------
+    InputError : one is negative, or they do not add up to 1
+    """
+    if not all(each >= 0.0 for each in fractions) or not abs(sum(fractions) - 1.0) <= 1e-6:
+        listed = ", ".join(map(str, fractions))
+        raise InputError(f"splits {listed} must not be negative and must add up to 1")
+
+
+def identity(geometry: str, by: str) -> str:
+    """Return what a scene's part follows from: "study-3" by layout, "study" by type.
+
+    Raises
+    ------
+    InputError : there is no such way to split
+    """
+    if by not in WAYS:
+        raise InputError(f"data sets are not split by {by!r}; {suggest(str(by), WAYS)}")
+    return geometry if by == LAYOUT else geometry.rpartition("-")[0]
+
+
+def part_of(
+    geometry: str,
+    fractions: tuple[float, float, float] = FRACTIONS,
+    seed: int = 0,
+    by: str = LAYOUT,
+) -> str:
+    """Return the part that a scene belongs to, by a hash of its name.
+
+    Examples
+    --------
+    >>> part_of("study-3")
+    'train'
+    """
+    digest = hashlib.sha256(f"{seed} {identity(geometry, by)}".encode()).digest()
+    place = int.from_bytes(digest[:7], "big") / 2.0**56
+    ends = fractions[0], fractions[0] + fractions[1]
+    if place < ends[0]:
+        return PARTS[0]
+    return PARTS[1] if place < ends[1] or fractions[2] == 0.0 else PARTS[2]
+
+
+def check_filled(counts: Mapping[str, int], fractions: tuple[float, ...], by: str) -> None:
+    """Check that no part that was asked for is empty.
+
+    Raises
+    ------
+    InputError : one is
+    """
+    for part, fraction in zip(PARTS, fractions, strict=True):
+        if fraction > 0.0 and not counts.get(part):
+            total: Any = sum(counts.values())
+            raise InputError(
+                f"the split {part!r} of {fraction:g} would be empty, as the set has only {total} "
+                f"scenes by {by}: add some with --count and --resume, or choose other fractions or "
+                f"another seed"
+            )
