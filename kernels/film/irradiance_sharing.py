@@ -29,6 +29,8 @@ class Footprint(NamedTuple):
     """of these radii"""
     radius: float
     """at most, in pixels"""
+    turn: float
+    """angle between the normals of two pixels up to which they share, radians"""
 
 
 @jit
@@ -39,8 +41,11 @@ def _may_share(footprint, pixel, other):
         return False
     step = vec.sub(plane_point(plane, other), plane_point(plane, pixel))
     limit = footprint.scale * min(radius[pixel], radius[other])
-    return vec.dot(step, step) <= limit * limit and is_same_surface(
-        step, plane_normal(plane, pixel), plane_normal(plane, other)
+    normal, other_normal = plane_normal(plane, pixel), plane_normal(plane, other)
+    return (
+        vec.dot(step, step) <= limit * limit
+        and 1.0 - vec.dot(normal, other_normal) <= 0.5 * footprint.turn * footprint.turn
+        and is_same_surface(step, normal, other_normal)
     )
 
 

@@ -27,6 +27,8 @@ SHARED_GATHERS = 256
 """Gather rays of all pixels of a footprint, where a pixel's own are not too many."""
 FOOTPRINT_PIXELS = 6.0
 """Radius of the first pass's sharing footprints, pixels."""
+FOOTPRINT_TURN = 0.08
+"""Angle between the normals of pixels that share in the first passes, at most, radians."""
 FOOTPRINT_REACH = 0.2
 """Their radius in space, as a fraction of the mean distance to the surfaces around (Ward 1988)."""
 LINES = 64
@@ -48,7 +50,7 @@ def plan_sampling(setup: PassSetup) -> SamplingPlan:
     plan = SamplingPlan(*(storage.zeros(pixels, np.uint8) for _ in range(3)), storage.zeros(pixels))
     _over_lines(setup, lambda span: _plan_sharing(view.film, prepass, span, plan))
     partners, nothing = storage.zeros(pixels, np.int32), np.zeros((pixels, 0), np.float32)
-    footprint = Footprint(plane, plan.sharing_radius, 1.0, FOOTPRINT_PIXELS)
+    footprint = Footprint(plane, plan.sharing_radius, 1.0, FOOTPRINT_PIXELS, FOOTPRINT_TURN)
     setup.over_pixels(lambda span: count_footprints(view.film, footprint, span, nothing, partners))
     planner = _Planner(
         view.film,

@@ -61,8 +61,11 @@ def images_of(result):
 
 
 def main(names):
-    """Record the named cases, all if there is none."""
-    hashes = json.loads(HASHES.read_text())["cases"] if names else {}
+    """Record the named cases, all if there is none; some alone only on the machine of the others."""
+    recorded = json.loads(HASHES.read_text())
+    if names and recorded["machine"] != machine():
+        sys.exit(f"the others hold for {recorded['machine']}; record all of them (make golden)")
+    hashes = recorded["cases"] if names else {}
     images = dict(np.load(IMAGES)) if names else {}
     warnings.simplefilter("ignore")
     for name in names or ALL:

@@ -21,10 +21,10 @@ def flat_wall():
     return pixels
 
 
-def shared(pixels, radius=3.0, sharing_radius=100.0):
+def shared(pixels, radius=3.0, sharing_radius=100.0, turn=0.2):
     size = WIDTH * HEIGHT
     reach = np.full(size, sharing_radius, np.float32)
-    footprint = Footprint(pixels.plane, reach, 1.0, radius)
+    footprint = Footprint(pixels.plane, reach, 1.0, radius, turn)
     out = np.empty((size, 2), np.float32)
     share_irradiance(FILM, footprint, Span(0, size), pixels, out)
     return out
@@ -45,7 +45,9 @@ def test_noise_falls_with_the_window():
     assert inner.std() < 1.5 * np.sqrt(1 / 12 / 29)
 
 
-@pytest.mark.parametrize("obstacle", ["normal", "depth", "edge", "sharing_radius", "radius"])
+@pytest.mark.parametrize(
+    "obstacle", ["normal", "turn", "depth", "edge", "sharing_radius", "radius"]
+)
 def test_sharing_stops(obstacle):
     pixels = flat_wall()
     right = np.arange(WIDTH * HEIGHT) % WIDTH >= WIDTH // 2
@@ -53,6 +55,8 @@ def test_sharing_stops(obstacle):
     options = {}
     if obstacle == "normal":
         pixels.plane[right, 3:6] = (1.0, 0.0, 0.0)
+    elif obstacle == "turn":
+        pixels.plane[right, 3:6] = (np.sin(0.25), 0.0, np.cos(0.25))
     elif obstacle == "depth":
         pixels.plane[right, 2] = 5.0
     elif obstacle == "edge":

@@ -27,7 +27,11 @@ from photonmap.integrators.base import (
 from photonmap.integrators.photon_mapping.cache_tracer import CacheTracer
 from photonmap.integrators.photon_mapping.caustics import CausticTracer, no_caustics
 from photonmap.integrators.photon_mapping.photon_hit_rate import do_photons_hit
-from photonmap.integrators.sampling_plan import FOOTPRINT_PIXELS, plan_sampling
+from photonmap.integrators.sampling_plan import (
+    FOOTPRINT_PIXELS,
+    FOOTPRINT_TURN,
+    plan_sampling,
+)
 from photonmap.kernels.core.passes import (
     CameraPass,
     CausticMap,
@@ -118,7 +122,9 @@ class PhotonIntegrator:
         """Share indirect irradiance between neighbouring pixels of one surface."""
         scale, pixels = footprint_width(index) * 2.0**wider, estimate.pixels
         radius = self.plan.sharing_radius
-        footprint = Footprint(pixels.plane, radius, scale, FOOTPRINT_PIXELS * scale)
+        footprint = Footprint(
+            pixels.plane, radius, scale, FOOTPRINT_PIXELS * scale, FOOTPRINT_TURN * scale
+        )
         self._setup.over_pixels(
             lambda span: share_irradiance(self._setup.film, footprint, span, pixels, self._shared)
         )
