@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from photonmap.dataset.jobs.make_dataset import Outcome
     from photonmap.dataset.jobs.plan import CommonSettings, Job
 
-HELP = "Render a data set of ground truth into FOLDER, or verify the one that is there."
+HELP = "Render a data set of ground truth into FOLDER, or verify or publish the one that is there."
 
-_VERIFY = "verify"
+_VERIFY, _PUBLISH = "verify", "publish"
 _NAMED = 4
 """Largest number of failed images that one line names."""
 
@@ -33,7 +33,8 @@ _NAMED = 4
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.usage = (
-        f"{parser.prog} FOLDER [options]\n       {parser.prog} verify FOLDER [--sample N]"
+        f"{parser.prog} FOLDER [options]\n       {parser.prog} verify FOLDER [--sample N]\n"
+        f"       {parser.prog} publish FOLDER --license NAME"
     )
     parser.add_argument(
         "words",
@@ -52,6 +53,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=1,
         metavar="N",
         help="number of images to render again and compare (default: 1)",
+    )
+    add = parser.add_argument_group("publish")
+    add.add_argument(
+        "--license",
+        metavar="NAME",
+        help="CC0-1.0, CC-BY-4.0, CC-BY-SA-4.0, CC-BY-NC-4.0, or the file of another one's text",
     )
     add_quiet(parser)
 
@@ -125,11 +132,14 @@ def run(options: argparse.Namespace) -> int:
     words = options.words
     if words[0] == _VERIFY and len(words) == 2:
         return _verify(Path(words[1]), options)
+    if words[0] == _PUBLISH and len(words) == 2:
+        return _publish(Path(words[1]), options)
     if len(words) > 1:
         raise InputError(f"expected one folder, not {len(words)}: {' '.join(words)}")
-    if words[0] == _VERIFY:
+    if words[0] in (_VERIFY, _PUBLISH):
         raise InputError(
-            "verify needs the folder of a data set; a folder named verify is written ./verify"
+            f"{words[0]} needs the folder of a data set; a folder of that name is written "
+            f"./{words[0]}"
         )
     return _make(Path(words[0]), options)
 
@@ -252,3 +262,15 @@ def _verify(folder: Path, options: argparse.Namespace) -> int:
     for fault in faults:
         print(f"photonmap: fault: {fault}", file=sys.stderr)
     return FAILED if faults else 0
+
+
+def _publish(folder: Path, options: argparse.Namespace) -> int:
+    from photonmap.dataset.publication.publish import publish
+
+    if options.license is None:
+        raise InputError("publish needs a license; add --license CC-BY-4.0, or another")
+    written = publish(folder, options.license)
+    if not options.quiet:
+        for path in written:
+            print(path)
+    return 0

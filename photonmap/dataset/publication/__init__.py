@@ -1,0 +1,1 @@
+"""What a data set is published with: data card, licence, checksums, metadata, annotations."""

@@ -1,0 +1,165 @@
+"""The data card of a data set, filled from its manifest."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from photonmap.dataset.files.image_statistics import BINS
+from photonmap.dataset.files.reader import Dataset
+from photonmap.dataset.publication.licenses import License
+
+_SIZES = ((1000, "n<1K"), (10_000, "1K<n<10K"), (100_000, "10K<n<100K"), (10**6, "100K<n<1M"))
+"""Categories of Hugging Face's cards by the numbers of images below which they hold."""
+
+_LIMITS = """\
+- Surfaces, lights and rooms are built by rules; their distribution is not that of the world.
+- Standard errors are those of the Monte Carlo estimate; the bias is estimated apart, and the error
+  of each image includes it.
+- Shading is exact where `pure` is true; in other pixels it is a mean weighted by reflectance.
+- Projection to RGB does not commute with products: `residual` holds what is left over."""
+
+
+def write_card(images: Dataset, license_: License, title: str) -> str:
+    """Return the data card in Markdown, with the head that Hugging Face reads."""
+    entries = images.entries
+    return "\n".join(
+        [
+            *_head(len(entries), license_),
+            f"# {title}",
+            "",
+            f"{len(entries)} renders of {len(images.geometries)} scenes as ground truth for "
+            "intrinsic images: radiance, direct and indirect light, reflectance and shading, each "
+            "with depth, normals, ids and standard errors.",
+            "",
+            *_section("Images", _counts(images)),
+            *_section("Distributions", _distributions(entries)),
+            *_section("Errors and cost", _errors(entries)),
+            *_section("How it was made", _origin(images)),
+            *_section("Known limits", [_LIMITS]),
+            *_section("Reading", [_READING]),
+            *_section("Licence", _licence(images, license_)),
+        ]
+    )
+
+
+_READING = """\
+```python
+from photonmap import dataset
+
+for image in dataset.open("."):
+    image["reflectance"], image["shading"], image.rgb["radiance"]
+```
+
+The EXR files are multi-part OpenEXR, which other readers open as well; `manifest.jsonl` describes
+each image, `annotations.json` the objects in COCO's format, and `cameras.json` the cameras.
+`sha256sum -c SHA256SUMS` checks all files."""
+
+
+def _head(count: int, license_: License) -> list[str]:
+    size = next((name for most, name in _SIZES if count < most), "n>1M")
+    name = license_.name.lower() if license_.url else "other"
+    return [
+        "---",
+        f"license: {name}",
+        "task_categories:",
+        "- image-to-image",
+        "tags:",
+        "- intrinsic-images",
+        "- synthetic",
+        "size_categories:",
+        f"- {size}",
+        "---",
+        "",
+    ]
+
+
+def _section(title: str, lines: Iterable[str]) -> list[str]:
+    return [f"## {title}", "", *lines, ""]
+
+
+def _table(names: Sequence[str], rows: Iterable[Sequence[Any]]) -> list[str]:
+    lines = [names, ["---"] * len(names), *rows]
+    return [f"| {' | '.join(str(cell) for cell in row)} |" for row in lines]
+
+
+def _counts(images: Dataset) -> list[str]:
+    entries = images.entries
+    columns = {
+        "type of scene": Counter(entry["geometry"].rpartition("-")[0] for entry in entries),
+        "illumination": Counter(entry["job"]["illumination"] for entry in entries),
+        "split": Counter(entry.get("split", "none") for entry in entries),
+    }
+    lines: list[str] = []
+    for name, counts in columns.items():
+        lines += [*_table((name, "images"), sorted(counts.items())), ""]
+    return lines[:-1]
+
+
+def _distributions(entries: Sequence[dict[str, Any]]) -> list[str]:
+    rows = []
+    for name, label in (
+        ("reflectance", "reflectance"),
+        ("illuminant_red", "red fraction of the light in sRGB"),
+        ("illuminant_blue", "blue fraction of the light in sRGB"),
+    ):
+        histogram = np.sum([entry["statistics"][name] for entry in entries], axis=0)
+        total = np.cumsum(histogram) / max(histogram.sum(), 1)
+        marks = [(np.searchsorted(total, part) + 0.5) / BINS for part in (0.1, 0.5, 0.9)]
+        rows.append((label, *(f"{mark:.2f}" for mark in marks)))
+    return _table(("over valid pixels", "10%", "median", "90%"), rows)
+
+
+def _errors(entries: Sequence[dict[str, Any]]) -> list[str]:
+    errors = [entry["error"] for entry in entries if entry["error"] is not None]
+    residuals = [entry["rgb"]["residual"] for entry in entries]
+    negative = [share for entry in entries if (share := entry["rgb"].get("negative")) is not None]
+    direct = [s for entry in entries if (s := entry["statistics"]["direct_share"]) is not None]
+    hours = sum(entry["cpu_seconds"] for entry in entries) / 3600.0
+    rows = [
+        ("relative error of radiance, bias included", *_spread(errors)),
+        ("residual of RGB", *_spread(residuals)),
+        ("share of pixels with a negative channel in RGB", *_spread(negative)),
+        ("direct / (direct + indirect)", *_spread(direct)),
+    ]
+    missed = sum(not entry["reached"] for entry in entries)
+    return [
+        *_table(("", "mean", "largest"), rows),
+        "",
+        f"{missed} images missed the error that was aimed at. Rendering took {hours:.2f} processor "
+        "hours.",
+    ]
+
+
+def _spread(values: Sequence[float]) -> tuple[str, str]:
+    return (f"{np.mean(values):.4f}", f"{max(values):.4f}") if values else ("–", "–")
+
+
+def _origin(images: Dataset) -> list[str]:
+    common = images.head["common"]
+    width, height = common["size"]
+    versions = ", ".join(f"{name} {version}" for name, version in images.head["versions"].items())
+    preset = Path(images.head["preset"]).name
+    return [
+        f"Photon mapping by photonmap, preset `{preset}`, {width}×{height} pixels, "
+        f"bands `{common['bands']}`, error {common['error']}, materials {common['materials']}, RGB "
+        f"in `{common.get('rgb', 'srgb')}`.",
+        "",
+        f"Versions: {versions}.",
+    ]
+
+
+def _licence(images: Dataset, license_: License) -> list[str]:
+    common = images.head["common"]
+    sets = {"munsell": "Munsell chips", "illuminants": "spectra of lights"}
+    given = [f"{label} of `{common[name]}`" for name, label in sets.items() if common.get(name)]
+    source = " and ".join(given) or "the spectra that photonmap includes"
+    return [
+        f"{license_.name}{f' ({license_.url})' if license_.url else ''}, see `LICENSE`. The images "
+        f"were made from {source}; those measurements have licences of their own, and are not part "
+        "of this set.",
+    ]

@@ -1,0 +1,86 @@
+"""Write what a data set is published with into its folder."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from photonmap.dataset.files.image_files import hash_files
+from photonmap.dataset.files.manifest import HEAD, LINES, locked
+from photonmap.dataset.files.reader import Dataset, open_dataset
+from photonmap.dataset.publication.annotations import describe_cameras, describe_coco
+from photonmap.dataset.publication.card import write_card
+from photonmap.dataset.publication.croissant import describe_croissant
+from photonmap.dataset.publication.licenses import find_license
+from photonmap.errors import InputError
+from photonmap.runtime.wording import listed
+
+CARD, LICENSE, SUMS = "README.md", "LICENSE", "SHA256SUMS"
+CROISSANT, COCO, CAMERAS = "croissant.json", "annotations.json", "cameras.json"
+
+
+def publish(folder: str | PathLike[str], license_name: str) -> list[Path]:
+    """Write the data card, licence, checksums, Croissant metadata, annotations and cameras.
+
+    Files of these names are replaced, all of them or none.
+
+    Parameters
+    ----------
+    folder : of a data set of which all images are there
+    license_name : of SPDX, see `photonmap.dataset.publication.licenses`; or a file of its text
+
+    Raises
+    ------
+    InputError : the folder holds no data set, images are missing, or there is no such licence
+    OSError : the files cannot be written
+    """
+    license_, folder = find_license(license_name), Path(folder)
+    images = open_dataset(folder)
+    _check_complete(images)
+    title = folder.resolve().name
+    with locked(folder), tempfile.TemporaryDirectory(prefix=".photonmap-", dir=folder) as made:
+        part = Path(made)
+        digests = hash_files(folder, (HEAD, LINES))
+        (part / LICENSE).write_text(license_.text, encoding="utf-8")
+        (part / CARD).write_text(write_card(images, license_, title), encoding="utf-8")
+        _write(part / COCO, describe_coco(images))
+        _write(part / CAMERAS, describe_cameras(images))
+        _write(part / CROISSANT, describe_croissant(images, license_, title, digests))
+        names = sorted(path.name for path in part.iterdir())
+        sums = {**digests, **hash_files(part, names), **_image_digests(images)}
+        (part / SUMS).write_text(_sum_lines(sums), encoding="utf-8")
+        return [path.replace(folder / path.name) for path in sorted(part.iterdir())]
+
+
+def _check_complete(images: Dataset) -> None:
+    there = {image.name for image in images}
+    if missing := [name for name in images.head["images"] if name not in there]:
+        raise InputError(
+            f"{len(missing)} images are missing ({listed(missing, 3)}); run the data set again "
+            f"with --resume",
+            images.folder,
+        )
+    if not there:
+        raise InputError("the data set has no images; run it again with --resume", images.folder)
+
+
+def _image_digests(images: Dataset) -> dict[str, str]:
+    """Return the SHA-256 of the files of all images, as the manifest has them."""
+    return {
+        f"{entry['name']}/{name}": digest
+        for entry in images.entries
+        for name, digest in entry["files"].items()
+    }
+
+
+def _sum_lines(digests: Mapping[str, str]) -> str:
+    """Return what `sha256sum -c` reads."""
+    return "".join(f"{digest}  {name}\n" for name, digest in digests.items())
+
+
+def _write(path: Path, contents: Any) -> None:
+    path.write_text(json.dumps(contents, ensure_ascii=False) + "\n", encoding="utf-8")
