@@ -17,8 +17,21 @@ from photonmap.film.relative_error import squared_norm
 
 Floats = NDArray[np.float64]
 
-CASES = ("mirror", "glass", "both", "point", "spot", "sun", "dome", "sky")
-"""No coat: the blend of a diffuse surface and a mirror in Mitsuba 3.9 fails the white furnace."""
+CASES = (
+    "mirror",
+    "glass",
+    "both",
+    "rough-glass",
+    "rough-metal",
+    "point",
+    "spot",
+    "sun",
+    "dome",
+    "sky",
+)
+"""No coat: the blend of a diffuse surface and a mirror in Mitsuba 3.9 fails the white furnace. And
+roughness only of α 0.01: what is scattered more than once is lost there, 0.9% of what a ball of
+glass of α 0.05 sends in a furnace, 3.8% at 0.1 and 23% at 0.3; of metal 0.4%, 1.8% and 15%."""
 SIZE, PASSES = (256, 256), 48
 SAMPLES, RENDERS = 128, 8
 """Samples per pixel of one Mitsuba render, and number of renders."""
@@ -61,6 +74,8 @@ def make_scene(case: str) -> pm.Scene:
     things = {
         "mirror": [pm.scenes.ball((-0.3, -0.65, -0.2), pm.Material.polished("mirror", 0.9))],
         "glass": [pm.scenes.ball((0.3, -0.65, 0.1), pm.Material.glass())],
+        "rough-glass": [pm.scenes.ball((0.3, -0.65, 0.1), pm.Material.glass(roughness=0.1))],
+        "rough-metal": [pm.scenes.ball((-0.3, -0.65, -0.2), pm.Material.metal("metal", 1.0, 0.1))],
     }
     lights: dict[str, pm.Light] = {
         "point": pm.PointLight((0.3, 0.2, 0.4), (1.0, 1.0, 1.0)),

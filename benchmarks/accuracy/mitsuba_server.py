@@ -24,6 +24,9 @@ def ball(x, y, z, bsdf):
 
 MIRROR = {"type": "conductor", "material": "none", "specular_reflectance": 0.9}
 GLASS = {"type": "dielectric", "int_ior": 1.5, "ext_ior": 1.0}
+ROUGH = {"distribution": "ggx", "alpha": 0.01}
+ROUGH_METAL = {"type": "roughconductor", "material": "none", **ROUGH}
+ROUGH_GLASS = {**GLASS, "type": "roughdielectric", **ROUGH}
 
 
 def grey(value):
@@ -55,6 +58,10 @@ def things(case):
     return {
         "mirror": {"thing": ball(-0.3, -0.65, -0.2, {"type": "twosided", "bsdf": MIRROR})},
         "glass": {"thing": ball(0.3, -0.65, 0.1, GLASS)},
+        "rough-glass": {"thing": ball(0.3, -0.65, 0.1, ROUGH_GLASS)},
+        "rough-metal": {
+            "thing": ball(-0.3, -0.65, -0.2, {"type": "twosided", "bsdf": ROUGH_METAL})
+        },
         "both": {
             "thing": ball(-0.4, -0.65, -0.3, {"type": "twosided", "bsdf": MIRROR}),
             "other": ball(0.4, -0.65, 0.2, GLASS),
