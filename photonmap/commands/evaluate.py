@@ -32,8 +32,15 @@ _NAMED = 4
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("dataset", metavar="DATASET", help="folder of a finished data set")
+    parser.add_argument(
+        "dataset", metavar="DATASET", nargs="?", help="folder of a finished data set"
+    )
     what = parser.add_argument_group("what is scored")
+    what.add_argument(
+        "--mit",
+        metavar="PATH",
+        help="score on the data set of Grosse et al. 2009 instead: a folder for each object",
+    )
     what.add_argument(
         "--method",
         type=read_list,
@@ -120,6 +127,7 @@ def run(options: argparse.Namespace) -> int:
     from photonmap.runtime.file_checks import check_output_folder
 
     check_jinja()
+    _choose_images(options)
     name = Path(options.dataset).resolve().name
     folder = check_output_folder(options.output or f"{name}-evaluation", "the report")
     if folder.resolve() == Path(options.dataset).resolve():
@@ -148,6 +156,25 @@ def run(options: argparse.Namespace) -> int:
         print("\n".join([*notes, *(line for table in tables for line in table.findings)]))
         print(folder / "report.html")
     return _FAILED if evaluation.failed else 0
+
+
+def _choose_images(options: argparse.Namespace) -> None:
+    """Make `dataset` the folder of the images, be they of photonmap or MIT.
+
+    Raises
+    ------
+    InputError
+        if neither or both are given, MIT's are not there, or experiments are asked for with them
+    """
+    from photonmap.evaluate.bench.mit import MitSet
+
+    if (options.dataset is None) == (options.mit is None):
+        raise InputError("give either the folder of a data set or --mit PATH")
+    if options.mit is not None:
+        MitSet(Path(options.mit))
+        if options.experiments:
+            raise InputError("--experiments need light that is known; leave it out with --mit")
+        options.dataset = options.mit
 
 
 def _check_experiments(options: argparse.Namespace) -> None:
@@ -191,12 +218,17 @@ def _methods(options: argparse.Namespace) -> list[str | Method]:
         if there is no such folder
     """
     from photonmap.dataset.files.manifest import read_head
+    from photonmap.evaluate.bench.mit import MitSet
     from photonmap.evaluate.bench.predictions import predictions
     from photonmap.evaluate.methods.registry import method_names
 
     if not options.predictions:
         return list(options.method or method_names())
-    images = read_head(options.dataset)["images"]
+    images = (
+        MitSet(Path(options.mit)).geometries
+        if options.mit is not None
+        else read_head(options.dataset)["images"]
+    )
     read = [predictions(folder, images, options.png) for folder in options.predictions]
     return [*(options.method or ()), *read]
 

@@ -269,3 +269,8 @@ def test_rendered_sets_can_be_scored(tmp_path):
         assert np.isfinite(summary.value)
         assert summary.over_scenes is None  # one scene
         assert summary.over_truth is not None
+    direct = evaluate_dataset(tmp_path / "set", ["retinex"], ["lmse"], draws=0, light="direct")
+    assert not direct.failed
+    retinex = next(method for method in found.methods if method.name == "retinex")
+    changed = direct.methods[0].values(MEAN, found.images) / retinex.values(MEAN, found.images)
+    assert (abs(changed - 1.0) > 1e-3).all()

@@ -77,7 +77,7 @@ def _read(root: Path, encoding: str, view: View) -> Estimate:
             if path.is_file():
                 if layer in layers:
                     raise InputError(f"there is more than one {layer}; keep one of them", path)
-                layers[layer] = _read_picture(path, encoding)
+                layers[layer] = read_picture(path, encoding)
     if not layers:
         raise InputError(f"there is no {view.name}/LAYER.png, LAYER.exr or {arrays.name}", root)
     return Estimate(**layers)
@@ -96,7 +96,7 @@ def _read_arrays(path: Path) -> dict[str, Floats]:
     return layers
 
 
-def _read_picture(path: Path, encoding: str) -> Floats:
+def read_picture(path: Path, encoding: str) -> Floats:
     """Read a picture as (H, W, C), without alpha; integers are scaled to [0, 1]."""
     import OpenImageIO
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
+from photonmap.dataset.files.reader import Dataset
 from photonmap.errors import InputError
 from photonmap.evaluate.bench.measure import Measured, checked, measure
 from photonmap.evaluate.bench.metric_list import Metric, choose_metrics
+from photonmap.evaluate.bench.mit import MitSet, is_mit
 from photonmap.evaluate.bench.scores import Evaluation, MethodScores
 from photonmap.evaluate.bench.truth import SPACES, Truth
 from photonmap.evaluate.bench.tuning import tune
@@ -43,7 +45,7 @@ def evaluate_dataset(
 
     Parameters
     ----------
-    folder : of the data set
+    folder : of the data set, or of MIT's objects
     methods : their names, or `Method`s; None for all there are
     metrics : their names, see `photonmap.evaluate.bench.metric_list`; None for all that apply
     space : "rgb", linear sRGB, or "bands"
@@ -68,12 +70,16 @@ def evaluate_dataset(
         raise InputError(f"draws {draws} must be a number of draws, 0 or more")
     chosen = _choose_methods(methods)
     measured_by = choose_metrics(metrics, space)
-    images = open_finished(Path(folder))
-    settings = tune(chosen, images.geometries, lambda: shots(images, space, light), log)
+    images = _open(Path(folder), light)
+
+    def look() -> Iterator[Shot]:
+        return images.shots() if isinstance(images, MitSet) else shots(images, space, light)
+
+    settings = tune(chosen, images.geometries, look, log)
     found = [MethodScores(method.name, settings=settings[method.name]) for method in chosen]
     bench = _Bench(list(zip(chosen, found, strict=True)), measured_by, draws, watch)
     names, scenes, kinds = [], [], []
-    for index, shot in enumerate(shots(images, space, light)):
+    for index, shot in enumerate(look()):
         began = time.perf_counter()
         bench.score(shot, index)
         names.append(shot.truth.name)
@@ -84,6 +90,20 @@ def evaluate_dataset(
         reason = next(iter(found[0].failures.values()))
         raise InputError(f"no method has an estimate for any image: {found[0].name}: {reason}")
     return Evaluation(Path(folder).resolve().name, space, names, scenes, kinds, found)
+
+
+def _open(folder: Path, light: str) -> Dataset | MitSet:
+    """Open a data set of photonmap or MIT's.
+
+    Raises
+    ------
+    InputError : it is neither, not finished, or MIT's is to be seen in direct light alone
+    """
+    if not is_mit(folder):
+        return open_finished(folder)
+    if light != LIGHTS[0]:
+        raise InputError("photographs have no direct light of their own; use --light all", folder)
+    return MitSet(folder)
 
 
 def _choose_methods(methods: Sequence[str | Method] | None) -> list[Method]:
