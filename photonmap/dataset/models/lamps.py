@@ -23,7 +23,7 @@ def pendant(palette: Palette, radius: float, cord: float) -> SceneObject:
     parts = [
         part_at(cylinder(0.004, cord, 0.001, 12), 0.0, -cord, 0.0, palette.grey(3)),
         part_at(cylinder(0.05, 0.025, 0.008, 32), 0.0, -0.025, 0.0, palette.grey(8)),
-        Part(sphere(radius, 3).moved((0.0, -cord - 2 * radius, 0.0)), palette.grey(9), LAMP),
+        Part(sphere(radius, 2).moved((0.0, -cord - 2 * radius, 0.0)), palette.grey(9), LAMP),
     ]
     return SceneObject("pendant lamp", parts)
 
@@ -66,7 +66,7 @@ def floor_lamp(palette: Palette) -> SceneObject:
     parts = [
         Part(cylinder(0.15, 0.025, 0.008), metal),
         part_at(cylinder(0.011, 1.325, 0.002, 24), 0.0, 0.025, 0.0, metal),
-        Part(cone(0.21, 0.13, 0.28, 0.01, 32).moved((0.0, 1.35, 0.0)), palette.grey(9), LAMP),
+        Part(cone(0.21, 0.13, 0.28, 0.01, 16).moved((0.0, 1.35, 0.0)), palette.grey(9), LAMP),
     ]
     return SceneObject("floor lamp", parts)
 
@@ -79,6 +79,6 @@ def table_lamp(palette: Palette) -> SceneObject:
     body = lathe([(0.0, 0.0), foot[0]], foot, [foot[-1], (0.0, foot[-1, 1])], segments=48)
     parts = [
         Part(body, palette.glazed(palette.accent())),
-        Part(cone(0.13, 0.08, 0.17, 0.008, 32).moved((0.0, 0.24, 0.0)), palette.grey(9), LAMP),
+        Part(cone(0.13, 0.08, 0.17, 0.008, 16).moved((0.0, 0.24, 0.0)), palette.grey(9), LAMP),
     ]
     return SceneObject("table lamp", parts)

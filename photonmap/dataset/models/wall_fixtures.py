@@ -104,3 +104,17 @@ def clock(palette: Palette) -> SceneObject:
         hand = box(0.012, long * radius, 0.003, 0.001, 1).turned(degrees, 2)
         parts.append(part_at(hand, 0.0, radius, 0.0355, palette.grey(2)))
     return SceneObject("clock", parts)
+
+
+def door(palette: Palette, width: float, height: float = 2.03) -> SceneObject:
+    """Return a closed door in its frame, standing on y = 0 with its back at z = 0."""
+    leaf, frame, bar = palette.glazed(palette.pale()), palette.grey(8), 0.07
+    x = 0.5 * (width + bar)
+    parts = [part_at(box(bar, height, 0.045), i * x, 0.0, 0.0225, frame) for i in (-1, 1)]
+    parts.append(part_at(box(width + 2 * bar, bar, 0.045), 0.0, height, 0.0225, frame))
+    parts.append(part_at(box(width, height, 0.03), 0.0, 0.0, 0.015, leaf))
+    for y, tall in ((0.15, 0.65), (0.95, 0.95)):
+        parts.append(part_at(box(0.72 * width, tall, 0.012), 0.0, y, 0.036, leaf))
+    handle = box(0.12, 0.022, 0.022, 0.008)
+    parts.append(part_at(handle, 0.5 * width - 0.11, 1.0, 0.055, palette.metal()))
+    return SceneObject("door", parts)

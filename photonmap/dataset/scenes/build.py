@@ -8,7 +8,7 @@ import numpy as np
 
 from photonmap.dataset.models.palette import Palette
 from photonmap.dataset.scenes.illumination import Illumination, choose_illumination
-from photonmap.dataset.scenes.rooms import ROOMS
+from photonmap.dataset.scenes.rooms.catalogue import ROOMS
 from photonmap.dataset.scenes.single_objects import OBJECTS, build_object
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
 from photonmap.errors import InputError

@@ -110,7 +110,7 @@ def radiance_for_exposure(
     ----------
     objects : of the scene
     group : name of the light group
-    points : (P, 3), metres; the irradiance, averaged over orientations, is averaged over them
+    points : (P, 3), metres; the median of their irradiances, averaged over orientations, counts
     indirect : irradiance that interreflection adds, as a fraction of the emitted power, m⁻²
     """
     emitters = joined([p.shape for obj in objects for p in obj.parts if p.light_group == group])
@@ -121,7 +121,7 @@ def radiance_for_exposure(
     received = (
         np.maximum((to_points * area).sum(axis=2), 0.0) / np.maximum(square, _NEAREST**2) ** 1.5
     )
-    level = 0.25 * float(received.sum(axis=1).mean()) + indirect * math.pi * emitters.area
+    level = 0.25 * float(np.median(received.sum(axis=1))) + indirect * math.pi * emitters.area
     return _LEVEL / level
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from photonmap.dataset.files.reader import Image
 from photonmap.dataset.scenes.illumination import WHITE
-from photonmap.dataset.scenes.rooms import ROOMS
+from photonmap.dataset.scenes.rooms.catalogue import ROOMS
 from photonmap.dataset.scenes.single_objects import OBJECTS
 
 OBJECT, COMPLEX = "objects", "complex scenes"

@@ -1,0 +1,1 @@
+"""Generated rooms: kinds, functional groups of furniture, layout, and the camera."""

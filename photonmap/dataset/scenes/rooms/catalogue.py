@@ -1,0 +1,72 @@
+"""All rooms by name, generated from their kind and a seed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.shapes import Random
+from photonmap.dataset.scenes.rooms.kinds import CORNER, FREE, KINDS, Entry, RoomKind
+from photonmap.dataset.scenes.rooms.room_builder import RoomBuilder
+from photonmap.dataset.scenes.rooms.shell import TURNS
+from photonmap.dataset.scenes.unlit_scene import UnlitScene
+
+_ATTEMPTS = 24
+"""Rooms that are furnished until a camera sees enough of one."""
+
+
+def build_room(name: str, rng: Random, palette: Palette) -> UnlitScene:
+    """Generate a room of a kind: its size, openings, furniture, camera and colours."""
+    kind = KINDS[name]
+    for _ in range(_ATTEMPTS):
+        room = _furnished(kind, rng, palette)
+        floor = kind.floors[int(rng.integers(len(kind.floors)))]
+        made = room and room.build(name, kind.main, floor, kind.walls(rng, palette))
+        if made:
+            return made
+    raise AssertionError(f"no camera sees enough of any {name} in {_ATTEMPTS} attempts")
+
+
+def _furnished(kind: RoomKind, rng: Random, palette: Palette) -> RoomBuilder | None:
+    """Return a room with its furniture; None if what matters most has no place in it."""
+    size = [float(rng.uniform(*limits)) for limits in (kind.width, kind.depth, kind.height)]
+    room = RoomBuilder(rng, palette, *size)
+    walls = [list(TURNS)[int(i)] for i in rng.permutation(len(TURNS))]
+    lamp = kind.lamps[int(rng.integers(len(kind.lamps)))]
+    if not (_open(room, rng, walls, size[2]) and room.suspend(lamp(rng, palette))):
+        return None
+    for index, entry in enumerate(kind.entries):
+        count = int(rng.integers(entry.count[0], entry.count[1] + 1))
+        placed = sum(_place(room, entry, rng, palette) for _ in range(count))
+        if index == 0 and not placed:
+            return None
+    for make, heights, counts in kind.hung:
+        for _ in range(int(rng.integers(counts[0], counts[1] + 1))):
+            room.hang(make(rng, palette), heights)
+    return room
+
+
+def _open(room: RoomBuilder, rng: Random, walls: list[str], height: float) -> bool:
+    """Add a door and two or three windows; return whether both have been added."""
+    curtains, count = bool(rng.random() < 0.4), int(rng.integers(2, 4))
+    sill = float(rng.uniform(0.75, 1.05))
+    tall = min(float(rng.uniform(1.1, 1.7)), height - sill - 0.2)
+    added = 0
+    for index in range(count):
+        wide = float(rng.uniform(1.1, 2.4))
+        added += room.add_window(walls[index % 2], (sill, wide, tall), curtains)
+    return room.add_door(walls[2]) and added > 0
+
+
+def _place(room: RoomBuilder, entry: Entry, rng: Random, palette: Palette) -> bool:
+    group = entry.make(rng, palette)
+    if entry.where == FREE:
+        return room.place_free(group)
+    return room.place_at_wall(group, entry.where == CORNER)
+
+
+ROOMS: dict[str, Callable[[Random, Palette], UnlitScene]] = {
+    name: partial(build_room, name) for name in KINDS
+}
+"""Builders of rooms by name."""

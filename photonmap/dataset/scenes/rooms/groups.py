@@ -1,0 +1,312 @@
+"""Functional groups: seats around a table, a desk with its chair, a bed between two lamps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from photonmap.dataset.models import accessories, furniture, lamps, sculptures, toys, vessels
+from photonmap.dataset.models.arrangements import (
+    draw_sculptures,
+    draw_toys,
+    draw_vessels,
+    fill_shelf,
+    furnish,
+    row_of_books,
+    stack_books,
+)
+from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.placement import in_row, place_at, scatter
+from photonmap.dataset.models.scene_object import SceneObject, Support, bounds_of
+from photonmap.dataset.models.shapes import Random
+from photonmap.dataset.scenes.rooms.room_builder import Group
+
+MakeGroup = Callable[[Random, Palette], Group]
+
+_PASSAGE = 0.6
+"""Depth of the floor that is kept free in front of seats, shelves and cupboards, metres."""
+_RUG = 0.008
+"""Thickness of a rug, metres."""
+
+
+def draw(rng: Random, low: float, high: float) -> float:
+    """Draw a number from a range."""
+    return float(rng.uniform(low, high))
+
+
+def shifted(
+    objects: Sequence[SceneObject], x: float, z: float, y: float = 0.0
+) -> list[SceneObject]:
+    """Return objects moved by x, y and z, metres."""
+    return [obj.moved((x, y, z)) for obj in objects]
+
+
+def on_rug(rng: Random, palette: Palette, objects: Sequence[SceneObject]) -> list[SceneObject]:
+    """Return objects that stand on a rug somewhat larger than they are."""
+    low, high = bounds_of(objects)
+    (wide, _, deep), (x, _, z) = high - low, 0.5 * (low + high)
+    margin = draw(rng, 0.12, 0.35)
+    rug = furniture.rug(palette, wide + margin, deep + margin, int(rng.integers(3, 12)))
+    return [*shifted([rug], float(x), float(z)), *shifted(objects, 0.0, 0.0, _RUG)]
+
+
+def low_table(rng: Random, palette: Palette) -> list[SceneObject]:
+    """Return a round or a rectangular low table with books, bowls and cups."""
+    if rng.random() < 0.5:
+        table = furniture.round_table(palette, draw(rng, 0.32, 0.55), draw(rng, 0.36, 0.5))
+    else:
+        size = draw(rng, 0.7, 1.2), draw(rng, 0.45, 0.65)
+        table = furniture.table(palette, *size, draw(rng, 0.36, 0.48), 0.045)
+    books = stack_books(rng, palette, table.supports[0], int(rng.integers(1, 5)), [])
+    makers = [
+        lambda: vessels.bowl(rng, palette, 0.13),
+        lambda: vessels.cup(rng, palette),
+        lambda: vessels.vase(rng, palette, 0.2),
+        lambda: sculptures.pebble(rng, palette, 0.06),
+    ]
+    chosen = [makers[int(i)] for i in rng.integers(0, len(makers), int(rng.integers(1, 5)))]
+    return furnish(rng, table, chosen, first=books)
+
+
+def seats(rng: Random, palette: Palette) -> Group:
+    """Return a sofa behind a low table, perhaps on a rug, perhaps with an armchair beside it."""
+    sofa = furniture.sofa(rng, palette, int(rng.integers(2, 4)))
+    table = low_table(rng, palette)
+    if rng.random() < 0.7:
+        table = on_rug(rng, palette, table)
+    z = float(sofa.bounds[1, 2] + 0.32 - bounds_of(table)[0, 2])
+    group = [sofa, *shifted(table, draw(rng, -0.15, 0.15), z)]
+    if rng.random() < 0.6:
+        side = 1.0 if rng.random() < 0.5 else -1.0
+        armchair = furniture.sofa(rng, palette, 1).turned(-90.0 * side)
+        reach = float(bounds_of(group)[1 if side > 0 else 0, 0])
+        x = reach + side * (
+            draw(rng, 0.15, 0.4) - side * float(armchair.bounds[0 if side > 0 else 1, 0])
+        )
+        group.append(armchair.moved((x, 0.0, z)))
+    return Group(group, 0.3)
+
+
+def reading_place(rng: Random, palette: Palette) -> Group:
+    """Return an armchair with a small table, a lamp or a plant at its side."""
+    armchair = furniture.sofa(rng, palette, 1)
+    side = 1.0 if rng.random() < 0.5 else -1.0
+    table = furniture.round_table(palette, draw(rng, 0.2, 0.3), draw(rng, 0.48, 0.62))
+    books = stack_books(rng, palette, table.supports[0], int(rng.integers(1, 4)), [])
+    aside = furnish(rng, table, [lambda: vessels.cup(rng, palette)], first=books)
+    x = side * (float(armchair.bounds[1, 0]) + float(table.bounds[1, 0]) + draw(rng, 0.05, 0.2))
+    return Group([armchair, *shifted(aside, x, draw(rng, 0.0, 0.2))], _PASSAGE)
+
+
+def bookcase(rng: Random, palette: Palette) -> Group:
+    """Return one to three shelves side by side, with books and vessels."""
+    tall, boards, deep = draw(rng, 1.3, 2.1), int(rng.integers(4, 7)), draw(rng, 0.26, 0.36)
+    group, at, count = list[SceneObject](), 0.0, int(rng.integers(1, 3))
+    widths = [draw(rng, 0.7, 1.15) for _ in range(count)]
+    for wide in widths:
+        shelf = furniture.shelf(palette, wide, tall, boards, deep)
+        filled = fill_shelf(rng, palette, shelf, draw(rng, 0.4, 0.95))
+        group += shifted(filled, at + 0.5 * wide - 0.5 * sum(widths), 0.0)
+        at += wide + 0.004
+    return Group(group, _PASSAGE)
+
+
+def desk_place(rng: Random, palette: Palette) -> Group:
+    """Return a desk with a lamp, books and small things, and a chair in front of it."""
+    desk = furniture.desk(palette, draw(rng, 1.1, 1.6), draw(rng, 0.6, 0.8))
+    top = desk.supports[0]
+    placed = [place_at(top, lamps.table_lamp(palette), *rng.choice([[0.12, 0.3], [0.88, 0.3]]))]
+    placed += stack_books(rng, palette, top, int(rng.integers(1, 5)), placed)
+    makers = [
+        lambda: vessels.cup(rng, palette),
+        lambda: sculptures.pebble(rng, palette, 0.06),
+        lambda: toys.ball(rng, palette, 0.06),
+    ]
+    group = furnish(rng, desk, makers[: int(rng.integers(1, 4))], first=placed)
+    chair = furniture.chair(palette).turned(180.0 + draw(rng, -35.0, 35.0))
+    gap = float(desk.bounds[1, 2] - chair.bounds[0, 2]) + draw(rng, 0.03, 0.25)
+    return Group([*group, chair.moved((draw(rng, -0.25, 0.1), 0.0, gap))], 0.2)
+
+
+def sideboard(rng: Random, palette: Palette) -> Group:
+    """Return a low cupboard with vessels, books or a lamp on it."""
+    doors = int(rng.integers(2, 5))
+    size = doors * draw(rng, 0.38, 0.52), draw(rng, 0.55, 0.95)
+    board = furniture.cabinet(palette, *size, doors, draw(rng, 0.36, 0.5))
+    top = board.supports[0]
+    placed = stack_books(rng, palette, top, int(rng.integers(1, 4)), [])
+    makers = draw_vessels(rng, palette, int(rng.integers(2, 8)))
+    return Group(furnish(rng, board, makers, first=placed), _PASSAGE)
+
+
+def wardrobe(rng: Random, palette: Palette) -> Group:
+    """Return a tall cupboard."""
+    doors = int(rng.integers(2, 4))
+    size = doors * draw(rng, 0.42, 0.55), draw(rng, 1.7, 2.1)
+    return Group([furniture.cabinet(palette, *size, doors, draw(rng, 0.5, 0.6))], _PASSAGE)
+
+
+def dining_table(rng: Random, palette: Palette) -> Group:
+    """Return a laid table with chairs on both sides, perhaps on a rug."""
+    wide, deep = draw(rng, 1.1, 2.0), draw(rng, 0.8, 1.0)
+    table = furniture.table(palette, wide, deep, draw(rng, 0.72, 0.77), draw(rng, 0.05, 0.09))
+    top, seats_a_side = table.supports[0], max(1, round(wide / 0.7))
+    spots = (np.arange(seats_a_side) + 0.5) / seats_a_side
+    placed = [place_at(top, vessels.bowl(rng, palette, 0.16))]
+    placed += [
+        place_at(top, vessels.plate(rng, palette), float(x), z)
+        for x in spots
+        for z in (0.13, 0.87)
+        if abs(x - 0.5) > 0.01 or deep > 0.92
+    ]
+    makers = draw_vessels(rng, palette, int(rng.integers(3, 9)), small=True)
+    group = furnish(rng, table, makers, first=placed)
+    for x in spots:
+        for side in (-1.0, 1.0):
+            turn = (180.0 if side > 0 else 0.0) + draw(rng, -10.0, 10.0)
+            chair = furniture.chair(palette).turned(turn)
+            z = side * (0.5 * deep + draw(rng, 0.24, 0.42))
+            group.append(chair.moved(((float(x) - 0.5) * wide, 0.0, z)))
+    return Group(on_rug(rng, palette, group) if rng.random() < 0.6 else group)
+
+
+def small_table(rng: Random, palette: Palette) -> Group:
+    """Return a round table with stools or chairs around it."""
+    radius = draw(rng, 0.38, 0.58)
+    table = furniture.round_table(palette, radius, draw(rng, 0.7, 0.76))
+    makers = [lambda: vessels.bowl(rng, palette, 0.14), lambda: vessels.plate(rng, palette)]
+    makers += [lambda: vessels.cup(rng, palette)] * int(rng.integers(1, 4))
+    group = furnish(rng, table, makers)
+    start, count = draw(rng, 0.0, 360.0), int(rng.integers(2, 4))
+    for index in range(count):
+        turn = start + 360.0 * index / count
+        seat = furniture.stool(palette) if index % 2 else furniture.chair(palette)
+        reach = radius + draw(rng, 0.3, 0.42)
+        angle = np.radians(turn)
+        spot = reach * np.sin(angle), reach * np.cos(angle)
+        group += shifted([seat.turned(turn + 180.0)], float(spot[0]), float(spot[1]))
+    return Group(group)
+
+
+def kitchen_run(rng: Random, palette: Palette) -> Group:
+    """Return kitchen cupboards side by side with vessels on top, and a tall one at an end."""
+    doors = int(rng.integers(3, 6))
+    wide, deep = doors * draw(rng, 0.5, 0.6), draw(rng, 0.55, 0.65)
+    colors = palette.wood(), palette.chip(None, (5, 8), (2, 8))
+    counter = furniture.cabinet(palette, wide, draw(rng, 0.86, 0.94), doors, deep, colors)
+    group = furnish(rng, counter, draw_vessels(rng, palette, int(rng.integers(5, 11))))
+    if rng.random() < 0.7:
+        tall = furniture.cabinet(palette, draw(rng, 0.55, 0.75), 2.0, 1, deep, colors)
+        gap = 0.5 * (wide + float(np.ptp(tall.bounds[:, 0]))) + 0.025
+        group.append(tall.moved((gap if rng.random() < 0.5 else -gap, 0.0, 0.0)))
+    return Group(group, 0.8)
+
+
+def bed_place(rng: Random, palette: Palette) -> Group:
+    """Return a bed between two bedside cupboards with lamps, or with one."""
+    wide = draw(rng, 0.95, 1.8)
+    bed = furniture.bed(rng, palette, wide)
+    back = float(bed.bounds[0, 2])
+    group, tall = [bed], draw(rng, 0.42, 0.6)
+    for side in (-1.0, 1.0) if rng.random() < 0.7 else (1.0,):
+        stand = furniture.cabinet(palette, draw(rng, 0.38, 0.5), tall, 1, 0.4)
+        lamp = place_at(stand.supports[0], lamps.table_lamp(palette), 0.5, 0.42)
+        held = furnish(rng, stand, [lambda: vessels.cup(rng, palette)], first=[lamp])
+        x = side * (float(bed.bounds[1, 0] + stand.bounds[1, 0]) + draw(rng, 0.05, 0.2))
+        group += shifted(held, x, back - float(stand.bounds[0, 2]))
+    return Group(group, 0.4)
+
+
+def plinth_with_work(rng: Random, palette: Palette) -> Group:
+    """Return a sculpture on a plinth."""
+    side = draw(rng, 0.36, 0.55)
+    plinth = furniture.plinth(palette, side, draw(rng, 0.5, 1.2))
+    make = draw_sculptures(rng, palette, 1, 0.78 * side)[0]
+    work = place_at(plinth.supports[0], make().turned(draw(rng, 0.0, 360.0)))
+    return Group([plinth, work])
+
+
+def work_bench(rng: Random, palette: Palette) -> Group:
+    """Return a bench with vessels on it and on the shelf below."""
+    bench = furniture.trestle(
+        palette, draw(rng, 1.3, 2.2), draw(rng, 0.6, 0.9), draw(rng, 0.74, 0.9)
+    )
+    group = furnish(rng, bench, draw_vessels(rng, palette, int(rng.integers(8, 16))))
+    below = scatter(rng, bench.supports[1], draw_vessels(rng, palette, 6))
+    return Group([*group, *below], 0.3)
+
+
+def vessel_shelf(rng: Random, palette: Palette) -> Group:
+    """Return a shelf of vessels."""
+    shelf = furniture.shelf(palette, draw(rng, 0.9, 1.5), draw(rng, 1.3, 2.0), 4, 0.36)
+    return Group(fill_shelf(rng, palette, shelf, 0.0), _PASSAGE)
+
+
+def tall_vases(rng: Random, palette: Palette) -> Group:
+    """Return one to three tall vases that stand on the floor."""
+    group = list[SceneObject]()
+    for index in range(int(rng.integers(1, 4))):
+        shape = vessels.vase_shape(rng, draw(rng, 0.4, 0.65), detail=vessels.MEDIUM)
+        made = vessels.decorate(rng, palette, "vase", shape)
+        x = float(bounds_of(group)[1, 0] - made.bounds[0, 0]) + 0.05 if index else 0.0
+        group.append(made.moved((x, 0.0, draw(rng, -0.1, 0.1))))
+    return Group(group)
+
+
+def toy_shelf(rng: Random, palette: Palette) -> Group:
+    """Return a low shelf of toys."""
+    size = draw(rng, 0.9, 1.8), draw(rng, 0.8, 1.2)
+    shelf = furniture.shelf(palette, *size, int(rng.integers(3, 5)), 0.34)
+    group = [shelf]
+    for level in shelf.supports:
+        group += in_row(rng, level, draw_toys(rng, palette, 9), (0.03, 0.12))
+    return Group(group, _PASSAGE)
+
+
+def toy_table(rng: Random, palette: Palette) -> Group:
+    """Return a low table with toys, and stools beside it."""
+    wide = draw(rng, 0.7, 1.1)
+    table = furniture.table(palette, wide, draw(rng, 0.5, 0.7), 0.48, 0.045)
+    group = furnish(rng, table, draw_toys(rng, palette, int(rng.integers(4, 9))))
+    for side in (-1.0, 1.0)[: int(rng.integers(1, 3))]:
+        x = side * (0.5 * wide + draw(rng, 0.28, 0.45))
+        group += shifted([furniture.stool(palette)], x, draw(rng, -0.15, 0.15))
+    return Group(group)
+
+
+def toys_on_rug(rng: Random, palette: Palette) -> Group:
+    """Return a rug with toys scattered on it."""
+    wide, deep = draw(rng, 1.2, 2.2), draw(rng, 0.9, 1.6)
+    rug = furniture.rug(palette, wide, deep, int(rng.integers(4, 12)))
+    return Group(furnish(rng, rug, draw_toys(rng, palette, int(rng.integers(6, 14)))))
+
+
+def floor_lamp(rng: Random, palette: Palette) -> Group:
+    """Return a floor lamp."""
+    return Group([lamps.floor_lamp(palette)])
+
+
+def plant(rng: Random, palette: Palette) -> Group:
+    """Return a potted plant."""
+    return Group([accessories.plant(rng, palette, draw(rng, 0.55, 1.25))])
+
+
+def stool(rng: Random, palette: Palette) -> Group:
+    """Return a stool."""
+    return Group([furniture.stool(palette)])
+
+
+def books_on_floor(rng: Random, palette: Palette) -> Group:
+    """Return a pile of books."""
+    floor = Support((-0.2, 0.2), (-0.2, 0.2), 0.0)
+    return Group(stack_books(rng, palette, floor, int(rng.integers(3, 8)), []))
+
+
+def wall_board(rng: Random, palette: Palette) -> list[SceneObject]:
+    """Return a wall shelf with vessels or books, its back at z = 0."""
+    board = furniture.wall_board(palette, draw(rng, 0.8, 2.2), draw(rng, 0.2, 0.28))
+    level = board.supports[0]
+    if rng.random() < 0.3:
+        return [board, *row_of_books(rng, palette, level, draw(rng, 0.4, 0.9))]
+    return [board, *in_row(rng, level, draw_vessels(rng, palette, 14, small=True), (0.03, 0.16))]

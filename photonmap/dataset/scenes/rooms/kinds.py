@@ -1,0 +1,259 @@
+"""The kinds of rooms: their sizes, what stands in them, hangs on their walls and lights them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from photonmap.dataset.models import lamps, wall_fixtures
+from photonmap.dataset.models.lamps import LAMP
+from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.scene_object import SceneObject
+from photonmap.dataset.models.shapes import Random
+from photonmap.dataset.models.wall_fixtures import WINDOW
+from photonmap.dataset.scenes.rooms import groups
+from photonmap.dataset.scenes.rooms.groups import MakeGroup, draw
+from photonmap.dataset.scenes.rooms.shell import Floor, plain, planks, tiles
+from photonmap.scene.material import Material
+
+WALL, CORNER, FREE = "wall", "corner", "free"
+Range = tuple[float, float]
+MakeHung = Callable[[Random, Palette], Sequence[SceneObject]]
+MakeLamp = Callable[[Random, Palette], SceneObject]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A group of furniture of a kind of room.
+
+    Parameters
+    ----------
+    make : makes the group
+    where : `WALL`, `CORNER` or `FREE`
+    count : lowest and highest number
+    """
+
+    make: MakeGroup
+    where: str
+    count: tuple[int, int] = (1, 1)
+
+
+@dataclass(frozen=True)
+class RoomKind:
+    """A kind of room.
+
+    Parameters
+    ----------
+    width, depth, height : ranges, metres
+    main : the light group that is on if the illumination has one colour
+    entries : furniture, the most important first; what finds no room is left out
+    hung : makers of what hangs on walls, with ranges of height, metres, and of number
+    lamps : makers of lamps for the ceiling, one of which is drawn
+    floors : one of which is drawn
+    hue : of the walls, as `Palette.chip` takes it; None draws one
+    chroma : range for the walls; 0 is grey
+    """
+
+    width: Range
+    depth: Range
+    height: Range
+    main: str
+    entries: tuple[Entry, ...]
+    hung: tuple[tuple[MakeHung, Range, tuple[int, int]], ...]
+    lamps: tuple[MakeLamp, ...]
+    floors: tuple[Floor, ...] = (planks, plain)
+    chroma: Range = (2, 6)
+
+    def walls(self, rng: Random, palette: Palette) -> tuple[Material, Material]:
+        """Draw the materials of one wall and of the others."""
+        hue = palette.key if rng.random() < 0.5 else None
+        first = palette.chip(hue, (6, 8), self.chroma) if self.chroma[1] else palette.grey(8)
+        return first, palette.pale() if self.chroma[1] and rng.random() < 0.7 else palette.grey(8)
+
+
+def picture(rng: Random, palette: Palette) -> list[SceneObject]:
+    """Return a picture."""
+    size = draw(rng, 0.4, 1.3), draw(rng, 0.4, 1.0)
+    return [wall_fixtures.picture(rng, palette, *size)]
+
+
+def clock(rng: Random, palette: Palette) -> list[SceneObject]:
+    """Return a clock."""
+    return [wall_fixtures.clock(palette)]
+
+
+def mirror(rng: Random, palette: Palette) -> list[SceneObject]:
+    """Return a mirror."""
+    return [wall_fixtures.wall_mirror(palette, draw(rng, 0.22, 0.4))]
+
+
+def pendant(rng: Random, palette: Palette) -> SceneObject:
+    """Return a paper lantern."""
+    return lamps.pendant(palette, draw(rng, 0.15, 0.26), draw(rng, 0.15, 0.4))
+
+
+def shade(rng: Random, palette: Palette) -> SceneObject:
+    """Return a lamp with a shade."""
+    return lamps.shade_lamp(palette, draw(rng, 0.22, 0.36), draw(rng, 0.2, 0.5))
+
+
+def panel(rng: Random, palette: Palette) -> SceneObject:
+    """Return a flat lamp."""
+    return lamps.ceiling_panel(palette, draw(rng, 0.6, 1.4), draw(rng, 0.3, 0.7))
+
+
+_PICTURES = (picture, (1.15, 1.5), (1, 4))
+_TALL_PLANT = Entry(groups.plant, CORNER, (0, 2))
+
+KINDS = {
+    "living_room": RoomKind(
+        (4.0, 6.2),
+        (3.8, 5.6),
+        (2.4, 3.0),
+        WINDOW,
+        (
+            Entry(groups.seats, WALL),
+            Entry(groups.bookcase, WALL, (1, 2)),
+            Entry(groups.sideboard, WALL, (0, 2)),
+            Entry(groups.reading_place, CORNER, (0, 1)),
+            Entry(groups.floor_lamp, CORNER, (1, 1)),
+            _TALL_PLANT,
+        ),
+        (_PICTURES,),
+        (pendant, shade),
+    ),
+    "study": RoomKind(
+        (3.4, 4.8),
+        (3.2, 4.8),
+        (2.4, 2.9),
+        WINDOW,
+        (
+            Entry(groups.desk_place, WALL),
+            Entry(groups.bookcase, WALL, (1, 3)),
+            Entry(groups.reading_place, CORNER, (0, 1)),
+            Entry(groups.sideboard, WALL, (0, 1)),
+            Entry(groups.books_on_floor, CORNER, (0, 2)),
+            _TALL_PLANT,
+        ),
+        (_PICTURES, (clock, (1.6, 1.8), (0, 1)), (groups.wall_board, (1.2, 1.5), (0, 1))),
+        (pendant, panel),
+    ),
+    "dining_room": RoomKind(
+        (3.8, 5.6),
+        (3.8, 5.4),
+        (2.5, 3.1),
+        LAMP,
+        (
+            Entry(groups.dining_table, FREE),
+            Entry(groups.sideboard, WALL, (1, 2)),
+            Entry(groups.bookcase, WALL, (0, 1)),
+            _TALL_PLANT,
+            Entry(groups.tall_vases, CORNER, (0, 1)),
+        ),
+        (_PICTURES, (mirror, (1.2, 1.4), (0, 1))),
+        (shade, pendant),
+    ),
+    "kitchen": RoomKind(
+        (3.4, 5.0),
+        (3.2, 4.6),
+        (2.4, 2.9),
+        LAMP,
+        (
+            Entry(groups.kitchen_run, WALL),
+            Entry(groups.small_table, FREE),
+            Entry(groups.kitchen_run, WALL, (0, 1)),
+            Entry(groups.sideboard, WALL, (0, 1)),
+            Entry(groups.stool, CORNER, (0, 2)),
+        ),
+        (
+            (groups.wall_board, (1.3, 1.7), (1, 3)),
+            (clock, (1.6, 1.9), (1, 1)),
+            (picture, (1.2, 1.5), (0, 1)),
+        ),
+        (panel, shade),
+        (tiles, planks),
+    ),
+    "bedroom": RoomKind(
+        (3.6, 5.0),
+        (3.4, 5.0),
+        (2.4, 2.9),
+        WINDOW,
+        (
+            Entry(groups.bed_place, WALL),
+            Entry(groups.wardrobe, WALL, (1, 1)),
+            Entry(groups.sideboard, WALL, (0, 1)),
+            Entry(groups.desk_place, WALL, (0, 1)),
+            Entry(groups.reading_place, CORNER, (0, 1)),
+            Entry(groups.stool, WALL, (0, 1)),
+            _TALL_PLANT,
+        ),
+        (_PICTURES, (mirror, (1.2, 1.4), (0, 1))),
+        (pendant, shade),
+    ),
+    "playroom": RoomKind(
+        (3.6, 5.2),
+        (3.4, 5.0),
+        (2.4, 2.9),
+        WINDOW,
+        (
+            Entry(groups.toy_table, FREE),
+            Entry(groups.toy_shelf, WALL, (1, 2)),
+            Entry(groups.toys_on_rug, FREE),
+            Entry(groups.bookcase, WALL, (0, 1)),
+            Entry(groups.stool, CORNER, (0, 2)),
+        ),
+        (_PICTURES,),
+        (pendant, panel),
+        (plain, planks, tiles),
+        (4, 8),
+    ),
+    "gallery": RoomKind(
+        (4.6, 7.5),
+        (4.4, 7.0),
+        (2.9, 3.8),
+        LAMP,
+        (
+            Entry(groups.plinth_with_work, FREE, (4, 8)),
+            Entry(groups.plinth_with_work, CORNER, (1, 3)),
+            Entry(groups.tall_vases, WALL, (0, 2)),
+        ),
+        ((picture, (1.05, 1.35), (4, 9)),),
+        (panel,),
+        (planks, plain, tiles),
+        (0, 0),
+    ),
+    "library": RoomKind(
+        (3.8, 5.6),
+        (3.6, 5.4),
+        (2.6, 3.3),
+        WINDOW,
+        (
+            Entry(groups.bookcase, WALL, (3, 5)),
+            Entry(groups.reading_place, CORNER),
+            Entry(groups.floor_lamp, CORNER, (1, 1)),
+            Entry(groups.desk_place, WALL, (0, 1)),
+            Entry(groups.books_on_floor, CORNER, (1, 3)),
+            Entry(groups.plinth_with_work, CORNER, (0, 1)),
+        ),
+        ((picture, (1.2, 1.5), (0, 3)),),
+        (shade, pendant),
+    ),
+    "pottery": RoomKind(
+        (3.8, 5.6),
+        (3.6, 5.0),
+        (2.5, 3.2),
+        WINDOW,
+        (
+            Entry(groups.work_bench, FREE),
+            Entry(groups.vessel_shelf, WALL, (1, 2)),
+            Entry(groups.work_bench, WALL, (0, 1)),
+            Entry(groups.sideboard, WALL, (0, 1)),
+            Entry(groups.stool, FREE, (1, 3)),
+            Entry(groups.tall_vases, CORNER, (1, 2)),
+        ),
+        ((groups.wall_board, (0.95, 1.8), (2, 5)),),
+        (pendant, panel),
+        (tiles, plain, planks),
+    ),
+}
+"""Kinds of rooms by name."""

@@ -1,0 +1,272 @@
+"""A room that is furnished group by group: nothing intersects, all rests, ways stay free."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from photonmap.dataset.models import wall_fixtures
+from photonmap.dataset.models.lamps import LAMP
+from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.scene_object import SceneObject, bounds_of, overlap
+from photonmap.dataset.models.shapes import Floats, Random
+from photonmap.dataset.scenes.illumination import radiance_for_exposure
+from photonmap.dataset.scenes.rooms import shell
+from photonmap.dataset.scenes.rooms.camera_search import find_camera, points_seen
+from photonmap.dataset.scenes.rooms.floor_plan import FloorPlan
+from photonmap.dataset.scenes.rooms.shell import TURNS, Floor, Opening
+from photonmap.dataset.scenes.unlit_scene import UnlitScene
+from photonmap.scene.material import Material
+
+BACKDROP = ("floor", "ceiling", "walls", "skirting", "window")
+"""Names of the objects that make up the room itself."""
+_GAP = 0.03
+"""Distance between walls and furniture, metres."""
+_ATTEMPTS = 24
+"""Positions tried for a group before it is left out."""
+_REFLECTED = 0.7
+"""Fraction of the emitted light that the surfaces of a room reflect, over all bounces."""
+_UNSHADOWED = 0.75
+"""Fraction of the light that shadows leave, on average over generated rooms."""
+_DOOR_SWING, _WINDOW_REACH = 0.95, 0.4
+"""How far the space in front of a door and of a window stays free, metres."""
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Objects that belong together, such as a desk with its chair and what lies on it.
+
+    Parameters
+    ----------
+    objects : around the y axis, resting on y = 0 or on each other, fronts towards +z
+    access : how far the floor in front of them stays free, metres
+    """
+
+    objects: Sequence[SceneObject]
+    access: float = 0.0
+
+
+class RoomBuilder:
+    """Builds a room: a box around the y axis with its floor at y = 0.
+
+    The group that is placed first is the main one, which the camera sees.
+
+    Parameters
+    ----------
+    rng : draws positions
+    palette : draws materials
+    width, depth, height : along x, z and y, metres
+    """
+
+    def __init__(
+        self, rng: Random, palette: Palette, width: float, depth: float, height: float
+    ) -> None:
+        self._rng, self._palette = rng, palette
+        self._size = np.array([width, height, depth])
+        self._plan = FloorPlan(width, depth)
+        self._objects: list[SceneObject] = []
+        self._boxes: list[Floats] = []
+        self._zones: list[Floats] = []
+        self._windows: dict[str, list[Opening]] = {}
+        self._frames: list[SceneObject] = []
+        self._subject: list[SceneObject] = []
+
+    def add_door(self, wall: str) -> bool:
+        """Add a door to a wall, and keep the floor in front of it free."""
+        made = wall_fixtures.door(self._palette, float(self._rng.uniform(0.8, 0.95)))
+        wide = float(np.ptp(made.bounds[:, 0]))
+        along = self._along(wall, wide)
+        if along is None or not self._hang([made], wall, along, 0.0):
+            return False
+        self._keep_free(wall, along, (wide, 0.0, 2.1), _DOOR_SWING)
+        return True
+
+    def add_window(self, wall: str, size: tuple[float, float, float], curtains: bool) -> bool:
+        """Add a window of a sill height, width and height, metres, and keep it clear."""
+        sill, width, height = size
+        along = self._along(wall, width + (1.3 if curtains else 0.3))
+        if along is None or self._is_taken(wall, along, (width + 0.1, sill, height)):
+            return False
+        self._windows.setdefault(wall, []).append((along, sill, width, height))
+        x, z = shell.in_front_of(wall, self._size, along, 0.0)
+        made = wall_fixtures.window(self._palette, width, height).turned(TURNS[wall])
+        self._frames.append(made.moved((x, sill, z)))
+        for side in (-1.0, 1.0) if curtains else ():
+            cloth = wall_fixtures.curtain(self._palette, self._rng, 0.5, sill + height + 0.1)
+            self._hang([cloth], wall, along + side * (0.5 * width + 0.3), 0.03)
+        self._keep_free(wall, along, (width, sill + 0.02, height), _WINDOW_REACH)
+        return True
+
+    def place_at_wall(self, group: Group, corner: bool = False) -> bool:
+        """Stand a group with its back to some wall, in a corner if asked for."""
+        wide = float(np.abs(bounds_of(group.objects)[:, 0]).max()) * 2.0
+        deep = -float(bounds_of(group.objects)[0, 2])
+        for _ in range(_ATTEMPTS):
+            wall = self._draw_wall()
+            along = self._along(wall, wide + 2.0 * _GAP, corner)
+            if along is None:
+                continue
+            x, z = shell.in_front_of(wall, self._size, along, deep + _GAP)
+            if self._place(group, x, z, TURNS[wall]):
+                return True
+        return False
+
+    def place_free(self, group: Group) -> bool:
+        """Stand a group away from the walls, turned by a multiple of 90 degrees or so."""
+        for _ in range(_ATTEMPTS):
+            reach = 0.3 * self._size[::2]
+            x, z = self._rng.uniform(-reach, reach)
+            turn = 90.0 * int(self._rng.integers(4))
+            turn += float(self._rng.uniform(-12.0, 12.0)) if self._rng.random() < 0.3 else 0.0
+            if self._place(group, float(x), float(z), turn):
+                return True
+        return False
+
+    def hang(self, objects: Sequence[SceneObject], heights: tuple[float, float]) -> bool:
+        """Hang a group of objects on some wall; their backs are at z = 0."""
+        wide = 2.0 * float(np.abs(bounds_of(objects)[:, 0]).max()) + 0.1
+        for _ in range(_ATTEMPTS):
+            wall, height = self._draw_wall(), float(self._rng.uniform(*heights))
+            along = self._along(wall, wide)
+            if along is not None and self._hang(objects, wall, along, height):
+                return True
+        return False
+
+    def suspend(self, obj: SceneObject) -> bool:
+        """Hang an object from the ceiling; its top is at y = 0."""
+        for attempt in range(_ATTEMPTS):
+            reach = (0.1 + 0.2 * attempt / _ATTEMPTS) * self._size[::2]
+            x, z = self._rng.uniform(-reach, reach)
+            if self._add([obj], obj.boxes, np.array([x, self._size[1], z])):
+                return True
+        return False
+
+    def build(
+        self, name: str, main: str, floor: Floor, walls: Sequence[Material]
+    ) -> UnlitScene | None:
+        """Return the room with its emitters off, or None if no camera sees enough of it.
+
+        Parameters
+        ----------
+        name : of the scene
+        main : the light group that is on if the illumination has one colour
+        floor : makes the floor
+        walls : materials of one wall and of the others
+        """
+        places = self._plan.standing_places()
+        seen = [*self._frames, *self._objects]
+        camera = find_camera(self._rng, seen, self._subject, places, self._size)
+        if camera is None:
+            return None
+        objects = [
+            floor(self._rng, self._palette, self._size),
+            shell.ceiling(self._palette, self._size),
+            shell.walls(walls, self._size, self._windows),
+            shell.skirting(self._palette, self._size),
+            *self._frames,
+            *self._objects,
+        ]
+        points = points_seen(seen, camera, self._size)
+        surface = 2.0 * float(self._size @ np.roll(self._size, 1))
+        groups = [main, *({wall_fixtures.WINDOW, LAMP} - {main})]
+        radiances = {
+            group: radiance_for_exposure(objects, group, points, _REFLECTED / surface) / _UNSHADOWED
+            for group in groups
+        }
+        return UnlitScene(name, objects, camera, radiances, BACKDROP)
+
+    def _draw_wall(self) -> str:
+        return list(TURNS)[int(self._rng.integers(len(TURNS)))]
+
+    def _along(self, wall: str, wide: float, corner: bool = False) -> float | None:
+        """Draw the middle of something on a wall; None if the wall is too short."""
+        free = 0.5 * (shell.length_of(wall, self._size) - wide)
+        if free < 0.0:
+            return None
+        if corner:
+            return free if self._rng.random() < 0.5 else -free
+        return float(self._rng.uniform(-free, free))
+
+    def _zone(
+        self, wall: str, along: float, size: tuple[float, float, float], reach: float
+    ) -> Floats:
+        """Return the box, (1, 2, 3), in front of a width, from a height up, of a wall."""
+        wide, low, tall = size
+        ends = np.array(
+            [
+                shell.in_front_of(wall, self._size, along + side * 0.5 * wide, gap)
+                for side in (-1.0, 1.0)
+                for gap in (0.0, reach)
+            ]
+        )
+        bottom, top = ends.min(axis=0), ends.max(axis=0)
+        return np.array([[[bottom[0], low, bottom[1]], [top[0], low + tall, top[1]]]])
+
+    def _keep_free(
+        self, wall: str, along: float, size: tuple[float, float, float], reach: float
+    ) -> None:
+        self._zones.append(self._zone(wall, along, size, reach))
+
+    def _is_taken(self, wall: str, along: float, size: tuple[float, float, float]) -> bool:
+        zone = self._zone(wall, along, size, 0.1)
+        return any(overlap(zone, box) for box in (*self._boxes, *self._zones))
+
+    def _hang(self, objects: Sequence[SceneObject], wall: str, along: float, height: float) -> bool:
+        x, z = shell.in_front_of(wall, self._size, along, 0.0)
+        turned = [obj.turned(TURNS[wall]) for obj in objects]
+        return self._add(turned, _boxes_of(turned), np.array([x, height, z]))
+
+    def _place(self, group: Group, x: float, z: float, turn: float) -> bool:
+        turned = [obj.turned(turn) for obj in group.objects]
+        boxes, offset = _boxes_of(turned), np.array([x, 0.0, z])
+        front = _access_of(group, turn) + offset if group.access else None
+        if front is not None and any(overlap(front, other) for other in self._boxes):
+            return False
+        if not self._add(turned, boxes, offset):
+            return False
+        if front is not None:
+            self._zones.append(front)
+        self._subject = self._subject or self._objects[-len(turned) :]
+        return True
+
+    def _add(self, objects: Sequence[SceneObject], boxes: Floats, offset: Floats) -> bool:
+        """Move objects and add them if they lie within the room and are in no one's way."""
+        boxes = boxes + offset
+        half = 0.5 * self._size + 1e-9
+        aside = np.abs(boxes[:, :, ::2]).max(axis=(0, 1)) > half[::2]
+        if aside.any() or boxes[:, 1, 1].max() > 2.0 * half[1]:
+            return False
+        if any(overlap(boxes, other) for other in (*self._boxes, *self._zones)):
+            return False
+        if not self._plan.leaves_ways(boxes):
+            return False
+        self._plan.occupy(boxes)
+        self._boxes.append(boxes)
+        self._objects += [obj.moved(offset) for obj in objects]
+        return True
+
+
+def _boxes_of(objects: Sequence[SceneObject]) -> Floats:
+    """Return the bounding boxes of all parts, (n, 2, 3), metres."""
+    return np.concatenate([obj.boxes for obj in objects])
+
+
+def _access_of(group: Group, turn: float) -> Floats:
+    """Return the box, (1, 2, 3), of the floor in front of a group that is turned."""
+    low, high = bounds_of(group.objects)
+    corners = np.array(
+        [(x, z) for x in (low[0], high[0]) for z in (high[2], high[2] + group.access)]
+    )
+    angle = np.radians(turn)
+    spun = np.stack(
+        [
+            corners[:, 0] * np.cos(angle) + corners[:, 1] * np.sin(angle),
+            corners[:, 1] * np.cos(angle) - corners[:, 0] * np.sin(angle),
+        ],
+        axis=1,
+    )
+    (x0, z0), (x1, z1) = spun.min(axis=0), spun.max(axis=0)
+    inset = 1e-3
+    return np.array([[[x0 + inset, 0.02, z0 + inset], [x1 - inset, 1.8, z1 - inset]]])

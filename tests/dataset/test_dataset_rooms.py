@@ -1,0 +1,108 @@
+"""Generated rooms: seeds differ as much as kinds do, ways stay free, cameras see the main group."""
+
+import numpy as np
+import pytest
+
+from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.scene_object import single_part
+from photonmap.dataset.models.shapes import box
+from photonmap.dataset.report.diversity import appearance_of, correlations, nearest_neighbours
+from photonmap.dataset.scenes.build import build_scene, build_unlit_scene
+from photonmap.dataset.scenes.rooms.catalogue import ROOMS
+from photonmap.dataset.scenes.rooms.floor_plan import FloorPlan
+from photonmap.dataset.scenes.rooms.room_builder import Group, RoomBuilder
+from photonmap.errors import InputError
+from photonmap.scene.material import Material
+from photonmap.scene.scene import Scene
+
+SEEDS = range(8)
+DIFFERENT = 0.58
+"""Median correlation of depth between nine rooms that were laid out by hand."""
+ONE_SCENE = 0.9
+"""Least correlation of the maps of one layout in other colours, as seeds once had."""
+
+
+def random(seed=0):
+    return np.random.Generator(np.random.PCG64(seed))
+
+
+def block(wide, tall, deep):
+    return single_part("block", box(wide, tall, deep), Material())
+
+
+@pytest.fixture(scope="module")
+def kinds():
+    return [appearance_of(build_scene(name, 0)) for name in ROOMS]
+
+
+@pytest.mark.parametrize("name", ["living_room", "kitchen"])
+@pytest.mark.parametrize("what", ["depth", "reflectance"])
+def test_seeds_differ_as_much_as_kinds_of_rooms(name, what, kinds):
+    seeds = [getattr(appearance_of(build_scene(name, seed)), what) for seed in SEEDS]
+    others = [getattr(each, what) for each in kinds]
+    assert np.median(nearest_neighbours(seeds)) < np.median(nearest_neighbours(others)) + 0.15
+    pairs = correlations(seeds)[np.triu_indices(len(seeds), 1)]
+    assert pairs.max() < ONE_SCENE
+    assert np.median(pairs) < DIFFERENT
+
+
+def test_colours_alone_are_no_diversity():
+    same = [appearance_of(build_scene("study", 1, light)).depth for light in ("white", "colored")]
+    np.testing.assert_allclose(nearest_neighbours(same), 1.0)
+
+
+def test_appearance_needs_a_camera():
+    scene = build_scene("castle", 0)
+    with pytest.raises(InputError, match="has no camera; give it one"):
+        appearance_of(Scene(scene.meshes))
+
+
+@pytest.mark.parametrize("name", ROOMS)
+def test_rooms_vary_in_size_and_camera(name):
+    made = [build_unlit_scene(name, seed) for seed in range(4)]
+    shells = [next(o for o in each.objects if o.name == "walls") for each in made]
+    sizes = np.array([np.ptp(shell.bounds, axis=0) for shell in shells])
+    assert (np.ptp(sizes, axis=0) > 0.1).all()
+    assert len({each.camera for each in made}) == len(made)
+    for each in made:
+        names = [obj.name for obj in each.objects]
+        assert names.count("door") == 1
+        assert "window" in names
+
+
+def test_a_floor_stays_in_one_piece():
+    plan = FloorPlan(4.0, 3.0)
+    wall = np.array([[[-0.1, 0.0, -1.5], [0.1, 1.0, 1.5]]])
+    gap = np.array([[[-0.1, 0.0, -1.5], [0.1, 1.0, 0.5]]])
+    assert not plan.leaves_ways(wall)
+    assert plan.leaves_ways(gap)
+    assert plan.leaves_ways(wall + (0.0, 2.0, 0.0)), "what hangs overhead is passed beneath"
+    before = len(plan.standing_places())
+    plan.occupy(gap)
+    assert len(plan.standing_places()) < before
+    assert not plan.leaves_ways(np.array([[[-0.1, 0.0, 0.0], [0.1, 1.0, 1.5]]]))
+
+
+def test_standing_places_are_clear():
+    plan = FloorPlan(4.0, 3.0)
+    plan.occupy(np.array([[[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]]))
+    places = plan.standing_places()
+    away = np.maximum(np.maximum(-places, places - 1.0), 0.0)
+    assert np.abs(away).max(axis=1).min() > 0.15
+    assert np.abs(places).max(axis=0) == pytest.approx([1.8, 1.3], abs=0.1)
+
+
+def test_access_stays_free():
+    room = RoomBuilder(random(), Palette(random(1)), 3.0, 3.0, 2.5)
+    assert room.place_at_wall(Group([block(2.9, 1.0, 0.4)], access=2.5))
+    assert not room.place_free(Group([block(0.5, 0.5, 0.5)]))
+
+
+def test_what_is_too_large_is_left_out():
+    room = RoomBuilder(random(), Palette(random(1)), 3.0, 3.0, 2.5)
+    assert not room.place_at_wall(Group([block(3.5, 1.0, 0.4)]))
+    assert not room.place_at_wall(Group([block(0.5, 2.6, 0.4)]))
+    assert not room.hang([block(3.5, 0.2, 0.1)], (1.0, 1.2))
+    assert not room.add_window("back", (0.9, 4.0, 1.0), False)
+    assert room.add_window("back", (0.9, 2.6, 1.0), False)
+    assert not room.add_window("back", (0.9, 2.6, 1.0), False)
