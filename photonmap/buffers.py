@@ -228,6 +228,12 @@ TABLE = (
         "fraction", "first hit", "same", ("Y",), default=False,
     ),
     Buffer(
+        "metallic",
+        "metallic fraction, as in glTF, of the material at the pixel's centre: 1 for bare metal "
+        "and mirrors, 0 for diffuse surfaces below a coat or none, glass and the background",
+        "fraction", "first hit", "same", ("Y",), default=False,
+    ),
+    Buffer(
         "diffuse_fraction",
         "how much of the light from all around that the material at the pixel's centre reflects "
         "or transmits leaves its diffuse base; 0 for mirrors, glass and the background",

@@ -12,6 +12,8 @@ NODES = 64
 GRID = 128
 """Samples per angle: its square."""
 SMALLEST_COSINE = 1e-4
+USUAL_COAT = 0.04
+"""What a dielectric reflects at normal incidence, in the metallic workflow: an index of 1.5"""
 
 
 def lobe_albedos(alpha: float) -> NDArray[np.float64]:
@@ -40,6 +42,22 @@ def mean_albedo(f0: NDArray[np.floating], albedos: NDArray[np.float64]) -> NDArr
     fresnel = f0 + (1.0 - f0) * SCHLICK_MEAN
     multiple = fresnel**2 * single / (1.0 - fresnel * (1.0 - single))
     return np.asarray(f0 * (single - grazing) + grazing + (1.0 - single) * multiple)
+
+
+def metallic_fraction(base: NDArray[np.float64], lobe: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the metallic fraction m that gives a surface its base and its lobe.
+
+    A colour a then makes a base of (1 - m) a and a lobe of m a + (1 - m) 0.04; a being unknown, m
+    solves a quadratic (glTF's KHR_materials_pbrSpecularGlossiness, conversion to metallic).
+
+    Parameters
+    ----------
+    base, lobe : diffuse reflectance, and reflectance at normal incidence; means over the bands
+    """
+    beyond = np.where(lobe > USUAL_COAT * (1.0 + 1e-6), lobe - USUAL_COAT, 0.0)
+    half = 0.5 * (base + lobe) - USUAL_COAT
+    fraction = (np.sqrt(half * half + USUAL_COAT * beyond) - half) / USUAL_COAT
+    return np.where(beyond > 0.0, np.clip(fraction, 0.0, 1.0), 0.0)
 
 
 def _albedos(alpha: float, cosine: float) -> tuple[float, float]:

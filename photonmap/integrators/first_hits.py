@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.buffers import BY_NAME, DEFAULT, names_where
-from photonmap.compile.glossy import mean_albedo
+from photonmap.compile.glossy import mean_albedo, metallic_fraction
 from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.integrators.base import TILE
 from photonmap.kernels.bsdf.models import GLOSSY
@@ -155,6 +155,19 @@ def _roughness(compiled: CompiledScene, hits: FirstHits) -> Array:
             rough = specular.alpha > 0.0
             roughness[rough] = np.sqrt(specular.alpha[rough])
     return hits.look_up(roughness[compiled.geometry.material])
+
+
+@at_centre("metallic")
+def _metallic(compiled: CompiledScene, hits: FirstHits) -> Array:
+    base = compiled.materials.reflectance.mean(axis=1, dtype=float)
+    lobe = np.zeros_like(base)
+    specular, scattering = compiled.specular, compiled.scattering
+    if scattering is not None:
+        lobe += scattering.specular.mean(axis=1)
+    if specular is not None:
+        lobe += specular.mirror.mean(axis=1)
+    metallic = metallic_fraction(base, lobe).astype(np.float32)
+    return hits.look_up(metallic[compiled.geometry.material])
 
 
 @at_centre("diffuse_fraction")

@@ -22,9 +22,11 @@ from photonmap.buffers import (
     split_name,
     with_defaults,
 )
+from photonmap.compile.glossy import metallic_fraction
 from photonmap.dataset.files.derived_buffers import with_derived
 from photonmap.integrators import first_hits
 from photonmap.integrators.memory_estimate import Work
+from photonmap.io.readers.metallic import metallic_gloss
 from photonmap.kernels.film.moments import GOAL_BUFFERS, Moments, SpecularMoments
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -150,33 +152,53 @@ def test_specular_albedo_is_that_of_the_material_at_the_centre(albedo_of):
 
 
 @pytest.mark.parametrize(
-    ("material", "roughness", "fraction"),
+    ("material", "roughness", "fraction", "metallic"),
     [
-        (pm.Material("coat", 0.2, mirror=0.6), 0.0, 0.25),
-        (GLASS, 0.0, 0.0),
-        (pm.Material("dull", 0.5), 1.0, 1.0),
-        (pm.Material.metal(glossy=0.9, roughness=0.4), 0.4, 0.0),
-        (pm.Material.plastic(reflectance=1.0, ior=1.5, roughness=0.1), 0.1, None),
+        (pm.Material("coat", 0.2, mirror=0.61), 0.0, 0.2 / 0.81, 0.75),
+        (GLASS, 0.0, 0.0, 0.0),
+        (pm.Material("dull", 0.5), 1.0, 1.0, 0.0),
+        (pm.Material.metal(glossy=0.9, roughness=0.4), 0.4, 0.0, 1.0),
+        (pm.Material.metal(glossy=0.9, roughness=0.1), 0.1, 0.0, 1.0),
+        (pm.Material.polished(), 0.0, 0.0, 1.0),
+        (pm.Material.plastic(reflectance=1.0, ior=1.5, roughness=0.1), 0.1, None, 0.0),
     ],
     ids=lambda value: getattr(value, "name", None),
 )
-def test_what_intrinsic_models_cannot_explain_is_told_apart(material, roughness, fraction):
-    """By roughness, and by how much leaves the diffuse base.
+def test_what_intrinsic_models_cannot_explain_is_told_apart(
+    material, roughness, fraction, metallic
+):
+    """By roughness, metallic fraction, and by how much leaves the diffuse base.
 
     Of a white base all that enters leaves again, so its share is 1 - what the coat reflects: here
     of light from all around, by Fresnel's equations 0.092 for a smooth surface of index 1.5; by
     Schlick's approximation 0.086.
     """
-    buffers = ["material_id", "roughness", "diffuse_fraction"]
+    buffers = ["material_id", "roughness", "metallic", "diffuse_fraction"]
     result = pm.render(scene_of(material), **SETTINGS, buffers=buffers)
     on_ball = result.material_id == 1
     np.testing.assert_allclose(result.roughness[on_ball], roughness, atol=1e-6)
     np.testing.assert_array_equal(result.roughness[~on_ball], 1.0)
+    np.testing.assert_allclose(result.metallic[on_ball], metallic, atol=1e-5)
+    np.testing.assert_array_equal(result.metallic[~on_ball], 0.0)
     shares = result.diffuse_fraction[on_ball]
     if fraction is None:
         assert (np.abs(1.0 - shares - 0.086) < 0.003).all()
     else:
         np.testing.assert_allclose(shares, fraction, atol=1e-6)
+
+
+@pytest.mark.parametrize("metallic", [0.0, 0.1, 0.5, 0.95, 1.0])
+@pytest.mark.parametrize("color", [(0.9, 0.6, 0.3), (0.5, 0.5, 0.5), (0.05, 0.04, 0.06)])
+def test_metallic_fractions_are_those_that_were_read(color, metallic):
+    gloss = metallic_gloss(color, metallic, 0.04, 0.3)
+    base, lobe = (np.mean(np.broadcast_to(part, 3)) for part in (gloss.reflectance, gloss.glossy))
+    found = metallic_fraction(np.array([base]), np.array([lobe]))
+    assert found == pytest.approx([metallic], abs=1e-6)
+
+
+def test_what_is_black_or_only_coated_is_no_metal():
+    base, lobe = np.array([0.0, 0.0, 0.7, 1.0]), np.array([0.0, 0.04, 0.04, 0.02])
+    np.testing.assert_array_equal(metallic_fraction(base, lobe), 0.0)
 
 
 def test_specular_albedo_is_kept_by_files(albedo_of, tmp_path):
