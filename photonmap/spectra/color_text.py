@@ -3,8 +3,8 @@
     [extrapolate:] SOURCE [FACTOR]
 
 where SOURCE is a number, `rgb:r,g,b`, `xyz:X,Y,Z`, `xyY:x,y,Y`, `planck:2856`,
-`munsell:5R 5/10`, `sfu:NAME`, a FILE.csv, or a name that colour-science knows: of a light for an
-emission, of a ColorChecker patch for a reflectance.
+`munsell:5R 5/10`, `metal:Au`, `sfu:NAME`, a FILE.csv, or a name that colour-science knows: of a
+light for an emission, of a ColorChecker patch for a reflectance.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from photonmap.spectra.curves import (
     SpectrumSet,
     check_reflectance,
 )
+from photonmap.spectra.metals import metal_by_source
 from photonmap.spectra.munsell import munsell
 
 ILLUMINANTS = "PHOTONMAP_ILLUMINANTS"
@@ -135,6 +136,8 @@ def _reflectance_source(body: str, folder: Path) -> Color:
         return reflectance_of_xyz(_xyz(prefix, rest))
     if prefix == "munsell":
         return munsell(rest)
+    if prefix == "metal":
+        return metal_by_source(rest.strip(), folder)
     if prefix in ("planck", "sfu"):
         raise InputError(f"{shown(body)} is a light, not a reflectance; name a reflectance")
     common = _common_source(body, folder, LARGEST_REFLECTANCE, "reflectance")
@@ -152,7 +155,7 @@ def _emission_source(body: str, folder: Path) -> Color:
         return names.planck(kelvin)
     if prefix == "sfu":
         return measured_illuminants()[rest.strip()]
-    if prefix == "munsell":
+    if prefix in ("munsell", "metal"):
         raise InputError(f"{shown(body)} is a reflectance, not a light; name a light")
     common = _common_source(body, folder, math.inf, "emission")
     return names.light(body) if common is None else common

@@ -66,6 +66,30 @@ def test_numbers_of_notations_are_no_factors(words, same):
     assert halved == expected != reflectance(same)
 
 
+@pytest.mark.parametrize(
+    ("symbol", "wavelength", "n", "k"),
+    [
+        ("Au", 659.5, 0.14, 3.697),
+        ("Au", 548.6, 0.43, 2.455),
+        ("Cu", 659.5, 0.22, 3.747),
+        ("Ag", 548.6, 0.06, 3.586),
+    ],
+)
+def test_metals_reflect_as_their_published_index_says(symbol, wavelength, n, k):
+    """Rows of Johnson and Christy, 1972; Fresnel's equations at normal incidence."""
+    expected = abs((n + 1j * k - 1.0) / (n + 1j * k + 1.0)) ** 2
+    found = reflectance(f"metal:{symbol}")
+    assert found(np.array([wavelength])) == pytest.approx([expected], abs=0.003)
+    assert reflectance(f"metal:{symbol} 0.5") == 0.5 * found
+
+
+def test_metals_by_a_table_of_their_index(tmp_path):
+    (tmp_path / "index.csv").write_text("nm,n,k\n380,2,0\n500,1,1\n780,0.2,3\n")
+    found = reflectance("metal:index.csv", tmp_path)
+    expected = Spectrum([380, 500, 780], [1.0 / 9.0, 1.0 / 5.0, 9.64 / 10.44])
+    np.testing.assert_allclose(found.values, expected.values, rtol=1e-12)
+
+
 @pytest.mark.parametrize("name", ["D65", "a", "FL2", "Kinoton 75P", "60 A/W (Soft White)"])
 def test_named_lights_have_unit_luminance(name):
     light = emission(name)
@@ -136,6 +160,11 @@ def test_white_is_white_in_every_notation():
         ("xyz:-1,0,0", "give three values from 0"),
         ("xyY:.3,0,.5", "y must be above 0"),
         ("dark skim", "did you mean 'dark skin'"),
+        ("metal:Ay", r"metal:Ay: there is no curve 'Ay'; "),
+        ("metal:white.csv 2", "must lie between 0 and 1"),
+        ("metal:one.csv", "one.csv: has 1 column.s. after the wavelength; a metal's index has two"),
+        ("metal:negative.csv", r"negative.csv:2: index is -3 at 700 nm"),
+        ("metal:none.csv", "none.csv: cannot be read"),
         ("munsell:red", "write it as '5R 5/10' or 'N 5'"),
         ("planck:2856", "is a light, not a reflectance"),
         ("sfu:1", "is a light, not a reflectance"),
@@ -150,6 +179,9 @@ def test_white_is_white_in_every_notation():
 )
 def test_what_is_no_reflectance_is_told(words, message, chip):
     (chip / "two.csv").write_text("400,0.2,0.3\n700,0.6,0.3\n")
+    (chip / "white.csv").write_text("400,0,5\n700,0,5\n")
+    (chip / "one.csv").write_text("400,0.2\n700,0.6\n")
+    (chip / "negative.csv").write_text("400,0.2,3\n700,0.6,-3\n")
     (chip / "short.csv").write_text("450,0.2\n650,0.6\n")
     with pytest.raises(InputError, match=message):
         reflectance(words, chip)
@@ -163,6 +195,7 @@ def test_what_is_no_reflectance_is_told(words, message, chip):
         ("D66", "did you mean 'D65'"),
         ("ISO 7589", "there is no light 'ISO 7589'; did you mean 'ISO 7589"),
         ("munsell:5R 5/10", "is a reflectance, not a light"),
+        ("metal:Au", "'metal:Au' is a reflectance, not a light"),
         ("planck:hot", "needs a temperature in K"),
         ("planck:20", "write 300 to 1e"),
         ("xyz:.01,0,.9", "no light has the XYZ"),

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-
 from photonmap.errors import naming
 from photonmap.io.readers.mitsuba_parts.colors import combined
 from photonmap.io.readers.mitsuba_parts.context import Context
@@ -13,7 +9,7 @@ from photonmap.io.readers.mitsuba_parts.nodes import Node
 from photonmap.io.readers.mitsuba_parts.textures import read_plain
 from photonmap.runtime.wording import shown, suggest
 from photonmap.spectra.curves import Color
-from photonmap.spectra.metals import metal
+from photonmap.spectra.metals import metal, normal_reflectance
 
 _NAMED = {
     "vacuum": 1.0,
@@ -75,15 +71,10 @@ def metal_reflectance(context: Context, node: Node) -> Color:
     if node.find("eta") or node.find("k"):
         eta = read_plain(context, node, "eta", 0.0, "index")
         k = read_plain(context, node, "k", 1.0, "index")
-        return combined(_normal, eta, k)
+        return combined(normal_reflectance, eta, k)
     name = node.text("material", _PERFECT)
     if name.lower() == _PERFECT:
         return 1.0
     element = node.element
     with naming(f"material {shown(name)}", element.path, element.line):
         return metal(name)
-
-
-def _normal(eta: Any, k: Any) -> Any:
-    """Return Fresnel's reflectance of index eta + ik in air at normal incidence."""
-    return ((eta - 1.0) ** 2 + k**2) / np.maximum((eta + 1.0) ** 2 + k**2, 1e-30)
