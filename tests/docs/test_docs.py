@@ -273,6 +273,7 @@ def test_sources_of_colours(tmp_path, monkeypatch):
     """Each spelling of the table in docs/spectra.md is read as what its columns say."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "FILE.csv").write_text("400,0.2\n700,0.4\n")
+    (tmp_path / "INDEX.csv").write_text("400,0.2,3\n700,0.4,4\n")
     table = docs("spectra.md").read_text("utf-8").partition("| source |")[2].partition("\n\n")[0]
     rows = [row.split("|")[1:4] for row in table.splitlines() if row.startswith("| `")]
     assert len(rows) > 7

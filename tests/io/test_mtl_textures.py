@@ -103,9 +103,22 @@ def test_textured_metals_have_the_mean(read, tmp_path, text, metallic, coat):
         np.testing.assert_allclose(material.reflectance.factor, [0.375, 0.75, 0.75])
 
 
+def test_textured_roughness_and_metallic_have_the_mean_of_linear_values(read, tmp_path):
+    texels = np.array([[[51] * 3, [102] * 3]], np.uint8)
+    write_image(tmp_path / "data.png", texels)
+    with pytest.warns(SceneWarning) as warned:
+        material = read("Kd 0.5\nmap_Pr data.png\nPr 0.9\nmap_Pm data.png\n")
+    told = [str(warning.message).partition("a.mtl: ")[2] for warning in warned]
+    assert told == [f"the mean of map_{key} stands for it in 'a'" for key in ("Pr", "Pm")]
+    assert material.roughness == pytest.approx(0.3)
+    np.testing.assert_allclose(material.glossy, 0.3 * 0.5 + 0.7 * 0.04)
+    np.testing.assert_allclose(material.reflectance, 0.35)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
+        ("map_Pr wood.png", "map_Pr: .*wood.png: .*"),
         ("map_Kd -q 1 a.png", "map_Kd: option '-q' is not known"),
         ("map_Kd -s 2", "map_Kd: names no file"),
         ("map_Kd wood.png", "map_Kd: .*wood.png: .*"),

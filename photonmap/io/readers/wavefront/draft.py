@@ -17,6 +17,7 @@ class Draft:
     blender : 0; of a file by Blender's exporter, the `Ns` that it writes for roughness 0
     colors : `Kd`, `Ke`, `Ks`, `Tf`
     maps : `map_Kd`, `map_Ke`, `map_d`; None for a missing file
+    means : of `map_Pr` and `map_Pm`, which replace `Pr` and `Pm`
     numbers : `illum`, `Ni`, `Ns`, `Pr`, `Pm`, `d`, and `Tr` as 1 - Tr
     clamped : keywords of colours that were lowered to 1
     ignored : keywords of what is not simulated
@@ -26,6 +27,7 @@ class Draft:
     blender: float = 0.0
     colors: dict[str, Color] = field(default_factory=dict)
     maps: dict[str, Texture | None] = field(default_factory=dict)
+    means: dict[str, float] = field(default_factory=dict)
     numbers: dict[str, float] = field(default_factory=dict)
     clamped: list[str] = field(default_factory=list)
     ignored: list[str] = field(default_factory=list)

@@ -17,7 +17,7 @@ from photonmap.io.readers.wavefront.source import Source, read_source
 from photonmap.runtime.wording import listed, shown
 from photonmap.scene.material import Material
 from photonmap.scene.parameters import Colored, Emission, Number, Parameter, parameters_of
-from photonmap.scene.textures import Texture, check_texture, shared_image
+from photonmap.scene.textures import Texture, check_texture, mean_opacity, shared_image
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Color
 
 _PARAMETERS = {
@@ -25,6 +25,8 @@ _PARAMETERS = {
 } | NUMBERS
 """What statements describe, by keyword."""
 _MAPS = {f"map_{key}": parameter for key, parameter in _PARAMETERS.items() if parameter.textured}
+_MEANS = {f"map_{key}": NUMBERS[key] for key in ("Pr", "Pm")}
+"""Maps of which the mean replaces a number; they hold linear data."""
 _AMBIENT = ("Ka", "map_Ka")
 _OPACITIES = ("d", "Tr")
 _MODEL = "illum"
@@ -57,8 +59,9 @@ def read_mtl(
     what `photonmap.spectra.color_text` describes; a material without them keeps the defaults of
     `Material`. `map_Kd` and `map_Ke` are textures, multiplied by `Kd` and `Ke` where these are
     given. `d`, or 1 - `Tr`, times `map_d` is the opacity. `illum` says what becomes of `Ks`, `Ni`
-    and `Tf`, see `make_material`; `Ns`, `Pr` and `Pm` make a surface glossy, see `gloss_of`. `Ka`
-    is ignored: ambient light is not physical. Whatever else would change the picture is named in
+    and `Tf`, see `make_material`; `Ns`, `Pr` and `Pm` make a surface glossy, see `gloss_of`; the
+    means of `map_Pr` and `map_Pm` replace these two, with a warning. `Ka` is ignored: ambient light
+    is not physical. Whatever else would change the picture is named in
     one warning.
 
     Parameters
@@ -92,6 +95,8 @@ def read_mtl(
             _read_statement(_Statement(source, offset, keyword, rest), draft, textures)
     if drafts.pop("", None):
         warn(f"{source.path}: a newmtl without a name is left out")
+    for draft in drafts.values():
+        draft.numbers |= draft.means
     materials = {name: make_material(name, draft) for name, draft in drafts.items()}
     _warn_of_changes(source, drafts, repeated)
     if textures.lost:
@@ -145,7 +150,7 @@ def _read_statement(line: _Statement, draft: Draft, textures: _Textures) -> None
     parameter = _PARAMETERS.get(keyword)
     if isinstance(parameter, Colored):
         _read_color(line, parameter, draft)
-    elif keyword in _MAPS:
+    elif keyword in _MAPS or keyword in _MEANS:
         _read_map(line, draft, textures)
     elif keyword in _OPACITIES and not line.rest.startswith("-halo"):
         draft.numbers[keyword] = _read_opacity(line)
@@ -207,12 +212,13 @@ def _read_map(line: _Statement, draft: Draft, textures: _Textures) -> None:
         raise line.error(f"{line.keyword}: {error}") from None
     draft.ignored += [f"{line.keyword} {option}" for option in options.ignored]
     folder = line.source.path.parent
+    is_data, parameter = line.keyword in _MEANS, (_MAPS | _MEANS)[line.keyword]
     try:
         path = folder / name
         if "\\" in name and not path.exists():
             path = folder / name.replace("\\", "/")
-        parameter = _MAPS[line.keyword]
-        image = shared_image(path, mask=isinstance(parameter, Number))
+        is_mask = isinstance(parameter, Number) and not is_data
+        image = shared_image(path, linear=is_data, mask=is_mask)
         texture = Texture(image, options.scale[:2], options.offset[:2], options.clamp)
         unbounded = isinstance(parameter, Emission)
         check_texture(texture, math.inf if unbounded else LARGEST_REFLECTANCE)
@@ -221,9 +227,13 @@ def _read_map(line: _Statement, draft: Draft, textures: _Textures) -> None:
         if textures.missing == "error":
             raise located from None
         textures.lost.append(f"{str(located).partition(': ')[0]} {shown(name)}")
-        draft.maps[line.keyword] = None
+        if not is_data:
+            draft.maps[line.keyword] = None
         return
-    draft.maps[line.keyword] = texture
+    if is_data:
+        draft.means[line.keyword.removeprefix("map_")] = min(mean_opacity(texture), 1.0)
+    else:
+        draft.maps[line.keyword] = texture
 
 
 def _read_opacity(line: _Statement) -> float:
@@ -274,5 +284,9 @@ def _warn_of_changes(source: Source, drafts: dict[str, Draft], repeated: list[st
             warn(f"{source.path}: {keyword} above 1 is lowered to 1 in {listed(clamped)}")
     if averaged := [name for name, draft in drafts.items() if draft.averaged]:
         warn(f"{source.path}: the mean of map_Kd is the colour of the metal {listed(averaged)}")
+    for keyword in _MEANS:
+        number = keyword.removeprefix("map_")
+        if varied := [name for name, draft in drafts.items() if number in draft.means]:
+            warn(f"{source.path}: the mean of {keyword} stands for it in {listed(varied)}")
     if repeated:
         warn(f"{source.path}: newmtl is repeated, and the last one is used: {listed(repeated)}")
