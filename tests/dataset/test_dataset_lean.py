@@ -113,3 +113,17 @@ def test_digests_tell_which_array_was_changed(pair, tmp_path):
     changed.save_exr(tmp_path / entry["name"] / BANDS_EXR)
     faults = list(check_digests(dataset.Image(tmp_path, entry)))
     assert faults == ["arrays differ from those that were rendered: normal"]
+
+
+def test_the_shares_of_lights_add_up(pair):
+    lean, full = pair
+    shares, truth = lean.light_shares(), full.light_shares()
+    assert set(shares) == set(lean.entry["lights"])
+    lit = lean["scalar_shading"] > 0.0
+    np.testing.assert_allclose(sum(shares.values())[lit], 1.0, rtol=1e-6)
+    for light, share in shares.items():
+        part = full[f"shading@{light}"].sum(axis=-1) / np.maximum(
+            full["shading"].sum(axis=-1), 1e-9
+        )
+        np.testing.assert_allclose(truth[light], part, atol=1e-5)
+        np.testing.assert_allclose(share, truth[light], atol=3 * HALF)

@@ -61,7 +61,7 @@ def images_of(result):
 
 
 def main(names):
-    """Record the named cases, all if there is none; some alone only on the machine of the others."""
+    """Record the named cases, or all; some alone only on the machine of the others."""
     recorded = json.loads(HASHES.read_text())
     if names and recorded["machine"] != machine():
         sys.exit(f"the others hold for {recorded['machine']}; record all of them (make golden)")

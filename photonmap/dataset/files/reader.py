@@ -9,6 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
+import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.dataset.files.splits import (
@@ -89,6 +90,24 @@ class Image(Mapping[str, Array]):
 
         is_set = self.entry.get("rgb", {}).get("space", SRGB) == SRGB
         return self.rgb if is_set else read_rgb(self.folder, SRGB)
+
+    def light_shares(self) -> dict[str, Array]:
+        """Return each light's share of the irradiance by light group, interreflection included.
+
+        (H, W) float32 each, of the means over bands; they add up to 1, and are 0 where no light
+        arrives. In a pixel that is not pure, they are shares of shading.
+        """
+        lights = self.entry["lights"]
+        parts = {
+            light: self[f"shading@{light}"].mean(axis=-1, dtype=np.float64) for light in lights
+        }
+        whole = np.sum([*parts.values()], axis=0)
+        return {
+            light: np.divide(part, whole, where=whole > 0.0, out=np.zeros(part.shape)).astype(
+                np.float32
+            )
+            for light, part in parts.items()
+        }
 
     @cached_property
     def _arrays(self) -> Mapping[str, Array]:
