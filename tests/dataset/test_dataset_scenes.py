@@ -80,6 +80,24 @@ def test_a_seed_is_a_scene(name):
     assert not equal(first, build_scene(name, 4))
 
 
+@pytest.mark.parametrize("name", OBJECTS)
+def test_objects_have_edges_of_reflectance(name):
+    made = build_unlit_scene(name, 2)
+    parts = next(obj for obj in made.objects if obj.name not in made.backdrop).parts
+    assert len({part.material.name for part in parts}) > 1
+
+
+def test_sections_of_a_ribbon_are_no_slivers():
+    for seed in range(4):
+        ribbon = next(o for o in build_unlit_scene("ribbon", seed).objects if o.name == "ribbon")
+        first, second = (part.shape.area for part in ribbon.parts)
+        assert first == pytest.approx(second, rel=0.2)
+        for part in ribbon.parts:
+            around = part.shape.faces.reshape(-1, 64, 3)
+            for ring in around:
+                assert len(np.unique(ring)) == 64, "every section runs all around the tube"
+
+
 def test_light_changes_the_lamps_alone():
     white, mixed = build_scene("study", 3), build_scene("study", 3, "two_mixed")
     for a, b in zip(white.meshes, mixed.meshes, strict=True):

@@ -72,6 +72,20 @@ def split_at_levels(shape: Shape, field: Field, at: Sequence[float]) -> list[Sha
     return [*parts, rest]
 
 
+def sections(shape: Shape, count: int, steps: int) -> list[Shape]:
+    """Cut a closed tube across its path into sections of about equal length, alternately two parts.
+
+    Parameters
+    ----------
+    shape : whose faces follow the path, such as `knot` returns
+    count : of sections of either part
+    steps : of the path
+    """
+    rows = shape.faces.reshape(steps, -1, 3)
+    pieces = np.array_split(rows, 2 * count)
+    return [_part(shape, [piece.reshape(-1, 3) for piece in pieces[first::2]]) for first in (0, 1)]
+
+
 def checkerboard(shape: Shape, first: Field, second: Field) -> list[Shape]:
     """Return the part where two fields have equal signs, and the part where they differ."""
     low, high = split(shape, first)

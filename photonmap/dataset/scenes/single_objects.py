@@ -12,8 +12,10 @@ from photonmap.dataset.models.palette import Palette
 from photonmap.dataset.models.patterns import (
     checkerboard,
     dots,
+    height,
     patches,
     rings,
+    sections,
     split,
     split_at_levels,
     waves,
@@ -42,6 +44,10 @@ FOV = 26.0
 """Field of view of the camera, degrees."""
 _FILLS = 0.74
 """Fraction of a square image's width or height that the object takes up."""
+_RIBBONS = ((2, 3, 0.034), (3, 2, 0.0228), (2, 5, 0.0228))
+"""Windings of ribbons around the axis and the ring, and radii at which they stay apart, metres."""
+_STEPS = 480
+"""Steps along a ribbon."""
 _LIGHTS = {"key light": (-48.0, 42.0, 0.9), "side light": (62.0, 24.0, 0.7)}
 """Square area lights: azimuth from +z and elevation, degrees, and side, metres."""
 _LIGHT_DISTANCE = 1.9
@@ -49,9 +55,12 @@ _LIGHT_DISTANCE = 1.9
 
 
 def vase(rng: Random, palette: Palette) -> SceneObject:
-    """Return a vase of one colour."""
+    """Return a vase whose foot and neck have another colour than its belly."""
     shape = vase_shape(rng, 0.3, detail=FINE)
-    return single_part("vase", shape, palette.glazed(palette.chip(None, (5, 6), (6, 10))))
+    tall = float(shape.vertices[:, 1].max())
+    low, high = float(rng.uniform(0.12, 0.35)) * tall, float(rng.uniform(0.6, 0.85)) * tall
+    belly, rest = (palette.glazed(color) for color in palette.colors(2, (4, 8)))
+    return multi_part("vase", split_at_levels(shape, height, [low, high]), [rest, belly])
 
 
 def bowl(rng: Random, palette: Palette) -> SceneObject:
@@ -81,10 +90,12 @@ def boulder(rng: Random, palette: Palette) -> SceneObject:
 
 
 def ribbon(rng: Random, palette: Palette) -> SceneObject:
-    """Return a torus knot in sectors of two colours."""
-    shape = knot(0.12, 0.034, 2, 3, 480).turned(float(rng.uniform(-35.0, 35.0)))
+    """Return a torus knot in sections of two colours."""
+    p, q, thickest = _RIBBONS[int(rng.integers(len(_RIBBONS)))]
+    thick = thickest * float(rng.uniform(0.75, 1.0))
+    shape = knot(0.12, thick, p, q, _STEPS).turned(float(rng.uniform(-35.0, 35.0)))
     colors = [palette.glazed(color) for color in palette.colors(2, (4, 7), 8.0)]
-    return multi_part("ribbon", split(shape, waves(5)), colors)
+    return multi_part("ribbon", sections(shape, int(rng.integers(4, 10)), _STEPS), colors)
 
 
 def cushion(rng: Random, palette: Palette) -> SceneObject:
