@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from photonmap.results.result import Result, load_result
     from photonmap.scene.camera import Camera
     from photonmap.scene.lens import Lens
+    from photonmap.scene.light_parts.area_light import AreaLight
     from photonmap.scene.lights import (
         DirectionalLight,
         DomeLight,
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
     from photonmap.spectra.curves import Spectrum, SpectrumSet
 
 __all__ = [
+    "AreaLight",
     "Bands",
     "Camera",
     "DirectionalLight",
@@ -112,6 +114,7 @@ _HOMES = {
     "Material": "scene.material",
     "Mesh": "scene.mesh",
     "Scene": "scene.scene",
+    "AreaLight": "scene.light_parts.area_light",
     "DirectionalLight": "scene.lights",
     "DomeLight": "scene.lights",
     "EnvironmentLight": "scene.lights",

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from photonmap.errors import InputError, warn
 from photonmap.runtime.wording import listed, shown
 from photonmap.scene.camera import Camera
+from photonmap.scene.light_parts.area_light import AreaLight, area_meshes
 from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
@@ -26,7 +27,7 @@ class Scene:
     Parameters
     ----------
     meshes : the surfaces
-    lights : lights that are not surfaces
+    lights : lights that are not surfaces; each `AreaLight` among them becomes one of the meshes
     camera : what the scene is rendered by: the first of `cameras` by default; None looks at the
         whole scene from the front, right and above
     name : used in records
@@ -59,7 +60,8 @@ class Scene:
 
         Raises
         ------
-        InputError : there are other things than meshes among the meshes, or there is no list
+        InputError : there are other things than meshes among the meshes, there is no list, or an
+            area light is not valid
         """
         self.meshes = _listed(self.meshes, Mesh)
         self.lights = _listed(self.lights, Light)
@@ -67,6 +69,9 @@ class Scene:
         for mesh in self.meshes:
             if not isinstance(mesh, Mesh):
                 raise InputError(f"{shown(mesh)} is not a mesh; {_REMEDY}")
+        if areas := [light for light in self.lights if isinstance(light, AreaLight)]:
+            self.meshes = [*self.meshes, *area_meshes(areas, self.meshes)]
+            self.lights = [light for light in self.lights if not isinstance(light, AreaLight)]
         if self.camera is None and self.cameras:
             self.camera = self.cameras[0]
 

@@ -165,8 +165,9 @@ def test_scene_files_load(extending, tmp_path, page):
         (tmp_path / "downlight.ies").write_text(ies)
         (tmp_path / "room.toml").write_text(text)
         scene = pm.load_scene(tmp_path / "room.toml")
-        assert sorted(mesh.material.name for mesh in scene.meshes) == sorted(names), line
-        assert len(scene.lights) == text.count("[[light]]")
+        areas = ["area"] * text.count('type = "area"')
+        assert sorted(mesh.material.name for mesh in scene.meshes) == sorted(names + areas), line
+        assert len(scene.lights) == text.count("[[light]]") - len(areas)
 
 
 def test_snippets_of_spectra(tmp_path, monkeypatch):

@@ -41,9 +41,9 @@ def load_scene(path: str | PathLike[str], missing_textures: MissingTextures = "e
       the mesh file gives this material. A colour is a number, `[red, green, blue]`, or a text as
       `photonmap.spectra.color_text` describes it; the number `ior` makes the material glass;
     - sections `[[light]]`, whose `type` is "point", "spot", "photometric", "directional",
-      "dome" or "environment", and whose other keys are the attributes of the light of this kind in
-      `photonmap.scene.lights`; the image of an environment is its `file`. A light replaces the one
-      that has its name in the mesh file.
+      "dome", "environment" or "area", and whose other keys are the attributes of the light of this
+      kind in `photonmap.scene`; an area light becomes a mesh; the image of an
+      environment is its `file`. A light replaces the one that has its name in the mesh file.
 
     Parameters
     ----------

@@ -1,0 +1,1 @@
+"""Kinds of lights that need more than `photonmap.scene.lights` holds."""
