@@ -136,10 +136,11 @@ def _print(line: str) -> None:
 def _state(passes: int, error: float, fraction: float, elapsed: float, rays: float) -> str:
     left = elapsed * (1.0 - fraction) / fraction if fraction > 0.0 else math.inf
     shown = f"error {error:.4f}" if math.isfinite(error) else "error unknown yet"
-    return f"pass {passes}, {shown}, {_duration(left)} left, {rays / 1e6:.1f} Mrays/s"
+    return f"pass {passes}, {shown}, {duration(left)} left, {rays / 1e6:.1f} Mrays/s"
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
+    """Return a number of seconds in minutes and seconds."""
     if not math.isfinite(seconds):
         return "unknown time"
     minutes, rest = divmod(round(seconds), 60)

@@ -152,8 +152,12 @@ def test_resume_makes_what_is_missing_or_damaged(copied, preset, capsys):
     (damaged.folder / "notes" / "mine.txt").write_text("keep me")
     (kept.folder / ".DS_Store").write_text("x")
     assert command(copied, preset, "--resume") == 0
+    captured = capsys.readouterr()
+    first, second = (line for line in captured.err.splitlines() if "/2 " in line)
+    assert "; about " in first
+    assert " left" not in second
     assert (damaged.folder / "notes" / "mine.txt").read_text() == "keep me"
-    assert "2 images rendered, 2 rendered earlier" in capsys.readouterr().out
+    assert "2 images rendered, 2 rendered earlier" in captured.out
     after = dataset.open(copied)
     assert [image.name for image in after] == [image.name for image in before]
     for image in after[:2]:

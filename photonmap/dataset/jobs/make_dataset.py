@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, field
@@ -21,6 +22,7 @@ from photonmap.dataset.jobs.plan import CommonSettings, Job
 from photonmap.dataset.jobs.render_image import ENTRY, Task, read_entry
 from photonmap.dataset.jobs.schedule import LOCAL, run_tasks
 from photonmap.runtime.file_checks import FULL
+from photonmap.runtime.progress import duration
 
 Entries = dict[str, dict[str, Any]]
 _NOT_BEGUN = "not rendered, as the disk is full; free some space, and continue with --resume"
@@ -115,12 +117,15 @@ def _run(
     outcome: Outcome,
     log: Callable[[str], None],
 ) -> None:
-    """Render images until all are done, or the disk is full."""
+    """Render images until all are done, or the disk is full; say how long the rest will take."""
+    begun = time.monotonic()
     with closing(run_tasks(tasks, scheduler, workers)) as results:
         for task, result in results:
             _record_result(outcome, task.job.name, result, Path(task.folder))
             done = outcome.rendered + len(outcome.failures)
-            log(f"{done}/{len(tasks)} {_line(task.job.name, result)}")
+            left = (time.monotonic() - begun) / done * (len(tasks) - done)
+            rest = f"; about {duration(left)} left" if done < len(tasks) else ""
+            log(f"{done}/{len(tasks)} {_line(task.job.name, result)}{rest}")
             if isinstance(result, str) and any(sign in result for sign in FULL):
                 break
     for task in tasks:
