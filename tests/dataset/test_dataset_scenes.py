@@ -235,6 +235,27 @@ def test_shares_of_two_lights():
 
 
 @pytest.mark.parametrize(
+    ("colors", "groups", "lit"),
+    [
+        (("HPS",), ("window", "lamp"), {"lamp": "HPS"}),
+        (("D65",), ("window", "lamp"), {"window": "D65"}),
+        (("D65",), ("lamp", "window"), {"lamp": "D65"}),
+        (("planck:9000", "A"), ("lamp", "window"), {"lamp": "A", "window": "planck:9000"}),
+        (("A", "planck:9000"), ("window", "lamp"), {"lamp": "A", "window": "planck:9000"}),
+        (("planck:2300", "HPS"), ("window", "lamp"), {"window": "planck:2300", "lamp": "HPS"}),
+        (("HPS",), ("key light", "side light"), {"key light": "HPS"}),
+    ],
+)
+def test_windows_take_the_colour_of_a_sky(colors, groups, lit):
+    made = emitter_materials(Illumination("mine", colors), dict.fromkeys(groups, 1.0))
+    assert set(made) == set(lit)
+    for group, color in lit.items():
+        share = SHARES[groups.index(group)] if len(colors) == 2 else 1.0
+        expected = light_spectrum(color) * share
+        np.testing.assert_array_equal(made[group].emission.values, expected.values)
+
+
+@pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (("vaze",), "there is no scene 'vaze'; did you mean 'vase'?"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from photonmap.dataset.models.scene_object import SceneObject
 from photonmap.dataset.models.shapes import joined
+from photonmap.dataset.models.wall_fixtures import WINDOW
 from photonmap.errors import InputError
 from photonmap.runtime.wording import suggest
 from photonmap.scene.material import Material
@@ -35,6 +37,10 @@ _NEAREST = 0.15
 """Least distance to an emitter in the estimate of exposure, metres."""
 _LEVEL = 1.0
 """Irradiance averaged over orientations, W·m⁻², to which emitters are set."""
+
+_SKY = re.compile(r"D\d+|planck:(\d+(?:\.\d+)?)")
+_COOLEST = 4500.0
+"""Lowest temperature of a black body that may be a sky, kelvins."""
 
 SHARES = (0.6, 0.4)
 """Fractions of the light that come from the first and the second of two lights."""
@@ -130,15 +136,27 @@ def emitter_materials(
 ) -> dict[str, Material]:
     """Return the emitting material of each light group that has a colour; other groups stay off.
 
+    Windows show daylight: they take the colour of a sky if there is one, and a single colour that
+    is none is left to the lamps.
+
     Parameters
     ----------
     radiances : luminance at which each group alone lights the scene to the common exposure, the
         main group first
     """
-    shares = SHARES if len(illumination.colors) == 2 else (1.0,)
+    groups, colors = list(radiances), list(illumination.colors)
+    if WINDOW in groups and len(colors) == 1 and not is_sky(colors[0]):
+        groups.sort(key=lambda group: group == WINDOW)
+    elif WINDOW in groups and len(colors) == 2:
+        colors.sort(key=is_sky, reverse=groups[0] == WINDOW)
+    shares = SHARES if len(colors) == 2 else (1.0,)
     return {
-        group: Material(group, 0.0, light_spectrum(color) * (share * radiance))
-        for (group, radiance), color, share in zip(
-            radiances.items(), illumination.colors, shares, strict=False
-        )
+        group: Material(group, 0.0, light_spectrum(color) * (share * radiances[group]))
+        for group, color, share in zip(groups, colors, shares, strict=False)
     }
+
+
+def is_sky(color: str) -> bool:
+    """Return whether a light, by its name, may be that of a sky: daylight, or a cool black body."""
+    found = _SKY.fullmatch(color)
+    return found is not None and (found[1] is None or float(found[1]) >= _COOLEST)
