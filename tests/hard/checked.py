@@ -59,11 +59,13 @@ def scenes():
     return {
         "mirror": with_body(pm.Material("coat", 0.4, mirror=0.4)),
         "glass": with_body(pm.Material.glass(), lights[:1]),
+        "frost": with_body(pm.Material.glass(roughness=0.5), lights[:1]),
         "lights": with_body(GREY, lights),
         "textures": cut_out(),
         "sky": pm.Scene([low], [sky], camera),
         "dome": pm.Scene([low], [pm.DomeLight()], camera),
         "metal": with_body(pm.Material.metal(), [lamp]),
+        "narrow": with_body(pm.Material.metal(roughness=0.2)),
         "plaster": with_body(pm.Material("plaster", 0.5, diffuse_roughness=0.7)),
         "lens": pm.Scene([low], lights, lens),
         "fisheye": pm.Scene([low], lights, fisheye),
