@@ -22,8 +22,8 @@ not on those of Grosse et al. Bands are exchangeable, so that any number of them
 brightness of a colour, its mean over bands, and its deviations from that have one variance each,
 and so have the coefficients of light; values of reflectance are normal instead of splines over
 colours; the entropy is that of a grid of pixels instead of all. There is no term for occluding
-contours, as these images are not of one object on nothing. The four weights are the best of a few
-on the scenes of the priors; the paper's were found in the same way.
+contours, as these images are not of one object on nothing. Of the four weights a few values were
+tried on seven images of the scenes of the priors; the paper's come from a search.
 """
 
 from photonmap.evaluate.methods.sirfs.estimate import METHOD
