@@ -13,9 +13,9 @@ below it, on which alone the walk depends: 1 at the top. Inside, everything is t
 
 import math
 
-from photonmap.kernels.bsdf.fresnel import fresnel, mirrored, refracted
 from photonmap.kernels.bsdf.glossy import visible_normal
 from photonmap.kernels.core import vec
+from photonmap.kernels.core.fresnel import fresnel, mirrored, refracted
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.rng import draw
 from photonmap.kernels.core.warp import INV_PI

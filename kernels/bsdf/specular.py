@@ -1,5 +1,7 @@
 """Specular surfaces: mirrors, diffuse surfaces with a mirror coat, glass, and nearly smooth metal.
 
+Thin glass reflects as a mirror what it does not let pass: see `geometry.pane`.
+
 Glass may be rough. α is an argument of its own, None in a scene where all is smooth: then nothing
 of rough surfaces is compiled.
 """
@@ -9,13 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.bsdf import microsurface
-from photonmap.kernels.bsdf.fresnel import fresnel, mirrored, refracted
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.bands import divide
+from photonmap.kernels.core.fresnel import fresnel, mirrored, refracted
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.records import METAL, MIRROR
 from photonmap.kernels.core.rng import draw, stream
 from photonmap.kernels.geometry.interaction import offset, point_at, shading_normal, side_of
+from photonmap.kernels.geometry.pane import is_reflected
 
 LONGEST_CHAIN = 256
 """Specular scatterings in a row, after which a path is truncated."""
@@ -99,6 +102,8 @@ def scatter_specular(geometry, specular, hit, direction, xi, carries_flux, throu
     arrival = arrive_at(geometry, hit, direction)
     direction, side, ng, n = arrival
     point, size = point_at(geometry, hit.triangle, hit.u, hit.v)
+    if _crosses_pane(geometry.alpha, specular, material, arrival, xi, throughput):
+        return offset(point, size, vec.scale(ng, -1.0)), direction
     if specular.kind[material] == MIRROR:
         _multiply(throughput, specular.mirror, material, 1.0)
         return offset(point, size, ng), _on_side(mirrored(direction, n), direction, ng)
@@ -115,6 +120,26 @@ def scatter_specular(geometry, specular, hit, direction, xi, carries_flux, throu
     if vec.dot(transmitted, ng) >= 0.0:
         transmitted = refracted(direction, ng, eta)
     return offset(point, size, vec.scale(ng, -1.0)), transmitted
+
+
+@jit
+def _crosses_pane(alpha, specular, material, arrival, xi, throughput):
+    """Return whether light that a pane stopped goes straight on, in the colour of the glass."""
+    if alpha is None:
+        return False
+    return _crosses(alpha.panes, specular, material, arrival, xi, throughput)
+
+
+@jit
+def _crosses(panes, specular, material, arrival, xi, throughput):
+    if panes is None:
+        return False
+    if panes.ior[material] == 0.0:
+        return False
+    if is_reflected(panes, material, vec.dot(arrival.ng, arrival.direction), xi):
+        return False
+    _multiply(throughput, specular.tint, material, 1.0)
+    return True
 
 
 @jit

@@ -37,6 +37,16 @@ class Maps(NamedTuple):
 
 
 @by_reference
+class Panes(NamedTuple):
+    """Thin glass; a scene that has none has None in its place. See `geometry.pane`."""
+
+    ior: np.ndarray
+    """(M,) float64, index of refraction of the glass, 0 for other materials"""
+    clear: np.ndarray
+    """(M,) float64, what the glass transmits in every band: the least of its tint"""
+
+
+@by_reference
 class Alpha(NamedTuple):
     """How much of a surface is there; a scene whose surfaces are all whole has None instead."""
 
@@ -45,6 +55,8 @@ class Alpha(NamedTuple):
     image: np.ndarray
     """(M,) int32, row of `maps`, -1 for none"""
     maps: Maps
+    panes: Panes | None
+    """None where there is no thin glass"""
 
 
 @by_reference
@@ -118,7 +130,7 @@ class Specular(NamedTuple):
     ior: np.ndarray
     """(M,) float64, index of refraction of the inside"""
     tint: np.ndarray
-    """(M, N) float32, what glass transmits at a crossing"""
+    """(M, N) float32, what glass transmits at a crossing; of a pane, of light that it stopped"""
     probability: np.ndarray
     """(M,) float64, with which a path takes the specular lobe rather than the diffuse one: 1 for
     mirrors, metals and glass, 0 where there is no specular lobe"""

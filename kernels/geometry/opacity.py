@@ -1,7 +1,8 @@
 """Rays through surfaces whose opacity is below 1.
 
-A surface of opacity a stops a ray with probability a. A hash of where the ray meets it, and from
-which direction, decides: no random numbers are spent, and one ray always meets the same surface.
+A surface of opacity a stops a ray with probability a; that of a pane depends on the angle. A hash
+of where the ray meets it, and from which direction, decides: no random numbers are spent, and one
+ray always meets the same surface.
 """
 
 import math
@@ -15,6 +16,7 @@ from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.passes import Hit
 from photonmap.kernels.core.rng import draw, stream
 from photonmap.kernels.geometry.interaction import offset, point_at, side_of
+from photonmap.kernels.geometry.pane import pane_opacity
 from photonmap.kernels.geometry.ray import any_hit, closest_hit
 from photonmap.kernels.geometry.texture import coordinates, look_up
 
@@ -56,6 +58,7 @@ def _bits(x):
 def _stops(geometry, alpha, hit, direction):
     """Return whether a surface stops a ray."""
     opacity = opacity_at(geometry, alpha, hit.triangle, hit.u, hit.v)
+    opacity *= pane_opacity(geometry, alpha.panes, hit, direction)
     if opacity >= 1.0:
         return True
     if opacity <= 0.0:

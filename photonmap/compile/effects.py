@@ -15,6 +15,7 @@ from photonmap.kernels.core.records import (
     GLASS,
     METAL,
     MIRROR,
+    Alpha,
     Environment,
     Geometry,
     Lights,
@@ -142,11 +143,9 @@ def leave_out(compiled: CompiledScene, plan: EffectPlan) -> CompiledScene:
     textures = compiled.textures
     if not plan.on("textures"):
         textures, lights = None, lights._replace(emission_textures=None)
-    if not plan.on("alpha"):
-        geometry = geometry._replace(alpha=None)
     return replace(
         compiled,
-        geometry=geometry,
+        geometry=geometry._replace(alpha=_leave_out_holes(geometry.alpha, plan)),
         lights=lights,
         specular=_leave_out_specular(compiled, plan),
         textures=textures,
@@ -162,6 +161,18 @@ def _darken_sky(lights: Lights, environment: Environment) -> Lights:
     return lights._replace(environment=dark, spectra=spectra)
 
 
+def _leave_out_holes(alpha: Alpha | None, plan: EffectPlan) -> Alpha | None:
+    """Return the opacities that are simulated; None where all surfaces are opaque."""
+    if alpha is None:
+        return None
+    if not plan.on("transmission"):
+        alpha = alpha._replace(panes=None)
+    if plan.on("alpha"):
+        return alpha
+    whole, none = np.ones_like(alpha.value), np.full_like(alpha.image, -1)
+    return None if alpha.panes is None else alpha._replace(value=whole, image=none)
+
+
 def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> Specular | None:
     """Return the specular lobes that are simulated; None where there is none."""
     specular = compiled.specular
@@ -174,6 +185,7 @@ def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> Specular |
         return Specular(kind, none, np.zeros(count), none.copy(), np.zeros(count), None)
     by_kind = {GLASS: plan.on("transmission"), MIRROR: plan.on("specular")}
     kept = np.array([by_kind.get(kind, True) for kind in specular.kind.tolist()])
+    kept = np.where(compiled.is_thin, plan.on("transmission"), kept)
     alpha = specular.alpha
     if alpha is not None:
         kept = np.where(alpha > 0.0, kept & plan.on("glossy"), kept)
@@ -248,9 +260,11 @@ def _of_surfaces(compiled: CompiledScene) -> dict[str, Effect]:
             "some surfaces are rough",
             "all diffuse reflection obeys Lambert's law",
         ),
-        "transmission": _if((kinds == GLASS).any(), "there is glass", "there is no glass"),
+        "transmission": _if(
+            (kinds == GLASS).any() or compiled.is_thin.any(), "there is glass", "there is no glass"
+        ),
         "alpha": _if(
-            alpha is not None,
+            alpha is not None and ((alpha.value < 1.0) | (alpha.image >= 0)).any(),
             "surfaces have holes or are partly transparent",
             "no surface is cut out",
         ),

@@ -28,6 +28,8 @@ class CompiledMaterials(NamedTuple):
     """None where no surface is a mirror or glass"""
     scattering: records.Scattering | None
     """None where all surfaces are Lambertian or specular"""
+    panes: records.Panes | None
+    """None where there is no thin glass"""
     divisors: Floats
     """(M,) by which reflectances were divided"""
 
@@ -56,6 +58,7 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
                 f"material {material.name!r} is glass; set its reflectance and mirror to 0"
             )
     _check_glossy(materials)
+    panes = _compile_panes(materials, mirror, tint)
     narrow = np.array([material.is_narrow_metal for material in materials])
     mirror[narrow], glossy[narrow] = glossy[narrow], 0.0
     divisors = _bound(materials, reflectance, mirror)
@@ -63,6 +66,7 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
         records.Materials(reflectance.astype(np.float32)),
         _compile_specular(materials, reflectance, mirror, tint, ior),
         _compile_scattering(materials, reflectance, glossy),
+        panes,
         divisors,
     )
 
@@ -82,13 +86,39 @@ def _check_glossy(materials: list[Material]) -> None:
             )
 
 
+def _compile_panes(materials: list[Material], mirror: Floats, tint: Floats) -> records.Panes | None:
+    """Return thin glass, None where there is none; it stops what it does not let pass in all bands.
+
+    What it stops is reflected as by a mirror, or takes the rest of its tint: both change in place.
+
+    Raises
+    ------
+    InputError : a material is thin but no glass, or rough
+    """
+    thin = np.array([material.thin for material in materials])
+    for material in materials:
+        if material.thin and material.ior is None:
+            raise InputError(f"material {material.name!r} is thin but no glass; give it an ior")
+        if material.thin and material.roughness > 0.0:
+            raise InputError(f"material {material.name!r} is thin glass; set its roughness to 0")
+    if not thin.any():
+        return None
+    clear = np.where(thin, tint.min(axis=1), 1.0)
+    rest = np.maximum(1.0 - clear, 1e-300)[:, None]
+    tint[thin] = ((tint - clear[:, None]) / rest)[thin]
+    mirror[thin] = 1.0
+    ior = np.array([(material.ior or 0.0) * material.thin for material in materials])
+    return records.Panes(ior, clear)
+
+
 def _compile_specular(
     materials: list[Material], reflectance: Floats, mirror: Floats, tint: Floats, ior: Floats
 ) -> records.Specular | None:
     """Return the specular lobes; None where there is none."""
     alpha = np.array([material.chain_alpha for material in materials])
+    solid = np.array([not material.thin for material in materials])
     kind = np.select(
-        [ior > 0.0, (alpha > 0.0) & mirror.any(axis=1), mirror.any(axis=1)],
+        [(ior > 0.0) & solid, (alpha > 0.0) & mirror.any(axis=1), mirror.any(axis=1)],
         [records.GLASS, records.METAL, records.MIRROR],
         default=0,
     ).astype(np.uint8)

@@ -89,6 +89,14 @@ class CompiledScene:
         """Whether light may be seen that is not the Lambertian reflection of first hits."""
         return self.specular is not None or self.scattering is not None
 
+    @property
+    def is_thin(self) -> NDArray[np.bool_]:
+        """Which materials are thin glass, (M,)."""
+        alpha = self.geometry.alpha
+        if alpha is None or alpha.panes is None:
+            return np.zeros(len(self.materials.reflectance), bool)
+        return alpha.panes.ior > 0.0
+
     def film_camera(self, width: int, height: int) -> passes.Camera:
         """Return the camera over an image of the given size, in the kernels' units."""
         return compile_camera(self.camera, Frame(self.center, self.size), (width, height))
@@ -134,7 +142,7 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
     return CompiledScene(
         geometry=geometry._replace(
             emitter=emitters.of_triangle,
-            alpha=texture_table.holes(),
+            alpha=texture_table.holes(compiled.panes),
         ),
         materials=compiled.diffuse,
         lights=emitters.lights,

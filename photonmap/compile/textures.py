@@ -18,6 +18,7 @@ from photonmap.kernels.core.records import (
     EmissionTextures,
     Geometry,
     Maps,
+    Panes,
     Textures,
 )
 from photonmap.scene.images import LINEAR_TABLE, SRGB_TABLE
@@ -55,11 +56,11 @@ class TextureTable:
         basis = bands.reflectance_basis.astype(np.float32, order="C")
         return Textures(self.maps, self.reflectance, basis)
 
-    def holes(self) -> Alpha | None:
+    def holes(self, panes: Panes | None) -> Alpha | None:
         """Return opacities; None where all surfaces are opaque."""
-        if (self.alpha < 0).all() and (self.opacity == 1.0).all():
+        if panes is None and (self.alpha < 0).all() and (self.opacity == 1.0).all():
             return None
-        return Alpha(self.opacity, self.alpha, self.maps)
+        return Alpha(self.opacity, self.alpha, self.maps, panes)
 
     def emission_textures(
         self, bands: Bands, power: float, rows: int, geometry: Geometry

@@ -65,7 +65,8 @@ def name_kind(material: Material) -> str:
     """Return how a material reflects or transmits, in a few words."""
     base = "" if is_black(material.reflectance) else " over diffuse"
     if material.ior is not None:
-        return "rough glass" if material.roughness else "glass"
+        kind = "thin " if material.thin else "rough " if material.roughness else ""
+        return f"{kind}glass"
     if not is_black(material.mirror):
         return f"mirror{base}"
     if material.is_glossy:

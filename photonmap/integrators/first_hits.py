@@ -129,7 +129,10 @@ def _material_id(compiled: CompiledScene, hits: FirstHits) -> Array:
 
 @at_centre("specular_albedo")
 def _specular_albedo(compiled: CompiledScene, hits: FirstHits) -> Array:
-    """Look up the reflectance of a mirror or a glossy lobe, or ((n − 1) / (n + 1))² of glass."""
+    """Look up the reflectance at normal incidence of a mirror, a glossy lobe, or glass.
+
+    That of glass of index n is R = ((n − 1) / (n + 1))², of both sides of a pane 2 R / (1 + R).
+    """
     albedo = np.zeros_like(compiled.materials.reflectance)
     specular, scattering = compiled.specular, compiled.scattering
     if scattering is not None:
@@ -139,6 +142,8 @@ def _specular_albedo(compiled: CompiledScene, hits: FirstHits) -> Array:
         mirrors = np.isin(specular.kind, (MIRROR, METAL))
         albedo = np.where(mirrors[:, None], specular.mirror, albedo)
         albedo = np.where((specular.kind == GLASS)[:, None], of_glass[:, None], albedo)
+        of_pane = 2.0 * of_glass / (1.0 + of_glass)
+        albedo = np.where(compiled.is_thin[:, None], of_pane[:, None], albedo)
     return hits.look_up(albedo[compiled.geometry.material])
 
 
@@ -165,7 +170,7 @@ def _metallic(compiled: CompiledScene, hits: FirstHits) -> Array:
     if scattering is not None:
         lobe += scattering.specular.mean(axis=1)
     if specular is not None:
-        lobe += specular.mirror.mean(axis=1)
+        lobe += np.where(compiled.is_thin, 0.0, specular.mirror.mean(axis=1))
     metallic = metallic_fraction(base, lobe).astype(np.float32)
     return hits.look_up(metallic[compiled.geometry.material])
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from photonmap.errors import naming
-from photonmap.scene.parameters import Emission, Number, Reflectance, Text, parameters_of
+from photonmap.scene.parameters import Emission, Flag, Number, Reflectance, Text, parameters_of
 from photonmap.scene.textures import Paint, Texture
 from photonmap.spectra.curves import Color, Spectrum
 
@@ -25,7 +25,7 @@ class Material:
     """A surface, the same on both sides, that may also emit from its front.
 
     It reflects diffusely, like a mirror, or both; with an index of refraction it is glass, smooth
-    or rough, whose closed mesh, wound outwards, separates the inside from air.
+    or rough, whose closed mesh, wound outwards, separates the inside from air, or a thin pane.
 
     Parameters
     ----------
@@ -34,7 +34,10 @@ class Material:
     emission : radiance leaving the front (counter-clockwise) side, W·m⁻²·sr⁻¹
     mirror : reflectance of a mirror, alone or as a coat; with `reflectance` 1 at most
     ior : index of refraction of the inside relative to air; None for anything but glass
-    tint : transmittance of glass at each crossing of its surface, in [0, 1]
+    tint : transmittance of glass at each crossing of its surface, in [0, 1]; of thin glass, beside
+        what its two surfaces reflect
+    thin : of glass, whether the mesh is a pane that light passes straight on, not the surface of a
+        body: a window, a bubble, a lampshade
     alpha : opacity in [0, 1]: the probability that a ray does not pass straight through
     glossy : reflectance of a glossy surface at normal incidence: of a bare metal, where
         `reflectance` is 0, or of a coat over it; with a `roughness`
@@ -59,6 +62,7 @@ class Material:
         float | None, Number("index of refraction", mtl="Ni", above=0.0, such_as="1.5")
     ] = None
     tint: Annotated[Color, Reflectance("transmittance", mtl="Tf", only="glass")] = 1.0
+    thin: Annotated[bool, Flag(mtl="thin", only="glass")] = False
     alpha: Annotated[
         float | Texture, Number("opacity", mtl="d", textured=True, at_least=0.0, at_most=1.0)
     ] = 1.0
@@ -141,6 +145,11 @@ class Material:
     ) -> Material:
         """Return glass, smooth or rough."""
         return cls(name, 0.0, ior=ior, tint=tint, roughness=roughness)
+
+    @classmethod
+    def pane(cls, name: str = "pane", ior: float = 1.5, tint: Color = 1.0) -> Material:
+        """Return thin glass."""
+        return cls(name, 0.0, ior=ior, tint=tint, thin=True)
 
 
 def check_material(material: Material) -> Material:

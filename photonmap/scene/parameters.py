@@ -146,6 +146,20 @@ class Number(Parameter):
 
 
 @dataclass(frozen=True)
+class Flag(Number):
+    """Whether something is so: true or false, in MTL files 1 or 0."""
+
+    noun: str = "flag"
+    example = "true"
+
+    def check(self, value: Any) -> bool:
+        """Return a bool."""
+        if not isinstance(value, bool | int | float) or value not in (0, 1):
+            raise self.error(value, "give true or false")
+        return bool(value)
+
+
+@dataclass(frozen=True)
 class Whole(Parameter):
     """A whole number from `at_least` to `at_most`; or also 0, if `or_none`."""
 

@@ -9,7 +9,7 @@ from helpers.scenes import GREY, closed_box, quad
 
 import photonmap as pm
 from photonmap.integrators.photon_mapping import caustics
-from photonmap.kernels.bsdf import fresnel
+from photonmap.kernels.core import fresnel
 
 WHITE = pm.DomeLight(1.0)
 GLASS = pm.Material.glass()

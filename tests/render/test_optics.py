@@ -8,8 +8,7 @@ import trimesh
 from scipy import stats
 
 import photonmap as pm
-from photonmap.kernels.bsdf import fresnel
-from photonmap.kernels.core import vec
+from photonmap.kernels.core import fresnel, vec
 
 BOX = pm.scenes.cornell_box()
 

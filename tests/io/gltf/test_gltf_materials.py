@@ -83,6 +83,11 @@ GLASS = {
         (GLASS, Material("material_0", 0.0, ior=1.4, tint=(0.9, 1.0, 1.0), roughness=0.4), None),
         (
             GLASS | {"extensions": {"KHR_materials_transmission": {"transmissionFactor": 1.0}}},
+            Material("material_0", 0.0, ior=1.5, tint=(0.9, 1.0, 1.0), thin=True),
+            "roughness of thin glass of 'material_0'",
+        ),
+        (
+            GLASS | {"extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.5}}},
             Material("material_0", (0.9, 1.0, 1.0), glossy=COAT, roughness=0.4),
             "KHR_materials_transmission of 'material_0'",
         ),

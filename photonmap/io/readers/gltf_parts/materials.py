@@ -167,20 +167,24 @@ def _gloss(source: _Source, base: Triple | Texture, coat: float) -> Gloss:
 
 
 def _glass(source: _Source) -> dict[str, Any] | None:
-    """Return attributes of glass; None for what is thin or not all glass."""
+    """Return attributes of glass, thin without a volume; None for what is not all glass."""
     surface, number = source.surface, source.number
     is_solid = number(source.extension("volume"), "thicknessFactor", 0.0, 1e30) > 0.0
     is_clear = number(source.extension("transmission"), "transmissionFactor", 0.0) == 1.0
     roughness = number(surface, "roughnessFactor", 1.0)
     is_metal = number(surface, "metallicFactor", 1.0) > 0.0
     is_textured = any(key in surface for key in _TEXTURES)
-    if not (is_solid and is_clear) or is_metal or is_textured:
+    if not is_clear or is_metal or is_textured:
         return None
+    index = number(source.extension("ior"), "ior", USUAL_INDEX, 1e3)
+    look: dict[str, Any] = {"reflectance": 0.0, "ior": index, "tint": source.base_color()}
+    if not is_solid:
+        if roughness > 0.0:
+            source.lose("roughness of thin glass")
+        return look | {"thin": True}
     if "attenuationColor" in source.extension("volume"):
         source.lose("attenuationColor")
-    index = number(source.extension("ior"), "ior", USUAL_INDEX, 1e3)
-    tint = source.base_color()
-    return {"reflectance": 0.0, "ior": index, "tint": tint, "roughness": roughness}
+    return look | {"roughness": roughness}
 
 
 def _alpha(source: _Source) -> dict[str, float | Texture]:

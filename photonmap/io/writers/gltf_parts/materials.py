@@ -57,11 +57,10 @@ def _glass(material: Material, draft: Draft) -> dict[str, Any]:
         "metallicFactor": 0.0,
         "roughnessFactor": material.roughness,
     }
-    extensions = (
-        draft.use("KHR_materials_transmission", {"transmissionFactor": 1.0})
-        | draft.use("KHR_materials_volume", {"thicknessFactor": 1.0})
-        | draft.use("KHR_materials_ior", {"ior": material.ior})
-    )
+    extensions = draft.use("KHR_materials_transmission", {"transmissionFactor": 1.0})
+    extensions |= draft.use("KHR_materials_ior", {"ior": material.ior})
+    if not material.thin:
+        extensions |= draft.use("KHR_materials_volume", {"thicknessFactor": 1.0})
     return {"pbrMetallicRoughness": surface, "extensions": extensions}
 
 

@@ -142,14 +142,12 @@ def _relative_index(node: Node, inside: str) -> float:
 
 
 def _thin(bsdfs: Bsdfs, node: Node) -> Look:
-    """Return a pane: a mirror that stops the part of light that its two sides reflect.
-
-    That is 2 R / (1 + R), with R that of one side at normal incidence.
-    """
-    once = coat_of(_relative_index(node, "bk7"))
-    mirror = read_plain(bsdfs.context, node, "specular_reflectance", 1.0)
-    bsdfs.context.lose("reflectance of thin glass that varies with the angle", node)
-    return {"reflectance": 0.0, "mirror": mirror, "alpha": 2.0 * once / (1.0 + once)}
+    """Return a pane."""
+    tint = read_plain(bsdfs.context, node, "specular_transmittance", 1.0)
+    if read_plain(bsdfs.context, node, "specular_reflectance", 1.0) != 1.0:
+        bsdfs.context.lose("specular_reflectance of thin glass", node)
+    index = _relative_index(node, "bk7")
+    return {"reflectance": 0.0, "ior": index, "tint": tint, "thin": True}
 
 
 def _plastic(bsdfs: Bsdfs, node: Node) -> Look:

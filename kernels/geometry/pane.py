@@ -1,0 +1,43 @@
+"""Panes of thin glass, through which light goes straight on as through a surface with holes.
+
+A ray passes a pane, unseen by it, with the probability that light of every band has in common; else
+the pane stops it, and `bsdf.specular` scatters the rest: the reflection, and what colours let pass
+beyond that. So lamps shine through a window directly, and their shadows stay sharp.
+
+The panes are an argument of their own, None in a scene without any: then nothing of them is
+compiled.
+"""
+
+from photonmap.kernels.core import vec
+from photonmap.kernels.core.fresnel import fresnel
+from photonmap.kernels.core.jit import jit
+
+
+@jit
+def pane_reflectance(ior, cosine):
+    """Return what the two surfaces of a pane reflect together, with all reflections between them.
+
+    That is 2 R / (1 + R), with R of one surface, for light at an angle of this cosine.
+    """
+    once = fresnel(abs(cosine), 1.0 / ior)
+    return 2.0 * once / (1.0 + once)
+
+
+@jit
+def pane_opacity(geometry, panes, hit, direction):
+    """Return the probability that a pane stops a ray; 1 for whatever is no pane."""
+    if panes is None:
+        return 1.0
+    material = geometry.material[hit.triangle]
+    if panes.ior[material] == 0.0:
+        return 1.0
+    normal = vec.row(geometry.normals, hit.triangle)
+    reflected = pane_reflectance(panes.ior[material], vec.dot(normal, vec.normalize(direction)))
+    return 1.0 - (1.0 - reflected) * panes.clear[material]
+
+
+@jit
+def is_reflected(panes, material, cosine, xi):
+    """Choose, by a uniform number, whether light that a pane stopped is reflected."""
+    reflected = pane_reflectance(panes.ior[material], cosine)
+    return xi * (1.0 - (1.0 - reflected) * panes.clear[material]) < reflected
