@@ -123,7 +123,7 @@ def _describe(summary: str, program: str) -> str:
     commands = "\n".join(f"  {name:<9}{text}" for name, text in others.items())
     suffixes = ", ".join(scene_suffixes())
     return f"""{textwrap.fill(summary, _WIDTH)}
-Writes FILE.exr (all buffers), FILE.png (preview) and FILE.json (run record).
+Writes FILE.exr (all buffers; or .nc, .hdf5, .hdr), FILE.png (preview) and FILE.json (run record).
 
 commands (COMMAND --help lists the options of each):
 {commands}

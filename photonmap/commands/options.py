@@ -88,7 +88,8 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
     groups["files"].add_argument(
         "--output",
         metavar="FILE.exr",
-        help="where to write the result (default: the scene's name, in the current folder)",
+        help="where to write the result: .exr; .nc or .hdf5 (netCDF); or .hdr or .img (ENVI) "
+        "(default: the scene's name, in the current folder)",
     )
     groups["files"].add_argument(
         "--white",

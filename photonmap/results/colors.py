@@ -18,12 +18,15 @@ from photonmap.spectra.adaptation import adapt_to_d65
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.color_text import emission
 from photonmap.spectra.curves import Color
+from photonmap.spectra.observer import observer
 from photonmap.spectra.projection import Method, Projection, Target, choose_projection
 
 Image = NDArray[np.float32]
 White = Color | str
 """`SCENE`, or a light as a colour or as text."""
 
+_EFFICACY = 683.002
+"""lm·W⁻¹, K_m: the luminous efficacy at 555 nm for photopic vision."""
 SCENE, AS_IT_IS = "scene", "D65"
 """As a white: all lights of the scene together; that of sRGB, to which nothing is adapted."""
 
@@ -61,6 +64,41 @@ class Colors:
     def xyz(self, buffer: str = "radiance", method: Method | None = None) -> Image:
         """Project a buffer onto CIE 1931 XYZ: (H, W, 3) float32, as `rgb` with white "D65"."""
         return np.stack([*self._projected(buffer, "xyz", method)])
+
+    def luminance(self, buffer: str = "radiance", method: Method | None = None) -> Image:
+        """Return the luminance of a buffer of radiances: (H, W) float32, cd·m⁻².
+
+        683.002 lm·W⁻¹ × ∫ L V dλ with V = ȳ of the CIE 1931 observer (CIE S 017). The spectra of
+        lights count as W·m⁻²·sr⁻¹·nm⁻¹. In scenes whose lights are given in photometric units
+        already, as in many glTF files, Y of `xyz` is the luminance.
+
+        Parameters
+        ----------
+        buffer, method : as for `rgb`
+
+        Raises
+        ------
+        ValueError
+            if there is no such buffer or method, or the buffer's unit is not that of a radiance
+        """
+        row = row_of(buffer)
+        if row is not None and row.quantity != "radiance":
+            raise ValueError(f"{buffer!r} is no radiance, and so has no luminance")
+        scale = _EFFICACY * observer().efficiency
+        luminances = (scale * line[:, 1] for line in self._projected(buffer, "xyz", method))
+        return np.stack([*luminances]).astype(np.float32)
+
+    def illuminance(self, method: Method | None = None) -> Image:
+        """Return the illuminance of the surface seen: (H, W) float32, lx.
+
+        π × `luminance` of `shading`, which is irradiance / π; for lights in W·m⁻²·sr⁻¹·nm⁻¹.
+
+        Raises
+        ------
+        ValueError
+            as `luminance` does
+        """
+        return (np.float32(np.pi) * self.luminance("shading", method)).astype(np.float32)
 
     def to_sensor(
         self,

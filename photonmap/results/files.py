@@ -1,4 +1,4 @@
-"""The files of a render: one multi-part OpenEXR, a PNG to look at and a JSON record."""
+"""The files of a render: the image, in one of several formats, a PNG to look at, a JSON record."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from photonmap.buffers import check_buffers
 from photonmap.errors import InputError
-from photonmap.io.exr import Contents, Projector, write_exr
+from photonmap.io.exr import Contents, Projector
 from photonmap.io.png import write_png
+from photonmap.results.formats import WRITERS, check_format
 from photonmap.runtime.file_checks import check_writable
 
 
@@ -33,18 +34,18 @@ def check_output(path: str | PathLike[str], buffers: Iterable[str] | None = None
 
     Parameters
     ----------
-    path : FILE.exr
+    path : FILE.exr, or a file of another of `photonmap.results.formats`
     buffers : names of those to be written; None for all
 
     Raises
     ------
     InputError
-        if the suffix is another, the folder is not writable, or there is no such buffer
+        if there is no such format, it needs a package that is missing, the folder is not
+        writable, or there is no such buffer
     """
     check_buffers(buffers)
     path = Path(path)
-    if path.suffix.lower() != ".exr":
-        raise InputError("the name of the output must end in .exr, as in image.exr", path)
+    check_format(path)
     for file in (path, path.with_suffix(".png"), path.with_suffix(".json")):
         if file.is_dir():
             raise InputError("this is a folder; remove it or choose another name", file)
@@ -60,15 +61,16 @@ def save_all(
 ) -> None:
     """Write FILE.exr, FILE.png and FILE.json; none of them appears before all are complete.
 
-    Their folder is made if it is missing.
+    The suffix chooses the format, as `photonmap.results.formats` lists them. The folder is made if
+    it is missing.
 
     The JSON is the record, with the exposure of the PNG and the seconds that writing the images
     took.
 
     Parameters
     ----------
-    contents : what to write to the OpenEXR, and the record
-    path : FILE.exr
+    contents : what to write to the image, and the record
+    path : FILE.exr, or a file of another format
     to_rgb : projects radiance for the OpenEXR's viewers
     preview : makes the PNG; None for none
 
@@ -84,13 +86,13 @@ def save_all(
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as folder:
         image = Path(folder) / path.name
-        written = [image.with_suffix(".json"), image]
+        written = [image.with_suffix(".json")]
         if preview is not None:
             shown = preview()
             record = {**record, "exposure": shown.exposure}
             written.insert(0, image.with_suffix(".png"))
             write_png(shown.image, written[0])
-        write_exr(contents, image, to_rgb)
+        written += WRITERS[path.suffix.lower()](contents, image, to_rgb)
         seconds = {**record.get("seconds", {}), "write": time.perf_counter() - start}
         write_json({**record, "seconds": seconds}, image.with_suffix(".json"))
         for file in written:

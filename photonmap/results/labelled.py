@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,11 @@ if TYPE_CHECKING:
     import xarray
 
 _AXIS = ("x", "y", "z")
+_ENDINGS = {
+    ".error": ("standard error of", ""),
+    ".error8": ("standard error of the mean over 8×8 pixels of", "block_"),
+}
+"""By the ending of a name: what the array is of its buffer, and the prefix of its dimensions."""
 
 
 def make_dataset(
@@ -27,14 +32,12 @@ def make_dataset(
         import xarray
     except ImportError:
         raise InputError("labelled arrays need xarray: pip install 'photonmap[xarray]'") from None
-    buffers, errors, block_errors = sort_parts(arrays)
-    height, width = next(iter(buffers.values())).shape[:2]
-    variables = {name: _variable(name, image) for name, image in buffers.items()}
-    for name, image in errors.items():
-        variables[f"{name}.error"] = _variable(name, image, "standard error of")
-    for name, image in block_errors.items():
-        label = "standard error of the mean over 8×8 pixels of"
-        variables[f"{name}.error8"] = _variable(name, image, label, "block_")
+    height, width = next(iter(sort_parts(arrays)[0].values())).shape[:2]
+    about = {name: describe_array(name, image) for name, image in arrays.items()}
+    variables = {
+        name: (row.dimensions, arrays[name], {"long_name": row.meaning, "units": row.unit})
+        for name, row in about.items()
+    }
     return xarray.Dataset(
         variables,
         {
@@ -42,21 +45,37 @@ def make_dataset(
             "x": ("x", np.arange(width) + 0.5, {"units": "pixel", "long_name": "from the left"}),
             **_band_coordinates(variables, bands),
         },
-        {"record": json.dumps(record)},
+        {"record": json.dumps(record), "bands": json.dumps(bands.describe())},
     )
 
 
-def _variable(
-    name: str, image: NDArray[Any], of: str = "", block: str = ""
-) -> tuple[tuple[str, ...], NDArray[Any], dict[str, str]]:
-    """Return the dimensions, the values and the attributes of a variable."""
-    row = row_of(name)
-    banded = row is None or row.is_banded
-    last = "band" if banded else "axis"
+class About(NamedTuple):
+    """What an array of a result is."""
+
+    dimensions: tuple[str, ...]
+    """of "y" and "x", or of "block_y" and "block_x", and then "band" or "axis" """
+    meaning: str
+    unit: str
+    """"1" where there is none"""
+
+
+def describe_array(name: str, image: NDArray[Any]) -> About:
+    """Return what an array is, by its name in files: "direct", "direct.error", "indirect.error8".
+
+    Parameters
+    ----------
+    image : (H, W) or (H, W, N)
+    """
+    of, block = "", ""
+    buffer = name
+    for ending, (meaning, prefix) in _ENDINGS.items():
+        if name.endswith(ending):
+            buffer, of, block = name.removesuffix(ending), meaning, prefix
+    row = row_of(buffer)
+    last = "band" if row is None or row.is_banded else "axis"
     dimensions = (f"{block}y", f"{block}x", last)[: image.ndim]
     meaning = name if row is None else row.meaning
-    unit = (row.unit if row is not None else "") or "1"
-    return dimensions, image, {"long_name": f"{of} {meaning}".strip(), "units": unit}
+    return About(dimensions, f"{of} {meaning}".strip(), (row.unit if row else "") or "1")
 
 
 def _band_coordinates(variables: dict[str, Any], bands: Bands) -> dict[str, Any]:

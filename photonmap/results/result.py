@@ -218,11 +218,12 @@ class Result(Plots):
     ) -> None:
         """Write FILE.exr, a preview FILE.png and the record FILE.json: all of them or none.
 
-        Without `radiance` there is no preview.
+        Without `radiance` there is no preview. The suffix may also be .nc or .hdf5 (which need
+        `pip install 'photonmap[netcdf]'`), or .hdr or .img for ENVI; `load_result` reads .exr.
 
         Parameters
         ----------
-        path : FILE.exr
+        path : FILE.exr, or of another suffix
         buffers : names of those to write, with their errors; None for all
         white : of the preview and of the R, G and B for viewers, see `rgb`
 

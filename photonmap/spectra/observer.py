@@ -25,6 +25,7 @@ class Observer(NamedTuple):
         normalised by ∫ȳ
     rgb_to_xyz : (3, 3) float64; its first column is the XYZ of red
     d65 : (M,) float64, the illuminant, scaled so that its linear sRGB is (1, 1, 1)
+    efficiency : ∫ȳ dλ, nm; ȳ is V(λ), the luminous efficiency, which is 1 at its peak
     basis : (3, M) float64 in [0, 1], the reflectances of red, green and blue; they add up to 1,
         and each returns to its own RGB under D65
     """
@@ -33,6 +34,7 @@ class Observer(NamedTuple):
     matching: Floats
     rgb_to_xyz: Floats
     d65: Floats
+    efficiency: float
     basis: Floats
 
 
@@ -60,11 +62,14 @@ def observer_from_table(table: Floats) -> Observer:
     wavelengths = np.arange(table[0, 0], table[-1, 0] + 1.0)
     columns = resample(wavelengths, table[:, 0], table[:, 1:].T)
     xyz, d65, basis = columns[:3], columns[3], columns[4:]
-    xyz = xyz / np.trapezoid(xyz[1], wavelengths)
+    efficiency = float(np.trapezoid(xyz[1], wavelengths))
+    xyz = xyz / efficiency
     white = integrate_products(wavelengths, xyz, wavelengths, d65[None])
     white, d65 = white / white[1], d65 / white[1]
     rgb_to_xyz = _PRIMARIES * np.linalg.solve(_PRIMARIES, white).T
-    return Observer(wavelengths, np.linalg.solve(rgb_to_xyz, xyz), rgb_to_xyz, d65, basis)
+    return Observer(
+        wavelengths, np.linalg.solve(rgb_to_xyz, xyz), rgb_to_xyz, d65, efficiency, basis
+    )
 
 
 def radiance_to_rgb(spectrum: Spectrum) -> Floats:

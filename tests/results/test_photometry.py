@@ -1,0 +1,58 @@
+"""Photometric units against the definition of the candela and closed forms."""
+
+import numpy as np
+import pytest
+
+import photonmap as pm
+from photonmap.results.result import Result
+from photonmap.spectra.bands import Bands
+
+UNIT = 683.002 * 106.8569
+"""cd·m⁻² of a light of Y = 1; ∫ȳ dλ of CIE 1931 in steps of 1 nm is 106.8569 nm."""
+
+
+def planck(nm, kelvin):
+    """Return the radiance of a black body, W·m⁻²·sr⁻¹·nm⁻¹."""
+    h, c, k, at = 6.62607015e-34, 299792458.0, 1.380649e-23, nm * 1e-9
+    return 2e-9 * h * c**2 / at**5 / np.expm1(h * c / (at * k * kelvin))
+
+
+def of_light(bands, light):
+    image = np.broadcast_to(bands.emission(light), (2, 3, bands.count)).astype(np.float32)
+    return Result({"radiance": image, "shading": image, "reflectance": image}, {}, bands, {})
+
+
+def test_black_body_at_the_freezing_point_of_platinum():
+    """The candela was defined by it until 1979: 60 cd on a square centimetre."""
+    nm = np.arange(370.0, 791.0)
+    bands = Bands.gaussian(81, 380, 780)
+    result = of_light(bands, pm.Spectrum(nm, planck(nm, 2042.15)))
+    np.testing.assert_allclose(result.luminance(), 600_000.0, rtol=0.005)
+    np.testing.assert_allclose(result.illuminance(), np.pi * result.luminance(), rtol=1e-6)
+
+
+@pytest.mark.parametrize("bands", [Bands.rgb(), Bands.gaussian(3), Bands.box(6)], ids=repr)
+def test_daylight_of_unit_luminance(bands):
+    result = of_light(bands, pm.emission("D65 2"))
+    luminance = result.luminance("shading")
+    assert luminance.shape == (2, 3)
+    assert luminance.dtype == np.float32
+    np.testing.assert_allclose(luminance, 2.0 * UNIT, rtol=1e-5)
+
+
+def test_what_is_no_radiance_has_no_luminance():
+    result = of_light(Bands.gaussian(3), 1.0)
+    with pytest.raises(ValueError, match="'reflectance' is no radiance"):
+        result.luminance("reflectance")
+    with pytest.raises(ValueError, match="'direct' was not among"):
+        result.luminance("direct")
+
+
+def test_sunlight_on_a_tilted_surface():
+    """E cos θ, whatever the reflectance."""
+    corners = [(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)]
+    plane = pm.Mesh(corners, [[0, 1, 2], [0, 2, 3]], pm.Material("paint", 0.3))
+    sun = pm.DirectionalLight((0.0, 3**0.5 / 2.0, -0.5), pm.emission("D65 0.25"))
+    scene = pm.Scene(plane, [sun], pm.Camera((0, 0, 5), (0, 0, 0)))
+    result = pm.render(scene, bands=6, size=8, passes=1)
+    np.testing.assert_allclose(result.illuminance(), 0.25 * UNIT * 0.5, rtol=1e-4)
