@@ -284,6 +284,7 @@ def begin(setup: Setup, settings: Settings, workers: Workers) -> Run:
         settings.budget,
         BiasProbe(integrator, film, columns),
         AdaptiveSampling(film, columns, storage) if adapts else None,
+        settings.pass_samples,
         None if file is None else Checkpoint(file, setup.fingerprint),
         settings.resume,
     )
@@ -370,6 +371,7 @@ def describe_passes(run: Run) -> dict[str, Any]:
     known = math.isfinite(error)
     return {
         "passes": moments.count,
+        "pass_samples": loop.pass_samples,
         "photons": integrator.counters.photons,
         "photons_stored": integrator.counters.stores,
         "rays": integrator.counters.rays,

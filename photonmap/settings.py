@@ -8,7 +8,7 @@ fingerprint of the run, and the table in docs/guide.md (`python tools/make_optio
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from numbers import Integral
 from os import PathLike
@@ -17,19 +17,29 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from photonmap.buffers import DEFAULT, names_where
 from photonmap.errors import InputError
-from photonmap.film.budget import CEILING, DEFAULT_ERROR, LEAST_PHOTONS, Budget
+from photonmap.film.budget import (
+    CEILING,
+    DEFAULT_ERROR,
+    LEAST_PHOTONS,
+    Budget,
+    check_pass_samples,
+)
 from photonmap.film.goal import Goal
 from photonmap.integrators.choice import METHODS
-from photonmap.runtime.options import list_options, option, read_list, read_memory, read_size
+from photonmap.runtime.options import (
+    check_size,
+    list_options,
+    option,
+    read_list,
+    read_memory,
+    read_size,
+)
 from photonmap.runtime.progress import Progress, Silent, choose_progress
-from photonmap.runtime.wording import shown
 
 if TYPE_CHECKING:
     from photonmap.kernels.core.passes import Film
     from photonmap.spectra.bands import Bands
 
-LARGEST_SIDE = 1 << 16
-"""Largest width and height of an image, pixels."""
 MOST_PHOTONS = 1 << 32
 """Largest number of photons emitted per pass."""
 MOST_THREADS = 1024
@@ -47,25 +57,6 @@ GROUPS = {
     "files": None,
 }
 """Headings under which the command line lists the options, and what is said below them."""
-
-
-def check_size(size: tuple[int, int] | int) -> tuple[int, int]:
-    """Return (width, height) as integers.
-
-    Raises
-    ------
-    InputError : not two numbers, nor the side of a square; an image without pixels, or with too
-        many
-    """
-    sides = (size, size) if isinstance(size, Integral) else size
-    if not isinstance(sides, Sequence) or len(sides) != 2:
-        raise InputError(f"size {shown(size)} is not (width, height), as in (640, 480)")
-    width, height = sides
-    if not all(isinstance(side, Integral) for side in sides) or min(sides) < 1:
-        raise InputError(f"size {width}x{height} must be whole pixels, at least 1x1")
-    if max(sides) > LARGEST_SIDE:
-        raise InputError(f"size {width}x{height} is too large: at most {LARGEST_SIDE} per side")
-    return int(width), int(height)
 
 
 def _check_bands(bands: Bands | int | str) -> Bands:
@@ -243,6 +234,17 @@ class Options:
             "elsewhere",
             group="sampling",
             decides=True,
+        ),
+    )
+    pass_samples: float | None = field(
+        default=None,
+        metadata=option(
+            "samples of a pass, as a fraction of the usual: 1, 0.5 or 0.25",
+            default_text="1; less where a loose error is the goal, if that meets it sooner",
+            group="sampling",
+            metavar="F",
+            read=float,
+            check=check_pass_samples,
         ),
     )
     buffers: Iterable[str] | None = field(

@@ -12,8 +12,22 @@ LEAST_PASSES = 16
 """Before these, a spread over passes is too uncertain to stop on."""
 LEAST_PHOTONS = 1 << 14
 """In a pass, unless a user says otherwise."""
+PASS_SAMPLES = (0.25, 0.5, 1.0)
+"""Samples of a pass, as fractions of the usual."""
 CEILING = 3600.0
 """Seconds after which a render that aims at an error stops anyway."""
+
+
+def check_pass_samples(fraction: float) -> float:
+    """Return a fraction of the usual samples that a pass may have.
+
+    Raises
+    ------
+    InputError : it is none of `PASS_SAMPLES`
+    """
+    if fraction not in PASS_SAMPLES:
+        raise InputError(f"pass samples {fraction} must be 0.25, 0.5 or 1")
+    return float(fraction)
 
 
 @dataclass(frozen=True)

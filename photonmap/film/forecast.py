@@ -28,6 +28,10 @@ class Forecast:
         self.pairs: list[tuple[float, float]] = []
         """(elapsed, predicted) after 1, 2, 4, 8, … passes of this run"""
 
+    def restart(self, elapsed: float) -> None:
+        """Count passes from 0 again after so many seconds."""
+        self._count, self._elapsed = 0, elapsed
+
     def total(self, count: int, error: float, elapsed: float, setup: float) -> float:
         """Return the predicted total after `count` passes; infinite while nothing is known.
 
@@ -39,7 +43,7 @@ class Forecast:
         setup : seconds of them that no later pass will take again
         """
         pace = (elapsed - self._elapsed - setup) / (count - self._count)
-        needed = self._passes_needed(count, error)
+        needed = self.passes_needed(count, error)
         total = math.inf
         if math.isfinite(needed):
             total = elapsed + max(needed - count, 0.0) * pace
@@ -56,7 +60,8 @@ class Forecast:
             return math.inf
         return max(math.floor(self._budget.ceiling / pace) * pace, elapsed)
 
-    def _passes_needed(self, count: int, error: float) -> float:
+    def passes_needed(self, count: int, error: float) -> float:
+        """Return how many passes meet the budget, by the error after `count`; else infinite."""
         budget = self._budget
         if budget.passes is not None:
             return budget.passes

@@ -77,6 +77,12 @@ class LightGroups:
         for accumulator in (self.whole, *self._groups.values()):
             accumulator.count = count
 
+    def clear(self) -> None:
+        """Forget all passes."""
+        for array in self.arrays.values():
+            array[:] = 0
+        self.resume(0)
+
     def finish(self, scale: float, kept: Container[str] = ALL) -> tuple[Buffers, Buffers]:
         """Return buffers and their standard errors, as `Accumulator.finish`, in all bands.
 

@@ -27,7 +27,8 @@ BLOCK_PRIOR = 1.0
 UNSEEN = 48.0
 """The same for a pixel whose passes all agree: what makes it vary is rarer than they could show."""
 SAMPLES = 16
-"""Camera samples of a pass in a pixel that an edge may graze; half of one may go unseen."""
+"""Camera samples of a pass of the usual size in a pixel that an edge may graze; half of one may go
+unseen."""
 ROUNDING = np.float32(2.0**-23)
 """Relative rounding error of sums of samples: means differ by it where all samples agree."""
 SECOND_ORDER = 2.0
@@ -41,7 +42,7 @@ def smooth_error(
     value: Image,
     counts: NDArray[np.integer] | int,
     prior: float = PRIOR,
-    edges: bool = False,
+    edges: float = 0.0,
 ) -> Image:
     """Return a standard error smoothed by its neighbours, (H, W, N).
 
@@ -50,7 +51,7 @@ def smooth_error(
     error, value : (H, W, N), of two passes or more, each pixel's own
     counts : (H, W) passes of each pixel, or of all
     prior : passes that neighbours count for
-    edges : what neighbours show may graze a pixel
+    edges : size of passes, where what neighbours show may graze a pixel; 0 where it may not
     """
     scale = max(float(np.max(error)), float(np.max(np.abs(value))))
     if scale == 0.0:
@@ -61,8 +62,8 @@ def smooth_error(
     counts_for = np.where(variance > 0.0, np.float32(prior), np.float32(UNSEEN))
     steady = counts_for * _around(variance, value) + own * variance
     steady /= counts_for + own
-    if edges:
-        unseen = np.float32(0.5 / SAMPLES) * _contrast(value) / (own + 1.0)
+    if edges > 0.0:
+        unseen = np.float32(0.5 / (SAMPLES * edges)) * _contrast(value) / (own + 1.0)
         steady = np.where(variance > 0.0, steady, np.maximum(steady, unseen**2))
     return (np.sqrt(steady + (ROUNDING * value) ** 2) * scale).astype(np.float32)
 

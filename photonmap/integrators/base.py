@@ -129,7 +129,7 @@ class Integrator(Protocol):
     """(2, P) log2 of the factors on samples after the warm-up passes; None for none"""
 
     adapts: bool
-    """whether passes follow `sample_scales`"""
+    """whether passes follow `sample_scales`, and can be resized"""
 
     def estimate(self, index: int, wider: int = 0) -> Estimate:
         """Run pass `index` (from 0); the next one overwrites the arrays.
@@ -160,6 +160,9 @@ class Integrator(Protocol):
 
     def truncated_fraction(self) -> float:
         """Return about which fraction of camera paths is truncated."""
+
+    def resize_passes(self, size: float) -> None:
+        """Take this fraction of the usual samples in passes from now on, if passes adapt."""
 
     def call_camera_pass(self) -> None:
         """Compile the kernel of the camera pass by a call, on a scene of one triangle."""

@@ -58,6 +58,9 @@ class PathIntegrator:
         )
         return leave_out(setup, self._estimate)
 
+    def resize_passes(self, size: float) -> None:
+        """Do nothing: a pass is one path for each sample."""
+
     @cached_property
     def plan(self) -> SamplingPlan:
         """How many samples photon mapping would take."""

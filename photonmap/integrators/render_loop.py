@@ -14,6 +14,7 @@ from photonmap.film.forecast import Forecast
 from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.adaptive_sampling import AdaptiveSampling
 from photonmap.integrators.base import Integrator
+from photonmap.integrators.pass_samples import PILOT_PASSES, choose_size, first_size
 from photonmap.runtime.checkpoint import Checkpoint
 from photonmap.runtime.progress import Progress
 
@@ -27,6 +28,7 @@ class RenderLoop:
     budget : when to stop
     probe : estimates the bias on the way
     adaptive : learns where to sample; None to sample evenly
+    pass_samples : fraction of the usual samples in a pass; None to choose it by the goal
     checkpoint : where to save the state; None for nowhere
     resume : resume from the checkpoint's file
 
@@ -42,6 +44,7 @@ class RenderLoop:
         budget: Budget,
         probe: BiasProbe,
         adaptive: AdaptiveSampling | None = None,
+        pass_samples: float | None = None,
         checkpoint: Checkpoint | None = None,
         resume: bool = False,
     ) -> None:
@@ -50,6 +53,8 @@ class RenderLoop:
         self._adaptive = adaptive
         if adaptive is not None:
             integrator.sample_scales = adaptive.sample_scales
+        self.pass_samples = pass_samples or first_size(budget.goal if integrator.adapts else None)
+        self._settled = pass_samples is not None or self.pass_samples == 1.0
         self._checkpoint = checkpoint
         self._start = time.perf_counter()
         self.resumed, self.earlier, self._saving = 0, 0.0, 0.0
@@ -59,6 +64,8 @@ class RenderLoop:
                 self._load(checkpoint)
             else:
                 warn(f"{checkpoint.path}: there is no checkpoint yet; starting from scratch")
+        if self.pass_samples != 1.0:
+            integrator.resize_passes(self.pass_samples)
         self._counters = integrator.counters.as_dict()
         self._forecast = Forecast(budget, self.resumed, self.earlier, integrator.shares)
 
@@ -78,6 +85,7 @@ class RenderLoop:
         self._integrator.counters.restore(state["counters"])
         self.resumed, self.earlier = state["passes"], state["elapsed"]
         self._saving = state["saving"]
+        self.pass_samples, self._settled = state["pass_samples"], state["settled"]
 
     @property
     def saving(self) -> float:
@@ -159,8 +167,25 @@ class RenderLoop:
             progress.update(
                 whole.count, error, elapsed / total, elapsed, integrator.counters.rays / elapsed
             )
+            if whole.count == PILOT_PASSES and not self._settled:
+                self._settle(error)
             if self._checkpoint is not None:
                 self._checkpoint.save_if_due(self._arrays, self._state())
+
+    def _settle(self, error: float) -> None:
+        """Choose the size of passes by the error of the first ones; begin again if it changes."""
+        size = choose_size(self._forecast.passes_needed(self._moments.whole.count, error))
+        self._settled = True
+        if size == self.pass_samples:
+            return
+        self._adding = True
+        self._moments.clear()
+        if self._adaptive is not None:
+            self._adaptive.moments[:] = 0.0
+        self.pass_samples = size
+        self._integrator.resize_passes(size)
+        self._forecast.restart(self.elapsed - self._integrator.setup_seconds)
+        self._adding = False
 
     def _state(self) -> dict[str, Any]:
         return {
@@ -168,4 +193,6 @@ class RenderLoop:
             "counters": self._counters,
             "elapsed": self.elapsed,
             "saving": self.saving,
+            "pass_samples": self.pass_samples,
+            "settled": self._settled,
         }

@@ -42,6 +42,7 @@ def merge_records(records: list[dict[str, Any]], merged: Result) -> dict[str, An
         "fingerprint": {**first["fingerprint"], "seed": seeds},
         "merged": runs,
         **sums,
+        "pass_samples": min(record.get("pass_samples", 1.0) for record in records),
         "error": relative_error(merged),
         "goal": None,
         "unresolved": int(merged.unresolved.sum()),

@@ -151,7 +151,8 @@ class Result(Plots):
     def _smoothed_error(self, name: str) -> Image:
         counts = self.buffers.get("passes", self.record.get("passes", 2))
         prior = PRIORS.get(split_name(name)[0], PRIOR)
-        edges = self.record.get("arguments", {}).get("pixel") != "center"
+        is_center = self.record.get("arguments", {}).get("pixel") == "center"
+        edges = 0.0 if is_center else self.record.get("pass_samples", 1.0)
         error = smooth_error(self.errors[name], self.buffers[name], counts, prior, edges)
         if name.startswith("shading") and "reflectance" in self.errors:
             of_reflectance = smooth_error(self.errors["reflectance"], self.reflectance, counts)

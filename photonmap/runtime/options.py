@@ -8,13 +8,16 @@ from __future__ import annotations
 import functools
 import inspect
 import textwrap
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from numbers import Integral
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from photonmap.errors import InputError
 from photonmap.runtime.wording import shown
+
+LARGEST_SIDE = 1 << 16
+"""Largest width and height of an image, pixels."""
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -112,6 +115,25 @@ def read_size(text: str) -> tuple[int, int]:
     height = height if cross else width
     if not (width.strip().isdecimal() and height.strip().isdecimal()):
         raise InputError(f"{shown(text)} is not a size; write it as 640x480")
+    return int(width), int(height)
+
+
+def check_size(size: tuple[int, int] | int) -> tuple[int, int]:
+    """Return (width, height) as integers.
+
+    Raises
+    ------
+    InputError : not two numbers, nor the side of a square; an image without pixels, or with too
+        many
+    """
+    sides = (size, size) if isinstance(size, Integral) else size
+    if not isinstance(sides, Sequence) or len(sides) != 2:
+        raise InputError(f"size {shown(size)} is not (width, height), as in (640, 480)")
+    width, height = sides
+    if not all(isinstance(side, Integral) for side in sides) or min(sides) < 1:
+        raise InputError(f"size {width}x{height} must be whole pixels, at least 1x1")
+    if max(sides) > LARGEST_SIDE:
+        raise InputError(f"size {width}x{height} is too large: at most {LARGEST_SIDE} per side")
     return int(width), int(height)
 
 

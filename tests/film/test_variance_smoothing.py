@@ -5,6 +5,7 @@ import pytest
 from scipy import stats
 
 import photonmap as pm
+from photonmap.film.budget import PASS_SAMPLES
 from photonmap.film.variance_smoothing import (
     PRIOR,
     ROUNDING,
@@ -43,12 +44,14 @@ def test_an_edge_that_no_pass_saw_may_be_there():
     """In half a sample of all, of what a neighbour shows."""
     error, value = np.zeros((2, 3, 3, 1), np.float32)
     value[:, 0] = 3.0
-    steady = smooth_error(error, value, 10, edges=True)[..., 0]
+    steady = smooth_error(error, value, 10, edges=1.0)[..., 0]
     np.testing.assert_allclose(steady[:, :2], 1.5 / (10 * SAMPLES), rtol=1e-5)
+    of_halves = smooth_error(error, value, 10, edges=0.5)[..., 0]
+    np.testing.assert_allclose(of_halves[:, :2], 2.0 * steady[:, :2], rtol=1e-5)
     assert not steady[:, 2].any()
     assert not smooth_error(error, value, 10)[:, 1:].any()
     error[1, 0] = 1e-6
-    varies = smooth_error(error, value, 10, edges=True)[..., 0]
+    varies = smooth_error(error, value, 10, edges=1.0)[..., 0]
     assert varies[1, 0] < 1e-5
 
 
@@ -60,10 +63,12 @@ def test_centres_have_no_edges(cornell):
 
 
 @pytest.mark.slow
-def test_edges_that_few_samples_see():
+@pytest.mark.parametrize("size", PASS_SAMPLES)
+def test_edges_that_few_samples_see(size):
     """Of a pixel at whose border a surface ends; with 16 samples, most passes miss that."""
     scene = pm.scenes.cornell_balls()
     settings = {"bands": "rgb", "size": (40, 40), "effects": "direct", "adaptive": False}
+    settings["pass_samples"] = size
     runs = [pm.render(scene, **settings, passes=PASSES, seed=200 + seed) for seed in range(SEEDS)]
     assert_calibrated(
         np.array([run.reflectance for run in runs], float),
@@ -100,14 +105,13 @@ def test_ratios_of_uncertain_denominators_are_wider():
     np.testing.assert_allclose(widen_ratio(one, denominator, one).ravel(), [1.0, 3.0, 1.5])
 
 
-@pytest.fixture(scope="module", params=["cornell", "balls"])
+@pytest.fixture(scope="module", params=[("cornell", 1.0), ("balls", 1.0), ("cornell", 0.25)])
 def runs(request):
     """Many seeds of one scene: buffer to (values, errors), each (S, H, W, N)."""
-    scene = {"cornell": pm.scenes.cornell_box, "balls": pm.scenes.cornell_balls}[request.param]()
-    runs = [
-        pm.render(scene, bands="rgb", size=(SIZE, SIZE), passes=PASSES, seed=seed)
-        for seed in range(SEEDS)
-    ]
+    name, size = request.param
+    scene = {"cornell": pm.scenes.cornell_box, "balls": pm.scenes.cornell_balls}[name]()
+    settings = {"bands": "rgb", "size": (SIZE, SIZE), "pass_samples": size}
+    runs = [pm.render(scene, **settings, passes=PASSES, seed=seed) for seed in range(SEEDS)]
     names = set(runs[0].buffers) & set(CALIBRATED)
     return {
         name: (

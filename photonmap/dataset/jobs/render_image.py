@@ -105,9 +105,13 @@ def render_image(task: Task) -> dict[str, Any]:
 
 
 def render_job(
-    job: Job, scene: Scene, threads: int | None = None, passes: int | None = None
+    job: Job,
+    scene: Scene,
+    threads: int | None = None,
+    passes: int | None = None,
+    pass_samples: float | None = None,
 ) -> Result:
-    """Render a job's scene: until its error is reached, or as many passes.
+    """Render a job's scene: until its error is reached, or as many passes of a size.
 
     Raises
     ------
@@ -117,7 +121,7 @@ def render_job(
 
     options = {name: getattr(job.common, name) for name in taken_by(DATASET)}
     if passes is not None:
-        options |= {"passes": passes, "error": None}
+        options |= {"passes": passes, "pass_samples": pass_samples, "error": None}
     result = render(scene, **options, seed=job.render_seed, threads=threads, per_light=True)
     if result.record["interrupted"]:
         raise KeyboardInterrupt
@@ -175,6 +179,7 @@ def _describe(job: Job, scene: Scene, result: Result, rgb: Result) -> dict[str, 
         "size": list(result.size),
         "bands": result.bands.count,
         "passes": record["passes"],
+        "pass_samples": record["pass_samples"],
         "error": record["error"],
         "goal": goal,
         "reached": goal is None or goal["reached"] is None or goal["reached"] <= goal["limit"],

@@ -127,7 +127,7 @@ def _render_again(image: Image, log: Log) -> Iterator[str]:
     try:
         job = Job.from_description(entry["job"])
         select_measured_sets(job)
-        again = render_job(job, make_scene(job), passes=entry["passes"])
+        again = render_job(job, make_scene(job), None, entry["passes"], entry.get("pass_samples"))
         before = image.result
     except InputError as error:
         yield f"cannot be rendered again: {error}"

@@ -24,6 +24,7 @@ from photonmap.integrators.base import (
     leave_out,
     make_scratch,
 )
+from photonmap.integrators.pass_samples import resize
 from photonmap.integrators.photon_mapping.cache_tracer import CacheTracer
 from photonmap.integrators.photon_mapping.caustics import CausticTracer, no_caustics
 from photonmap.integrators.photon_mapping.photon_hit_rate import do_photons_hit
@@ -130,9 +131,18 @@ class PhotonIntegrator:
         )
         return estimate._replace(pixels=pixels._replace(irradiance_indirect=self._shared))
 
+    def resize_passes(self, size: float) -> None:
+        """Take this fraction of the usual samples from now on."""
+        with self._setting_up():
+            self.plan = resize(self._usual_plan, size)
+
     @cached_property
     def plan(self) -> SamplingPlan:
         """How many samples each pixel gets before they are scaled."""
+        return self._usual_plan
+
+    @cached_property
+    def _usual_plan(self) -> SamplingPlan:
         plan = plan_sampling(self._setup)
         if not self._setup.simulates("indirect"):
             plan = plan._replace(gathers=np.zeros_like(plan.gathers))

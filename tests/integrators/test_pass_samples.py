@@ -1,0 +1,101 @@
+"""Passes of fewer samples for loose errors: less work, the same image, the same bits."""
+
+import math
+
+import numpy as np
+import pytest
+from helpers.comparisons import assert_within
+
+import photonmap as pm
+from photonmap.film.budget import LEAST_PASSES, PASS_SAMPLES
+from photonmap.film.goal import Goal
+from photonmap.integrators.pass_samples import LOOSE, choose_size, first_size, resize
+from photonmap.kernels.core.passes import SamplingPlan
+
+OPTIONS = {"bands": "rgb", "size": (48, 48)}
+
+
+@pytest.fixture(scope="module")
+def full(cornell):
+    return pm.render(cornell, **OPTIONS, passes=LEAST_PASSES, seed=1)
+
+
+@pytest.fixture(scope="module")
+def loose(cornell):
+    return pm.render(cornell, **OPTIONS, error=0.08, seed=2)
+
+
+def test_a_loose_error_takes_less_work(full, loose):
+    assert full.record["error"] < 0.05
+    assert full.record["pass_samples"] == 1.0
+    assert loose.record["error"] < 0.08
+    assert loose.record["passes"] == LEAST_PASSES
+    assert loose.record["pass_samples"] == 0.25
+    assert loose.record["rays"] < 0.5 * full.record["rays"]
+
+
+def test_the_image_stays_the_same(full, loose):
+    for name in ("radiance", "direct", "indirect"):
+        error = np.hypot(full.standard_error(name), loose.standard_error(name))
+        assert_within(loose[name], full[name], error, sigmas=6.0)
+        assert loose[name].mean() == pytest.approx(full[name].mean(), rel=0.02)
+    np.testing.assert_array_equal(loose.object_id, full.object_id)
+
+
+def test_passes_repeat_an_error(cornell, loose):
+    """The first passes are kept where their size stays."""
+    again = pm.render(cornell, **OPTIONS, passes=LEAST_PASSES, pass_samples=0.25, seed=2)
+    for name, image in loose.buffers.items():
+        np.testing.assert_array_equal(again.buffers[name], image)
+
+
+def test_first_passes_that_are_too_small_are_discarded(cornell):
+    """Their rays count as work, but the image is that of full passes."""
+    small = {"bands": 1, "size": (16, 16)}
+    aimed = pm.render(cornell, **small, error=0.02, seed=3)
+    count = aimed.record["passes"]
+    full = pm.render(cornell, **small, passes=count, seed=3)
+    assert (aimed.record["pass_samples"], count > LEAST_PASSES) == (1.0, True)
+    for name, image in full.buffers.items():
+        np.testing.assert_array_equal(aimed.buffers[name], image)
+    for name, error in full.errors.items():
+        np.testing.assert_array_equal(aimed.errors[name], error)
+    assert aimed.record["rays"] > full.record["rays"]
+
+
+@pytest.mark.parametrize("error", [0.02, 0.3])
+def test_a_resumed_render_keeps_its_size(cornell, tmp_path, error):
+    """Whether it was chosen before the interruption or not."""
+    small = {"bands": 1, "size": (16, 16), "checkpoint": tmp_path / "state"}
+    whole = pm.render(cornell, error=error, **small)
+    for passes in (1, 3):
+        (tmp_path / "state").unlink()
+        pm.render(cornell, passes=passes, pass_samples=whole.record["pass_samples"], **small)
+        part = pm.render(cornell, error=error, resume=True, **small)
+        assert part.record["pass_samples"] == whole.record["pass_samples"]
+        np.testing.assert_array_equal(part.radiance, whole.radiance)
+
+
+def test_the_cheapest_size_is_chosen():
+    assert choose_size(0.5 * LEAST_PASSES) == 0.25
+    assert choose_size(2.0 * LEAST_PASSES) == 0.5
+    assert choose_size(10.0 * LEAST_PASSES) == choose_size(math.inf) == 1.0
+    assert first_size(Goal(LOOSE)) == 0.25
+    assert first_size(Goal(0.9 * LOOSE)) == first_size(None) == 1.0
+
+
+@pytest.mark.parametrize("size", PASS_SAMPLES)
+def test_as_many_rays_as_the_size_says(size):
+    """Fewer of the camera first, and at least one of each kind that there was."""
+    counts = np.array([[16, 4, 1, 1], [8, 1, 32, 1], [16, 4, 8, 0]], np.uint8)
+    plan = resize(SamplingPlan(*counts, np.zeros(4, np.float32)), size)
+    rays = plan.samples.astype(int) * [plan.lights, plan.gathers]
+    assert (plan.samples >= 1).all()
+    np.testing.assert_array_equal(plan.samples, np.maximum(counts[0] * size, 1))
+    wanted = np.maximum(np.ceil(counts[0] * size * counts[1:]), counts[1:] > 0)
+    np.testing.assert_array_equal(rays, wanted)
+
+
+def test_a_size_that_there_is_not(cornell):
+    with pytest.raises(pm.InputError, match=r"pass samples 0\.3 must be 0\.25, 0\.5 or 1"):
+        pm.render(cornell, **OPTIONS, passes=1, pass_samples=0.3)
