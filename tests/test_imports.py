@@ -13,7 +13,7 @@ LAYERS = [
     {"__main__"},
     {"commands"},
     {"evaluate"},
-    {"dataset", "inspection", "study", "sensors"},
+    {"dataset", "inspection", "study", "sensors", "viewer"},
     {"render"},
     {"settings"},
     {"results"},

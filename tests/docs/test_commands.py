@@ -35,7 +35,7 @@ def made_small(words):
     for option, value in SMALLER.items():
         if option in words:
             words[words.index(option) + 1] = value
-    if words[0] in ("convert", "info", "merge", "sensors"):
+    if words[0] in ("convert", "info", "inspect", "merge", "sensors"):
         return words
     size = [] if "--size" in words else ["--size", SMALLER["--size"]]
     return [*words, *size, "--photons", "500"]
@@ -56,6 +56,8 @@ def test_commands(page, tmp_path, monkeypatch, capsys):
         shutil.copy(file, f"room{file.suffix}")
     pm.save_scene(pm.scenes.cornell_box(), "saved/room.glb")
     shutil.copy("saved/room.glb", tmp_path)
+    for name in ("box", "other"):
+        pm.render(pm.scenes.cornell_box(), size=(8, 6), passes=2, photons=500).save(f"{name}.exr")
     trimesh.creation.box().export("scan.ply")
     (tmp_path / "scene.xml").write_text('<scene version="3.0.0"><shape type="cube"/></scene>')
     (tmp_path / "chips.csv").write_text("nm,a,b\n380,0.7,0.9\n730,0.9,0.6\n")

@@ -1,0 +1,56 @@
+"""The command `python -m photonmap inspect`: a page to look at the buffers of a render."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from photonmap.commands.options import add_quiet
+
+HELP = "Write one page that shows a render's buffers and the spectra of its pixels, in a browser."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("file", metavar="FILE.exr", help="a render")
+    parser.add_argument(
+        "other", nargs="?", metavar="OTHER.exr", help="another, to see the difference"
+    )
+    parser.add_argument(
+        "-o", "--output", metavar="FILE.html", help="where to write the page (default: FILE.html)"
+    )
+    parser.add_argument(
+        "--buffers",
+        type=_split,
+        metavar="LIST",
+        help="show only these buffers; their names, separated by commas (default: all but masks, "
+        "counts and covariance)",
+    )
+    add_quiet(parser)
+
+
+def _split(text: str) -> list[str]:
+    return text.split(",")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Write the page.
+
+    Raises
+    ------
+    InputError
+        if a file is not a render, the two cannot be compared, or the page cannot be written
+    """
+    from photonmap.errors import InputError
+    from photonmap.runtime.file_checks import check_writable
+    from photonmap.viewer.page import load_for_page, write_page
+
+    page = Path(options.output or Path(options.file).with_suffix(".html"))
+    if page.suffix.lower() != ".html" or page.is_dir():
+        raise InputError("the name of the page must end in .html, as in box.html", page)
+    check_writable(page.parent, page)
+    files = [file for file in (options.file, options.other) if file is not None]
+    results = [load_for_page(file, options.buffers) for file in files]
+    write_page(results, [Path(file).name for file in files], page, options.buffers)
+    if not options.quiet:
+        print(f"the page: {page} ({page.stat().st_size / 1e6:.1f} MB); open it in a browser")
