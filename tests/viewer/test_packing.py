@@ -39,7 +39,7 @@ def test_values_are_rounded_to_half_of_their_error():
 def test_noise_is_not_stored():
     image = np.random.default_rng(4).normal(1.0, 0.05, (64, 64, N)).astype(np.float32)
     packed = pack_values(image, np.full_like(image, 0.05), 0)
-    assert len(packed) < 0.55 * len(pack_values(image, None, 0))
+    assert len(packed) < 0.65 * len(pack_values(image, None, 0))
 
 
 def test_values_without_errors_keep_the_bits_of_half_floats():
