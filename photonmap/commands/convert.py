@@ -40,6 +40,7 @@ def run(options: argparse.Namespace) -> None:
         options.missing_textures,
         munsell=options.munsell,
         illuminants=options.illuminants,
+        root=options.root,
     )
     written = save_scene(source.load(), output)
     if not options.quiet:

@@ -192,6 +192,12 @@ def add_material_options(parser: argparse.ArgumentParser) -> None:
         default="error",
         help="what to do about textures that cannot be read (default: error)",
     )
+    materials.add_argument(
+        "--root",
+        metavar="FOLDER",
+        help="folder below which all files lie that the scene names (default: the scene's own); "
+        "others are not opened",
+    )
 
 
 def add_measured_sets(group: argparse._ArgumentGroup) -> None:
@@ -218,6 +224,7 @@ def choose_scene(options: argparse.Namespace) -> SceneSource:
         options.munsell,
         options.illuminants,
         options.camera,
+        options.root,
     )
 
 

@@ -25,6 +25,7 @@ class SceneSource:
         counts without a camera too
     munsell, illuminants : files of measured spectra; None for those that the environment names
     view : the name of one of the file's cameras; None for the first
+    root : folder below which all files lie that the scene names; None for its own
     """
 
     path: str
@@ -33,6 +34,7 @@ class SceneSource:
     munsell: str | None = None
     illuminants: str | None = None
     view: str | None = None
+    root: str | None = None
 
     def load(self) -> Scene:
         """Load the scene, with the chosen spectra and camera.
@@ -45,7 +47,7 @@ class SceneSource:
         from photonmap.io.readers.scene_file import load_scene
 
         use_measured_sets(self.munsell, self.illuminants)
-        scene = load_scene(self.path, self.missing_textures)
+        scene = load_scene(self.path, self.missing_textures, self.root)
         if self.view is not None:
             scene = scene.seen_by(self.view)
         if scene.camera is None and {*self.camera} == {"up"}:

@@ -18,6 +18,7 @@ from functools import cache
 from pathlib import Path
 
 from photonmap.errors import InputError, naming
+from photonmap.runtime.named_files import named_file
 from photonmap.runtime.wording import shown
 from photonmap.spectra import names
 from photonmap.spectra.colorimetry import emission_of_xyz, reflectance_of_xyz
@@ -168,7 +169,7 @@ def _common_source(body: str, folder: Path, highest: float, kind: str) -> Color 
     if body.startswith("rgb:"):
         return _triple(body, body.removeprefix("rgb:"))
     if Path(body).suffix.lower() in FILES:
-        return _only_curve(folder / body, highest, kind)
+        return _only_curve(named_file(folder, body), highest, kind)
     return None
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from photonmap.errors import InputError, naming
+from photonmap.runtime.named_files import named_file
 from photonmap.spectra.curves import FILES, Floats, Spectrum, SpectrumSet
 from photonmap.spectra.tables import read_table
 
@@ -47,7 +48,7 @@ def metal_by_source(source: str, folder: Path) -> Spectrum:
     if Path(source).suffix.lower() not in FILES:
         with naming(f"metal:{source}"):
             return metal(source)
-    path = folder / source
+    path = named_file(folder, source)
     table = read_table(path, 0.0, LARGEST_INDEX, "index")
     if len(table) != 2:
         raise InputError(

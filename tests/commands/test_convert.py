@@ -81,7 +81,7 @@ def test_what_is_refused(tmp_path, capsys, monkeypatch, output, message):
 
 def test_an_earlier_conversion_is_replaced(tmp_path):
     (tmp_path / "sky.toml").write_text(f'mesh = "{BOX}"\n[[light]]\ntype = "dome"\n')
-    assert convert(tmp_path / "sky.toml", tmp_path / "room.glb", "--quiet") == 0
+    assert convert(tmp_path / "sky.toml", tmp_path / "room.glb", "--quiet", "--root", "/") == 0
     assert len(pm.load_scene(tmp_path / "room.glb").lights) == 1
     assert convert(BOX, tmp_path / "room.glb", "--quiet") == 0
     assert pm.load_scene(tmp_path / "room.glb").lights == []

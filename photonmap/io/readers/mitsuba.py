@@ -13,6 +13,7 @@ from photonmap.io.readers.mitsuba_parts.materials.bsdfs import Bsdfs
 from photonmap.io.readers.mitsuba_parts.sensors import read_sensor
 from photonmap.io.readers.mitsuba_parts.shapes import Shapes
 from photonmap.io.readers.registry import ReadOptions
+from photonmap.runtime.named_files import allowed_folder
 from photonmap.scene.scene import Scene
 
 SUFFIXES = (".xml",)
@@ -32,7 +33,7 @@ def read(path: Path, options: ReadOptions) -> Scene:
 
 
 def _decode(options: ReadOptions, path: Path, data: bytes, losses: Losses) -> Scene:
-    context = Context(Files(path.parent), options.missing_textures, losses)
+    context = Context(Files(path.parent, allowed_folder(path)), options.missing_textures, losses)
     scene = load_nodes(path, data, context.files)
     shapes = Shapes(Bsdfs(context))
     meshes = [mesh for shape in scene.parts("shape") for mesh in shapes.meshes(shape)]

@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.errors import InputError, warn
+from photonmap.errors import InputError, naming, warn
 from photonmap.io.readers.polygons import triangulate
 from photonmap.io.readers.registry import GREY, MissingTextures, ReadOptions
 from photonmap.io.readers.wavefront.mtl import read_mtl
 from photonmap.io.readers.wavefront.obj_lines import ObjLines, parse_lines
 from photonmap.io.readers.wavefront.source import Source, read_source
+from photonmap.runtime.named_files import named_file
 from photonmap.runtime.wording import listed, shown, suggest
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
@@ -161,8 +162,10 @@ def _find_materials(
 def _find_libraries(source: Source, offset: int, names: str) -> Iterator[Path]:
     """Find the files of one mtllib line: one name with spaces, or several; warn of missing ones."""
     folder = source.path.parent
-    for name in [names] if _find(folder, names) else names.split():
-        path = _find(folder, name)
+    with naming("mtllib", source.path, source.line_number(offset)):
+        chosen = [names] if _find(folder, names) else names.split()
+        found = {name: _find(folder, name) for name in chosen}
+    for name, path in found.items():
         if path is None:
             remedy = suggest(name, sorted(p.name for p in folder.glob("*.[mM][tT][lL]")))
             warn(
@@ -177,9 +180,10 @@ def _find_libraries(source: Source, offset: int, names: str) -> Iterator[Path]:
 def _find(folder: Path, name: str) -> Path | None:
     """Return the file of a name that may have Windows' separators; None if there is none."""
     for candidate in (name, name.replace("\\", "/")):
+        path = named_file(folder, candidate)
         try:
-            if (folder / candidate).is_file():
-                return folder / candidate
+            if path.is_file():
+                return path
         except (OSError, ValueError):
             continue
     return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from os import PathLike
 from pathlib import Path
 
-from photonmap.errors import InputError
+from photonmap.errors import InputError, naming
 from photonmap.io.readers.registry import (
     SCENE_SUFFIX,
     MissingTextures,
@@ -19,6 +19,7 @@ from photonmap.io.readers.scene_lights import read_lights
 from photonmap.io.readers.scene_materials import SECTION as MATERIAL
 from photonmap.io.readers.scene_materials import change_materials
 from photonmap.io.readers.toml import Toml, read_toml
+from photonmap.runtime.named_files import named_file, reading_below
 from photonmap.runtime.wording import shown
 from photonmap.scene.scene import Scene
 
@@ -28,7 +29,11 @@ _MESH = "mesh"
 _SECTIONS = (_MESH, CAMERA, MATERIAL, LIGHT)
 
 
-def load_scene(path: str | PathLike[str], missing_textures: MissingTextures = "error") -> Scene:
+def load_scene(
+    path: str | PathLike[str],
+    missing_textures: MissingTextures = "error",
+    root: str | PathLike[str] | None = None,
+) -> Scene:
     """Load a scene file.
 
     A TOML file names its mesh, `mesh = "room.obj"`, or stands beside it under the same stem. It
@@ -49,6 +54,8 @@ def load_scene(path: str | PathLike[str], missing_textures: MissingTextures = "e
     ----------
     path : a file of any suffix that `photonmap.io.readers.registry.scene_suffixes` lists
     missing_textures : "error", or "grey" in place of textures that cannot be read
+    root : folder below which all files lie that the scene names; None for its own. Others are not
+        opened
 
     Returns
     -------
@@ -58,7 +65,9 @@ def load_scene(path: str | PathLike[str], missing_textures: MissingTextures = "e
     ------
     InputError : the file is of an unknown kind, or it or one it refers to cannot be read
     """
-    return read(Path(path), ReadOptions(missing_textures))
+    path = Path(path)
+    with reading_below(root, path):
+        return read(path, ReadOptions(missing_textures))
 
 
 def read(path: Path, options: ReadOptions) -> Scene:
@@ -107,7 +116,8 @@ def _mesh_path(path: Path, toml: Toml) -> Path:
         return path
     if not isinstance(named, str):
         raise toml.error(f'mesh {shown(named)} is not a name; write mesh = "FILE.obj"', _MESH)
-    mesh = toml.path.parent / named
+    with naming(_MESH, toml.path, toml.line(_MESH)):
+        mesh = named_file(toml.path.parent, named)
     if mesh.suffix.lower() == SCENE_SUFFIX:
         raise toml.error(f"mesh {shown(named)} is a scene file; name the file of its mesh", _MESH)
     if path.suffix.lower() != SCENE_SUFFIX and mesh.resolve() != path.resolve():

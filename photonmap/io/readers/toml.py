@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from photonmap.errors import InputError
+from photonmap.runtime.named_files import named_file
 from photonmap.runtime.wording import listed, shown, suggest
 from photonmap.scene.parameters import Colored, File, Parameter, Part, parameters_of
 
@@ -107,7 +108,7 @@ def parse_value(parameter: Parameter, value: Any, folder: Path) -> Any:
             if not isinstance(value, str):
                 example = f"{parameter.key} = {parameter.example}"
                 raise InputError(f"{shown(value)} is not a file name; write {example}")
-            return parameter.read(folder / value)
+            return parameter.read(named_file(folder, value))
         case Part():
             return _parse_part(parameter, value, folder)
     return parameter.check(value)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError
+from photonmap.runtime.named_files import named_file
 from photonmap.runtime.wording import shown
 from photonmap.spectra.tables import read_bytes
 
@@ -91,7 +92,7 @@ class Document:
             return self.binary
         if uri.startswith("data:"):
             return base64.b64decode(uri.partition(",")[2], validate=True)
-        return read_bytes(self.path.parent / unquote(uri))
+        return read_bytes(named_file(self.path.parent, unquote(uri)))
 
 
 def split_glb(path: Path, data: bytes) -> tuple[memoryview, memoryview | None]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.io.readers.registry import MissingTextures
+from photonmap.runtime.named_files import named_file
 from photonmap.scene.images import Channels, read_channels
 from photonmap.scene.textures import Texture, Triple
 
@@ -159,7 +160,10 @@ class Textures:
             if _is_embedded(image):
                 self._last = index, self._read_embedded(index, image)
             else:
-                self._last = index, read_channels(self.path.parent / unquote(image["uri"]))
+                self._last = (
+                    index,
+                    read_channels(named_file(self.path.parent, unquote(image["uri"]))),
+                )
         return self._last[1]
 
     def _read_embedded(self, index: int, image: dict[str, Any]) -> Channels:

@@ -11,6 +11,7 @@ from photonmap.io.readers.gltf_parts.nodes import unused_name
 from photonmap.io.readers.mitsuba_parts.nodes import Node
 from photonmap.io.readers.mitsuba_parts.xml import Element
 from photonmap.io.readers.registry import MissingTextures
+from photonmap.runtime.named_files import is_below, outside
 from photonmap.runtime.wording import shown
 
 
@@ -20,11 +21,13 @@ class Files:
 
     Parameters
     ----------
-    root : the folder of the scene; nothing outside of it is opened
+    root : the folder of the scene
+    allowed : the folder outside of which nothing is opened
     folders : further ones, in which `<path>` has files looked up
     """
 
     root: Path
+    allowed: Path
     folders: list[Path] = field(default_factory=list)
 
     def find(self, element: Element, name: str) -> Path:
@@ -47,10 +50,8 @@ class Files:
     def inside(self, element: Element, folder: Path, name: str) -> Path:
         """Return what a name, perhaps with Windows' separators, means in a folder."""
         path = Path(os.path.normpath(folder / name.replace("\\", "/")))
-        root = Path(os.path.normpath(self.root))
-        if not path.absolute().is_relative_to(root.absolute()):
-            remedy = "copy it there and name it without .. and leading /"
-            raise element.error(f"{shown(name)} lies outside of the scene's folder; {remedy}")
+        if not is_below(path, self.allowed):
+            raise element.error(f"{shown(name)} {outside(self.allowed)}")
         return path
 
 

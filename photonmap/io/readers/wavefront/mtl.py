@@ -14,6 +14,7 @@ from photonmap.io.readers.wavefront.gloss import NUMBERS
 from photonmap.io.readers.wavefront.illumination import make_material
 from photonmap.io.readers.wavefront.map_options import parse_map
 from photonmap.io.readers.wavefront.source import Source, read_source
+from photonmap.runtime.named_files import named_file
 from photonmap.runtime.wording import listed, shown
 from photonmap.scene.material import Material
 from photonmap.scene.parameters import Colored, Emission, Number, Parameter, parameters_of
@@ -214,9 +215,9 @@ def _read_map(line: _Statement, draft: Draft, textures: _Textures) -> None:
     folder = line.source.path.parent
     is_data, parameter = line.keyword in _MEANS, (_MAPS | _MEANS)[line.keyword]
     try:
-        path = folder / name
+        path = named_file(folder, name)
         if "\\" in name and not path.exists():
-            path = folder / name.replace("\\", "/")
+            path = named_file(folder, name.replace("\\", "/"))
         is_mask = isinstance(parameter, Number) and not is_data
         image = shared_image(path, linear=is_data, mask=is_mask)
         texture = Texture(image, options.scale[:2], options.offset[:2], options.clamp)

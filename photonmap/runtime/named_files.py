@@ -1,0 +1,66 @@
+"""Files that scenes name: those outside of a scene's folder are not opened unless asked for."""
+
+from __future__ import annotations
+
+import os.path
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from os import PathLike
+from pathlib import Path
+
+from photonmap.errors import InputError
+from photonmap.runtime.wording import shown
+
+_ROOT: ContextVar[Path | None] = ContextVar("root", default=None)
+"""Folder of the files that may be opened; None for any folder."""
+
+
+@contextmanager
+def reading_below(root: str | PathLike[str] | None, scene: Path) -> Iterator[None]:
+    """Have `named_file` refuse what lies outside of a folder; None for that of the scene.
+
+    Raises
+    ------
+    InputError : the folder does not exist
+    """
+    folder = scene.parent if root is None else Path(root)
+    if root is not None and not folder.is_dir():
+        raise InputError("is no folder; name the one in which the scene's files lie", folder)
+    token = _ROOT.set(folder)
+    try:
+        yield
+    finally:
+        _ROOT.reset(token)
+
+
+def allowed_folder(scene: Path) -> Path:
+    """Return the folder below which the files of a scene may lie."""
+    return _ROOT.get() or scene.parent
+
+
+def named_file(folder: Path, name: str) -> Path:
+    """Return the path of a file that is named relative to a folder.
+
+    Raises
+    ------
+    InputError : it lies outside of the folder of `reading_below`, by `..` or an absolute path
+    """
+    path, root = folder / name, _ROOT.get()
+    if root is not None and not is_below(path, root):
+        raise InputError(f"{shown(name)} {outside(root)}")
+    return path
+
+
+def is_below(path: Path, root: Path) -> bool:
+    """Return whether a path lies in a folder by its name; links may lead elsewhere."""
+    normal, base = (Path(os.path.normpath(each.absolute())) for each in (path, root))
+    return normal.is_relative_to(base)
+
+
+def outside(root: Path) -> str:
+    """Return what is wrong with a file that is not below a folder, and what to do."""
+    return (
+        f"lies outside of the folder {root}; "
+        "copy it there, or name a folder that holds all files by --root (root=...)"
+    )
