@@ -7,25 +7,110 @@ lobe does not reflect, each time light passes it, so that a white base reflects 
 covers it. The BSDF is reciprocal.
 
 `parameters` are α, and the means over bands of the reflectance at normal incidence and of the
-base's albedo, by which one of the two is chosen for a sample.
+base's albedo, by which one of the two is chosen for a sample. Where textures give them, they are
+looked up for each point: `maps`, an argument of its own, is None in scenes without such textures.
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from photonmap.kernels.core import vec, warp
+from photonmap.kernels.core.bands import mix
 from photonmap.kernels.core.jit import jit
+from photonmap.kernels.geometry.texture import coordinates, look_up, look_up_number
 
 SCHLICK_MEAN = 1.0 / 21.0
 """Cosine-weighted mean of (1 - cos)⁵."""
 TINY = 1e-12
 
 
+class Lobe(NamedTuple):
+    """A glossy lobe and its base at a point."""
+
+    material: int
+    alpha: float
+    f0: float
+    """mean over bands of the reflectance at normal incidence"""
+    base: float
+    """mean over bands of the albedo of the base"""
+    row: int
+    """of `Scattering.albedos`"""
+    between: float
+    """how far on the way to the next row"""
+    is_textured: bool
+    """whether the reflectance at normal incidence is `color` rather than the material's"""
+    color: tuple
+    """linear RGB"""
+
+
 @jit
-def _look_up(table, cosine):
+def lobe_at(geometry, scattering, maps, hit):
+    """Return the `Lobe` where a ray meets a surface."""
+    material = geometry.material[hit.triangle]
+    parameters = scattering.parameters[material]
+    alpha, f0, base = parameters[0], parameters[1], parameters[2]
+    row, between, color = np.int64(material), 0.0, (0.0, 0.0, 0.0)
+    if maps is None:
+        return Lobe(material, alpha, f0, base, row, between, False, color)
+    s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
+    if maps.roughness[material] >= 0:
+        roughness = min(look_up_number(maps.maps, maps.roughness[material], s, t), 1.0)
+        alpha = max(roughness * roughness, maps.least)
+        place = roughness * (len(scattering.albedos) - 1 - maps.first)
+        step = min(int(place), len(scattering.albedos) - 2 - maps.first)
+        row, between = np.int64(maps.first + step), place - step
+    is_textured = maps.glossy[material] >= 0
+    if is_textured:
+        color = _reflectance(maps.maps, maps.glossy[material], s, t)
+        f0 = (color[0] + color[1] + color[2]) / 3.0
+    if maps.base[material] >= 0:
+        r, g, b = _reflectance(maps.maps, maps.base[material], s, t)
+        base = (r + g + b) / 3.0
+    return Lobe(material, alpha, f0, base, row, between, is_textured, color)
+
+
+@jit
+def _reflectance(maps, image, s, t):
+    r, g, b = look_up(maps, image, s, t)
+    return min(r, 1.0), min(g, 1.0), min(b, 1.0)
+
+
+@jit
+def normal_reflectance(scattering, maps, lobe, band):
+    """Return the reflectance at normal incidence in one band."""
+    if maps is None:
+        return float(scattering.specular[lobe.material, band])
+    if lobe.is_textured:
+        return float(mix(lobe.color, maps.basis, band))
+    return float(scattering.specular[lobe.material, band])
+
+
+@jit
+def _interpolate(table, cosine):
     """Interpolate a row of `Scattering.albedos`, over the square root of the cosine."""
     place = math.sqrt(min(cosine, 1.0)) * (len(table) - 2)
     node = min(int(place), len(table) - 3)
     return table[node] + (place - node) * (table[node + 1] - table[node])
+
+
+@jit
+def _look_up(albedos, maps, lobe, term, cosine):
+    """Return the albedo of a Fresnel term, 0: 1, 1: (1 - cos)⁵, of light from an angle."""
+    value = _interpolate(albedos[lobe.row, term], cosine)
+    if maps is None:
+        return value
+    return value + lobe.between * (_interpolate(albedos[lobe.row + 1, term], cosine) - value)
+
+
+@jit
+def mean_albedo(albedos, maps, lobe, term):
+    """Return the cosine-weighted mean of `_look_up`."""
+    value = albedos[lobe.row, term, -1]
+    if maps is None:
+        return value
+    return value + lobe.between * (albedos[lobe.row + 1, term, -1] - value)
 
 
 @jit
@@ -56,43 +141,46 @@ def _distribution(alpha, h, n):
 
 
 @jit
-def evaluate(scattering, material, wi, wo, n, values):
+def evaluate(scattering, maps, lobe, wi, wo, n, values):
     """Turn the base's albedos in values, (N,), into the BSDF (per steradian)."""
     cos_i, cos_o = vec.dot(wi, n), vec.dot(wo, n)
     if cos_i <= 0.0 or cos_o <= 0.0:
         values[:] = 0.0
         return
-    alpha, albedos = scattering.parameters[material, 0], scattering.albedos[material]
+    alpha, albedos = lobe.alpha, scattering.albedos
     h = vec.normalize(vec.add(wi, wo))
     masking = 1.0 + _smith(alpha, cos_i) + _smith(alpha, cos_o)
-    lobe = _distribution(alpha, h, n) / (4.0 * cos_i * cos_o * masking)
+    once = _distribution(alpha, h, n) / (4.0 * cos_i * cos_o * masking)
     schlick = (1.0 - min(vec.dot(wo, h), 1.0)) ** 5
-    single_i, single_o = _look_up(albedos[0], cos_i), _look_up(albedos[0], cos_o)
-    grazing_i, grazing_o = _look_up(albedos[1], cos_i), _look_up(albedos[1], cos_o)
-    mean, mean_grazing = albedos[0, -1], albedos[1, -1]
+    single_i = _look_up(albedos, maps, lobe, 0, cos_i)
+    single_o = _look_up(albedos, maps, lobe, 0, cos_o)
+    grazing_i = _look_up(albedos, maps, lobe, 1, cos_i)
+    grazing_o = _look_up(albedos, maps, lobe, 1, cos_o)
+    mean, mean_grazing = mean_albedo(albedos, maps, lobe, 0), mean_albedo(albedos, maps, lobe, 1)
     missing = (1.0 - single_i) * (1.0 - single_o) / max(1.0 - mean, TINY) * warp.INV_PI
     for band in range(len(values)):
-        f0, rho = float(scattering.specular[material, band]), float(values[band])
+        f0, rho = normal_reflectance(scattering, maps, lobe, band), float(values[band])
         multiple = _multiple(f0, mean)
         through = 1.0 - _lobe_albedo(single_i, grazing_i, f0, multiple)
         through *= 1.0 - _lobe_albedo(single_o, grazing_o, f0, multiple)
         back = _lobe_albedo(mean, mean_grazing, f0, multiple)
         base = rho * through * warp.INV_PI / max(1.0 - rho * back, TINY)
-        values[band] = (f0 + (1.0 - f0) * schlick) * lobe + multiple * missing + base
+        values[band] = (f0 + (1.0 - f0) * schlick) * once + multiple * missing + base
 
 
 @jit
-def _lobe_probability(scattering, material, cosine):
+def _lobe_probability(scattering, maps, lobe, cosine):
     """Return with which probability a sample is drawn by visible normals."""
-    parameters, albedos = scattering.parameters[material], scattering.albedos[material]
-    f0, rho = parameters[1], parameters[2]
-    multiple = _multiple(f0, albedos[0, -1])
-    back = _lobe_albedo(albedos[0, -1], albedos[1, -1], f0, multiple)
-    single, grazing = _look_up(albedos[0], cosine), _look_up(albedos[1], cosine)
-    lobe = f0 * (single - grazing) + grazing
+    albedos, f0, rho = scattering.albedos, lobe.f0, lobe.base
+    mean, mean_grazing = mean_albedo(albedos, maps, lobe, 0), mean_albedo(albedos, maps, lobe, 1)
+    multiple = _multiple(f0, mean)
+    back = _lobe_albedo(mean, mean_grazing, f0, multiple)
+    single = _look_up(albedos, maps, lobe, 0, cosine)
+    grazing = _look_up(albedos, maps, lobe, 1, cosine)
+    once = f0 * (single - grazing) + grazing
     reflected = _lobe_albedo(single, grazing, f0, multiple)
     base = rho * (1.0 - reflected) * (1.0 - back) / max(1.0 - rho * back, TINY)
-    return lobe / max(reflected + base, TINY)
+    return once / max(reflected + base, TINY)
 
 
 @jit
@@ -109,29 +197,29 @@ def visible_normal(alpha, wo, u, v):
 
 
 @jit
-def sample(scattering, material, wo, n, u, v):
+def sample(scattering, maps, lobe, wo, n, u, v):
     """Return a direction by visible normals, or by the cosine for base and multiple scattering."""
     cosine = vec.dot(wo, n)
     if cosine <= 0.0:
         return vec.scale(n, -1.0)
-    probability = _lobe_probability(scattering, material, cosine)
+    probability = _lobe_probability(scattering, maps, lobe, cosine)
     if u >= probability:
         u = min((u - probability) / (1.0 - probability), 1.0 - 2.0**-53)
         return vec.from_frame(warp.cosine_hemisphere(u, v), n)
     local = vec.to_frame(wo, n)
-    h = visible_normal(scattering.parameters[material, 0], local, u / probability, v)
+    h = visible_normal(lobe.alpha, local, u / probability, v)
     wi = vec.sub(vec.scale(h, 2.0 * vec.dot(local, h)), local)
     return vec.normalize(vec.from_frame(wi, n))
 
 
 @jit
-def pdf(scattering, material, wi, wo, n):
+def pdf(scattering, maps, lobe, wi, wo, n):
     """Return the density of `sample` (per steradian)."""
     cos_i, cos_o = vec.dot(wi, n), vec.dot(wo, n)
     if cos_i <= 0.0 or cos_o <= 0.0:
         return 0.0
-    alpha = scattering.parameters[material, 0]
-    probability = _lobe_probability(scattering, material, cos_o)
+    alpha = lobe.alpha
+    probability = _lobe_probability(scattering, maps, lobe, cos_o)
     h = vec.normalize(vec.add(wi, wo))
     visible = _distribution(alpha, h, n) / (4.0 * cos_o * (1.0 + _smith(alpha, cos_o)))
     return probability * visible + (1.0 - probability) * warp.cosine_hemisphere_pdf(cos_i)

@@ -10,7 +10,8 @@ the shading normal n:
 - `sample(…, wo, n, u, v)` returns wi; one below the horizon is lost;
 - `pdf(…, wi, wo, n)` returns the density of `sample` (per steradian).
 
-They begin with the material's parameters, or with all of `Scattering` and the material's number.
+They begin with the material's parameters, or with all of `Scattering`, its textures, which are None
+where there are none, and what the material is at the point.
 """
 
 from photonmap.kernels.bsdf import glossy, lambert, rough_diffuse
@@ -51,11 +52,14 @@ def _departure(surface):
 
 
 @jit
-def _evaluate(scattering, material, surface, wi, values):
+def _evaluate(geometry, scattering, surface, wi, values):
     """Turn the diffuse albedos in values into the BSDF."""
+    material = geometry.material[surface.hit.triangle]
     model = scattering.model[material]
     if model == GLOSSY:
-        glossy.evaluate(scattering, material, wi, _departure(surface), surface.ns, values)
+        maps = scattering.maps
+        lobe = glossy.lobe_at(geometry, scattering, maps, surface.hit)
+        glossy.evaluate(scattering, maps, lobe, wi, _departure(surface), surface.ns, values)
     elif model == ROUGH_DIFFUSE:
         parameters = scattering.parameters[material]
         rough_diffuse.evaluate(parameters, wi, _departure(surface), surface.ns, values)
@@ -70,14 +74,14 @@ def evaluate(scene, scattering, surface, wi, values):
     color = look_up_material(scene.geometry, scene.textures, surface.hit)
     for band in range(len(values)):
         values[band] = albedo(scene.materials, scene.textures, color, band)
-    _evaluate(scattering, color[0], surface, wi, values)
+    _evaluate(scene.geometry, scattering, surface, wi, values)
 
 
 @outlined
 def evaluate_lobe(scene, scattering, surface, wi, values):
     """Fill values, (N,), with what the BSDF has beside its diffuse base."""
     values[:] = 0.0
-    _evaluate(scattering, scene.geometry.material[surface.hit.triangle], surface, wi, values)
+    _evaluate(scene.geometry, scattering, surface, wi, values)
 
 
 @jit
@@ -85,10 +89,11 @@ def sample(geometry, scattering, surface, u, v):
     """Return a unit vector wi of density `pdf`; `surface.model` says by which BSDF."""
     if scattering is None or surface.model == LAMBERTIAN:
         return lambert.sample(surface, u, v)
-    material = geometry.material[surface.hit.triangle]
     if surface.model == GLOSSY:
-        return glossy.sample(scattering, material, _departure(surface), surface.ns, u, v)
-    parameters = scattering.parameters[material]
+        maps = scattering.maps
+        lobe = glossy.lobe_at(geometry, scattering, maps, surface.hit)
+        return glossy.sample(scattering, maps, lobe, _departure(surface), surface.ns, u, v)
+    parameters = scattering.parameters[geometry.material[surface.hit.triangle]]
     return rough_diffuse.sample(parameters, _departure(surface), surface.ns, u, v)
 
 
@@ -97,10 +102,11 @@ def pdf(geometry, scattering, surface, wi):
     """Return the density of `sample` (per steradian) for the unit vector wi."""
     if scattering is None or surface.model == LAMBERTIAN:
         return lambert.pdf(surface, wi)
-    material = geometry.material[surface.hit.triangle]
     if surface.model == GLOSSY:
-        return glossy.pdf(scattering, material, wi, _departure(surface), surface.ns)
-    parameters = scattering.parameters[material]
+        maps = scattering.maps
+        lobe = glossy.lobe_at(geometry, scattering, maps, surface.hit)
+        return glossy.pdf(scattering, maps, lobe, wi, _departure(surface), surface.ns)
+    parameters = scattering.parameters[geometry.material[surface.hit.triangle]]
     return rough_diffuse.pdf(parameters, wi, _departure(surface), surface.ns)
 
 

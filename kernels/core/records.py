@@ -140,6 +140,25 @@ class Specular(NamedTuple):
 
 
 @by_reference
+class LobeMaps(NamedTuple):
+    """Glossy lobes that vary over surfaces; a scene without any has None in its place."""
+
+    maps: Maps
+    roughness: np.ndarray
+    """(M,) int32, row of `maps`, -1 for none"""
+    glossy: np.ndarray
+    """(M,) int32, likewise, of the reflectance at normal incidence"""
+    base: np.ndarray
+    """(M,) int32, likewise, of the diffuse base"""
+    basis: np.ndarray
+    """(3, N) float32, which makes reflectances of linear RGB"""
+    first: int
+    """row of `Scattering.albedos` where those of even steps of roughness begin"""
+    least: float
+    """smallest α"""
+
+
+@by_reference
 class Scattering(NamedTuple):
     """Surfaces that scatter neither like Lambert's law nor specularly: see `bsdf.models`."""
 
@@ -150,8 +169,11 @@ class Scattering(NamedTuple):
     specular: np.ndarray
     """(M, N) float32, reflectances of glossy surfaces at normal incidence"""
     albedos: np.ndarray
-    """(M, 2, K) float64, what glossy lobes of Fresnel terms 1 and (1 - cos)⁵ reflect of light from
-    K - 1 angles, and the cosine-weighted mean over all; 0 for other models"""
+    """(R, 2, K) float64, what glossy lobes of Fresnel terms 1 and (1 - cos)⁵ reflect of light from
+    K - 1 angles, and the cosine-weighted mean over all: of each material, 0 for other models; then,
+    where lobes are textured, of lobes of even steps of roughness"""
+    maps: LobeMaps | None
+    """None where no lobe is textured"""
 
 
 @by_reference

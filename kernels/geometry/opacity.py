@@ -11,14 +11,13 @@ import numpy as np
 
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.bands import divide
-from photonmap.kernels.core.color import LUMINANCE
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.passes import Hit
 from photonmap.kernels.core.rng import draw, stream
 from photonmap.kernels.geometry.interaction import offset, point_at, side_of
 from photonmap.kernels.geometry.pane import pane_opacity
 from photonmap.kernels.geometry.ray import any_hit, closest_hit
-from photonmap.kernels.geometry.texture import coordinates, look_up
+from photonmap.kernels.geometry.texture import coordinates, look_up_number
 
 MOST_LAYERS = 256
 """Surfaces that a ray passes through at most; the last one stops it."""
@@ -36,9 +35,7 @@ def opacity_at(geometry, alpha, triangle, u, v):
     if image < 0:
         return alpha.value[material]
     s, t = coordinates(geometry.uv, geometry.triangles, triangle, u, v)
-    r, g, b = look_up(alpha.maps, image, s, t)
-    # This order of operations returns a grey exactly.
-    return g + LUMINANCE[0] * (r - g) + LUMINANCE[2] * (b - g)
+    return look_up_number(alpha.maps, image, s, t)
 
 
 @jit

@@ -12,6 +12,7 @@ from llvmlite import ir
 from numba import config, types
 from numba.extending import intrinsic
 
+from photonmap.kernels.core.color import LUMINANCE
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.records import FLOATS
 
@@ -109,3 +110,11 @@ def look_up(maps, image, s, t):
         maps.factor[image, 1] * (p * a[1] + q * b[1] + r * c[1] + w * d[1]),
         maps.factor[image, 2] * (p * a[2] + q * b[2] + r * c[2] + w * d[2]),
     )
+
+
+@jit
+def look_up_number(maps, image, s, t):
+    """Return the luminance of row `image` of `maps` at texture coordinates (s, t)."""
+    r, g, b = look_up(maps, image, s, t)
+    # This order of operations returns a grey exactly.
+    return g + LUMINANCE[0] * (r - g) + LUMINANCE[2] * (b - g)

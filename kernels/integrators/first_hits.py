@@ -2,18 +2,21 @@
 
 import math
 
+from photonmap.kernels.bsdf import glossy, models
+from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.camera.cameras import first_hit, generate_ray
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import kernel
+from photonmap.kernels.core.passes import Hit
 from photonmap.kernels.geometry.interaction import point_at, surface_interaction
 
 
 @kernel
-def first_hits(geometry, view, span, triangles, distance, depth, normal):
+def first_hits(geometry, view, span, triangles, barycentrics, distance, depth, normal):
     """Fill the first hits of the pixels of a span, by rays through the centre of the lens.
 
-    Triangles (P,) int32 (-1: none), distance and depth (P,), normal (P, 3). Depth is measured along
-    the camera's axis; where it has none, it is the distance.
+    Triangles (P,) int32 (-1: none), barycentrics (P, 2), distance and depth (P,), normal (P, 3).
+    Depth is measured along the camera's axis; where it has none, it is the distance.
     """
     film, ahead = view.film, view.camera.axis
     has_axis = vec.dot(ahead, ahead) > 0.0
@@ -22,14 +25,39 @@ def first_hits(geometry, view, span, triangles, distance, depth, normal):
         ray = generate_ray(view.camera, column + 0.5, row + 0.5)
         hit = first_hit(geometry, ray)
         triangles[pixel] = hit.triangle
+        barycentrics[pixel] = 0.0
         distance[pixel] = 0.0
         depth[pixel] = 0.0
         normal[pixel] = 0.0
         if hit.triangle < 0:
             continue
+        barycentrics[pixel, 0], barycentrics[pixel, 1] = hit.u, hit.v
         step = vec.sub(point_at(geometry, hit.triangle, hit.u, hit.v)[0], ray.origin)
         ns = surface_interaction(geometry, hit, ray.direction).ns
         distance[pixel] = math.sqrt(vec.dot(step, step))
         depth[pixel] = vec.dot(step, ahead) if has_axis else distance[pixel]
         for axis in range(3):
             normal[pixel, axis] = ns[axis]
+
+
+@kernel
+def look_up_lobes(scene, scattering, maps, triangles, barycentrics, base, specular, lobes):
+    """Fill what first hits reflect where textures give their glossy lobes: one row a hit.
+
+    Diffuse albedos and reflectances at normal incidence (P, N); α, and the mean albedos of the
+    lobe at Fresnel terms 1 and (1 - cos)⁵, (P, 3). Rows of other surfaces stay as they are.
+    """
+    geometry = scene.geometry
+    for pixel in range(len(triangles)):
+        triangle = triangles[pixel]
+        if triangle < 0 or models.model_at(geometry, scattering, triangle) != models.GLOSSY:
+            continue
+        hit = Hit(triangle, barycentrics[pixel, 0], barycentrics[pixel, 1], 0.0)
+        color = look_up_material(geometry, scene.textures, hit)
+        lobe = glossy.lobe_at(geometry, scattering, maps, hit)
+        lobes[pixel, 0] = lobe.alpha
+        for term in range(2):
+            lobes[pixel, 1 + term] = glossy.mean_albedo(scattering.albedos, maps, lobe, term)
+        for band in range(base.shape[1]):
+            base[pixel, band] = albedo(scene.materials, scene.textures, color, band)
+            specular[pixel, band] = glossy.normal_reflectance(scattering, maps, lobe, band)

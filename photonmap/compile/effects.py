@@ -204,7 +204,8 @@ def _leave_out_scattering(scattering: Scattering | None, plan: EffectPlan) -> Sc
         return None
     kept = np.where(scattering.model == GLOSSY, plan.on("glossy"), plan.on("non_lambertian"))
     model = np.where(kept, scattering.model, LAMBERTIAN).astype(np.uint8)
-    return scattering._replace(model=model) if model.any() else None
+    maps = scattering.maps if plan.on("textures") and plan.on("glossy") else None
+    return scattering._replace(model=model, maps=maps) if model.any() else None
 
 
 def _called_for(compiled: CompiledScene, distinct: int, bands: int) -> dict[str, Effect]:
@@ -239,7 +240,9 @@ def _of_surfaces(compiled: CompiledScene) -> dict[str, Effect]:
     scattering = compiled.scattering
     models = np.zeros(0, np.uint8) if scattering is None else scattering.model
     diffuse = _is_rough(compiled)
-    textures = compiled.textures is not None or compiled.lights.emission_textures is not None
+    lobes = None if scattering is None else scattering.maps
+    of_light = compiled.lights.emission_textures
+    textures = any(maps is not None for maps in (compiled.textures, of_light, lobes))
     no_specular = "there is no mirror or glass"
     return {
         "caustics": _if(

@@ -17,7 +17,7 @@ from photonmap.runtime.wording import listed
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
-from photonmap.scene.textures import FARTHEST, Paint, Texture, mean_color, mean_opacity
+from photonmap.scene.textures import FARTHEST, Paint, Texture, mean_color, mean_number
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
 
 LEAST_AREA = 1e-34
@@ -101,7 +101,9 @@ def _flatten(meshes: list[Mesh]) -> list[Mesh]:
                     material,
                     reflectance=mean_color(material.reflectance),
                     emission=mean_color(material.emission),
-                    alpha=mean_opacity(material.alpha),
+                    alpha=mean_number(material.alpha),
+                    glossy=mean_color(material.glossy),
+                    roughness=mean_number(material.roughness),
                 )
             mesh = replace(mesh, material=flat[id(material)])
         result.append(mesh)

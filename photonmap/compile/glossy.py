@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,9 +13,9 @@ NODES = 64
 """Angles, evenly in the square root of the cosine."""
 GRID = 128
 """Samples per angle: its square."""
+STEPS = 33
+"""Values of roughness for which textured lobes have albedos; what lies between is interpolated."""
 SMALLEST_COSINE = 1e-4
-USUAL_COAT = 0.04
-"""What a dielectric reflects at normal incidence, in the metallic workflow: an index of 1.5"""
 
 
 def lobe_albedos(alpha: float) -> NDArray[np.float64]:
@@ -30,34 +32,30 @@ def lobe_albedos(alpha: float) -> NDArray[np.float64]:
     return np.column_stack([rows, np.array(means) @ (2.0 * weights * roots**3)])
 
 
+@cache
+def stepped_albedos(least: float) -> NDArray[np.float64]:
+    """Return `lobe_albedos` for even steps of roughness from 0 to 1, (STEPS, 2, NODES + 1).
+
+    Parameters
+    ----------
+    least : smallest α
+    """
+    roughness = np.linspace(0.0, 1.0, STEPS)
+    return np.array([lobe_albedos(max(value * value, least)) for value in roughness.tolist()])
+
+
 def mean_albedo(f0: NDArray[np.floating], albedos: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return what glossy surfaces reflect of light from all around, (M, N).
 
     Parameters
     ----------
     f0 : (M, N) reflectances at normal incidence
-    albedos : (M, 2, NODES + 1), of `lobe_albedos`
+    albedos : (M, 2), what the lobe reflects with Fresnel terms 1 and (1 - cos)⁵, likewise
     """
-    single, grazing = albedos[:, 0, -1:], albedos[:, 1, -1:]
+    single, grazing = albedos[:, :1], albedos[:, 1:]
     fresnel = f0 + (1.0 - f0) * SCHLICK_MEAN
     multiple = fresnel**2 * single / (1.0 - fresnel * (1.0 - single))
     return np.asarray(f0 * (single - grazing) + grazing + (1.0 - single) * multiple)
-
-
-def metallic_fraction(base: NDArray[np.float64], lobe: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the metallic fraction m that gives a surface its base and its lobe.
-
-    A colour a then makes a base of (1 - m) a and a lobe of m a + (1 - m) 0.04; a being unknown, m
-    solves a quadratic (glTF's KHR_materials_pbrSpecularGlossiness, conversion to metallic).
-
-    Parameters
-    ----------
-    base, lobe : diffuse reflectance, and reflectance at normal incidence; means over the bands
-    """
-    beyond = np.where(lobe > USUAL_COAT * (1.0 + 1e-6), lobe - USUAL_COAT, 0.0)
-    half = 0.5 * (base + lobe) - USUAL_COAT
-    fraction = (np.sqrt(half * half + USUAL_COAT * beyond) - half) / USUAL_COAT
-    return np.where(beyond > 0.0, np.clip(fraction, 0.0, 1.0), 0.0)
 
 
 def _albedos(alpha: float, cosine: float) -> tuple[float, float]:

@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.glossy import NODES, lobe_albedos
+from photonmap.compile.glossy import NODES, lobe_albedos, stepped_albedos
 from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.bsdf.models import GLOSSY, MODELS
 from photonmap.kernels.core import records
 from photonmap.runtime.wording import listed
-from photonmap.scene.material import Material, check_material
-from photonmap.scene.textures import Paint, Texture, mean_color
+from photonmap.scene.material import LEAST_ALPHA, Material, check_material
+from photonmap.scene.textures import Paint, Texture, mean_color, mean_number
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
 
@@ -58,6 +58,7 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
                 f"material {material.name!r} is glass; set its reflectance and mirror to 0"
             )
     _check_glossy(materials)
+    _check_even(materials)
     panes = _compile_panes(materials, mirror, tint)
     narrow = np.array([material.is_narrow_metal for material in materials])
     mirror[narrow], glossy[narrow] = glossy[narrow], 0.0
@@ -86,6 +87,15 @@ def _check_glossy(materials: list[Material]) -> None:
             )
 
 
+def _check_even(materials: list[Material]) -> None:
+    """Refuse textures of roughness on glass."""
+    for material in materials:
+        if material.ior is not None and isinstance(material.roughness, Texture):
+            raise InputError(
+                f"material {material.name!r} is glass; give it one roughness, not a texture"
+            )
+
+
 def _compile_panes(materials: list[Material], mirror: Floats, tint: Floats) -> records.Panes | None:
     """Return thin glass, None where there is none; it stops what it does not let pass in all bands.
 
@@ -99,7 +109,7 @@ def _compile_panes(materials: list[Material], mirror: Floats, tint: Floats) -> r
     for material in materials:
         if material.thin and material.ior is None:
             raise InputError(f"material {material.name!r} is thin but no glass; give it an ior")
-        if material.thin and material.roughness > 0.0:
+        if material.thin and mean_number(material.roughness) > 0.0:
             raise InputError(f"material {material.name!r} is thin glass; set its roughness to 0")
     if not thin.any():
         return None
@@ -156,7 +166,11 @@ def _compile_scattering(
     for index in np.flatnonzero(model == GLOSSY).tolist():
         parameters[index, 1:3] = glossy[index].mean(), reflectance[index].mean()
         albedos[index] = lobe_albedos(parameters[index, 0])
-    return records.Scattering(model, parameters, glossy.astype(np.float32), albedos)
+    if any(isinstance(material.roughness, Texture) for material in materials):
+        albedos = np.concatenate([albedos, stepped_albedos(LEAST_ALPHA)])
+    elif any(material.has_textured_lobe for material in materials):
+        albedos = np.concatenate([albedos, albedos[:1]])  # a next row for all
+    return records.Scattering(model, parameters, glossy.astype(np.float32), albedos, None)
 
 
 def _part(material: Material, name: str, color: Paint, bands: Bands) -> Floats:

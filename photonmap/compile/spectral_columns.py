@@ -109,7 +109,11 @@ def carry(compiled: CompiledScene, columns: SpectralColumns) -> CompiledScene:
     specular, textures = compiled.specular, compiled.textures
     scattering = compiled.scattering
     if scattering is not None:
-        scattering = scattering._replace(specular=tile(scattering.specular))
+        lobes = scattering.maps
+        scattering = scattering._replace(
+            specular=tile(scattering.specular),
+            maps=None if lobes is None else lobes._replace(basis=tile(lobes.basis)),
+        )
     if textures is not None:
         textures = textures._replace(basis=tile(textures.basis))
     if specular is not None:
@@ -178,6 +182,8 @@ def _tables(compiled: CompiledScene) -> list[Array]:
         tables += [compiled.specular.mirror, compiled.specular.tint]
     if compiled.scattering is not None:
         tables.append(compiled.scattering.specular)
+        if compiled.scattering.maps is not None:
+            tables.append(compiled.scattering.maps.basis)
     if compiled.textures is not None:
         tables.append(compiled.textures.basis)
     if compiled.lights.emission_textures is not None:

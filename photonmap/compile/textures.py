@@ -17,17 +17,21 @@ from photonmap.kernels.core.records import (
     Alpha,
     EmissionTextures,
     Geometry,
+    LobeMaps,
     Maps,
     Panes,
+    Scattering,
     Textures,
 )
 from photonmap.scene.images import LINEAR_TABLE, SRGB_TABLE
-from photonmap.scene.material import Material
+from photonmap.scene.material import LEAST_ALPHA, Material
 from photonmap.scene.textures import Texture, check_texture
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 Floats = NDArray[np.float64]
+_TEXTURED = ("reflectance", "emission", "alpha", "glossy", "roughness")
+"""Attributes of materials that may be textures."""
 
 
 @dataclass
@@ -37,7 +41,8 @@ class TextureTable:
     Parameters
     ----------
     maps : one row a use
-    reflectance, emission, alpha : (M,) the row that each material uses, -1 for none
+    reflectance, emission, alpha, glossy, roughness : (M,) the row that each material uses, -1 for
+        none
     opacity : (M,) where there is no texture
     images : keeps the texels alive, of which kernels have the addresses
     """
@@ -46,6 +51,8 @@ class TextureTable:
     reflectance: NDArray[np.int32]
     emission: NDArray[np.int32]
     alpha: NDArray[np.int32]
+    glossy: NDArray[np.int32]
+    roughness: NDArray[np.int32]
     opacity: Floats
     images: list[Any] = field(repr=False)
 
@@ -55,6 +62,18 @@ class TextureTable:
             return None
         basis = bands.reflectance_basis.astype(np.float32, order="C")
         return Textures(self.maps, self.reflectance, basis)
+
+    def lobes(self, scattering: Scattering | None, bands: Bands) -> Scattering | None:
+        """Return BSDFs with the textures of glossy lobes, where there are any."""
+        if scattering is None or ((self.glossy < 0) & (self.roughness < 0)).all():
+            return scattering
+        basis = bands.reflectance_basis.astype(np.float32, order="C")
+        first = len(self.opacity)
+        return scattering._replace(
+            maps=LobeMaps(
+                self.maps, self.roughness, self.glossy, self.reflectance, basis, first, LEAST_ALPHA
+            )
+        )
 
     def holes(self, panes: Panes | None) -> Alpha | None:
         """Return opacities; None where all surfaces are opaque."""
@@ -99,13 +118,11 @@ def compile_textures(materials: Sequence[Material], shrink: Floats) -> TextureTa
         opacity is outside [0, 1]
     """
     uses: list[tuple[Texture, float]] = []
-    slots = np.full((3, len(materials)), -1, np.int32)
+    slots = np.full((len(_TEXTURED), len(materials)), -1, np.int32)
     opacity = np.ones(len(materials))
     for index, material in enumerate(materials):
-        paints = (material.reflectance, material.emission, material.alpha)
-        for slot, (name, paint) in enumerate(
-            zip(("reflectance", "emission", "alpha"), paints, strict=True)
-        ):
+        for slot, name in enumerate(_TEXTURED):
+            paint = getattr(material, name)
             with naming(f"material {material.name!r}: {name}"):
                 if isinstance(paint, Texture):
                     check_texture(paint, np.inf if name == "emission" else LARGEST_REFLECTANCE)
@@ -114,7 +131,8 @@ def compile_textures(materials: Sequence[Material], shrink: Floats) -> TextureTa
                 elif name == "alpha":
                     opacity[index] = _opacity(paint)
     maps, images = _maps(uses)
-    return TextureTable(maps, slots[0], slots[1], slots[2], opacity, images)
+    rows = dict(zip(_TEXTURED, slots, strict=True))
+    return TextureTable(maps, **rows, opacity=opacity, images=images)
 
 
 def _opacity(value: Any) -> float:

@@ -23,7 +23,7 @@ _REMEDIES = (
         r"points and lines|lines are not simulated|fewer than three corners",
         "export what should be seen as polygons",
     ),
-    (r"variation of|mean of map_Kd|metallicRoughnessTexture|map_(Ks|Ns|Pr|Pm)", _SPLIT),
+    (r"variation of|mean of map_|map_(Ks|Ns)", _SPLIT),
     (r"KHR_materials_transmission", f"make it all glass: transmission 1, or ior {_TOML}"),
     (r"roughness of thin glass", f"model its two sides, or give it a partial alpha {_TOML}"),
     (r"attenuationColor", f"give the glass a tint {_TOML}"),

@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.buffers import BY_NAME, DEFAULT, names_where
-from photonmap.compile.glossy import mean_albedo, metallic_fraction
+from photonmap.compile.glossy import mean_albedo
 from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.integrators.base import TILE
+from photonmap.io.readers.metallic import metallic_fraction
 from photonmap.kernels.bsdf.models import GLOSSY
 from photonmap.kernels.core.passes import Film, Span, View
-from photonmap.kernels.core.records import GLASS, METAL, MIRROR
-from photonmap.kernels.integrators.first_hits import first_hits
+from photonmap.kernels.core.records import GLASS, METAL, MIRROR, Specular
+from photonmap.kernels.integrators.first_hits import first_hits, look_up_lobes
 from photonmap.runtime.storage import RAM, Storage, strips
 from photonmap.runtime.workers import Workers
 
@@ -30,6 +31,8 @@ class FirstHits(NamedTuple):
 
     triangle: Array
     """(P,) int32, row of `Geometry.triangles`; -1 for the background"""
+    barycentrics: Array
+    """(P, 2) float32, of the second and third corner"""
     distance: Array
     """(P,) float32, from where the ray begins in the kernels' unit; 0 for the background"""
     depth: Array
@@ -44,6 +47,28 @@ class FirstHits(NamedTuple):
         return rows
 
 
+class Surfaces(NamedTuple):
+    """What surfaces reflect: R materials, or as many points where textures give their lobes."""
+
+    reflectance: Array
+    """(R, N) diffuse albedo"""
+    model: Array
+    """(R,) of `kernels.bsdf.models`"""
+    glossy: Array
+    """(R, N) reflectance of the glossy lobe at normal incidence"""
+    lobes: Array
+    """(R, 3) its α, and its mean albedos at Fresnel terms 1 and (1 - cos)⁵"""
+    specular: Specular | None
+    """(R, …)"""
+    is_thin: Array
+    """(R,)"""
+
+    @property
+    def is_glossy(self) -> Array:
+        """Which have a glossy lobe, (R,)."""
+        return np.asarray(self.model == GLOSSY)
+
+
 Compute = Callable[[CompiledScene, FirstHits], Array]
 """Returns the values of a buffer, (P,) or (P, channels), in the unit of its row."""
 _COMPUTE: dict[str, Compute] = {}
@@ -54,6 +79,25 @@ def at_centre(name: str) -> Callable[[Compute], Compute]:
 
     def register(compute: Compute) -> Compute:
         _COMPUTE[name] = compute
+        return compute
+
+    return register
+
+
+def of_surface(name: str) -> Callable[[Callable[[Surfaces], Array]], Callable[[Surfaces], Array]]:
+    """Register the function that computes a buffer from what surfaces reflect, one row each."""
+
+    def register(compute: Callable[[Surfaces], Array]) -> Callable[[Surfaces], Array]:
+        def look_up(compiled: CompiledScene, hits: FirstHits) -> Array:
+            material = compiled.geometry.material[hits.triangle]
+            if compiled.scattering is None or compiled.scattering.maps is None:
+                rows = compute(_of_materials(compiled))[material]
+            else:
+                rows = compute(_of_points(compiled, hits, material))
+            rows[hits.triangle < 0] = 0
+            return rows
+
+        _COMPUTE[name] = look_up
         return compute
 
     return register
@@ -73,6 +117,7 @@ def first_hit_buffers(
     pixels = film.width * film.height
     hits = FirstHits(
         storage.zeros(pixels, np.int32),
+        storage.zeros((pixels, 2)),
         storage.zeros(pixels),
         storage.zeros(pixels),
         storage.zeros((pixels, 3)),
@@ -127,63 +172,51 @@ def _material_id(compiled: CompiledScene, hits: FirstHits) -> Array:
     return hits.look_up(compiled.material_ids)
 
 
-@at_centre("specular_albedo")
-def _specular_albedo(compiled: CompiledScene, hits: FirstHits) -> Array:
+@of_surface("specular_albedo")
+def _specular_albedo(surfaces: Surfaces) -> Array:
     """Look up the reflectance at normal incidence of a mirror, a glossy lobe, or glass.
 
     That of glass of index n is R = ((n − 1) / (n + 1))², of both sides of a pane 2 R / (1 + R).
     """
-    albedo = np.zeros_like(compiled.materials.reflectance)
-    specular, scattering = compiled.specular, compiled.scattering
-    if scattering is not None:
-        albedo = scattering.specular
+    albedo, specular = surfaces.glossy, surfaces.specular
     if specular is not None:
         of_glass = ((specular.ior - 1.0) / (specular.ior + 1.0)) ** 2
         mirrors = np.isin(specular.kind, (MIRROR, METAL))
         albedo = np.where(mirrors[:, None], specular.mirror, albedo)
         albedo = np.where((specular.kind == GLASS)[:, None], of_glass[:, None], albedo)
         of_pane = 2.0 * of_glass / (1.0 + of_glass)
-        albedo = np.where(compiled.is_thin[:, None], of_pane[:, None], albedo)
-    return hits.look_up(albedo[compiled.geometry.material])
+        albedo = np.where(surfaces.is_thin[:, None], of_pane[:, None], albedo)
+    return albedo
 
 
-@at_centre("roughness")
-def _roughness(compiled: CompiledScene, hits: FirstHits) -> Array:
-    roughness = np.ones(len(compiled.materials.reflectance), np.float32)
-    specular, scattering = compiled.specular, compiled.scattering
-    if scattering is not None:
-        alpha = np.where(scattering.model == GLOSSY, scattering.parameters[:, 0], 1.0)
-        roughness = np.sqrt(alpha).astype(np.float32)
+@of_surface("roughness")
+def _roughness(surfaces: Surfaces) -> Array:
+    specular, alpha = surfaces.specular, np.where(surfaces.is_glossy, surfaces.lobes[:, 0], 1.0)
+    roughness = np.sqrt(alpha).astype(np.float32)
     if specular is not None:
         roughness[specular.kind != 0] = 0.0
         if specular.alpha is not None:
             rough = specular.alpha > 0.0
             roughness[rough] = np.sqrt(specular.alpha[rough])
-    return hits.look_up(roughness[compiled.geometry.material])
+    return roughness
 
 
-@at_centre("metallic")
-def _metallic(compiled: CompiledScene, hits: FirstHits) -> Array:
-    base = compiled.materials.reflectance.mean(axis=1, dtype=float)
-    lobe = np.zeros_like(base)
-    specular, scattering = compiled.specular, compiled.scattering
-    if scattering is not None:
-        lobe += scattering.specular.mean(axis=1)
-    if specular is not None:
-        lobe += np.where(compiled.is_thin, 0.0, specular.mirror.mean(axis=1))
-    metallic = metallic_fraction(base, lobe).astype(np.float32)
-    return hits.look_up(metallic[compiled.geometry.material])
+@of_surface("metallic")
+def _metallic(surfaces: Surfaces) -> Array:
+    base = surfaces.reflectance.mean(axis=1, dtype=float)
+    lobe = np.zeros_like(base) + surfaces.glossy.mean(axis=1)
+    if surfaces.specular is not None:
+        lobe += np.where(surfaces.is_thin, 0.0, surfaces.specular.mirror.mean(axis=1))
+    return metallic_fraction(base, lobe).astype(np.float32)
 
 
-@at_centre("diffuse_fraction")
-def _diffuse_fraction(compiled: CompiledScene, hits: FirstHits) -> Array:
+@of_surface("diffuse_fraction")
+def _diffuse_fraction(surfaces: Surfaces) -> Array:
     """Look up base / (base + lobe) of the hemispherical albedos; 1 for what is black."""
-    base = compiled.materials.reflectance.astype(float)
-    lobe = np.zeros_like(base)
-    specular, scattering = compiled.specular, compiled.scattering
-    if scattering is not None:
-        glossy = scattering.model == GLOSSY
-        lobe[glossy] = mean_albedo(scattering.specular[glossy], scattering.albedos[glossy])
+    base, specular = surfaces.reflectance.astype(float), surfaces.specular
+    lobe, glossy = np.zeros_like(base), surfaces.is_glossy
+    if glossy.any():
+        lobe[glossy] = mean_albedo(surfaces.glossy[glossy], surfaces.lobes[glossy, 1:])
         base *= (1.0 - lobe) ** 2 / np.maximum(1.0 - base * lobe, 1e-12)
     if specular is not None:
         lobe += specular.mirror
@@ -191,4 +224,44 @@ def _diffuse_fraction(compiled: CompiledScene, hits: FirstHits) -> Array:
     fraction = np.divide(base, total, out=np.ones_like(base), where=total > 0.0)
     if specular is not None:
         fraction[specular.kind == GLASS] = 0.0
-    return hits.look_up(fraction.astype(np.float32)[compiled.geometry.material])
+    return fraction.astype(np.float32)
+
+
+def _of_materials(compiled: CompiledScene) -> Surfaces:
+    """Return what materials reflect, their textures counting with their means."""
+    reflectance, scattering = compiled.materials.reflectance, compiled.scattering
+    count = len(reflectance)
+    model, glossy = np.zeros(count, np.uint8), np.zeros_like(reflectance)
+    lobes = np.zeros((count, 3))
+    if scattering is not None:
+        model, glossy = scattering.model, scattering.specular
+        lobes[:, 0], lobes[:, 1:] = scattering.parameters[:, 0], scattering.albedos[:count, :, -1]
+    return Surfaces(reflectance, model, glossy, lobes, compiled.specular, compiled.is_thin)
+
+
+def _of_points(compiled: CompiledScene, hits: FirstHits, material: Array) -> Surfaces:
+    """Return what the hit points reflect, whose material is given; textures give their lobes."""
+    plain, scattering = _of_materials(compiled), compiled.scattering
+    assert scattering is not None
+    reflectance, glossy, lobes = (
+        np.ascontiguousarray(rows[material])
+        for rows in (plain.reflectance, plain.glossy, plain.lobes)
+    )
+    look_up_lobes(
+        compiled.arrays,
+        scattering,
+        scattering.maps,
+        np.ascontiguousarray(hits.triangle),
+        np.ascontiguousarray(hits.barycentrics),
+        reflectance,
+        glossy,
+        lobes,
+    )
+    specular = compiled.specular
+    if specular is not None:
+        rows = {name: getattr(specular, name) for name in specular._fields}
+        specular = Specular(
+            **{name: None if row is None else row[material] for name, row in rows.items()}
+        )
+    is_thin = plain.is_thin[material]
+    return Surfaces(reflectance, plain.model[material], glossy, lobes, specular, is_thin)

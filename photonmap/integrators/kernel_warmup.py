@@ -40,6 +40,7 @@ from photonmap.spectra.bands import Bands
 _FILM = Film(1, 1, True)
 _NEAR = (0.4, 0.4, -0.6)
 """So near the triangle that half of the photons hit it: else paths would take their place."""
+_GREY, _BLACK = Texture.of(np.full((1, 1), 0.4)), Texture.of(np.zeros((1, 1)))
 _LIGHTS: dict[str, Light] = {
     "environment": EnvironmentLight(np.ones((1, 2, 3))),
     "profiles": PhotometricLight(_NEAR, np.ones((2, 2))),
@@ -157,6 +158,9 @@ def _smallest(wanted: CompiledScene) -> Scene:
     meshes = [triangle]
     if _has_rough_chains(wanted):
         meshes.append(Mesh(triangle.vertices + 0.5, triangle.faces, Material.glass(roughness=0.5)))
+    if _has_textured_lobes(wanted):
+        glossy = Material(glossy=_GREY, roughness=0.5)
+        meshes.append(replace(triangle, vertices=triangle.vertices - 0.5, material=glossy))
     return Scene(meshes, lights, Camera((1.0, 1.0, 1.0), (0.3, 0.3, -0.7), lens=lens))
 
 
@@ -165,12 +169,18 @@ def _has_rough_chains(compiled: CompiledScene) -> bool:
     return compiled.specular is not None and compiled.specular.alpha is not None
 
 
+def _has_textured_lobes(compiled: CompiledScene) -> bool:
+    """Return whether textures give glossy lobes."""
+    return compiled.scattering is not None and compiled.scattering.maps is not None
+
+
 def _marker(wanted: CompiledScene, method: str) -> Path:
     """Return the empty file that says what is in the cache."""
     parts = [method, *sorted(_stand_ins(wanted))]
     parts += [name for name in ("tree", *_LIGHTS) if getattr(wanted.lights, name) is not None]
     parts += ["specular"] * (wanted.specular is not None) + ["optics"] * has_optics(wanted.camera)
     parts += ["rough-chains"] * _has_rough_chains(wanted)
+    parts += ["textured-lobes"] * _has_textured_lobes(wanted)
     return CACHE_FOLDER / ("compiled-" + "-".join(parts))
 
 
@@ -179,10 +189,9 @@ def _stand_ins(compiled: CompiledScene) -> dict[str, Any]:
 
     It is not an emitter, none of whose own light could be seen.
     """
-    image, black = Texture.of(np.full((1, 1), 0.4)), Texture.of(np.zeros((1, 1)))
     needs: tuple[tuple[str, Any, object], ...] = (
-        ("reflectance", compiled.textures, image),
-        ("emission", compiled.lights.emission_textures, black),
+        ("reflectance", compiled.textures, _GREY),
+        ("emission", compiled.lights.emission_textures, _BLACK),
         ("alpha", compiled.geometry.alpha, 0.5),
         ("diffuse_roughness", compiled.scattering, 0.5),
     )

@@ -121,6 +121,9 @@ def _textured_materials(scene: SceneArrays) -> NDArray[np.uint8]:
     textured = np.zeros(len(scene.materials.reflectance), bool)
     if textures is not None:
         textured |= textures.reflectance >= 0
+    if scene.scattering is not None and scene.scattering.maps is not None:
+        lobes = scene.scattering.maps
+        textured |= (lobes.roughness >= 0) | (lobes.glossy >= 0)
     if geometry.alpha is not None:
         textured |= geometry.alpha.image >= 0
     if lights.emission_textures is not None:

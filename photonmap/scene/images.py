@@ -162,12 +162,19 @@ class Channels:
         _check_values(self.path, values[..., None])
         return np.ascontiguousarray(values)
 
-    def means(self) -> tuple[float, float, float]:
-        """Return the means of three channels of linear data; of one channel, thrice its mean."""
-        largest = 255.0 if self.pixels.dtype == np.uint8 else 1.0
-        means = self.pixels.mean(axis=(0, 1), dtype=np.float64) / largest
-        red, green, blue = (float(means[min(channel, len(means) - 1)]) for channel in range(3))
-        return red, green, blue
+    def green(self) -> Image:
+        """Return the second of three channels of linear data, or the only one."""
+        return self._data(1)
+
+    def blue(self) -> Image:
+        """Return the third of three channels of linear data, or the only one."""
+        return self._data(2)
+
+    def _data(self, channel: int) -> Image:
+        colors = _find_colors(self.path, self.names)
+        texels = self.pixels[..., [colors[min(channel, len(colors) - 1)]]]
+        _check_values(self.path, texels)
+        return Image(np.ascontiguousarray(texels), False)
 
 
 def read_channels(path: str | PathLike[str]) -> Channels:

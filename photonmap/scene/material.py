@@ -9,7 +9,7 @@ import numpy as np
 
 from photonmap.errors import naming
 from photonmap.scene.parameters import Emission, Flag, Number, Reflectance, Text, parameters_of
-from photonmap.scene.textures import Paint, Texture
+from photonmap.scene.textures import Paint, Texture, is_black, mean_number
 from photonmap.spectra.curves import Color, Spectrum
 
 LEAST_ALPHA = 1e-3
@@ -48,8 +48,9 @@ class Material:
         Oren–Nayar, see `kernels.bsdf.rough_diffuse`)
 
     A colour is a number (a constant spectrum), a linear RGB triple, or a `Spectrum`; reflectance,
-    emission and alpha may be a `Texture`. The annotations declare ranges and the keys of TOML and
-    MTL files (`photonmap.scene.parameters`), which checks, readers and writers follow.
+    emission, alpha, glossy and roughness may be a `Texture`, but not the roughness of glass. The
+    annotations declare ranges and the keys of TOML and MTL files (`photonmap.scene.parameters`),
+    which checks, readers and writers follow.
     """
 
     name: str = "grey"
@@ -71,22 +72,29 @@ class Material:
         Number("roughness", mtl="diffuse_roughness", only="opaque", at_least=0.0, at_most=1.0),
     ] = 0.0
 
-    glossy: Annotated[Color, Reflectance("reflectance", mtl="glossy", only="opaque")] = 0.0
+    glossy: Annotated[
+        Paint, Reflectance("reflectance", mtl="glossy", textured=True, only="opaque")
+    ] = 0.0
     roughness: Annotated[
-        float,
-        Number("roughness", mtl="roughness", at_least=0.0, at_most=1.0),
+        float | Texture,
+        Number("roughness", mtl="roughness", textured=True, at_least=0.0, at_most=1.0),
     ] = 0.0
 
     @property
     def is_textured(self) -> bool:
         """Whether a texture lies on it."""
         paints = (self.reflectance, self.emission, self.alpha)
-        return any(isinstance(paint, Texture) for paint in paints)
+        return self.has_textured_lobe or any(isinstance(paint, Texture) for paint in paints)
+
+    @property
+    def has_textured_lobe(self) -> bool:
+        """Whether the reflectance or the roughness of its glossy lobe is a texture."""
+        return isinstance(self.glossy, Texture) or isinstance(self.roughness, Texture)
 
     @property
     def is_glossy(self) -> bool:
         """Whether it has a glossy lobe."""
-        return isinstance(self.glossy, Spectrum) or bool(np.any(self.glossy))
+        return not is_black(self.glossy)
 
     @property
     def chain_alpha(self) -> float:
@@ -94,18 +102,19 @@ class Material:
 
         What has the index of air lets light pass as it comes, however rough it is.
         """
-        is_glass = self.ior not in (None, 1.0) and self.roughness > 0.0
+        is_glass = self.ior not in (None, 1.0) and mean_number(self.roughness) > 0.0
         return self._alpha if is_glass or self.is_narrow_metal else 0.0
 
     @property
     def _alpha(self) -> float:
-        return max(self.roughness**2, LEAST_ALPHA)
+        return max(mean_number(self.roughness) ** 2, LEAST_ALPHA)
 
     @property
     def is_narrow_metal(self) -> bool:
         """Whether it is bare metal whose lobe is so narrow that specular chains follow it."""
         bare = not isinstance(self.reflectance, Spectrum | Texture) and not np.any(self.reflectance)
-        return self.is_glossy and bare and self._alpha < NARROW_ALPHA
+        even = bare and not self.has_textured_lobe
+        return self.is_glossy and even and self._alpha < NARROW_ALPHA
 
     @property
     def scattering(self) -> tuple[str, tuple[float, ...]] | None:
@@ -124,7 +133,9 @@ class Material:
         return cls(name, 0.0, mirror=mirror)
 
     @classmethod
-    def metal(cls, name: str = "metal", glossy: Color = 0.9, roughness: float = 0.3) -> Material:
+    def metal(
+        cls, name: str = "metal", glossy: Paint = 0.9, roughness: float | Texture = 0.3
+    ) -> Material:
         """Return a rough metal of this reflectance at normal incidence."""
         return cls(name, 0.0, glossy=glossy, roughness=roughness)
 
@@ -134,7 +145,7 @@ class Material:
         name: str = "plastic",
         reflectance: Paint = 0.5,
         ior: float = 1.5,
-        roughness: float = 0.3,
+        roughness: float | Texture = 0.3,
     ) -> Material:
         """Return a diffuse base below a rough coat of this index of refraction."""
         return cls(name, reflectance, glossy=((ior - 1.0) / (ior + 1.0)) ** 2, roughness=roughness)

@@ -32,7 +32,7 @@ class Texture:
 
     Its lower left corner lies at texture coordinates (0, 0), its upper right one at (1, 1); it is
     looked up at `scale` · (u, v) + `offset`. As a reflectance or emission it is linear RGB, which
-    becomes a spectrum as other RGB does; as an opacity it is its luminance.
+    becomes a spectrum as other RGB does; as an opacity or a roughness it is its luminance.
 
     Parameters
     ----------
@@ -145,11 +145,11 @@ def mean_color(color: Paint) -> Color:
     return color.mean if isinstance(color, Texture) else color
 
 
-def mean_opacity(alpha: float | Texture) -> float:
-    """Return the mean of a texture; a number unchanged."""
-    if isinstance(alpha, Texture):
-        return float(np.dot(LUMINANCE, alpha.mean))
-    return alpha
+def mean_number(value: float | Texture) -> float:
+    """Return the mean of a texture of numbers, such as opacities; a number unchanged."""
+    if isinstance(value, Texture):
+        return float(np.dot(LUMINANCE, value.mean))
+    return value
 
 
 _images: WeakValueDictionary[tuple[Any, ...], Image] = WeakValueDictionary()

@@ -7,11 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from photonmap.compile.glossy import lobe_albedos
+import photonmap as pm
+from photonmap.compile.glossy import lobe_albedos, stepped_albedos
+from photonmap.compile.textures import compile_textures
 from photonmap.kernels.bsdf import models
 from photonmap.kernels.core import records, rng, vec
 from photonmap.kernels.core.jit import kernel
 from photonmap.kernels.core.passes import Hit, SurfaceInteraction
+from photonmap.scene.material import LEAST_ALPHA
+from photonmap.spectra.bands import Bands
 
 ALBEDOS = (0.2, 0.7, 1.0)
 COSINES = (1.0, 0.8, 0.35, 0.08)
@@ -26,6 +30,8 @@ class Case(NamedTuple):
     parameters: tuple = ()
     albedo: tuple = ALBEDOS
     specular: tuple = (0.0, 0.0, 0.0)
+    is_textured: bool = False
+    """whether textures give roughness, reflectance and albedo, which are the same all over"""
 
 
 LAMBERTIAN = Case("Lambertian")
@@ -34,6 +40,7 @@ CASES = [
     *(Case("rough diffuse", (roughness,)) for roughness in (0.0, 0.25, 1.0)),
     *(Case("glossy", (alpha,), specular=(0.04,) * 3) for alpha in (0.2, 0.5, 1.0)),
     Case("glossy", (0.3,), (0.0,) * 3, (0.5, 0.8, 1.0)),
+    Case("glossy", (0.35,), (0.2, 0.5, 0.8), (0.04, 0.3, 0.5), is_textured=True),
 ]
 
 _N = np.array([0.48, -0.6, 0.64])
@@ -54,7 +61,7 @@ def make_scene(case):
         shading_normals=np.zeros((0, 3), np.float32),
         material=np.zeros(1, np.int32),
         emitter=np.full(1, -1, np.int32),
-        uv=np.zeros((0, 2), np.float32),
+        uv=np.zeros((3, 2), np.float32),
         alpha=None,
     )
     parameters = np.zeros((1, 4))
@@ -63,10 +70,36 @@ def make_scene(case):
     specular = np.array([case.specular], np.float32)
     parameters[0, 1:3] = np.mean(case.specular), np.mean(case.albedo)
     scattering = records.Scattering(
-        np.array([number_of(case)], np.uint8), parameters, specular, albedos[None]
+        np.array([number_of(case)], np.uint8), parameters, specular, albedos[None], None
     )
     materials = records.Materials(np.array([case.albedo], np.float32))
-    return records.SceneArrays(geometry, materials, None, None, None, scattering)
+    textures = None
+    if case.is_textured:
+        textures, scattering = texture(case, scattering)
+    return records.SceneArrays(geometry, materials, None, None, textures, scattering)
+
+
+def texture(case, scattering):
+    """Return the textures of a glossy case, and its scattering with them in place of numbers."""
+    material = pm.Material(
+        "textured",
+        _even(case.albedo),
+        glossy=_even(case.specular),
+        roughness=_even(np.sqrt(case.parameters[0])),
+    )
+    table, bands = compile_textures([material], np.ones(1)), Bands.rgb()
+    _IMAGES.extend(table.images)
+    albedos = np.concatenate([scattering.albedos, stepped_albedos(LEAST_ALPHA)])
+    wrong = scattering._replace(albedos=albedos, specular=np.full((1, 3), 0.9, np.float32))
+    return table.textures(bands), table.lobes(wrong, bands)
+
+
+_IMAGES = []
+"""Texels, of which kernels have the addresses."""
+
+
+def _even(value):
+    return pm.Texture.of(np.full((2, 2, 3), value, np.float32))
 
 
 def number_of(case):

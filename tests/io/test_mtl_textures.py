@@ -89,13 +89,11 @@ def test_what_is_left_out_is_named(read, text, named):
         ("Pr 0.5\nPm 1\n", 1.0, 0.0),
     ],
 )
-def test_textured_metals_have_the_mean(read, tmp_path, text, metallic, coat):
-    message = "the mean of map_Kd is the colour of the metal 'a'$"
-    with pytest.warns(SceneWarning, match=message):
-        material = read(text + "Kd 0.5 1 1\nmap_Kd my wood.png\n")
+def test_textured_metals_reflect_the_colour_of_each_texel(read, tmp_path, text, metallic, coat):
+    material = read(text + "Kd 0.5 1 1\nmap_Kd my wood.png\n")
     texture = pm.Texture.read(tmp_path / "my wood.png", factor=(0.5, 1, 1))
-    mean = metallic * np.array(texture.mean) + (1 - metallic) * coat
-    np.testing.assert_allclose(material.glossy, mean)
+    wanted = metallic * linear(texture) + (1 - metallic) * coat
+    np.testing.assert_allclose(linear(material.glossy), wanted, rtol=1e-6)
     assert material.roughness == 0.5
     if metallic == 1.0:
         assert material.reflectance == 0.0
@@ -103,16 +101,72 @@ def test_textured_metals_have_the_mean(read, tmp_path, text, metallic, coat):
         np.testing.assert_allclose(material.reflectance.factor, [0.375, 0.75, 0.75])
 
 
-def test_textured_roughness_and_metallic_have_the_mean_of_linear_values(read, tmp_path):
-    texels = np.array([[[51] * 3, [102] * 3]], np.uint8)
-    write_image(tmp_path / "data.png", texels)
-    with pytest.warns(SceneWarning) as warned:
-        material = read("Kd 0.5\nmap_Pr data.png\nPr 0.9\nmap_Pm data.png\n")
-    told = [str(warning.message).partition("a.mtl: ")[2] for warning in warned]
-    assert told == [f"the mean of map_{key} stands for it in 'a'" for key in ("Pr", "Pm")]
-    assert material.roughness == pytest.approx(0.3)
-    np.testing.assert_allclose(material.glossy, 0.3 * 0.5 + 0.7 * 0.04)
-    np.testing.assert_allclose(material.reflectance, 0.35)
+def linear(texture):
+    return texture.image.linear(slice(None), slice(None)) * np.array(texture.factor)
+
+
+DATA = np.array([[[51] * 3, [102] * 3]], np.uint8)
+SHARE = np.array([[[0.2], [0.4]]])
+
+
+def test_textures_of_roughness_and_metallic_hold_linear_values(read, tmp_path):
+    write_image(tmp_path / "data.png", DATA)
+    material = read("Kd 0.5\nmap_Pr data.png\nPr 0.9\nmap_Pm data.png\n")
+    np.testing.assert_allclose(linear(material.roughness), SHARE * np.ones(3), rtol=1e-6)
+    wanted = SHARE * 0.5 + (1 - SHARE) * 0.04
+    np.testing.assert_allclose(linear(material.glossy), wanted * np.ones(3), rtol=1e-6)
+    wanted = (1 - SHARE) * 0.5
+    np.testing.assert_allclose(linear(material.reflectance), wanted * np.ones(3), rtol=1e-6)
+
+
+def test_a_metallic_texture_beside_a_colour_of_another_size(read, tmp_path):
+    """Texels of the larger one, between whose centres the smaller one is interpolated."""
+    write_image(tmp_path / "data.png", DATA)
+    write_image(tmp_path / "fine.png", np.full((1, 4, 3), 255, np.uint8))
+    material = read("Pr 0.5\nmap_Pm -clamp on data.png\nmap_Kd -clamp on fine.png\n")
+    share = np.array([0.2, 0.25, 0.35, 0.4])
+    np.testing.assert_allclose(linear(material.reflectance)[0, :, 0], 1.0 - share, rtol=1e-6)
+    np.testing.assert_allclose(
+        linear(material.glossy)[0, :, 0], share + 0.04 * (1 - share), rtol=1e-6
+    )
+
+
+def test_a_metallic_texture_that_lies_otherwise_than_the_colour_has_its_mean(read, tmp_path):
+    write_image(tmp_path / "data.png", DATA)
+    with pytest.warns(SceneWarning, match="the mean of map_Pm stands for it in 'a'$"):
+        material = read("Pr 0.5\nmap_Pm -s 2 2 data.png\nmap_Kd my wood.png\n")
+    np.testing.assert_allclose(material.reflectance.factor, 0.7)
+
+
+def test_textures_of_exponents_and_of_glossy_colours(read, tmp_path):
+    write_image(tmp_path / "data.png", DATA)
+    text = "illum 2\nNs 100\nKs 0.5 0.5 1\nmap_Ns data.png\nmap_Ks my wood.png\n"
+    material = read("Kd 0.5\n" + text)
+    exponents = 100.0 * SHARE[..., 0]
+    np.testing.assert_allclose(
+        material.roughness.image.texels[..., 0], (2 / (exponents + 2)) ** 0.25, rtol=1e-6
+    )
+    wood = pm.Texture.read(tmp_path / "my wood.png")
+    np.testing.assert_allclose(linear(material.glossy), linear(wood) * [0.5, 0.5, 1.0], rtol=1e-6)
+    assert material.reflectance == (0.5, 0.5, 0.5)
+
+
+def test_textured_lobes_are_written_and_read_back(tmp_path):
+    wanted = pm.Material(
+        "a",
+        0.3,
+        glossy=pm.Texture.of(np.float32([[[0.1, 0.2, 0.3], [0.5, 0.6, 0.7]]])),
+        roughness=pm.Texture.of(np.float32([[0.2], [0.9]]), clamp=True, scale=(2.0, 1.0)),
+    )
+    mesh = pm.Mesh(np.eye(3), np.array([[0, 1, 2]]), wanted, uv=np.eye(3)[:, :2])
+    pm.save_scene(pm.Scene([mesh]), tmp_path / "b.obj")
+    found = pm.load_scene(tmp_path / "b.obj").meshes[0].material
+    np.testing.assert_allclose(linear(found.glossy), linear(wanted.glossy))
+    rough = linear(found.roughness).mean(axis=2, keepdims=True)
+    np.testing.assert_allclose(rough, linear(wanted.roughness)[..., :1], rtol=1e-6)
+    assert found.roughness.clamp
+    assert found.roughness.scale == (2.0, 1.0)
+    assert found.reflectance == 0.3
 
 
 @pytest.mark.parametrize(

@@ -22,11 +22,10 @@ from photonmap.buffers import (
     split_name,
     with_defaults,
 )
-from photonmap.compile.glossy import metallic_fraction
 from photonmap.dataset.files.derived_buffers import with_derived
 from photonmap.integrators import first_hits
 from photonmap.integrators.memory_estimate import Work
-from photonmap.io.readers.metallic import metallic_gloss
+from photonmap.io.readers.metallic import metallic_fraction, metallic_gloss
 from photonmap.kernels.film.moments import GOAL_BUFFERS, Moments, SpecularMoments
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -17,6 +17,7 @@ from photonmap.io.readers.decoding import Losses, decode_file, note_loss
 from photonmap.io.readers.gltf_parts.document import Document, split_glb
 from photonmap.io.readers.gltf_parts.geometry import MODES, TRIANGLES, place_nodes, read_primitive
 from photonmap.io.readers.gltf_parts.materials import (
+    LOBES,
     METAL_COLORS,
     WHITE,
     Tint,
@@ -37,6 +38,7 @@ from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
+from photonmap.scene.textures import Texture, mean_color, mean_number
 
 SUFFIXES = (".glb", ".gltf")
 
@@ -61,6 +63,7 @@ class Gltf(Document):
     options: ReadOptions = field(kw_only=True)
     losses: Losses = field(kw_only=True)
     _materials: dict[tuple[int | None, Tint | None], Material] = field(default_factory=dict)
+    _even: dict[int, Material] = field(default_factory=dict)
 
     def node_item(self, index: int, item: dict[str, Any]) -> NodeItem:
         """Return a camera or a light where a node puts it."""
@@ -94,6 +97,13 @@ class Gltf(Document):
                 material = read_material(index, item, self.textures, self.losses, tint)
             self._materials[key] = material
         return self._materials[key]
+
+    def with_even_lobe(self, material: Material) -> Material:
+        """Return a material whose glossy lobe is its mean all over, the same one each time."""
+        if id(material) not in self._even:
+            glossy, roughness = mean_color(material.glossy), mean_number(material.roughness)
+            self._even[id(material)] = replace(material, glossy=glossy, roughness=roughness)
+        return self._even[id(material)]
 
     def cameras(self) -> list[Camera]:
         """Return the cameras at its nodes."""
@@ -220,7 +230,10 @@ def _paint(gltf: Gltf, part: Part, index: int | None) -> tuple[Part, Material]:
     if not varies[:3].any():
         return plain, material
     white = gltf.material(index, WHITE)
-    if white.glossy != material.glossy:
+    if material.has_textured_lobe and not isinstance(material.reflectance, Texture):
+        note_loss(gltf.losses, LOBES, material.name)
+        material = gltf.with_even_lobe(material)
+    if mean_color(white.glossy) != mean_color(material.glossy):
         note_loss(gltf.losses, METAL_COLORS, material.name)
     if material.is_textured or material.ior is not None:
         note_loss(gltf.losses, "variation of colours of vertices", material.name)

@@ -1,13 +1,13 @@
 """Textures of glTF files: where images lie, how they lie on a surface, and what is made of them."""
 
 import base64
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import photonmap as pm
 from photonmap.errors import InputError, SceneWarning
+from photonmap.io.png import encode_png
 from photonmap.scene.images import read_channels
 
 UV = [[0.25, 0.0], [1, 0.75], [0, 1]]
@@ -136,16 +136,36 @@ def test_alpha_of_textures(read, build, png, mode):
     np.testing.assert_allclose(mesh.material.alpha.image.texels[..., 0], wanted, rtol=1e-6)
 
 
-def test_metals_have_their_means(read, build, png):
-    textured(build, {}, {"metallicFactor": 1, "metallicRoughnessTexture": {"index": 0}})
+def test_metals_and_roughness_vary(read, build, png):
+    gloss = {"roughnessFactor": 0.5, "metallicFactor": 1}
+    textured(build, {}, gloss | {"metallicRoughnessTexture": {"index": 0}})
     embed(build, png)
-    with pytest.warns(SceneWarning, match="variation of roughness and metallic of 'a'; variation"):
-        (mesh,) = read("a.glb", build.glb())
-    rough, metal = (TEXELS[..., channel].mean() / 255 for channel in (1, 2))
-    material, mean = mesh.material, replace(mesh.material.reflectance, factor=(1, 1, 1)).mean
-    assert material.roughness == pytest.approx(rough)
-    assert material.reflectance.factor == pytest.approx((1.0 - metal,) * 3)
-    assert material.glossy == pytest.approx([metal * m + (1 - metal) * COAT for m in mean])
+    (mesh,) = read("a.glb", build.glb())
+    material, color = (
+        mesh.material,
+        pm.Texture.of(TEXELS[..., :3]).image.linear(slice(None), slice(None)),
+    )
+    np.testing.assert_array_equal(material.roughness.image.texels[..., 0], TEXELS[..., 1])
+    assert material.roughness.factor == (0.5, 0.5, 0.5)
+    metal = TEXELS[..., 2:3] / 255
+    np.testing.assert_allclose(
+        material.reflectance.image.texels, (1 - metal) * color, rtol=1e-5, atol=1e-7
+    )
+    np.testing.assert_allclose(
+        material.glossy.image.texels, metal * color + (1 - metal) * COAT, rtol=1e-5
+    )
+
+
+def test_an_even_channel_is_a_number(read, build, tmp_path):
+    """Images hold roughness and the metallic part in two channels, of which one is often even."""
+    texels = np.array([[[0, 51, 255], [0, 204, 255]]], np.uint8)
+    (tmp_path / "data.png").write_bytes(encode_png(texels))
+    textured(build, {}, {"metallicFactor": 1, "metallicRoughnessTexture": {"index": 0}})
+    del build.tree["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]
+    build.tree["images"] = [{"uri": "data.png"}]
+    (mesh,) = read("a.glb", build.glb())
+    assert (mesh.material.reflectance, mesh.material.glossy) == ((0.0,) * 3, (1.0,) * 3)
+    np.testing.assert_array_equal(mesh.material.roughness.image.texels, texels[..., 1:2])
 
 
 def test_emission_textures_light_the_scene(read, build, png):

@@ -340,3 +340,39 @@ def test_others_read_it(tmp_path):
     )
     assert read.area == pytest.approx(0.5 * areas.sum(), rel=1e-6)
     assert len(read.faces) == len(wanted)
+
+
+def linear(texture):
+    return texture.image.linear(slice(None), slice(None)) * np.array(texture.factor)
+
+
+def test_textures_of_roughness_return_to_the_last_bit(tmp_path):
+    rough = pm.Texture.of(np.array([[[51], [204]]], np.uint8), srgb=False)
+    gold = pm.Material.metal("gold", (0.9, 0.7, 0.3), roughness=rough)
+    board = pm.Texture.of(np.array([[[90, 60, 30], [250, 240, 230]]], np.uint8))
+    coated = pm.Material("coated", board, glossy=0.04, roughness=rough)
+    again = saved(pm.Scene(panels(gold, coated)), tmp_path)
+    first, second = (mesh.material for mesh in again.meshes)
+    for material in (first, second):
+        np.testing.assert_array_equal(material.roughness.image.texels, rough.image.texels)
+    np.testing.assert_allclose(first.glossy, gold.glossy, rtol=1e-6)
+    assert not np.any(first.reflectance)
+    np.testing.assert_allclose(linear(second.reflectance), linear(board), rtol=1e-6)
+    assert second.glossy == pytest.approx(0.04)
+
+
+def test_textured_metals_return(tmp_path):
+    """Base, lobe and roughness of each texel, to 16 bits in sRGB."""
+    base = pm.Texture.of(np.float32([[[0.5, 0.4, 0.3], [0.0, 0.0, 0.0]]]))
+    lobe = pm.Texture.of(np.float32([[[0.04, 0.04, 0.04], [0.9, 0.6, 0.2]]]))
+    rough = pm.Texture.of(np.float32([[[0.123]], [[0.6]]]))
+    material = pm.Material("mixed", base, glossy=lobe, roughness=rough)
+    with pytest.warns(SceneWarning):
+        (mesh,) = saved(pm.Scene(panels(material)), tmp_path).meshes
+    found = mesh.material
+    for texture, wanted in ((found.reflectance, base), (found.glossy, lobe)):
+        texels = linear(wanted) * np.ones((2, 1, 1))
+        np.testing.assert_allclose(linear(texture), texels, atol=1e-4)
+    np.testing.assert_allclose(
+        linear(found.roughness)[..., :1], linear(rough)[..., :1] * np.ones((1, 2, 1)), atol=1e-5
+    )

@@ -2,26 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Losses, note_loss
 from photonmap.io.readers.gltf_parts.textures import Textures, find_placement
-from photonmap.io.readers.metallic import USUAL_INDEX, Gloss, coat_of, metallic_gloss
+from photonmap.io.readers.metallic import (
+    USUAL_INDEX,
+    Gloss,
+    coat_of,
+    is_even,
+    lie_alike,
+    metallic_gloss,
+)
 from photonmap.io.readers.registry import GREY
 from photonmap.runtime.wording import shown
+from photonmap.scene.images import Channels, Image
 from photonmap.scene.material import Material
-from photonmap.scene.textures import Paint, Texture, Triple
+from photonmap.scene.textures import Paint, Texture, Triple, mean_number
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 _READ = ("ior", "specular", "emissive_strength", "transmission", "volume")
 """Extensions that are simulated, `KHR_materials_…`"""
-_TEXTURES = ("baseColorTexture", "metallicRoughnessTexture", "emissiveTexture")
+_METALLIC = "metallicRoughnessTexture"
+_TEXTURES = ("baseColorTexture", _METALLIC, "emissiveTexture")
 _HARMLESS = "occlusionTexture"
 """It stands for what is simulated anyway."""
 METAL_COLORS = "variation of a metal's colour"
+LOBES = "variation of roughness and metallic"
 Factors = Mapping[str, Any]
 Tint = tuple[float, float, float, float]
 WHITE = (1.0, 1.0, 1.0, 1.0)
@@ -81,6 +91,17 @@ class _Source:
         """Return a colour texture; None if it is missing."""
         return self.textures.color(use, find_placement(self.item), self.lose)
 
+    def data(self, factor: str, channel: Callable[[Channels], Image]) -> float | Texture:
+        """Return a factor of the surface times a channel of the texture beside it, if any."""
+        number, use = self.number(self.surface, factor, 1.0), self.surface.get(_METALLIC)
+        if use is None or number == 0.0:
+            return number
+        texture = self.textures.data(use, channel, find_placement(self.item), self.lose)
+        if texture is None:
+            return number
+        texture = replace(texture, factor=(number,) * 3)
+        return mean_number(texture) if is_even(texture) else texture
+
     def base_color(self) -> Triple:
         """Return the factor of the base colour, tinted."""
         red, green, blue = self.color(self.surface, "baseColorFactor")
@@ -99,8 +120,7 @@ def read_material(
 
     Of the base colour, the metallic fraction is the reflectance of a rough metal, and the rest a
     diffuse base below a coat (glTF 2.0, appendix B); with transmission through a volume it is
-    glass. Of textures of roughness, of the metallic fraction, and of a metal's colour, the
-    mean is taken, and noted.
+    glass.
 
     Parameters
     ----------
@@ -154,15 +174,10 @@ def _base(source: _Source) -> Triple | Texture:
 
 def _gloss(source: _Source, base: Triple | Texture, coat: float) -> Gloss:
     """Return a surface that is a metal in part."""
-    surface = source.surface
-    metallic = source.number(surface, "metallicFactor", 1.0)
-    roughness = source.number(surface, "roughnessFactor", 1.0)
-    if "metallicRoughnessTexture" in surface:
-        _, green, blue = source.textures.means(surface["metallicRoughnessTexture"])
-        roughness, metallic = roughness * green, metallic * blue
-        source.lose("variation of roughness and metallic")
-    if isinstance(base, Texture) and metallic > 0.0:
-        source.lose(METAL_COLORS)
+    roughness = source.data("roughnessFactor", Channels.green)
+    metallic = source.data("metallicFactor", Channels.blue)
+    if not lie_alike(base, metallic):
+        source.lose("variation of metallic")
     return metallic_gloss(base, metallic, coat, roughness)
 
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from photonmap.errors import InputError
 from photonmap.io.readers.registry import MissingTextures
 from photonmap.runtime.named_files import named_file
-from photonmap.scene.images import Channels, read_channels
-from photonmap.scene.textures import Texture, Triple
+from photonmap.scene.images import Channels, Image, read_channels
+from photonmap.scene.textures import Texture
 
 CLAMP, MIRROR = 33071, 33648
 """Values of a sampler's wrapS and wrapT; they repeat by default."""
@@ -74,9 +74,10 @@ UNMOVED = Placement()
 
 
 def find_placement(material: Mapping[str, Any]) -> Placement:
-    """Return the placement of a material: of the texture of its colour, or else of its light."""
+    """Return the placement of a material: of the texture of its colour, light or gloss."""
     surface = material.get("pbrMetallicRoughness") or {}
-    return Placement.of(surface.get("baseColorTexture") or material.get("emissiveTexture") or {})
+    found = surface.get("baseColorTexture") or material.get("emissiveTexture")
+    return Placement.of(found or surface.get("metallicRoughnessTexture") or {})
 
 
 @dataclass
@@ -131,10 +132,23 @@ class Textures:
         texture = Texture.of(values[..., None])
         return self._place(texture, use, Placement.of(use), lambda _: None)
 
-    def means(self, use: Mapping[str, Any]) -> Triple:
-        """Return the means of three channels of linear data; 1 if their image is missing."""
-        means: Triple | None = self._read(use, Channels.means)
-        return means or (1.0, 1.0, 1.0)
+    def data(
+        self,
+        use: Mapping[str, Any],
+        channel: Callable[[Channels], Image],
+        placement: Placement,
+        lose: Callable[[str], None],
+    ) -> Texture | None:
+        """Return a texture of numbers; None if it is missing, which is noted.
+
+        Parameters
+        ----------
+        channel : a method of `Channels` that returns the one that holds them
+
+        Other parameters and errors are those of `color`.
+        """
+        image = self._read(use, channel)
+        return None if image is None else self._place(Texture(image), use, placement, lose)
 
     def _read(self, use: Mapping[str, Any], make: Callable[[Channels], Any]) -> Any:
         """Return what a function makes of the image, once; None if the image is missing."""

@@ -17,21 +17,25 @@ class Draft:
     blender : 0; of a file by Blender's exporter, the `Ns` that it writes for roughness 0
     colors : `Kd`, `Ke`, `Ks`, `Tf`
     maps : `map_Kd`, `map_Ke`, `map_d`; None for a missing file
-    means : of `map_Pr` and `map_Pm`, which replace `Pr` and `Pm`
+    data : `map_Pr` and `map_Pm`, which replace `Pr` and `Pm`, and `map_Ns`, which multiplies `Ns`
     numbers : `illum`, `Ni`, `Ns`, `Pr`, `Pm`, `d`, and `Tr` as 1 - Tr
     clamped : keywords of colours that were lowered to 1
     ignored : keywords of what is not simulated
-    averaged : whether the mean of `map_Kd` becomes the colour of a metal
+    averaged : keywords of maps whose mean stands for them
     """
 
     blender: float = 0.0
     colors: dict[str, Color] = field(default_factory=dict)
     maps: dict[str, Texture | None] = field(default_factory=dict)
-    means: dict[str, float] = field(default_factory=dict)
+    data: dict[str, Texture] = field(default_factory=dict)
     numbers: dict[str, float] = field(default_factory=dict)
     clamped: list[str] = field(default_factory=list)
     ignored: list[str] = field(default_factory=list)
-    averaged: bool = False
+    averaged: list[str] = field(default_factory=list)
+
+    def number(self, keyword: str) -> float | Texture:
+        """Return the texture that replaces a number, or else the number."""
+        return self.data.get(keyword, self.numbers[keyword])
 
 
 def matters(color: Color, neutral: float = 0.0) -> bool:

@@ -44,7 +44,7 @@ def make_material(name: str, draft: Draft) -> Material:
         return Material(name, albedo, light, colors["Ks"], alpha=_alpha(draft), **_others(draft))
     is_given = "Kd" in colors or "map_Kd" in draft.maps
     reflectance = albedo if is_given else Material.reflectance
-    others = {"emission": light, "alpha": _alpha(draft), **_others(draft)}
+    others = {"emission": light, "alpha": _alpha(draft), **_others(draft), **_own_maps(draft)}
     gloss = gloss_of(draft, reflectance)
     if gloss is not None:
         return Material(name, **{**gloss._asdict(), **others})
@@ -54,6 +54,12 @@ def make_material(name: str, draft: Draft) -> Material:
     if model > 2 and not draft.blender:
         draft.ignored.append("illum")
     return Material(name, reflectance, **others)
+
+
+def _own_maps(draft: Draft) -> dict[str, Texture]:
+    """Return the textures of a glossy lobe that statements of its own give."""
+    maps = {attribute: draft.maps.get(f"map_{attribute}") for attribute in ("glossy", "roughness")}
+    return {attribute: texture for attribute, texture in maps.items() if texture is not None}
 
 
 def _note_index(draft: Draft) -> None:

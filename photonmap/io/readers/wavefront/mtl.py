@@ -10,7 +10,7 @@ from pathlib import Path
 from photonmap.errors import InputError, naming, warn
 from photonmap.io.readers.registry import MissingTextures
 from photonmap.io.readers.wavefront.draft import Draft
-from photonmap.io.readers.wavefront.gloss import NUMBERS
+from photonmap.io.readers.wavefront.gloss import NUMBERS, has_exponent
 from photonmap.io.readers.wavefront.illumination import make_material
 from photonmap.io.readers.wavefront.map_options import parse_map
 from photonmap.io.readers.wavefront.source import Source, read_source
@@ -18,7 +18,7 @@ from photonmap.runtime.named_files import named_file
 from photonmap.runtime.wording import listed, shown
 from photonmap.scene.material import Material
 from photonmap.scene.parameters import Colored, Emission, Number, Parameter, parameters_of
-from photonmap.scene.textures import Texture, check_texture, mean_opacity, shared_image
+from photonmap.scene.textures import Texture, check_texture, mean_number, shared_image
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Color
 
 _PARAMETERS = {
@@ -26,8 +26,12 @@ _PARAMETERS = {
 } | NUMBERS
 """What statements describe, by keyword."""
 _MAPS = {f"map_{key}": parameter for key, parameter in _PARAMETERS.items() if parameter.textured}
-_MEANS = {f"map_{key}": NUMBERS[key] for key in ("Pr", "Pm")}
-"""Maps of which the mean replaces a number; they hold linear data."""
+_MAPS["map_Ks"] = _PARAMETERS["Ks"]
+_DATA = {f"map_{key}": NUMBERS[key] for key in ("Pr", "Pm", "Ns")}
+"""Maps in place of a number; they hold linear data."""
+_LINEAR = (*_DATA, "map_roughness")
+_PHONG = ("map_Ks", "map_Ns")
+"""Maps that are read only where they count, as many files name some that are not there."""
 _AMBIENT = ("Ka", "map_Ka")
 _OPACITIES = ("d", "Tr")
 _MODEL = "illum"
@@ -60,10 +64,10 @@ def read_mtl(
     what `photonmap.spectra.color_text` describes; a material without them keeps the defaults of
     `Material`. `map_Kd` and `map_Ke` are textures, multiplied by `Kd` and `Ke` where these are
     given. `d`, or 1 - `Tr`, times `map_d` is the opacity. `illum` says what becomes of `Ks`, `Ni`
-    and `Tf`, see `make_material`; `Ns`, `Pr` and `Pm` make a surface glossy, see `gloss_of`; the
-    means of `map_Pr` and `map_Pm` replace these two, with a warning. `Ka` is ignored: ambient light
-    is not physical. Whatever else would change the picture is named in
-    one warning.
+    and `Tf`, see `make_material`; `Ns`, `Pr` and `Pm` make a surface glossy, see `gloss_of`, and
+    so do `map_Pr` and `map_Pm`, which replace them, and `map_Ns` and `map_Ks`, which multiply
+    them. `Ka` is ignored: ambient light is not physical. Whatever else would change the picture
+    is named in one warning.
 
     Parameters
     ----------
@@ -85,6 +89,7 @@ def read_mtl(
     drafts: dict[str, Draft] = {}
     repeated: list[str] = []
     draft: Draft | None = None
+    later: list[tuple[_Statement, Draft]] = []
     for offset, keyword, rest in source.statements():
         if keyword == "newmtl":
             if rest in drafts:
@@ -92,12 +97,20 @@ def read_mtl(
             drafts[rest] = draft = Draft(blender)
         elif draft is None:
             raise source.error(f"{shown(keyword)} before any newmtl; begin with newmtl", offset)
+        elif keyword in _PHONG:
+            later.append((_Statement(source, offset, keyword, rest), draft))
         else:
             _read_statement(_Statement(source, offset, keyword, rest), draft, textures)
     if drafts.pop("", None):
         warn(f"{source.path}: a newmtl without a name is left out")
     for draft in drafts.values():
-        draft.numbers |= draft.means
+        means = {key: min(mean_number(map), 1.0) for key, map in draft.data.items()}
+        draft.numbers |= means
+    for line, draft in later:
+        if has_exponent(draft):
+            _read_map(line, draft, textures)
+        else:
+            draft.ignored.append(line.keyword)
     materials = {name: make_material(name, draft) for name, draft in drafts.items()}
     _warn_of_changes(source, drafts, repeated)
     if textures.lost:
@@ -151,7 +164,7 @@ def _read_statement(line: _Statement, draft: Draft, textures: _Textures) -> None
     parameter = _PARAMETERS.get(keyword)
     if isinstance(parameter, Colored):
         _read_color(line, parameter, draft)
-    elif keyword in _MAPS or keyword in _MEANS:
+    elif keyword in _MAPS or keyword in _DATA:
         _read_map(line, draft, textures)
     elif keyword in _OPACITIES and not line.rest.startswith("-halo"):
         draft.numbers[keyword] = _read_opacity(line)
@@ -213,13 +226,14 @@ def _read_map(line: _Statement, draft: Draft, textures: _Textures) -> None:
         raise line.error(f"{line.keyword}: {error}") from None
     draft.ignored += [f"{line.keyword} {option}" for option in options.ignored]
     folder = line.source.path.parent
-    is_data, parameter = line.keyword in _MEANS, (_MAPS | _MEANS)[line.keyword]
+    is_data, parameter = line.keyword in _DATA, (_MAPS | _DATA)[line.keyword]
     try:
         path = named_file(folder, name)
         if "\\" in name and not path.exists():
             path = named_file(folder, name.replace("\\", "/"))
         is_mask = isinstance(parameter, Number) and not is_data
-        image = shared_image(path, linear=is_data, mask=is_mask)
+        is_linear = line.keyword in _LINEAR
+        image = shared_image(path, linear=is_linear, mask=is_mask and not is_linear)
         texture = Texture(image, options.scale[:2], options.offset[:2], options.clamp)
         unbounded = isinstance(parameter, Emission)
         check_texture(texture, math.inf if unbounded else LARGEST_REFLECTANCE)
@@ -232,7 +246,7 @@ def _read_map(line: _Statement, draft: Draft, textures: _Textures) -> None:
             draft.maps[line.keyword] = None
         return
     if is_data:
-        draft.means[line.keyword.removeprefix("map_")] = min(mean_opacity(texture), 1.0)
+        draft.data[line.keyword.removeprefix("map_")] = texture
     else:
         draft.maps[line.keyword] = texture
 
@@ -283,11 +297,8 @@ def _warn_of_changes(source: Source, drafts: dict[str, Draft], repeated: list[st
     for keyword in _PARAMETERS:
         if clamped := [name for name, draft in drafts.items() if keyword in draft.clamped]:
             warn(f"{source.path}: {keyword} above 1 is lowered to 1 in {listed(clamped)}")
-    if averaged := [name for name, draft in drafts.items() if draft.averaged]:
-        warn(f"{source.path}: the mean of map_Kd is the colour of the metal {listed(averaged)}")
-    for keyword in _MEANS:
-        number = keyword.removeprefix("map_")
-        if varied := [name for name, draft in drafts.items() if number in draft.means]:
-            warn(f"{source.path}: the mean of {keyword} stands for it in {listed(varied)}")
+    for keyword in (*_DATA, "map_Ks"):
+        if averaged := [name for name, draft in drafts.items() if keyword in draft.averaged]:
+            warn(f"{source.path}: the mean of {keyword} stands for it in {listed(averaged)}")
     if repeated:
         warn(f"{source.path}: newmtl is repeated, and the last one is used: {listed(repeated)}")

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.io.readers.metallic import USUAL_INDEX, coat_of
+from photonmap.io.readers.metallic import USUAL_COAT, USUAL_INDEX, coat_of
 from photonmap.io.writers.gltf_parts.draft import Draft
+from photonmap.io.writers.gltf_parts.gloss import split_lobe
 from photonmap.io.writers.gltf_parts.textures import TextureWriter
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.material import Material
-from photonmap.scene.textures import Texture, mean_color, mean_opacity
+from photonmap.scene.textures import Texture, mean_color, mean_number
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Color
 
@@ -46,7 +47,7 @@ def flatten_glass(material: Material, name: str, draft: Draft) -> Material:
     if material.ior is None or not any(isinstance(paint, Texture) for paint in paints):
         return material
     draft.note(_TEXTURED_GLASS, name)
-    emission, alpha = mean_color(material.emission), mean_opacity(material.alpha)
+    emission, alpha = mean_color(material.emission), mean_number(material.alpha)
     return replace(material, emission=emission, alpha=alpha)
 
 
@@ -65,25 +66,35 @@ def _glass(material: Material, draft: Draft) -> dict[str, Any]:
 
 
 def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter) -> dict[str, Any]:
+    textured = split_lobe(material, name, draft)
     gloss, roughness = _lobe(material)
     base = _RGB.reflectance(mean_color(material.reflectance))
     whole, metallic, coat = split_metal(base, gloss)
+    if textured is not None:
+        roughness = 1.0
+        if textured.color is not None:
+            whole, metallic, coat = np.ones(3), 1.0, USUAL_COAT
+            material = replace(material, reflectance=textured.color)
     surface: dict[str, Any] = {"metallicFactor": metallic, "roughnessFactor": roughness}
+    if textured is not None:
+        surface["metallicRoughnessTexture"] = textures.data(textured.data)
+    is_metal = metallic == 1.0 and textured is None
     item: dict[str, Any] = {
         "pbrMetallicRoughness": surface,
         "doubleSided": True,
-        "extensions": {} if metallic == 1.0 else _coat(coat, draft),
+        "extensions": {} if is_metal else _coat(coat, draft),
     }
     factor, opacity = whole.tolist(), material.alpha
     color = material.reflectance if isinstance(material.reflectance, Texture) else None
-    color = color if base.any() else None
+    color = color if base.any() or textured is not None else None
     is_masked = isinstance(opacity, Texture)
     if isinstance(opacity, Texture):
         surface["baseColorTexture"], scale, opacity = textures.masked(color, opacity, name)
     elif color is not None:
         surface["baseColorTexture"], scale = textures.color(color, name)
     if color is not None:
-        factor = [min(part / (1.0 - metallic), 1.0) for part in scale]
+        rest = 1.0 if textured and textured.color else 1.0 - metallic
+        factor = [min(part / rest, 1.0) for part in scale]
     if is_masked or opacity != 1.0:
         item["alphaMode"] = "BLEND"
     surface["baseColorFactor"] = [*factor, opacity]
@@ -93,7 +104,7 @@ def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter
 def _lobe(material: Material) -> tuple[Floats, float]:
     """Return what reflects besides the diffuse base, (3,), and its roughness; 1 where none does."""
     if material.is_glossy:
-        return _RGB.reflectance(material.glossy), material.roughness
+        return _RGB.reflectance(mean_color(material.glossy)), mean_number(material.roughness)
     mirror = _RGB.reflectance(material.mirror)
     return mirror, 0.0 if mirror.any() else 1.0
 

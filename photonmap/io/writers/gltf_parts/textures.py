@@ -13,7 +13,7 @@ from photonmap.io.readers.gltf_parts.textures import CLAMP
 from photonmap.io.writers.gltf_parts.draft import Draft
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.images import Image, encode_srgb
-from photonmap.scene.textures import Texture, Triple, mean_opacity
+from photonmap.scene.textures import Texture, Triple, mean_number
 
 _ROUNDED = "textures of floating-point numbers are rounded to 16 bits in sRGB"
 _APART = "opacities that lie otherwise than the colour become their mean"
@@ -56,9 +56,18 @@ class TextureWriter:
             color = replace(mask, image=_WHITE, factor=(1.0, 1.0, 1.0))
         elif _placement(color) != _placement(mask):
             self.draft.note(_APART, owner)
-            return *self.color(color, owner), mean_opacity(mask)
+            return *self.color(color, owner), mean_number(mask)
         image, factor = self._image(color, mask, owner)
         return self._use(image, color), factor, 1.0
+
+    def data(self, texture: Texture) -> dict[str, Any]:
+        """Add a texture of numbers in linear RGB, in 8 bits if they hold it, or else in 16."""
+        values = texture.image.linear(*_WHOLE).astype(np.float64)
+        texels: NDArray[Any] = np.rint(255.0 * values).astype(np.uint8)
+        if not np.allclose(texels / 255.0, values, rtol=0.0, atol=1e-6):
+            texels = np.rint(65535.0 * values).astype(np.uint16)
+        item = {"bufferView": self.draft.add_view(encode_png(texels)), "mimeType": "image/png"}
+        return self._use(self.draft.add("images", item), texture)
 
     def _image(
         self, color: Texture, mask: Texture | None, owner: str, most: float = 1.0

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from photonmap.io.readers.mitsuba_parts.colors import combined
-from photonmap.scene.textures import Paint, Texture, mean_color, mean_opacity
+from photonmap.scene.textures import Paint, Texture, mean_color, mean_number
 from photonmap.spectra.curves import Color
 
 Look = dict[str, Any]
@@ -35,23 +35,26 @@ def blended(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
         "reflectance": _mixed_paint(one["reflectance"], other["reflectance"], weight, lost)
     }
     for name in {"mirror", "glossy"} & {*one, *other}:
-        look[name] = _mixed(one.get(name, 0.0), other.get(name, 0.0), weight)
+        look[name] = _mixed_paint(one.get(name, 0.0), other.get(name, 0.0), weight, lost)
     if "glossy" in look:
         look["roughness"] = _mixed_roughness(one, other, weight, lost)
     alphas = one.get("alpha", 1.0), other.get("alpha", 1.0)
     if alphas != (1.0, 1.0):
         if any(isinstance(alpha, Texture) for alpha in alphas):
             lost.append("textures of a blend")
-        look["alpha"] = float(np.dot([1.0 - weight, weight], [*map(mean_opacity, alphas)]))
+        look["alpha"] = float(np.dot([1.0 - weight, weight], [*map(mean_number, alphas)]))
     return look, lost
 
 
-def _mixed_roughness(one: Look, other: Look, weight: float, lost: list[str]) -> float:
+def _mixed_roughness(one: Look, other: Look, weight: float, lost: list[str]) -> float | Texture:
     """Return the one degree of roughness of two surfaces, one of which may have none."""
     degrees = [surface["roughness"] for surface in (one, other) if "roughness" in surface]
+    if degrees[0] is degrees[-1]:
+        return degrees[0]
     if degrees[0] != degrees[-1]:
         lost.append("two degrees of roughness")
-    return float((1.0 - weight) * degrees[0] + weight * degrees[-1])
+    first, last = mean_number(degrees[0]), mean_number(degrees[-1])
+    return float((1.0 - weight) * first + weight * last)
 
 
 def _mixed_paint(one: Paint, other: Paint, weight: float, lost: list[str]) -> Paint:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from photonmap.io.readers.metallic import coat_of, metallic_gloss
+from photonmap.io.readers.metallic import coat_of, lie_alike, metallic_gloss
 from photonmap.io.readers.mitsuba_parts.colors import as_rgb, combined
 from photonmap.io.readers.mitsuba_parts.context import Context
 from photonmap.io.readers.mitsuba_parts.materials.albedos import (
@@ -27,7 +27,7 @@ from photonmap.io.readers.mitsuba_parts.textures import (
 )
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material
-from photonmap.scene.textures import Texture
+from photonmap.scene.textures import Texture, mean_color, mean_number
 
 _BOTH_SIDES = ("twosided", "dielectric", "roughdielectric", "thindielectric", "null")
 _WRAPPERS = ("mask", "bumpmap", "normalmap", "blendbsdf")
@@ -110,15 +110,31 @@ def _conductor(bsdfs: Bsdfs, node: Node) -> Look:
 def _rough_conductor(bsdfs: Bsdfs, node: Node) -> Look:
     specular = read_plain(bsdfs.context, node, "specular_reflectance", 1.0)
     metal = metal_reflectance(bsdfs.context, node)
-    roughness = _roughness(bsdfs.context, node)
-    glossy = combined(metal_normal(roughness**2), specular, metal)
+    roughness = _roughness_map(bsdfs.context, node)
+    glossy = combined(metal_normal(mean_number(roughness) ** 2), specular, metal)
     return {"reflectance": 0.0, "glossy": glossy, "roughness": roughness}
+
+
+def _roughness_map(context: Context, node: Node) -> float | Texture:
+    """Return the square root of α, of each texel of a texture; of two α, as `_roughness`."""
+    paint = None if node.find("alpha_u") else read_paint(context, node, "alpha", 0.1, "index")
+    if not isinstance(paint, Texture) or paint.largest > 1.0:
+        return _roughness(context, node)
+    _note_distribution(context, node)
+    texture = changed(paint, np.sqrt)
+    assert isinstance(texture, Texture)
+    return texture
+
+
+def _note_distribution(context: Context, node: Node) -> None:
+    """Note facets of another distribution."""
+    if node.text("distribution", "beckmann").lower() != "ggx":
+        context.lose("Beckmann's distribution, with GGX in its place,", node)
 
 
 def _roughness(context: Context, node: Node) -> float:
     """Return the square root of α, of the geometric mean of two."""
-    if node.text("distribution", "beckmann").lower() != "ggx":
-        context.lose("Beckmann's distribution, with GGX in its place,", node)
+    _note_distribution(context, node)
     alpha = read_scalar(context, node, "alpha", 0.1)
     along, across = (read_scalar(context, node, f"alpha_{axis}", alpha) for axis in "uv")
     if along != across:
@@ -156,9 +172,9 @@ def _plastic(bsdfs: Bsdfs, node: Node) -> Look:
     index = _relative_index(node, "polypropylene")
     specular = read_plain(context, node, "specular_reflectance", 1.0)
     glossy = combined(scaled_normal, specular, coat_of(index))
-    rough = _roughness(context, node) if node.type == "roughplastic" else 0.0
+    rough = _roughness_map(context, node) if node.type == "roughplastic" else 0.0
     normal = float(np.mean(as_rgb(glossy)))
-    base = plastic_albedo(index, rough**2, node.flag("nonlinear", False), normal)
+    base = plastic_albedo(index, mean_number(rough) ** 2, node.flag("nonlinear", False), normal)
     diffuse = read_paint(context, node, "diffuse_reflectance", 0.5)
     return {"reflectance": changed(diffuse, base), "glossy": glossy, "roughness": rough}
 
@@ -167,10 +183,9 @@ def _principled(bsdfs: Bsdfs, node: Node) -> Look:
     """Return a surface that is a metal in part, or glass."""
     context = bsdfs.context
     paint = read_paint(context, node, "base_color", 0.5)
-    metallic, roughness, transmission = (
-        _fraction(context, node, name, default)
-        for name, default in (("metallic", 0.0), ("roughness", 0.5), ("spec_trans", 0.0))
-    )
+    transmission = _fraction(context, node, "spec_trans", 0.0)
+    metallic = _fraction_map(context, node, "metallic", 0.0)
+    roughness = _fraction_map(context, node, "roughness", 0.5)
     for name in _LOBES:
         if read_scalar(context, node, name, 0.0) != 0.0:
             context.lose(name, node)
@@ -178,16 +193,17 @@ def _principled(bsdfs: Bsdfs, node: Node) -> Look:
     coat = 0.08 * _fraction(context, node, "specular", 0.5)
     if node.find("eta"):
         coat = coat_of(max(node.number("eta", 1.5), 1.0))
-    if transmission > 0.5 and metallic < 0.5:
+    if transmission > 0.5 and mean_number(metallic) < 0.5:
+        roughness = _fraction(context, node, "roughness", 0.5)
         tint = combined(np.sqrt, read_plain(context, node, "base_color", 0.5))
         index = (1.0 + coat**0.5) / (1.0 - coat**0.5)
         return {"reflectance": 0.0, "ior": index, "tint": tint, "roughness": roughness}
     if transmission > 0.0:
         context.lose("transmission", node)
-    if isinstance(paint, Texture) and metallic > 0.0:
-        context.lose("variation of a metal's colour", node)
+    if not lie_alike(paint, metallic):
+        context.lose("texture of metallic", node)
     gloss = metallic_gloss(paint, metallic, coat, roughness)
-    normal = float(np.mean(as_rgb(gloss.glossy)))
+    normal = float(np.mean(as_rgb(mean_color(gloss.glossy))))
     base = changed(gloss.reflectance, lambda albedo: base_albedo(albedo, normal))
     return gloss._replace(reflectance=base)._asdict()
 
@@ -197,6 +213,14 @@ def _fraction(context: Context, node: Node, name: str, default: float) -> float:
     if not 0.0 <= value <= 1.0:
         raise node.error(f"{name} {value:g} is not within [0, 1]; correct it")
     return value
+
+
+def _fraction_map(context: Context, node: Node, name: str, default: float) -> float | Texture:
+    """Return a fraction that may be a texture."""
+    paint = read_paint(context, node, name, default, "index")
+    if isinstance(paint, Texture) and paint.largest <= 1.0:
+        return paint
+    return _fraction(context, node, name, default)
 
 
 def _two_sided(bsdfs: Bsdfs, node: Node) -> Look:
