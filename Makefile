@@ -5,7 +5,7 @@ INSTALLED := .venv/installed
 # Runs a command without its output, which is shown if it fails.
 QUIETLY := sh -c 'log=$$(mktemp); "$$@" > $$log 2>&1 || { code=$$?; cat $$log; rm $$log; exit $$code; }; rm $$log' quietly
 
-.PHONY: golden demo dataset-demo test test-all test-slow lint fuzz kernels-checked bench study examples wheel clean
+.PHONY: docs gallery golden demo dataset-demo test test-all test-slow lint fuzz kernels-checked bench study examples wheel clean
 
 demo: $(INSTALLED)  ## render the Cornell box into out/
 	@mkdir -p out
@@ -62,6 +62,14 @@ bench: $(INSTALLED)  ## print the tables of docs/performance.md
 
 study: $(INSTALLED)  ## measure what accuracy costs on the Cornell box into docs/study/
 	$(BIN)/python -m photonmap study scenes/cornell_box.obj --minutes 12 --output docs/study
+
+docs: $(INSTALLED)  ## the site of the documentation into out/site, without a warning
+	$(BIN)/python tools/make_site.py
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "the site: $(CURDIR)/out/site/index.html"
+
+gallery: $(INSTALLED)  ## render the pictures of docs/gallery.md
+	$(BIN)/python tools/make_gallery.py
 
 wheel: $(INSTALLED)  ## build a wheel and try it outside the checkout
 	@$(QUIETLY) $(BIN)/pip wheel --no-deps --wheel-dir out .
