@@ -20,8 +20,8 @@ PAGES = sorted(
 BLOCK = re.compile(
     r"^(?:<!-- from (?P<source>\S+) -->\n)?```(?P<language>\w*)\n(?P<text>.*?)^```", re.M | re.S
 )
-ELSEWHERE = {"--bounces"}
-"""Flags of examples that do not exist"""
+ELSEWHERE = {"--bounces", "--from", "--rm"}
+"""Flags of examples that do not exist, and of other programs"""
 
 each_page = pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
 
