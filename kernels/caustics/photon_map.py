@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from photonmap.kernels.bsdf import models
+from photonmap.kernels.bsdf.absorption import absorb
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, choose_lobe, scatter_specular
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import divide
@@ -32,6 +33,7 @@ def _follow(geometry, specular, ray, state, flux):
     for step in range(LONGEST_CHAIN):
         if hit.triangle < 0:
             return False, hit, direction
+        absorb(geometry, specular, hit, direction, flux)
         probability = specular.probability[geometry.material[hit.triangle]]
         if step == 0 and probability == 0.0:
             return False, hit, direction

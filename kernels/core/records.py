@@ -120,6 +120,17 @@ class Materials(NamedTuple):
 
 
 @by_reference
+class Media(NamedTuple):
+    """Glass that absorbs light inside; a scene without any has None in its place."""
+
+    of_side: np.ndarray
+    """(T, 2) int32, the material whose inside lies at the front and at the back of a triangle, -1
+    for one that does not absorb, or air"""
+    absorption: np.ndarray
+    """(M, N) float32, coefficient in the inverse unit of length"""
+
+
+@by_reference
 class Specular(NamedTuple):
     """Mirrors, mirror coats, glass, and metals that are nearly mirrors."""
 
@@ -137,6 +148,8 @@ class Specular(NamedTuple):
     alpha: np.ndarray | None
     """(M,) float64, GGX's α of rough glass and METAL, 0 for what is smooth: see
     `bsdf.microsurface`; None where all are smooth"""
+    media: Media | None
+    """None where nothing absorbs"""
 
 
 @by_reference

@@ -1,6 +1,7 @@
 """What a gather ray sees via specular surfaces."""
 
 from photonmap.kernels.bsdf import models
+from photonmap.kernels.bsdf.absorption import absorb
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, choose_lobe
 from photonmap.kernels.cache.radiosity_cache import cell_at
 from photonmap.kernels.core.bands import add_product
@@ -49,6 +50,8 @@ def gather_specular_chain(scene, specular, maps, hit, direction, weight, state, 
         return False
     throughput = scratch.throughput
     throughput[:] = weight
+    if specular.kind[scene.geometry.material[hit.triangle]] != 0:
+        absorb(scene.geometry, specular, hit, direction, throughput)
     found = False
     for step in range(LONGEST_CHAIN):
         if specular.kind[scene.geometry.material[hit.triangle]] == 0:

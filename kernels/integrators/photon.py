@@ -1,6 +1,7 @@
 """Photon tracing: photons leave emitters and fill the radiosity cache where they are reflected."""
 
 from photonmap.kernels.bsdf import models
+from photonmap.kernels.bsdf.absorption import absorb
 from photonmap.kernels.bsdf.material import look_up_material, multiply_albedo
 from photonmap.kernels.bsdf.specular import choose_lobe, scatter_specular, specular_probability
 from photonmap.kernels.cache.radiosity_cache import cell_at
@@ -40,6 +41,15 @@ def _scatter_if_specular(scene, specular, hit, direction, flux, state):
     if not alive:
         flux[:] = 0.0
     return True, origin, direction, state
+
+
+@jit
+def _absorb_by_glass(geometry, specular, hit, direction, passed, flux):
+    """Absorb flux along a ray from a specular surface, or to one."""
+    if specular is None:
+        return
+    if passed or specular.kind[geometry.material[hit.triangle]] != 0:
+        absorb(geometry, specular, hit, direction, flux)
 
 
 @jit
@@ -89,10 +99,12 @@ def _trace(scene, cache, index, key, ray, bounces, flux, response):
     state, stores = stream(split(key, SURVIVAL), index, 0), 0
     bounce_key = split(key, BOUNCE)
     origin, direction = ray
+    passed = False
     for bounce in range(bounces):
         hit = intersect(scene.geometry, origin, direction)
         if hit.triangle < 0:
             return stores, 0
+        _absorb_by_glass(scene.geometry, scene.specular, hit, direction, passed, flux)
         passed, origin, direction, state = _scatter_if_specular(
             scene, scene.specular, hit, direction, flux, state
         )

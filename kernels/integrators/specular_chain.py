@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from photonmap.kernels.bsdf.absorption import absorb
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, choose_lobe, scatter_specular
 from photonmap.kernels.core.bands import largest
 from photonmap.kernels.core.jit import jit
@@ -36,7 +37,9 @@ def specular_step(scene, specular, hit, direction, step, before, state, throughp
         alive, state = russian_roulette(before, largest(throughput), state, throughput)
         if not alive:
             return False, hit, direction, state
-    return True, intersect(scene.geometry, origin, direction), direction, state
+    hit = intersect(scene.geometry, origin, direction)
+    absorb(scene.geometry, specular, hit, direction, throughput)
+    return True, hit, direction, state
 
 
 @jit
@@ -52,6 +55,8 @@ def follow_specular_chain(scene, specular, hit, direction, row, state, scratch):
     throughput = scratch.throughput
     before = largest(throughput)
     sink = Sink(scratch.irradiance, row, math.pi)
+    if specular.kind[scene.geometry.material[hit.triangle]] != 0:
+        absorb(scene.geometry, specular, hit, direction, throughput)
     for step in range(LONGEST_CHAIN):
         probability = specular.probability[scene.geometry.material[hit.triangle]]
         is_specular, state = choose_lobe(probability, state, throughput)

@@ -8,6 +8,7 @@ indirect.
 import numpy as np
 
 from photonmap.kernels.bsdf import models
+from photonmap.kernels.bsdf.absorption import absorb
 from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN
 from photonmap.kernels.core.jit import jit
@@ -129,6 +130,7 @@ def view_specular_chain(job, specular, seen, index, sample, budget, estimate, sc
     scene = job.scene
     hit, direction = seen
     scratch.chain[:] = 1.0
+    absorb(scene.geometry, specular, hit, direction, scratch.chain)
     state, passed = stream(split(job.key, CHAIN_WALK), index, 0), SMOOTH
     for step in range(LONGEST_CHAIN):
         if specular.kind[scene.geometry.material[hit.triangle]] == 0:

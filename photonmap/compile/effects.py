@@ -35,6 +35,7 @@ EFFECTS = (
     "glossy",
     "non_lambertian",
     "transmission",
+    "media",
     "alpha",
     "environment",
     "textures",
@@ -116,7 +117,7 @@ def plan_effects(
             name: Effect(True, effect.why if effect.on else f"forced, though {effect.why}")
             for name, effect in called.items()
         }
-        for name in ("alpha", "environment", "textures", "glossy", "non_lambertian"):
+        for name in ("media", "alpha", "environment", "textures", "glossy", "non_lambertian"):
             if not called[name].on:
                 forced[name] = called[name]
         forced["band_merging"] = Effect(False, "every band is traced on its own")
@@ -182,7 +183,7 @@ def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> Specular |
         count = len(compiled.materials.reflectance)
         none = np.zeros_like(compiled.materials.reflectance)
         kind = np.zeros(count, np.uint8)
-        return Specular(kind, none, np.zeros(count), none.copy(), np.zeros(count), None)
+        return Specular(kind, none, np.zeros(count), none.copy(), np.zeros(count), None, None)
     by_kind = {GLASS: plan.on("transmission"), MIRROR: plan.on("specular")}
     kept = np.array([by_kind.get(kind, True) for kind in specular.kind.tolist()])
     kept = np.where(compiled.is_thin, plan.on("transmission"), kept)
@@ -194,6 +195,7 @@ def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> Specular |
         kind=np.where(kept, specular.kind, 0).astype(np.uint8),
         probability=np.where(kept, specular.probability, 0.0),
         alpha=alpha if alpha is not None and alpha.any() else None,
+        media=specular.media if plan.on("media") else None,
     )
     return specular if specular.kind.any() else None
 
@@ -214,6 +216,7 @@ def _called_for(compiled: CompiledScene, distinct: int, bands: int) -> dict[str,
     called = {
         **_of_lights(compiled),
         **_of_surfaces(compiled),
+        **_of_transparency(compiled),
         "direct": Effect(True, "there are lights"),
         "indirect": _indirect(compiled),
         "band_merging": _if(distinct < bands, merged, "all bands differ"),
@@ -235,7 +238,7 @@ def _of_lights(compiled: CompiledScene) -> dict[str, Effect]:
 
 
 def _of_surfaces(compiled: CompiledScene) -> dict[str, Effect]:
-    specular, alpha = compiled.specular, compiled.geometry.alpha
+    specular = compiled.specular
     kinds = np.zeros(0, np.uint8) if specular is None else specular.kind
     scattering = compiled.scattering
     models = np.zeros(0, np.uint8) if scattering is None else scattering.model
@@ -263,15 +266,27 @@ def _of_surfaces(compiled: CompiledScene) -> dict[str, Effect]:
             "some surfaces are rough",
             "all diffuse reflection obeys Lambert's law",
         ),
-        "transmission": _if(
-            (kinds == GLASS).any() or compiled.is_thin.any(), "there is glass", "there is no glass"
+        "textures": _if(textures, "surfaces have textures", "no surface has a texture"),
+    }
+
+
+def _of_transparency(compiled: CompiledScene) -> dict[str, Effect]:
+    specular, alpha = compiled.specular, compiled.geometry.alpha
+    is_glass = compiled.is_thin
+    if specular is not None:
+        is_glass = is_glass | (specular.kind == GLASS)
+    return {
+        "transmission": _if(is_glass.any(), "there is glass", "there is no glass"),
+        "media": _if(
+            specular is not None and specular.media is not None,
+            "glass absorbs light inside",
+            "no glass absorbs light inside",
         ),
         "alpha": _if(
             alpha is not None and ((alpha.value < 1.0) | (alpha.image >= 0)).any(),
             "surfaces have holes or are partly transparent",
             "no surface is cut out",
         ),
-        "textures": _if(textures, "surfaces have textures", "no surface has a texture"),
     }
 
 

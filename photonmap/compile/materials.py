@@ -146,6 +146,7 @@ def _compile_specular(
         tint.astype(np.float32),
         probability,
         alpha if alpha.any() else None,
+        None,
     )
 
 

@@ -17,6 +17,7 @@ from photonmap.compile.frame import Frame, choose_frame
 from photonmap.compile.geometry import check_meshes, join_meshes
 from photonmap.compile.lights.emitters import Emitters, compile_lights
 from photonmap.compile.materials import compile_materials
+from photonmap.compile.media import with_media
 from photonmap.compile.textures import compile_textures
 from photonmap.kernels.core import passes, records
 from photonmap.kernels.geometry.embree import EmbreeScene
@@ -146,7 +147,7 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
         ),
         materials=compiled.diffuse,
         lights=emitters.lights,
-        specular=compiled.specular,
+        specular=with_media(compiled.specular, meshes, geometry, owner, bands, frame.size),
         textures=texture_table.textures(bands),
         scattering=texture_table.lobes(compiled.scattering, bands),
         camera=camera,
@@ -199,7 +200,7 @@ def _colors(scene: Scene) -> Iterator[Paint]:
     for mesh in scene.meshes:
         material = mesh.material
         yield from (material.reflectance, material.emission, material.mirror, material.tint)
-        yield material.glossy
+        yield from (material.glossy, material.attenuation_color)
     for light in scene.lights:
         yield light.color
 

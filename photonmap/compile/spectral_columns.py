@@ -118,6 +118,9 @@ def carry(compiled: CompiledScene, columns: SpectralColumns) -> CompiledScene:
         textures = textures._replace(basis=tile(textures.basis))
     if specular is not None:
         specular = specular._replace(mirror=tile(specular.mirror), tint=tile(specular.tint))
+        if specular.media is not None:
+            media = specular.media._replace(absorption=tile(specular.media.absorption))
+            specular = specular._replace(media=media)
     return replace(
         compiled,
         materials=compiled.materials._replace(reflectance=tile(compiled.materials.reflectance)),
@@ -180,6 +183,8 @@ def _tables(compiled: CompiledScene) -> list[Array]:
         tables.append(compiled.lights.environment.basis)
     if compiled.specular is not None:
         tables += [compiled.specular.mirror, compiled.specular.tint]
+        if compiled.specular.media is not None:
+            tables.append(compiled.specular.media.absorption)
     if compiled.scattering is not None:
         tables.append(compiled.scattering.specular)
         if compiled.scattering.maps is not None:

@@ -26,7 +26,6 @@ _REMEDIES = (
     (r"variation of|mean of map_|map_(Ks|Ns)", _SPLIT),
     (r"KHR_materials_transmission", f"make it all glass: transmission 1, or ior {_TOML}"),
     (r"roughness of thin glass", f"model its two sides, or give it a partial alpha {_TOML}"),
-    (r"attenuationColor", f"give the glass a tint {_TOML}"),
     (r"specularColorFactor", f"give the colour as glossy {_TOML}"),
     (r"KHR_materials_(?!transmission)|EXT_", f"describe the surface {_TOML}, as near as it gets"),
     (r"\brange\b", "nothing: light falls off with the square of the distance"),

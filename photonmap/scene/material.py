@@ -36,6 +36,8 @@ class Material:
     ior : index of refraction of the inside relative to air; None for anything but glass
     tint : transmittance of glass at each crossing of its surface, in [0, 1]; of thin glass, beside
         what its two surfaces reflect
+    attenuation_color, attenuation_distance : what solid glass transmits along so many scene units
+        inside, in [0, 1]; more along less, by Beer and Lambert's law
     thin : of glass, whether the mesh is a pane that light passes straight on, not the surface of a
         body: a window, a bubble, a lampshade
     alpha : opacity in [0, 1]: the probability that a ray does not pass straight through
@@ -63,6 +65,13 @@ class Material:
         float | None, Number("index of refraction", mtl="Ni", above=0.0, such_as="1.5")
     ] = None
     tint: Annotated[Color, Reflectance("transmittance", mtl="Tf", only="glass")] = 1.0
+    attenuation_color: Annotated[
+        Color, Reflectance("transmittance", mtl="attenuation_color", only="glass")
+    ] = 1.0
+    attenuation_distance: Annotated[
+        float | None,
+        Number("distance", "scene units", mtl="attenuation_distance", only="glass", above=0.0),
+    ] = None
     thin: Annotated[bool, Flag(mtl="thin", only="glass")] = False
     alpha: Annotated[
         float | Texture, Number("opacity", mtl="d", textured=True, at_least=0.0, at_most=1.0)

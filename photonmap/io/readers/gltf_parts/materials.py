@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -197,9 +198,19 @@ def _glass(source: _Source) -> dict[str, Any] | None:
         if roughness > 0.0:
             source.lose("roughness of thin glass")
         return look | {"thin": True}
-    if "attenuationColor" in source.extension("volume"):
-        source.lose("attenuationColor")
-    return look | {"roughness": roughness}
+    return look | {"roughness": roughness} | _attenuation(source)
+
+
+def _attenuation(source: _Source) -> dict[str, Any]:
+    """Return what a volume absorbs; nothing along an infinite distance, the default."""
+    volume = source.extension("volume")
+    color = source.color(volume, "attenuationColor")
+    if color == (1.0, 1.0, 1.0) or "attenuationDistance" not in volume:
+        return {}
+    distance = source.number(volume, "attenuationDistance", math.inf, 1e30)
+    if distance == 0.0:
+        raise InputError(f"material {shown(source.name)}: attenuationDistance 0; correct it")
+    return {"attenuation_color": color, "attenuation_distance": distance}
 
 
 def _alpha(source: _Source) -> dict[str, float | Texture]:

@@ -61,8 +61,16 @@ def _glass(material: Material, draft: Draft) -> dict[str, Any]:
     extensions = draft.use("KHR_materials_transmission", {"transmissionFactor": 1.0})
     extensions |= draft.use("KHR_materials_ior", {"ior": material.ior})
     if not material.thin:
-        extensions |= draft.use("KHR_materials_volume", {"thicknessFactor": 1.0})
+        extensions |= draft.use("KHR_materials_volume", _volume(material))
     return {"pbrMetallicRoughness": surface, "extensions": extensions}
+
+
+def _volume(material: Material) -> dict[str, Any]:
+    volume: dict[str, Any] = {"thicknessFactor": 1.0}
+    if material.attenuation_distance is not None:
+        volume["attenuationColor"] = _RGB.reflectance(material.attenuation_color).tolist()
+        volume["attenuationDistance"] = material.attenuation_distance
+    return volume
 
 
 def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter) -> dict[str, Any]:

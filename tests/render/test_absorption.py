@@ -1,0 +1,130 @@
+"""Glass that absorbs: Beer and Lambert's law through slabs, things inside, and the path tracer."""
+
+import numpy as np
+import pytest
+import trimesh
+from scipy import stats
+
+import photonmap as pm
+
+COLOR = (0.8, 0.5, 0.1)
+BOX = pm.scenes.cornell_box()
+
+
+def jelly(ior=1.5, color=COLOR, distance=0.5, **more):
+    look = {"ior": ior, "attenuation_color": color, "attenuation_distance": distance}
+    return pm.Material("jelly", 0.0, **look, **more)
+
+
+def body(mesh, material, name="body"):
+    return pm.Mesh(mesh.vertices, mesh.faces, material, name)
+
+
+def slab(thickness, material):
+    return body(trimesh.creation.box((4, 4, thickness)), material)
+
+
+def lamp(z):
+    corners = np.array([[-4, -4, z], [4, -4, z], [4, 4, z], [-4, 4, z]], float)
+    return pm.Mesh(corners, [[0, 1, 2], [0, 2, 3]], pm.Material("lamp", 0.0, 1.0), "lamp")
+
+
+@pytest.mark.parametrize("method", ["photon", "path"])
+@pytest.mark.parametrize("thickness", [0.1, 1.0])
+def test_a_slab_before_a_lamp(thickness, method):
+    """T² a / (1 - R² a²), by the geometric series of reflections, with a = c^(thickness / d)."""
+    camera = pm.Camera((0, 0, 5), (0, 0, 0), fov=0.5)
+    scene = pm.Scene([slab(thickness, jelly()), lamp(-1.0)], [], camera)
+    result = pm.render(scene, bands="rgb", size=(8, 8), passes=256, seed=2, method=method)
+    inside = np.array(COLOR) ** (thickness / 0.5)
+    wanted = 0.96**2 * inside / (1.0 - 0.04**2 * inside**2)
+    np.testing.assert_allclose(result.emission.mean(axis=(0, 1)), wanted, rtol=0.01)
+    assert result.record["effects"]["media"]["on"]
+
+
+def test_what_has_the_index_of_air_absorbs_alone():
+    """Exactly: a chain is never reflected, along slanting rays either."""
+    camera = pm.Camera((3, 0, 4), (0, 0, 0), fov=0.5)
+    scene = pm.Scene([slab(0.5, jelly(1.0)), lamp(-1.0)], [], camera)
+    result = pm.render(scene, bands="rgb", size=(4, 4), passes=2, pixel="center")
+    wanted = np.array(COLOR) ** (5.0 / 4.0)
+    np.testing.assert_allclose(result.emission.mean(axis=(0, 1)), wanted, rtol=2e-3)
+
+
+@pytest.mark.parametrize("method", ["photon", "path"])
+def test_a_camera_inside(method):
+    camera = pm.Camera((0, 0, 0.3), (0, 0, -1), fov=0.5)
+    scene = pm.Scene([slab(1.0, jelly(1.0)), lamp(-1.0)], [], camera)
+    result = pm.render(scene, bands="rgb", size=(4, 4), passes=2, method=method)
+    wanted = np.array(COLOR) ** (0.8 / 0.5)
+    np.testing.assert_allclose(result.emission.mean(axis=(0, 1)), wanted, rtol=1e-3)
+
+
+def test_a_wall_inside():
+    """Lit through a medium of index 1, and seen through it: c^(2 t / d) of what it is in air."""
+    wall = trimesh.creation.box((1, 1, 0.2))
+    sun = pm.DirectionalLight((0, 0, -1), 1.0)
+    camera = pm.Camera((0, 0, 5), (0, 0, 0), fov=5)
+    around = trimesh.creation.box((2, 2, 1.2))
+    meshes = [body(wall, pm.Material("wall", 0.5), "wall"), body(around, jelly(1.0))]
+    scene = pm.Scene(meshes, [sun], camera)
+    settings = {"bands": "rgb", "size": (8, 8), "passes": 128, "seed": 3}
+    result = pm.render(scene, **settings)
+    inside = np.array(COLOR) ** (2.0 * 0.5 / 0.5)
+    found = result.radiance.mean(axis=(0, 1)) * np.pi
+    np.testing.assert_allclose(found, 0.5 * inside, rtol=0.03)
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.4])
+def test_photons_agree_with_paths(roughness):
+    """A ball of tinted glass in the Cornell box, with its caustic."""
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=0.4)
+    ball.apply_translation([0.0, -0.5, 0.0])
+    meshes = [mesh for mesh in BOX.meshes if "box" not in mesh.name]
+    glass = jelly(distance=0.3, roughness=roughness)
+    scene = pm.Scene([*meshes, body(ball, glass, "ball")], [], BOX.camera)
+    settings = {"bands": "rgb", "size": (24, 24), "pixel": "center"}
+    photon = pm.render(scene, passes=48, seed=6, **settings)
+    path = pm.render(scene, passes=600, seed=7, method="path", **settings)
+    one, other = photon.radiance, path.radiance
+    errors = np.hypot(photon.standard_error("radiance"), path.standard_error("radiance"))
+    blocks = [image.reshape(6, 4, 6, 4, 3).mean(axis=(1, 3)) for image in (one, other)]
+    error = np.sqrt((errors**2).reshape(6, 4, 6, 4, 3).sum(axis=(1, 3))) / 16
+    z = (blocks[0] - blocks[1]) / np.hypot(error, 0.01 * blocks[1].mean())
+    assert np.abs(z).max() < stats.norm.isf(1e-3 / z.size)
+    assert one.mean() == pytest.approx(other.mean(), rel=0.015)
+
+
+def test_without_media_glass_is_clear():
+    camera = pm.Camera((0, 0, 5), (0, 0, 0), fov=0.5)
+    scene = pm.Scene([slab(1.0, jelly(1.0)), lamp(-1.0)], [], camera)
+    wanted = ["emission", "direct", "specular", "transmission"]
+    result = pm.render(scene, bands="rgb", size=(4, 4), passes=2, effects=wanted)
+    np.testing.assert_allclose(result.emission, 1.0, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("look", "message"),
+    [
+        ({"reflectance": 0.5, "attenuation_color": 0.5}, "only solid glass absorbs"),
+        ({"ior": 1.5, "thin": True, "attenuation_color": 0.5}, "only solid glass absorbs"),
+        ({"ior": 1.5, "attenuation_color": 0.5}, "needs an attenuation_distance"),
+        ({"ior": 1.5, "attenuation_color": -0.5, "attenuation_distance": 1}, "outside of"),
+        ({"ior": 1.5, "attenuation_distance": -1.0}, "give scene units above 0"),
+    ],
+)
+def test_bad_media(look, message):
+    material = pm.Material("m", **{"reflectance": 0.0, **look})
+    scene = pm.Scene([slab(1.0, material), lamp(-1.0)], [], pm.Camera((0, 0, 5), (0, 0, 0)))
+    with pytest.raises(pm.InputError, match=f"'m'.*{message}"):
+        pm.render(scene, bands="rgb", size=(4, 4), passes=1)
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".glb"])
+def test_files_keep_media(tmp_path, suffix):
+    scene = pm.Scene([slab(1.0, jelly(1.4))], [], pm.Camera((0, 0, 5), (0, 0, 0)))
+    pm.save_scene(scene, tmp_path / f"scene{suffix}")
+    material = pm.load_scene(tmp_path / f"scene{suffix}").meshes[0].material
+    assert material.attenuation_distance == 0.5
+    found = pm.Bands.rgb().reflectance(material.attenuation_color)
+    np.testing.assert_allclose(found, COLOR, rtol=1e-6)
