@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from photonmap.spectra.bands import Bands
     from photonmap.spectra.color_text import emission, reflectance
     from photonmap.spectra.curves import Spectrum, SpectrumSet
+    from photonmap.viewer.notebook import preview
 
 __all__ = [
     "AreaLight",
@@ -89,6 +90,7 @@ __all__ = [
     "load_result",
     "load_scene",
     "merge",
+    "preview",
     "reflectance",
     "render",
     "save_scene",
@@ -100,6 +102,7 @@ _HOMES = {
     "InputError": "errors",
     "SceneWarning": "errors",
     "merge": "results.merge",
+    "preview": "viewer.notebook",
     "render": "render",
     "Result": "results.result",
     "load_result": "results.result",

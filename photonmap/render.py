@@ -46,13 +46,14 @@ from photonmap.io.scene_source import SceneSource
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN
 from photonmap.kernels.core.passes import MAX_BOUNCES, Film, View
 from photonmap.kernels.core.streams import Domain
-from photonmap.results.record import describe_measured_sets, describe_versions
+from photonmap.results.record import describe_measured_sets, describe_seconds, describe_versions
 from photonmap.results.result import Result
+from photonmap.results.watching import Watching
 from photonmap.runtime.checkpoint import Checkpoint
 from photonmap.runtime.clock import Clock
 from photonmap.runtime.memory import check_memory
 from photonmap.runtime.options import taking_keywords_of
-from photonmap.runtime.progress import Silent, ending
+from photonmap.runtime.progress import Progress, Silent, ending
 from photonmap.runtime.storage import Storage
 from photonmap.runtime.workers import Workers
 from photonmap.scene.scene import Scene, check_scene
@@ -104,17 +105,19 @@ def _render(scene: Scene, options: Options, announce: Announce | None = None) ->
         # Passes until the budget is spent: photons → radiosity cache → camera pass → irradiance
         # sharing → moments → stop?
         with workers.holding_interrupts():
-            run.loop.go(settings.progress)
+            run.loop.go(_watched(scene, run))
         warn_of_truncated_paths(run)
         passes = describe_passes(run)
         images = finish(run)
         clock.lap("render")
+    photons = run.integrator.counters.photon_seconds
+    saving = run.loop.saving if run.loop.saves else None
     record = {
         **describe_setup(scene, run),
         "effects": setup.plan.describe(run.integrator.effect_seconds),
         **passes,
         "unresolved": int(images.unresolved.sum()),
-        "seconds": describe_seconds(run, clock.seconds),
+        "seconds": describe_seconds(clock.seconds, run.loop.earlier, photons, saving),
         "warnings": messages,
     }
     return Result(images.buffers, images.errors, settings.bands, record, images.block_errors)
@@ -335,6 +338,18 @@ def finish(run: Run) -> Images:
     return Images(_as_images(buffers, film), _as_images(errors, film), blocks, unresolved)
 
 
+def _watched(scene: Scene, run: Run) -> Progress:
+    """Return the progress that a run reports to, which shows images too if that is asked for."""
+    settings, watch = run.settings, run.settings.watch
+
+    def snapshot(passes: int) -> Result:
+        light, _ = run.moments.finish(run.setup.scene.power, settings.buffers)
+        record = {**describe_setup(scene, run), "passes": passes}
+        return Result(_as_images(in_order(light), settings.film), {}, settings.bands, record)
+
+    return Watching(settings.progress, watch, snapshot) if watch else settings.progress
+
+
 def _as_images(rows: dict[str, NDArray[Any]], film: Film) -> dict[str, NDArray[Any]]:
     """Give arrays of one row per pixel, (P, …), the shape of the image, (H, W, …)."""
     return {
@@ -382,19 +397,4 @@ def describe_passes(run: Run) -> dict[str, Any]:
         "interrupted": loop.interrupted,
         "resumed": loop.resumed,
         "predicted_seconds": loop.predicted,
-    }
-
-
-def describe_seconds(run: Run, seconds: dict[str, float]) -> dict[str, float]:
-    """Return the seconds of each stage; those of rendering include earlier runs."""
-    rendering = run.loop.earlier + seconds["render"]
-    photons = run.integrator.counters.photon_seconds
-    saving = {"checkpoint": run.loop.saving} if run.loop.saves else {}
-    return {
-        "load": seconds["load"],
-        "compile": seconds["compile"],
-        "photons": photons,
-        "camera": rendering - photons - run.loop.saving,
-        **saving,
-        "render": rendering,
     }

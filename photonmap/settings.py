@@ -8,7 +8,7 @@ fingerprint of the run, and the table in docs/guide.md (`python tools/make_optio
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from numbers import Integral
 from os import PathLike
@@ -38,6 +38,7 @@ from photonmap.runtime.progress import Progress, Silent, choose_progress
 
 if TYPE_CHECKING:
     from photonmap.kernels.core.passes import Film
+    from photonmap.results.result import Result
     from photonmap.spectra.bands import Bands
 
 MOST_PHOTONS = 1 << 32
@@ -298,6 +299,13 @@ class Options:
             "True shows it on stderr: a bar on a terminal, lines elsewhere; or an object that is "
             "notified of every stage and pass",
             check=_check_progress,
+        ),
+    )
+    watch: Callable[[Result], None] | None = field(
+        default=None,
+        metadata=option(
+            "called with the image so far, a `Result` without standard errors, now and then "
+            "between passes",
         ),
     )
 

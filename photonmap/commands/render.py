@@ -21,6 +21,7 @@ from photonmap.runtime.interrupts import ignoring_interrupts
 from photonmap.runtime.progress import Progress, choose_progress
 from photonmap.scene.camera import ALL
 from photonmap.version import __version__
+from photonmap.viewer.tev import ADDRESS, Tev
 
 if TYPE_CHECKING:
     from photonmap.render import Setup
@@ -38,6 +39,14 @@ PREVIEW_BUFFERS = ("radiance", "emission")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     add_render_options(parser)
+    parser.add_argument(
+        "--view",
+        nargs="?",
+        const=ADDRESS,
+        metavar="HOST:PORT",
+        help="send the image to the viewer tev as it gets better; needs "
+        f"pip install 'photonmap[view]' (without HOST:PORT: {ADDRESS})",
+    )
     parser.add_argument("--version", action="version", version=f"photonmap {__version__}")
 
 
@@ -74,14 +83,20 @@ def _render(options: argparse.Namespace, source: SceneSource, output: str) -> in
     if options.buffers is not None:
         given["buffers"] = {*options.buffers, *PREVIEW_BUFFERS}
     progress = choose_progress(options.quiet)
+    viewer = Tev(Path(output).name, options.view) if options.view else None
     try:
         announce = None if options.quiet else partial(_announce, progress)
-        result = render_file(source, Options(**given, progress=progress), announce)
+        chosen = Options(**given, progress=progress, watch=viewer)
+        result = render_file(source, chosen, announce)
         with ignoring_interrupts():
             progress.stage("write")
             result.save(output, options.buffers, options.white)
+            if viewer is not None:
+                viewer(result)
     finally:
         progress.close()
+        if viewer is not None:
+            viewer.close()
     if not options.quiet:
         _report(result.record, output)
     return INTERRUPTED if result.record["interrupted"] else None

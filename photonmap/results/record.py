@@ -40,3 +40,26 @@ def describe_code() -> dict[str, str]:
 def describe_measured_sets() -> dict[str, str | None]:
     """Return the files of measured spectra that colours may be named from; None without one."""
     return {"munsell": os.environ.get(MUNSELL), "illuminants": os.environ.get(ILLUMINANTS)}
+
+
+def describe_seconds(
+    seconds: dict[str, float], earlier: float, photons: float, saving: float | None
+) -> dict[str, float]:
+    """Return the seconds of each stage; those of rendering include earlier runs.
+
+    Parameters
+    ----------
+    seconds : of loading, compiling and rendering
+    earlier : of rendering in earlier runs
+    photons : of tracing photons
+    saving : of checkpoints; None without them
+    """
+    rendering = earlier + seconds["render"]
+    return {
+        "load": seconds["load"],
+        "compile": seconds["compile"],
+        "photons": photons,
+        "camera": rendering - photons - (saving or 0.0),
+        **({} if saving is None else {"checkpoint": saving}),
+        "render": rendering,
+    }
