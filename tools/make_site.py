@@ -22,7 +22,7 @@ PAGES = ("README.md", "CHANGELOG.md", "kernels/README.md")
 LINK = re.compile(r"(\]\()([^)#\s:]+)((?:#[^)\s]*)?\))")
 GROUPS = {
     "Rendering": (
-        "render", "settings.Options", "merge", "load_scene", "save_scene", "load_result",
+        "render", "settings.Options", "preview", "merge", "load_scene", "save_scene", "load_result",
         "camera_rays",
     ),
     "Results": ("Result",),
