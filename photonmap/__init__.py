@@ -50,6 +50,7 @@ if TYPE_CHECKING:
         RayMap,
     )
     from photonmap.scene.scene import Scene
+    from photonmap.scene.surfaces.relief import BumpMap, NormalMap
     from photonmap.scene.textures import Texture
     from photonmap.spectra.bands import Bands
     from photonmap.spectra.color_text import emission, reflectance
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
 __all__ = [
     "AreaLight",
     "Bands",
+    "BumpMap",
     "Camera",
     "DirectionalLight",
     "DomeLight",
@@ -71,6 +73,7 @@ __all__ = [
     "Light",
     "Material",
     "Mesh",
+    "NormalMap",
     "Panorama",
     "PhotometricLight",
     "PointLight",
@@ -128,6 +131,8 @@ _HOMES = {
     "load_scene": "io.readers.scene_file",
     "Spectrum": "spectra.curves",
     "SpectrumSet": "spectra.curves",
+    "BumpMap": "scene.surfaces.relief",
+    "NormalMap": "scene.surfaces.relief",
     "Texture": "scene.textures",
     "save_scene": "io.writers.scene_file",
     "emission": "spectra.color_text",

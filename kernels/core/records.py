@@ -88,6 +88,21 @@ class EmissionTextures(NamedTuple):
 
 
 @by_reference
+class Relief(NamedTuple):
+    """What turns shading normals; a scene where nothing does has None in its place."""
+
+    maps: Maps
+    image: np.ndarray
+    """(M,) int32, row of `maps`, -1 for none"""
+    is_height: np.ndarray
+    """(M,) uint8, 1 where it holds derivatives of heights by u and v, 0 where directions"""
+    strength: np.ndarray
+    """(M,) float64, height of 1, or by what directions along the surface are multiplied"""
+    tangents: np.ndarray
+    """(V, 3) float32, in which u rises, for directions; 0 where the surface is flat"""
+
+
+@by_reference
 class Geometry(NamedTuple):
     """All triangles of the scene, and Embree's scene over them."""
 
@@ -109,6 +124,8 @@ class Geometry(NamedTuple):
     """(V, 2) float32, (0, 2) in a scene without textures"""
     alpha: Alpha | None
     """None where all surfaces are opaque"""
+    relief: Relief | None
+    """None where nothing turns shading normals"""
 
 
 @by_reference

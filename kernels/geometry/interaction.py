@@ -5,6 +5,7 @@ import math
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.passes import SurfaceInteraction
+from photonmap.kernels.geometry.relief import turned_normal
 
 # How far a hit computed in float32 can be from its triangle, relative to the coordinates that
 # enter it, and a distance that keeps a ray's origin off a plane through the scene's centre.
@@ -51,7 +52,7 @@ def offset(point, size, normal):
 
 
 @jit
-def shading_normal(geometry, hit, ng, side):
+def _interpolated_normal(geometry, hit, ng, side):
     """Return the interpolated normal on the side of ng; ng itself where the mesh is flat."""
     if geometry.shading_normals.shape[0] == 0:
         return ng
@@ -64,6 +65,13 @@ def shading_normal(geometry, hit, ng, side):
     if length < 1e-6:
         return ng
     return vec.scale(n, (1.0 - 2.0 * side) / length)
+
+
+@jit
+def shading_normal(geometry, hit, ng, side):
+    """Return the normal on the side of ng that light is reflected by: interpolated, then turned."""
+    n = _interpolated_normal(geometry, hit, ng, side)
+    return turned_normal(geometry, geometry.relief, hit, n, side)
 
 
 @jit

@@ -39,6 +39,7 @@ EFFECTS = (
     "alpha",
     "environment",
     "textures",
+    "relief",
     "band_merging",
 )
 
@@ -117,7 +118,15 @@ def plan_effects(
             name: Effect(True, effect.why if effect.on else f"forced, though {effect.why}")
             for name, effect in called.items()
         }
-        for name in ("media", "alpha", "environment", "textures", "glossy", "non_lambertian"):
+        for name in (
+            "media",
+            "alpha",
+            "environment",
+            "textures",
+            "relief",
+            "glossy",
+            "non_lambertian",
+        ):
             if not called[name].on:
                 forced[name] = called[name]
         forced["band_merging"] = Effect(False, "every band is traced on its own")
@@ -134,9 +143,9 @@ def plan_effects(
 def leave_out(compiled: CompiledScene, plan: EffectPlan) -> CompiledScene:
     """Return the scene without what a plan leaves out.
 
-    Mirrors, glass and the sky turn black, textures become their mean, cut-outs opaque, glossy
-    surfaces their bare base, and other BSDFs Lambertian. What is forced on gets its code, though
-    nothing calls for it.
+    Mirrors, glass and the sky turn black, textures become their mean, reliefs flat, cut-outs
+    opaque, glossy surfaces their bare base, and other BSDFs Lambertian. What is forced on gets its
+    code, though nothing calls for it.
     """
     lights, geometry = compiled.lights, compiled.geometry
     if lights.environment is not None and not plan.on("environment"):
@@ -146,7 +155,10 @@ def leave_out(compiled: CompiledScene, plan: EffectPlan) -> CompiledScene:
         textures, lights = None, lights._replace(emission_textures=None)
     return replace(
         compiled,
-        geometry=geometry._replace(alpha=_leave_out_holes(geometry.alpha, plan)),
+        geometry=geometry._replace(
+            alpha=_leave_out_holes(geometry.alpha, plan),
+            relief=geometry.relief if plan.on("relief") else None,
+        ),
         lights=lights,
         specular=_leave_out_specular(compiled, plan),
         textures=textures,
@@ -217,6 +229,7 @@ def _called_for(compiled: CompiledScene, distinct: int, bands: int) -> dict[str,
         **_of_lights(compiled),
         **_of_surfaces(compiled),
         **_of_transparency(compiled),
+        **_of_images(compiled),
         "direct": Effect(True, "there are lights"),
         "indirect": _indirect(compiled),
         "band_merging": _if(distinct < bands, merged, "all bands differ"),
@@ -243,9 +256,6 @@ def _of_surfaces(compiled: CompiledScene) -> dict[str, Effect]:
     scattering = compiled.scattering
     models = np.zeros(0, np.uint8) if scattering is None else scattering.model
     diffuse = _is_rough(compiled)
-    lobes = None if scattering is None else scattering.maps
-    of_light = compiled.lights.emission_textures
-    textures = any(maps is not None for maps in (compiled.textures, of_light, lobes))
     no_specular = "there is no mirror or glass"
     return {
         "caustics": _if(
@@ -266,12 +276,11 @@ def _of_surfaces(compiled: CompiledScene) -> dict[str, Effect]:
             "some surfaces are rough",
             "all diffuse reflection obeys Lambert's law",
         ),
-        "textures": _if(textures, "surfaces have textures", "no surface has a texture"),
     }
 
 
 def _of_transparency(compiled: CompiledScene) -> dict[str, Effect]:
-    specular, alpha = compiled.specular, compiled.geometry.alpha
+    specular = compiled.specular
     is_glass = compiled.is_thin
     if specular is not None:
         is_glass = is_glass | (specular.kind == GLASS)
@@ -282,10 +291,25 @@ def _of_transparency(compiled: CompiledScene) -> dict[str, Effect]:
             "glass absorbs light inside",
             "no glass absorbs light inside",
         ),
+    }
+
+
+def _of_images(compiled: CompiledScene) -> dict[str, Effect]:
+    alpha, scattering = compiled.geometry.alpha, compiled.scattering
+    lobes = None if scattering is None else scattering.maps
+    of_light = compiled.lights.emission_textures
+    textures = any(maps is not None for maps in (compiled.textures, of_light, lobes))
+    return {
         "alpha": _if(
             alpha is not None and ((alpha.value < 1.0) | (alpha.image >= 0)).any(),
             "surfaces have holes or are partly transparent",
             "no surface is cut out",
+        ),
+        "textures": _if(textures, "surfaces have textures", "no surface has a texture"),
+        "relief": _if(
+            compiled.geometry.relief is not None,
+            "normal maps or bump maps turn normals",
+            "no image turns normals",
         ),
     }
 

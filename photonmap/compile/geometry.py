@@ -104,6 +104,7 @@ def _flatten(meshes: list[Mesh]) -> list[Mesh]:
                     alpha=mean_number(material.alpha),
                     glossy=mean_color(material.glossy),
                     roughness=mean_number(material.roughness),
+                    relief=None,
                 )
             mesh = replace(mesh, material=flat[id(material)])
         result.append(mesh)
@@ -141,6 +142,7 @@ def join_meshes(meshes: list[Mesh], frame: Frame) -> tuple[records.Geometry, NDA
         emitter=none,
         uv=_join_uv(meshes),
         alpha=None,
+        relief=None,
     ), owner
 
 

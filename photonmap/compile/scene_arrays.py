@@ -18,6 +18,7 @@ from photonmap.compile.geometry import check_meshes, join_meshes
 from photonmap.compile.lights.emitters import Emitters, compile_lights
 from photonmap.compile.materials import compile_materials
 from photonmap.compile.media import with_media
+from photonmap.compile.surfaces.relief import compile_relief
 from photonmap.compile.textures import compile_textures
 from photonmap.kernels.core import passes, records
 from photonmap.kernels.geometry.embree import EmbreeScene
@@ -144,6 +145,7 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
         geometry=geometry._replace(
             emitter=emitters.of_triangle,
             alpha=texture_table.holes(compiled.panes),
+            relief=compile_relief(geometry, materials, texture_table, frame.size),
         ),
         materials=compiled.diffuse,
         lights=emitters.lights,

@@ -30,8 +30,8 @@ from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 Floats = NDArray[np.float64]
-_TEXTURED = ("reflectance", "emission", "alpha", "glossy", "roughness")
-"""Attributes of materials that may be textures."""
+_TEXTURED = ("reflectance", "emission", "alpha", "glossy", "roughness", "relief")
+"""Attributes of materials that may be, or have, textures."""
 
 
 @dataclass
@@ -41,8 +41,8 @@ class TextureTable:
     Parameters
     ----------
     maps : one row a use
-    reflectance, emission, alpha, glossy, roughness : (M,) the row that each material uses, -1 for
-        none
+    reflectance, emission, alpha, glossy, roughness, relief : (M,) the row that each material uses,
+        -1 for none
     opacity : (M,) where there is no texture
     images : keeps the texels alive, of which kernels have the addresses
     """
@@ -53,6 +53,7 @@ class TextureTable:
     alpha: NDArray[np.int32]
     glossy: NDArray[np.int32]
     roughness: NDArray[np.int32]
+    relief: NDArray[np.int32]
     opacity: Floats
     images: list[Any] = field(repr=False)
 
@@ -124,7 +125,11 @@ def compile_textures(materials: Sequence[Material], shrink: Floats) -> TextureTa
         for slot, name in enumerate(_TEXTURED):
             paint = getattr(material, name)
             with naming(f"material {material.name!r}: {name}"):
-                if isinstance(paint, Texture):
+                if name == "relief":
+                    if paint is not None:
+                        slots[slot, index] = len(uses)
+                        uses.append((paint.image, 1.0))
+                elif isinstance(paint, Texture):
                     check_texture(paint, np.inf if name == "emission" else LARGEST_REFLECTANCE)
                     slots[slot, index] = len(uses)
                     uses.append((paint, shrink[index] if slot == 0 else 1.0))

@@ -10,6 +10,7 @@ import numpy as np
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import parameters_of
+from photonmap.scene.surfaces.relief import BumpMap, NormalMap
 from photonmap.scene.textures import Texture, is_black
 from photonmap.spectra.curves import Spectrum
 
@@ -106,4 +107,6 @@ def describe_color(color: Any) -> Any:
                 "mean": list(color.mean),
             }
         }
+    if isinstance(color, NormalMap | BumpMap):
+        return {"type": color.kind, "factor": color.factor, **describe_color(color.texture)}
     return list(color) if isinstance(color, tuple) else color

@@ -34,6 +34,7 @@ from photonmap.scene.lights import EnvironmentLight, Light, PhotometricLight, Po
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
+from photonmap.scene.surfaces.relief import BumpMap
 from photonmap.scene.textures import Texture
 from photonmap.spectra.bands import Bands
 
@@ -194,5 +195,6 @@ def _stand_ins(compiled: CompiledScene) -> dict[str, Any]:
         ("emission", compiled.lights.emission_textures, _BLACK),
         ("alpha", compiled.geometry.alpha, 0.5),
         ("diffuse_roughness", compiled.scattering, 0.5),
+        ("relief", compiled.geometry.relief, BumpMap(_GREY)),
     )
     return {name: value for name, record, value in needs if record is not None}

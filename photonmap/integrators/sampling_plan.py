@@ -124,6 +124,8 @@ def _textured_materials(scene: SceneArrays) -> NDArray[np.uint8]:
     if scene.scattering is not None and scene.scattering.maps is not None:
         lobes = scene.scattering.maps
         textured |= (lobes.roughness >= 0) | (lobes.glossy >= 0)
+    if geometry.relief is not None:
+        textured |= geometry.relief.image >= 0
     if geometry.alpha is not None:
         textured |= geometry.alpha.image >= 0
     if lights.emission_textures is not None:

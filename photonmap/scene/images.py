@@ -162,6 +162,10 @@ class Channels:
         _check_values(self.path, values[..., None])
         return np.ascontiguousarray(values)
 
+    def data(self) -> Image:
+        """Return linear RGB."""
+        return self.image(linear=True)
+
     def green(self) -> Image:
         """Return the second of three channels of linear data, or the only one."""
         return self._data(1)

@@ -8,7 +8,16 @@ from typing import Annotated, Any
 import numpy as np
 
 from photonmap.errors import naming
-from photonmap.scene.parameters import Emission, Flag, Number, Reflectance, Text, parameters_of
+from photonmap.scene.parameters import (
+    Emission,
+    Flag,
+    Number,
+    Part,
+    Reflectance,
+    Text,
+    parameters_of,
+)
+from photonmap.scene.surfaces.relief import BumpMap, NormalMap
 from photonmap.scene.textures import Paint, Texture, is_black, mean_number
 from photonmap.spectra.curves import Color, Spectrum
 
@@ -48,6 +57,8 @@ class Material:
         roughness 0 is smooth
     diffuse_roughness : of the diffuse reflection in [0, 1], 0 for Lambert's law (energy-preserving
         Oren–Nayar, see `kernels.bsdf.rough_diffuse`)
+    relief : a `NormalMap` or a `BumpMap`, which turns shading normals (see
+        `kernels.geometry.relief`); None for a surface without
 
     A colour is a number (a constant spectrum), a linear RGB triple, or a `Spectrum`; reflectance,
     emission, alpha, glossy and roughness may be a `Texture`, but not the roughness of glass. The
@@ -89,11 +100,17 @@ class Material:
         Number("roughness", mtl="roughness", textured=True, at_least=0.0, at_most=1.0),
     ] = 0.0
 
+    relief: Annotated[
+        NormalMap | BumpMap | None,
+        Part("relief", kinds={kind.kind: kind for kind in (NormalMap, BumpMap)}),
+    ] = None
+
     @property
     def is_textured(self) -> bool:
         """Whether a texture lies on it."""
         paints = (self.reflectance, self.emission, self.alpha)
-        return self.has_textured_lobe or any(isinstance(paint, Texture) for paint in paints)
+        is_painted = any(isinstance(paint, Texture) for paint in paints)
+        return is_painted or self.has_textured_lobe or self.relief is not None
 
     @property
     def has_textured_lobe(self) -> bool:
@@ -188,7 +205,7 @@ def check_material(material: Material) -> Material:
         Text().check(material.name)
     for attribute, parameter in parameters_of(Material).items():
         value = getattr(material, attribute)
-        if value is not None and not isinstance(value, Texture):
+        if value is not None and not (parameter.textured and isinstance(value, Texture)):
             with naming(f"material {material.name!r}: {attribute}"):
                 plain[attribute] = parameter.check(value)
     return replace(material, **plain)

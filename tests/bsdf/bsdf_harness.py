@@ -63,6 +63,7 @@ def make_scene(case):
         emitter=np.full(1, -1, np.int32),
         uv=np.zeros((3, 2), np.float32),
         alpha=None,
+        relief=None,
     )
     parameters = np.zeros((1, 4))
     parameters[0, : len(case.parameters)] = case.parameters

@@ -59,8 +59,8 @@ def test_neutral_statements_are_silent(read):
 @pytest.mark.parametrize(
     "statement",
     ["Ks 0.1 0 0", "Ks spectral 0.5", "Ns 10", "Ni 1.5", "Tf 1 0 0", "illum 3"]
-    + ["map_Ks -o 1 1 1 my wood.png", "map_Bump a.png", "bump a.png"]
-    + ["Pm 1", "Pc 0.5", "norm a.png", "refl -type sphere a.png", "sharpness 60"],
+    + ["map_Ks -o 1 1 1 my wood.png", "disp a.png"]
+    + ["Pm 1", "Pc 0.5", "refl -type sphere a.png", "sharpness 60"],
 )
 def test_what_is_not_simulated_is_named(read, statement):
     with pytest.warns(SceneWarning, match=rf"a.mtl: .*'{statement.split()[0]}' of 'wood'"):

@@ -151,6 +151,60 @@ def test_textures_of_exponents_and_of_glossy_colours(read, tmp_path):
     assert material.reflectance == (0.5, 0.5, 0.5)
 
 
+HEIGHTS = np.array([[[0] * 3, [255] * 3]], np.uint8)
+FACING = np.full((1, 2, 3), (128, 128, 255), np.uint8)
+
+
+@pytest.mark.parametrize("keyword", ["bump", "map_bump", "map_Bump"])
+def test_bump_maps_hold_heights(read, tmp_path, keyword):
+    write_image(tmp_path / "a.png", HEIGHTS)
+    relief = read(f"Kd 0.5\n{keyword} -bm 0.25 -s 2 1 1 a.png\n").relief
+    assert (type(relief), relief.height) == (pm.BumpMap, 0.25)
+    assert (relief.texture.scale, relief.texture.image.srgb) == ((2.0, 1.0), False)
+
+
+def test_normal_maps(read, tmp_path):
+    """By their keyword; and by their looks, as Blender writes them as bump maps."""
+    write_image(tmp_path / "a.png", HEIGHTS)
+    write_image(tmp_path / "b.png", FACING)
+    for text in ("norm -bm 0.5 b.png\n", "map_Bump -bm 0.5 b.png\n", "norm b.png\nbump b.png\n"):
+        relief = read("Kd 0.5\n" + text).relief
+        assert isinstance(relief, pm.NormalMap)
+        assert relief.strength == (0.5 if "0.5" in text else 1.0)
+        np.testing.assert_array_equal(relief.texture.image.texels, FACING)
+    with pytest.warns(SceneWarning, match="not simulated: 'bump' of 'a'"):
+        assert isinstance(read("norm b.png\nbump a.png\n").relief, pm.NormalMap)
+    assert read("bump -bm 0 a.png\n").relief is None
+    with pytest.warns(SceneWarning, match="not simulated: 'norm' of 'a'"):
+        assert read("norm c.png\n").relief is None
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("bump -bm x a.png", "bump: -bm is followed by 'x'; write 1 number after it"),
+        ("bump -bm 1e9 data.png", "bump: height .* is not a height; give scene units"),
+    ],
+)
+def test_bad_relief(read, tmp_path, text, message):
+    write_image(tmp_path / "data.png", HEIGHTS)
+    with pytest.raises(InputError, match=message):
+        read(text + "\n")
+
+
+@pytest.mark.parametrize("kind", [pm.NormalMap, pm.BumpMap])
+@pytest.mark.parametrize("name", ["b.obj", "b.glb"])
+def test_relief_is_written_and_read_back(tmp_path, name, kind):
+    """As `norm` or `map_Bump`, as `normalTexture`, or in TOML beside glTF."""
+    texels = pm.Texture.of(np.array([[[100, 140, 230], [128, 20, 255]]], np.uint8), srgb=False)
+    wanted = pm.Material("a", 0.3, relief=kind(texels, 0.5))
+    mesh = pm.Mesh(np.eye(3), np.array([[0, 1, 2]]), wanted, uv=np.eye(3)[:, :2])
+    pm.save_scene(pm.Scene([mesh]), tmp_path / name)
+    relief = pm.load_scene(tmp_path / name).meshes[0].material.relief
+    assert (type(relief), relief.factor) == (kind, 0.5)
+    np.testing.assert_allclose(linear(relief.texture), linear(texels), atol=1e-6)
+
+
 def test_textured_lobes_are_written_and_read_back(tmp_path):
     wanted = pm.Material(
         "a",

@@ -98,11 +98,14 @@ class Gltf(Document):
             self._materials[key] = material
         return self._materials[key]
 
-    def with_even_lobe(self, material: Material) -> Material:
-        """Return a material whose glossy lobe is its mean all over, the same one each time."""
+    def without_textures(self, material: Material) -> Material:
+        """Return a material of an even glossy lobe, without relief, the same one each time."""
+        if not material.has_textured_lobe and material.relief is None:
+            return material
         if id(material) not in self._even:
             glossy, roughness = mean_color(material.glossy), mean_number(material.roughness)
-            self._even[id(material)] = replace(material, glossy=glossy, roughness=roughness)
+            even = replace(material, glossy=glossy, roughness=roughness, relief=None)
+            self._even[id(material)] = even
         return self._even[id(material)]
 
     def cameras(self) -> list[Camera]:
@@ -230,9 +233,12 @@ def _paint(gltf: Gltf, part: Part, index: int | None) -> tuple[Part, Material]:
     if not varies[:3].any():
         return plain, material
     white = gltf.material(index, WHITE)
-    if material.has_textured_lobe and not isinstance(material.reflectance, Texture):
-        note_loss(gltf.losses, LOBES, material.name)
-        material = gltf.with_even_lobe(material)
+    if not isinstance(material.reflectance, Texture):
+        if material.has_textured_lobe:
+            note_loss(gltf.losses, LOBES, material.name)
+        if material.relief is not None:
+            note_loss(gltf.losses, "normalTexture", material.name)
+        material = gltf.without_textures(material)
     if mean_color(white.glossy) != mean_color(material.glossy):
         note_loss(gltf.losses, METAL_COLORS, material.name)
     if material.is_textured or material.ior is not None:

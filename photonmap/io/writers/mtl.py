@@ -55,6 +55,10 @@ def _statements(material: Material, name: str, assets: Assets) -> Iterator[str]:
     The reflectance is always among them: without it, a mirror in MTL has none.
     """
     yield f"illum {_illumination_model(material)}"
+    if material.relief is not None:
+        keyword = "map_Bump" if material.relief.is_height else "norm"
+        image = assets.texture(material.relief.texture, f"{name} relief")
+        yield f"{keyword} -bm {material.relief.factor!r} {image}"
     for attribute, parameter in parameters_of(Material).items():
         if not parameter.mtl or (parameter.only == "glass" and material.ior is None):
             continue

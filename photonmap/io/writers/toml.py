@@ -26,9 +26,12 @@ def write_materials(changes: Mapping[str, Mapping[str, Any]], assets: Assets) ->
         yield f"[material.{_text(name)}]"
         for attribute, value in values.items():
             parameter = parameters[attribute]
-            is_color = isinstance(parameter, Colored)
-            text = assets.color(value, f"{name} {attribute}") if is_color else value
-            yield f"{parameter.key or attribute} = {_text(text)}"
+            key, label = parameter.key or attribute, f"{name} {attribute}"
+            if isinstance(parameter, Part):
+                yield f"{key} = {_table(parameter, value, assets, label)}"
+                continue
+            text = assets.color(value, label) if isinstance(parameter, Colored) else value
+            yield f"{key} = {_text(text)}"
         yield ""
 
 

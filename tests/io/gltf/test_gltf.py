@@ -145,7 +145,7 @@ def test_buffer_in_a_file(read, build, tmp_path, name):
 def test_what_is_not_simulated_is_named_once(read, build):
     moving = {"more": {"material": 0, "targets": [{"POSITION": 0}]}}
     build.primitive(**moving).primitive(**moving).primitive(more={"mode": 1})
-    build.tree["materials"] = [{"name": "glass", "normalTexture": {"index": 0}}]
+    build.tree["materials"] = [{"name": "glass", "extensions": {"KHR_x": {}}}]
     build.tree |= {"animations": [{}], "skins": [{}], "images": [{"uri": "none.png"}]}
     build.tree["nodes"][0]["extensions"] = {"EXT_x": {}}
     with pytest.warns(SceneWarning) as record:
@@ -153,7 +153,7 @@ def test_what_is_not_simulated_is_named_once(read, build):
     (warning,) = record
     assert str(warning.message).endswith(
         "a.glb: not simulated: animations; skins; EXT_x; "
-        "morph targets; points and lines; normalTexture of 'glass'"
+        "morph targets; points and lines; KHR_x of 'glass'"
     )
 
 

@@ -91,7 +91,7 @@ GLASS = {
             Material("material_0", (0.9, 1.0, 1.0), glossy=COAT, roughness=0.4),
             "KHR_materials_transmission of 'material_0'",
         ),
-        ({"name": "a", "normalTexture": {"index": 0}}, Material("a"), "normalTexture of 'a'"),
+        ({"name": "a", "otherTexture": {"index": 0}}, Material("a"), "otherTexture of 'a'"),
         ({"name": "a", "occlusionTexture": {"index": 0}}, Material("a"), None),
         ({"name": "a", "emissiveFactor": [0, 0, 1]}, Material("a", emission=(0, 0, 1)), None),
         (

@@ -156,6 +156,24 @@ def test_metals_and_roughness_vary(read, build, png):
     )
 
 
+def test_normal_maps(read, build, png):
+    textured(build, {}, normalTexture={"index": 0, "scale": 0.5})
+    embed(build, png)
+    (mesh,) = read("a.glb", build.glb())
+    relief = mesh.material.relief
+    assert (type(relief), relief.strength) == (pm.NormalMap, 0.5)
+    np.testing.assert_array_equal(relief.texture.image.texels, TEXELS[..., :3])
+    assert not relief.texture.image.srgb
+
+
+@pytest.mark.parametrize("scale", ["much", 1e7])
+def test_bad_scales_of_normal_maps(read, build, png, scale):
+    textured(build, {}, normalTexture={"index": 0, "scale": scale})
+    embed(build, png)
+    with pytest.raises(InputError, match=r"scale of normalTexture .* is not a number up to 1e"):
+        read("a.glb", build.glb())
+
+
 def test_an_even_channel_is_a_number(read, build, tmp_path):
     """Images hold roughness and the metallic part in two channels, of which one is often even."""
     texels = np.array([[[0, 51, 255], [0, 204, 255]]], np.uint8)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+import photonmap as pm
 from photonmap.compile.glossy import lobe_albedos, mean_albedo
 from photonmap.errors import InputError, SceneWarning
 from photonmap.io.readers.mitsuba_parts.materials.albedos import base_albedo, plastic_albedo
@@ -26,10 +27,22 @@ def test_wrappers_show_what_they_contain(look):
     inner = f'<bsdf type="diffuse">{RED.format("reflectance")}</bsdf>'
     for kind in ("twosided", "mask"):
         assert look(kind, inner).reflectance == (0.8, 0.2, 0.1)
-    with pytest.warns(SceneWarning, match="not simulated: relief of 'paint'$"):
-        assert look("bumpmap", inner + '<float name="scale" value="2"/>').reflectance[0] == 0.8
+    with pytest.raises(InputError, match="a bumpmap has 0 textures in it; give it one"):
+        look("bumpmap", inner + '<float name="scale" value="2"/>')
     with pytest.warns(SceneWarning, match="another back side"):
         assert look("twosided", inner + '<bsdf type="conductor"/>').reflectance[0] == 0.8
+
+
+def test_relief(look):
+    """A checkerboard as heights, times `scale`, and as directions."""
+    inner = f'<bsdf type="diffuse">{RED.format("reflectance")}</bsdf>'
+    checks = '<texture name="{}" type="checkerboard"/>'
+    scale = '<float name="scale" value="2"/>'
+    bumped = look("bumpmap", inner + scale + checks.format("any"))
+    assert bumped.reflectance[0] == 0.8
+    assert (type(bumped.relief), bumped.relief.height) == (pm.BumpMap, 2.0)
+    turned = look("normalmap", inner + checks.format("normalmap")).relief
+    assert (type(turned), turned.strength) == (pm.NormalMap, 1.0)
 
 
 def test_mirrors(look):

@@ -22,6 +22,7 @@ from photonmap.io.readers.registry import GREY
 from photonmap.runtime.wording import shown
 from photonmap.scene.images import Channels, Image
 from photonmap.scene.material import Material
+from photonmap.scene.surfaces.relief import STEEPEST, NormalMap
 from photonmap.scene.textures import Paint, Texture, Triple, mean_number
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
@@ -29,6 +30,7 @@ _READ = ("ior", "specular", "emissive_strength", "transmission", "volume")
 """Extensions that are simulated, `KHR_materials_…`"""
 _METALLIC = "metallicRoughnessTexture"
 _TEXTURES = ("baseColorTexture", _METALLIC, "emissiveTexture")
+_NORMALS = "normalTexture"
 _HARMLESS = "occlusionTexture"
 """It stands for what is simulated anyway."""
 METAL_COLORS = "variation of a metal's colour"
@@ -75,7 +77,7 @@ class _Source:
         """Return a factor from 0 to `largest`."""
         value = values.get(key, default)
         if type(value) not in (int, float) or not 0.0 <= value <= largest:
-            raise self._error(key, value, f"a number from 0 to {largest:g}")
+            raise self.error(key, value, f"a number from 0 to {largest:g}")
         return float(value)
 
     def color(self, values: Factors, key: str) -> tuple[float, float, float]:
@@ -84,7 +86,7 @@ class _Source:
         if len(value) < 3 or not all(
             type(part) in (int, float) and 0 <= part <= LARGEST_REFLECTANCE for part in value
         ):
-            raise self._error(key, value, "three numbers within [0, 1]")
+            raise self.error(key, value, "three numbers within [0, 1]")
         red, green, blue = (min(float(part), 1.0) for part in value)
         return red, green, blue
 
@@ -109,7 +111,8 @@ class _Source:
         r, g, b, _ = self.tint or WHITE
         return r * red, g * green, b * blue
 
-    def _error(self, key: str, value: Any, wanted: str) -> InputError:
+    def error(self, key: str, value: Any, wanted: str) -> InputError:
+        """Return the error that a value is not what is wanted."""
         message = f"material {shown(self.name)}: {key} {shown(value)} is not {wanted}"
         return InputError(f"{message}; correct it", self.textures.path)
 
@@ -137,12 +140,13 @@ def read_material(
     """
     source = _Source(str(item.get("name") or f"material_{index}"), item, textures, losses, tint)
     for key in (*item, *source.surface):
-        if key.endswith("Texture") and key not in (*_TEXTURES, _HARMLESS):
+        if key.endswith("Texture") and key not in (*_TEXTURES, _NORMALS, _HARMLESS):
             source.lose(key)
     for extension in item.get("extensions", ()):
         if extension.removeprefix("KHR_materials_") not in _READ:
             source.lose(extension)
     look = _glass(source) or _opaque(source)
+    look |= _relief(source)
     emission = _emission(source)
     return Material(source.name, **(look if emission is None else look | {"emission": emission}))
 
@@ -211,6 +215,20 @@ def _attenuation(source: _Source) -> dict[str, Any]:
     if distance == 0.0:
         raise InputError(f"material {shown(source.name)}: attenuationDistance 0; correct it")
     return {"attenuation_color": color, "attenuation_distance": distance}
+
+
+def _relief(source: _Source) -> dict[str, NormalMap]:
+    """Return the normal map of a material that has one."""
+    use = source.item.get(_NORMALS)
+    if use is None:
+        return {}
+    directions = source.textures.data(use, Channels.data, find_placement(source.item), source.lose)
+    scale = use.get("scale", 1.0)
+    if type(scale) not in (int, float) or not abs(scale) <= STEEPEST:
+        raise source.error("scale of normalTexture", scale, f"a number up to {STEEPEST:g}")
+    if directions is None or scale == 0.0:
+        return {}
+    return {"relief": NormalMap(directions, float(scale))}
 
 
 def _alpha(source: _Source) -> dict[str, float | Texture]:

@@ -77,7 +77,8 @@ def find_placement(material: Mapping[str, Any]) -> Placement:
     """Return the placement of a material: of the texture of its colour, light or gloss."""
     surface = material.get("pbrMetallicRoughness") or {}
     found = surface.get("baseColorTexture") or material.get("emissiveTexture")
-    return Placement.of(found or surface.get("metallicRoughnessTexture") or {})
+    found = found or surface.get("metallicRoughnessTexture") or material.get("normalTexture")
+    return Placement.of(found or {})
 
 
 @dataclass

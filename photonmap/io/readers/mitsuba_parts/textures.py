@@ -44,6 +44,16 @@ def read_paint(
         return read_color(found, kind, context.files)
     if found.tag != "texture":
         raise found.error(f"{name} is a <{found.tag}>; give a colour or a texture")
+    return read_texture(context, found, kind)
+
+
+def read_texture(context: Context, found: Node, kind: Kind) -> Paint:
+    """Return what a texture stands for: an image, or a colour.
+
+    Raises
+    ------
+    InputError : its image cannot be read, or a value is out of range
+    """
     if found.type == "bitmap":
         return _bitmap(context, found)
     if found.type == "checkerboard":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from photonmap.scene.surfaces.relief import BumpMap, NormalMap
 from photonmap.scene.textures import Texture
 from photonmap.spectra.curves import Color, Spectrum
 
@@ -22,6 +23,7 @@ class Draft:
     clamped : keywords of colours that were lowered to 1
     ignored : keywords of what is not simulated
     averaged : keywords of maps whose mean stands for them
+    relief : of `norm` or `bump`
     """
 
     blender: float = 0.0
@@ -32,6 +34,7 @@ class Draft:
     clamped: list[str] = field(default_factory=list)
     ignored: list[str] = field(default_factory=list)
     averaged: list[str] = field(default_factory=list)
+    relief: NormalMap | BumpMap | None = None
 
     def number(self, keyword: str) -> float | Texture:
         """Return the texture that replaces a number, or else the number."""

@@ -84,7 +84,8 @@ def _make_glass(name: str, draft: Draft) -> Material:
 def _others(draft: Draft) -> dict[str, Any]:
     """Return the attributes that statements give whatever the illumination model."""
     given = {**draft.colors, **draft.numbers}
-    return {
+    relief = {} if draft.relief is None else {"relief": draft.relief}
+    return relief | {
         attribute: given[parameter.mtl]
         for attribute, parameter in parameters_of(Material).items()
         if parameter.mtl in given and parameter.mtl not in _DECIDED

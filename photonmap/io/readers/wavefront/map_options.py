@@ -40,12 +40,14 @@ class MapOptions:
     scale : `-s`
     offset : `-o`
     clamp : `-clamp`, the texture ends at the unit square; otherwise it repeats
-    ignored : options that would change the picture but are not simulated, such as "-bm"
+    bump : `-bm`, by which heights are multiplied
+    ignored : options that would change the picture but are not simulated, such as "-mm"
     """
 
     scale: Triple = (1.0, 1.0, 1.0)
     offset: Triple = (0.0, 0.0, 0.0)
     clamp: bool = False
+    bump: float = 1.0
     ignored: tuple[str, ...] = ()
 
 
@@ -67,7 +69,7 @@ def parse_map(words: str | Sequence[str]) -> tuple[MapOptions, str]:
     """
     text = (words if isinstance(words, str) else " ".join(words)).strip()
     triples = {option: (default,) * 3 for option, default in _TRIPLES.items()}
-    clamp = False
+    clamp, bump = False, 1.0
     ignored: dict[str, None] = {}
     while text.startswith("-"):
         option, text = _pop(text)
@@ -85,13 +87,15 @@ def parse_map(words: str | Sequence[str]) -> tuple[MapOptions, str]:
             changes = word != _SWITCHES.get(option)
         if option == "-clamp":
             clamp = word == "on"
+        elif option == "-bm":
+            bump = numbers[0]
         elif changes:
             ignored[option] = None
         else:
             ignored.pop(option, None)
     if not text:
         raise InputError("names no file; write one after the options")
-    return MapOptions(triples["-s"], triples["-o"], clamp, tuple(ignored)), text
+    return MapOptions(triples["-s"], triples["-o"], clamp, bump, tuple(ignored)), text
 
 
 def _pop(text: str) -> tuple[str, str]:

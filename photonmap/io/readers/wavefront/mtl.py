@@ -7,17 +7,20 @@ from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
+import numpy as np
+
 from photonmap.errors import InputError, naming, warn
 from photonmap.io.readers.registry import MissingTextures
 from photonmap.io.readers.wavefront.draft import Draft
 from photonmap.io.readers.wavefront.gloss import NUMBERS, has_exponent
 from photonmap.io.readers.wavefront.illumination import make_material
-from photonmap.io.readers.wavefront.map_options import parse_map
+from photonmap.io.readers.wavefront.map_options import MapOptions, parse_map
 from photonmap.io.readers.wavefront.source import Source, read_source
 from photonmap.runtime.named_files import named_file
 from photonmap.runtime.wording import listed, shown
 from photonmap.scene.material import Material
-from photonmap.scene.parameters import Colored, Emission, Number, Parameter, parameters_of
+from photonmap.scene.parameters import Colored, Emission, Number, Parameter, Part, parameters_of
+from photonmap.scene.surfaces.relief import BumpMap, NormalMap
 from photonmap.scene.textures import Texture, check_texture, mean_number, shared_image
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Color
 
@@ -32,6 +35,9 @@ _DATA = {f"map_{key}": NUMBERS[key] for key in ("Pr", "Pm", "Ns")}
 _LINEAR = (*_DATA, "map_roughness")
 _PHONG = ("map_Ks", "map_Ns")
 """Maps that are read only where they count, as many files name some that are not there."""
+_RELIEFS = ("norm", "bump", "map_bump", "map_Bump")
+_FLAT, _NEAR_FLAT = (0.5, 0.5, 0.9), 0.15
+"""Mean of images that hold normals, and by how much it may differ"""
 _AMBIENT = ("Ka", "map_Ka")
 _OPACITIES = ("d", "Tr")
 _MODEL = "illum"
@@ -166,6 +172,8 @@ def _read_statement(line: _Statement, draft: Draft, textures: _Textures) -> None
         _read_color(line, parameter, draft)
     elif keyword in _MAPS or keyword in _DATA:
         _read_map(line, draft, textures)
+    elif keyword in _RELIEFS:
+        _read_relief(line, draft, textures)
     elif keyword in _OPACITIES and not line.rest.startswith("-halo"):
         draft.numbers[keyword] = _read_opacity(line)
     elif keyword == _MODEL or (isinstance(parameter, Number) and keyword not in _OPACITIES):
@@ -220,35 +228,88 @@ def _parse_text(line: _Statement, parameter: Colored, text: str) -> Color:
 
 def _read_map(line: _Statement, draft: Draft, textures: _Textures) -> None:
     """Read a texture, and note its options that are not simulated."""
+    options, name = _parse_options(line, draft)
+    if options.bump != 1.0:
+        draft.ignored.append(f"{line.keyword} -bm")
+    is_data, parameter = line.keyword in _DATA, (_MAPS | _DATA)[line.keyword]
+    is_linear = line.keyword in _LINEAR
+    is_mask = isinstance(parameter, Number) and not is_linear
+    most = math.inf if isinstance(parameter, Emission) else LARGEST_REFLECTANCE
+    texture = _read_texture(line, options, name, textures, (is_linear, is_mask, most))
+    if not is_data:
+        draft.maps[line.keyword] = texture
+    elif texture is not None:
+        draft.data[line.keyword.removeprefix("map_")] = texture
+
+
+def _parse_options(line: _Statement, draft: Draft) -> tuple[MapOptions, str]:
+    """Return a map's options and file name, and note options that are not simulated."""
     try:
         options, name = parse_map(line.rest)
     except InputError as error:
         raise line.error(f"{line.keyword}: {error}") from None
     draft.ignored += [f"{line.keyword} {option}" for option in options.ignored]
+    return options, name
+
+
+def _read_texture(
+    line: _Statement,
+    options: MapOptions,
+    name: str,
+    textures: _Textures,
+    kind: tuple[bool, bool, float],
+) -> Texture | None:
+    """Return a texture; None, and noted, where it cannot be read and that is allowed.
+
+    Parameters
+    ----------
+    kind : whether it is linear, whether it is a mask, and up to which value it may reach
+    """
+    is_linear, is_mask, most = kind
     folder = line.source.path.parent
-    is_data, parameter = line.keyword in _DATA, (_MAPS | _DATA)[line.keyword]
     try:
         path = named_file(folder, name)
         if "\\" in name and not path.exists():
             path = named_file(folder, name.replace("\\", "/"))
-        is_mask = isinstance(parameter, Number) and not is_data
-        is_linear = line.keyword in _LINEAR
-        image = shared_image(path, linear=is_linear, mask=is_mask and not is_linear)
+        image = shared_image(path, linear=is_linear, mask=is_mask)
         texture = Texture(image, options.scale[:2], options.offset[:2], options.clamp)
-        unbounded = isinstance(parameter, Emission)
-        check_texture(texture, math.inf if unbounded else LARGEST_REFLECTANCE)
+        check_texture(texture, most)
     except InputError as error:
         located = line.error(f"{line.keyword}: {error}")
         if textures.missing == "error":
             raise located from None
         textures.lost.append(f"{str(located).partition(': ')[0]} {shown(name)}")
-        if not is_data:
-            draft.maps[line.keyword] = None
+        return None
+    return texture
+
+
+def _read_relief(line: _Statement, draft: Draft, textures: _Textures) -> None:
+    """Read a map of normals, or of heights, times `-bm`.
+
+    Blender writes normal maps as `map_Bump`: what looks like one is one. An image that cannot be
+    read is noted and left out, as many files name some that are not there.
+    """
+    options, name = _parse_options(line, draft)
+    try:
+        strict = _Textures("error", textures.lost)
+        texture = _read_texture(line, options, name, strict, (True, False, math.inf))
+    except InputError:
+        draft.ignored.append(line.keyword)
         return
-    if is_data:
-        draft.data[line.keyword.removeprefix("map_")] = texture
-    else:
-        draft.maps[line.keyword] = texture
+    if texture is None or options.bump == 0.0:
+        return
+    looks = np.allclose(texture.mean, _FLAT, atol=_NEAR_FLAT)
+    is_directions = line.keyword == "norm" or looks
+    try:
+        kind = NormalMap if is_directions else BumpMap
+        relief = kind(texture, options.bump)
+        Part("relief", kinds={kind.kind: kind}).check(relief)
+    except InputError as error:
+        raise line.error(f"{line.keyword}: {error}") from None
+    if isinstance(draft.relief, NormalMap) and not is_directions:
+        draft.ignored.append(line.keyword)
+        return
+    draft.relief = relief
 
 
 def _read_opacity(line: _Statement) -> float:

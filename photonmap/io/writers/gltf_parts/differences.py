@@ -9,7 +9,15 @@ import numpy as np
 from photonmap.scene.camera import Camera, frame_of
 from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
-from photonmap.scene.parameters import Emission, Parameter, Reflectance, Text, parameters_of
+from photonmap.scene.parameters import (
+    Emission,
+    Parameter,
+    Part,
+    Reflectance,
+    Text,
+    parameters_of,
+)
+from photonmap.scene.surfaces.relief import BumpMap
 from photonmap.scene.textures import Texture
 from photonmap.spectra.curves import Spectrum
 
@@ -25,6 +33,10 @@ def find_material_changes(wanted: Material, read: Material) -> dict[str, Any]:
     for attribute, parameter in parameters_of(Material).items():
         value, other = getattr(wanted, attribute), getattr(read, attribute)
         if isinstance(parameter, Text) or isinstance(value, Texture):
+            continue
+        if isinstance(parameter, Part):
+            if isinstance(value, BumpMap):
+                found[attribute] = value
             continue
         if attribute == "roughness" and not wanted.is_glossy and wanted.ior is None:
             continue

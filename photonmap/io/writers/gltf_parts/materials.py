@@ -15,6 +15,7 @@ from photonmap.io.writers.gltf_parts.gloss import split_lobe
 from photonmap.io.writers.gltf_parts.textures import TextureWriter
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.material import Material
+from photonmap.scene.surfaces.relief import NormalMap
 from photonmap.scene.textures import Texture, mean_color, mean_number
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Color
@@ -37,8 +38,19 @@ def write_material(
         item = _opaque(material, name, draft, textures)
     else:
         item = _glass(material, draft)
+    if isinstance(material.relief, NormalMap):
+        use = textures.data(_multiplied(material.relief.texture))
+        item["normalTexture"] = use | {"scale": material.relief.strength}
     extensions = item.pop("extensions") | _emission(material, name, draft, textures, item)
     return {"name": name, **item, **({"extensions": extensions} if extensions else {})}
+
+
+def _multiplied(texture: Texture) -> Texture:
+    """Return a texture whose factor is 1."""
+    if texture.factor == (1.0, 1.0, 1.0):
+        return texture
+    texels = texture.image.linear(slice(None), slice(None)) * np.array(texture.factor)
+    return replace(texture, image=Texture.of(texels).image, factor=(1.0, 1.0, 1.0))
 
 
 def flatten_glass(material: Material, name: str, draft: Draft) -> Material:

@@ -24,9 +24,11 @@ from photonmap.io.readers.mitsuba_parts.textures import (
     read_paint,
     read_plain,
     read_scalar,
+    read_texture,
 )
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material
+from photonmap.scene.surfaces.relief import BumpMap, NormalMap
 from photonmap.scene.textures import Texture, mean_color, mean_number
 
 _BOTH_SIDES = ("twosided", "dielectric", "roughdielectric", "thindielectric", "null")
@@ -243,11 +245,22 @@ def _mask(bsdfs: Bsdfs, node: Node) -> Look:
 
 
 def _relief(bsdfs: Bsdfs, node: Node) -> Look:
-    """Return the surface without its relief."""
-    bsdfs.context.lose("relief", node)
-    node.parts("texture")
-    node.read.update(("scale", "arbitrary"))
-    return bsdfs.look(bsdfs.inner(node)[0])
+    """Return the surface with its normals, or with heights times `scale`."""
+    context = bsdfs.context
+    found, factor = node.parts("texture"), node.number("scale", 1.0)
+    look = bsdfs.look(bsdfs.inner(node)[0])
+    if len(found) != 1:
+        raise node.error(f"a {node.type} has {len(found)} textures in it; give it one")
+    image = read_texture(context, found[0], "index")
+    if not isinstance(image, Texture) or factor == 0.0:
+        return look
+    if "relief" in look:
+        context.lose("one relief on another", node)
+    is_bumps = node.type == "bumpmap"
+    relief = BumpMap(image, factor) if is_bumps else NormalMap(image)
+    if problem := relief.find_conflict():
+        raise node.error(problem)
+    return look | {"relief": relief}
 
 
 def _blend(bsdfs: Bsdfs, node: Node) -> Look:

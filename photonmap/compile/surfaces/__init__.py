@@ -1,0 +1,1 @@
+"""Surfaces as kernels take them, beyond what their materials reflect."""

@@ -1,0 +1,1 @@
+"""What materials are made of beside colours and numbers."""

@@ -1,0 +1,124 @@
+"""Relief: images that turn the shading normals of a surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from photonmap.errors import InputError
+from photonmap.kernels.core.color import LUMINANCE
+from photonmap.runtime.wording import shown
+from photonmap.scene.images import Image, write_image
+from photonmap.scene.parameters import File, Number
+from photonmap.scene.textures import Texture, check_texture
+
+STEEPEST = 1e6
+"""Largest strength or height."""
+
+
+def _read(path: Path) -> Texture:
+    return Texture.read(path, linear=True)
+
+
+def _save(texture: Texture, path: Path) -> None:
+    linear = texture.image.linear(slice(None), slice(None)) * np.array(texture.factor)
+    write_image(linear.astype(np.float32), path)
+
+
+_IMAGE = File("image", key="file", read=_read, save=_save, suffix=".exr")
+
+
+@dataclass(frozen=True)
+class NormalMap:
+    """An image of directions, as glTF has them: x, y and z from -1 at 0 to 1 at 1.
+
+    x points to where u rises, y to where v does, upwards in the image, and z along the normal.
+
+    Parameters
+    ----------
+    texture : linear RGB, so read with `linear=True`
+    strength : multiplies x and y
+    """
+
+    texture: Annotated[Texture, _IMAGE]
+    strength: Annotated[
+        float, Number("strength", at_least=-STEEPEST, at_most=STEEPEST, such_as="1")
+    ] = 1.0
+    kind: ClassVar[str] = "normal"
+    is_height: ClassVar[bool] = False
+
+    @property
+    def image(self) -> Texture:
+        """What kernels look up."""
+        return self.texture
+
+    @property
+    def factor(self) -> float:
+        """By what lengths along the surface are multiplied."""
+        return self.strength
+
+    def find_conflict(self) -> str:
+        """Return what is wrong with the image, if anything."""
+        return _find_conflict(self.texture) or _find_grey(self.texture)
+
+
+@dataclass(frozen=True)
+class BumpMap:
+    """An image of heights above the surface: it is shaded as if they were there.
+
+    Parameters
+    ----------
+    texture : its luminance counts; read with `linear=True`
+    height : of 1, in scene units
+    """
+
+    texture: Annotated[Texture, _IMAGE]
+    height: Annotated[
+        float,
+        Number("height", "scene units", at_least=-STEEPEST, at_most=STEEPEST, such_as="0.01"),
+    ] = 1.0
+    kind: ClassVar[str] = "bump"
+    is_height: ClassVar[bool] = True
+
+    @cached_property
+    def image(self) -> Texture:
+        """What kernels look up: derivatives by u and v, of central differences of texels."""
+        texture = self.texture
+        linear = texture.image.linear(slice(None), slice(None)) * np.array(texture.factor)
+        heights = linear @ np.array(LUMINANCE)
+        rows, columns = heights.shape
+        padded = np.pad(heights, 1, mode="edge" if texture.clamp else "wrap")
+        by_s = (padded[1:-1, 2:] - padded[1:-1, :-2]) * (0.5 * columns * texture.scale[0])
+        by_t = (padded[:-2, 1:-1] - padded[2:, 1:-1]) * (0.5 * rows * texture.scale[1])
+        slopes = np.stack([by_s, by_t, np.zeros_like(by_s)], axis=2).astype(np.float32)
+        return replace(texture, image=Image(slopes, False), factor=(1.0, 1.0, 1.0))
+
+    @property
+    def factor(self) -> float:
+        """By what derivatives are multiplied."""
+        return self.height
+
+    def find_conflict(self) -> str:
+        """Return what is wrong with the image, if anything."""
+        return _find_conflict(self.texture, np.inf)
+
+
+def _find_conflict(texture: Texture, most: float = 1.0 + 1e-6) -> str:
+    """Return what is wrong with an image, if anything."""
+    if not isinstance(texture, Texture):
+        return f"{shown(texture)} is not an image; give a Texture"
+    try:
+        check_texture(texture, most)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def _find_grey(texture: Texture) -> str:
+    if texture.image.texels.shape[2] == 3:
+        return ""
+    return "a normal map has three channels; give RGB, or a BumpMap of heights"
