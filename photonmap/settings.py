@@ -108,9 +108,9 @@ class Options:
     bands: Bands | int | str = field(
         default=6,
         metadata=option(
-            "spectral bands: N Gaussians, box:N, 400:700:10 for Gaussians at 400, 410 … 700 nm, "
-            "FILE.csv of sensitivities, or the name of a camera or observer; rgb takes the scene's "
-            "RGB values as they are",
+            "spectral bands: N Gaussians, best:N, box:N, 400:700:10 for Gaussians at 400, 410 … "
+            "700 nm, FILE.csv of sensitivities, or the name of a camera or observer; rgb takes the "
+            "scene's RGB values as they are",
             group="image",
             metavar="BANDS",
             read=str,

@@ -17,7 +17,7 @@ from photonmap.study.color_error import delta_e_2000
 
 Floats = NDArray[np.float64]
 
-COUNTS, TRUTH = (3, 6, 9, 31), 81
+BANDS, TRUTH = (3, "best:3", 6, "best:6", 9, "best:9", 31), 81
 SIZE, PASSES = (128, 128), 64
 GRID = 9
 RECOVERED = 20
@@ -25,25 +25,37 @@ RECOVERED = 20
 
 
 def run(options: Options) -> list[Table]:
-    """Compare bands on the measured Cornell box, and upsamplings on the sRGB cube."""
-    return [_bands(options), _upsampling()]
+    """Compare bands on two scenes of measured spectra, and upsamplings on the sRGB cube."""
+    scenes = {"measured Cornell box": pm.scenes.cornell_box_measured(), "facing plates": plates()}
+    return [*(_bands(options, name, scene) for name, scene in scenes.items()), _upsampling()]
 
 
-def _bands(options: Options) -> Table:
-    """Compare sRGB images of the box from few bands with one from many."""
-    scene = pm.scenes.cornell_box_measured()
+def plates() -> pm.Scene:
+    """Return two saturated Munsell chips that face each other, and a lamp between them."""
 
-    def render(count: int, seed: int = 0) -> pm.Result:
+    def plate(x: float, chip: str) -> pm.Mesh:
+        corners = [(x, y, z) for y, z in ((-1, -1), (-1, 1), (1, 1), (1, -1))]
+        return pm.Mesh(corners, [[0, 1, 2], [0, 2, 3]], pm.Material(chip, pm.reflectance(chip)))
+
+    lamp = pm.PointLight((0.0, 0.8, 0.6), pm.emission("D65"))
+    facing = [plate(-0.5, "munsell:5R 4/14"), plate(0.5, "munsell:5G 5/10")]
+    return pm.Scene(facing, [lamp], pm.Camera((0.0, 0.0, 3.2), (0.0, 0.0, 0.0)))
+
+
+def _bands(options: Options, title: str, scene: pm.Scene) -> Table:
+    """Compare sRGB images from few bands with one from many."""
+
+    def render(bands: int | str, seed: int = 0) -> pm.Result:
         return pm.render(
-            scene, bands=count, size=SIZE, passes=PASSES, seed=seed, threads=options.threads
+            scene, bands=bands, size=SIZE, passes=PASSES, seed=seed, threads=options.threads
         )
 
     truth = render(TRUTH)
     table = Table(
-        f"bands: ΔE2000 in sRGB relative to {TRUTH} bands, measured Cornell box",
+        f"bands: ΔE2000 in sRGB relative to {TRUTH} bands, {title}",
         ["bands", "method", "mean", "95%", "indirect, mean", "95%"],
     )
-    runs = [(str(count), render(count)) for count in COUNTS]
+    runs = [(str(bands), render(bands)) for bands in BANDS]
     for name, result in [*runs, (f"{TRUTH}, other seed: noise", render(TRUTH, seed=1))]:
         for method in ("direct", "primaries", "regression"):
             row: list[object] = [name, method]

@@ -55,8 +55,8 @@ def _add_spectra(parser: argparse.ArgumentParser) -> None:
         "--bands",
         default="3,6,9",
         metavar="LIST",
-        help="bands to compare, separated by commas: N, box:N, FILE.csv, or the name of a camera "
-        "or observer (default: 3,6,9)",
+        help="bands to compare, separated by commas: N, best:N, box:N, FILE.csv, or the name of a "
+        "camera or observer (default: 3,6,9)",
     )
     add_range(bands)
 

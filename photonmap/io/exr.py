@@ -209,6 +209,8 @@ def list_parts(path: str | PathLike[str]) -> list[str]:
     """
     import OpenImageIO
 
+    if not Path(path).is_file():
+        raise InputError("there is no such file", path)
     file = OpenImageIO.ImageInput.open(str(path))
     if file is None:
         reason = OpenImageIO.geterror().partition("\n")[0]

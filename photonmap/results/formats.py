@@ -77,10 +77,9 @@ def check_format(path: Path) -> None:
     """
     writer = WRITERS.get(path.suffix.lower())
     if writer is None:
-        known = ", ".join(list(WRITERS)[:-1])
+        *known, last = WRITERS
         raise InputError(
-            f"the name of the output must end in .exr, as in image.exr, or in another of {known}, "
-            f"{list(WRITERS)[-1]}",
+            f"the name of the output must end in {', '.join(known)} or {last}, as in image.exr",
             path,
         )
     if writer is _write_netcdf:

@@ -19,6 +19,7 @@ from photonmap.sensors.interreflection import DARK, interreflection_errors
 from photonmap.sensors.sampling import STEP
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import VISIBLE, Spectrum, SpectrumSet
+from photonmap.spectra.sensitivities import spread_gaussians
 
 Floats = NDArray[np.float64]
 
@@ -29,7 +30,6 @@ SPREADS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2)
 _TESTED = 60
 """Reflectances of which all pairs are tested."""
 _REFINEMENTS = 3
-_CUT = 8.0  # σ
 
 
 @dataclass(frozen=True)
@@ -86,23 +86,9 @@ def best_bands(
         )
 
 
-def spread_gaussians(count: int, low: float, high: float, width: float, spread: float) -> Bands:
-    """Return Gaussian bands whose centres are moved towards the middle of the range or away.
-
-    Parameters
-    ----------
-    count : N
-    low, high : nm, where the curves are truncated
-    width : σ over the bin, (high − low) / N
-    spread : distance of the centres over that of the bins'
-    """
-    size, middle = (high - low) / count, (low + high) / 2.0
-    centres = middle + spread * size * (np.arange(count) - (count - 1) / 2.0)
-    sigma = width * size
-    wavelengths = np.linspace(low, high, 1 + int(np.ceil((high - low) / min(1.0, sigma / 4.0))))
-    z = (wavelengths - centres[:, None]) / sigma
-    curves = np.where(np.abs(z) < _CUT, np.exp(-0.5 * z * z), 0.0)
-    return Bands.sensors([Spectrum(wavelengths, curve) for curve in curves], limits=(low, high))
+def spread_bands(count: int, limits: tuple[float, float], width: float, spread: float) -> Bands:
+    """Return the bands of `photonmap.spectra.sensitivities.spread_gaussians`."""
+    return Bands.sensors(spread_gaussians(count, *limits, width, spread), limits=limits)
 
 
 def _search(
@@ -117,7 +103,7 @@ def _search(
         return width, width_delta, 1.0, width_delta
     widest = count / (count - 1.0)  # the outer centres are the range's ends
     spread, spread_delta = _least(
-        lambda spread: _delta(exact, spread_gaussians(count, *limits, width, spread)),
+        lambda spread: _delta(exact, spread_bands(count, limits, width, spread)),
         [*(spread for spread in SPREADS if spread < widest), widest],
     )
     return width, width_delta, spread, spread_delta

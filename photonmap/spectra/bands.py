@@ -30,8 +30,8 @@ from photonmap.spectra.sensitivities import MOST, STEPS, Limits, boxes, gaussian
 Floats = NDArray[np.float64]
 
 _WANTED = (
-    f"bands must be 'rgb', a number from 1 to {MOST}, 'box:N', '400:700:10', a FILE.csv of "
-    "sensitivities, or the name of an observer or camera; got {}"
+    f"bands must be 'rgb', a number from 1 to {MOST}, 'best:N', 'box:N', '400:700:10', a FILE.csv "
+    "of sensitivities, or the name of an observer or camera; got {}"
 )
 
 
@@ -174,9 +174,9 @@ class Bands:
 
         Parameters
         ----------
-        text : "rgb", a number of Gaussian bands, "box:N", "400:700:10" for bands from 400 to
-            700 nm in steps of 10, a FILE.csv with a wavelength (nm) and
-            one sensitivity a sensor in each row, or the name by which colour-science knows an
+        text : "rgb", a number of Gaussian bands, "best:N", "box:N", "400:700:10" for bands from
+            400 to 700 nm in steps of 10, a FILE.csv with a wavelength (nm) and one sensitivity a
+            sensor in each row, or the name by which colour-science knows an
             observer or a camera
         limits : the range (low, high), nm; by default 400 to 700, or what the file covers
 

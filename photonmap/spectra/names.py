@@ -15,6 +15,7 @@ from photonmap.errors import InputError
 from photonmap.runtime.wording import suggest
 from photonmap.spectra.curves import Spectrum
 from photonmap.spectra.observer import normalise_luminance
+from photonmap.spectra.sensitivities import best_sensors
 
 _HOTTEST, _COLDEST = 1e6, 300.0  # K; in between, there is some light at all of 400 to 700 nm
 
@@ -62,16 +63,27 @@ def patch(name: str) -> Spectrum:
 def sensors(name: str) -> tuple[tuple[str, Spectrum], ...]:
     """Return the sensitivities of an observer or a camera, each with its channel's name.
 
+    "best:6" names the best six Gaussians, see `photonmap.spectra.sensitivities.BEST`.
+
     Raises
     ------
     InputError
         if there is none of this name; the error suggests the nearest
     """
+    kind, _, number = name.partition(":")
+    if kind == "best":
+        found = best_sensors(number.strip())
+        return tuple((f"{_middle(curve):.1f}nm", curve) for curve in found)
     curves = _find("sensor set", name, _sensor_sets())
     return tuple(
         (str(label), Spectrum(curves.wavelengths, values))
         for label, values in zip(curves.labels, curves.values.T, strict=True)
     )
+
+
+def _middle(curve: Spectrum) -> float:
+    """Return the mean wavelength of a sensitivity that is sampled evenly, nm."""
+    return float(curve.wavelengths @ curve.values / curve.values.sum())
 
 
 def planck(kelvin: float) -> Spectrum:

@@ -11,11 +11,12 @@ from scipy.integrate import quad
 from photonmap.commands import sensors as command
 from photonmap.errors import InputError
 from photonmap.sensors import interreflection, plot, report
-from photonmap.sensors.best import best_bands, spread_gaussians
+from photonmap.sensors.best import best_bands, spread_bands
 from photonmap.sensors.color_error import color_errors, differences, exact_colors, projection_matrix
 from photonmap.sensors.interreflection import interreflection_errors
 from photonmap.sensors.sampling import band_values, sensitivity_nodes
 from photonmap.spectra.bands import Bands
+from photonmap.spectra.color_text import emission
 from photonmap.spectra.curves import Spectrum, SpectrumSet
 from photonmap.spectra.munsell import munsell_set, shipped_set
 from photonmap.spectra.names import colour_science
@@ -268,10 +269,10 @@ def test_best_bands_are_no_worse_than_the_usual_ones(chips, light):
     assert row.spread < 1.0
 
 
-def test_spread_gaussians_are_the_usual_ones_unspread():
-    spread, usual = spread_gaussians(4, 400.0, 700.0, 0.25, 1.0), Bands.gaussian(4)
+def test_spread_bands_are_the_usual_ones_unspread():
+    spread, usual = spread_bands(4, (400.0, 700.0), 0.25, 1.0), Bands.gaussian(4)
     np.testing.assert_allclose(spread.centroids, usual.centroids, atol=1e-2)
-    wide = spread_gaussians(4, 400.0, 700.0, 0.1, 4 / 3)
+    wide = spread_bands(4, (400.0, 700.0), 0.1, 4 / 3)
     np.testing.assert_allclose(np.diff(wide.centroids[1:3]), 100.0, atol=0.1)
 
 
@@ -377,3 +378,23 @@ def test_a_broken_write_leaves_nothing(tmp_path):
         part.with_name("y").rename(part)
     assert (tmp_path / "x.csv").read_text() == "old"
     assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_best_bands_by_name():
+    """Better than equal bins, where they were fitted: in sRGB after two bounces."""
+    chips, light = munsell_set(), emission("D65")
+    exact = exact_colors(chips, light, 20)
+
+    def delta(text):
+        bands = Bands.parse(text)
+        return differences(exact, bands, projection_matrix(exact, bands, "regression"), 2).mean()
+
+    assert delta("best:6") < 0.5 * delta(6)
+    assert delta("best:6") < 0.15 * delta(3)
+    bands = Bands.parse("best:6")
+    assert bands.limits == (400.0, 700.0)
+    assert bands.names[0] == "446.9nm"
+    assert Bands.from_description(bands.describe()) == bands
+    for text in ("best:2", "best:x", "best:"):
+        with pytest.raises(InputError, match="the best bands are known for 3 to 12 of them"):
+            Bands.parse(text)

@@ -229,5 +229,7 @@ def test_rgb_has_no_wavelengths(tmp_path):
 
 def test_no_such_file(tmp_path, capsys):
     assert main(["inspect", str(tmp_path / "none.exr")]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
+    error = capsys.readouterr().err
+    assert "none.exr: there is no such file" in error
+    assert error.count("\n") == 1
     assert not [*tmp_path.iterdir()]
