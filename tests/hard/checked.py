@@ -39,6 +39,25 @@ def cut_out():
     return with_body(material, uv=uv)
 
 
+def inlaid():
+    """A ball whose gloss varies, and whose normals a map turns."""
+    ball = trimesh.creation.icosphere(subdivisions=1, radius=0.5)
+    image = np.linspace(0.0, 1.0, 48).reshape(4, 4, 3)
+    relief = pm.NormalMap(texture(0.4 + 0.6 * image), 0.5)
+    material = pm.Material(
+        "inlay", 0.3, glossy=texture(image), roughness=texture(image), relief=relief
+    )
+    return with_body(material, uv=ball.vertices[:, :2])
+
+
+def bumpy():
+    """A coat over paint, and glass, with bumps."""
+    ball = trimesh.creation.icosphere(subdivisions=1, radius=0.5)
+    relief = pm.BumpMap(texture(np.linspace(0.0, 1.0, 48).reshape(4, 4, 3)), 0.1)
+    coat = pm.Material("coat", 0.4, mirror=0.4, relief=relief)
+    return with_body(coat, uv=ball.vertices[:, :2])
+
+
 def texture(image):
     return pm.Texture(Image(np.ascontiguousarray(image, np.float32), srgb=False))
 
@@ -67,6 +86,8 @@ def scenes():
         "metal": with_body(pm.Material.metal(), [lamp]),
         "narrow": with_body(pm.Material.metal(roughness=0.2)),
         "plaster": with_body(pm.Material("plaster", 0.5, diffuse_roughness=0.7)),
+        "inlay": inlaid(),
+        "bumps": bumpy(),
         "lens": pm.Scene([low], lights, lens),
         "fisheye": pm.Scene([low], lights, fisheye),
     }

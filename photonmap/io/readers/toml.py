@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
 from collections.abc import Collection
@@ -12,7 +13,10 @@ from typing import Any
 from photonmap.errors import InputError
 from photonmap.runtime.named_files import named_file
 from photonmap.runtime.wording import listed, shown, suggest
-from photonmap.scene.parameters import Colored, File, Parameter, Part, parameters_of
+from photonmap.scene.parameters import Colored, Emission, File, Parameter, Part, parameters_of
+from photonmap.scene.textures import Texture, check_texture, shared_image
+from photonmap.scene.vectors import finite
+from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 
 @dataclass(frozen=True)
@@ -90,7 +94,7 @@ class Toml:
 
 
 def parse_value(parameter: Parameter, value: Any, folder: Path) -> Any:
-    """Return what a TOML value stands for: a colour, what a file holds, or a checked value.
+    """Return what a TOML value stands for: a colour, an image, what a file holds, or a number.
 
     Parameters
     ----------
@@ -101,6 +105,8 @@ def parse_value(parameter: Parameter, value: Any, folder: Path) -> Any:
     ------
     InputError : it is of another type or out of range, or a file cannot be read
     """
+    if parameter.textured and isinstance(value, dict):
+        return _parse_texture(parameter, value, folder)
     match parameter:
         case Colored():
             return parameter.parse(_color_text(value), folder)
@@ -112,6 +118,38 @@ def parse_value(parameter: Parameter, value: Any, folder: Path) -> Any:
         case Part():
             return _parse_part(parameter, value, folder)
     return parameter.check(value)
+
+
+def _parse_texture(parameter: Parameter, table: dict[str, Any], folder: Path) -> Texture:
+    """Return the texture that a table describes; those of roughness are linear."""
+    known = ("file", "scale", "offset", "clamp", "factor", "linear")
+    for key in table:
+        if key not in known:
+            raise InputError(f"key {shown(key)} is not known; {suggest(key, known)}")
+    if not isinstance(table.get("file"), str):
+        raise InputError(f'{shown(table)} names no file; write {{ file = "IMAGE" }}')
+    flags = {"clamp": False, "linear": parameter.noun == "roughness"} | table
+    for key in ("clamp", "linear"):
+        if not isinstance(flags[key], bool):
+            raise InputError(f"{key} {shown(flags[key])}; write true or false")
+    path, is_mask = named_file(folder, table["file"]), parameter.noun == "opacity"
+    (s, t), (u, v), (red, green, blue) = (
+        _numbers(table, key, default)
+        for key, default in (("scale", [1, 1]), ("offset", [0, 0]), ("factor", [1, 1, 1]))
+    )
+    image = shared_image(path, linear=flags["linear"], mask=is_mask)
+    texture = Texture(image, (s, t), (u, v), flags["clamp"], (red, green, blue))
+    check_texture(texture, math.inf if isinstance(parameter, Emission) else LARGEST_REFLECTANCE)
+    return texture
+
+
+def _numbers(table: dict[str, Any], key: str, default: list[int]) -> list[float]:
+    """Return as many numbers as the default has; one stands for all."""
+    value = table.get(key, default)
+    numbers = value if isinstance(value, list) else [value] * len(default)
+    if len(numbers) != len(default) or any(finite(number) is None for number in numbers):
+        raise InputError(f"{key} {shown(value)}; write {len(default)} numbers, or one for all")
+    return [float(number) for number in numbers]
 
 
 def _parse_part(part: Part, table: Any, folder: Path) -> Any:
