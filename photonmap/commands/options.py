@@ -193,6 +193,11 @@ def add_material_options(parser: argparse.ArgumentParser) -> None:
         help="what to do about textures that cannot be read (default: error)",
     )
     materials.add_argument(
+        "--strict",
+        action="store_true",
+        help="refuse a scene that is read with a warning, as where something is not supported",
+    )
+    materials.add_argument(
         "--root",
         metavar="FOLDER",
         help="folder below which all files lie that the scene names (default: the scene's own); "
@@ -225,6 +230,7 @@ def choose_scene(options: argparse.Namespace) -> SceneSource:
         options.illuminants,
         options.camera,
         options.root,
+        options.strict,
     )
 
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import os
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
-from photonmap.errors import InputError
+from photonmap.errors import InputError, SceneWarning
 
 if TYPE_CHECKING:
     from photonmap.scene.camera import Camera
@@ -26,6 +29,7 @@ class SceneSource:
     munsell, illuminants : files of measured spectra; None for those that the environment names
     view : the name of one of the file's cameras; None for the first
     root : folder below which all files lie that the scene names; None for its own
+    strict : refuse a file that is read with a warning
     """
 
     path: str
@@ -35,19 +39,22 @@ class SceneSource:
     illuminants: str | None = None
     view: str | None = None
     root: str | None = None
+    strict: bool = False
 
     def load(self) -> Scene:
         """Load the scene, with the chosen spectra and camera.
 
         Raises
         ------
-        InputError : as `photonmap.load_scene`; a file of spectra cannot be read; there is no camera
-            of the name; or the camera lacks a position or a target
+        InputError : as `photonmap.load_scene`; strictly, there is a warning; a file of spectra
+            cannot be read; there is no camera of the name; or the camera lacks a position or a
+            target
         """
         from photonmap.io.readers.scene_file import load_scene
 
         use_measured_sets(self.munsell, self.illuminants)
-        scene = load_scene(self.path, self.missing_textures, self.root)
+        with refusing_warnings() if self.strict else nullcontext():
+            scene = load_scene(self.path, self.missing_textures, self.root)
         if self.view is not None:
             scene = scene.seen_by(self.view)
         if scene.camera is None and {*self.camera} == {"up"}:
@@ -76,6 +83,22 @@ class SceneSource:
         if missing := {"origin", "target"} - {*self.camera}:
             raise InputError(f"a camera needs --{' and --'.join(sorted(missing))} too")
         return Camera(**self.camera)
+
+
+@contextmanager
+def refusing_warnings() -> Iterator[None]:
+    """Make errors of the warnings about a scene in this context.
+
+    Raises
+    ------
+    InputError : at the first of them
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", SceneWarning)
+        try:
+            yield
+        except SceneWarning as warning:
+            raise InputError(f"{warning} (without --strict, a warning)") from None
 
 
 def use_measured_sets(munsell_chips: str | None, illuminants: str | None) -> None:

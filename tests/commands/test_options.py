@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 import photonmap as pm
-from photonmap.commands.main import COMMANDS, parser_of
+from photonmap.commands.main import COMMANDS, main, parser_of
 from photonmap.dataset.jobs.plan import CommonSettings
-from photonmap.errors import InputError
+from photonmap.errors import InputError, SceneWarning
+from photonmap.io.scene_source import SceneSource
 from photonmap.runtime.options import list_options, option, taking_keywords_of
 from photonmap.settings import DATASET, OPTIONS, RENDER, STUDY, Options, Settings, taken_by
 from photonmap.study.point import Settings as StudySettings
@@ -148,3 +149,20 @@ def test_docs_hold_the_table_of_options():
     text = (ROOT / "docs" / "guide.md").read_text(encoding="utf-8")
     assert tool["insert"](text, tool["options_table"]()) == text, "run tools/make_options.py"
     assert text.count(tool["BEGIN"]) == text.count(tool["END"]) == 1
+
+
+def test_strict_refuses_what_is_read_with_a_warning(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("room.obj").write_text("mtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    small = ["--size", "4", "--passes", "1", "--photons", "100", "--quiet"]
+    assert main(["room.obj", "--strict", *small]) == 2
+    refused = capsys.readouterr().err
+    assert "none.mtl" in refused
+    assert refused.count("\n") == 1
+    assert [file.name for file in tmp_path.iterdir()] == ["room.obj"]
+    assert main(["info", "room.obj", "--strict"]) == 2
+    capsys.readouterr()
+    with pytest.warns(SceneWarning, match=r"none\.mtl"):
+        assert SceneSource("room.obj").load().meshes
+    Path("room.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    assert SceneSource("room.obj", strict=True).load().meshes
