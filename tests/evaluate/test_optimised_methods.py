@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import check_grad
 
 from photonmap import evaluate
-from photonmap.evaluate.methods import gehler, shen
+from photonmap.evaluate.methods import clusters, gehler, shen
 from photonmap.evaluate.methods.method import View
 from photonmap.evaluate.methods.registry import find_method
 
@@ -113,7 +113,7 @@ def test_gehlers_energy_by_hand():
 
 def test_gehlers_clusters():
     colors = np.repeat(COLORS, (5, 9, 30), axis=0)
-    means = gehler._first_means(colors, 10)
-    found = means[gehler._nearest(colors, means)]
+    means = clusters.first_means(colors, 10)
+    found = means[clusters.nearest_means(colors, means)]
     np.testing.assert_allclose(found, colors)
-    assert (gehler._means(colors, np.zeros(44, int), means)[1:] == means[1:]).all()
+    assert (clusters.means_of(colors, np.zeros(44, int), means)[1:] == means[1:]).all()

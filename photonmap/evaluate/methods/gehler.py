@@ -21,11 +21,12 @@ the pixels again and again, where colours vary most.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.evaluate.methods.clusters import first_means, means_of, nearest_means
 from photonmap.evaluate.methods.color_retinex import reflectance_edges
 from photonmap.evaluate.methods.method import FLOOR, Estimate, Method, View, with_grey_shading
 from photonmap.evaluate.methods.poisson import differences, integrate
@@ -103,12 +104,12 @@ def _descend(
     from scipy.optimize import minimize
 
     log_r = _rescaled(field, start)
-    means = _first_means(np.exp(log_r)[:, None] * field.direction, count)
+    means = first_means(np.exp(log_r)[:, None] * field.direction, count)
     last = np.inf
     for _ in range(_ROUNDS):
         reflectance = np.exp(log_r)[:, None] * field.direction
-        nearest = _nearest(reflectance, means)
-        means = _means(reflectance, nearest, means)
+        nearest = nearest_means(reflectance, means)
+        means = means_of(reflectance, nearest, means)
         found = minimize(
             _energy, log_r, (field, means[nearest], weights), "L-BFGS-B", jac=True,
             options={"maxiter": _STEPS},
@@ -118,7 +119,7 @@ def _descend(
             break
         last = found.fun
     reflectance = np.exp(log_r)[:, None] * field.direction
-    nearest = _nearest(reflectance, means)
+    nearest = nearest_means(reflectance, means)
     return _energy(log_r, field, means[nearest], weights)[0], log_r
 
 
@@ -151,40 +152,6 @@ def _gathered(field: _Field, values: Floats) -> Floats:
     second, first = field.pairs
     sums = np.bincount(second, values, count) - np.bincount(first, values, count)
     return np.asarray(sums, np.float64)
-
-
-def _first_means(colors: Floats, count: int) -> Floats:
-    """Split colours (P, C) at medians until there are `count` groups; return their means."""
-    groups = [colors]
-    spreads = [_spread(colors)]
-    while len(groups) < count and max(spreads) > 0.0:
-        widest = int(np.argmax(spreads))
-        group = groups[widest]
-        axis = int(np.argmax(group.var(axis=0)))
-        order = np.argsort(group[:, axis], kind="stable")
-        halves = [group[part] for part in np.array_split(order, 2)]
-        groups[widest : widest + 1] = halves
-        spreads[widest : widest + 1] = map(_spread, halves)
-    return np.stack([group.mean(axis=0) for group in groups])
-
-
-def _spread(colors: Floats) -> float:
-    """Return the sum of squared distances of colours (P, C) to their mean."""
-    return float(len(colors) * colors.var(axis=0).sum())
-
-
-def _nearest(colors: Floats, means: Floats) -> NDArray[Any]:
-    """Return the nearest mean of each colour."""
-    from scipy.spatial import cKDTree
-
-    return np.asarray(cKDTree(means).query(colors)[1])
-
-
-def _means(colors: Floats, nearest: NDArray[Any], means: Floats) -> Floats:
-    """Return the means of the colours of each cluster; clusters without any keep theirs."""
-    counts = np.bincount(nearest, minlength=len(means))
-    sums = np.stack([np.bincount(nearest, band, len(means)) for band in colors.T], axis=1)
-    return np.where(counts[:, None] > 0, sums / np.maximum(counts, 1)[:, None], means)
 
 
 METHOD = Method(

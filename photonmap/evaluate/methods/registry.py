@@ -24,6 +24,7 @@ BUILT_IN = (
     "shen",
     "gehler",
     "sirfs",
+    "bell",
     "grey-world",
     "white-patch",
     "shades-of-grey",
