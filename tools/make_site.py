@@ -26,7 +26,7 @@ GROUPS = {
         "camera_rays",
     ),
     "Results": ("Result",),
-    "Scenes": ("Scene", "Mesh", "Material", "Texture"),
+    "Scenes": ("Scene", "Mesh", "Material", "Texture", "NormalMap", "BumpMap"),
     "Cameras": (
         "Camera", "Lens", "Intrinsics", "Fisheye", "FisheyeIntrinsics", "Panorama", "RayMap",
     ),
