@@ -56,7 +56,7 @@ def difference(scene, name="radiance", photon=16, path=190):
     """Return the difference of the two methods' means, its standard error, and the mean.
 
     The error is that over seeds: pixels share photons and point sets, so that of their mean is up
-    to 2.5 times what their own errors add up to.
+    to 2.4 times what their own errors add up to.
     """
     a, b = means(scene, name, passes=photon), means(scene, name, passes=path, method="path")
     return a.mean() - b.mean(), standard_error(a, b), b.mean()
