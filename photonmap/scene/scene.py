@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from photonmap.errors import InputError, warn
-from photonmap.runtime.wording import listed, shown
+from photonmap.runtime.wording import listed, shown, suggest
 from photonmap.scene.camera import Camera
 from photonmap.scene.light_parts.area_light import AreaLight, area_meshes
 from photonmap.scene.lights import Light
@@ -128,6 +128,29 @@ class Scene:
         names = [camera.name for camera in self.every_camera if camera.name]
         known = f"the scene has {listed(names)}" if names else "the scene has no named camera"
         raise InputError(f"there is no camera {shown(name)}; {known}")
+
+    def with_materials(self, materials: Mapping[str, Material]) -> Scene:
+        """Return the scene with other materials for some of its objects.
+
+        Parameters
+        ----------
+        materials : by names of meshes; all of a name get the material, and lose their `colors`
+
+        Raises
+        ------
+        InputError : no mesh has one of the names
+        """
+        names = {mesh.name for mesh in self.meshes}
+        for name in materials:
+            if name not in names:
+                raise InputError(f"there is no mesh {shown(name)}; {suggest(name, names)}")
+        painted = [
+            replace(mesh, material=materials[mesh.name], colors=None)
+            if mesh.name in materials
+            else mesh
+            for mesh in self.meshes
+        ]
+        return replace(self, meshes=painted)
 
 
 def _camera(scene: Any) -> Camera:

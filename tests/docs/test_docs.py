@@ -159,14 +159,17 @@ def test_scene_files_load(extending, tmp_path, page):
     ies = extending["Path"]("downlight.ies").read_text()
     for line, text, _ in blocks(docs(page), "toml"):
         names = re.findall(r"^\[material\.(\w+)\]", text, re.M) or ["grey"]
+        objects = dict(re.findall(r"^\[object\.(\w+)\].*\nmaterial = \"(\w+)\"", text, re.M))
         faces = "".join(f"usemtl {name}\nf 1 2 3\n" for name in names)
+        faces += "".join(f"o {name}\nusemtl {names[0]}\nf 1 2 3\n" for name in objects)
         (tmp_path / "room.mtl").write_text("".join(f"newmtl {name}\n" for name in names))
         (tmp_path / "room.obj").write_text(f"mtllib room.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{faces}")
         (tmp_path / "downlight.ies").write_text(ies)
         (tmp_path / "room.toml").write_text(text)
         scene = pm.load_scene(tmp_path / "room.toml")
         areas = ["area"] * text.count('type = "area"')
-        assert sorted(mesh.material.name for mesh in scene.meshes) == sorted(names + areas), line
+        wanted = sorted([*names, *objects.values(), *areas])
+        assert sorted(mesh.material.name for mesh in scene.meshes) == wanted, line
         assert len(scene.lights) == text.count("[[light]]") - len(areas)
 
 

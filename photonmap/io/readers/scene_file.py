@@ -12,12 +12,14 @@ from photonmap.io.readers.registry import (
     ReadOptions,
     find_reader,
 )
-from photonmap.io.readers.scene_cameras import SECTION as CAMERA
-from photonmap.io.readers.scene_cameras import read_cameras
-from photonmap.io.readers.scene_lights import SECTION as LIGHT
-from photonmap.io.readers.scene_lights import read_lights
-from photonmap.io.readers.scene_materials import SECTION as MATERIAL
-from photonmap.io.readers.scene_materials import change_materials
+from photonmap.io.readers.scene_parts.cameras import SECTION as CAMERA
+from photonmap.io.readers.scene_parts.cameras import read_cameras
+from photonmap.io.readers.scene_parts.lights import SECTION as LIGHT
+from photonmap.io.readers.scene_parts.lights import read_lights
+from photonmap.io.readers.scene_parts.materials import SECTION as MATERIAL
+from photonmap.io.readers.scene_parts.materials import change_materials
+from photonmap.io.readers.scene_parts.objects import SECTION as OBJECT
+from photonmap.io.readers.scene_parts.objects import assign_materials
 from photonmap.io.readers.toml import Toml, read_toml
 from photonmap.runtime.named_files import named_file, reading_below
 from photonmap.runtime.wording import shown
@@ -26,7 +28,7 @@ from photonmap.scene.scene import Scene
 SUFFIXES = (".toml",)
 
 _MESH = "mesh"
-_SECTIONS = (_MESH, CAMERA, MATERIAL, LIGHT)
+_SECTIONS = (_MESH, CAMERA, MATERIAL, OBJECT, LIGHT)
 
 
 def load_scene(
@@ -45,6 +47,8 @@ def load_scene(
     - sections `[material.NAME]` with attributes of `photonmap.Material`, in place of those that
       the mesh file gives this material. A colour is a number, `[red, green, blue]`, or a text as
       `photonmap.spectra.color_text` describes it; the number `ior` makes the material glass;
+    - sections `[object.NAME]` with the `material` of an object, in place of what the mesh file
+      gives it: the name of one of its materials, or of a new one with a section `[material.NAME]`;
     - sections `[[light]]`, whose `type` is "point", "spot", "photometric", "directional",
       "dome", "environment" or "area", and whose other keys are the attributes of the light of this
       kind in `photonmap.scene`; an area light becomes a mesh; the image of an
@@ -84,7 +88,7 @@ def read(path: Path, options: ReadOptions) -> Scene:
     mesh = _mesh_path(path, toml)
     read_mesh = find_reader(mesh)
     cameras = read_cameras(toml)
-    scene = read_mesh(mesh, options)
+    scene = assign_materials(read_mesh(mesh, options), toml)
     meshes = change_materials(scene.meshes, toml)
     camera = cameras[0] if cameras else scene.camera
     several = (cameras or scene.cameras) if len(cameras) != 1 else []

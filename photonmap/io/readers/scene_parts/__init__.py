@@ -1,0 +1,1 @@
+"""What TOML scenes describe: cameras, lights, and materials of a mesh file and its objects."""
