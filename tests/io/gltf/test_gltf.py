@@ -176,7 +176,9 @@ def change(*way, **values):
         (change(asset={}), "is glTF ''"),
         (change(asset=[]), "is damaged"),
         (change(extensionsRequired=["KHR_draco_mesh_compression"]), "needs 'KHR_draco.*without"),
-        (change("accessors", 0, sparse={}), "has sparse or compressed vertices"),
+        (change("accessors", 0, sparse={}), "is damaged"),
+        (change("accessors", 0, bufferView=None), "names bufferViews None, but has 2"),
+        (lambda build: build.tree["accessors"][0].pop("bufferView"), "has compressed vertices"),
         (change("accessors", 0, count=4), "is damaged"),
         (change("accessors", 0, count=10**12), "is damaged"),
         (change("accessors", 0, bufferView=9), "names bufferViews 9, but has 2; export"),
@@ -206,6 +208,30 @@ def test_gltf_errors(read, build, kind, apply, message):
     with pytest.raises(InputError, match=rf"a\.{kind}: .*" + message) as caught:
         read(f"a.{kind}", getattr(build, kind)())
     assert "\n" not in str(caught.value)
+
+
+def differ(build, at, rows):
+    """Replace rows of the first accessor."""
+    build.tree["accessors"][0]["sparse"] = {
+        "count": len(at),
+        "indices": {"bufferView": build.add(np.array(at, "<u2")), "componentType": 5123},
+        "values": {"bufferView": build.add(np.array(rows, float))},
+    }
+
+
+def test_sparse_accessors_differ_from_their_base_in_some_rows(read, build):
+    build.primitive(indices=[0, 1, 2])
+    differ(build, [0, 2], [[5, 6, 7], [1, 2, 3]])
+    (mesh,) = read("a.glb", build.glb())
+    assert mesh.vertices.tolist() == [[5, 6, 7], TRIANGLE[1].tolist(), [1, 2, 3]]
+
+
+@pytest.mark.parametrize(("at", "rows"), [([3], [[1, 2, 3]]), ([0, 1], [[1, 2, 3]])])
+def test_sparse_accessors_that_lack_rows(read, build, at, rows):
+    build.primitive(indices=[0, 1, 2])
+    differ(build, at, rows)
+    with pytest.raises(InputError, match=r"a\.glb: is damaged"):
+        read("a.glb", build.glb())
 
 
 @pytest.mark.parametrize(

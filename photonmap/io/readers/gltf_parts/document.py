@@ -62,8 +62,8 @@ class Document:
     def rows(self, index: int) -> NDArray[Any]:
         """Return what an accessor describes, (N, C); float64 where integers are normalised."""
         item = self.item("accessors", index)
-        if "sparse" in item or "bufferView" not in item:
-            message = "has sparse or compressed vertices, which are not supported"
+        if "bufferView" not in item:
+            message = "has compressed vertices, or none, which is not supported"
             raise self.error(f"{message}; export it without compression")
         kind, columns = np.dtype(_TYPES[item["componentType"]]), _COLUMNS[item["type"]]
         stride = self.item("bufferViews", item["bufferView"]).get("byteStride", 0)
@@ -74,9 +74,26 @@ class Document:
             item.get("byteOffset", 0),
             (stride or columns * kind.itemsize, kind.itemsize),
         )
+        if "sparse" in item:
+            values = self._replaced(values, item["sparse"])
         if item.get("normalized") and kind.kind != "f":
             return np.maximum(values / np.float64(np.iinfo(kind).max), -1.0)
         return values
+
+    def _replaced(self, values: NDArray[Any], sparse: dict[str, Any]) -> NDArray[Any]:
+        """Return a copy of rows, with those that differ from them by a sparse accessor."""
+        indices, rows = sparse["indices"], sparse["values"]
+        kind, count = np.dtype(_TYPES[indices["componentType"]]), sparse["count"]
+        at = self._packed(indices, kind, (count,))
+        changed = values.copy()
+        changed[at] = self._packed(rows, values.dtype, (count, values.shape[1]))
+        return changed
+
+    def _packed(
+        self, item: dict[str, Any], kind: np.dtype[Any], shape: tuple[int, ...]
+    ) -> NDArray[Any]:
+        """Return an array that lies without gaps in a buffer view."""
+        return np.ndarray(shape, kind, self.view(item["bufferView"]), item.get("byteOffset", 0))
 
     def _buffer(self, index: int) -> memoryview:
         """Return the bytes of a buffer, which are read once."""
