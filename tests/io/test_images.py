@@ -240,7 +240,7 @@ def test_part_of_a_picture(write):
         ("-mm 0 1 -bm 1 -boost 0 -t 0 0 0 a", {}, "a"),
         ("-mm 0.5 2 a", {"ignored": ("-mm",)}, "a"),
         ("-bm 2 -bm 1 a", {}, "a"),
-        ("-bm 0.3 -boost 1 -t 1 a", {"ignored": ("-bm", "-boost", "-t")}, "a"),
+        ("-bm 0.3 -boost 1 -t 1 a", {"bump": 0.3, "ignored": ("-boost", "-t")}, "a"),
         ("-texres 512 a", {"ignored": ("-texres",)}, "a"),
         ("-imfchan m a", {"ignored": ("-imfchan",)}, "a"),
         ("-type sphere a", {"ignored": ("-type",)}, "a"),
