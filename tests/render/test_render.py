@@ -76,12 +76,12 @@ def test_other_seeds_are_independent(cornell):
 
 
 def test_an_error_budget_is_reproduced_by_its_passes(cornell):
-    aimed = pm.render(cornell, bands=1, size=(24, 24), error=0.05, seed=2)
+    settings = {"bands": 1, "size": (24, 24), "seed": 2}
+    aimed = pm.render(cornell, error=0.05, **settings)
     assert aimed.record["error"] <= 0.05
     assert aimed.record["passes"] >= 16
-    assert_same(
-        aimed, pm.render(cornell, bands=1, size=(24, 24), passes=aimed.record["passes"], seed=2)
-    )
+    budget = {name: aimed.record[name] for name in ("passes", "pass_samples")}
+    assert_same(aimed, pm.render(cornell, **budget, **settings))
 
 
 def test_the_stated_error_is_the_definition(cornell):

@@ -125,7 +125,7 @@ def places(monkeypatch):
         monkeypatch.setattr(specular_view, "_light_of", light_of)
         monkeypatch.setattr(specular_view, "_add_lights_of", lambda *given: given[-2])
         monkeypatch.setattr(specular_view, "_pass", lambda *given: given[-1])
-        for name in ("_add_radiance", "_add_emission", "surface_interaction"):
+        for name in ("absorb", "_add_radiance", "_add_emission", "surface_interaction"):
             monkeypatch.setattr(specular_view, name, nothing)
         specular = SimpleNamespace(kind=[1], probability=[0.5], alpha=None)
         scene = SimpleNamespace(geometry=SimpleNamespace(material=[0]))
