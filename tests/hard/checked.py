@@ -75,10 +75,13 @@ def scenes():
     lens = replace(camera, lens=pm.Lens(2.0, 0.1, blades=5))
     fisheye = pm.Camera((0.5, 1.0, 2.0), (0, 0, 0), projection=pm.Fisheye(170.0))
     lamp = pm.PhotometricLight((0.2, 0.1, 0.3), np.ones((3, 4)))
+    wine = pm.Material("wine", 0.0, ior=1.3, attenuation_color=0.2, attenuation_distance=0.1)
     return {
         "mirror": with_body(pm.Material("coat", 0.4, mirror=0.4)),
         "glass": with_body(pm.Material.glass(), lights[:1]),
         "frost": with_body(pm.Material.glass(roughness=0.5), lights[:1]),
+        "pane": with_body(pm.Material.pane(tint=(0.9, 0.5, 0.2)), lights),
+        "wine": with_body(wine, lights[:1]),
         "lights": with_body(GREY, lights),
         "textures": cut_out(),
         "sky": pm.Scene([low], [sky], camera),
