@@ -33,7 +33,8 @@ def with_media(
 ) -> records.Specular | None:
     """Return specular surfaces with the glass that absorbs, and what lies in it.
 
-    Of other surfaces, those whose centroid a closed mesh of such glass contains lie in it.
+    Of other surfaces, those whose centroid a closed mesh of such glass contains lie in it, in the
+    smallest of several.
 
     Parameters
     ----------
@@ -53,11 +54,12 @@ def with_media(
     own = absorbs[geometry.material]
     of_side[own, 1] = geometry.material[own]
     unknown = []
-    for index, mesh in enumerate(meshes):
+    sizes = [np.ptp(mesh.vertices, axis=0).prod() for mesh in meshes]
+    for index in np.argsort(sizes, kind="stable").tolist():  # what is inside comes first
         shell = owner == index
         material = int(geometry.material[shell][0]) if shell.any() else 0
         if shell.any() and absorbs[material] and not _fill(of_side, geometry, shell, material):
-            unknown.append(mesh.name)
+            unknown.append(meshes[index].name)
     if unknown:
         names = listed(unknown)
         warn(f"glass that absorbs is no closed mesh in {names}: what lies inside is unknown")

@@ -95,6 +95,23 @@ def test_photons_agree_with_paths(roughness):
     assert one.mean() == pytest.approx(other.mean(), rel=0.015)
 
 
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0)])
+def test_bodies_in_bodies(order):
+    """A wall in a body of index 1 in a larger one of another colour; in any order of the file."""
+    boxes = [(1, 1, 0.2), (2, 2, 1.2), (3, 3, 2.2)]
+    looks = [pm.Material("wall", 0.5), jelly(1.0), jelly(1.0, (0.3, 0.9, 0.7))]
+    meshes = [
+        body(trimesh.creation.box(size), look, f"body {index}")
+        for index, (size, look) in enumerate(zip(boxes, looks, strict=True))
+    ]
+    camera = pm.Camera((0, 0, 5), (0, 0, 0), fov=5)
+    scene = pm.Scene([meshes[i] for i in order], [pm.DirectionalLight((0, 0, -1), 1.0)], camera)
+    result = pm.render(scene, bands="rgb", size=(8, 8), passes=128, seed=3)
+    inside = np.array(COLOR) ** 2.0 * np.array((0.3, 0.9, 0.7)) ** 2.0
+    found = result.radiance.mean(axis=(0, 1)) * np.pi
+    np.testing.assert_allclose(found, 0.5 * inside, rtol=0.03)
+
+
 def test_without_media_glass_is_clear():
     camera = pm.Camera((0, 0, 5), (0, 0, 0), fov=0.5)
     scene = pm.Scene([slab(1.0, jelly(1.0)), lamp(-1.0)], [], camera)
