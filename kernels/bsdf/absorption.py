@@ -1,4 +1,4 @@
-"""Light inside glass that absorbs: Beer and Lambert's law along rays.
+"""Light inside glass that absorbs: the Beer–Lambert law along rays.
 
 The media are an argument of their own, None in a scene where nothing absorbs: then none of this is
 compiled.
@@ -14,18 +14,23 @@ from photonmap.kernels.geometry.interaction import side_of
 
 
 @jit
-def absorb(geometry, specular, hit, direction, throughput):
-    """Multiply throughput, (N,), by what is transmitted along the ray that meets a hit, if any."""
+def absorb(geometry, specular, hit, direction, from_specular, throughput):
+    """Absorb light along the ray that meets `hit`, from a specular surface or to one.
+
+    `throughput`, (N,), is multiplied by what the glass around the ray transmits.
+    """
     if specular is None:
         return
-    _absorb(geometry, specular.media, hit, direction, throughput)
+    _absorb(geometry, specular, specular.media, hit, direction, from_specular, throughput)
 
 
 @jit
-def _absorb(geometry, media, hit, direction, throughput):
+def _absorb(geometry, specular, media, hit, direction, from_specular, throughput):
     if media is None:
         return
     if hit.triangle < 0:
+        return
+    if not from_specular and specular.kind[geometry.material[hit.triangle]] == 0:
         return
     medium = media.of_side[hit.triangle, side_of(geometry, hit.triangle, direction)]
     if medium < 0:

@@ -33,7 +33,7 @@ def _follow(geometry, specular, ray, state, flux):
     for step in range(LONGEST_CHAIN):
         if hit.triangle < 0:
             return False, hit, direction
-        absorb(geometry, specular, hit, direction, flux)
+        absorb(geometry, specular, hit, direction, True, flux)
         probability = specular.probability[geometry.material[hit.triangle]]
         if step == 0 and probability == 0.0:
             return False, hit, direction

@@ -33,6 +33,11 @@ def pane_opacity(geometry, panes, hit, direction):
         return 1.0
     normal = vec.row(geometry.normals, hit.triangle)
     reflected = pane_reflectance(panes.ior[material], vec.dot(normal, vec.normalize(direction)))
+    return _stopped(panes, material, reflected)
+
+
+@jit
+def _stopped(panes, material, reflected):
     return 1.0 - (1.0 - reflected) * panes.clear[material]
 
 
@@ -40,4 +45,4 @@ def pane_opacity(geometry, panes, hit, direction):
 def is_reflected(panes, material, cosine, xi):
     """Choose, by a uniform number, whether light that a pane stopped is reflected."""
     reflected = pane_reflectance(panes.ior[material], cosine)
-    return xi * (1.0 - (1.0 - reflected) * panes.clear[material]) < reflected
+    return xi * _stopped(panes, material, reflected) < reflected

@@ -50,8 +50,7 @@ def gather_specular_chain(scene, specular, maps, hit, direction, weight, state, 
         return False
     throughput = scratch.throughput
     throughput[:] = weight
-    if specular.kind[scene.geometry.material[hit.triangle]] != 0:
-        absorb(scene.geometry, specular, hit, direction, throughput)
+    absorb(scene.geometry, specular, hit, direction, False, throughput)
     found = False
     for step in range(LONGEST_CHAIN):
         if specular.kind[scene.geometry.material[hit.triangle]] == 0:

@@ -44,15 +44,6 @@ def _scatter_if_specular(scene, specular, hit, direction, flux, state):
 
 
 @jit
-def _absorb_by_glass(geometry, specular, hit, direction, passed, flux):
-    """Absorb flux along a ray from a specular surface, or to one."""
-    if specular is None:
-        return
-    if passed or specular.kind[geometry.material[hit.triangle]] != 0:
-        absorb(geometry, specular, hit, direction, flux)
-
-
-@jit
 def adjoint_factor(surface, direction):
     """Return what turns flux through the geometric surface into irradiance about ns.
 
@@ -104,7 +95,7 @@ def _trace(scene, cache, index, key, ray, bounces, flux, response):
         hit = intersect(scene.geometry, origin, direction)
         if hit.triangle < 0:
             return stores, 0
-        _absorb_by_glass(scene.geometry, scene.specular, hit, direction, passed, flux)
+        absorb(scene.geometry, scene.specular, hit, direction, passed, flux)
         passed, origin, direction, state = _scatter_if_specular(
             scene, scene.specular, hit, direction, flux, state
         )

@@ -38,7 +38,7 @@ def specular_step(scene, specular, hit, direction, step, before, state, throughp
         if not alive:
             return False, hit, direction, state
     hit = intersect(scene.geometry, origin, direction)
-    absorb(scene.geometry, specular, hit, direction, throughput)
+    absorb(scene.geometry, specular, hit, direction, True, throughput)
     return True, hit, direction, state
 
 
@@ -55,8 +55,7 @@ def follow_specular_chain(scene, specular, hit, direction, row, state, scratch):
     throughput = scratch.throughput
     before = largest(throughput)
     sink = Sink(scratch.irradiance, row, math.pi)
-    if specular.kind[scene.geometry.material[hit.triangle]] != 0:
-        absorb(scene.geometry, specular, hit, direction, throughput)
+    absorb(scene.geometry, specular, hit, direction, False, throughput)
     for step in range(LONGEST_CHAIN):
         probability = specular.probability[scene.geometry.material[hit.triangle]]
         is_specular, state = choose_lobe(probability, state, throughput)

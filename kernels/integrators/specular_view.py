@@ -130,7 +130,7 @@ def view_specular_chain(job, specular, seen, index, sample, budget, estimate, sc
     scene = job.scene
     hit, direction = seen
     scratch.chain[:] = 1.0
-    absorb(scene.geometry, specular, hit, direction, scratch.chain)
+    absorb(scene.geometry, specular, hit, direction, True, scratch.chain)
     state, passed = stream(split(job.key, CHAIN_WALK), index, 0), SMOOTH
     for step in range(LONGEST_CHAIN):
         if specular.kind[scene.geometry.material[hit.triangle]] == 0:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.compile.frame import Frame
 from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.core import records
 from photonmap.runtime.wording import listed
@@ -26,10 +27,11 @@ Floats = NDArray[np.float64]
 def with_media(
     specular: records.Specular | None,
     meshes: Sequence[Mesh],
+    materials: Sequence[Material],
     geometry: records.Geometry,
     owner: NDArray[np.int64],
     bands: Bands,
-    size: float,
+    frame: Frame,
 ) -> records.Specular | None:
     """Return specular surfaces with the glass that absorbs, and what lies in it.
 
@@ -39,14 +41,13 @@ def with_media(
     Parameters
     ----------
     owner : (T,) the mesh of each triangle
-    size : scene units in a unit of the kernels' length
+    frame : whose size is the kernels' unit of length
 
     Raises
     ------
     InputError : what absorbs is no solid glass, or has no distance
     """
-    materials = {id(mesh.material): mesh.material for mesh in meshes}.values()
-    absorption = np.stack([_absorption(each, bands) * size for each in materials])
+    absorption = np.stack([_absorption(each, bands) * frame.size for each in materials])
     if specular is None or not absorption.any():
         return specular
     absorbs: NDArray[np.bool_] = np.any(absorption > 0.0, axis=1)

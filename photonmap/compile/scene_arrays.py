@@ -149,7 +149,7 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
         ),
         materials=compiled.diffuse,
         lights=emitters.lights,
-        specular=with_media(compiled.specular, meshes, geometry, owner, bands, frame.size),
+        specular=with_media(compiled.specular, meshes, materials, geometry, owner, bands, frame),
         textures=texture_table.textures(bands),
         scattering=texture_table.lobes(compiled.scattering, bands),
         camera=camera,

@@ -21,7 +21,7 @@ PILOT_PASSES = 2
 """Passes after which the size of the others is chosen."""
 LOOSE = 0.01
 """Error from which on a goal is worth the pilot passes."""
-COSTS = dict(zip(PASS_SAMPLES, ((0.37, 1.0), (0.6, 0.48), (1.0, 0.23)), strict=True))
+COSTS = {0.25: (0.37, 1.0), 0.5: (0.6, 0.48), 1.0: (1.0, 0.23)}
 """By fractions of the usual samples: the time of a pass over that of a full one, and the passes
 needed over those of quarters. Means over the Cornell box, `living_room`, `kitchen` and `vase`."""
 

@@ -46,7 +46,7 @@ class Material:
     tint : transmittance of glass at each crossing of its surface, in [0, 1]; of thin glass, beside
         what its two surfaces reflect
     attenuation_color, attenuation_distance : what solid glass transmits along so many scene units
-        inside, in [0, 1]; more along less, by Beer and Lambert's law
+        inside, in [0, 1]; more along less, by the Beer–Lambert law
     thin : of glass, whether the mesh is a pane that light passes straight on, not the surface of a
         body: a window, a bubble, a lampshade
     alpha : opacity in [0, 1]: the probability that a ray does not pass straight through

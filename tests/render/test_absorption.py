@@ -1,4 +1,4 @@
-"""Glass that absorbs: Beer and Lambert's law through slabs, things inside, and the path tracer."""
+"""Glass that absorbs: the Beer–Lambert law through slabs, things inside, and the path tracer."""
 
 import numpy as np
 import pytest
