@@ -32,9 +32,16 @@ def _absorb(geometry, specular, media, hit, direction, from_specular, throughput
         return
     if not from_specular and specular.kind[geometry.material[hit.triangle]] == 0:
         return
+    _absorb_in(geometry, media, media.absorption, hit, direction, throughput)
+
+
+@jit
+def _absorb_in(geometry, media, absorption, hit, direction, throughput):
+    if absorption is None:
+        return
     medium = media.of_side[hit.triangle, side_of(geometry, hit.triangle, direction)]
     if medium < 0:
         return
     length = hit.distance * math.sqrt(vec.dot(direction, direction))
     for band in range(len(throughput)):
-        throughput[band] *= np.float32(math.exp(-media.absorption[medium, band] * length))
+        throughput[band] *= np.float32(math.exp(-absorption[medium, band] * length))

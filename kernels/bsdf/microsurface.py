@@ -27,6 +27,8 @@ LONGEST_WALK = 256
 SPREAD = 0.3
 """About what is scattered more than once, over α²."""
 TINY = 1e-30
+STRAIGHT = 1e60
+"""In place of a density that is not a function; its square is a number."""
 
 
 @jit
@@ -170,7 +172,12 @@ def single(alpha, eta, wi, wo):
 
 @outlined
 def typical_pdf(alpha, eta, wi, wo):
-    """Return about the density of `scatter` (per steradian), by which samples are weighed."""
+    """Return about the density of `scatter` (per steradian), by which samples are weighed.
+
+    Where both sides have one index, light goes straight on.
+    """
+    if eta == 1.0:
+        return STRAIGHT
     if wo[2] < 0.0 and eta == METAL:
         return 0.0
     return single(alpha, eta, wi, wo)[0] + SPREAD * alpha * alpha * INV_PI * abs(wo[2])

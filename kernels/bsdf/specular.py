@@ -29,6 +29,7 @@ BITS = float(1 << 53)
 class Arrival(NamedTuple):
     """How light meets a specular surface."""
 
+    triangle: int
     direction: tuple
     """unit vector along which it arrives"""
     side: int
@@ -74,15 +75,24 @@ def arrive_at(geometry, hit, direction):
     n = shading_normal(geometry, hit, ng, side)
     if vec.dot(n, direction) >= 0.0:
         n = ng
-    return Arrival(direction, side, ng, n)
+    return Arrival(hit.triangle, direction, side, ng, n)
 
 
 @jit
-def index_ratio(specular, material, side):
+def index_ratio(specular, material, arrival):
     """Return the index of the side that light comes from over the other's; of metal `METAL`."""
     if specular.kind[material] == METAL:
         return microsurface.METAL
-    return specular.ior[material] if side == 1 else 1.0 / specular.ior[material]
+    return _ratio(specular, specular.media, material, arrival)
+
+
+@jit
+def _ratio(specular, media, material, arrival):
+    if media is None:
+        return specular.ior[material] if arrival.side == 1 else 1.0 / specular.ior[material]
+    here = media.of_side[arrival.triangle, arrival.side]
+    there = media.of_side[arrival.triangle, 1 - arrival.side]
+    return (1.0 if here < 0 else media.ior[here]) / (1.0 if there < 0 else media.ior[there])
 
 
 @jit
@@ -100,7 +110,7 @@ def scatter_specular(geometry, specular, hit, direction, xi, carries_flux, throu
     """
     material = geometry.material[hit.triangle]
     arrival = arrive_at(geometry, hit, direction)
-    direction, side, ng, n = arrival
+    direction, ng, n = arrival.direction, arrival.ng, arrival.n
     point, size = point_at(geometry, hit.triangle, hit.u, hit.v)
     if _crosses_pane(geometry.alpha, specular, material, arrival, xi, throughput):
         return offset(point, size, vec.scale(ng, -1.0)), direction
@@ -112,7 +122,7 @@ def scatter_specular(geometry, specular, hit, direction, xi, carries_flux, throu
     )
     if rough:
         return offset(point, size, vec.scale(ng, -1.0) if crossed else ng), out
-    eta = specular.ior[material] if side == 1 else 1.0 / specular.ior[material]
+    eta = index_ratio(specular, material, arrival)
     if xi < fresnel(-vec.dot(n, direction), eta):
         return offset(point, size, ng), _on_side(mirrored(direction, n), direction, ng)
     _multiply(throughput, specular.tint, material, 1.0 if carries_flux else eta * eta)
@@ -154,12 +164,12 @@ def _scatter_rough(specular, alpha, material, arrival, xi, carries_flux, through
 
     `throughput` is multiplied as by `scatter_specular`.
     """
-    direction, side, ng, n = arrival
+    direction, ng, n = arrival.direction, arrival.ng, arrival.n
     if alpha is None:
         return False, False, direction
     if alpha[material] == 0.0:
         return False, False, direction
-    eta = index_ratio(specular, material, side)
+    eta = index_ratio(specular, material, arrival)
     wi, state = vec.to_frame(vec.scale(direction, -1.0), n), stream(np.uint64(xi * BITS), 0, 0)
     wo, crossed, state = microsurface.scatter(
         alpha[material], eta, specular.mirror[material], wi, state, throughput

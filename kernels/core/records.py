@@ -138,13 +138,17 @@ class Materials(NamedTuple):
 
 @by_reference
 class Media(NamedTuple):
-    """Glass that absorbs light inside; a scene without any has None in its place."""
+    """What lies beside surfaces: of R media the first M are the insides of materials.
+
+    None in a scene whose glass is clear, and lies in air.
+    """
 
     of_side: np.ndarray
-    """(T, 2) int32, the material whose inside lies at the front and at the back of a triangle, -1
-    for one that does not absorb, or air"""
-    absorption: np.ndarray
-    """(M, N) float32, coefficient in the inverse unit of length"""
+    """(T, 2) int32, the medium at the front and at the back of a triangle, -1 for air"""
+    ior: np.ndarray
+    """(R,) float64, index of refraction"""
+    absorption: np.ndarray | None
+    """(R, N) float32, coefficient in the inverse unit of length; None where nothing absorbs"""
 
 
 @by_reference
@@ -166,7 +170,7 @@ class Specular(NamedTuple):
     """(M,) float64, GGX's α of rough glass and METAL, 0 for what is smooth: see
     `bsdf.microsurface`; None where all are smooth"""
     media: Media | None
-    """None where nothing absorbs"""
+    """None where glass is clear, and lies in air"""
 
 
 @by_reference

@@ -61,14 +61,14 @@ def _local(arrival, direction):
 def _walk_pdf(specular, alpha, material, arrival, direction):
     """Return about the density (per steradian) with which a walk leaves along a direction."""
     wi, wo = _local(arrival, direction)
-    eta = index_ratio(specular, material, arrival.side)
+    eta = index_ratio(specular, material, arrival)
     return microsurface.typical_pdf(alpha[material], eta, wi, wo)
 
 
 @jit
 def _respond(specular, alpha, material, arrival, direction, state, scratch):
     """Fill `scratch.response` with the density of a direction, times what crossing it costs."""
-    response, eta = scratch.response, index_ratio(specular, material, arrival.side)
+    response, eta = scratch.response, index_ratio(specular, material, arrival)
     pair = _local(arrival, direction)
     state = microsurface.evaluate(
         alpha[material], eta, specular.mirror[material], pair, state, scratch.walk, response

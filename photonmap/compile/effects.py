@@ -288,8 +288,8 @@ def _of_transparency(compiled: CompiledScene) -> dict[str, Effect]:
         "transmission": _if(is_glass.any(), "there is glass", "there is no glass"),
         "media": _if(
             specular is not None and specular.media is not None,
-            "glass absorbs light inside",
-            "no glass absorbs light inside",
+            "glass absorbs light inside, or lies beside other glass",
+            "all glass is clear and lies in air",
         ),
     }
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from photonmap.compile.colors import paint_meshes
 from photonmap.compile.frame import Frame
+from photonmap.compile.media.bodies import UNRANKED
 from photonmap.compile.mesh_cleanup import find_single, without_strays
 from photonmap.compile.triangles import winding_normals
 from photonmap.errors import InputError, warn
@@ -116,8 +117,13 @@ def _flatten(meshes: list[Mesh]) -> list[Mesh]:
     return result
 
 
-def join_meshes(meshes: list[Mesh], frame: Frame) -> tuple[records.Geometry, NDArray[np.int64]]:
-    """Join meshes near the origin at unit size; return them and each triangle's mesh."""
+def join_meshes(
+    meshes: list[Mesh], frame: Frame, ranks: NDArray[np.int32]
+) -> tuple[records.Geometry, NDArray[np.int64]]:
+    """Join meshes near the origin at unit size; return them and each triangle's mesh.
+
+    Of triangles that coincide, those of the lowest `ranks`, one for each mesh, are kept.
+    """
     starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
     vertices = np.concatenate([(mesh.vertices - frame.center) / frame.size for mesh in meshes])
     vertices = vertices.astype(np.float32)
@@ -128,7 +134,7 @@ def join_meshes(meshes: list[Mesh], frame: Frame) -> tuple[records.Geometry, NDA
     normals = winding_normals(vertices, triangles)
     length = np.linalg.norm(normals, axis=1)
     sound = _find_sound(length)
-    sound[sound] = _find_single(meshes, vertices, triangles[sound], owner[sound])
+    sound[sound] = _find_single(meshes, vertices, triangles[sound], owner[sound], ranks)
     triangles, owner = triangles[sound], owner[sound]
     normals, length = normals[sound], length[sound]
     none = np.empty(0, np.int32)
@@ -161,22 +167,23 @@ def _find_single(
     vertices: NDArray[np.float32],
     triangles: NDArray[np.int64],
     owner: NDArray[np.int64],
+    ranks: NDArray[np.int32],
 ) -> NDArray[np.bool_]:
     """Return which triangles to keep, (T,), one of each that coincide; warn about the others."""
     emitting = np.array([_may_emit(mesh.material.emission) for mesh in meshes])
-    indices = np.array([_index(mesh.material) for mesh in meshes])
-    kept = find_single(vertices, triangles, owner, emitting, indices)
-    if count := int((~kept).sum()):
+    numbers: dict[object, int] = {}
+    media = [
+        numbers.setdefault(mesh.material.medium, len(numbers) + 1) if mesh.material.ior else 0
+        for mesh in meshes
+    ]
+    kept = find_single(vertices, triangles, owner, (emitting, np.array(media), ranks))
+    if count := int((~kept & (ranks[owner] == UNRANKED)).sum()):  # bodies of glass may touch
         warn(
             "1 triangle that coincides with another removed"
             if count == 1
             else f"{count} triangles that coincide with others removed"
         )
     return kept
-
-
-def _index(material: Material) -> float:
-    return float(material.ior) if isinstance(material.ior, int | float) else 0.0
 
 
 def _may_emit(paint: Paint) -> bool:

@@ -34,20 +34,20 @@ def find_single(
     vertices: NDArray[np.float32],
     triangles: NDArray[np.int64],
     owner: NDArray[np.int64],
-    emitting: Bools,
-    indices: NDArray[np.float64],
+    traits: tuple[Bools, NDArray[np.int64], NDArray[np.int32]],
 ) -> Bools:
     """Return which triangles to keep where several have the same corners, in any order: (T,).
 
-    One of them, an emitter if there is one; two emitters back to back; and none where bodies of
-    glass of one index touch, since light passes there unhindered.
+    One of them, an emitter if there is one, or else of the lowest rank; two emitters back to back;
+    and none where bodies of equal glass touch, since light passes there unhindered.
 
     Parameters
     ----------
     owner : (T,) the mesh of each triangle
-    emitting : of each mesh, whether it may emit
-    indices : of refraction, of each mesh, 0 for anything but glass
+    traits : of each mesh, whether it may emit; the number of its medium, 0 for anything but glass;
+        its rank
     """
+    emitting, media, ranks = traits
     kept = np.ones(len(triangles), bool)
     corners = _codes(vertices)[triangles]
     codes = corners.sum(axis=1)
@@ -57,14 +57,14 @@ def find_single(
     _, group, count = np.unique(codes, return_inverse=True, return_counts=True)
     several = np.flatnonzero(count[group] > 1)
     group = group[several]
-    order = np.lexsort((~emitting[owner[several]], group))
+    order = np.lexsort((ranks[owner[several]], ~emitting[owner[several]], group))
     several, group = several[order], group[order]
     starts = np.flatnonzero(np.diff(group, prepend=-1))
     first = several[np.repeat(starts, np.diff(starts, append=len(group)))]
     turned = _winding(corners[several]) != _winding(corners[first])
     here, there = owner[several], owner[first]
     kept[several] = (several == first) | (turned & emitting[here] & emitting[there])
-    inside = turned & (indices[here] > 0.0) & (indices[here] == indices[there])
+    inside = turned & (media[here] > 0) & (media[here] == media[there])
     kept[first[inside]] = False
     return kept
 

@@ -17,7 +17,7 @@ from photonmap.compile.frame import Frame, choose_frame
 from photonmap.compile.geometry import check_meshes, join_meshes
 from photonmap.compile.lights.emitters import Emitters, compile_lights
 from photonmap.compile.materials import compile_materials
-from photonmap.compile.media import with_media
+from photonmap.compile.media.media import plan_media
 from photonmap.compile.surfaces.relief import compile_relief
 from photonmap.compile.textures import compile_textures
 from photonmap.kernels.core import passes, records
@@ -131,11 +131,11 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
     meshes = check_meshes(scene)
     camera, frame = _look(scene, np.concatenate([mesh.vertices for mesh in meshes]), aspect)
     materials = _distinct_materials(meshes)
-    geometry, owner = join_meshes(meshes, frame)
-    index_of = {id(material): index for index, material in enumerate(materials)}
-    material = np.array([index_of[id(mesh.material)] for mesh in meshes], np.int32)[owner]
-    geometry = geometry._replace(material=material)
     compiled = compile_materials(materials, bands)
+    plan = plan_media(meshes, materials, bands, frame)
+    geometry, owner, media = plan.place(*join_meshes(plan.meshes, frame, plan.ranks), frame)
+    material = _material_rows(meshes, materials)[owner]
+    geometry = geometry._replace(material=material)
     texture_table = compile_textures(materials, compiled.divisors)
     emitters = compile_lights(
         geometry, materials, scene.lights, bands, frame, texture_table, camera
@@ -149,7 +149,7 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
         ),
         materials=compiled.diffuse,
         lights=emitters.lights,
-        specular=with_media(compiled.specular, meshes, materials, geometry, owner, bands, frame),
+        specular=compiled.specular and compiled.specular._replace(media=media),
         textures=texture_table.textures(bands),
         scattering=texture_table.lobes(compiled.scattering, bands),
         camera=camera,
@@ -209,6 +209,12 @@ def _colors(scene: Scene) -> Iterator[Paint]:
 
 def _distinct_materials(meshes: list[Mesh]) -> list[Material]:
     return list({id(mesh.material): mesh.material for mesh in meshes}.values())
+
+
+def _material_rows(meshes: list[Mesh], materials: list[Material]) -> NDArray[np.int32]:
+    """Return the material of each mesh."""
+    row_of = {id(material): row for row, material in enumerate(materials)}
+    return np.array([row_of[id(mesh.material)] for mesh in meshes], np.int32)
 
 
 def _object_ids(meshes: list[Mesh]) -> NDArray[np.uint32]:

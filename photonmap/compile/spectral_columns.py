@@ -119,7 +119,9 @@ def carry(compiled: CompiledScene, columns: SpectralColumns) -> CompiledScene:
     if specular is not None:
         specular = specular._replace(mirror=tile(specular.mirror), tint=tile(specular.tint))
         if specular.media is not None:
-            media = specular.media._replace(absorption=tile(specular.media.absorption))
+            absorption = specular.media.absorption
+            absorption = None if absorption is None else tile(absorption)
+            media = specular.media._replace(absorption=absorption)
             specular = specular._replace(media=media)
     return replace(
         compiled,
@@ -183,8 +185,9 @@ def _tables(compiled: CompiledScene) -> list[Array]:
         tables.append(compiled.lights.environment.basis)
     if compiled.specular is not None:
         tables += [compiled.specular.mirror, compiled.specular.tint]
-        if compiled.specular.media is not None:
-            tables.append(compiled.specular.media.absorption)
+        media = compiled.specular.media
+        if media is not None and media.absorption is not None:
+            tables.append(media.absorption)
     if compiled.scattering is not None:
         tables.append(compiled.scattering.specular)
         if compiled.scattering.maps is not None:

@@ -42,7 +42,11 @@ class Material:
     reflectance : diffuse albedo in [0, 1]; glass has none
     emission : radiance leaving the front (counter-clockwise) side, W·m⁻²·sr⁻¹
     mirror : reflectance of a mirror, alone or as a coat; with `reflectance` 1 at most
-    ior : index of refraction of the inside relative to air; None for anything but glass
+    ior : index of refraction of the inside relative to air; None for anything but glass. Below 1
+        it is relative to what is around
+    outside : index of refraction of what is around glass, where no body of glass is; 1 for air
+    priority : of bodies of glass that overlap, the one of the highest claims what they share; of
+        equal ones the smaller body
     tint : transmittance of glass at each crossing of its surface, in [0, 1]; of thin glass, beside
         what its two surfaces reflect
     attenuation_color, attenuation_distance : what solid glass transmits along so many scene units
@@ -105,6 +109,11 @@ class Material:
         Part("relief", kinds={kind.kind: kind for kind in (NormalMap, BumpMap)}),
     ] = None
 
+    outside: Annotated[
+        float, Number("index of refraction", mtl="outside", only="glass", above=0.0)
+    ] = 1.0
+    priority: Annotated[float, Number("priority", mtl="priority", only="glass")] = 0.0
+
     @property
     def is_textured(self) -> bool:
         """Whether a texture lies on it."""
@@ -116,6 +125,15 @@ class Material:
     def has_textured_lobe(self) -> bool:
         """Whether the reflectance or the roughness of its glossy lobe is a texture."""
         return isinstance(self.glossy, Texture) or isinstance(self.roughness, Texture)
+
+    @property
+    def medium(self) -> tuple[object, ...]:
+        """What its inside does with light: equal for equal insides of glass."""
+        color, distance = self.attenuation_color, self.attenuation_distance
+        if isinstance(color, Spectrum):
+            return self.ior, id(color), distance
+        clear = bool(np.all(np.equal(color, 1.0)))
+        return self.ior, *((1.0, None) if clear else (tuple(np.ravel(color).tolist()), distance))
 
     @property
     def is_glossy(self) -> bool:

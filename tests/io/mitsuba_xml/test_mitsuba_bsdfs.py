@@ -118,7 +118,7 @@ def test_anisotropic_metals(look):
     ("inside", "index"),
     [
         ("", 1.5046 / 1.000277),
-        ('<float name="int_ior" value="1.6"/><float name="ext_ior" value="1.2"/>', 4.0 / 3.0),
+        ('<float name="int_ior" value="1.6"/><float name="ext_ior" value="1.2"/>', 1.6),
         ('<string name="int_ior" value="Diamond"/><float name="ext_ior" value="1"/>', 2.419),
     ],
 )

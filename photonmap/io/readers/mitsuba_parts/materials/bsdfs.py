@@ -37,6 +37,8 @@ _LOBES = ("anisotropic", "clearcoat", "diff_trans", "flatness", "sheen", "spec_t
 """Of principled surfaces, not simulated where they are not 0"""
 _TINTS = ("clearcoat_gloss", "sheen_tint")
 """What matters only together with them"""
+LIKE_AIR = 1e-3
+"""By how much an index of refraction may differ from 1 for air"""
 _SAMPLING = "sample_visible"
 """A parameter that changes noise alone"""
 
@@ -149,10 +151,18 @@ def _roughness(context: Context, node: Node) -> float:
 def _dielectric(bsdfs: Bsdfs, node: Node) -> Look:
     """Return glass."""
     tint = read_plain(bsdfs.context, node, "specular_transmittance", 1.0)
-    look = {"reflectance": 0.0, "ior": _relative_index(node, "bk7"), "tint": tint}
+    look = {"reflectance": 0.0, **_indices(node), "tint": tint}
     if node.type == "roughdielectric":
         look["roughness"] = _roughness(bsdfs.context, node)
     return look
+
+
+def _indices(node: Node) -> Look:
+    """Return the index inside, relative to air, and outside unless that is air."""
+    inside, outside = index_of(node, "int_ior", "bk7"), index_of(node, "ext_ior", "air")
+    if abs(outside - 1.0) < LIKE_AIR:
+        return {"ior": inside / outside}
+    return {"ior": inside, "outside": outside}
 
 
 def _relative_index(node: Node, inside: str) -> float:

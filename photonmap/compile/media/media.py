@@ -1,0 +1,113 @@
+"""Glass that absorbs, that other glass touches, or that other glass lies in, as kernels take it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.compile.frame import Frame
+from photonmap.compile.media.absorption import absorption_table
+from photonmap.compile.media.bodies import Body, find_bodies, is_solid, ranks_of
+from photonmap.compile.media.cutting import cut_meshes
+from photonmap.compile.media.sides import find_sides
+from photonmap.kernels.core import records
+from photonmap.scene.material import Material
+from photonmap.scene.mesh import Mesh
+from photonmap.spectra.bands import Bands
+
+Floats = NDArray[np.float64]
+Owner = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class MediaPlan:
+    """Bodies of glass in a scene, before its meshes are joined.
+
+    Parameters
+    ----------
+    meshes : of the scene, cut where bodies cross them
+    materials : of the scene, M of them
+    bodies : those that matter to what is around them; those that claim space come first
+    absorption : (M, N), in the inverse of scene units
+    """
+
+    meshes: list[Mesh]
+    materials: list[Material]
+    bodies: list[Body]
+    absorption: Floats
+
+    @property
+    def ranks(self) -> NDArray[np.int32]:
+        """By which meshes claim space, 0 first."""
+        return ranks_of(len(self.meshes), self.bodies)
+
+    @property
+    def is_called_for(self) -> bool:
+        """Whether glass absorbs, or lies beside other media than air."""
+        outside = any(material.outside != 1.0 for material in self.materials)
+        return bool(self.bodies) or outside or bool(self.absorption.any())
+
+    def place(
+        self, geometry: records.Geometry, owner: Owner, frame: Frame
+    ) -> tuple[records.Geometry, Owner, records.Media | None]:
+        """Return the triangles at which light changes, their meshes, and the media beside them.
+
+        None in place of media where all glass is clear and lies in air.
+        """
+        if not self.is_called_for:
+            return geometry, owner, None
+        sides = find_sides(self.meshes, self.bodies, geometry, owner)
+        kept = sides.kept
+        geometry = geometry._replace(
+            triangles=geometry.triangles[kept], normals=geometry.normals[kept]
+        )
+        of_side, owner = sides.mesh[kept], owner[kept]
+        row_of = {id(material): row for row, material in enumerate(self.materials)}
+        rows = np.array([*(row_of[id(mesh.material)] for mesh in self.meshes), -1], np.int32)
+        media = self._media(rows[of_side], rows[owner], frame)
+        glass = np.array([is_solid(mesh.material) for mesh in self.meshes])[owner]
+        in_air = media.absorption is None and (of_side[glass, 0] < 0).all()
+        in_air = in_air and (of_side[glass, 1] == owner[glass]).all() and kept.all()
+        in_air = in_air and len(media.ior) == len(self.materials)
+        return geometry, owner, None if in_air else media
+
+    def _media(
+        self, of_side: NDArray[np.int32], material: NDArray[np.int32], frame: Frame
+    ) -> records.Media:
+        """Return the media; what has an index by its surface's own account follows the materials.
+
+        That is what is around glass, or glass whose index is below 1: relative to what is around.
+        """
+        indices = [material.ior or 1.0 for material in self.materials]
+        for row, each in enumerate(self.materials):
+            own, count = material == row, len(indices)
+            if is_solid(each) and each.outside != 1.0:
+                of_side[own & (of_side[:, 0] < 0), 0] = count
+                indices.append(each.outside)
+            elif is_solid(each) and indices[row] < 1.0:
+                for around in np.unique(of_side[own & (of_side[:, 0] >= 0), 0]).tolist():
+                    of_side[own & (of_side[:, 0] == around), 1] = len(indices)
+                    indices.append(indices[row] * indices[around])
+        absorption = np.zeros((len(indices), self.absorption.shape[1]), np.float32)
+        absorption[: len(self.materials)] = self.absorption * frame.size
+        absorbs = bool(absorption.any())
+        return records.Media(of_side, np.array(indices), absorption if absorbs else None)
+
+
+def plan_media(
+    meshes: Sequence[Mesh], materials: Sequence[Material], bands: Bands, frame: Frame
+) -> MediaPlan:
+    """Find the bodies of glass, and cut meshes where they cross them.
+
+    Raises
+    ------
+    InputError : what absorbs is no solid glass, or has no distance
+    """
+    table = absorption_table(materials, bands)
+    absorbing = {id(each) for each, row in zip(materials, table, strict=True) if row.any()}
+    bodies = find_bodies(meshes, absorbing, frame)
+    cut = cut_meshes(meshes, bodies, absorbing, frame)
+    return MediaPlan(cut, list(materials), bodies, table)
