@@ -24,6 +24,7 @@ from photonmap.film.variance_smoothing import (
     widen_ratio,
 )
 from photonmap.io.exr import Contents, name_errors, read_exr, write_exr
+from photonmap.io.layers import write_layers
 from photonmap.io.png import encode_png
 from photonmap.results.colors import SCENE, Image, White
 from photonmap.results.files import save_all
@@ -255,6 +256,29 @@ class Result(Plots):
         """
         Path(path).parent.mkdir(parents=True, exist_ok=True)
         write_exr(self._contents, path, self.projector(), halves)
+
+    def save_layers(self, path: str | PathLike[str], white: White = SCENE) -> None:
+        """Write all buffers as layers of one OpenEXR in linear sRGB, for compositors.
+
+        Channels are named as in "photonmap.direct.R"; radiance is called Combined, and has
+        `coverage` as its alpha; depth is called Depth. Errors are not written.
+
+        Parameters
+        ----------
+        path : FILE.exr
+        white : see `rgb`
+
+        Raises
+        ------
+        InputError
+            if the suffix is another one, or there is no such white
+        OSError
+            if writing fails
+        """
+        is_banded = {name: (row := row_of(name)) is None or row.is_banded for name in self.buffers}
+        colors = {name: self.rgb(name, white=white) for name in self.buffers if is_banded[name]}
+        others = {name: self.buffers[name] for name in self.buffers if not is_banded[name]}
+        write_layers(colors, others, path)
 
     @property
     def _contents(self) -> Contents:

@@ -1,0 +1,1 @@
+"""What `tools/blender_export.py` exports, part by part; it runs inside Blender."""
