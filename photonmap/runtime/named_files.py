@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from os import PathLike
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 
-from photonmap.errors import InputError
+from photonmap.errors import InputError, warn
 from photonmap.runtime.wording import shown
 
 _ROOT: ContextVar[Path | None] = ContextVar("root", default=None)
@@ -49,6 +49,28 @@ def named_file(folder: Path, name: str) -> Path:
     path, root = folder / name, _ROOT.get()
     if root is not None and not is_below(path, root):
         raise InputError(f"{shown(name)} {outside(root)}")
+    return path
+
+
+def named_image(folder: Path, name: str) -> Path:
+    """Return the path of an image that is named relative to a folder, perhaps as on Windows.
+
+    Of an absolute name, which is that of another machine more often than not, a file of its last
+    part in the folder is taken, with a warning.
+
+    Raises
+    ------
+    InputError : as `named_file`
+    """
+    windows, root = PureWindowsPath(name), _ROOT.get()
+    beside, named = folder / windows.name, folder / name
+    is_there = (root is None or is_below(named, root)) and named.is_file()
+    if (windows.drive or windows.root) and beside.is_file() and not is_there:
+        warn(f"{shown(name)} is an absolute name: {beside} is taken in its place")
+        return beside
+    path = named_file(folder, name)
+    if "\\" in name and not path.exists():
+        path = named_file(folder, name.replace("\\", "/"))
     return path
 
 

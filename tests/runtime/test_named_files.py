@@ -109,3 +109,27 @@ def test_the_command_line(tmp_path, capsys):
 def test_code_may_name_any_file(tmp_path):
     (tmp_path / "scene").mkdir()
     assert named_file(tmp_path / "scene", "../a.csv") == tmp_path / "scene" / "../a.csv"
+
+
+@pytest.mark.parametrize("name", ["C:\\art\\wood.png", "/home/other/wood.png", "D:/art/wood.png"])
+def test_images_of_absolute_names_are_taken_from_beside_the_file(tmp_path, name):
+    texels = np.full((2, 2, 3), 128, np.uint8)
+    write_png(texels, tmp_path / "wood.png")
+    (tmp_path / "s.obj").write_text(PLAIN)
+    (tmp_path / "red.mtl").write_text(f"newmtl red\nmap_Kd {name}\n")
+    with pytest.warns(pm.SceneWarning, match=r"is an absolute name: .*wood\.png is taken"):
+        (mesh,) = pm.load_scene(tmp_path / "s.obj").meshes
+    assert mesh.material.is_textured
+    (tmp_path / "wood.png").unlink()
+    with pytest.raises(pm.InputError):
+        pm.load_scene(tmp_path / "s.obj")
+
+
+def test_images_of_absolute_names_are_opened_if_they_may_be(tmp_path):
+    (tmp_path / "art").mkdir()
+    for folder, value in ((tmp_path, 0), (tmp_path / "art", 255)):
+        write_png(np.full((2, 2, 3), value, np.uint8), folder / "wood.png")
+    (tmp_path / "s.obj").write_text(PLAIN)
+    (tmp_path / "red.mtl").write_text(f"newmtl red\nmap_Kd {tmp_path / 'art' / 'wood.png'}\n")
+    (mesh,) = pm.load_scene(tmp_path / "s.obj").meshes
+    assert mesh.material.reflectance.mean[0] == pytest.approx(1.0)

@@ -29,8 +29,9 @@ from photonmap.io.readers.gltf_parts.nodes import (
     read_light,
     unused_name,
 )
+from photonmap.io.readers.gltf_parts.poses import find_pose, strike_pose
 from photonmap.io.readers.gltf_parts.textures import Textures, find_placement
-from photonmap.io.readers.meshes import Part, build_mesh, move
+from photonmap.io.readers.meshes import Part, build_mesh, is_closed, move
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.wording import listed, shown
 from photonmap.scene.camera import ALL, NOT_IN_FILES, Camera
@@ -38,7 +39,7 @@ from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
-from photonmap.scene.textures import Texture, mean_color, mean_number
+from photonmap.scene.textures import Texture, is_black, mean_color, mean_number
 
 SUFFIXES = (".glb", ".gltf")
 
@@ -76,6 +77,18 @@ class Gltf(Document):
     def placed(self) -> dict[int, NDArray[np.float64]]:
         """The nodes that belong to the scene in ascending order, and their matrices."""
         return dict(sorted(place_nodes(self, _roots(self)).items()))
+
+    @cached_property
+    def _all_placed(self) -> dict[int, NDArray[np.float64]]:
+        """All nodes and their matrices: bones may stand beside the scene."""
+        children = set(_children(self))
+        count = len(self.tree.get("nodes", []))
+        return place_nodes(self, [index for index in range(count) if index not in children])
+
+    def matrix(self, index: int) -> NDArray[np.float64]:
+        """Return the matrix of any node, from its coordinates to the scene's."""
+        self.item("nodes", index)
+        return self._all_placed[index]
 
     @cached_property
     def names(self) -> set[str]:
@@ -196,7 +209,8 @@ def _parts(gltf: Gltf, mesh: dict[str, Any]) -> Iterator[tuple[Part, dict[str, A
         if primitive.get("mode", TRIANGLES) in MODES:
             material = primitive.get("material")
             item = {} if material is None else gltf.item("materials", material)
-            part = read_primitive(gltf, primitive, find_placement(item))
+            lose = partial(note_loss, gltf.losses)
+            part = read_primitive(gltf, primitive, find_placement(item), lose)
             if len(part.faces):
                 yield part, primitive
 
@@ -211,9 +225,20 @@ def _instances(gltf: Gltf) -> Iterator[Mesh]:
         mesh = gltf.item("meshes", node["mesh"])
         wanted = node.get("name") or mesh.get("name") or "node"
         name = unused_name(str(wanted), index, names)
+        pose = find_pose(gltf, node, gltf.matrix)
         for part, primitive in _parts(gltf, mesh):
+            part, is_placed = strike_pose(gltf, part, primitive, pose)
             part, material = _paint(gltf, part, primitive.get("material"))
-            yield build_mesh(gltf.path, move(part, matrix), material, name)
+            _note_backs(gltf, part, primitive.get("material"), material)
+            placed = part if is_placed else move(part, matrix)
+            yield build_mesh(gltf.path, placed, material, name)
+
+
+def _note_backs(gltf: Gltf, part: Part, index: int | None, material: Material) -> None:
+    """Note an open surface that should emit from both of its sides."""
+    item = {} if index is None else gltf.item("materials", index)
+    if item.get("doubleSided") and not is_black(material.emission) and not is_closed(part):
+        note_loss(gltf.losses, "emission from the back (doubleSided)", material.name)
 
 
 def _paint(gltf: Gltf, part: Part, index: int | None) -> tuple[Part, Material]:
@@ -250,9 +275,8 @@ def _paint(gltf: Gltf, part: Part, index: int | None) -> tuple[Part, Material]:
 
 def _note_gltf(gltf: Gltf) -> None:
     """Note what no part of the reader looks at."""
-    for kind in ("animations", "skins"):
-        if gltf.tree.get(kind):
-            note_loss(gltf.losses, kind)
+    if gltf.tree.get("animations"):
+        note_loss(gltf.losses, "animations")
     for node in gltf.tree.get("nodes", []):
         for name in node.get("extensions", ()):
             if name != _LIGHTS:
@@ -261,5 +285,3 @@ def _note_gltf(gltf: Gltf) -> None:
         for primitive in mesh["primitives"]:
             if primitive.get("mode", TRIANGLES) not in MODES:
                 note_loss(gltf.losses, "points and lines")
-            if primitive.get("targets"):
-                note_loss(gltf.losses, "morph targets")

@@ -89,6 +89,16 @@ def move(part: Part, matrix: NDArray[np.float64]) -> Part:
     return replace(part, vertices=vertices, faces=faces, normals=normals)
 
 
+def is_closed(part: Part) -> bool:
+    """Return whether each edge has a triangle on either side; vertices of one place are one."""
+    _, same = np.unique(part.vertices, axis=0, return_inverse=True)
+    corners = same.reshape(-1)[part.faces]
+    edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
+    edges = edges[edges[:, 0] != edges[:, 1]]
+    counts = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)[1]
+    return bool((counts % 2 == 0).all())
+
+
 def build_mesh(path: Path, part: Part, material: Material, name: str) -> Mesh:
     """Check triangles and leave out the vertices they do not use."""
     with naming(f"mesh {shown(name)}", path):

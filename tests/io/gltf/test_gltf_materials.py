@@ -39,6 +39,30 @@ GLASS = {
             None,
         ),
         (
+            {
+                "name": "sign",
+                "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 1, 1]},
+                "extensions": {"KHR_materials_unlit": {}},
+            },
+            Material("sign", (0.1, 0.2, 1.0)),
+            "KHR_materials_unlit of 'sign'",
+        ),
+        (
+            {
+                "name": "old",
+                "extensions": {
+                    "KHR_materials_pbrSpecularGlossiness": {
+                        "diffuseFactor": [0.1, 0.2, 0.3, 0.5],
+                        "specularFactor": [0.25, 0.5, 0.125],
+                        "glossinessFactor": 0.75,
+                    }
+                },
+                "alphaMode": "BLEND",
+            },
+            Material("old", (0.1, 0.2, 0.3), glossy=(0.25, 0.5, 0.125), roughness=0.25, alpha=0.5),
+            None,
+        ),
+        (
             {"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.2}},
             Material("material_0", (1.0,) * 3, glossy=COAT, roughness=0.2),
             None,

@@ -152,6 +152,7 @@ MATERIALS = [
 
 
 @SUFFIXES
+@pytest.mark.filterwarnings("ignore:glass is no closed mesh")
 @pytest.mark.parametrize("bands", [5, "rgb"])
 def test_materials_return(tmp_path, suffix, bands):
     scene = pm.Scene(panels(*MATERIALS))

@@ -19,7 +19,7 @@ from photonmap.spectra.tables import read_bytes
 
 _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 """NumPy's names of component types."""
-_COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+_COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
 
 @dataclass
@@ -62,23 +62,32 @@ class Document:
     def rows(self, index: int) -> NDArray[Any]:
         """Return what an accessor describes, (N, C); float64 where integers are normalised."""
         item = self.item("accessors", index)
-        if "bufferView" not in item:
+        if "bufferView" not in item and "sparse" not in item:
             message = "has compressed vertices, or none, which is not supported"
             raise self.error(f"{message}; export it without compression")
         kind, columns = np.dtype(_TYPES[item["componentType"]]), _COLUMNS[item["type"]]
+        values = self._strided(item, kind, columns)
+        if "sparse" in item:
+            values = self._replaced(values, item["sparse"])
+        if item.get("normalized") and kind.kind != "f":
+            return np.maximum(values / np.float64(np.iinfo(kind).max), -1.0)
+        return values
+
+    def _strided(self, item: dict[str, Any], kind: np.dtype[Any], columns: int) -> NDArray[Any]:
+        """Return the rows in an accessor's buffer view; zeros without one."""
+        if "bufferView" not in item:
+            size = sum(len(self._buffer(i)) for i in range(len(self.tree.get("buffers", []))))
+            if not 0 <= item["count"] <= size:  # the rows of a mesh take a byte somewhere
+                raise self.error(f"announces {item['count']} rows without data; export it again")
+            return np.zeros((item["count"], columns), kind)
         stride = self.item("bufferViews", item["bufferView"]).get("byteStride", 0)
-        values: NDArray[Any] = np.ndarray(
+        return np.ndarray(
             (item["count"], columns),
             kind,
             self.view(item["bufferView"]),
             item.get("byteOffset", 0),
             (stride or columns * kind.itemsize, kind.itemsize),
         )
-        if "sparse" in item:
-            values = self._replaced(values, item["sparse"])
-        if item.get("normalized") and kind.kind != "f":
-            return np.maximum(values / np.float64(np.iinfo(kind).max), -1.0)
-        return values
 
     def _replaced(self, values: NDArray[Any], sparse: dict[str, Any]) -> NDArray[Any]:
         """Return a copy of rows, with those that differ from them by a sparse accessor."""

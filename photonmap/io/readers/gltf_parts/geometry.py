@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.io.readers.decoding import Note
 from photonmap.io.readers.gltf_parts.document import Document
 from photonmap.io.readers.gltf_parts.textures import UNMOVED, Placement
 from photonmap.io.readers.meshes import Part
@@ -17,13 +18,17 @@ MODES = TRIANGLES, STRIP, FAN = 4, 5, 6
 
 
 def read_primitive(
-    document: Document, primitive: Mapping[str, Any], placement: Placement = UNMOVED
+    document: Document,
+    primitive: Mapping[str, Any],
+    placement: Placement = UNMOVED,
+    lose: Note = lambda what: None,
 ) -> Part:
     """Return the triangles of a primitive; v increases upwards, as in OBJ.
 
     Parameters
     ----------
     placement : of textures on it
+    lose : takes what is left out
 
     Raises
     ------
@@ -49,7 +54,11 @@ def read_primitive(
         corners = document.rows(primitive["indices"])[:, 0].astype(np.int64)
     else:
         corners = np.arange(count)
-    faces = _triangles(corners, primitive.get("mode", TRIANGLES))
+    mode = primitive.get("mode", TRIANGLES)
+    if mode == TRIANGLES and (more := len(corners) % 3):
+        corners = corners[:-more]
+        lose("corners of incomplete triangles")
+    faces = _triangles(corners, mode)
     return Part(vertices, faces, normals, uv, colors)
 
 

@@ -26,7 +26,9 @@ from photonmap.scene.surfaces.relief import STEEPEST, NormalMap
 from photonmap.scene.textures import Paint, Texture, Triple, mean_number
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
-_READ = ("ior", "specular", "emissive_strength", "transmission", "volume")
+_READ = (
+    "ior", "specular", "emissive_strength", "transmission", "volume", "pbrSpecularGlossiness",
+)  # fmt: skip
 """Extensions that are simulated, `KHR_materials_…`"""
 _METALLIC = "metallicRoughnessTexture"
 _TEXTURES = ("baseColorTexture", _METALLIC, "emissiveTexture")
@@ -153,6 +155,10 @@ def read_material(
 
 def _opaque(source: _Source) -> dict[str, Any]:
     """Return attributes of a surface that transmits nothing."""
+    if (older := _specular_gloss(source)) is not None:
+        return older
+    if "KHR_materials_unlit" in source.item.get("extensions", {}):
+        return {"reflectance": _base(source)} | _alpha(source)
     if "pbrMetallicRoughness" not in source.item:
         return {"reflectance": source.tint[:3]} if source.tint else {}
     specular = source.extension("specular")
@@ -164,6 +170,26 @@ def _opaque(source: _Source) -> dict[str, Any]:
     if "specularColorFactor" in specular:
         source.lose("specularColorFactor")
     return _gloss(source, _base(source), coat)._asdict() | _alpha(source)
+
+
+def _specular_gloss(source: _Source) -> dict[str, Any] | None:
+    """Return attributes of the older model of a base below a specular coat, if it is used."""
+    model = source.extension("pbrSpecularGlossiness")
+    if not model:
+        return None
+    if "specularGlossinessTexture" in model:
+        source.lose("specularGlossinessTexture")
+    older = replace(source, item={**source.item, "pbrMetallicRoughness": _renamed(model)})
+    glossy = source.color(model, "specularFactor")
+    roughness = 1.0 - source.number(model, "glossinessFactor", 1.0)
+    look = {"reflectance": _base(older), "glossy": glossy, "roughness": roughness}
+    return look | _alpha(older)
+
+
+def _renamed(model: Factors) -> dict[str, Any]:
+    """Return the diffuse colour of the older model, as the base colour of the newer one."""
+    names = {"diffuseFactor": "baseColorFactor", "diffuseTexture": "baseColorTexture"}
+    return {new: model[old] for old, new in names.items() if old in model}
 
 
 def _base(source: _Source) -> Triple | Texture:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.io.readers.registry import MissingTextures
-from photonmap.runtime.named_files import named_file
+from photonmap.runtime.named_files import named_image
 from photonmap.scene.images import Channels, Image, read_channels
 from photonmap.scene.textures import Texture
 
@@ -76,7 +76,9 @@ UNMOVED = Placement()
 def find_placement(material: Mapping[str, Any]) -> Placement:
     """Return the placement of a material: of the texture of its colour, light or gloss."""
     surface = material.get("pbrMetallicRoughness") or {}
-    found = surface.get("baseColorTexture") or material.get("emissiveTexture")
+    older = material.get("extensions", {}).get("KHR_materials_pbrSpecularGlossiness") or {}
+    found = older.get("diffuseTexture") or surface.get("baseColorTexture")
+    found = found or material.get("emissiveTexture")
     found = found or surface.get("metallicRoughnessTexture") or material.get("normalTexture")
     return Placement.of(found or {})
 
@@ -177,7 +179,7 @@ class Textures:
             else:
                 self._last = (
                     index,
-                    read_channels(named_file(self.path.parent, unquote(image["uri"]))),
+                    read_channels(named_image(self.path.parent, unquote(image["uri"]))),
                 )
         return self._last[1]
 

@@ -16,7 +16,7 @@ from photonmap.io.readers.wavefront.gloss import NUMBERS, has_exponent
 from photonmap.io.readers.wavefront.illumination import make_material
 from photonmap.io.readers.wavefront.map_options import MapOptions, parse_map
 from photonmap.io.readers.wavefront.source import Source, read_source
-from photonmap.runtime.named_files import named_file
+from photonmap.runtime.named_files import named_image
 from photonmap.runtime.wording import listed, shown
 from photonmap.scene.material import Material
 from photonmap.scene.parameters import Colored, Emission, Number, Parameter, Part, parameters_of
@@ -268,10 +268,7 @@ def _read_texture(
     is_linear, is_mask, most = kind
     folder = line.source.path.parent
     try:
-        path = named_file(folder, name)
-        if "\\" in name and not path.exists():
-            path = named_file(folder, name.replace("\\", "/"))
-        image = shared_image(path, linear=is_linear, mask=is_mask)
+        image = shared_image(named_image(folder, name), linear=is_linear, mask=is_mask)
         texture = Texture(image, options.scale[:2], options.offset[:2], options.clamp)
         check_texture(texture, most)
     except InputError as error:

@@ -16,7 +16,7 @@ from photonmap.io.writers.gltf_parts.textures import TextureWriter
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.material import Material
 from photonmap.scene.surfaces.relief import NormalMap
-from photonmap.scene.textures import Texture, mean_color, mean_number
+from photonmap.scene.textures import Texture, is_black, mean_color, mean_number
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Color
 
@@ -101,7 +101,7 @@ def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter
     is_metal = metallic == 1.0 and textured is None
     item: dict[str, Any] = {
         "pbrMetallicRoughness": surface,
-        "doubleSided": True,
+        "doubleSided": is_black(material.emission),  # surfaces emit from their front alone
         "extensions": {} if is_metal else _coat(coat, draft),
     }
     factor, opacity = whole.tolist(), material.alpha
