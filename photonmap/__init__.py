@@ -50,6 +50,7 @@ if TYPE_CHECKING:
         RayMap,
     )
     from photonmap.scene.scene import Scene
+    from photonmap.scene.surfaces.dispersion import Cauchy, NamedGlass, Sellmeier
     from photonmap.scene.surfaces.relief import BumpMap, NormalMap
     from photonmap.scene.textures import Texture
     from photonmap.spectra.bands import Bands
@@ -62,6 +63,7 @@ __all__ = [
     "Bands",
     "BumpMap",
     "Camera",
+    "Cauchy",
     "DirectionalLight",
     "DomeLight",
     "EnvironmentLight",
@@ -73,6 +75,7 @@ __all__ = [
     "Light",
     "Material",
     "Mesh",
+    "NamedGlass",
     "NormalMap",
     "Panorama",
     "PhotometricLight",
@@ -81,6 +84,7 @@ __all__ = [
     "Result",
     "Scene",
     "SceneWarning",
+    "Sellmeier",
     "Spectrum",
     "SpectrumSet",
     "SpotLight",
@@ -131,6 +135,9 @@ _HOMES = {
     "load_scene": "io.readers.scene_file",
     "Spectrum": "spectra.curves",
     "SpectrumSet": "spectra.curves",
+    "Cauchy": "scene.surfaces.dispersion",
+    "NamedGlass": "scene.surfaces.dispersion",
+    "Sellmeier": "scene.surfaces.dispersion",
     "BumpMap": "scene.surfaces.relief",
     "NormalMap": "scene.surfaces.relief",
     "Texture": "scene.textures",

@@ -26,7 +26,10 @@ GROUPS = {
         "camera_rays",
     ),
     "Results": ("Result",),
-    "Scenes": ("Scene", "Mesh", "Material", "Texture", "NormalMap", "BumpMap"),
+    "Scenes": (
+        "Scene", "Mesh", "Material", "Texture", "NormalMap", "BumpMap", "Cauchy", "Sellmeier",
+        "NamedGlass",
+    ),
     "Cameras": (
         "Camera", "Lens", "Intrinsics", "Fisheye", "FisheyeIntrinsics", "Panorama", "RayMap",
     ),

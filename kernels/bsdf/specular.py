@@ -11,11 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.bsdf import microsurface
+from photonmap.kernels.bsdf.dispersion import choose_index, index_ratio, keep_index, reflects
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.bands import divide
-from photonmap.kernels.core.fresnel import fresnel, mirrored, refracted
+from photonmap.kernels.core.fresnel import mirrored, refracted
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.core.records import METAL, MIRROR
+from photonmap.kernels.core.records import MIRROR
 from photonmap.kernels.core.rng import draw, stream
 from photonmap.kernels.geometry.interaction import offset, point_at, shading_normal, side_of
 from photonmap.kernels.geometry.pane import is_reflected
@@ -79,23 +80,6 @@ def arrive_at(geometry, hit, direction):
 
 
 @jit
-def index_ratio(specular, material, arrival):
-    """Return the index of the side that light comes from over the other's; of metal `METAL`."""
-    if specular.kind[material] == METAL:
-        return microsurface.METAL
-    return _ratio(specular, specular.media, material, arrival)
-
-
-@jit
-def _ratio(specular, media, material, arrival):
-    if media is None:
-        return specular.ior[material] if arrival.side == 1 else 1.0 / specular.ior[material]
-    here = media.of_side[arrival.triangle, arrival.side]
-    there = media.of_side[arrival.triangle, 1 - arrival.side]
-    return (1.0 if here < 0 else media.ior[here]) / (1.0 if there < 0 else media.ior[there])
-
-
-@jit
 def scatter_specular(geometry, specular, hit, direction, xi, carries_flux, throughput):
     """Scatter light that arrives along `direction` at a specular surface: a BSDF's `sample`.
 
@@ -122,8 +106,11 @@ def scatter_specular(geometry, specular, hit, direction, xi, carries_flux, throu
     )
     if rough:
         return offset(point, size, vec.scale(ng, -1.0) if crossed else ng), out
-    eta = index_ratio(specular, material, arrival)
-    if xi < fresnel(-vec.dot(n, direction), eta):
+    cosine = -vec.dot(n, direction)
+    is_reflected, eta = reflects(
+        specular, specular.media, material, arrival, cosine, xi, throughput
+    )
+    if is_reflected:
         return offset(point, size, ng), _on_side(mirrored(direction, n), direction, ng)
     _multiply(throughput, specular.tint, material, 1.0 if carries_flux else eta * eta)
     transmitted = refracted(direction, n, eta)
@@ -169,7 +156,9 @@ def _scatter_rough(specular, alpha, material, arrival, xi, carries_flux, through
         return False, False, direction
     if alpha[material] == 0.0:
         return False, False, direction
-    eta = index_ratio(specular, material, arrival)
+    column, probability, xi = choose_index(specular, specular.media, arrival, throughput, xi)
+    keep_index(specular, specular.media, arrival, (column, probability), throughput)
+    eta = index_ratio(specular, material, arrival, column)
     wi, state = vec.to_frame(vec.scale(direction, -1.0), n), stream(np.uint64(xi * BITS), 0, 0)
     wo, crossed, state = microsurface.scatter(
         alpha[material], eta, specular.mirror[material], wi, state, throughput

@@ -137,6 +137,20 @@ class Materials(NamedTuple):
 
 
 @by_reference
+class Dispersion(NamedTuple):
+    """Glass whose index depends on wavelength; a scene without any has None in its place."""
+
+    ior: np.ndarray
+    """(R, N) float64, index of refraction in each band, in this pass"""
+    steps: np.ndarray
+    """(K, R, N) float64, the same at K wavelengths of each band, of which passes take one"""
+    wave: np.ndarray
+    """(N,) int32, equal for bands with the same indices"""
+    disperses: np.ndarray
+    """(R,) uint8, 1 for media whose index differs between bands"""
+
+
+@by_reference
 class Media(NamedTuple):
     """What lies beside surfaces: of R media the first M are the insides of materials.
 
@@ -149,6 +163,8 @@ class Media(NamedTuple):
     """(R,) float64, index of refraction"""
     absorption: np.ndarray | None
     """(R, N) float32, coefficient in the inverse unit of length; None where nothing absorbs"""
+    dispersion: Dispersion | None
+    """None where nothing disperses"""
 
 
 @by_reference

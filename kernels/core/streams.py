@@ -25,6 +25,7 @@ class Domain(IntEnum):
     EXPOSURE = auto()
     CAUSTIC_CHECK = auto()
     LINGERING = auto()
+    WAVELENGTHS = auto()
 
 
 (

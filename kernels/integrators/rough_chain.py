@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.bsdf import microsurface
-from photonmap.kernels.bsdf.specular import arrive_at, index_ratio, is_folded
+from photonmap.kernels.bsdf.dispersion import choose_index, column_of, index_ratio, keep_index
+from photonmap.kernels.bsdf.specular import arrive_at, is_folded
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.passes import SurfaceInteraction
@@ -58,17 +59,17 @@ def _local(arrival, direction):
 
 
 @jit
-def _walk_pdf(specular, alpha, material, arrival, direction):
+def _walk_pdf(specular, alpha, material, arrival, column, direction):
     """Return about the density (per steradian) with which a walk leaves along a direction."""
     wi, wo = _local(arrival, direction)
-    eta = index_ratio(specular, material, arrival)
+    eta = index_ratio(specular, material, arrival, column)
     return microsurface.typical_pdf(alpha[material], eta, wi, wo)
 
 
 @jit
-def _respond(specular, alpha, material, arrival, direction, state, scratch):
+def _respond(specular, alpha, material, arrival, column, direction, state, scratch):
     """Fill `scratch.response` with the density of a direction, times what crossing it costs."""
-    response, eta = scratch.response, index_ratio(specular, material, arrival)
+    response, eta = scratch.response, index_ratio(specular, material, arrival, column)
     pair = _local(arrival, direction)
     state = microsurface.evaluate(
         alpha[material], eta, specular.mirror[material], pair, state, scratch.walk, response
@@ -77,6 +78,23 @@ def _respond(specular, alpha, material, arrival, direction, state, scratch):
         for band in range(len(response)):
             response[band] *= specular.tint[material, band] * np.float32(eta * eta)
     return state
+
+
+@jit
+def _choose_index(specular, media, arrival, throughput, state):
+    """Choose an index for a light sample where glass disperses; return (choice, state)."""
+    if media is None:
+        return (0, 1.0), state
+    return _choose_by_draw(specular, media, media.dispersion, arrival, throughput, state)
+
+
+@jit
+def _choose_by_draw(specular, media, dispersion, arrival, throughput, state):
+    if dispersion is None:
+        return (0, 1.0), state
+    xi, state = draw(state)
+    column, probability, _ = choose_index(specular, media, arrival, throughput, xi)
+    return (column, probability), state
 
 
 @outlined
@@ -91,10 +109,14 @@ def _add_light_sample(scene, specular, arrived, crossed, throughput, sink, state
     if sample.weight <= 0.0 or is_folded(sample.direction, arrival, crossed):
         return state
     weight = sample.weight / vec.dot(surface.ns, sample.direction)
+    choice, state = _choose_index(specular, specular.media, arrival, throughput, state)
     if sample.pdf > 0.0:
-        own = _walk_pdf(specular, alpha, material, arrival, sample.direction)
+        own = _walk_pdf(specular, alpha, material, arrival, choice[0], sample.direction)
         weight *= power_heuristic(sample.pdf, own)
-    state = _respond(specular, alpha, material, arrival, sample.direction, state, scratch)
+    state = _respond(
+        specular, alpha, material, arrival, choice[0], sample.direction, state, scratch
+    )
+    keep_index(specular, specular.media, arrival, choice, scratch.response)
     for band in range(len(throughput)):
         scratch.response[band] *= throughput[band]
     emission = emission_of(scene.lights, sample.emitter, sample.position)
@@ -123,8 +145,11 @@ def add_rough_lights(scene, specular, alpha, arrived, throughput, sink, state, s
 
 
 @outlined
-def _weigh_walk(scene, specular, before, after, seen):
-    """Return the weight of a walk's end on an emitter against the light samples where it began."""
+def _weigh_walk(scene, specular, column, before, after, seen):
+    """Return the weight of a walk's end on an emitter against the light samples where it began.
+
+    `column` says in which index it went.
+    """
     (hit, direction), (end, out) = before, after
     arrival = arrive_at(scene.geometry, hit, direction)
     crossed = vec.dot(out, arrival.ng) < 0.0
@@ -132,17 +157,18 @@ def _weigh_walk(scene, specular, before, after, seen):
         return 1.0
     surface = _surface_on(scene.geometry, hit, arrival, crossed)
     material = scene.geometry.material[hit.triangle]
-    own = _walk_pdf(specular, specular.alpha, material, arrival, out)
+    own = _walk_pdf(specular, specular.alpha, material, arrival, column, out)
     return power_heuristic(own, sampling_pdf(scene, surface, end, seen, out))
 
 
 @jit
-def _weight_of_walk(scene, specular, alpha, before, after, seen):
+def _weight_of_walk(scene, specular, alpha, throughput, before, after, seen):
     if alpha is None:
         return 1.0
     if alpha[scene.geometry.material[before[0].triangle]] == 0.0:
         return 1.0
-    return _weigh_walk(scene, specular, before, after, seen)
+    column = column_of(specular, specular.media, throughput)
+    return _weigh_walk(scene, specular, column, before, after, seen)
 
 
 @jit
@@ -155,7 +181,7 @@ def add_chain_emission(scene, specular, before, after, throughput, sink):
     emitter, position = visible_emitter(geometry, lights, *after)
     if emitter >= 0:
         seen = emitter, position
-        weight = _weight_of_walk(scene, specular, specular.alpha, before, after, seen)
+        weight = _weight_of_walk(scene, specular, specular.alpha, throughput, before, after, seen)
         emission = emission_of(lights, emitter, position)
         factor = sink.factor * weight
         add_attenuated(sink.target, sink.row, lights, emission, throughput, factor)

@@ -1,4 +1,4 @@
-"""What a scene calls for: every effect on or off, and why."""
+"""The plan of effects: every one on or off, and why; and scenes without what it leaves out."""
 
 from __future__ import annotations
 
@@ -6,53 +6,22 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.compile.scene_arrays import CompiledScene
+from photonmap.compile.scene_demands import EFFECTS, Effect, called_for, sides_in_air
 from photonmap.errors import InputError
 from photonmap.kernels.bsdf.models import GLOSSY, LAMBERTIAN
 from photonmap.kernels.core.records import (
     GLASS,
-    METAL,
     MIRROR,
     Alpha,
     Environment,
-    Geometry,
     Lights,
+    Media,
     Scattering,
     Specular,
 )
-from photonmap.kernels.lights.kinds import AREA_KINDS, POSITION_KINDS
 from photonmap.runtime.wording import suggest
-
-EFFECTS = (
-    "emission",
-    "direct",
-    "soft_shadows",
-    "indirect",
-    "caustics",
-    "specular",
-    "glossy",
-    "non_lambertian",
-    "transmission",
-    "media",
-    "alpha",
-    "environment",
-    "textures",
-    "relief",
-    "band_merging",
-)
-
-MOST_CHECKS = 1 << 28
-"""Products of vertices and planes, beyond which a scene is not checked for being convex."""
-
-
-@dataclass(frozen=True)
-class Effect:
-    """Whether an effect is simulated, and the reason."""
-
-    on: bool
-    why: str
 
 
 @dataclass(frozen=True)
@@ -110,7 +79,7 @@ def plan_effects(
     distinct : different bands of the scene
     bands : all of them
     """
-    called = _called_for(compiled, distinct, bands)
+    called = called_for(compiled, distinct, bands)
     if wanted == "auto":
         return EffectPlan(called)
     if wanted == "all":
@@ -120,6 +89,7 @@ def plan_effects(
         }
         for name in (
             "media",
+            "dispersion",
             "alpha",
             "environment",
             "textures",
@@ -207,9 +177,20 @@ def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> Specular |
         kind=np.where(kept, specular.kind, 0).astype(np.uint8),
         probability=np.where(kept, specular.probability, 0.0),
         alpha=alpha if alpha is not None and alpha.any() else None,
-        media=specular.media if plan.on("media") else None,
+        media=_leave_out_media(compiled, specular.media, plan),
     )
     return specular if specular.kind.any() else None
+
+
+def _leave_out_media(
+    compiled: CompiledScene, media: Media | None, plan: EffectPlan
+) -> Media | None:
+    """Return the media that are simulated; None where glass is clear and lies in air."""
+    if media is None or not (plan.on("media") or plan.on("dispersion")):
+        return None
+    if not plan.on("media"):
+        media = media._replace(of_side=sides_in_air(compiled), absorption=None)
+    return media if plan.on("dispersion") else media._replace(dispersion=None)
 
 
 def _leave_out_scattering(scattering: Scattering | None, plan: EffectPlan) -> Scattering | None:
@@ -220,171 +201,3 @@ def _leave_out_scattering(scattering: Scattering | None, plan: EffectPlan) -> Sc
     model = np.where(kept, scattering.model, LAMBERTIAN).astype(np.uint8)
     maps = scattering.maps if plan.on("textures") and plan.on("glossy") else None
     return scattering._replace(model=model, maps=maps) if model.any() else None
-
-
-def _called_for(compiled: CompiledScene, distinct: int, bands: int) -> dict[str, Effect]:
-    """Return what a scene calls for, in the order of `EFFECTS`."""
-    merged = f"{bands} bands have {distinct} different spectra"
-    called = {
-        **_of_lights(compiled),
-        **_of_surfaces(compiled),
-        **_of_transparency(compiled),
-        **_of_images(compiled),
-        "direct": Effect(True, "there are lights"),
-        "indirect": _indirect(compiled),
-        "band_merging": _if(distinct < bands, merged, "all bands differ"),
-    }
-    return {name: called[name] for name in EFFECTS}
-
-
-def _of_lights(compiled: CompiledScene) -> dict[str, Effect]:
-    area = np.isin(compiled.lights.kind, AREA_KINDS).any()
-    sky = compiled.lights.environment is not None
-    sharp = "all lights are points or suns: shadows are sharp"
-    return {
-        "emission": _if(
-            area, "area lights or a sky can be seen", "no area light or sky can be seen"
-        ),
-        "soft_shadows": _if(area, "lights have an area", sharp),
-        "environment": _if(sky, "the sky is a map", "the sky is not a map"),
-    }
-
-
-def _of_surfaces(compiled: CompiledScene) -> dict[str, Effect]:
-    specular = compiled.specular
-    kinds = np.zeros(0, np.uint8) if specular is None else specular.kind
-    scattering = compiled.scattering
-    models = np.zeros(0, np.uint8) if scattering is None else scattering.model
-    diffuse = _is_rough(compiled)
-    no_specular = "there is no mirror or glass"
-    return {
-        "caustics": _if(
-            kinds.any() and diffuse,
-            "mirrors, glass or metal send light to diffuse surfaces",
-            no_specular if not kinds.any() else "no surface is diffuse",
-        ),
-        "specular": _if(
-            ((kinds != 0) & (kinds != METAL)).any(), "there are mirrors or glass", no_specular
-        ),
-        "glossy": _if(
-            (models == GLOSSY).any() or (specular is not None and specular.alpha is not None),
-            "some surfaces are glossy",
-            "no surface is glossy",
-        ),
-        "non_lambertian": _if(
-            ((models != LAMBERTIAN) & (models != GLOSSY)).any(),
-            "some surfaces are rough",
-            "all diffuse reflection obeys Lambert's law",
-        ),
-    }
-
-
-def _of_transparency(compiled: CompiledScene) -> dict[str, Effect]:
-    specular = compiled.specular
-    is_glass = compiled.is_thin
-    if specular is not None:
-        is_glass = is_glass | (specular.kind == GLASS)
-    return {
-        "transmission": _if(is_glass.any(), "there is glass", "there is no glass"),
-        "media": _if(
-            specular is not None and specular.media is not None,
-            "glass absorbs light inside, or lies beside other glass",
-            "all glass is clear and lies in air",
-        ),
-    }
-
-
-def _of_images(compiled: CompiledScene) -> dict[str, Effect]:
-    alpha, scattering = compiled.geometry.alpha, compiled.scattering
-    lobes = None if scattering is None else scattering.maps
-    of_light = compiled.lights.emission_textures
-    textures = any(maps is not None for maps in (compiled.textures, of_light, lobes))
-    return {
-        "alpha": _if(
-            alpha is not None and ((alpha.value < 1.0) | (alpha.image >= 0)).any(),
-            "surfaces have holes or are partly transparent",
-            "no surface is cut out",
-        ),
-        "textures": _if(textures, "surfaces have textures", "no surface has a texture"),
-        "relief": _if(
-            compiled.geometry.relief is not None,
-            "normal maps or bump maps turn normals",
-            "no image turns normals",
-        ),
-    }
-
-
-def _is_rough(compiled: CompiledScene) -> bool:
-    """Return whether a surface reflects otherwise than a mirror or glass."""
-    scattering = compiled.scattering
-    glossy = scattering is not None and scattering.specular.any()
-    return bool(glossy or compiled.materials.reflectance.any())
-
-
-def _if(condition: object, yes: str, no: str) -> Effect:
-    return Effect(bool(condition), yes if condition else no)
-
-
-def _indirect(compiled: CompiledScene) -> Effect:
-    """Decide whether light can go from surface to surface."""
-    specular = compiled.specular
-    if specular is None and not _is_rough(compiled):
-        return Effect(False, "every surface is black")
-    if _is_flat(compiled.geometry):
-        return Effect(False, "all surfaces lie in one plane: none sees another")
-    triangles, vertices = len(compiled.geometry.triangles), len(compiled.geometry.vertices)
-    if triangles * vertices > MOST_CHECKS:
-        return Effect(True, "too many triangles to check whether surfaces see each other")
-    whole = specular is None and compiled.geometry.alpha is None
-    if whole and _is_convex(compiled.geometry) and not _lit_inside(compiled):
-        return Effect(False, "one closed convex body: no surface sees another from outside")
-    return Effect(True, "surfaces may see each other")
-
-
-def _is_flat(geometry: Geometry) -> bool:
-    """Return whether all vertices lie in the plane of the first triangle, to the last digit.
-
-    And all triangles: what stands on it may be lower than a digit of the scene's size.
-    """
-    corner = geometry.vertices[geometry.triangles[0, 0]].astype(np.float64)
-    normal = geometry.normals[0].astype(np.float64)
-    heights = (geometry.vertices - corner) @ normal
-    parallel = np.abs(geometry.normals @ normal) > 1.0 - 1e-6
-    return bool(np.abs(heights).max() <= 1e-7 and parallel.all())
-
-
-def _is_convex(geometry: Geometry) -> bool:
-    """Return whether the triangles are one closed surface that no plane of theirs cuts."""
-    return _is_closed(geometry) and not (_heights(geometry, geometry.vertices) > 1e-7).any()
-
-
-def _heights(geometry: Geometry, points: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return the heights of points over each triangle's plane, at most over triangles: (P,)."""
-    corners = geometry.vertices[geometry.triangles[:, 0]].astype(np.float64)
-    normals = geometry.normals.astype(np.float64)
-    levels = (corners * normals).sum(axis=1)
-    most = np.full(len(points), -np.inf)
-    for start in range(0, len(normals), 4096):
-        part = slice(start, start + 4096)
-        np.maximum(most, (points @ normals[part].T - levels[part]).max(axis=1), out=most)
-    return most
-
-
-def _is_closed(geometry: Geometry) -> bool:
-    """Return whether every edge belongs to two triangles, which pass it in opposite directions."""
-    _, same = np.unique(geometry.vertices, axis=0, return_inverse=True)
-    corners = same.ravel()[geometry.triangles].astype(np.int64)
-    starts, ends = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
-    forth, back = np.sort(starts * len(same) + ends), np.sort(ends * len(same) + starts)
-    return bool((np.diff(forth) > 0).all() and np.array_equal(forth, back))
-
-
-def _lit_inside(compiled: CompiledScene) -> bool:
-    """Return whether a point light may lie within, or the camera does."""
-    lights = compiled.lights
-    points = lights.position[np.isin(lights.kind, POSITION_KINDS)]
-    if compiled.camera.eye is None:
-        return True  # camera rays may start anywhere
-    camera = (np.array(compiled.camera.eye) - compiled.center) / compiled.size
-    points = np.concatenate([points, camera[None]])
-    return bool((_heights(compiled.geometry, points) <= 1e-7).any())

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from photonmap.buffers import names_where
 from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.kernels.core.passes import Pixels
-from photonmap.kernels.core.records import Lights
+from photonmap.kernels.core.records import Lights, Media
 
 Array = NDArray[np.float32]
 
@@ -119,10 +119,7 @@ def carry(compiled: CompiledScene, columns: SpectralColumns) -> CompiledScene:
     if specular is not None:
         specular = specular._replace(mirror=tile(specular.mirror), tint=tile(specular.tint))
         if specular.media is not None:
-            absorption = specular.media.absorption
-            absorption = None if absorption is None else tile(absorption)
-            media = specular.media._replace(absorption=absorption)
-            specular = specular._replace(media=media)
+            specular = specular._replace(media=carrier.carry_media(specular.media))
     return replace(
         compiled,
         materials=compiled.materials._replace(reflectance=tile(compiled.materials.reflectance)),
@@ -157,6 +154,20 @@ class _Carrier:
                 blocks[row, index] = table[row, self._first]
         return blocks.reshape(len(table), -1)
 
+    def carry_media(self, media: Media) -> Media:
+        """Return the media of a scene."""
+        dispersion = media.dispersion
+        if dispersion is not None:
+            steps = dispersion.steps
+            tiled = self.tile(steps.reshape(-1, steps.shape[2]))
+            dispersion = dispersion._replace(
+                ior=self.tile(dispersion.ior),
+                steps=tiled.reshape(*steps.shape[:2], -1),
+                wave=self.tile(dispersion.wave[None])[0],
+            )
+        absorption = None if media.absorption is None else self.tile(media.absorption)
+        return media._replace(absorption=absorption, dispersion=dispersion)
+
     def carry_lights(self, compiled: CompiledScene) -> Lights:
         """Return the lights of a scene, each in the columns of its group."""
         lights = compiled.lights
@@ -188,6 +199,9 @@ def _tables(compiled: CompiledScene) -> list[Array]:
         media = compiled.specular.media
         if media is not None and media.absorption is not None:
             tables.append(media.absorption)
+        if media is not None and media.dispersion is not None:
+            steps = media.dispersion.steps
+            tables.append(steps.reshape(-1, steps.shape[2]))
     if compiled.scattering is not None:
         tables.append(compiled.scattering.specular)
         if compiled.scattering.maps is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import parameters_of
+from photonmap.scene.surfaces.dispersion import Cauchy, NamedGlass, Sellmeier
 from photonmap.scene.surfaces.relief import BumpMap, NormalMap
 from photonmap.scene.textures import Texture, is_black
 from photonmap.spectra.curves import Spectrum
@@ -109,4 +111,6 @@ def describe_color(color: Any) -> Any:
         }
     if isinstance(color, NormalMap | BumpMap):
         return {"type": color.kind, "factor": color.factor, **describe_color(color.texture)}
+    if isinstance(color, Cauchy | Sellmeier | NamedGlass):
+        return {"type": color.kind, **asdict(color)}
     return list(color) if isinstance(color, tuple) else color

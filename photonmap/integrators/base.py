@@ -87,6 +87,15 @@ class PassSetup:
         """Return the key of a family of random streams of pass `index`."""
         return stream_key(self.seed, index, domain)
 
+    def begin_pass(self, index: int) -> None:
+        """Choose the wavelengths, within their bands, at which glass refracts in pass `index`."""
+        specular = self.compiled.specular
+        media = None if specular is None else specular.media
+        if media is not None and media.dispersion is not None:
+            steps = media.dispersion.steps
+            step = int(self.key(index, Domain.WAVELENGTHS) % np.uint64(len(steps)))
+            media.dispersion.ior[:] = steps[step]
+
     def over_pixels(self, task: Callable[[Span], object]) -> None:
         """Run a task over spans of pixels."""
         self.workers.ranges(lambda first, last: task(Span(first, last)), self.pixels, TILE)

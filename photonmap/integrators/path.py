@@ -42,6 +42,7 @@ class PathIntegrator:
     def estimate(self, index: int, wider: int = 0) -> Estimate:
         """Run pass `index`, as `Integrator.estimate` says; there are no supports to widen."""
         setup = self._setup
+        setup.begin_pass(index)
         key = setup.key(index, Domain.CAMERA)
         maps = PhotonMaps(empty_cache(setup.bands), None)
         job = CameraPass(setup.compiled.arrays, maps, setup.view, NO_PLAN, key)

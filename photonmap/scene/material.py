@@ -17,6 +17,7 @@ from photonmap.scene.parameters import (
     Text,
     parameters_of,
 )
+from photonmap.scene.surfaces.dispersion import LINES, Cauchy, NamedGlass, Sellmeier, abbe_number
 from photonmap.scene.surfaces.relief import BumpMap, NormalMap
 from photonmap.scene.textures import Paint, Texture, is_black, mean_number
 from photonmap.spectra.curves import Color, Spectrum
@@ -45,6 +46,8 @@ class Material:
     ior : index of refraction of the inside relative to air; None for anything but glass. Below 1
         it is relative to what is around
     outside : index of refraction of what is around glass, where no body of glass is; 1 for air
+    abbe : Abbe number of glass whose index depends on wavelength; `ior` is that at 587.6 nm
+    dispersion : in place of it a `Cauchy`, a `Sellmeier` or a `NamedGlass`, which give `ior`, too
     priority : of bodies of glass that overlap, the one of the highest claims what they share; of
         equal ones the smaller body
     tint : transmittance of glass at each crossing of its surface, in [0, 1]; of thin glass, beside
@@ -113,6 +116,19 @@ class Material:
         float, Number("index of refraction", mtl="outside", only="glass", above=0.0)
     ] = 1.0
     priority: Annotated[float, Number("priority", mtl="priority", only="glass")] = 0.0
+    abbe: Annotated[
+        float | None, Number("Abbe number", mtl="abbe", only="glass", above=0.0, such_as="64")
+    ] = None
+    dispersion: Annotated[
+        Cauchy | Sellmeier | NamedGlass | None,
+        Part("dispersion", kinds={kind.kind: kind for kind in (Cauchy, Sellmeier, NamedGlass)}),
+    ] = None
+
+    def __post_init__(self) -> None:
+        """Take the index from the dispersion where it is not given."""
+        curve = self.dispersion
+        if curve is not None and self.ior is None and not curve.find_conflict():
+            object.__setattr__(self, "ior", float(curve.index(LINES[0])))
 
     @property
     def is_textured(self) -> bool:
@@ -127,13 +143,23 @@ class Material:
         return isinstance(self.glossy, Texture) or isinstance(self.roughness, Texture)
 
     @property
+    def nearest_abbe(self) -> float | None:
+        """The Abbe number of its dispersion, of whatever kind; None where it has none."""
+        return self.abbe if self.dispersion is None else abbe_number(self.dispersion.index)
+
+    @property
     def medium(self) -> tuple[object, ...]:
         """What its inside does with light: equal for equal insides of glass."""
         color, distance = self.attenuation_color, self.attenuation_distance
         if isinstance(color, Spectrum):
-            return self.ior, id(color), distance
+            return self.ior, self.abbe, self.dispersion, id(color), distance
         clear = bool(np.all(np.equal(color, 1.0)))
-        return self.ior, *((1.0, None) if clear else (tuple(np.ravel(color).tolist()), distance))
+        return (
+            self.ior,
+            self.abbe,
+            self.dispersion,
+            *((1.0, None) if clear else (tuple(np.ravel(color).tolist()), distance)),
+        )
 
     @property
     def is_glossy(self) -> bool:

@@ -56,7 +56,7 @@ class Parameter:
 
     def error(self, value: object, remedy: str) -> InputError:
         """Return the error that a value is not what the parameter describes."""
-        article = "an" if self.noun[0] in "aeiou" else "a"
+        article = "an" if self.noun[0].lower() in "aeiou" else "a"
         return InputError(f"{shown(value)} is not {article} {self.noun}; {remedy}")
 
 

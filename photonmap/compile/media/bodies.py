@@ -75,19 +75,29 @@ def find_bodies(meshes: Sequence[Mesh], absorbing: set[int], frame: Frame) -> li
     met = {i: any(j != i and near(scaled[i], *scaled[j]) for j in solid) for i in solid}
     found, unknown = [], []
     for i in solid:
-        if id(meshes[i].material) not in absorbing and not met[i]:
+        absorbs = id(meshes[i].material) in absorbing
+        if not absorbs and not met[i]:
             continue
         body = _body(i, meshes[i], frame)
         if body.shape.is_watertight:
             found.append(body)
-        elif meshes[i].material.outside == 1.0:
-            unknown.append(meshes[i].name)
-    if unknown:
+        elif absorbs or any(j != i and _overlap(scaled[i], scaled[j]) for j in solid):
+            unknown.append(meshes[i])
+    names = [mesh.name for mesh in unknown if mesh.material.outside == 1.0]
+    if names:
         warn(
-            f"glass is no closed mesh in {listed(unknown)}: what lies inside is unknown, and it "
+            f"glass is no closed mesh in {listed(names)}: what lies inside is unknown, and it "
             "refracts against air"
         )
     return sorted(found, key=lambda body: (-body.material.priority, np.ptp(body.bounds, 0).prod()))
+
+
+def _overlap(one: Floats, other: Floats) -> bool:
+    """Return whether boxes share more than parts of their surfaces."""
+    low, high = np.maximum(one[0], other[0]), np.minimum(one[1], other[1])
+    flat = np.ptp(one, axis=0) <= TOUCHING
+    beyond = (one[0] > other[0] + TOUCHING) & (one[1] < other[1] - TOUCHING)
+    return bool(np.where(flat, beyond, high > low + TOUCHING).all())
 
 
 def ranks_of(count: int, bodies: Sequence[Body]) -> NDArray[np.int32]:

@@ -12,6 +12,7 @@ from photonmap.compile.frame import Frame
 from photonmap.compile.media.absorption import absorption_table
 from photonmap.compile.media.bodies import Body, find_bodies, is_solid, ranks_of
 from photonmap.compile.media.cutting import cut_meshes
+from photonmap.compile.media.dispersion import disperses, index_steps, make_dispersion
 from photonmap.compile.media.sides import find_sides
 from photonmap.kernels.core import records
 from photonmap.scene.material import Material
@@ -32,12 +33,14 @@ class MediaPlan:
     materials : of the scene, M of them
     bodies : those that matter to what is around them; those that claim space come first
     absorption : (M, N), in the inverse of scene units
+    bands : of the render
     """
 
     meshes: list[Mesh]
     materials: list[Material]
     bodies: list[Body]
     absorption: Floats
+    bands: Bands
 
     @property
     def ranks(self) -> NDArray[np.int32]:
@@ -47,8 +50,8 @@ class MediaPlan:
     @property
     def is_called_for(self) -> bool:
         """Whether glass absorbs, or lies beside other media than air."""
-        outside = any(material.outside != 1.0 for material in self.materials)
-        return bool(self.bodies) or outside or bool(self.absorption.any())
+        own = any(each.outside != 1.0 or disperses(each) for each in self.materials)
+        return bool(self.bodies) or own or bool(self.absorption.any())
 
     def place(
         self, geometry: records.Geometry, owner: Owner, frame: Frame
@@ -69,7 +72,9 @@ class MediaPlan:
         rows = np.array([*(row_of[id(mesh.material)] for mesh in self.meshes), -1], np.int32)
         media = self._media(rows[of_side], rows[owner], frame)
         glass = np.array([is_solid(mesh.material) for mesh in self.meshes])[owner]
-        in_air = media.absorption is None and (of_side[glass, 0] < 0).all()
+        in_air = (
+            media.absorption is None and media.dispersion is None and (of_side[glass, 0] < 0).all()
+        )
         in_air = in_air and (of_side[glass, 1] == owner[glass]).all() and kept.all()
         in_air = in_air and len(media.ior) == len(self.materials)
         return geometry, owner, None if in_air else media
@@ -94,7 +99,13 @@ class MediaPlan:
         absorption = np.zeros((len(indices), self.absorption.shape[1]), np.float32)
         absorption[: len(self.materials)] = self.absorption * frame.size
         absorbs = bool(absorption.any())
-        return records.Media(of_side, np.array(indices), absorption if absorbs else None)
+        steps = index_steps(self.materials, indices, self.bands)
+        return records.Media(
+            of_side,
+            np.array(indices),
+            absorption if absorbs else None,
+            None if steps is None else make_dispersion(steps),
+        )
 
 
 def plan_media(
@@ -110,4 +121,4 @@ def plan_media(
     absorbing = {id(each) for each, row in zip(materials, table, strict=True) if row.any()}
     bodies = find_bodies(meshes, absorbing, frame)
     cut = cut_meshes(meshes, bodies, absorbing, frame)
-    return MediaPlan(cut, list(materials), bodies, table)
+    return MediaPlan(cut, list(materials), bodies, table, bands)

@@ -45,6 +45,7 @@ class CausticTracer:
 
     def __init__(self, setup: PassSetup) -> None:
         self._setup = setup
+        setup.begin_pass(0)
         lingering = _lingering_fraction(
             setup.compiled.arrays, setup.bands, setup.key(0, Domain.LINGERING)
         )

@@ -96,6 +96,7 @@ class PhotonIntegrator:
     def trace_photons(self, index: int, wider: int = 0) -> PhotonMaps:
         """Trace the photons of a pass: its radiosity cache, and its caustic map if it has one."""
         start = time.perf_counter()
+        self._setup.begin_pass(index)
         cache = self._trace_cache(index, wider)
         traced = time.perf_counter()
         caustics = self._trace_caustics(index, wider)
@@ -206,6 +207,7 @@ class PhotonIntegrator:
         if not self._setup.simulates("caustics"):
             return no_caustics(self._setup.bands)
         tracer = self._caustic_tracer
+        self._setup.begin_pass(index)
         self.counters.photons += tracer.photons
         return tracer.trace(index, self._setup.key(index, Domain.CAUSTICS), wider)
 

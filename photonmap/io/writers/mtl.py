@@ -59,6 +59,8 @@ def _statements(material: Material, name: str, assets: Assets) -> Iterator[str]:
         keyword = "map_Bump" if material.relief.is_height else "norm"
         image = assets.texture(material.relief.texture, f"{name} relief")
         yield f"{keyword} -bm {material.relief.factor!r} {image}"
+    if material.dispersion is not None:
+        yield f"abbe {material.nearest_abbe!r}"
     for attribute, parameter in parameters_of(Material).items():
         if not parameter.mtl or (parameter.only == "glass" and material.ior is None):
             continue

@@ -27,7 +27,8 @@ from photonmap.scene.textures import Paint, Texture, Triple, mean_number
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 _READ = (
-    "ior", "specular", "emissive_strength", "transmission", "volume", "pbrSpecularGlossiness",
+    "ior", "specular", "emissive_strength", "transmission", "volume", "dispersion",
+    "pbrSpecularGlossiness",
 )  # fmt: skip
 """Extensions that are simulated, `KHR_materials_…`"""
 _METALLIC = "metallicRoughnessTexture"
@@ -228,7 +229,13 @@ def _glass(source: _Source) -> dict[str, Any] | None:
         if roughness > 0.0:
             source.lose("roughness of thin glass")
         return look | {"thin": True}
-    return look | {"roughness": roughness} | _attenuation(source)
+    return look | {"roughness": roughness} | _attenuation(source) | _dispersion(source)
+
+
+def _dispersion(source: _Source) -> dict[str, float]:
+    """Return the Abbe number, of which the extension has 20 / V."""
+    dispersion = source.number(source.extension("dispersion"), "dispersion", 0.0, 1e30)
+    return {"abbe": 20.0 / dispersion} if dispersion > 0.0 else {}
 
 
 def _attenuation(source: _Source) -> dict[str, Any]:

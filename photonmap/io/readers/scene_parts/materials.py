@@ -56,6 +56,8 @@ def _change(material: Material, toml: Toml) -> Material:
         with naming(f"{label} {key}", toml.path, toml.line(*at, key)):
             parameter = parameters[attributes[key]]
             given[attributes[key]] = parse_value(parameter, value, toml.path.parent)
+    if "dispersion" in given:
+        given = {"ior": None, "abbe": None, **given}  # it gives them, unless the section does
     if "ior" in given:
         black = {name: 0.0 for name, parameter in parameters.items() if parameter.only == "opaque"}
         smooth = {"roughness": 0.0} if material.ior is None else {}

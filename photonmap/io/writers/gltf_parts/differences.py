@@ -35,8 +35,10 @@ def find_material_changes(wanted: Material, read: Material) -> dict[str, Any]:
         if isinstance(parameter, Text) or isinstance(value, Texture):
             continue
         if isinstance(parameter, Part):
-            if isinstance(value, BumpMap):
+            if isinstance(value, BumpMap) or (attribute == "dispersion" and value != other):
                 found[attribute] = value
+            continue
+        if attribute == "abbe" and wanted.dispersion is not None:
             continue
         if attribute == "roughness" and not wanted.is_glossy and wanted.ior is None:
             continue

@@ -74,6 +74,8 @@ def _glass(material: Material, draft: Draft) -> dict[str, Any]:
     extensions |= draft.use("KHR_materials_ior", {"ior": material.ior})
     if not material.thin:
         extensions |= draft.use("KHR_materials_volume", _volume(material))
+        if (abbe := material.nearest_abbe) is not None:
+            extensions |= draft.use("KHR_materials_dispersion", {"dispersion": 20.0 / abbe})
     return {"pbrMetallicRoughness": surface, "extensions": extensions}
 
 

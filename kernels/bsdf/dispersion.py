@@ -1,0 +1,184 @@
+"""Dispersion: glass whose index of refraction depends on wavelength.
+
+Light of all bands goes together until it is refracted: then one index of refraction is chosen by
+the light that it carries, and the path goes on in the bands that have it (M. Radziszewski, K.
+Boryczko and W. Alda, "An improved technique for full spectral rendering", 2009). Within a band, the
+wavelength differs from pass to pass.
+
+The dispersion is an argument of its own, None in a scene where nothing disperses: then none of this
+is compiled.
+"""
+
+import numpy as np
+
+from photonmap.kernels.bsdf import microsurface
+from photonmap.kernels.core.fresnel import fresnel
+from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.records import METAL
+
+
+@jit
+def _index(media, dispersion, medium, column):
+    if medium < 0:
+        return 1.0
+    if dispersion is None:
+        return media.ior[medium]
+    return dispersion.ior[medium, column]
+
+
+@jit
+def _ratio(specular, media, material, arrival, column):
+    if media is None:
+        return specular.ior[material] if arrival.side == 1 else 1.0 / specular.ior[material]
+    here = media.of_side[arrival.triangle, arrival.side]
+    there = media.of_side[arrival.triangle, 1 - arrival.side]
+    index = _index(media, media.dispersion, here, column)
+    return index / _index(media, media.dispersion, there, column)
+
+
+@jit
+def index_ratio(specular, material, arrival, column):
+    """Return the index of the side that light comes from over the other's; of metal `METAL`.
+
+    `column` matters where glass disperses.
+    """
+    if specular.kind[material] == METAL:
+        return microsurface.METAL
+    return _ratio(specular, specular.media, material, arrival, column)
+
+
+@jit
+def _disperses(media, dispersion, arrival):
+    """Return whether the bands have different ratios of indices at a surface."""
+    for side in range(2):
+        medium = media.of_side[arrival.triangle, side]
+        if medium >= 0 and dispersion.disperses[medium]:
+            return True
+    return False
+
+
+@jit
+def _choose(dispersion, throughput, xi):
+    """Return (column, probability of the bands with its index, uniform number) by what they carry.
+
+    Column 0 and probability 1 where they carry nothing.
+    """
+    total = 0.0
+    for band in range(len(throughput)):
+        total += throughput[band]
+    if total <= 0.0:
+        return 0, 1.0, xi
+    left, column = xi * total, 0
+    for band in range(len(throughput)):
+        if throughput[band] > 0.0:
+            column = band
+            if left < throughput[band]:
+                break
+            left -= throughput[band]
+    own = 0.0
+    for band in range(len(throughput)):
+        if dispersion.wave[band] == dispersion.wave[column]:
+            own += throughput[band]
+    xi = min(max(left / throughput[column], 0.0), 1.0 - 2.0**-53)
+    return column, own / total, xi
+
+
+@jit
+def _keep(dispersion, column, probability, values):
+    """Leave those of values, (N,), of the bands that have the index of a column."""
+    for band in range(len(values)):
+        if dispersion.wave[band] == dispersion.wave[column]:
+            values[band] /= np.float32(probability)
+        else:
+            values[band] = np.float32(0.0)
+
+
+@jit
+def choose_index(specular, media, arrival, throughput, xi):
+    """Choose an index where glass disperses; return (column, its probability, uniform number).
+
+    Call `keep_index` of it for what goes on.
+    """
+    if media is None:
+        return 0, 1.0, xi
+    return _choose_if_dispersing(media, media.dispersion, arrival, throughput, xi)
+
+
+@jit
+def _choose_if_dispersing(media, dispersion, arrival, throughput, xi):
+    if dispersion is None:
+        return 0, 1.0, xi
+    if not _disperses(media, dispersion, arrival):
+        return 0, 1.0, xi
+    return _choose(dispersion, throughput, xi)
+
+
+@jit
+def keep_index(specular, media, arrival, choice, values):
+    """Leave those of values, (N,), in the bands of a `choice` = (column, probability)."""
+    if media is None:
+        return
+    _keep_if_dispersing(media, media.dispersion, arrival, choice, values)
+
+
+@jit
+def _keep_if_dispersing(media, dispersion, arrival, choice, values):
+    if dispersion is None:
+        return
+    if _disperses(media, dispersion, arrival):
+        _keep(dispersion, choice[0], choice[1], values)
+
+
+@jit
+def column_of(specular, media, throughput):
+    """Return a column of the index in which a path goes on, once it was chosen; else any."""
+    if media is None:
+        return 0
+    return _brightest(media.dispersion, throughput)
+
+
+@jit
+def _brightest(dispersion, throughput):
+    if dispersion is None:
+        return 0
+    return np.argmax(throughput)
+
+
+@jit
+def reflects(specular, media, material, arrival, cosine, xi, throughput):
+    """Choose between reflection and refraction at smooth glass; return (which, ratio of indices).
+
+    `cosine` is that of the angle of arrival. Where glass disperses, `throughput`, (N,), is
+    multiplied by what the choice calls for.
+    """
+    if media is None:
+        eta = _ratio(specular, media, material, arrival, 0)
+        return xi < fresnel(cosine, eta), eta
+    return _reflects(specular, media, media.dispersion, material, arrival, cosine, xi, throughput)
+
+
+@jit
+def _reflects(specular, media, dispersion, material, arrival, cosine, xi, throughput):
+    eta = _ratio(specular, media, material, arrival, 0)
+    if dispersion is None:
+        return xi < fresnel(cosine, eta), eta
+    if not _disperses(media, dispersion, arrival):
+        return xi < fresnel(cosine, eta), eta
+    total = reflected = 0.0
+    for band in range(len(throughput)):
+        total += throughput[band]
+        own = _ratio(specular, media, material, arrival, band)
+        reflected += throughput[band] * fresnel(cosine, own)
+    if total <= 0.0:
+        return True, eta
+    share = reflected / total
+    is_reflected = xi < share
+    for band in range(len(throughput)):
+        own = fresnel(cosine, _ratio(specular, media, material, arrival, band))
+        factor = own / share if is_reflected else (1.0 - own) / (1.0 - share)
+        throughput[band] *= np.float32(factor)
+    if is_reflected:
+        return True, eta
+    column, probability, _ = _choose(dispersion, throughput, (xi - share) / (1.0 - share))
+    _keep(dispersion, column, probability, throughput)
+    return False, _ratio(specular, media, material, arrival, column)
