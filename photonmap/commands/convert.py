@@ -41,6 +41,7 @@ def run(options: argparse.Namespace) -> None:
         munsell=options.munsell,
         illuminants=options.illuminants,
         root=options.root,
+        strict=options.strict,
     )
     written = save_scene(source.load(), output)
     if not options.quiet:

@@ -160,6 +160,8 @@ def test_strict_refuses_what_is_read_with_a_warning(tmp_path, monkeypatch, capsy
     assert "none.mtl" in refused
     assert refused.count("\n") == 1
     assert [file.name for file in tmp_path.iterdir()] == ["room.obj"]
+    assert main(["convert", "room.obj", "room.glb", "--strict"]) == 2
+    assert not (tmp_path / "room.glb").exists()
     assert main(["info", "room.obj", "--strict"]) == 2
     capsys.readouterr()
     with pytest.warns(SceneWarning, match=r"none\.mtl"):

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -49,6 +50,8 @@ _HARMLESS = re.compile(
     "|KHR_mesh_quantization$|KHR_xmp"
 )
 """glTF extensions that a file may require: geometry is the same without them."""
+_Primitive = tuple[Part, dict[str, Any]]
+"""Triangles, and the JSON that describes them."""
 
 
 @dataclass
@@ -65,6 +68,7 @@ class Gltf(Document):
     losses: Losses = field(kw_only=True)
     _materials: dict[tuple[int | None, Tint | None], Material] = field(default_factory=dict)
     _even: dict[int, Material] = field(default_factory=dict)
+    _shared: dict[int, list[_Primitive]] = field(default_factory=dict)
 
     def node_item(self, index: int, item: dict[str, Any]) -> NodeItem:
         """Return a camera or a light where a node puts it."""
@@ -120,6 +124,20 @@ class Gltf(Document):
             even = replace(material, glossy=glossy, roughness=roughness, relief=None)
             self._even[id(material)] = even
         return self._even[id(material)]
+
+    @cached_property
+    def _uses(self) -> Counter[int]:
+        """How many nodes show each mesh."""
+        return Counter(node["mesh"] for _, node in self._nodes() if "mesh" in node)
+
+    def parts(self, index: int) -> Iterable[_Primitive]:
+        """Return the primitives of a mesh; several nodes share one copy."""
+        mesh = self.item("meshes", index)
+        if self._uses[index] < 2:
+            return _parts(self, mesh)
+        if index not in self._shared:
+            self._shared[index] = list(_parts(self, mesh))
+        return self._shared[index]
 
     def cameras(self) -> list[Camera]:
         """Return the cameras at its nodes."""
@@ -203,7 +221,7 @@ def _roots(gltf: Gltf) -> list[int]:
     return [index for index in range(len(gltf.tree.get("nodes", []))) if index not in children]
 
 
-def _parts(gltf: Gltf, mesh: dict[str, Any]) -> Iterator[tuple[Part, dict[str, Any]]]:
+def _parts(gltf: Gltf, mesh: dict[str, Any]) -> Iterator[_Primitive]:
     """Yield the primitives of a mesh that have triangles."""
     for primitive in mesh["primitives"]:
         if primitive.get("mode", TRIANGLES) in MODES:
@@ -226,7 +244,7 @@ def _instances(gltf: Gltf) -> Iterator[Mesh]:
         wanted = node.get("name") or mesh.get("name") or "node"
         name = unused_name(str(wanted), index, names)
         pose = find_pose(gltf, node, gltf.matrix)
-        for part, primitive in _parts(gltf, mesh):
+        for part, primitive in gltf.parts(node["mesh"]):
             part, is_placed = strike_pose(gltf, part, primitive, pose)
             part, material = _paint(gltf, part, primitive.get("material"))
             _note_backs(gltf, part, primitive.get("material"), material)

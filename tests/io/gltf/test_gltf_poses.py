@@ -129,3 +129,13 @@ def test_closed_surfaces_have_no_back(read, build):
     build.tree["materials"] = [{"doubleSided": True, "emissiveFactor": [1, 1, 1]}]
     (mesh,) = read("a.glb", build.glb())
     assert len(mesh.faces) == 4
+
+
+def test_nodes_share_the_triangles_of_a_mesh(read, build):
+    build.primitive(TEXCOORD_0=TRIANGLE[:, :2], indices=[0, 1, 2])
+    build.tree["nodes"] = [{"mesh": 0}, {"mesh": 0, "translation": [1.0, 0.0, 0.0]}]
+    build.tree["scenes"] = [{"nodes": [0, 1]}]
+    one, other = read("a.glb", build.glb())
+    assert np.shares_memory(one.faces, other.faces)
+    assert np.shares_memory(one.uv, other.uv)
+    np.testing.assert_array_equal(other.vertices, one.vertices + [1.0, 0.0, 0.0])
