@@ -390,6 +390,7 @@ def describe_passes(run: Run) -> dict[str, Any]:
         "photons": integrator.counters.photons,
         "photons_stored": integrator.counters.stores,
         "rays": integrator.counters.rays,
+        "rays_by_kind": dict(integrator.counters.rays_by_kind),
         "error": math.hypot(error, bias or 0.0) if known else None,
         "standard_error": error if known else None,
         "bias": bias,

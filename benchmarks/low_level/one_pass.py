@@ -44,6 +44,14 @@ class OnePass:
         """Render all pixels."""
         self.estimate = self._integrator.gather(0, self.maps)
 
+    def rays_by_kind(self) -> dict[str, int]:
+        """Return how many rays photons and pixels of a pass cast."""
+        before = dict(self._integrator.counters.rays_by_kind)
+        self.photons()
+        self.camera_pass()
+        after = self._integrator.counters.rays_by_kind
+        return {kind: count - before.get(kind, 0) for kind, count in after.items()}
+
     def sharing(self) -> None:
         """Share irradiance between neighbours."""
         self._integrator.share(0, self.estimate)

@@ -49,7 +49,18 @@ def run(options: Options) -> list[Table]:
             notes=["random numbers: one direction about a normal per ray"],
         )
         _add_rows(inside, interleave(calls, REPEATS), "camera pass")
-    return [whole, inside]
+        kinds = Table(
+            "profile: the rays of a pass, by kind",
+            ["kind", "rays a pixel", "share"],
+            notes=[
+                "specular: along chains; walk: on from where gather rays end too near to look up"
+            ],
+        )
+        counts = one.rays_by_kind()
+        for kind, count in counts.items():
+            share = f"{count / sum(counts.values()):.0%}"
+            kinds.rows.append([kind, count / (FILM.width * FILM.height), share])
+    return [whole, inside, kinds]
 
 
 def record_rays() -> NDArray[np.float32]:

@@ -26,25 +26,25 @@ FLATNESS = 0.3
 def _follow(geometry, specular, ray, state, flux):
     """Follow a photon along specular surfaces to where it takes another lobe.
 
-    Returns (whether it came there via specular surfaces, its hit, its direction).
+    Returns (whether it came there via specular surfaces, its hit, its direction, rays cast).
     """
     origin, direction = ray
     hit = intersect(geometry, origin, direction)
     for step in range(LONGEST_CHAIN):
         if hit.triangle < 0:
-            return False, hit, direction
+            return False, hit, direction, step + 1
         absorb(geometry, specular, hit, direction, True, flux)
         probability = specular.probability[geometry.material[hit.triangle]]
         if step == 0 and probability == 0.0:
-            return False, hit, direction
+            return False, hit, direction, step + 1
         if step > 0:
             is_specular, state = choose_lobe(probability, state, flux)
             if not is_specular:
-                return True, hit, direction
+                return True, hit, direction, step + 1
         xi, state = draw(state)
         origin, direction = scatter_specular(geometry, specular, hit, direction, xi, True, flux)
         hit = intersect(geometry, origin, direction)
-    return False, hit, direction
+    return False, hit, direction, LONGEST_CHAIN + 1
 
 
 @jit
@@ -73,11 +73,11 @@ def _guided(rows, columns, point):
 
 @kernel
 def trace_caustics(scene, guide, key, span, total, photons):
-    """Trace photons of a span of `total` to where they make caustics; return their number.
+    """Trace photons of a span of `total` to where they make caustics.
 
-    They fill the first rows of `photons`.
+    They fill the first rows of `photons`. Returns (their number, rays cast).
     """
-    count = 0
+    count = rays = 0
     position_key, direction_key = split(key, EMIT_POSITION), split(key, EMIT_DIRECTION)
     lobe_key = split(key, LOBE)
     for index in range(span.first, span.last):
@@ -94,11 +94,12 @@ def trace_caustics(scene, guide, key, span, total, photons):
             photons.origins[count, axis] = position[axis]
             photons.origins[count, 2 + axis] = towards[axis]
         state = stream(lobe_key, index, 0)
-        arrived, hit, direction = _follow(scene.geometry, scene.specular, ray, state, flux)
+        arrived, hit, direction, cast = _follow(scene.geometry, scene.specular, ray, state, flux)
+        rays += cast
         if arrived:
             _arrive(scene.geometry, hit, direction, photons, count)
             count += 1
-    return count
+    return count, rays
 
 
 @jit

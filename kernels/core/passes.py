@@ -17,6 +17,10 @@ EMPTY, FOUND, TRUNCATED = 1, 2, 4
 a specular chain was truncated."""
 FIRST_CAUSTIC, CAUSTIC_IRRADIANCE, VIA_DIRECT, VIA_INDIRECT, VIA_CAUSTIC = 0, 1, 2, 3, 4
 """Rows of `Estimate.via_specular`, (5, P, N)."""
+RAY_KINDS = ("camera", "specular", "shadow", "gather", "walk")
+"""Rays of a camera pass: to first hits, on along specular chains, to light samples, from first hits
+for indirect light, and on from where these end."""
+CAMERA, SPECULAR, SHADOW, GATHER, WALK = range(len(RAY_KINDS))
 MAX_BOUNCES = 1000
 """Bounces after which photons and paths are truncated."""
 LANES = 8
@@ -188,6 +192,8 @@ class Scratch(NamedTuple):
     """(N,) float32, values of a BSDF"""
     walk: np.ndarray
     """(N,) float32, throughput of a walk among facets"""
+    rays: np.ndarray
+    """(len(RAY_KINDS),) int64, rays cast so far; one through holes counts once"""
 
 
 @by_reference

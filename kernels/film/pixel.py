@@ -7,6 +7,7 @@ from photonmap.kernels.camera.cameras import first_hit, generate_lens_ray, is_da
 from photonmap.kernels.core import warp
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.passes import (
+    CAMERA,
     CAUSTIC,
     CAUSTIC_IRRADIANCE,
     DIRECT,
@@ -42,11 +43,11 @@ def clear_via_specular(via_specular, pixel):
 
 
 @jit
-def trace_camera_ray(job, pixel, position, index, share, pixels):
+def trace_camera_ray(job, pixel, position, index, share, pixels, rays):
     """Cast the camera ray of a position in a pixel, and add the emission that it sees.
 
     `index` numbers the point of the lens that it leaves, if there is a lens. Returns its hit, whose
-    triangle is -1 where it meets nothing, and its direction.
+    triangle is -1 where it meets nothing, and its direction. `rays` counts it.
     """
     geometry, lights, width = job.scene.geometry, job.scene.lights, job.eye.film.width
     x, y = pixel % width + position[0], pixel // width + position[1]
@@ -54,6 +55,7 @@ def trace_camera_ray(job, pixel, position, index, share, pixels):
     hit = first_hit(geometry, ray)
     if is_dark(ray):
         return hit, ray.direction
+    rays[CAMERA] += 1
     emitter, place = visible_emitter(geometry, lights, hit, ray.direction)
     if emitter >= 0:
         emission = emission_of(lights, emitter, place)

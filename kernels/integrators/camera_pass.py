@@ -36,7 +36,7 @@ def _render_sample(job, keys, pixel, index, share, budget, estimate, scratch):
     scene, pixels = job.scene, estimate.pixels
     position = sobol_2d(index, keys[0]) if job.eye.film.jitter else CENTRE
     is_first = pixels.coverage[pixel] == 0.0
-    hit, direction = trace_camera_ray(job, pixel, position, index, share, pixels)
+    hit, direction = trace_camera_ray(job, pixel, position, index, share, pixels, scratch.rays)
     if hit.triangle < 0:
         return
     surface = surface_interaction(scene.geometry, hit, direction)

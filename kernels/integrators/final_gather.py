@@ -10,7 +10,7 @@ from photonmap.kernels.bsdf.specular import specular_probability
 from photonmap.kernels.cache.radiosity_cache import can_look_up, cell_at
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.core.passes import DIRECT, EMPTY, FOUND, INDIRECT
+from photonmap.kernels.core.passes import DIRECT, EMPTY, FOUND, GATHER, INDIRECT
 from photonmap.kernels.core.rng import block_key, sobol_point, stream
 from photonmap.kernels.core.streams import split
 from photonmap.kernels.geometry.interaction import surface_interaction
@@ -85,6 +85,7 @@ def gather(scene, maps, surface, direction, place, budget, keys, scratch):
     if vec.dot(surface.ng, direction) <= 0.0:
         return 0
     hit = intersect(geometry, surface.point, direction)
+    scratch.rays[GATHER] += 1
     emitter, position, weight = seen_emitter(scene, surface, hit, direction, budget)
     if emitter >= 0:
         emission = emission_of(scene.lights, emitter, position)

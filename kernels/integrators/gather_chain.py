@@ -6,7 +6,7 @@ from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, choose_lobe
 from photonmap.kernels.cache.radiosity_cache import cell_at
 from photonmap.kernels.core.bands import add_product
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.core.passes import FOUND, INDIRECT
+from photonmap.kernels.core.passes import FOUND, INDIRECT, SPECULAR
 from photonmap.kernels.geometry.interaction import side_of, surface_interaction
 from photonmap.kernels.integrators.path_walk import follow_path
 from photonmap.kernels.integrators.specular_chain import specular_step
@@ -58,7 +58,10 @@ def gather_specular_chain(scene, specular, maps, hit, direction, weight, state, 
         alive, hit, direction, state = specular_step(
             scene, specular, hit, direction, step, weight, state, throughput
         )
-        if not alive or hit.triangle < 0 or len(maps.cache.cells.divisions) == 0:
+        if not alive:
+            return found
+        scratch.rays[SPECULAR] += 1
+        if hit.triangle < 0 or len(maps.cache.cells.divisions) == 0:
             return found
         alive, lit, state = _add_surface(
             scene, specular, scene.scattering, maps, hit, direction, state, scratch

@@ -18,7 +18,7 @@ from photonmap.kernels.core.rng import sobol_block, stream
 from photonmap.kernels.core.warp import INV_PI
 from photonmap.kernels.integrators.final_gather import fill_directions, gather
 from photonmap.kernels.integrators.path_walk import PathStart, alone, trace_path, weigh_gather
-from photonmap.kernels.lights.direct import sample_direct, weigh_sample
+from photonmap.kernels.lights.direct import count_shadow_ray, sample_direct, weigh_sample
 from photonmap.kernels.lights.emission import add_attenuated, add_emission, emission_of
 
 GATHERS_PER_PATH = 2
@@ -32,7 +32,7 @@ def _onto(scratch, irradiance):
     """Return the same scratch with another place for irradiance."""
     return Scratch(
         scratch.throughput, scratch.chain, irradiance, scratch.points, scratch.directions,
-        scratch.incident, scratch.scattered, scratch.response, scratch.walk,
+        scratch.incident, scratch.scattered, scratch.response, scratch.walk, scratch.rays,
     )  # fmt: skip
 
 
@@ -76,6 +76,7 @@ def _add_lights(scene, surface, index, budget, key, scratch):
         if lane == 0:
             sobol_block(first + np.uint64(number), key, points)
         sample = sample_direct(scene, surface, points[0, lane], points[1, lane], budget.lights)
+        count_shadow_ray(sample, scratch.rays)
         if sample.weight > 0.0:
             weight = sample.weight * weigh_sample(scene, None, surface, sample, budget.gathers)
             emission = emission_of(scene.lights, sample.emitter, sample.position)

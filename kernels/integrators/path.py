@@ -26,7 +26,9 @@ def _render_path(job, bounces, pixel, index, share, state, estimate, scratch):
     x, state = draw(state)
     y, state = draw(state)
     position = (x, y) if job.eye.film.jitter else CENTRE
-    hit, direction = trace_camera_ray(job, pixel, position, index, share, estimate.pixels)
+    hit, direction = trace_camera_ray(
+        job, pixel, position, index, share, estimate.pixels, scratch.rays
+    )
     if hit.triangle < 0:
         return state
     if specular_probability(scene.geometry, scene.specular, hit.triangle) < 1.0:

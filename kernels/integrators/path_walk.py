@@ -18,6 +18,7 @@ from photonmap.kernels.core.passes import (
     FOUND,
     INDIRECT,
     MAX_BOUNCES,
+    WALK,
     Hit,
     SampleBudget,
 )
@@ -27,7 +28,12 @@ from photonmap.kernels.core.warp import power_heuristic
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import intersect
 from photonmap.kernels.integrators.specular_chain import follow_specular_chain
-from photonmap.kernels.lights.direct import sample_direct, weigh_hit, weigh_sample
+from photonmap.kernels.lights.direct import (
+    count_shadow_ray,
+    sample_direct,
+    weigh_hit,
+    weigh_sample,
+)
 from photonmap.kernels.lights.emission import add_attenuated, emission_of, visible_emitter
 
 CERTAIN_BOUNCES = 3
@@ -98,6 +104,7 @@ def _add_light_sample(scene, surface, row, state, scratch):
     u, state = draw(state)
     v, state = draw(state)
     sample = sample_direct(scene, surface, u, v, 1)
+    count_shadow_ray(sample, scratch.rays)
     if sample.weight > 0.0:
         emission = emission_of(scene.lights, sample.emitter, sample.position)
         weight = sample.weight * weigh_sample(scene, scene.scattering, surface, sample, 1)
@@ -148,6 +155,7 @@ def _extend(scene, caustics, surface, start, place, state, scratch):
     if not _scale_by_bsdf(scene, scene.scattering, surface, direction, scratch):
         return lost, direction, state
     hit = intersect(scene.geometry, surface.point, direction)
+    scratch.rays[WALK] += 1
     emitter, position, weight = seen_emitter(scene, surface, hit, direction, budget)
     if emitter >= 0:
         emission = emission_of(scene.lights, emitter, position)

@@ -85,7 +85,7 @@ def _reflect(scene, scattering, surface, point, flux, response):
 def _trace(scene, cache, index, key, ray, bounces, flux, response):
     """Follow one photon until it is absorbed or leaves the scene.
 
-    Returns (cache entries, 1 if truncated at `bounces`).
+    Returns (cache entries, rays cast, 1 if truncated at `bounces`).
     """
     state, stores = stream(split(key, SURVIVAL), index, 0), 0
     bounce_key = split(key, BOUNCE)
@@ -94,14 +94,14 @@ def _trace(scene, cache, index, key, ray, bounces, flux, response):
     for bounce in range(bounces):
         hit = intersect(scene.geometry, origin, direction)
         if hit.triangle < 0:
-            return stores, 0
+            return stores, bounce + 1, 0
         absorb(scene.geometry, scene.specular, hit, direction, passed, flux)
         passed, origin, direction, state = _scatter_if_specular(
             scene, scene.specular, hit, direction, flux, state
         )
         if passed:
             if largest(flux) == 0.0:
-                return stores, 0
+                return stores, bounce + 1, 0
             continue
         surface = surface_interaction(scene.geometry, hit, direction)
         point = sobol_2d(index, stream(bounce_key, bounce, 0))
@@ -110,19 +110,20 @@ def _trace(scene, cache, index, key, ray, bounces, flux, response):
         stores += 1
         alive, state = russian_roulette(before, after, state, flux)
         if not alive:
-            return stores, 0
+            return stores, bounce + 1, 0
         origin = surface.point
-    return stores, 1
+    return stores, bounces, 1
 
 
 @kernel
 def trace_photons(scene, cache, key, span, total, bounces, scratch):
     """Trace photons of a span of `total`, in order, and fill `cache.radiosity`.
 
-    `scratch` is (2, N) float32. Returns (cache entries, photons truncated at `bounces`).
+    `scratch` is (2, N) float32. Returns (cache entries, rays cast, photons truncated at
+    `bounces`).
     """
     cache.radiosity[:] = 0.0
-    stores = truncated = 0
+    stores = rays = truncated = 0
     flux, response = scratch[0], scratch[1]
     position_key, direction_key = split(key, EMIT_POSITION), split(key, EMIT_DIRECTION)
     for index in range(span.first, span.last):
@@ -132,5 +133,6 @@ def trace_photons(scene, cache, key, span, total, bounces, scratch):
             continue
         counts = _trace(scene, cache, index, key, ray, bounces, flux, response)
         stores += counts[0]
-        truncated += counts[1]
-    return stores, truncated
+        rays += counts[1]
+        truncated += counts[2]
+    return stores, rays, truncated

@@ -19,7 +19,7 @@ from photonmap.kernels.core.records import METAL
 from photonmap.kernels.core.rng import draw
 from photonmap.kernels.core.warp import power_heuristic
 from photonmap.kernels.geometry.interaction import offset, point_at
-from photonmap.kernels.lights.direct import sample_direct, sampling_pdf
+from photonmap.kernels.lights.direct import count_shadow_ray, sample_direct, sampling_pdf
 from photonmap.kernels.lights.emission import add_attenuated, emission_of, visible_emitter
 
 # Numba leaves out a branch on None only where it is an argument of the function itself.
@@ -106,6 +106,7 @@ def _add_light_sample(scene, specular, arrived, crossed, throughput, sink, state
     u, state = draw(state)
     v, state = draw(state)
     sample = sample_direct(scene, surface, u, v, 1)
+    count_shadow_ray(sample, scratch.rays)
     if sample.weight <= 0.0 or is_folded(sample.direction, arrival, crossed):
         return state
     weight = sample.weight / vec.dot(surface.ns, sample.direction)

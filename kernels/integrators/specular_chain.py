@@ -12,7 +12,7 @@ from photonmap.kernels.bsdf.absorption import absorb
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, choose_lobe, scatter_specular
 from photonmap.kernels.core.bands import largest
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.core.passes import Hit
+from photonmap.kernels.core.passes import SPECULAR, Hit
 from photonmap.kernels.core.rng import draw
 from photonmap.kernels.core.roulette import russian_roulette
 from photonmap.kernels.geometry.opacity import intersect
@@ -71,6 +71,7 @@ def follow_specular_chain(scene, specular, hit, direction, row, state, scratch):
         )
         if not alive:
             break
+        scratch.rays[SPECULAR] += 1
         if row >= 0:
             add_chain_emission(scene, specular, met, (hit, direction), throughput, sink)
         if hit.triangle < 0:

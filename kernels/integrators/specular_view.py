@@ -15,6 +15,7 @@ from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.passes import (
     CAUSTIC,
     MAX_BOUNCES,
+    SPECULAR,
     TRUNCATED,
     VIA_DIRECT,
     VIA_INDIRECT,
@@ -143,6 +144,7 @@ def view_specular_chain(job, specular, seen, index, sample, budget, estimate, sc
         )
         if not alive:
             return
+        scratch.rays[SPECULAR] += 1
         passed = _pass(scene.geometry, specular.alpha, met[0], passed)
         rays = met, (hit, direction)
         _add_emission(scene, specular, specular.alpha, rays, passed, sample, estimate, scratch)

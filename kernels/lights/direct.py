@@ -5,6 +5,7 @@ from typing import NamedTuple
 from photonmap.kernels.bsdf import models
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.passes import SHADOW
 from photonmap.kernels.core.warp import power_heuristic
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import occluded
@@ -59,6 +60,13 @@ def sample_direct(scene, surface, u, v, count):
     weight = cosine * sample.weight / (count * probability)
     pdf = count * probability * sample.pdf
     return DirectSample(emitter, weight, pdf, sample.position, sample.direction)
+
+
+@jit
+def count_shadow_ray(sample, rays):
+    """Count the shadow ray of a `DirectSample`: none where no emitter is in front."""
+    if sample.emitter >= 0:
+        rays[SHADOW] += 1
 
 
 @jit

@@ -111,11 +111,6 @@ def rays_of(plan: SamplingPlan, part: slice) -> NDArray[np.int64]:
     return plan.samples[part] * (1 + plan.lights[part].astype(np.int64) + plan.gathers[part])
 
 
-def count_rays(plan: SamplingPlan) -> int:
-    """Return how many they are in all."""
-    return sum(int(rays_of(plan, part).sum()) for part in strips(len(plan.samples)))
-
-
 def scale_plan(plan: SamplingPlan, sample_scales: NDArray[np.int8], spreads: bool) -> SamplingPlan:
     """Return a plan with more or fewer samples: of the camera, or where all of these are one."""
 

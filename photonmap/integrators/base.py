@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -17,6 +17,7 @@ from photonmap.kernels.core.passes import (
     CAUSTIC_IRRADIANCE,
     FIRST_CAUSTIC,
     LANES,
+    RAY_KINDS,
     VIA_CAUSTIC,
     VIA_DIRECT,
     VIA_INDIRECT,
@@ -100,6 +101,18 @@ class PassSetup:
         """Run a task over spans of pixels."""
         self.workers.ranges(lambda first, last: task(Span(first, last)), self.pixels, TILE)
 
+    def render_pixels(self, task: Callable[[Span, Scratch], object]) -> dict[str, int]:
+        """Run a camera pass over spans of pixels; return the rays that it cast, by kind."""
+        counts = []
+
+        def render(span: Span) -> None:
+            scratch = make_scratch(self.compiled, self.bands)
+            task(span, scratch)
+            counts.append(scratch.rays)
+
+        self.over_pixels(render)
+        return dict(zip(RAY_KINDS, np.sum(counts, axis=0).tolist(), strict=True))
+
 
 @dataclass
 class Counters:
@@ -111,9 +124,21 @@ class Counters:
     """entries of photons in radiosity caches"""
     truncated: int = 0
     """photons truncated after `MAX_BOUNCES`"""
-    rays: int = 0
     photon_seconds: float = 0.0
     caustic_seconds: float = 0.0
+    rays_by_kind: dict[str, int] = field(default_factory=dict)
+    """cast in passes: those of `RAY_KINDS`, `photon` and `caustic`; in path tracing `path`"""
+
+    @property
+    def rays(self) -> int:
+        """Rays of all kinds."""
+        return sum(self.rays_by_kind.values())
+
+    def add_rays(self, **counts: int) -> None:
+        """Add numbers of rays by kind; a kind of which there are none is not named."""
+        for kind, count in counts.items():
+            if count:
+                self.rays_by_kind[kind] = self.rays_by_kind.get(kind, 0) + count
 
     def as_dict(self) -> dict[str, Any]:
         """Return them by name."""
@@ -121,8 +146,8 @@ class Counters:
 
     def restore(self, counters: dict[str, Any]) -> None:
         """Go on from the counters of earlier passes."""
-        for name in asdict(self):
-            setattr(self, name, counters[name])
+        for name, value in asdict(Counters(**counters)).items():
+            setattr(self, name, value)
 
 
 class Integrator(Protocol):
@@ -200,6 +225,7 @@ def make_scratch(compiled: CompiledScene, bands: int) -> Scratch:
         *np.empty((2, scattered, bands), np.float32),
         response,
         walk,
+        np.zeros(len(RAY_KINDS), np.int64),
     )
 
 

@@ -12,7 +12,6 @@ from photonmap.integrators.base import (
     empty_cache,
     empty_estimate,
     leave_out,
-    make_scratch,
 )
 from photonmap.integrators.path_truncation import truncated_fraction
 from photonmap.integrators.sampling_plan import SAMPLES, plan_sampling
@@ -47,16 +46,10 @@ class PathIntegrator:
         maps = PhotonMaps(empty_cache(setup.bands), None)
         job = CameraPass(setup.compiled.arrays, maps, setup.view, NO_PLAN, key)
         bounces = MAX_BOUNCES if setup.simulates("indirect") else 1
-        setup.over_pixels(
-            lambda span: path_pass(
-                job,
-                SAMPLES,
-                bounces,
-                span,
-                make_scratch(setup.compiled, setup.bands),
-                self._estimate,
-            )
+        rays = setup.render_pixels(
+            lambda span, scratch: path_pass(job, SAMPLES, bounces, span, scratch, self._estimate)
         )
+        self.counters.add_rays(path=rays.pop("walk"), **rays)
         return leave_out(setup, self._estimate)
 
     def resize_passes(self, size: float) -> None:

@@ -39,5 +39,5 @@ def fraction_going_on(
         one_cell(len(scene.geometry.triangles)), np.empty((1, bands), np.float32)
     )
     scratch = np.empty((2, bands), np.float32)
-    _, truncated = trace_photons(scene, cache, key, Span(0, photons), photons, bounces, scratch)
+    _, _, truncated = trace_photons(scene, cache, key, Span(0, photons), photons, bounces, scratch)
     return truncated / photons

@@ -42,6 +42,7 @@ def merge_records(records: list[dict[str, Any]], merged: Result) -> dict[str, An
         "fingerprint": {**first["fingerprint"], "seed": seeds},
         "merged": runs,
         **sums,
+        "rays_by_kind": _sums([record.get("rays_by_kind", {}) for record in records]),
         "pass_samples": min(record.get("pass_samples", 1.0) for record in records),
         "error": relative_error(merged),
         "goal": None,
@@ -78,9 +79,9 @@ def _runs_of(record: dict[str, Any]) -> list[dict[str, Any]]:
     return [{"seed": record["arguments"]["seed"], **run, "seconds": record["seconds"]["render"]}]
 
 
-def _sums(seconds: list[dict[str, float]]) -> dict[str, float]:
-    names = dict.fromkeys(name for stages in seconds for name in stages)
-    return {name: sum(stages.get(name, 0.0) for stages in seconds) for name in names}
+def _sums(parts: list[dict[str, float]]) -> dict[str, float]:
+    names = dict.fromkeys(name for part in parts for name in part)
+    return {name: sum(part.get(name, 0) for part in parts) for name in names}
 
 
 def _effects(plans: list[dict[str, Any]]) -> dict[str, Any]:

@@ -181,7 +181,9 @@ def test_energy_in_the_store(rho):
     radiosity = np.full((count, 3), np.nan, np.float32)
     n, scratch = 40_000, np.empty((2, 3), np.float32)
     cache = RadiosityCache(cells, radiosity)
-    stores, cut = trace_photons(compiled.arrays, cache, np.uint64(5), Span(0, n), n, 1000, scratch)
+    stores, _, cut = trace_photons(
+        compiled.arrays, cache, np.uint64(5), Span(0, n), n, 1000, scratch
+    )
     area = np.zeros(count)
     for triangle, divisions in enumerate(cells.divisions):
         for side in (0, 1):

@@ -129,6 +129,8 @@ def test_the_record_adds_up(runs):
     assert record["arguments"]["seed"] == [run["seed"] for run in record["merged"]] == [*SEEDS]
     for name in ("passes", "photons", "photons_stored", "rays"):
         assert record[name] == sum(part[name] for part in records)
+    assert set(record["rays_by_kind"]) == set(records[0]["rays_by_kind"])
+    assert record["rays"] == sum(record["rays_by_kind"].values())
     assert record["seconds"]["render"] == sum(part["seconds"]["render"] for part in records)
     valid = (one.coverage == 1.0) & ~one.emission.any(axis=-1) & ~one.unresolved
     value = one.radiance[valid].astype(float)

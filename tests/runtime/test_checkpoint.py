@@ -53,7 +53,7 @@ def assert_same(one, other):
     assert list(one.block_errors) == list(other.block_errors)
     for name, image in one.block_errors.items():
         np.testing.assert_array_equal(image, other.block_errors[name], err_msg=name)
-    for name in ("passes", "photons", "photons_stored", "rays", "error", "unresolved"):
+    for name in ("passes", "photons", "photons_stored", "rays_by_kind", "error", "unresolved"):
         assert one.record[name] == other.record[name]
 
 

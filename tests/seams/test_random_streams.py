@@ -133,7 +133,7 @@ def places(monkeypatch):
         job = SimpleNamespace(scene=scene, maps=maps, key=KEY)
         pixels = SimpleNamespace(emission=None, lookups=np.zeros(1, np.uint8))
         estimate = SimpleNamespace(pixels=pixels, via_specular=None)
-        scratch = SimpleNamespace(chain=np.empty(1, np.float32))
+        scratch = SimpleNamespace(chain=np.empty(1, np.float32), rays=np.zeros(5, np.int64))
         sight = (SimpleNamespace(triangle=0), (0.0, 0.0, 1.0))
         specular_view.view_specular_chain.py_func(
             job, specular, sight, np.uint64(index), (0, 1.0), SampleBudget(1, 1), estimate, scratch

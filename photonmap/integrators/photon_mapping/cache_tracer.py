@@ -94,12 +94,12 @@ class CacheTracer:
         radiosity /= layout.fraction
         return RadiosityCache(layout.cells, radiosity)
 
-    def _count(self, stores: np.integer, truncated: np.integer) -> None:
-        counters, total = self._counters, self._setup.photons
+    def _count(self, stores: np.integer, rays: np.integer, truncated: np.integer) -> None:
+        counters = self._counters
         counters.stores += int(stores)
         counters.truncated += int(truncated)
-        counters.photons += total
-        counters.rays += int(stores) + total
+        counters.photons += self._setup.photons
+        counters.add_rays(photon=int(rays))
 
     def _layout(self, index: int, wider: int) -> Layout:
         """Return cells whose area falls with the cube root of passes in the end, in steps of √2."""

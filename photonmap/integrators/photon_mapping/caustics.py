@@ -51,9 +51,9 @@ class CausticTracer:
         )
         pilot = _pilot_size(lingering)
         self._guide = _build_guide(np.empty((0, 4), np.float32))
-        found = self._trace(pilot, setup.key(0, Domain.CAUSTIC_PILOT))
+        found, _ = self._trace(pilot, setup.key(0, Domain.CAUSTIC_PILOT))
         self._guide = _build_guide(found.origins)
-        guided = len(self._trace(pilot // 4, setup.key(0, Domain.CAUSTIC_CHECK)).flux)
+        guided = len(self._trace(pilot // 4, setup.key(0, Domain.CAUSTIC_CHECK))[0].flux)
         rate = max(guided, 1) / (pilot // 4)
         photons, wanted = max(setup.photons, 1), setup.pixels
         most = MOST if len(found.flux) or guided else 1
@@ -61,28 +61,31 @@ class CausticTracer:
         """Photons emitted in a pass"""
         self._radius = _first_radius(found.positions[:, :3], self.photons * rate)
 
-    def trace(self, index: int, key: np.uint64, wider: int = 0) -> CausticMap:
-        """Return the caustic map of pass `index`, with disks `wider` times doubled."""
+    def trace(self, index: int, key: np.uint64, wider: int = 0) -> tuple[CausticMap, int]:
+        """Return the caustic map of pass `index`, disks `wider` times doubled, and its rays."""
         radius = self._radius * (1.0 + index) ** (-1.0 / 6.0) * 2.0**wider
-        return _sort(self._trace(self.photons, key), radius)
+        photons, rays = self._trace(self.photons, key)
+        return _sort(photons, radius), rays
 
-    def _trace(self, total: int, key: np.uint64) -> CausticPhotons:
-        """Trace photons in bundles; return those that arrived."""
+    def _trace(self, total: int, key: np.uint64) -> tuple[CausticPhotons, int]:
+        """Trace photons in bundles; return those that arrived, and the number of rays."""
         bundles, scene = -(-total // BUNDLE), self._setup.compiled.arrays
         arriving = 3 if scene.scattering is not None else 0
 
-        def trace(bundle: int) -> list[NDArray[np.float32]]:
+        def trace(bundle: int) -> tuple[list[NDArray[np.float32]], int]:
             span = Span(bundle * total // bundles, (bundle + 1) * total // bundles)
             columns = 4, 6, 3, self._setup.bands
             photons = CausticPhotons(
                 *(np.empty((span.last - span.first, width), np.float32) for width in columns)
             )
-            count = trace_caustics(scene, self._guide, key, span, total, photons)
-            return [array[:count] for array in photons]
+            count, rays = trace_caustics(scene, self._guide, key, span, total, photons)
+            return [array[:count] for array in photons], rays
 
-        traced = zip(*self._setup.workers.map(trace, bundles), strict=True)
-        photons = CausticPhotons(*map(np.concatenate, traced))
-        return photons if arriving else photons._replace(arrivals=photons.arrivals[:0])
+        traced, rays = zip(*self._setup.workers.map(trace, bundles), strict=True)
+        photons = CausticPhotons(*map(np.concatenate, zip(*traced, strict=True)))
+        if not arriving:
+            photons = photons._replace(arrivals=photons.arrivals[:0])
+        return photons, sum(rays)
 
 
 def no_caustics(bands: int) -> CausticMap:

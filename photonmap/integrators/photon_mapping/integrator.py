@@ -15,14 +15,13 @@ from functools import cached_property
 import numpy as np
 
 from photonmap.film.support_width import footprint_width
-from photonmap.integrators.adaptive_sampling import WARM_UP_PASSES, count_rays, scale_plan
+from photonmap.integrators.adaptive_sampling import WARM_UP_PASSES, scale_plan
 from photonmap.integrators.base import (
     Counters,
     PassSetup,
     empty_cache,
     empty_estimate,
     leave_out,
-    make_scratch,
 )
 from photonmap.integrators.pass_samples import resize
 from photonmap.integrators.photon_mapping.cache_tracer import CacheTracer
@@ -112,12 +111,10 @@ class PhotonIntegrator:
             plan = self._scaled_plan(index)
         key = setup.key(index, Domain.CAMERA)
         job = CameraPass(setup.compiled.arrays, maps, setup.view, plan, key)
-        setup.over_pixels(
-            lambda span: camera_pass(
-                job, span, make_scratch(setup.compiled, setup.bands), self._estimate
-            )
+        rays = setup.render_pixels(
+            lambda span, scratch: camera_pass(job, span, scratch, self._estimate)
         )
-        self.counters.rays += count_rays(plan)
+        self.counters.add_rays(**rays)
         return self._estimate
 
     def share(self, index: int, estimate: Estimate, wider: int = 0) -> Estimate:
@@ -208,8 +205,10 @@ class PhotonIntegrator:
             return no_caustics(self._setup.bands)
         tracer = self._caustic_tracer
         self._setup.begin_pass(index)
+        caustics, rays = tracer.trace(index, self._setup.key(index, Domain.CAUSTICS), wider)
         self.counters.photons += tracer.photons
-        return tracer.trace(index, self._setup.key(index, Domain.CAUSTICS), wider)
+        self.counters.add_rays(caustic=rays)
+        return caustics
 
     @cached_property
     def _caustic_tracer(self) -> CausticTracer:

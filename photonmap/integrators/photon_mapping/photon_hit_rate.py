@@ -33,7 +33,7 @@ def do_photons_hit(compiled: CompiledScene, bands: int, photons: int, key: np.ui
         one_cell(len(compiled.geometry.triangles)), np.empty((1, bands), np.float32)
     )
     scratch = np.empty((2, bands), np.float32)
-    stores, _ = trace_photons(compiled.arrays, cache, key, Span(0, total), total, 1, scratch)
+    stores, _, _ = trace_photons(compiled.arrays, cache, key, Span(0, total), total, 1, scratch)
     return stores > LOWEST_HIT_RATE * total
 
 

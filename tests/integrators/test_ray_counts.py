@@ -1,0 +1,79 @@
+"""The rays that passes count are those that Embree is asked for, and the record says so."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+COUNTED = """
+import sys
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+
+import photonmap as pm
+from photonmap.compile.scene_arrays import compile_scene
+from photonmap.integrators.base import PassSetup
+from photonmap.integrators.choice import make_integrator
+from photonmap.integrators.photon_mapping import caustics
+from photonmap.kernels.core.passes import Film
+from photonmap.kernels.geometry import ray
+from photonmap.runtime.workers import Workers
+from photonmap.spectra.bands import Bands
+
+caustics.PILOT = 512
+calls = {"rtcIntersect1": 0, "rtcOccluded1": 0}
+
+
+def counted(name):
+    function = getattr(library, name)
+
+    def call(*arguments):
+        calls[name] += 1
+        return function(*arguments)
+
+    return call
+
+
+library = ray.LIBRARY
+ray.LIBRARY = SimpleNamespace(**{name: counted(name) for name in calls})
+room = pm.scenes.cornell_balls()
+rough = pm.scenes.ball((0.1, 0.3, 0.2), pm.Material.metal("metal", 0.9, 0.3))
+room = replace(room, meshes=[*room.meshes, rough])
+compiled = compile_scene(room, Bands.parse("rgb"))
+with Workers(1) as workers, np.errstate(over="ignore"):
+    setup = PassSetup(compiled, Film(6, 5, True), 3, 300, 1, workers)
+    integrator = make_integrator(sys.argv[1], setup)
+    integrator.estimate(0)
+    before = dict(integrator.counters.rays_by_kind)
+    calls.update(dict.fromkeys(calls, 0))
+    integrator.estimate(1)
+rays = {kind: n - before[kind] for kind, n in integrator.counters.rays_by_kind.items()}
+shadow = rays.pop("shadow")
+assert calls["rtcOccluded1"] == shadow > 0, (calls, shadow)
+assert calls["rtcIntersect1"] == sum(rays.values()), (calls, rays)
+print(*sorted(rays))
+"""
+
+
+@pytest.mark.parametrize(
+    ("method", "kinds"),
+    [("photon", "camera caustic gather photon specular walk"), ("path", "camera path specular")],
+)
+def test_every_ray_is_counted_once(method, kinds):
+    """Run as plain Python, where calls of Embree can be counted."""
+    done = subprocess.run(
+        [sys.executable, "-c", COUNTED, method],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        timeout=600,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == kinds.split()
