@@ -387,10 +387,7 @@ def describe_passes(run: Run) -> dict[str, Any]:
     return {
         "passes": moments.count,
         "pass_samples": loop.pass_samples,
-        "photons": integrator.counters.photons,
-        "photons_stored": integrator.counters.stores,
-        "rays": integrator.counters.rays,
-        "rays_by_kind": dict(integrator.counters.rays_by_kind),
+        **integrator.counters.describe(),
         "error": math.hypot(error, bias or 0.0) if known else None,
         "standard_error": error if known else None,
         "bias": bias,

@@ -140,6 +140,15 @@ class Counters:
             if count:
                 self.rays_by_kind[kind] = self.rays_by_kind.get(kind, 0) + count
 
+    def describe(self) -> dict[str, Any]:
+        """Return what the run record says of them."""
+        return {
+            "photons": self.photons,
+            "photons_stored": self.stores,
+            "rays": self.rays,
+            "rays_by_kind": dict(self.rays_by_kind),
+        }
+
     def as_dict(self) -> dict[str, Any]:
         """Return them by name."""
         return asdict(self)
