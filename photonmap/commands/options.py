@@ -161,7 +161,7 @@ def add_scene_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scene",
         metavar="SCENE",
-        help="OBJ, PLY, STL, glTF, OFF or Mitsuba (XML) file; or TOML that describes a scene",
+        help="OBJ, PLY, STL, glTF, OFF, USD or Mitsuba (XML) file; or TOML that describes a scene",
     )
     camera = parser.add_argument_group("camera", "one of the scene's, or in place of its own")
     camera.add_argument(

@@ -117,7 +117,8 @@ def test_a_toml_sets_the_opacity(tmp_path):
 
 
 def test_readers_are_found_by_what_they_declare():
-    known = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl", ".toml", ".xml")
+    known = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl", ".toml")
+    known += (".usd", ".usda", ".usdc", ".usdz", ".xml")
     assert registry.scene_suffixes() == known
     assert registry.mesh_suffixes() == tuple(name for name in known if name != ".toml")
     with pytest.raises(pm.InputError, match="missing_textures 'pink' is not a choice"):

@@ -47,7 +47,9 @@ def test_suffix_in_capitals(load):
 
 @pytest.mark.parametrize("name", ["room.fbx", "room", "obj"])
 def test_unknown_kind(load, name):
-    every = r"\.glb, \.gltf, \.obj, \.off, \.ply, \.stl, \.toml, \.xml"
+    every = (
+        r"\.glb, \.gltf, \.obj, \.off, \.ply, \.stl, \.toml, \.usd, \.usda, \.usdc, \.usdz, \.xml"
+    )
     with pytest.raises(InputError, match=rf"{name}: .*supported: {every}$"):
         load(name=name)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,23 @@ def read_environment(context: Context, node: Node, name: str) -> EnvironmentLigh
     """
     path = context.files.find(node.element, node.text("filename"))
     scale = node.number("scale", 1.0)
-    linear = node.transform()[:3, :3]
+    return turned_map(path, node.transform()[:3, :3], scale, name)
+
+
+def turned_map(
+    path: Path, linear: NDArray[np.float64], scale: float, name: str
+) -> EnvironmentLight:
+    """Return a map whose middle looks along +z of its own coordinates, +y up.
+
+    Parameters
+    ----------
+    linear : (3, 3), from its coordinates to the world's
+    scale : multiplies its radiance
+
+    Raises
+    ------
+    InputError : the image cannot be read
+    """
     texels = read_texture(path).linear(slice(None), slice(None))
     texels = np.broadcast_to(texels, (*texels.shape[:2], 3))
     height, width = texels.shape[:2]

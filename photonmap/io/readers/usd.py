@@ -1,0 +1,73 @@
+"""Read USD stages: text, binary and packages. Needs pxr, `pip install 'photonmap[usd]'`."""
+
+from __future__ import annotations
+
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+
+from photonmap.errors import InputError
+from photonmap.io.readers.decoding import Losses, decode_file, note_loss
+from photonmap.io.readers.registry import ReadOptions
+from photonmap.scene.mesh import Mesh
+from photonmap.scene.scene import Scene
+
+SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+
+_SILENT = (
+    "",
+    "Xform",
+    "Scope",
+    "Material",
+    "Shader",
+    "GeomSubset",
+    "NodeGraph",
+    "Skeleton",
+    "SkelRoot",
+)
+"""Types of prims that show nothing by themselves."""
+
+
+def read(path: Path, options: ReadOptions) -> Scene:
+    """Read the meshes, preview surfaces, lights and cameras of a stage, as it begins.
+
+    Units of length are those of the stage; y is up.
+
+    Raises
+    ------
+    InputError : as `decode_file`; pxr is not installed; or the stage names files elsewhere
+    """
+    if find_spec("pxr") is None:
+        raise InputError("needs usd-core: pip install 'photonmap[usd]'", path)
+    return decode_file(path, partial(_decode, options))
+
+
+def _decode(options: ReadOptions, path: Path, data: bytes, losses: Losses) -> Scene:
+    from pxr import Usd, UsdGeom, UsdUtils
+
+    from photonmap.io.readers.usd_parts.cameras import read_camera
+    from photonmap.io.readers.usd_parts.lights import read_light
+    from photonmap.io.readers.usd_parts.materials import Materials
+    from photonmap.io.readers.usd_parts.meshes import SHAPES, read_meshes
+    from photonmap.io.readers.usd_parts.stage import Stage, is_light, is_shown, open_stage
+
+    quiet = UsdUtils.CoalescingDiagnosticDelegate()  # what pxr would print
+    stage = Stage(path, open_stage(path), options, losses)
+    materials = Materials(stage)
+    cameras, meshes, lights = [], list[Mesh](), []
+    for prim in Usd.PrimRange.Stage(stage.stage, Usd.TraverseInstanceProxies()):
+        kind = prim.GetTypeName()
+        if prim.IsA(UsdGeom.Camera):
+            cameras.append(read_camera(stage, prim))
+        elif kind in SHAPES and is_shown(prim):
+            meshes += read_meshes(stage, materials, prim)
+        elif is_light(prim) and is_shown(prim):
+            light = read_light(stage, prim)
+            if isinstance(light, Mesh):
+                meshes.append(light)
+            elif light is not None:
+                lights.append(light)
+        elif kind not in (*_SILENT, *SHAPES) and not is_light(prim):
+            note_loss(losses, f"{kind}", prim.GetName())
+    quiet.TakeUncoalescedDiagnostics()
+    return Scene(meshes, name=path.stem, cameras=cameras, lights=lights)

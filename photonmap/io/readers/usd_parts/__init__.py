@@ -1,0 +1,1 @@
+"""What USD stages hold: meshes, preview surfaces, lights and cameras. Imported only with pxr."""

@@ -1,0 +1,169 @@
+"""Read UsdPreviewSurface, the material that all programs write."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from pxr import UsdShade
+
+from photonmap.errors import InputError
+from photonmap.io.readers.metallic import USUAL_INDEX, coat_of, metallic_gloss
+from photonmap.io.readers.registry import GREY
+from photonmap.io.readers.usd_parts.stage import Stage, read_image
+from photonmap.scene.images import Channels, Image
+from photonmap.scene.material import Material, check_material
+from photonmap.scene.surfaces.relief import NormalMap
+from photonmap.scene.textures import Texture, is_black, mean_number
+
+_PREVIEW, _TEXTURE, _PLACE = "UsdPreviewSurface", "UsdUVTexture", "UsdTransform2d"
+_UNREAD = ("clearcoat", "displacement")
+_GRAY = (0.18, 0.18, 0.18)
+"""diffuseColor where none is given"""
+_CHANNELS: dict[str, Callable[[Channels], Image]] = {"g": Channels.green, "b": Channels.blue}
+Triple = tuple[float, float, float]
+
+
+@dataclass
+class Materials:
+    """The materials of a stage, each read once."""
+
+    stage: Stage
+    _known: dict[str, Material] = field(default_factory=dict)
+
+    def of(self, bound: Any) -> Material:
+        """Return the material of a binding; grey without one.
+
+        Raises
+        ------
+        InputError : a value is out of range, or a texture cannot be read
+        """
+        material = bound.ComputeBoundMaterial()[0]
+        path = str(material.GetPath()) if material else ""
+        if path not in self._known:
+            self._known[path] = self._read(material) if material else Material("default")
+        return self._known[path]
+
+    def _read(self, material: Any) -> Material:
+        prim, name = material.GetPrim(), str(material.GetPrim().GetName())
+        shader = material.ComputeSurfaceSource()[0]
+        if not shader or shader.GetShaderId() != _PREVIEW:
+            self.stage.lose("shaders other than UsdPreviewSurface", prim)
+            return Material(name)
+        try:
+            return check_material(_Surface(self.stage, shader, prim).material(name))
+        except InputError as error:
+            raise InputError(f"material {name}: {error}", self.stage.path) from None
+
+
+@dataclass
+class _Surface:
+    """A preview surface: its shader, and the prim of its material."""
+
+    stage: Stage
+    shader: Any
+    prim: Any
+
+    def material(self, name: str) -> Material:
+        """Return what it looks like."""
+        for lost in _UNREAD:
+            if self._attribute(lost) is not None and self._value(lost, 0.0) != 0.0:
+                self.stage.lose(lost, self.prim)
+        base, roughness = self.color("diffuseColor", _GRAY), self.data("roughness", 0.5)
+        look: dict[str, Any]
+        if self._value("useSpecularWorkflow", 0):
+            glossy = self.color("specularColor", (0.0, 0.0, 0.0))
+            look = {"reflectance": base, "glossy": glossy, "roughness": roughness}
+        else:
+            coat = coat_of(max(float(self._value("ior", USUAL_INDEX)), 1.0))
+            look = metallic_gloss(base, self.data("metallic", 0.0), coat, roughness)._asdict()
+        if normal := self._texture("normal", Channels.data):
+            look["relief"] = NormalMap(normal)
+        emission = self.color("emissiveColor", (0.0, 0.0, 0.0))
+        if not is_black(emission):
+            look["emission"] = emission
+        return Material(name, alpha=self.opacity(), **look)
+
+    def color(self, name: str, default: Triple) -> Triple | Texture:
+        """Return a colour, or a texture of colours."""
+        if self._node(name):
+            return self._texture(name, Channels.image) or (GREY, GREY, GREY)
+        red, green, blue = self._value(name, default)
+        return float(red), float(green), float(blue)
+
+    def data(self, name: str, default: float) -> float | Texture:
+        """Return a number, or a texture of numbers."""
+        if found := self._node(name):
+            texture = self._texture(name, _CHANNELS.get(found[1], Channels.data))
+            return default if texture is None else texture
+        return float(self._value(name, default))
+
+    def opacity(self) -> float:
+        """Return the opacity, of a texture its mean, cut off where there is a threshold."""
+        threshold = float(self._value("opacityThreshold", 0.0))
+        paint = self.data("opacity", 1.0)
+        opacity = mean_number(paint)
+        if isinstance(paint, Texture):
+            self.stage.lose("variation of opacity", self.prim)
+        return float(opacity >= threshold) if threshold > 0.0 else opacity
+
+    def _attribute(self, name: str) -> Any:
+        """Return the attribute that gives an input its value; None if there is none."""
+        given = self.shader.GetInput(name)
+        found = UsdShade.Utils.GetValueProducingAttributes(given) if given else ()
+        return found[0] if found else None
+
+    def _value(self, name: str, default: Any) -> Any:
+        """Return the value of an input that no texture feeds."""
+        attribute = self._attribute(name)
+        is_fed = attribute is None or self._node(name)
+        return default if is_fed else self.stage.value(attribute, default)
+
+    def _node(self, name: str) -> tuple[Any, str] | None:
+        """Return the texture that feeds an input, and the name of its output."""
+        attribute = self._attribute(name)
+        node = UsdShade.Shader(attribute.GetPrim()) if attribute is not None else None
+        if not node or node.GetShaderId() != _TEXTURE:
+            return None
+        return node, attribute.GetName().rpartition(":")[2]
+
+    def _texture(self, name: str, channel: Callable[[Channels], Image]) -> Texture | None:
+        """Return the texture of an input; None if it cannot be read, which is noted."""
+        found = self._node(name)
+        if found is None:
+            return None
+        value = self.stage.value
+        file = found[0].GetInput("file")
+        try:
+            image = channel(read_image(self.stage, value(file.GetAttr()) if file else None))
+        except InputError:
+            if self.stage.options.missing_textures == "error":
+                raise
+            self.stage.lose("unreadable textures, with grey in their place,", self.prim)
+            return None
+        scale, offset = self._placement(found[0])
+        factor = (1.0, 1.0, 1.0)
+        if channel is Channels.image and found[0].GetInput("scale"):
+            red, green, blue, _ = value(found[0].GetInput("scale").GetAttr(), (1, 1, 1, 1))
+            factor = float(red), float(green), float(blue)
+        wrap = found[0].GetInput("wrapS")
+        clamp = bool(wrap) and value(wrap.GetAttr()) == "clamp"
+        return Texture(image, scale, offset, clamp, factor)
+
+    def _placement(self, node: Any) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Return scale and offset of a texture's coordinates."""
+        given = node.GetInput("st")
+        found = UsdShade.Utils.GetValueProducingAttributes(given) if given else ()
+        place = UsdShade.Shader(found[0].GetPrim()) if found else None
+        if not place or place.GetShaderId() != _PLACE:
+            return (1.0, 1.0), (0.0, 0.0)
+
+        def of(name: str, default: Any) -> Any:
+            attribute = place.GetInput(name)
+            return self.stage.value(attribute.GetAttr(), default) if attribute else default
+
+        if of("rotation", 0.0):
+            self.stage.lose("rotation of textures", self.prim)
+        (s, t), (u, v) = of("scale", (1.0, 1.0)), of("translation", (0.0, 0.0))
+        return (float(s), float(t)), (float(u), float(v))

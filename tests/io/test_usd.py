@@ -1,0 +1,287 @@
+"""USD stages: meshes, preview surfaces, lights and cameras, with y up."""
+
+import math
+import sys
+
+import numpy as np
+import pytest
+
+import photonmap as pm
+from photonmap.io.png import write_png
+
+TRIANGLE = """def Mesh "{name}" (prepend apiSchemas = ["MaterialBindingAPI"]) {{
+    int[] faceVertexCounts = [3]
+    int[] faceVertexIndices = [0, 1, 2]
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+    uniform token subdivisionScheme = "none"
+    {more}
+}}
+"""
+
+
+@pytest.fixture
+def load(tmp_path):
+    pytest.importorskip("pxr", reason="needs usd-core: pip install 'photonmap[usd]'")
+
+    def load(inside, head="", name="a.usda"):
+        (tmp_path / name).write_text(f"#usda 1.0\n({head})\n{inside}")
+        return pm.load_scene(tmp_path / name)
+
+    return load
+
+
+def triangle(more="", name="part"):
+    return TRIANGLE.format(name=name, more=more)
+
+
+def surface(inputs, name="paint", more=""):
+    return f"""def Material "{name}" {{
+        token outputs:surface.connect = </{name}/shader.outputs:surface>
+        def Shader "shader" {{
+            uniform token info:id = "UsdPreviewSurface"
+            {inputs}
+            token outputs:surface
+        }}
+        {more}
+    }}
+    """
+
+
+def painted(inputs, more=""):
+    return surface(inputs, more=more) + triangle("rel material:binding = </paint>")
+
+
+def test_z_up_becomes_y_up(load):
+    moved = "double3 xformOp:translate = (1, 2, 3)\n"
+    moved += 'uniform token[] xformOpOrder = ["xformOp:translate"]'
+    (mesh,) = load(triangle(moved), 'upAxis = "Z"').meshes
+    np.testing.assert_allclose(mesh.vertices, [[1, 3, -2], [2, 3, -2], [1, 3, -3]])
+    (mesh,) = load(triangle(moved), 'upAxis = "Y"', "b.usda").meshes
+    np.testing.assert_allclose(mesh.vertices, [[1, 2, 3], [2, 2, 3], [1, 3, 3]])
+
+
+def test_values_of_corners_faces_and_vertices(load):
+    text = """def Mesh "m" {
+        int[] faceVertexCounts = [4, 3]
+        int[] faceVertexIndices = [0, 1, 2, 3, 0, 2, 4]
+        point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1)]
+        uniform token subdivisionScheme = "none"
+        normal3f[] normals = [(0, 0, 1), (0, 1, 0)] (interpolation = "uniform")
+        texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1), (0, 1)] (interpolation = "faceVarying")
+        int[] primvars:st:indices = [0, 1, 2, 3, 0, 2, 1]
+        color3f[] primvars:displayColor = [(0.1, 0.2, 0.3)] (interpolation = "constant")
+    }"""
+    (mesh,) = load(text).meshes
+    assert len(mesh.faces) == 3
+    corners = mesh.vertices[mesh.faces[2]].tolist()
+    assert corners == [[0, 0, 0], [1, 1, 0], [0, 0, 1]]
+    assert mesh.normals[mesh.faces[2]].tolist() == [[0, 1, 0]] * 3
+    assert mesh.uv[mesh.faces[2]].tolist() == [[0, 0], [1, 1], [1, 0]]
+    np.testing.assert_allclose(mesh.colors, np.tile([0.1, 0.2, 0.3], (len(mesh.vertices), 1)))
+
+
+def test_left_handed_faces_are_reversed(load):
+    (mesh,) = load(triangle('uniform token orientation = "leftHanded"')).meshes
+    a, b, c = mesh.vertices[mesh.faces[0]]
+    assert np.cross(b - a, c - a)[2] == -1.0
+
+
+def test_subsets_have_materials_of_their_own(load):
+    text = (
+        surface("color3f inputs:diffuseColor = (0.5, 0, 0)")
+        + """def Mesh "m" {
+        int[] faceVertexCounts = [3, 3]
+        int[] faceVertexIndices = [0, 1, 2, 0, 2, 3]
+        point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+        uniform token subdivisionScheme = "none"
+        def GeomSubset "half" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+            uniform token elementType = "face"
+            uniform token familyName = "materialBind"
+            int[] indices = [1]
+            rel material:binding = </paint>
+        }
+    }"""
+    )
+    plain, red = load(text).meshes
+    assert (plain.material.name, red.material.name) == ("default", "paint")
+    assert red.vertices[red.faces[0]].tolist() == [[0, 0, 0], [1, 1, 0], [0, 1, 0]]
+
+
+def test_preview_surfaces(load):
+    inputs = """color3f inputs:diffuseColor = (0.6, 0.4, 0)
+        float inputs:metallic = 0.5
+        float inputs:roughness = 0.3
+        float inputs:ior = 1.5
+        float inputs:opacity = 0.75
+        color3f inputs:emissiveColor = (1, 2, 3)"""
+    material = load(painted(inputs)).meshes[0].material
+    assert material.reflectance == pytest.approx((0.3, 0.2, 0.0))
+    assert material.glossy == pytest.approx((0.32, 0.22, 0.02))
+    assert (material.roughness, material.alpha) == pytest.approx((0.3, 0.75))
+    assert material.emission == (1.0, 2.0, 3.0)
+
+
+def test_specular_workflow_and_cutoff(load):
+    inputs = """color3f inputs:diffuseColor = (0.5, 0.5, 0.5)
+        int inputs:useSpecularWorkflow = 1
+        color3f inputs:specularColor = (0.25, 0.5, 0.125)
+        float inputs:opacity = 0.25
+        float inputs:opacityThreshold = 0.5"""
+    material = load(painted(inputs)).meshes[0].material
+    assert material.glossy == (0.25, 0.5, 0.125)
+    assert material.alpha == 0.0
+
+
+def test_textures(load, tmp_path):
+    write_png(np.array([[[255, 0, 0], [0, 64, 255]]], np.uint8), tmp_path / "wood.png")
+    texture = """def Shader "image" {
+            uniform token info:id = "UsdUVTexture"
+            asset inputs:file = @./wood.png@
+            float4 inputs:scale = (0.5, 1, 1, 1)
+            float2 inputs:st.connect = </paint/place.outputs:result>
+            float3 outputs:rgb
+            float outputs:g
+        }
+        def Shader "place" {
+            uniform token info:id = "UsdTransform2d"
+            float2 inputs:scale = (2, 3)
+            float2 inputs:translation = (0.25, 0)
+            float2 outputs:result
+        }"""
+    inputs = """color3f inputs:diffuseColor.connect = </paint/image.outputs:rgb>
+        float inputs:roughness.connect = </paint/image.outputs:g>"""
+    material = load(painted(inputs, texture)).meshes[0].material
+    color, roughness = material.reflectance, material.roughness
+    assert (color.scale, color.offset, color.factor) == ((2, 3), (0.25, 0), (0.5, 1, 1))
+    assert color.mean[0] == pytest.approx(0.25)
+    assert roughness.mean[0] == pytest.approx(32 / 255, abs=1e-3)  # linear
+
+
+def light(kind, more, apis=""):
+    apis = f"({apis})" if apis else ""
+    return f'def {kind} "lamp" {apis} {{\n{more}\n}}\n' + triangle()
+
+
+def test_lights_that_have_a_size_are_meshes(load):
+    text = light("RectLight", "float inputs:width = 2\nfloat inputs:height = 0.5\n"
+                 "float inputs:intensity = 3\nfloat inputs:exposure = 1")  # fmt: skip
+    lamp = next(mesh for mesh in load(text).meshes if mesh.name == "lamp")
+    a, b, c = lamp.vertices[lamp.faces[0]]
+    assert np.cross(b - a, c - a) == pytest.approx([0, 0, -1])
+    assert np.ptp(lamp.vertices, axis=0) == pytest.approx([2, 0.5, 0])
+    assert lamp.material.emission == (6.0, 6.0, 6.0)
+    text = light("DiskLight", "float inputs:radius = 2\nbool inputs:normalize = 1")
+    lamp = next(mesh for mesh in load(text, name="b.usda").meshes if mesh.name == "lamp")
+    assert lamp.material.emission[0] == pytest.approx(1.0 / (4.0 * math.pi), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("kind", "more", "color"),
+    [
+        ("DistantLight", "bool inputs:normalize = 1\nfloat inputs:intensity = 5", 5.0),
+        (
+            "DistantLight",
+            "float inputs:angle = 2\nfloat inputs:intensity = 5",
+            5.0 * math.pi * math.sin(math.radians(1.0)) ** 2,
+        ),
+        ("SphereLight", "float inputs:radius = 0\nbool inputs:normalize = 1", 0.25),
+        ("SphereLight", "float inputs:radius = 2\nbool treatAsPoint = 1", 4.0 * math.pi),
+        ("DomeLight", "float inputs:intensity = 0.5", 0.5),
+    ],
+)
+def test_suns_points_and_skies(load, kind, more, color):
+    (found,) = load(light(kind, more)).lights
+    assert found.color == pytest.approx((color,) * 3)
+    if kind == "DistantLight":
+        assert found.direction == pytest.approx((0, 0, -1))
+
+
+def test_maps_of_skies_look_along_z(load, tmp_path):
+    """As OpenEXR has it, +x lies to the left of the middle."""
+    write_png(np.zeros((2, 4, 3), np.uint8), tmp_path / "sky.png")
+    (sky,) = load(light("DomeLight", "asset inputs:texture:file = @sky.png@")).lights
+    assert (sky.kind, sky.rotation) == ("environment", 180.0)
+
+
+def test_packages_hold_their_textures(load, tmp_path):
+    from pxr import UsdUtils
+
+    write_png(np.full((2, 2, 3), 255, np.uint8), tmp_path / "wood.png")
+    texture = """def Shader "image" {
+            uniform token info:id = "UsdUVTexture"
+            asset inputs:file = @./wood.png@
+            float3 outputs:rgb
+        }"""
+    inputs = "color3f inputs:diffuseColor.connect = </paint/image.outputs:rgb>"
+    load(painted(inputs, texture))
+    assert UsdUtils.CreateNewUsdzPackage(str(tmp_path / "a.usda"), str(tmp_path / "a.usdz"))
+    (tmp_path / "wood.png").unlink()
+    (mesh,) = pm.load_scene(tmp_path / "a.usdz").meshes
+    assert mesh.material.reflectance.mean == pytest.approx((1.0, 1.0, 1.0))
+
+
+def test_cones_of_points(load):
+    more = "float inputs:radius = 0\nfloat inputs:shaping:cone:angle = 30\n"
+    more += "float inputs:shaping:cone:softness = 0.5"
+    (spot,) = load(light("SphereLight", more, 'prepend apiSchemas = ["ShapingAPI"]')).lights
+    assert (spot.kind, spot.inner, spot.outer) == ("spot", 15.0, 30.0)
+    assert spot.target == pytest.approx((0, 0, -1))
+
+
+def test_cameras(load):
+    camera = """def Camera "view" {
+        float focalLength = 20
+        float horizontalAperture = 36
+        float verticalAperture = 24
+        float fStop = 2
+        float focusDistance = 5
+    }\n"""
+    scene = load(camera + triangle())
+    assert scene.camera.fov == pytest.approx(2.0 * math.degrees(math.atan(0.6)))
+    assert scene.camera.lens.opening == pytest.approx(0.5 * 2.0 / 2.0)
+    shifted = camera.replace("float fStop = 2", "float horizontalApertureOffset = 9")
+    found = load(shifted + triangle(), name="b.usda").camera.projection
+    assert (found.cx / found.size[0], found.cy / found.size[1]) == pytest.approx((0.25, 0.5))
+
+
+def test_what_is_not_simulated_is_named(load):
+    text = triangle('uniform token subdivisionScheme = "catmullClark"').replace(
+        'uniform token subdivisionScheme = "none"', "", 1
+    )
+    with pytest.warns(
+        pm.SceneWarning, match="not simulated: subdivision of 'part'; Capsule of 'c'"
+    ):
+        load(text + 'def Capsule "c" {}')
+
+
+def test_hidden_prims_and_guides_are_left_out(load):
+    hidden = triangle('token visibility = "invisible"', "a") + triangle(
+        'uniform token purpose = "guide"', "b"
+    )
+    assert [mesh.name for mesh in load(hidden + triangle()).meshes] == ["part"]
+
+
+def test_references_are_followed_within_the_folder(load, tmp_path):
+    (tmp_path / "part.usda").write_text('#usda 1.0\n(defaultPrim = "part")\n' + triangle())
+    (mesh,) = load('def "other" (references = @./part.usda@) {}').meshes
+    assert mesh.name == "other"
+    (tmp_path / "inside").mkdir()
+    with pytest.raises(pm.InputError, match=r"'\.\./part\.usda' lies outside of the folder"):
+        load('def "other" (references = @../part.usda@) {}', name="inside/b.usda")
+
+
+def test_a_damaged_stage_is_refused(load, tmp_path, capfd):
+    with pytest.raises(pm.InputError, match=r"a\.usda: is no stage of USD") as refused:
+        load('def Mesh "m" {{{')
+    assert "\n" not in str(refused.value)
+    with pytest.raises(pm.InputError, match="its faces have 4 corners, but 3 are given"):
+        load(triangle().replace("[3]", "[4]"), name="b.usda")
+    assert capfd.readouterr().err == ""
+
+
+def test_without_pxr_the_remedy_is_named(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pxr", None)
+    monkeypatch.setattr("photonmap.io.readers.usd.find_spec", lambda name: None)
+    (tmp_path / "a.usda").write_text("#usda 1.0\n")
+    with pytest.raises(pm.InputError, match=r"needs usd-core: pip install 'photonmap\[usd\]'"):
+        pm.load_scene(tmp_path / "a.usda")
