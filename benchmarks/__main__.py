@@ -13,6 +13,7 @@ from typing import Any
 
 from benchmarks.harness.options import ROOT, Options
 from benchmarks.harness.table import markdown, show
+from photonmap.runtime.options import read_size
 from photonmap.study.machine import MAX_BACKGROUND_LOAD, BackgroundLoad, describe_machine
 
 BENCHMARKS = {
@@ -34,7 +35,7 @@ BENCHMARKS = {
     "profile": "low_level",
 }
 """Names of the benchmarks, in the order in which they run, and their folders."""
-ON_REQUEST = {"matter": "accuracy"}
+ON_REQUEST = {"matter": "accuracy", "rooms": "accuracy"}
 """Benchmarks that run only when they are named."""
 
 
@@ -47,6 +48,8 @@ def main() -> int:
         arguments.threads,
         arguments.preset,
         arguments.dataset,
+        tuple(arguments.scenes.split(",")) if arguments.scenes else (),
+        arguments.size,
     )
     report: dict[str, Any] = {"machine": describe_machine(), "benchmarks": {}}
     pages = []
@@ -102,6 +105,10 @@ def _parser() -> argparse.ArgumentParser:
         type=Path,
         metavar="FOLDER",
         help="existing data set that dataset and scale read instead of rendering one",
+    )
+    parser.add_argument("--scenes", metavar="NAME,…", help="for rooms: which of its scenes")
+    parser.add_argument(
+        "--size", type=read_size, metavar="WxH", help="for rooms: of all images, pixels"
     )
     return parser
 

@@ -391,6 +391,7 @@ def describe_passes(run: Run) -> dict[str, Any]:
         "error": math.hypot(error, bias or 0.0) if known else None,
         "standard_error": error if known else None,
         "bias": bias,
+        "bias_blocks": loop.describe_bias_blocks(run.setup.scene.power),
         "goal": loop.describe_goal(),
         "interrupted": loop.interrupted,
         "resumed": loop.resumed,

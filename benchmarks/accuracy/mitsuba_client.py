@@ -28,15 +28,18 @@ class Mitsuba:
     ----------
     interpreter : a Python with Mitsuba 3
     threads : number of render threads
-    case : one of the server's cases; None for the plain Cornell box
+    case : one of the server's cases, or the file of a scene; None for the plain Cornell box
     variant : LLVM or SCALAR
     """
 
     reason = ""
+    processor = 0.0
+    """Seconds of processor time that the last render took."""
 
     def __init__(
         self, interpreter: str, threads: int, case: str | None = None, variant: str = LLVM
     ) -> None:
+        self.variant = variant
         self._folder = tempfile.TemporaryDirectory()
         self._errors = Path(self._folder.name) / "stderr"
         environment = dict(os.environ)
@@ -72,7 +75,7 @@ class Mitsuba:
     def render(
         self, samples: int, seed: int, depth: int = UNLIMITED
     ) -> tuple[NDArray[np.float32], float]:
-        """Return (256, 256, 3) radiance from so many samples per pixel, and the seconds it took."""
+        """Return (H, W, 3) radiance from so many samples per pixel, and the seconds it took."""
         file = Path(self._folder.name) / "image.npy"
         assert self._process.stdin is not None
         self._process.stdin.write(f"{depth} {samples} {seed} {file}\n")
@@ -80,6 +83,7 @@ class Mitsuba:
         answer = self._answer()
         if not answer:
             raise RuntimeError(f"Mitsuba ended: {self._errors.read_text()}")
+        self.processor = answer["processor"]
         return np.load(file), answer["seconds"]
 
     def _answer(self) -> dict[str, Any]:

@@ -1,15 +1,19 @@
-"""Mitsuba 3 as a child process: `python mitsuba_server.py VARIANT THREADS [CASE]`.
+"""Mitsuba 3 as a child process: `python mitsuba_server.py VARIANT THREADS [CASE | FILE.json]`.
 
 It knows nothing of photonmap. It renders Mitsuba's own Cornell box in the way the reference was
 made, or a case in which an object or the light is replaced: 256×256, box filter, independent
 sampler, path tracer without a depth limit (Russian roulette from depth 5), two-sided surfaces. It
 prints one JSON line when it is ready. Then, for each line `DEPTH SAMPLES SEED FILE` on stdin, it
-renders, writes FILE and prints {"seconds": …}.
+renders, writes FILE and prints {"seconds": …, "processor": …}.
+
+FILE.json is any other scene, as `mitsuba_export` writes it: a dictionary for `mi.load_dict` in
+which {"look_at": […]} stands for a transformation, and {"array": FILE.npy} for a bitmap.
 """
 
 import json
 import sys
 import time
+from pathlib import Path
 
 import mitsuba as mi
 import numpy as np
@@ -91,13 +95,28 @@ def make_scene(case=None):
     return scene
 
 
+def load_scene(node):
+    """Return a dictionary read from JSON with Mitsuba's own objects in it."""
+    if not isinstance(node, dict):
+        return node
+    if "look_at" in node:
+        origin, target, up = node["look_at"]
+        return mi.ScalarTransform4f().look_at(origin=origin, target=target, up=up)
+    if "array" in node:
+        return mi.Bitmap(np.load(node["array"]))
+    return {name: load_scene(part) for name, part in node.items()}
+
+
 def main():
     """Render on request until stdin ends."""
     mi.set_variant(sys.argv[1])
     import drjit as dr
 
     dr.set_thread_count(int(sys.argv[2]))
-    scene = mi.load_dict(make_scene(*sys.argv[3:]))
+    if sys.argv[-1].endswith(".json"):
+        scene = mi.load_dict(load_scene(json.loads(Path(sys.argv[-1]).read_text())))
+    else:
+        scene = mi.load_dict(make_scene(*sys.argv[3:]))
     integrators = {
         depth: mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 5})
         for depth in (-1, 1, 2)
@@ -105,14 +124,14 @@ def main():
     print(json.dumps({"version": mi.__version__, "threads": dr.thread_count()}), flush=True)
     for line in sys.stdin:
         depth, samples, seed, file = line.split()
-        start = time.perf_counter()
+        start, processor = time.perf_counter(), time.process_time()
         image = mi.render(
             scene, integrator=integrators[int(depth)], spp=int(samples), seed=int(seed)
         )
         image = np.array(image)
-        seconds = time.perf_counter() - start
+        seconds, processor = time.perf_counter() - start, time.process_time() - processor
         np.save(file, image)
-        print(json.dumps({"seconds": seconds}), flush=True)
+        print(json.dumps({"seconds": seconds, "processor": processor}), flush=True)
 
 
 if __name__ == "__main__":

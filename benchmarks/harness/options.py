@@ -26,6 +26,10 @@ class Options:
     """of the data set to render"""
     dataset: Path | None
     """an existing data set to read instead of rendering one"""
+    scenes: tuple[str, ...] = ()
+    """of `benchmarks.accuracy.rooms`; all of them if none is named"""
+    size: tuple[int, int] | None = None
+    """of its images; None for what each scene usually has"""
 
     @classmethod
     def choose(
@@ -35,6 +39,8 @@ class Options:
         threads: int | None,
         preset: str = "small",
         dataset: Path | None = None,
+        scenes: tuple[str, ...] = (),
+        size: tuple[int, int] | None = None,
     ) -> Options:
         """Take flags first, then the environment, then defaults."""
         environment = os.environ
@@ -45,6 +51,8 @@ class Options:
             threads or default_threads(),
             preset,
             dataset,
+            scenes,
+            size,
         )
 
 

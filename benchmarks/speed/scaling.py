@@ -1,4 +1,4 @@
-"""How time scales with pixels, bands, photons, triangles and lights."""
+"""How time scales with pixels, bands, photons, triangles, lights and cores."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from benchmarks.harness import ours
 from benchmarks.harness.options import ROOT, Options
 from benchmarks.harness.shapes import room_with_sphere
 from benchmarks.harness.table import Table
+from benchmarks.speed.cores import cores_tables
 from photonmap.study.fit import fit_power
 
 SIDES = (128, 256, 512, 1024)
@@ -46,7 +47,7 @@ def run(options: Options) -> list[Table]:
         _series("lights", "128×128", map(_lit, LIGHTS), "camera", options),
     ]
     _draw(tables, CURVES)
-    return tables
+    return [*tables, *cores_tables()]
 
 
 def _case(triangles: int) -> Case:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,40 @@ LARGEST_BLOCK, LEAST_ACROSS = 32, 4
 def is_repeated(index: int) -> bool:
     """Return whether pass `index` is repeated."""
     return index >= FIRST and (index - FIRST) % EVERY < 2
+
+
+class BlockBias(NamedTuple):
+    """The estimated bias of blocks of pixels, W·m⁻²·sr⁻¹: means over bands and valid pixels."""
+
+    value: NDArray[np.float32]
+    """(rows, columns), estimate − truth; 0 in blocks without a valid pixel"""
+    error: NDArray[np.float32]
+    """its standard error by the two halves of the probed passes: one degree of freedom a block"""
+    side: int
+    """of a block, pixels; those at the right and lower edges have what is left"""
+
+    def describe(self) -> dict[str, Any]:
+        """Return it as the run record holds it, to 4 significant digits."""
+        images = {"value": self.value, "error": self.error}
+        lists = {
+            name: [[float(f"{each:.4g}") for each in row] for row in image.tolist()]
+            for name, image in images.items()
+        }
+        return {**lists, "side": self.side}
+
+    @classmethod
+    def read(cls, described: dict[str, Any]) -> BlockBias:
+        """Return what was described."""
+        value, error = (np.array(described[name], np.float32) for name in ("value", "error"))
+        return cls(value, error, described["side"])
+
+    @classmethod
+    def pool(cls, parts: list[BlockBias], counts: list[int]) -> BlockBias:
+        """Return that of the mean of runs of so many passes."""
+        shares = [count / sum(counts) for count in counts]
+        value = sum(share * part.value for share, part in zip(shares, parts, strict=True))
+        square = sum((share * part.error) ** 2 for share, part in zip(shares, parts, strict=True))
+        return cls(np.asarray(value), np.sqrt(square), parts[0].side)
 
 
 class Repeatable(Protocol):
@@ -96,6 +130,26 @@ class BiasProbe:
         """Return the estimate after `count` passes, relative as the error is; None if unknown."""
         known = not math.isnan(self.stated[0])
         return float(self.stated[0]) * footprint_width(np.arange(count)) if known else None
+
+    def blocks(self, count: int, moments: Accumulator, scale: float) -> BlockBias | None:
+        """Return the bias of blocks after `count` passes, times `scale`; None if it is unknown."""
+        if math.isnan(self.stated[0]):
+            return None
+        probed = [index for index in range(count) if is_repeated(index)]
+        halves = [sum((index - FIRST) % EVERY == half for index in probed) for half in range(2)]
+        valid = moments.valid(lit=self._integrator.finds_light)
+        pixels = self._sums(lambda part: valid[part, None].astype(np.float64))[:, 0]
+        factor = OF_DIFFERENCE * scale * footprint_width(np.arange(count))
+        factor /= footprint_width(np.array(probed))
+        weights = self._columns.weights / self._columns.weights.sum()
+        first, second = (
+            factor * (self.differences[half] @ weights) / np.maximum(halves[half] * pixels, 1.0)
+            for half in range(2)
+        )
+        shape = block_counts((self._film.width, self._film.height), self._block).shape
+        value, error = (first + second) / 2.0, np.abs(first - second) / 2.0
+        value, error = (image.reshape(shape).astype(np.float32) for image in (value, error))
+        return BlockBias(value, error, self._block)
 
     def _estimate(self, moments: Accumulator, valid: NDArray[np.bool_], pairs: int) -> float:
         """Return sqrt(mean(bias² / (v² + 0.01 m²))) over bands and blocks of valid pixels.

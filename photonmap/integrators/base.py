@@ -35,7 +35,7 @@ from photonmap.kernels.core.streams import Domain
 from photonmap.runtime.storage import RAM, Storage
 from photonmap.runtime.workers import Workers
 
-TILE = 2048
+TILE = 512
 """Pixels of a span."""
 
 

@@ -130,6 +130,11 @@ class RenderLoop:
         """The estimated bias of radiance, see `BiasProbe`."""
         return self._probe.bias(self._moments.whole.count)
 
+    def describe_bias_blocks(self, scale: float) -> dict[str, Any] | None:
+        """Return the estimated bias of blocks of pixels, times `scale`; None if it is not known."""
+        blocks = self._probe.blocks(self._moments.whole.count, self._moments.whole, scale)
+        return None if blocks is None else blocks.describe()
+
     def go(self, progress: Progress) -> None:
         """Take passes until the budget is spent, or until Ctrl-C, and save the last state.
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from photonmap.film.bias import BlockBias
 from photonmap.film.relative_error import relative_squares
 from photonmap.film.valid_pixels import valid_pixels
 
@@ -46,6 +47,7 @@ def merge_records(records: list[dict[str, Any]], merged: Result) -> dict[str, An
         "pass_samples": min(record.get("pass_samples", 1.0) for record in records),
         "error": relative_error(merged),
         "goal": None,
+        "bias_blocks": _bias_blocks(records),
         "unresolved": int(merged.unresolved.sum()),
         "interrupted": any(record["interrupted"] for record in records),
         "resumed": sum(record["resumed"] for record in records),
@@ -69,6 +71,15 @@ def relative_error(result: Result) -> float | None:
     variance = result.errors["radiance"][valid].astype(np.float64) ** 2
     error = np.sqrt(relative_squares(variance, value).mean())
     return float(error) if np.isfinite(error) else None
+
+
+def _bias_blocks(records: list[dict[str, Any]]) -> dict[str, Any] | None:
+    """Return the bias of blocks, if all runs know it."""
+    known = [record.get("bias_blocks") for record in records]
+    parts = [BlockBias.read(blocks) for blocks in known if blocks is not None]
+    if len(parts) < len(known):
+        return None
+    return BlockBias.pool(parts, [record["passes"] for record in records]).describe()
 
 
 def _runs_of(record: dict[str, Any]) -> list[dict[str, Any]]:

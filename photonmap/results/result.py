@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from photonmap.buffers import BUFFERS, BY_NAME, is_omitted, row_of, split_name
 from photonmap.errors import InputError
+from photonmap.film.bias import BlockBias
 from photonmap.film.block_errors import SIDE
 from photonmap.film.blocks import block_means, block_minima
 from photonmap.film.variance_smoothing import (
@@ -191,6 +192,30 @@ class Result(Plots):
             raise ValueError(self._missing(name))
         known = listed(self.block_errors) or "none, after a single pass,"
         raise ValueError(f"{name!r} has no standard error of blocks: {known} has one")
+
+    def bias(self, name: str) -> BlockBias:
+        """Return the estimated bias of a buffer as an image of blocks, which are stated with it.
+
+        `value` is estimate − truth, and `error` its standard error, both (rows, columns) float32 in
+        the unit of radiance, means over bands. Cells, footprints and disks bias indirect light
+        alone; `photonmap.film.bias` says how it is estimated. A block's bias is worth a look where
+        it is several times the errors around.
+
+        Raises
+        ------
+        ValueError
+            if it is another buffer than radiance, direct and indirect; or was not estimated
+        """
+        if name not in ("radiance", "direct", "indirect"):
+            raise ValueError(f"the bias of {name!r} is not estimated; that of 'indirect' is")
+        described = self.record.get("bias_blocks")
+        if described is None:
+            raise ValueError("the bias was not estimated; photon mapping of 14 passes or more does")
+        blocks = BlockBias.read(described)
+        if name == "direct":
+            nothing = np.zeros_like(blocks.value)
+            return blocks._replace(value=nothing, error=nothing)
+        return blocks
 
     def select(self, names: Iterable[str]) -> Result:
         """Return a `Result` of these buffers and their errors, which share their memory.

@@ -76,16 +76,30 @@ class Workers:
         ------
         KeyboardInterrupt : Ctrl-C
         """
-        futures = [self._pool.submit(task, index) for index in range(count)]
+        results: list[Any] = [None] * count
+        left, dropped = iter(range(count)), threading.Event()
+
+        # A future for each task would cost as much as a thousand rays, one after the other.
+        def work() -> None:
+            try:
+                for index in left:
+                    if dropped.is_set():
+                        return
+                    results[index] = task(index)
+            except BaseException:
+                dropped.set()
+                raise
+
+        futures = [self._pool.submit(work) for _ in range(min(self.threads, count))]
         try:
-            results = []
             for future in futures:
                 while not wait([future], POLL).done:
                     self._check(whole)
-                results.append(future.result())
+                future.result()
             self._check(whole)
             return results
         except BaseException:
+            dropped.set()
             for future in futures:
                 future.cancel()
             wait(futures)

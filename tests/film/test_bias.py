@@ -36,6 +36,49 @@ def test_the_error_holds_both(cornell, seed):
     assert coarse(cornell, seed).record["bias"] > 0.0
 
 
+def block_sums(image, side):
+    height, width = image.shape
+    return image.reshape(height // side, side, width // side, side).sum(axis=(1, 3), dtype=float)
+
+
+def test_blocks_say_where_the_bias_is(cornell):
+    """They add up to the bias of the whole image, whose two halves multiply to no noise."""
+    run = pm.render(cornell, bands=1, size=SIZE, passes=16, photons=1024)
+    blocks = run.bias("indirect")
+    assert blocks.value.shape == blocks.error.shape == (4, 4)
+    assert blocks.side == 8
+    valid = (run.coverage == 1.0) & ~run.emission.any(axis=-1) & ~run.unresolved
+    pixels = block_sums(valid, 8)
+    value = block_sums(np.where(valid, run.radiance[..., 0], 0.0), 8)
+    norm = value**2 + 0.01 * (pixels * value.sum() / pixels.sum()) ** 2
+    square = (blocks.value.astype(float) ** 2 - blocks.error.astype(float) ** 2) * pixels**2
+    whole = np.sqrt(max(np.average(square / norm, weights=pixels), 0.0))
+    assert whole == pytest.approx(run.record["bias"], rel=0.01)
+    np.testing.assert_array_equal(run.bias("radiance").value, blocks.value)
+    assert not run.bias("direct").value.any()
+    with pytest.raises(ValueError, match="indirect"):
+        run.bias("shading")
+
+
+def test_blocks_are_unknown_where_no_bias_was_measured(cornell):
+    run = pm.render(cornell, bands="rgb", size=SIZE, passes=2)
+    assert run.record["bias_blocks"] is None
+    with pytest.raises(ValueError, match="14 passes"):
+        run.bias("indirect")
+
+
+def test_blocks_of_merged_runs_are_weighted_by_passes(cornell):
+    runs = [
+        pm.render(cornell, bands="rgb", size=SIZE, passes=passes, photons=1024, seed=passes)
+        for passes in (14, 16)
+    ]
+    parts, merged = [run.bias("indirect") for run in runs], pm.merge(runs).bias("indirect")
+    value = (14 * parts[0].value + 16 * parts[1].value) / 30
+    np.testing.assert_allclose(merged.value, value, rtol=1e-3, atol=1e-3 * np.abs(value).max())
+    error = np.hypot(14 * parts[0].error, 16 * parts[1].error) / 30
+    np.testing.assert_allclose(merged.error, error, rtol=1e-3, atol=1e-3 * error.max())
+
+
 @pytest.mark.slow
 def test_the_bias_of_wide_supports_is_stated(cornell):
     """Over blocks of 8x8 pixels, within a factor of 2 of that against many paths."""
@@ -56,3 +99,8 @@ def test_the_bias_of_wide_supports_is_stated(cornell):
     square = (halves[0] - value) * (halves[1] - value) / norm
     true = np.sqrt(np.average(square, weights=pixels))
     assert true / 2.0 < stated < 2.0 * true
+
+    where = np.mean([run.bias("indirect").value for run in runs], axis=0)
+    really = (np.mean(halves, axis=0) - value).mean(axis=-1) / pixels[..., 0]
+    assert np.corrcoef(where.ravel(), really.ravel())[0, 1] > 0.5
+    assert 0.5 < (where * really).sum() / (where**2).sum() < 2.0

@@ -1,0 +1,208 @@
+"""Time to an error in twelve scenes of every kind: photon mapping, path tracing and Mitsuba 3."""
+
+from __future__ import annotations
+
+import math
+import statistics
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import photonmap as pm
+from benchmarks.accuracy.cornell import LEVELS, MARK, Point, shown, time_to
+from benchmarks.accuracy.mitsuba_client import LLVM, SCALAR, Mitsuba
+from benchmarks.accuracy.mitsuba_export import export_scene
+from benchmarks.accuracy.room_scenes import scenes
+from benchmarks.harness import ours
+from benchmarks.harness.options import Options
+from benchmarks.harness.table import Cell, Table
+from photonmap.film.relative_error import relative_squares
+from photonmap.film.valid_pixels import valid_pixels
+
+FEW = (1, 4)
+"""Passes of the first renders, which are compared with the longest one;"""
+SOME = 16
+"""of the next, whose own errors count,"""
+LONGEST = 60.0
+"""and processor seconds of the longest, about, unless it reaches the last level sooner."""
+PATH_PASSES = 4
+SAMPLES, RENDERS = 64, 4
+"""Samples per pixel of one Mitsuba render, and number of renders."""
+SCALAR_TO_LLVM = 3.2
+"""Mitsuba's scalar path tracer to the one compiled for vectors: docs/performance.md."""
+
+Settings = dict[str, Any]
+
+
+@dataclass
+class Ours:
+    """What photon mapping took on one scene."""
+
+    points: list[Point]
+    """processor seconds and relMSE, which the bias is part of"""
+    bias: float
+    """share of the error of the longest render"""
+    mean: float
+    """radiance over valid pixels,"""
+    mean_error: float
+    """and its relative standard error"""
+    valid: NDArray[np.bool_]
+    """(H, W), as `valid_pixels`"""
+
+
+@dataclass
+class Compared:
+    """One scene by all."""
+
+    name: str
+    times: list[Cell]
+    """row of the first table"""
+    ratios: list[float]
+    """of the path tracers' times to photon mapping's: our own at each level, then Mitsuba's"""
+    variant: str
+    """of Mitsuba, empty if there is none"""
+    reason: str
+    """why there is none"""
+
+
+def run(options: Options) -> list[Table]:
+    """Render each scene by all, one after the other."""
+    found = [
+        _compare(name, make(), options.size or usual, options)
+        for name, (make, usual) in _choose(options.scenes).items()
+    ]
+    levels = [f"{level:.0e}" for level in LEVELS]
+    variant = found[0].variant
+    title = f"rooms: processor seconds to a relMSE, RGB, {variant or 'without Mitsuba'}"
+    times = Table(title, ["scene", *levels, "bias / error", "mean − Mitsuba's", "±"])
+    times.rows = [each.times for each in found]
+    times.notes = _notes(options, variant, found[0].reason)
+    ratios = Table(
+        "rooms: times as many processor seconds as photon mapping",
+        ["scene", *(f"{who}, {level}" for who in ("path", "Mitsuba") for level in levels)],
+    )
+    ratios.rows = [[each.name, *each.ratios] for each in found]
+    means = map(statistics.geometric_mean, zip(*(each.ratios for each in found), strict=True))
+    ratios.rows.append(["geometric mean", *means])
+    return [times, ratios]
+
+
+def _choose(names: tuple[str, ...]) -> dict[str, Any]:
+    every = scenes()
+    unknown = [name for name in names if name not in every]
+    if unknown:
+        raise SystemExit(f"there is no scene {unknown[0]!r}; choose from {', '.join(every)}")
+    return {name: every[name] for name in names or every}
+
+
+def _compare(name: str, scene: pm.Scene, size: tuple[int, int], options: Options) -> Compared:
+    """Measure one scene."""
+    settings: Settings = {"bands": "rgb", "size": size, "threads": options.threads}
+    own = measure_photons(scene, settings)
+    spent = [time_to(level, own.points, FEW[0]) for level in LEVELS]
+
+    def over(cost: float) -> list[float]:
+        return [cost / level / each for level, (each, _) in zip(LEVELS, spent, strict=True)]
+
+    times: list[Cell] = [name, *(shown(*each) for each in spent), f"{own.bias:.0%}"]
+    ratios = over(_path_cost(scene, settings))
+    with tempfile.TemporaryDirectory() as folder:
+        file, power = export_scene(scene, size, Path(folder))
+        other = _start(options, file)
+        if isinstance(other, str):
+            return Compared(name, [*times, None, None], ratios, "", other)
+        with other:
+            cost, mean, error = _theirs(other, own.valid, power)
+    times += [f"{own.mean / mean - 1.0:+.2%}", f"{math.hypot(error, own.mean_error):.2%}"]
+    variant = f"Mitsuba {other.version}, {other.variant} path"
+    return Compared(name, times, ratios + over(cost), variant, "")
+
+
+def measure_photons(scene: pm.Scene, settings: Settings) -> Ours:
+    """Render with more and more passes, until the last level or `LONGEST` is reached."""
+    ours.warm_up(scene, **settings)
+    few = [_render(scene, passes=passes, seed=seed, **settings) for seed, passes in enumerate(FEW)]
+    some, spent = _render(scene, passes=SOME, seed=8, **settings)
+    points = [(spent, some.record["error"] ** 2)]
+    needed = SOME * max(1.3 * points[0][1] / LEVELS[-1], 2.0)
+    passes = max(min(round(needed), int(SOME * LONGEST / spent)), SOME)
+    last, seconds = _render(scene, passes=passes, seed=9, **settings)
+    record = last.record
+    points.append((seconds, record["error"] ** 2))
+    valid = valid_pixels(last.coverage, last.emission, last.unresolved)
+    truth = last.radiance[valid].astype(float)
+    noise = record["standard_error"] ** 2
+    for result, time_spent in few:
+        squares = (result.radiance[valid] - truth) ** 2
+        error = float(relative_squares(squares, truth).mean()) - noise
+        points.append((time_spent, max(error, points[0][1])))
+    standard_error = last.standard_error("radiance")[valid].astype(float)
+    spread = math.sqrt((standard_error**2).sum()) / truth.sum()
+    bias = (record["bias"] or 0.0) / record["error"]
+    return Ours(points, bias, float(truth.mean()), spread, valid)
+
+
+def _render(scene: pm.Scene, **settings: Any) -> tuple[pm.Result, float]:
+    """Render; return the result, and its processor seconds without loading and compiling."""
+    start = time.process_time()
+    result = pm.render(scene, **settings)
+    spent = result.record["seconds"]
+    return result, time.process_time() - start - spent["load"] - spent["compile"]
+
+
+def _path_cost(scene: pm.Scene, settings: Settings) -> float:
+    """Return processor seconds × relMSE of our own path tracer."""
+    ours.warm_up(scene, **settings, method="path")
+    result, seconds = _render(scene, **settings, method="path", passes=PATH_PASSES)
+    return seconds * result.record["standard_error"] ** 2
+
+
+def _start(options: Options, file: Path) -> Mitsuba | str:
+    """Return Mitsuba, compiled for vectors if that runs here; or the reason why there is none."""
+    for variant in (LLVM, SCALAR):
+        other = Mitsuba(options.mitsuba, options.threads, str(file), variant)
+        if not other.reason:
+            try:
+                other.render(1, 0)
+            except (RuntimeError, BrokenPipeError):
+                other.reason = f"Mitsuba's {variant} ended in {options.mitsuba}"
+            else:
+                return other
+        other.__exit__()
+    return other.reason
+
+
+def _theirs(other: Mitsuba, valid: NDArray[np.bool_], power: float) -> tuple[float, float, float]:
+    """Return processor seconds × relMSE, mean radiance, and its relative standard error."""
+    images, seconds = [], []
+    for seed in range(RENDERS):
+        image, _ = other.render(SAMPLES, seed + 1)
+        images.append(image[valid].astype(float) * power)
+        seconds.append(other.processor)
+    mean, variance = np.mean(images, axis=0), np.var(images, axis=0, ddof=1)
+    error = math.sqrt(variance.sum() / RENDERS) / mean.sum()
+    cost = statistics.mean(seconds) * float(relative_squares(variance, mean).mean())
+    return cost, float(mean.mean()), error
+
+
+def _notes(options: Options, variant: str, reason: str) -> list[str]:
+    notes = [
+        f"{options.threads} threads; without loading and compiling; {MARK} extrapolated, with"
+        " variance inversely proportional to time; a single pass cannot be divided",
+        "relMSE is mean(d² / (v² + 0.01 m²)) over pixels without emission: of photon mapping the"
+        f" estimated error with its bias from {SOME} passes on, before that the distance to the"
+        " longest render; of the path tracers their own variance",
+    ]
+    if reason:
+        notes.append(reason)
+    elif SCALAR in variant:
+        notes.append(
+            f"{LLVM} does not run on this machine; where both ran, on the Cornell box, {SCALAR}"
+            f" took {SCALAR_TO_LLVM} times as long: divide by that to compare with {LLVM}"
+        )
+    return notes
