@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ from photonmap.evaluate.bench.truth import SPACES
 from photonmap.evaluate.bench.views import LIGHTS
 from photonmap.evaluate.methods.registry import BUILT_IN
 from photonmap.runtime.options import read_list
+from photonmap.runtime.wording import suggest
 
 if TYPE_CHECKING:
     from photonmap.evaluate.bench.scores import Evaluation
@@ -107,6 +109,13 @@ def _add_how(parser: argparse.ArgumentParser) -> None:
         help="also measure what interreflection, coloured light, bands and noise cost each method, "
         "how many scenes tell methods apart, and which metrics order degradations rightly",
     )
+    how.add_argument(
+        "--costs-of",
+        type=read_list,
+        metavar="NAMES",
+        help="the methods that --experiments runs again in direct light and in bands, to leave out "
+        "slow ones (default: all that are scored)",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -134,27 +143,21 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("the data set has a report of its own; choose another --output", folder)
     _check_experiments(options)
     gallery, methods = Gallery(), _methods(options)
+    costed = _costed(options, methods)
     log = (lambda line: None) if options.quiet else _print_progress
-    evaluation = evaluate_dataset(
-        options.dataset,
-        methods,
-        options.metrics,
-        options.space,
-        options.draws,
-        options.light,
-        log,
-        gallery.keep,
-    )
+    how = (options.metrics, options.space, options.draws, options.light)
+    evaluation = evaluate_dataset(options.dataset, methods, *how, log, gallery.keep)
     tables = paper_tables(evaluation)
     if options.experiments:
-        tables += run_experiments(Path(options.dataset), evaluation, methods, log)
+        tables += run_experiments(
+            Path(options.dataset), evaluation, costed, gallery.disagreements, log
+        )
     summaries, notes = evaluation.summaries(), _notes(options)
     write_report(folder, evaluation, summaries, gallery, notes, tables)
     _report_failures(evaluation)
     if not options.quiet:
-        print(as_text(evaluation, summaries))
-        print("\n".join([*notes, *(line for table in tables for line in table.findings)]))
-        print(folder / "report.html")
+        found = [line for table in tables for line in table.findings]
+        print(as_text(evaluation, summaries), *notes, *found, folder / "report.html", sep="\n")
     return _FAILED if evaluation.failed else 0
 
 
@@ -193,6 +196,30 @@ def _check_experiments(options: argparse.Namespace) -> None:
         raise InputError("--experiments compare with RGB and all light; leave out the other option")
     if options.metrics and METRIC not in options.metrics:
         raise InputError(f"--experiments go by {METRIC}; add it to --metrics")
+
+
+def _costed(options: argparse.Namespace, methods: Sequence[str | Method]) -> Sequence[str | Method]:
+    """Return the methods of which costs are measured.
+
+    Raises
+    ------
+    InputError
+        if one is not scored, or there are no experiments
+    """
+    wanted = options.costs_of
+    if wanted is None:
+        return methods
+    if not options.experiments:
+        raise InputError("--costs-of needs --experiments; add it")
+    names = [_name(method) for method in methods]
+    for name in wanted:
+        if name not in names:
+            raise InputError(f"--costs-of {name} is not scored; {suggest(name, names)}")
+    return [method for method in methods if _name(method) in wanted]
+
+
+def _name(method: str | Method) -> str:
+    return method if isinstance(method, str) else method.name
 
 
 def _notes(options: argparse.Namespace) -> list[str]:

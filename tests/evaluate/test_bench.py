@@ -6,6 +6,7 @@ import shutil
 import numpy as np
 import pytest
 from helpers.layered_sets import write_set
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from photonmap import InputError, dataset, evaluate
 from photonmap.commands.main import main
@@ -274,3 +275,31 @@ def test_rendered_sets_can_be_scored(tmp_path):
     retinex = next(method for method in found.methods if method.name == "retinex")
     changed = direct.methods[0].values(MEAN, found.images) / retinex.values(MEAN, found.images)
     assert (abs(changed - 1.0) > 1e-3).all()
+
+
+def test_methods_run_in_one_thread(known):
+    """Also where a method is the first to load SciPy's linear algebra; afterwards as before."""
+    seen = []
+
+    def estimate(view):
+        import scipy.linalg
+
+        scipy.linalg.solve(np.eye(3), np.ones(3))
+        seen.extend(pool["num_threads"] for pool in threadpool_info())
+        return evaluate.Estimate(view.image, view.image)
+
+    with threadpool_limits(2):
+        run(known[0], evaluate.Method("watched", estimate), metrics=["lmse"], draws=0)
+        assert seen
+        assert set(seen) == {1}
+        assert 2 in {pool["num_threads"] for pool in threadpool_info()}
+
+
+@pytest.mark.parametrize("name", ["gehler", "bell"])
+def test_scores_do_not_depend_on_threads(known, name):
+    scores = []
+    for threads in (1, 2):
+        with threadpool_limits(threads):
+            found = run(known[0], name, metrics=["lmse-color"], draws=0)
+        scores.append([measured.scores for measured in found.methods[0].measured.values()])
+    assert scores[0] == scores[1]

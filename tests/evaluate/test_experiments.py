@@ -2,6 +2,7 @@
 
 import csv
 from dataclasses import replace
+from itertools import permutations
 from types import SimpleNamespace
 
 import numpy as np
@@ -191,14 +192,19 @@ def test_rankings_by_few_scenes():
 def test_degradations_keep_what_they_do_not_touch():
     reflectance, shading = patches()
     truth = truth_of(reflectance, shading)
-    for name in ("bleed", "tint", "wrong scale"):
-        found = degradations.DEGRADATIONS[name](truth, 4)
-        np.testing.assert_allclose(found.reflectance * found.shading, truth.radiance)
-        assert not np.allclose(found.shading, shading)
+    moving = [degradations.DEGRADATIONS[name] for name in ("bleed", "tint", "wrong scale")]
+    for degrade in moving:
+        found = degrade(truth, (reflectance, shading), 4)
+        np.testing.assert_allclose(found[0] * found[1], truth.radiance)
+        assert not np.allclose(found[1], shading)
+    for first, second in permutations(moving, 2):  # none takes back a part of another
+        one_way = second(truth, first(truth, (reflectance, shading), 4), 2)
+        other_way = first(truth, second(truth, (reflectance, shading), 2), 4)
+        np.testing.assert_allclose(one_way, other_way)
     flat = replace(truth, reflectance=np.ones_like(reflectance), mask=truth.mask.copy())
     flat.mask[:4] = False
-    blurred = degradations.DEGRADATIONS["blur"](flat, 8)
-    np.testing.assert_allclose(blurred.reflectance[flat.mask], 1.0)
+    blurred = degradations.DEGRADATIONS["blur"](flat, (flat.reflectance, flat.shading), 8)
+    np.testing.assert_allclose(blurred[0][flat.mask], 1.0)
 
 
 def test_metrics_that_order_degradations():
@@ -223,6 +229,7 @@ def report(known, tmp_path_factory):
     folder = tmp_path_factory.mktemp("reports") / "report"
     arguments = ["--method", "constant-shading,color-retinex,grey-world", "--draws", "1"]
     metrics = ["--metrics", "lmse-color,angle", "--experiments", "--quiet"]
+    metrics += ["--costs-of", "color-retinex"]
     assert main(["evaluate", str(known[0]), *arguments, *metrics, "--output", str(folder)]) == 0
     return folder
 
@@ -241,8 +248,10 @@ def test_the_command_writes_experiments(report):
     with (report / "costs.csv").open(newline="") as file:
         costs = list(csv.DictReader(file))
     assert [row["method"] for row in costs] == ["constant-shading", "color-retinex"]
-    for row in costs:  # the set has no indirect light, and lights of unknown kind
-        assert float(row["interreflection"]) == pytest.approx(0.0, abs=1e-4)
+    assert costs[0]["interreflection"] == costs[0]["bands for RGB"] == ""
+    assert float(costs[1]["interreflection"]) == pytest.approx(0.0, abs=1e-4)  # there is none
+    assert float(costs[1]["bands for RGB"]) != 0.0
+    for row in costs:  # lights are of unknown kind
         assert row["one colour for white"] == ""
 
 
@@ -265,6 +274,11 @@ def test_experiments_in_a_browser(report):
         (["--experiments", "--space", "bands"], "compare with RGB and all light"),
         (["--experiments", "--light", "direct"], "compare with RGB and all light"),
         (["--experiments", "--metrics", "lmse"], "go by lmse-color; add it to --metrics"),
+        (["--costs-of", "retinex"], "--costs-of needs --experiments; add it"),
+        (
+            ["--method", "retinex", "--experiments", "--costs-of", "retinx"],
+            "--costs-of retinx is not scored; did you mean 'retinex'?",
+        ),
         (["--light", "indirect"], "argument --light: invalid choice"),
     ],
 )

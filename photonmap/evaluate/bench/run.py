@@ -14,6 +14,7 @@ from photonmap.errors import InputError
 from photonmap.evaluate.bench.measure import Measured, checked, measure
 from photonmap.evaluate.bench.metric_list import Metric, choose_metrics
 from photonmap.evaluate.bench.mit import MitSet, is_mit
+from photonmap.evaluate.bench.one_thread import one_thread
 from photonmap.evaluate.bench.scores import Evaluation, MethodScores
 from photonmap.evaluate.bench.truth import SPACES, Truth
 from photonmap.evaluate.bench.tuning import tune
@@ -41,7 +42,7 @@ def evaluate_dataset(
     log: Log = lambda line: None,
     watch: Watch = lambda truth, method, layers, measured: None,
 ) -> Evaluation:
-    """Score methods on all images of a data set.
+    """Score methods on all images of a data set, in one thread so that bits do not depend on more.
 
     Parameters
     ----------
@@ -59,8 +60,8 @@ def evaluate_dataset(
     ------
     InputError : the data set is not finished or damaged; there is no such method, metric,
         space or light;
-        two methods have the same name; `draws` is negative; or no method has an estimate for any
-        image
+        two methods have the same name; `draws` is negative; no method has an estimate for any
+        image; or threadpoolctl is not installed
     """
     if space not in SPACES:
         raise InputError(f"there is no space {space!r}; {suggest(space, SPACES)}")
@@ -75,17 +76,19 @@ def evaluate_dataset(
     def look() -> Iterator[Shot]:
         return images.shots() if isinstance(images, MitSet) else shots(images, space, light)
 
-    settings = tune(chosen, images.geometries, look, log)
-    found = [MethodScores(method.name, settings=settings[method.name]) for method in chosen]
-    bench = _Bench(list(zip(chosen, found, strict=True)), measured_by, draws, watch)
-    names, scenes, kinds = [], [], []
-    for index, shot in enumerate(look()):
-        began = time.perf_counter()
-        bench.score(shot, index)
-        names.append(shot.truth.name)
-        scenes.append(shot.truth.scene)
-        kinds.append(shot.kind)
-        log(f"{index + 1}/{len(images)} {shot.truth.name}: {time.perf_counter() - began:.1f} s")
+    with one_thread():
+        settings = tune(chosen, images.geometries, look, log)
+        found = [MethodScores(method.name, settings=settings[method.name]) for method in chosen]
+        bench = _Bench(list(zip(chosen, found, strict=True)), measured_by, draws, watch)
+        names, scenes, kinds = [], [], []
+        for index, shot in enumerate(look()):
+            began = time.perf_counter()
+            bench.score(shot, index)
+            names.append(shot.truth.name)
+            scenes.append(shot.truth.scene)
+            kinds.append(shot.kind)
+            seconds = time.perf_counter() - began
+            log(f"{index + 1}/{len(images)} {shot.truth.name}: {seconds:.1f} s")
     if not any(method.measured for method in found):
         reason = next(iter(found[0].failures.values()))
         raise InputError(f"no method has an estimate for any image: {found[0].name}: {reason}")

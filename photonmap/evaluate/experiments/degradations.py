@@ -16,8 +16,7 @@ estimate that has all the faults of another, and one more, is worse.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -27,6 +26,10 @@ from photonmap.evaluate.bench.truth import Truth
 from photonmap.evaluate.experiments.table import Cell, Table
 from photonmap.evaluate.methods.method import FLOOR, Estimate
 from photonmap.evaluate.metrics.arrays import Floats, to_grey
+from photonmap.evaluate.report.disagreements import Rated
+
+Layers = tuple[Floats, Floats]
+"""Reflectance and shading, (H, W, C) each."""
 
 AMOUNTS = (1, 2, 4, 8)
 """Relative amounts of each degradation."""
@@ -35,49 +38,45 @@ _BELOW, _ON_TOP = 4, (2, 8)
 """Amounts of the first of two degradations, and of the second."""
 
 
-def _taken_as_truth(truth: Truth, estimate: Estimate) -> Truth:
-    """Return a truth with the layers of an estimate."""
-    assert estimate.reflectance is not None
-    assert estimate.shading is not None
-    return replace(truth, reflectance=estimate.reflectance, shading=estimate.shading)
-
-
-def _blur(truth: Truth, amount: float) -> Estimate:
+def _blur(truth: Truth, layers: Layers, amount: float) -> Layers:
     from scipy.ndimage import gaussian_filter
 
     inside = truth.mask[..., None].astype(np.float64)
     weight = np.maximum(gaussian_filter(inside, amount, axes=(0, 1)), 1e-9)
-    layers = (
+    reflectance, shading = (
         gaussian_filter(np.where(inside > 0.0, layer, 0.0), amount, axes=(0, 1)) / weight
-        for layer in (truth.reflectance, truth.shading)
+        for layer in layers
     )
-    return Estimate(*layers)
+    return reflectance, shading
 
 
-def _bleed(truth: Truth, amount: float) -> Estimate:
-    grey = np.maximum(to_grey(truth.shading), FLOOR)[..., None] ** (0.1 * amount)
-    return Estimate(truth.reflectance * grey, truth.shading / grey)
+def _bleed(truth: Truth, layers: Layers, amount: float) -> Layers:
+    return _moved(layers, np.maximum(to_grey(truth.shading), FLOOR)[..., None] ** (0.1 * amount))
 
 
-def _tint(truth: Truth, amount: float) -> Estimate:
-    cast = np.linspace(1.0 + 0.1 * amount, 1.0, truth.shading.shape[2])
-    return Estimate(truth.reflectance * cast, truth.shading / cast)
+def _tint(truth: Truth, layers: Layers, amount: float) -> Layers:
+    return _moved(layers, np.linspace(1.0 + 0.1 * amount, 1.0, truth.shading.shape[2]))
 
 
-def _wrong_scale(truth: Truth, amount: float) -> Estimate:
+def _wrong_scale(truth: Truth, layers: Layers, amount: float) -> Layers:
     numbers, place = np.unique(truth.regions, return_inverse=True)
     logs = np.random.Generator(np.random.PCG64(0)).standard_normal(len(numbers))
-    factor = np.exp(0.1 * amount * logs)[place].reshape(*truth.regions.shape, 1)
-    return Estimate(truth.reflectance * factor, truth.shading / factor)
+    return _moved(layers, np.exp(0.1 * amount * logs)[place].reshape(*truth.regions.shape, 1))
 
 
-DEGRADATIONS: dict[str, Callable[[Truth, float], Estimate]] = {
+def _moved(layers: Layers, factor: Floats) -> Layers:
+    """Move a factor from shading to reflectance."""
+    return layers[0] * factor, layers[1] / factor
+
+
+DEGRADATIONS: dict[str, Callable[[Truth, Layers, float], Layers]] = {
     "blur": _blur,
     "bleed": _bleed,
     "tint": _tint,
     "wrong scale": _wrong_scale,
 }
-"""From a truth and an amount to an estimate."""
+"""From a truth, layers and an amount to layers with that fault. The factors that it moves are those
+of the truth, so that a fault on top of another takes nothing back."""
 
 
 _COLUMNS = (*DEGRADATIONS, COMBINED)
@@ -89,27 +88,39 @@ class OrderTest:
     Parameters
     ----------
     metrics : of decompositions
+    watch : called with estimates of a truth that are known to get worse, in this order
     """
 
-    def __init__(self, metrics: Sequence[Metric]) -> None:
+    def __init__(
+        self,
+        metrics: Sequence[Metric],
+        watch: Callable[[Truth, Sequence[Rated]], None] = lambda truth, worse: None,
+    ) -> None:
+        self._watch = watch
         self._metrics = [metric for metric in metrics if metric.layers != (ILLUMINANT,)]
         self._right: dict[tuple[str, str], list[float]] = {}
 
     def add(self, truth: Truth) -> None:
         """Degrade an image and measure it by all metrics."""
         for name, degrade in DEGRADATIONS.items():
-            worse = [degrade(truth, amount) for amount in AMOUNTS]
-            self._measure(name, truth, [Estimate(truth.reflectance, truth.shading), *worse])
-            below = degrade(truth, _BELOW)
-            worn = _taken_as_truth(truth, below)
+            perfect = truth.reflectance, truth.shading
+            worse = {f"{name} {amount}": degrade(truth, perfect, amount) for amount in AMOUNTS}
+            self._measure(name, truth, {"truth": perfect, **worse})
+            below = degrade(truth, perfect, _BELOW)
             for other, again in DEGRADATIONS.items():
                 if other != name:
-                    both = [again(worn, amount) for amount in _ON_TOP]
-                    self._measure(COMBINED, truth, [below, *both])
+                    first = f"{name} {_BELOW}"
+                    both = {f"{first}, {other} {top}": again(truth, below, top) for top in _ON_TOP}
+                    self._measure(COMBINED, truth, {first: below, **both})
 
-    def _measure(self, name: str, truth: Truth, estimates: Sequence[Estimate]) -> None:
+    def _measure(self, name: str, truth: Truth, estimates: Mapping[str, Layers]) -> None:
         """Measure estimates that get worse by all metrics."""
-        found = [measure(checked(each, truth), truth, self._metrics).scores for each in estimates]
+        rated = []
+        for what, estimate in estimates.items():
+            layers = checked(Estimate(*estimate), truth)
+            rated.append(Rated(what, layers, measure(layers, truth, self._metrics).scores))
+        self._watch(truth, rated)
+        found = [each.scores for each in rated]
         for metric in self._metrics:
             mean, only = Column(metric.name, MEAN_LAYER), Column(metric.name, metric.layers[0])
             values = [scores.get(mean, scores.get(only, np.nan)) for scores in found]
@@ -156,5 +167,5 @@ def _verdict(rows: Sequence[tuple[str, Sequence[Cell]]]) -> list[str]:
             )
     best = max(cells[-1].value or 0.0 for _, cells in rows)
     winners = [metric for metric, cells in rows if cells[-1].value == best]
-    said.append(f"Best in its worst case: {', '.join(winners)}, with {100 * best:.0f}% right.")
+    said.append(f"Best in its worst case: {', '.join(winners)}, with {100 * best:.3g}% right.")
     return said

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from photonmap.evaluate.bench.measure import Column
 from photonmap.evaluate.bench.metric_list import REFLECTANCE, choose_metrics
+from photonmap.evaluate.bench.one_thread import one_thread
 from photonmap.evaluate.bench.run import evaluate_dataset
 from photonmap.evaluate.bench.scores import Evaluation
 from photonmap.evaluate.bench.views import open_finished, shots
@@ -16,20 +17,23 @@ from photonmap.evaluate.experiments.paper_table import METRIC
 from photonmap.evaluate.experiments.sample_size import sample_tables
 from photonmap.evaluate.experiments.table import Table
 from photonmap.evaluate.methods.method import Method
+from photonmap.evaluate.report.disagreements import Disagreements
 
 
 def run_experiments(
     folder: Path,
     evaluation: Evaluation,
     methods: Sequence[str | Method],
+    disagreements: Disagreements,
     log: Callable[[str], None] = lambda line: None,
 ) -> list[Table]:
     """Return the tables of all experiments that the data set and the methods allow.
 
     Parameters
     ----------
-    evaluation : of the data set in RGB and all light, by all of `methods` and `METRIC`
-    methods : their names, or `Method`s
+    evaluation : of the data set in RGB and all light, by `METRIC` and at least `methods`
+    methods : their names, or `Method`s; those of `evaluation`, or fewer to save time
+    disagreements : are given those of LMSE with a known order
     log : called with a line for each image
 
     Raises
@@ -45,15 +49,16 @@ def run_experiments(
         log("in bands")
         banded = evaluate_dataset(folder, decomposing, [METRIC], "bands", 0, "all", log)
         tables.append(cost_table(evaluation, direct, banded))
-        tables += sample_tables(evaluation)
+    tables += sample_tables(evaluation)
     log("degradations")
-    tables.append(_order_table(folder))
+    with one_thread():
+        tables.append(_order_table(folder, disagreements))
     return [table for table in tables if table is not None]
 
 
-def _order_table(folder: Path) -> Table | None:
+def _order_table(folder: Path, disagreements: Disagreements) -> Table | None:
     """Return which metrics order degradations of the first image of each scene rightly."""
-    test = OrderTest(choose_metrics(None, "rgb"))
+    test = OrderTest(choose_metrics(None, "rgb"), disagreements.keep_known)
     seen = set()
     for shot in shots(open_finished(folder), "rgb"):
         if shot.truth.scene not in seen:

@@ -1,28 +1,17 @@
-"""The pictures of the page: small, in sRGB, and part of it."""
+"""What the page shows of estimates: the best and the worst, and where metrics disagree."""
 
 from __future__ import annotations
 
-import base64
 import operator
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-import numpy as np
-
 from photonmap.evaluate.bench.measure import Column, Measured, true_layer
-from photonmap.evaluate.bench.metric_list import ILLUMINANT
 from photonmap.evaluate.bench.truth import Truth
-from photonmap.evaluate.metrics.arrays import Floats, to_grey
-from photonmap.io.png import encode_png
-from photonmap.results.preview import as_bytes
-
-_WIDTH = 160
-"""Largest width of a picture, pixels."""
-_SHOWN_AS = 0.8
-"""Linear value that pictures give to a shading or radiance of 1."""
-_PATCH = 24
-"""Side of the patch that shows one illuminant, pixels."""
+from photonmap.evaluate.metrics.arrays import Floats
+from photonmap.evaluate.report.disagreements import Disagreements, Rated
+from photonmap.evaluate.report.pictures import layer_picture, picture
 
 
 class Case(NamedTuple):
@@ -39,16 +28,18 @@ class Case(NamedTuple):
 
 @dataclass
 class Gallery:
-    """Keeps the best and the worst case of each method.
+    """Keeps the best and the worst case of each method, and where metrics disagree on two.
 
-    They go by the first metric's mean over layers, or its only layer.
+    Cases go by the first metric's mean over layers, or its only layer.
 
     Parameters
     ----------
     cases : by method, then "best" and "worst"
+    disagreements : of LMSE and DSSIM
     """
 
     cases: dict[str, dict[str, Case]] = field(default_factory=dict)
+    disagreements: Disagreements = field(default_factory=Disagreements)
 
     def keep(
         self, truth: Truth, method: str, layers: Mapping[str, Floats], measured: Measured
@@ -56,6 +47,7 @@ class Gallery:
         """Keep an estimate if it is the best or the worst of its method so far."""
         if not measured.scores:
             return
+        self.disagreements.keep(truth, Rated(method, layers, measured.scores))
         kept = self.cases.setdefault(method, {})
         column = kept["best"].column if kept else _headline(measured)
         if column not in measured.scores:
@@ -75,31 +67,7 @@ def _headline(measured: Measured) -> Column:
 def _case(truth: Truth, layers: Mapping[str, Floats], column: Column, score: float) -> Case:
     """Draw the pictures of an estimate."""
     pictures = [
-        (layer, *(_layer_picture(truth, layer, v) for v in (true_layer(truth, layer), values)))
+        (layer, *(layer_picture(truth, layer, v) for v in (true_layer(truth, layer), values)))
         for layer, values in layers.items()
     ]
-    return Case(truth.name, column, score, _picture(truth, truth.radiance), pictures)
-
-
-def _layer_picture(truth: Truth, layer: str, values: Floats) -> str:
-    """Return the picture of a layer; of an illuminant, its colour."""
-    if layer != ILLUMINANT:
-        return _picture(truth, values, 1.0 if layer == "reflectance" else _SHOWN_AS)
-    light = values if values.ndim == 1 else values[truth.mask].sum(axis=0)
-    color = np.broadcast_to(light / np.abs(light).max(), (_PATCH, _PATCH, len(light)))
-    return _as_uri(color, 1.0)
-
-
-def _picture(truth: Truth, values: Floats, exposure: float = _SHOWN_AS) -> str:
-    """Return the valid pixels of an image, made smaller by leaving out lines and columns."""
-    step = -(-truth.mask.shape[1] // _WIDTH)
-    shown = np.where(truth.mask[..., None], values, 0.0)[::step, ::step]
-    return _as_uri(shown, exposure)
-
-
-def _as_uri(values: Floats, exposure: float) -> str:
-    """Return linear RGB as a PNG in a data URI; other numbers of bands are shown in grey."""
-    if values.shape[-1] != 3:
-        values = np.repeat(to_grey(values)[..., None], 3, axis=-1)
-    png = encode_png(as_bytes(values, exposure))
-    return "data:image/png;base64," + base64.b64encode(png).decode()
+    return Case(truth.name, column, score, picture(truth, truth.radiance), pictures)

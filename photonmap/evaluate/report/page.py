@@ -38,7 +38,7 @@ def write_page(
     Parameters
     ----------
     summaries : of the evaluation
-    gallery : with the pictures of the best and worst estimates
+    gallery : with the pictures of the best and worst estimates, and of disagreements
     notes : lines on how estimates came about
     tables : of experiments
     """
@@ -60,6 +60,7 @@ def write_page(
         failures=[(m.name, *item) for m in evaluation.methods for item in m.failures.items()],
         undefined=_undefined(evaluation),
         cases=gallery.cases,
+        disagreements=gallery.disagreements,
         number=number,
     )
 
