@@ -8,21 +8,35 @@ import numpy as np
 
 from photonmap.kernels.core.bands import attenuate, mix
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.geometry.texture import coordinates, look_up
+from photonmap.kernels.geometry.texture import coordinates, look_up, look_up_indices
+
+_NO_ROWS = ((-1, -1, -1, -1), (0.0, 0.0, 0.0, 0.0))
+_BLACK = ((0.0, 0.0, 0.0), _NO_ROWS)
 
 
 @jit
 def look_up_material(geometry, textures, hit):
-    """Return (material, r, g, b) of a hit; the colour means something where it is textured."""
+    """Return (material, colour) of a hit; the colour means something where it is textured."""
     material = geometry.material[hit.triangle]
     if textures is None:
-        return material, 0.0, 0.0, 0.0
-    image = textures.reflectance[material]
+        return material, _BLACK
+    return material, _look_up(geometry, textures, textures.palettes, hit)
+
+
+@jit
+def _look_up(geometry, textures, palettes, hit):
+    """Return (r, g, b) and four rows of palettes with their weights; rows of -1 for a colour.
+
+    The palettes are an argument of their own, None in a scene without any.
+    """
+    image = textures.reflectance[geometry.material[hit.triangle]]
     if image < 0:
-        return material, 0.0, 0.0, 0.0
+        return _BLACK
     s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
+    if palettes is not None and palettes.address[image] != 0:
+        return _BLACK[0], look_up_indices(textures.maps, palettes, image, s, t)
     r, g, b = look_up(textures.maps, image, s, t)
-    return material, min(r, 1.0), min(g, 1.0), min(b, 1.0)
+    return (min(r, 1.0), min(g, 1.0), min(b, 1.0)), _NO_ROWS
 
 
 @jit
@@ -32,7 +46,20 @@ def albedo(materials, textures, color, band):
         return materials.reflectance[color[0], band]
     if textures.reflectance[color[0]] < 0:
         return materials.reflectance[color[0], band]
-    return np.float32(mix((color[1], color[2], color[3]), textures.basis, band))
+    return _mix(textures, textures.palettes, color[1], band)
+
+
+@jit
+def _mix(textures, palettes, color, band):
+    """Return one band of what `_look_up` gave."""
+    rgb, rows = color
+    if palettes is not None:
+        (a, b, c, d), (p, q, r, s) = rows
+        if a >= 0:
+            spectra = palettes.spectra
+            above = p * spectra[a, band] + q * spectra[b, band]
+            return np.float32(above + r * spectra[c, band] + s * spectra[d, band])
+    return np.float32(mix(rgb, textures.basis, band))
 
 
 @jit

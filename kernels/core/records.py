@@ -60,6 +60,16 @@ class Alpha(NamedTuple):
 
 
 @by_reference
+class Palettes(NamedTuple):
+    """Images whose texels are spectra; a scene without any has None in its place."""
+
+    address: np.ndarray
+    """(R,) int64, of the first index of a row of `Maps`, int32; 0 where texels are colours"""
+    spectra: np.ndarray
+    """(S, N) float32, reflectances that indices count"""
+
+
+@by_reference
 class Textures(NamedTuple):
     """Reflectances that vary over surfaces; a scene without any has None in its place."""
 
@@ -68,6 +78,8 @@ class Textures(NamedTuple):
     """(M,) int32, row of `maps`, -1 for none"""
     basis: np.ndarray
     """(3, N) float32, which makes reflectances of linear RGB"""
+    palettes: Palettes | None
+    """None where all texels are colours"""
 
 
 @by_reference

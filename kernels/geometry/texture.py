@@ -26,6 +26,10 @@ if config.DISABLE_JIT:
         """Return the float32 at an address."""
         return ctypes.c_float.from_address(int(address)).value
 
+    def load_index(address):
+        """Return the int32 at an address."""
+        return ctypes.c_int32.from_address(int(address)).value
+
 else:
 
     def _loader(kind, number):
@@ -41,6 +45,7 @@ else:
 
     load_byte = _loader(ir.IntType(8), types.uint8)
     load_real = _loader(ir.FloatType(), types.float32)
+    load_index = _loader(ir.IntType(32), types.int32)
 
 
 @jit
@@ -83,12 +88,9 @@ def _texel(maps, image, row, column):
     )
 
 
-@outlined
-def look_up(maps, image, s, t):
-    """Return the linear RGB of row `image` of `maps` at texture coordinates (s, t).
-
-    It is bilinear between the centres of texels; t rises from the bottom row of the image.
-    """
+@jit
+def _place(maps, image, s, t):
+    """Return the rows and columns of the four texels around (s, t), and where it lies between."""
     height, width = np.int64(maps.shape[image, 0]), np.int64(maps.shape[image, 1])
     s = maps.placement[image, 0] * s + maps.placement[image, 2]
     t = maps.placement[image, 1] * t + maps.placement[image, 3]
@@ -102,6 +104,16 @@ def look_up(maps, image, s, t):
     x, y = x - left, y - top
     columns = _inside(np.int64(left), width, clamp), _inside(np.int64(left) + 1, width, clamp)
     rows = _inside(np.int64(top), height, clamp), _inside(np.int64(top) + 1, height, clamp)
+    return rows, columns, x, y
+
+
+@outlined
+def look_up(maps, image, s, t):
+    """Return the linear RGB of row `image` of `maps` at texture coordinates (s, t).
+
+    It is bilinear between the centres of texels; t rises from the bottom row of the image.
+    """
+    rows, columns, x, y = _place(maps, image, s, t)
     a, b = _texel(maps, image, rows[0], columns[0]), _texel(maps, image, rows[0], columns[1])
     c, d = _texel(maps, image, rows[1], columns[0]), _texel(maps, image, rows[1], columns[1])
     p, q, r, w = (1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y
@@ -109,6 +121,22 @@ def look_up(maps, image, s, t):
         maps.factor[image, 0] * (p * a[0] + q * b[0] + r * c[0] + w * d[0]),
         maps.factor[image, 1] * (p * a[1] + q * b[1] + r * c[1] + w * d[1]),
         maps.factor[image, 2] * (p * a[2] + q * b[2] + r * c[2] + w * d[2]),
+    )
+
+
+@outlined
+def look_up_indices(maps, palettes, image, s, t):
+    """Return four rows of `palettes.spectra` and their weights; like `look_up` otherwise."""
+    rows, columns, x, y = _place(maps, image, s, t)
+    start, width = palettes.address[image], np.int64(maps.shape[image, 1])
+    return (
+        (
+            np.int64(load_index(start + 4 * (rows[0] * width + columns[0]))),
+            np.int64(load_index(start + 4 * (rows[0] * width + columns[1]))),
+            np.int64(load_index(start + 4 * (rows[1] * width + columns[0]))),
+            np.int64(load_index(start + 4 * (rows[1] * width + columns[1]))),
+        ),
+        ((1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y),
     )
 
 

@@ -115,7 +115,10 @@ def carry(compiled: CompiledScene, columns: SpectralColumns) -> CompiledScene:
             maps=None if lobes is None else lobes._replace(basis=tile(lobes.basis)),
         )
     if textures is not None:
-        textures = textures._replace(basis=tile(textures.basis))
+        palettes = textures.palettes
+        if palettes is not None:
+            palettes = palettes._replace(spectra=tile(palettes.spectra))
+        textures = textures._replace(basis=tile(textures.basis), palettes=palettes)
     if specular is not None:
         specular = specular._replace(mirror=tile(specular.mirror), tint=tile(specular.tint))
         if specular.media is not None:
@@ -208,6 +211,8 @@ def _tables(compiled: CompiledScene) -> list[Array]:
             tables.append(compiled.scattering.maps.basis)
     if compiled.textures is not None:
         tables.append(compiled.textures.basis)
+        if compiled.textures.palettes is not None:
+            tables.append(compiled.textures.palettes.spectra)
     if compiled.lights.emission_textures is not None:
         tables.append(compiled.lights.emission_textures.basis)
     return tables

@@ -19,12 +19,14 @@ from photonmap.kernels.core.records import (
     Geometry,
     LobeMaps,
     Maps,
+    Palettes,
     Panes,
     Scattering,
     Textures,
 )
 from photonmap.scene.images import LINEAR_TABLE, SRGB_TABLE
 from photonmap.scene.material import LEAST_ALPHA, Material
+from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Texture, check_texture
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
@@ -44,6 +46,7 @@ class TextureTable:
     reflectance, emission, alpha, glossy, roughness, relief : (M,) the row that each material uses,
         -1 for none
     opacity : (M,) where there is no texture
+    uses : which texture each row of `maps` is, and what its reflectances are divided by
     images : keeps the texels alive, of which kernels have the addresses
     """
 
@@ -55,6 +58,7 @@ class TextureTable:
     roughness: NDArray[np.int32]
     relief: NDArray[np.int32]
     opacity: Floats
+    uses: list[tuple[Texture, float]] = field(repr=False)
     images: list[Any] = field(repr=False)
 
     def textures(self, bands: Bands) -> Textures | None:
@@ -62,7 +66,19 @@ class TextureTable:
         if (self.reflectance < 0).all():
             return None
         basis = bands.reflectance_basis.astype(np.float32, order="C")
-        return Textures(self.maps, self.reflectance, basis)
+        return Textures(self.maps, self.reflectance, basis, self._palettes(bands))
+
+    def _palettes(self, bands: Bands) -> Palettes | None:
+        """Return the spectra of spectral textures, and indices that count them; None without."""
+        address, spectra, first = np.zeros(len(self.uses), np.int64), [], 0
+        for row, (texture, shrink) in enumerate(self.uses):
+            if isinstance(texture, SpectralTexture):
+                index = np.ascontiguousarray(texture.index + np.int32(first))
+                self.images.append(index)
+                address[row] = index.ctypes.data
+                spectra.append(texture.averages(bands) / np.float32(shrink))
+                first += len(texture.spectra)
+        return Palettes(address, np.concatenate(spectra)) if spectra else None
 
     def lobes(self, scattering: Scattering | None, bands: Bands) -> Scattering | None:
         """Return BSDFs with the textures of glossy lobes, where there are any."""
@@ -130,6 +146,7 @@ def compile_textures(materials: Sequence[Material], shrink: Floats) -> TextureTa
                         slots[slot, index] = len(uses)
                         uses.append((paint.image, 1.0))
                 elif isinstance(paint, Texture):
+                    _check_spectral(paint, name)
                     check_texture(paint, np.inf if name == "emission" else LARGEST_REFLECTANCE)
                     slots[slot, index] = len(uses)
                     uses.append((paint, shrink[index] if slot == 0 else 1.0))
@@ -137,7 +154,13 @@ def compile_textures(materials: Sequence[Material], shrink: Floats) -> TextureTa
                     opacity[index] = _opacity(paint)
     maps, images = _maps(uses)
     rows = dict(zip(_TEXTURED, slots, strict=True))
-    return TextureTable(maps, **rows, opacity=opacity, images=images)
+    return TextureTable(maps, **rows, opacity=opacity, uses=uses, images=images)
+
+
+def _check_spectral(texture: Texture, name: str) -> None:
+    """Refuse spectra where colours or numbers belong."""
+    if isinstance(texture, SpectralTexture) and name != "reflectance":
+        raise InputError("only reflectance may be a SpectralTexture; give a Texture")
 
 
 def _opacity(value: Any) -> float:

@@ -13,6 +13,7 @@ from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import parameters_of
 from photonmap.scene.surfaces.dispersion import Cauchy, NamedGlass, Sellmeier
 from photonmap.scene.surfaces.relief import BumpMap, NormalMap
+from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Texture, is_black
 from photonmap.spectra.curves import Spectrum
 
@@ -97,6 +98,11 @@ def describe_color(color: Any) -> Any:
     if isinstance(color, Spectrum):
         low, high = color.wavelengths[[0, -1]].tolist()
         return {"spectrum": {"samples": len(color.values), "range_nm": [low, high]}}
+    if isinstance(color, SpectralTexture):
+        (height, width), low_high = color.index.shape, color.wavelengths[[0, -1]].tolist()
+        spectra = {"spectra": len(color.spectra), "samples": len(color.wavelengths)}
+        size = {"width": width, "height": height}
+        return {"texture": {**size, **spectra, "range_nm": low_high, "mean": list(color.mean)}}
     if isinstance(color, Texture):
         height, width, channels = color.image.texels.shape
         bits = 8 * color.image.texels.itemsize

@@ -114,7 +114,8 @@ def _show(value: Any) -> str:
     if isinstance(value, dict) and "texture" in value:
         image = value["texture"]
         mean = _show(image["mean"])
-        return f"texture {image['width']}x{image['height']}, {image['bits']} bits, mean {mean}"
+        texels = f"{image['bits']} bits" if "bits" in image else f"{image['spectra']} spectra"
+        return f"texture {image['width']}x{image['height']}, {texels}, mean {mean}"
     if isinstance(value, dict) and "spectrum" in value:
         curve = value["spectrum"]
         low, high = curve["range_nm"]

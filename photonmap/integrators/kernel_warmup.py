@@ -35,6 +35,7 @@ from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
 from photonmap.scene.surfaces.relief import BumpMap
+from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Texture
 from photonmap.spectra.bands import Bands
 
@@ -42,6 +43,7 @@ _FILM = Film(1, 1, True)
 _NEAR = (0.4, 0.4, -0.6)
 """So near the triangle that half of the photons hit it: else paths would take their place."""
 _GREY, _BLACK = Texture.of(np.full((1, 1), 0.4)), Texture.of(np.zeros((1, 1)))
+_PALETTE = SpectralTexture.from_palette(np.zeros((1, 1), np.int32), [0.4])
 _LIGHTS: dict[str, Light] = {
     "environment": EnvironmentLight(np.ones((1, 2, 3))),
     "profiles": PhotometricLight(_NEAR, np.ones((2, 2))),
@@ -175,6 +177,11 @@ def _has_textured_lobes(compiled: CompiledScene) -> bool:
     return compiled.scattering is not None and compiled.scattering.maps is not None
 
 
+def _has_palettes(compiled: CompiledScene) -> bool:
+    """Return whether texels are spectra."""
+    return compiled.textures is not None and compiled.textures.palettes is not None
+
+
 def _marker(wanted: CompiledScene, method: str) -> Path:
     """Return the empty file that says what is in the cache."""
     parts = [method, *sorted(_stand_ins(wanted))]
@@ -182,6 +189,7 @@ def _marker(wanted: CompiledScene, method: str) -> Path:
     parts += ["specular"] * (wanted.specular is not None) + ["optics"] * has_optics(wanted.camera)
     parts += ["rough-chains"] * _has_rough_chains(wanted)
     parts += ["textured-lobes"] * _has_textured_lobes(wanted)
+    parts += ["palettes"] * _has_palettes(wanted)
     return CACHE_FOLDER / ("compiled-" + "-".join(parts))
 
 
@@ -191,7 +199,7 @@ def _stand_ins(compiled: CompiledScene) -> dict[str, Any]:
     It is not an emitter, none of whose own light could be seen.
     """
     needs: tuple[tuple[str, Any, object], ...] = (
-        ("reflectance", compiled.textures, _GREY),
+        ("reflectance", compiled.textures, _PALETTE if _has_palettes(compiled) else _GREY),
         ("emission", compiled.lights.emission_textures, _BLACK),
         ("alpha", compiled.geometry.alpha, 0.5),
         ("diffuse_roughness", compiled.scattering, 0.5),

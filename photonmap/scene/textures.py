@@ -118,6 +118,11 @@ class Texture:
                 total += part.sum(axis=(0, 1), dtype=np.float64)
         return self._triple(total / (texels.shape[0] * texels.shape[1]))
 
+    @property
+    def color(self) -> Color:
+        """Its mean over the image."""
+        return self.mean
+
     @cached_property
     def largest(self) -> float:
         """The largest linear value."""
@@ -142,7 +147,7 @@ def is_black(color: Paint) -> bool:
 
 def mean_color(color: Paint) -> Color:
     """Return the mean of a texture; any other colour unchanged."""
-    return color.mean if isinstance(color, Texture) else color
+    return color.color if isinstance(color, Texture) else color
 
 
 def mean_number(value: float | Texture) -> float:

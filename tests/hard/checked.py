@@ -50,6 +50,17 @@ def inlaid():
     return with_body(material, uv=ball.vertices[:, :2])
 
 
+def woven():
+    """A ball whose texels are spectra, beside one of colours."""
+    ball = trimesh.creation.icosphere(subdivisions=1, radius=0.5)
+    palette = pm.SpectralTexture.from_palette([[0, 1], [1, 0]], [0.2, (0.9, 0.5, 0.1)])
+    woven = with_body(pm.Material("woven", palette), uv=ball.vertices[:, :2])
+    image = np.linspace(0.0, 1.0, 12).reshape(2, 2, 3)
+    painted = pm.Material("painted", texture(image))
+    beside = pm.Mesh(0.3 * ball.vertices + 0.6, ball.faces, painted, uv=ball.vertices[:, :2])
+    return pm.Scene([*woven.meshes, beside], [], woven.camera)
+
+
 def bumpy():
     """A coat over paint, and glass, with bumps."""
     ball = trimesh.creation.icosphere(subdivisions=1, radius=0.5)
@@ -90,6 +101,7 @@ def scenes():
         "narrow": with_body(pm.Material.metal(roughness=0.2)),
         "plaster": with_body(pm.Material("plaster", 0.5, diffuse_roughness=0.7)),
         "inlay": inlaid(),
+        "woven": woven(),
         "bumps": bumpy(),
         "lens": pm.Scene([low], lights, lens),
         "fisheye": pm.Scene([low], lights, fisheye),

@@ -13,7 +13,17 @@ from typing import Any
 from photonmap.errors import InputError
 from photonmap.runtime.named_files import named_file
 from photonmap.runtime.wording import listed, shown, suggest
-from photonmap.scene.parameters import Colored, Emission, File, Parameter, Part, parameters_of
+from photonmap.scene.parameters import (
+    Colored,
+    Emission,
+    File,
+    Parameter,
+    Part,
+    Reflectance,
+    parameters_of,
+)
+from photonmap.scene.surfaces.spectral_images import SUFFIXES
+from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Texture, check_texture, shared_image
 from photonmap.scene.vectors import finite
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
@@ -122,25 +132,57 @@ def parse_value(parameter: Parameter, value: Any, folder: Path) -> Any:
 
 def _parse_texture(parameter: Parameter, table: dict[str, Any], folder: Path) -> Texture:
     """Return the texture that a table describes; those of roughness are linear."""
-    known = ("file", "scale", "offset", "clamp", "factor", "linear")
+    if not isinstance(table.get("file"), str):
+        raise InputError(f'{shown(table)} names no file; write {{ file = "IMAGE" }}')
+    path = named_file(folder, table["file"])
+    if "palette" in table or path.suffix.lower() in SUFFIXES:
+        return _parse_spectral(parameter, table, path)
+    _check_keys(table, ("file", *_PLACED, "factor", "linear"))
+    placed, is_mask = _placement(table), parameter.noun == "opacity"
+    linear = _flag(table, "linear", parameter.noun == "roughness")
+    red, green, blue = _numbers(table, "factor", [1, 1, 1])
+    image = shared_image(path, linear=linear, mask=is_mask)
+    texture = Texture(image, **placed, factor=(red, green, blue))
+    check_texture(texture, math.inf if isinstance(parameter, Emission) else LARGEST_REFLECTANCE)
+    return texture
+
+
+def _parse_spectral(parameter: Parameter, table: dict[str, Any], path: Path) -> Texture:
+    """Return a texture of spectra: a hyperspectral image, or indices into a palette."""
+    if not isinstance(parameter, Reflectance) or parameter.mtl != "Kd":
+        raise InputError("spectra on a surface are for its reflectance; give an image here")
+    if "palette" not in table:
+        _check_keys(table, ("file", *_PLACED, "factor", "extrapolate"))
+        held, (gain,) = _flag(table, "extrapolate", False), _numbers(table, "factor", [1])
+        return SpectralTexture.read(path, extrapolate=held, gain=gain, **_placement(table))
+    _check_keys(table, ("file", *_PLACED, "palette"))
+    colors = table["palette"]
+    if not isinstance(colors, list):
+        raise InputError(f"palette {shown(colors)}; write a list of colours")
+    palette = [parameter.parse(_color_text(color), path.parent) for color in colors]
+    return SpectralTexture.from_palette(path, palette, **_placement(table))
+
+
+def _check_keys(table: dict[str, Any], known: Collection[str]) -> None:
     for key in table:
         if key not in known:
             raise InputError(f"key {shown(key)} is not known; {suggest(key, known)}")
-    if not isinstance(table.get("file"), str):
-        raise InputError(f'{shown(table)} names no file; write {{ file = "IMAGE" }}')
-    flags = {"clamp": False, "linear": parameter.noun == "roughness"} | table
-    for key in ("clamp", "linear"):
-        if not isinstance(flags[key], bool):
-            raise InputError(f"{key} {shown(flags[key])}; write true or false")
-    path, is_mask = named_file(folder, table["file"]), parameter.noun == "opacity"
-    (s, t), (u, v), (red, green, blue) = (
-        _numbers(table, key, default)
-        for key, default in (("scale", [1, 1]), ("offset", [0, 0]), ("factor", [1, 1, 1]))
-    )
-    image = shared_image(path, linear=flags["linear"], mask=is_mask)
-    texture = Texture(image, (s, t), (u, v), flags["clamp"], (red, green, blue))
-    check_texture(texture, math.inf if isinstance(parameter, Emission) else LARGEST_REFLECTANCE)
-    return texture
+
+
+def _flag(table: dict[str, Any], key: str, default: bool) -> bool:
+    value = table.get(key, default)
+    if not isinstance(value, bool):
+        raise InputError(f"{key} {shown(value)}; write true or false")
+    return value
+
+
+_PLACED = ("scale", "offset", "clamp")
+
+
+def _placement(table: dict[str, Any]) -> dict[str, Any]:
+    """Return where an image lies, as the parameters of a `Texture`."""
+    scale, offset = _numbers(table, "scale", [1, 1]), _numbers(table, "offset", [0, 0])
+    return {"scale": tuple(scale), "offset": tuple(offset), "clamp": _flag(table, "clamp", False)}
 
 
 def _numbers(table: dict[str, Any], key: str, default: list[int]) -> list[float]:

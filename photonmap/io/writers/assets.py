@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from photonmap.errors import InputError, naming
+from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.runtime.wording import shown
 from photonmap.scene.images import write_image
 from photonmap.scene.parameters import File
+from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Texture
 from photonmap.spectra.curves import EXTRAPOLATE, Color, Spectrum
 
@@ -75,6 +76,8 @@ class Assets:
         """
         key = id(texture), opacity
         if key not in self._known:
+            if isinstance(texture, SpectralTexture):
+                warn(f"the spectra of a texture, {label}, are written as their colours under D65")
             linear = texture.image.linear(slice(None), slice(None))
             texels = (linear * np.array(texture.factor)).astype(np.float32)
             if opacity:

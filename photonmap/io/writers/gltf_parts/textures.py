@@ -13,9 +13,11 @@ from photonmap.io.readers.gltf_parts.textures import CLAMP
 from photonmap.io.writers.gltf_parts.draft import Draft
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.images import Image, encode_srgb
+from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Texture, Triple, mean_number
 
 _ROUNDED = "textures of floating-point numbers are rounded to 16 bits in sRGB"
+_SPECTRA = "the spectra of textures become their colours under D65"
 _APART = "opacities that lie otherwise than the colour become their mean"
 _RESIZED = "textures are enlarged to the size of another one in the same image"
 _WHOLE = slice(None), slice(None)
@@ -40,6 +42,8 @@ class TextureWriter:
         self, texture: Texture, owner: str, most: float = 1.0
     ) -> tuple[dict[str, Any], Triple]:
         """Add a colour texture; return the JSON that names it, and a factor up to `most`."""
+        if isinstance(texture, SpectralTexture):
+            self.draft.note(_SPECTRA, owner)
         image, factor = self._image(texture, None, owner, most)
         return self._use(image, texture), factor
 
