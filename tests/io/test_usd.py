@@ -1,7 +1,9 @@
 """USD stages: meshes, preview surfaces, lights and cameras, with y up."""
 
 import math
+import random
 import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -277,6 +279,23 @@ def test_a_damaged_stage_is_refused(load, tmp_path, capfd):
     with pytest.raises(pm.InputError, match="its faces have 4 corners, but 3 are given"):
         load(triangle().replace("[3]", "[4]"), name="b.usda")
     assert capfd.readouterr().err == ""
+
+
+def test_stages_with_changed_digits_are_read_or_refused_in_one_line(load):
+    rng, text = random.Random(0), light("RectLight", "float inputs:intensity = 3.5")
+    refused = []
+    for index in range(40):
+        damaged = [*text]
+        for at in rng.sample([i for i, letter in enumerate(text) if letter.isdigit()], 2):
+            damaged[at] = rng.choice("0123456789-.e(")
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                load("".join(damaged), name=f"{index}.usda")
+        except pm.InputError as error:
+            refused.append(str(error))
+    assert 0 < len(refused) < 40
+    assert not [line for line in refused if "\n" in line or ".usda" not in line]
 
 
 def test_without_pxr_the_remedy_is_named(tmp_path, monkeypatch):

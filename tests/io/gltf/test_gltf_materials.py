@@ -129,9 +129,35 @@ GLASS = {
         ),
         ({"name": "a", "emissiveFactor": [0, 0, 0]}, Material("a"), None),
         (
-            {"name": "a", "extensions": {"KHR_materials_clearcoat": {}}},
-            Material("a"),
+            {
+                "name": "a",
+                "pbrMetallicRoughness": {
+                    "metallicFactor": 0,
+                    "baseColorFactor": [0.5, 0.2, 0.1, 1],
+                },
+                "extensions": {
+                    "KHR_materials_clearcoat": {
+                        "clearcoatFactor": 1.0,
+                        "clearcoatRoughnessFactor": 0.1,
+                    }
+                },
+            },
+            Material("a", (0.5, 0.2, 0.1), glossy=COAT, roughness=0.1),
+            None,
+        ),
+        (
+            {
+                "name": "a",
+                "pbrMetallicRoughness": {"metallicFactor": 0},
+                "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 0.5}},
+            },
+            Material("a", (1.0,) * 3, glossy=COAT, roughness=1.0),
             "KHR_materials_clearcoat of 'a'",
+        ),
+        (
+            {"name": "a", "extensions": {"KHR_materials_sheen": {}}},
+            Material("a"),
+            "KHR_materials_sheen of 'a'",
         ),
     ],
 )

@@ -31,6 +31,7 @@ _READ = (
     "pbrSpecularGlossiness",
 )  # fmt: skip
 """Extensions that are simulated, `KHR_materials_…`"""
+_COAT = "clearcoat"
 _METALLIC = "metallicRoughnessTexture"
 _TEXTURES = ("baseColorTexture", _METALLIC, "emissiveTexture")
 _NORMALS = "normalTexture"
@@ -146,7 +147,7 @@ def read_material(
         if key.endswith("Texture") and key not in (*_TEXTURES, _NORMALS, _HARMLESS):
             source.lose(key)
     for extension in item.get("extensions", ()):
-        if extension.removeprefix("KHR_materials_") not in _READ:
+        if extension.removeprefix("KHR_materials_") not in (*_READ, _COAT):
             source.lose(extension)
     look = _glass(source) or _opaque(source)
     look |= _relief(source)
@@ -210,7 +211,24 @@ def _gloss(source: _Source, base: Triple | Texture, coat: float) -> Gloss:
     metallic = source.data("metallicFactor", Channels.blue)
     if not lie_alike(base, metallic):
         source.lose("variation of metallic")
-    return metallic_gloss(base, metallic, coat, roughness)
+    return _coated(source, metallic_gloss(base, metallic, coat, roughness), metallic)
+
+
+def _coated(source: _Source, gloss: Gloss, metallic: float | Texture) -> Gloss:
+    """Return a surface below a clear coat, if it has one and is no metal.
+
+    A whole coat takes the place of the surface's own lobe: where it lies, plastic does not border
+    on air. Other coats are named.
+    """
+    extension = source.extension(_COAT)
+    amount = source.number(extension, "clearcoatFactor", 0.0)
+    if amount == 0.0:
+        return gloss
+    if amount < 1.0 or metallic != 0.0 or any(key.endswith("Texture") for key in extension):
+        source.lose(f"KHR_materials_{_COAT}")
+        return gloss
+    roughness = source.number(extension, "clearcoatRoughnessFactor", 0.0)
+    return gloss._replace(glossy=coat_of(USUAL_INDEX), roughness=roughness)
 
 
 def _glass(source: _Source) -> dict[str, Any] | None:
