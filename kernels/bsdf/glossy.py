@@ -9,6 +9,7 @@ covers it. The BSDF is reciprocal.
 `parameters` are α, and the means over bands of the reflectance at normal incidence and of the
 base's albedo, by which one of the two is chosen for a sample. Where textures give them, they are
 looked up for each point: `maps`, an argument of its own, is None in scenes without such textures.
+Facets may differ along the surface: see `facets`.
 """
 
 import math
@@ -16,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from photonmap.kernels.bsdf import facets
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import mix
 from photonmap.kernels.core.jit import jit
@@ -31,6 +33,7 @@ class Lobe(NamedTuple):
 
     material: int
     alpha: float
+    """across the tangent, if there is one"""
     f0: float
     """mean over bands of the reflectance at normal incidence"""
     base: float
@@ -43,6 +46,10 @@ class Lobe(NamedTuple):
     """whether the reflectance at normal incidence is `color` rather than the material's"""
     color: tuple
     """linear RGB"""
+    along: float
+    """α along the tangent"""
+    tangent: tuple
+    """see `facets`"""
 
 
 @jit
@@ -52,14 +59,17 @@ def lobe_at(geometry, scattering, maps, hit):
     parameters = scattering.parameters[material]
     alpha, f0, base = parameters[0], parameters[1], parameters[2]
     row, between, color = np.int64(material), 0.0, (0.0, 0.0, 0.0)
+    anisotropy = scattering.anisotropy
+    tangent = facets.tangent_of(geometry, anisotropy, hit)
     if maps is None:
-        return Lobe(material, alpha, f0, base, row, between, False, color)
+        along = facets.along_of(anisotropy, material, alpha)
+        return Lobe(material, alpha, f0, base, row, between, False, color, along, tangent)
     s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
     if maps.roughness[material] >= 0:
         roughness = min(look_up_number(maps.maps, maps.roughness[material], s, t), 1.0)
         alpha = max(roughness * roughness, maps.least)
-        place = roughness * (len(scattering.albedos) - 1 - maps.first)
-        step = min(int(place), len(scattering.albedos) - 2 - maps.first)
+        place = roughness * (maps.steps - 1)
+        step = min(int(place), maps.steps - 2)
         row, between = np.int64(maps.first + step), place - step
     is_textured = maps.glossy[material] >= 0
     if is_textured:
@@ -68,7 +78,8 @@ def lobe_at(geometry, scattering, maps, hit):
     if maps.base[material] >= 0:
         r, g, b = _reflectance(maps.maps, maps.base[material], s, t)
         base = (r + g + b) / 3.0
-    return Lobe(material, alpha, f0, base, row, between, is_textured, color)
+    along = facets.along_of(anisotropy, material, alpha)
+    return Lobe(material, alpha, f0, base, row, between, is_textured, color, along, tangent)
 
 
 @jit
@@ -96,12 +107,27 @@ def _interpolate(table, cosine):
 
 
 @jit
-def _look_up(albedos, maps, lobe, term, cosine):
+def _look_up(albedos, maps, anisotropy, lobe, term, cosine, share):
     """Return the albedo of a Fresnel term, 0: 1, 1: (1 - cos)⁵, of light from an angle."""
     value = _interpolate(albedos[lobe.row, term], cosine)
     if maps is None:
+        return _of_azimuth(albedos, anisotropy, lobe, term, cosine, share, value)
+    value += lobe.between * (_interpolate(albedos[lobe.row + 1, term], cosine) - value)
+    return _of_azimuth(albedos, anisotropy, lobe, term, cosine, share, value)
+
+
+@jit
+def _of_azimuth(albedos, anisotropy, lobe, term, cosine, share, value):
+    """Return the albedo of light from an angle and azimuth, in place of the mean over azimuths."""
+    if anisotropy is None:
         return value
-    return value + lobe.between * (_interpolate(albedos[lobe.row + 1, term], cosine) - value)
+    if lobe.along == lobe.alpha:
+        return value
+    place = share * (anisotropy.azimuths - 1)
+    step = min(int(place), anisotropy.azimuths - 2)
+    row = np.int64(anisotropy.first[lobe.material] + step)
+    value = _interpolate(albedos[row, term], cosine)
+    return value + (place - step) * (_interpolate(albedos[row + 1, term], cosine) - value)
 
 
 @jit
@@ -127,35 +153,23 @@ def _lobe_albedo(single, grazing, f0, multiple):
 
 
 @jit
-def _smith(alpha, cosine):
-    """Return Smith's Λ."""
-    return 0.5 * (math.sqrt(1.0 + alpha * alpha * (1.0 / (cosine * cosine) - 1.0)) - 1.0)
-
-
-@jit
-def _distribution(alpha, h, n):
-    """Return the density of microfacet normals (per steradian)."""
-    cosine, across = vec.dot(h, n), vec.cross(h, n)
-    spread = alpha * alpha * cosine * cosine + vec.dot(across, across)
-    return alpha * alpha * warp.INV_PI / (spread * spread)
-
-
-@jit
 def evaluate(scattering, maps, lobe, wi, wo, n, values):
     """Turn the base's albedos in values, (N,), into the BSDF (per steradian)."""
     cos_i, cos_o = vec.dot(wi, n), vec.dot(wo, n)
     if cos_i <= 0.0 or cos_o <= 0.0:
         values[:] = 0.0
         return
-    alpha, albedos = lobe.alpha, scattering.albedos
+    albedos, uneven = scattering.albedos, scattering.anisotropy
     h = vec.normalize(vec.add(wi, wo))
-    masking = 1.0 + _smith(alpha, cos_i) + _smith(alpha, cos_o)
-    once = _distribution(alpha, h, n) / (4.0 * cos_i * cos_o * masking)
+    at_i, at_o = facets.azimuth(uneven, lobe, wi, n), facets.azimuth(uneven, lobe, wo, n)
+    masking = 1.0 + facets.masking(uneven, lobe, cos_i, at_i)
+    masking += facets.masking(uneven, lobe, cos_o, at_o)
+    once = facets.distribution(uneven, lobe, h, n) / (4.0 * cos_i * cos_o * masking)
     schlick = (1.0 - min(vec.dot(wo, h), 1.0)) ** 5
-    single_i = _look_up(albedos, maps, lobe, 0, cos_i)
-    single_o = _look_up(albedos, maps, lobe, 0, cos_o)
-    grazing_i = _look_up(albedos, maps, lobe, 1, cos_i)
-    grazing_o = _look_up(albedos, maps, lobe, 1, cos_o)
+    single_i = _look_up(albedos, maps, uneven, lobe, 0, cos_i, at_i)
+    single_o = _look_up(albedos, maps, uneven, lobe, 0, cos_o, at_o)
+    grazing_i = _look_up(albedos, maps, uneven, lobe, 1, cos_i, at_i)
+    grazing_o = _look_up(albedos, maps, uneven, lobe, 1, cos_o, at_o)
     mean, mean_grazing = mean_albedo(albedos, maps, lobe, 0), mean_albedo(albedos, maps, lobe, 1)
     missing = (1.0 - single_i) * (1.0 - single_o) / max(1.0 - mean, TINY) * warp.INV_PI
     for band in range(len(values)):
@@ -169,31 +183,19 @@ def evaluate(scattering, maps, lobe, wi, wo, n, values):
 
 
 @jit
-def _lobe_probability(scattering, maps, lobe, cosine):
+def _lobe_probability(scattering, maps, lobe, cosine, share):
     """Return with which probability a sample is drawn by visible normals."""
     albedos, f0, rho = scattering.albedos, lobe.f0, lobe.base
     mean, mean_grazing = mean_albedo(albedos, maps, lobe, 0), mean_albedo(albedos, maps, lobe, 1)
     multiple = _multiple(f0, mean)
     back = _lobe_albedo(mean, mean_grazing, f0, multiple)
-    single = _look_up(albedos, maps, lobe, 0, cosine)
-    grazing = _look_up(albedos, maps, lobe, 1, cosine)
+    uneven = scattering.anisotropy
+    single = _look_up(albedos, maps, uneven, lobe, 0, cosine, share)
+    grazing = _look_up(albedos, maps, uneven, lobe, 1, cosine, share)
     once = f0 * (single - grazing) + grazing
     reflected = _lobe_albedo(single, grazing, f0, multiple)
     base = rho * (1.0 - reflected) * (1.0 - back) / max(1.0 - rho * back, TINY)
     return once / max(reflected + base, TINY)
-
-
-@jit
-def visible_normal(alpha, wo, u, v):
-    """Return a microfacet normal that wo sees, about +z.
-
-    J. Dupuy and A. Benyoub, "Sampling visible GGX normals with spherical caps", 2023.
-    """
-    x, y, z = vec.normalize((alpha * wo[0], alpha * wo[1], wo[2]))
-    height = (1.0 - v) * (1.0 + z) - z
-    r = math.sqrt(max(1.0 - height * height, 0.0))
-    cosine, sine = warp.cos_sin_2pi(u)
-    return vec.normalize((alpha * (r * cosine + x), alpha * (r * sine + y), max(height + z, TINY)))
 
 
 @jit
@@ -202,14 +204,16 @@ def sample(scattering, maps, lobe, wo, n, u, v):
     cosine = vec.dot(wo, n)
     if cosine <= 0.0:
         return vec.scale(n, -1.0)
-    probability = _lobe_probability(scattering, maps, lobe, cosine)
+    uneven = scattering.anisotropy
+    share = facets.azimuth(uneven, lobe, wo, n)
+    probability = _lobe_probability(scattering, maps, lobe, cosine, share)
     if u >= probability:
         u = min((u - probability) / (1.0 - probability), 1.0 - 2.0**-53)
         return vec.from_frame(warp.cosine_hemisphere(u, v), n)
-    local = vec.to_frame(wo, n)
-    h = visible_normal(lobe.alpha, local, u / probability, v)
+    local = facets.to_local(uneven, lobe, wo, n)
+    h = facets.visible_normal(lobe.along, lobe.alpha, local, u / probability, v)
     wi = vec.sub(vec.scale(h, 2.0 * vec.dot(local, h)), local)
-    return vec.normalize(vec.from_frame(wi, n))
+    return vec.normalize(facets.from_local(uneven, lobe, wi, n))
 
 
 @jit
@@ -218,8 +222,10 @@ def pdf(scattering, maps, lobe, wi, wo, n):
     cos_i, cos_o = vec.dot(wi, n), vec.dot(wo, n)
     if cos_i <= 0.0 or cos_o <= 0.0:
         return 0.0
-    alpha = lobe.alpha
-    probability = _lobe_probability(scattering, maps, lobe, cos_o)
+    uneven = scattering.anisotropy
+    share = facets.azimuth(uneven, lobe, wo, n)
+    probability = _lobe_probability(scattering, maps, lobe, cos_o, share)
     h = vec.normalize(vec.add(wi, wo))
-    visible = _distribution(alpha, h, n) / (4.0 * cos_o * (1.0 + _smith(alpha, cos_o)))
+    visible = facets.distribution(uneven, lobe, h, n)
+    visible /= 4.0 * cos_o * (1.0 + facets.masking(uneven, lobe, cos_o, share))
     return probability * visible + (1.0 - probability) * warp.cosine_hemisphere_pdf(cos_i)

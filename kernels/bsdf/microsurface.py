@@ -13,7 +13,7 @@ below it, on which alone the walk depends: 1 at the top. Inside, everything is t
 
 import math
 
-from photonmap.kernels.bsdf.glossy import visible_normal
+from photonmap.kernels.bsdf.facets import visible_normal
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.fresnel import fresnel, mirrored, refracted
 from photonmap.kernels.core.jit import jit, outlined
@@ -92,7 +92,7 @@ def _scatter_at_facet(alpha, eta, f0, w, state, throughput):
     """
     u, state = draw(state)
     v, state = draw(state)
-    h = visible_normal(alpha, vec.scale(w, -1.0), u, v)
+    h = visible_normal(alpha, alpha, vec.scale(w, -1.0), u, v)
     cosine = -vec.dot(w, h)
     if eta == METAL:
         for band in range(len(throughput)):

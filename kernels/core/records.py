@@ -216,8 +216,28 @@ class LobeMaps(NamedTuple):
     """(3, N) float32, which makes reflectances of linear RGB"""
     first: int
     """row of `Scattering.albedos` where those of even steps of roughness begin"""
+    steps: int
+    """number of these rows"""
     least: float
     """smallest α"""
+
+
+@by_reference
+class Anisotropy(NamedTuple):
+    """Glossy lobes that are wider along a tangent than across; a scene without has None instead."""
+
+    stretch: np.ndarray
+    """(M,) float64, how far α along the tangent is on the way from what it is across to 1; 0 where
+    it is the same"""
+    turn: np.ndarray
+    """(M, 2) float64, cosine and sine of the angle from where u rises to the tangent"""
+    first: np.ndarray
+    """(M,) int32, row of `Scattering.albedos` where those of the material's azimuths begin, evenly
+    in the square of the sine from the tangent"""
+    azimuths: int
+    """number of these rows"""
+    tangents: np.ndarray
+    """(V, 3) float32, in which u rises; 0 where the surface is flat"""
 
 
 @by_reference
@@ -233,9 +253,12 @@ class Scattering(NamedTuple):
     albedos: np.ndarray
     """(R, 2, K) float64, what glossy lobes of Fresnel terms 1 and (1 - cos)⁵ reflect of light from
     K - 1 angles, and the cosine-weighted mean over all: of each material, 0 for other models; then,
-    where lobes are textured, of lobes of even steps of roughness"""
+    where lobes are textured, of lobes of even steps of roughness; then of those that differ along
+    a surface, by azimuth"""
     maps: LobeMaps | None
     """None where no lobe is textured"""
+    anisotropy: Anisotropy | None
+    """None where no lobe differs along a surface"""
 
 
 @by_reference

@@ -31,7 +31,7 @@ def _edges(geometry, triangle):
 
 
 @jit
-def _derivatives(geometry, triangle):
+def derivatives(geometry, triangle):
     """Return the derivatives of points by u and by v, and twice the triangle's area in (u, v).
 
     The area is negative where the image is mirrored, and 0 where it has none.
@@ -46,12 +46,12 @@ def _derivatives(geometry, triangle):
 
 
 @jit
-def _tangent(geometry, relief, hit, by_u):
+def tangent_at(geometry, tangents, hit, by_u):
     """Return the tangent that is interpolated between vertices; that of the triangle if flat."""
     triangles, u, v = geometry.triangles, hit.u, hit.v
-    t0 = vec.row(relief.tangents, triangles[hit.triangle, 0])
-    t1 = vec.row(relief.tangents, triangles[hit.triangle, 1])
-    t2 = vec.row(relief.tangents, triangles[hit.triangle, 2])
+    t0 = vec.row(tangents, triangles[hit.triangle, 0])
+    t1 = vec.row(tangents, triangles[hit.triangle, 1])
+    t2 = vec.row(tangents, triangles[hit.triangle, 2])
     t = vec.add(vec.scale(t0, 1.0 - u - v), vec.add(vec.scale(t1, u), vec.scale(t2, v)))
     return t if vec.dot(t, t) > 1e-6 else by_u
 
@@ -60,8 +60,8 @@ def _tangent(geometry, relief, hit, by_u):
 def _from_directions(geometry, relief, hit, n, texel):
     """Return the direction that a normal map gives."""
     strength = relief.strength[geometry.material[hit.triangle]]
-    by_u, _, area = _derivatives(geometry, hit.triangle)
-    tangent = _tangent(geometry, relief, hit, by_u)
+    by_u, _, area = derivatives(geometry, hit.triangle)
+    tangent = tangent_at(geometry, relief.tangents, hit, by_u)
     tangent = vec.sub(tangent, vec.scale(n, vec.dot(n, tangent)))
     length = math.sqrt(vec.dot(tangent, tangent))
     if area == 0.0 or length < TINY:
@@ -77,7 +77,7 @@ def _from_directions(geometry, relief, hit, n, texel):
 def _from_slopes(geometry, relief, hit, n, texel):
     """Return the normal of the surface that heights of these derivatives by u and v would raise."""
     height = relief.strength[geometry.material[hit.triangle]]
-    by_u, by_v, area = _derivatives(geometry, hit.triangle)
+    by_u, by_v, area = derivatives(geometry, hit.triangle)
     volume = vec.dot(n, vec.cross(by_u, by_v))
     if area == 0.0 or abs(volume) < TINY:
         return n

@@ -200,4 +200,6 @@ def _leave_out_scattering(scattering: Scattering | None, plan: EffectPlan) -> Sc
     kept = np.where(scattering.model == GLOSSY, plan.on("glossy"), plan.on("non_lambertian"))
     model = np.where(kept, scattering.model, LAMBERTIAN).astype(np.uint8)
     maps = scattering.maps if plan.on("textures") and plan.on("glossy") else None
-    return scattering._replace(model=model, maps=maps) if model.any() else None
+    anisotropy = scattering.anisotropy if plan.on("glossy") else None
+    scattering = scattering._replace(model=model, maps=maps, anisotropy=anisotropy)
+    return scattering if model.any() else None

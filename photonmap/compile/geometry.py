@@ -53,7 +53,7 @@ def _check_mesh(mesh: Mesh) -> None:
             f"not {mesh.normals.shape}"
         )
     _check_colors(mesh, name)
-    if mesh.uv is not None and mesh.material.is_textured:
+    if mesh.uv is not None and mesh.material.uses_uv:
         if mesh.uv.shape != (len(mesh.vertices), 2):
             wanted = (len(mesh.vertices), 2)
             raise InputError(f"{name}: uv must be {wanted}, one per vertex, not {mesh.uv.shape}")
@@ -199,13 +199,13 @@ def _join_normals(meshes: list[Mesh]) -> NDArray[np.float32]:
 
 def _join_uv(meshes: list[Mesh]) -> NDArray[np.float32]:
     """Return the texture coordinates of all meshes, (0, 2) if none has a texture."""
-    if not any(mesh.material.is_textured for mesh in meshes):
+    if not any(mesh.material.uses_uv for mesh in meshes):
         return np.zeros((0, 2), np.float32)
     return np.concatenate([_uv(mesh) for mesh in meshes])
 
 
 def _uv(mesh: Mesh) -> NDArray[np.float32]:
-    if mesh.uv is None or not mesh.material.is_textured:
+    if mesh.uv is None or not mesh.material.uses_uv:
         return np.zeros((len(mesh.vertices), 2), np.float32)
     return mesh.uv.astype(np.float32)
 

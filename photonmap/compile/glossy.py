@@ -15,6 +15,8 @@ GRID = 128
 """Samples per angle: its square."""
 STEPS = 33
 """Values of roughness for which textured lobes have albedos; what lies between is interpolated."""
+AZIMUTHS = 9
+"""Azimuths for which lobes that differ along a surface have albedos, evenly in their sine²."""
 SMALLEST_COSINE = 1e-4
 
 
@@ -24,8 +26,29 @@ def lobe_albedos(alpha: float) -> NDArray[np.float64]:
     Of light from each angle, and last the cosine-weighted mean over all angles; by quadrature over
     visible normals (Dupuy and Benyoub 2023).
     """
+    return _albedos_at(alpha, alpha, 0.0)
+
+
+@cache
+def azimuth_albedos(along: float, across: float) -> NDArray[np.float64]:
+    """Return `lobe_albedos` by azimuth, (1 + AZIMUTHS, 2, NODES + 1), the first of all together.
+
+    Parameters
+    ----------
+    along, across : α along a tangent, and across it
+    """
+    shares = np.linspace(0.0, 1.0, AZIMUTHS)
+    rows = np.array([_albedos_at(along, across, share) for share in shares.tolist()])
+    angles = np.pi * (np.arange(256) + 0.5) / 512.0
+    places = np.sin(angles) ** 2 * (AZIMUTHS - 1)
+    weights = np.maximum(1.0 - np.abs(places[:, None] - np.arange(AZIMUTHS)), 0.0).mean(axis=0)
+    return np.concatenate([np.tensordot(weights, rows, 1)[None], rows])
+
+
+def _albedos_at(along: float, across: float, share: float) -> NDArray[np.float64]:
+    """Return `lobe_albedos` of light from one azimuth, of which `share` is the sine²."""
     cosines = np.maximum(np.linspace(0.0, 1.0, NODES) ** 2, SMALLEST_COSINE)
-    rows = np.array([_albedos(alpha, cosine) for cosine in cosines]).T
+    rows = np.array([_albedos(along, across, share, cosine) for cosine in cosines]).T
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
     roots = 0.5 * (nodes + 1.0)  # mean over μ = t² of 2 μ dμ = 4 t³ dt
     means = [np.interp(roots, np.linspace(0.0, 1.0, NODES), row) for row in rows]
@@ -58,27 +81,41 @@ def mean_albedo(f0: NDArray[np.floating], albedos: NDArray[np.float64]) -> NDArr
     return np.asarray(f0 * (single - grazing) + grazing + (1.0 - single) * multiple)
 
 
-def _albedos(alpha: float, cosine: float) -> tuple[float, float]:
+def _albedos(along: float, across: float, share: float, cosine: float) -> tuple[float, float]:
     """Return the mean of G2 / G1 over visible normals, times each Fresnel term."""
     grid = (np.arange(GRID) + 0.5) / GRID
     u, v = np.meshgrid(grid, grid)
-    wo = np.array([np.sqrt(1.0 - cosine * cosine), 0.0, cosine])
-    stretched = wo * [alpha, alpha, 1.0]
+    sine = np.sqrt(1.0 - cosine * cosine)
+    wo = np.array([sine * np.sqrt(1.0 - share), sine * np.sqrt(share), cosine])
+    stretched = wo * [along, across, 1.0]
     stretched /= np.linalg.norm(stretched)
     height = (1.0 - v) * (1.0 + stretched[2]) - stretched[2]
     r = np.sqrt(np.maximum(1.0 - height * height, 0.0))
     phi = 2.0 * np.pi * u
     h = np.stack(
-        [alpha * (r * np.cos(phi) + stretched[0]), alpha * r * np.sin(phi), height + stretched[2]]
+        [
+            along * (r * np.cos(phi) + stretched[0]),
+            across * (r * np.sin(phi) + stretched[1]),
+            height + stretched[2],
+        ]
     )
     h /= np.linalg.norm(h, axis=0)
-    along = np.tensordot(wo, h, 1)
-    out = np.maximum(2.0 * along * h[2] - cosine, 0.0)
-    shadowed = 1.0 + _smith(alpha, cosine) + _smith(alpha, np.maximum(out, 1e-9))
+    beside = np.tensordot(wo, h, 1)
+    out = np.maximum(2.0 * beside * h[2] - cosine, 0.0)
+    alpha: NDArray[np.float64] | float = along
+    alpha_out: NDArray[np.float64] | float = along
+    if along != across:
+        alpha = np.sqrt(along**2 * (1.0 - share) + across**2 * share)
+        x, y = (2.0 * beside * h[axis] - wo[axis] for axis in range(2))
+        squares = np.maximum(x * x + y * y, 1e-30)
+        alpha_out = np.sqrt(((along * x) ** 2 + (across * y) ** 2) / squares)
+    shadowed = 1.0 + _smith(alpha, cosine) + _smith(alpha_out, np.maximum(out, 1e-9))
     weight = np.where(out > 0.0, (1.0 + _smith(alpha, cosine)) / shadowed, 0.0)
-    return float(weight.mean()), float((weight * (1.0 - np.minimum(along, 1.0)) ** 5).mean())
+    return float(weight.mean()), float((weight * (1.0 - np.minimum(beside, 1.0)) ** 5).mean())
 
 
-def _smith(alpha: float, cosine: NDArray[np.float64] | float) -> NDArray[np.float64]:
+def _smith(
+    alpha: NDArray[np.float64] | float, cosine: NDArray[np.float64] | float
+) -> NDArray[np.float64]:
     tangent = 1.0 / np.square(cosine) - 1.0
     return np.asarray(0.5 * (np.sqrt(1.0 + alpha * alpha * tangent) - 1.0))

@@ -88,8 +88,12 @@ def _check_glossy(materials: list[Material]) -> None:
 
 
 def _check_even(materials: list[Material]) -> None:
-    """Refuse textures of roughness on glass."""
+    """Refuse textures of roughness on glass, and on what is anisotropic."""
     for material in materials:
+        if material.is_anisotropic and isinstance(material.roughness, Texture):
+            raise InputError(
+                f"material {material.name!r} is anisotropic; give it one roughness, not a texture"
+            )
         if material.ior is not None and isinstance(material.roughness, Texture):
             raise InputError(
                 f"material {material.name!r} is glass; give it one roughness, not a texture"
@@ -171,7 +175,7 @@ def _compile_scattering(
         albedos = np.concatenate([albedos, stepped_albedos(LEAST_ALPHA)])
     elif any(material.has_textured_lobe for material in materials):
         albedos = np.concatenate([albedos, albedos[:1]])  # a next row for all
-    return records.Scattering(model, parameters, glossy.astype(np.float32), albedos, None)
+    return records.Scattering(model, parameters, glossy.astype(np.float32), albedos, None, None)
 
 
 def _part(material: Material, name: str, color: Paint, bands: Bands) -> Floats:

@@ -18,8 +18,9 @@ from photonmap.compile.geometry import check_meshes, join_meshes
 from photonmap.compile.lights.emitters import Emitters, compile_lights
 from photonmap.compile.materials import compile_materials
 from photonmap.compile.media.media import plan_media
+from photonmap.compile.surfaces.anisotropy import with_anisotropy
 from photonmap.compile.surfaces.relief import compile_relief
-from photonmap.compile.textures import compile_textures
+from photonmap.compile.textures import TextureTable, compile_textures
 from photonmap.kernels.core import passes, records
 from photonmap.kernels.geometry.embree import EmbreeScene
 from photonmap.scene.camera import Camera, check_camera
@@ -151,7 +152,7 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
         lights=emitters.lights,
         specular=compiled.specular and compiled.specular._replace(media=media),
         textures=texture_table.textures(bands),
-        scattering=texture_table.lobes(compiled.scattering, bands),
+        scattering=_scattering(compiled.scattering, texture_table, materials, geometry, bands),
         camera=camera,
         center=frame.center,
         size=frame.size,
@@ -209,6 +210,17 @@ def _colors(scene: Scene) -> Iterator[Paint]:
 
 def _distinct_materials(meshes: list[Mesh]) -> list[Material]:
     return list({id(mesh.material): mesh.material for mesh in meshes}.values())
+
+
+def _scattering(
+    scattering: records.Scattering | None,
+    table: TextureTable,
+    materials: list[Material],
+    geometry: records.Geometry,
+    bands: Bands,
+) -> records.Scattering | None:
+    """Return BSDFs with what textures and tangents tell of their lobes."""
+    return with_anisotropy(table.lobes(scattering, bands), materials, geometry)
 
 
 def _material_rows(meshes: list[Mesh], materials: list[Material]) -> NDArray[np.int32]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.compile.glossy import STEPS
 from photonmap.errors import InputError, naming
 from photonmap.kernels.core.records import (
     BYTES,
@@ -88,7 +89,14 @@ class TextureTable:
         first = len(self.opacity)
         return scattering._replace(
             maps=LobeMaps(
-                self.maps, self.roughness, self.glossy, self.reflectance, basis, first, LEAST_ALPHA
+                self.maps,
+                self.roughness,
+                self.glossy,
+                self.reflectance,
+                basis,
+                first,
+                STEPS,
+                LEAST_ALPHA,
             )
         )
 

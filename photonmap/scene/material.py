@@ -62,6 +62,10 @@ class Material:
     roughness : of the glossy reflection, or of glass, in [0, 1], as in glTF: GGX's α is its square,
         at least 1e-3 (see `kernels.bsdf.glossy` and `kernels.bsdf.microsurface`); glass of
         roughness 0 is smooth
+    anisotropy, anisotropy_rotation : how much rougher a glossy surface is along a tangent than
+        across it, in [0, 1] as in glTF: there α is its square of the way from what it is across to
+        1. The tangent points to where u rises, turned counter-clockwise by so many turns; without
+        texture coordinates it goes around the y axis
     diffuse_roughness : of the diffuse reflection in [0, 1], 0 for Lambert's law (energy-preserving
         Oren–Nayar, see `kernels.bsdf.rough_diffuse`)
     relief : a `NormalMap` or a `BumpMap`, which turns shading normals (see
@@ -112,6 +116,12 @@ class Material:
         Part("relief", kinds={kind.kind: kind for kind in (NormalMap, BumpMap)}),
     ] = None
 
+    anisotropy: Annotated[
+        float, Number("anisotropy", mtl="aniso", only="opaque", at_least=0.0, at_most=1.0)
+    ] = 0.0
+    anisotropy_rotation: Annotated[
+        float, Number("rotation", "turns", mtl="anisor", only="opaque", at_least=-1.0, at_most=1.0)
+    ] = 0.0
     outside: Annotated[
         float, Number("index of refraction", mtl="outside", only="glass", above=0.0)
     ] = 1.0
@@ -136,6 +146,16 @@ class Material:
         paints = (self.reflectance, self.emission, self.alpha)
         is_painted = any(isinstance(paint, Texture) for paint in paints)
         return is_painted or self.has_textured_lobe or self.relief is not None
+
+    @property
+    def uses_uv(self) -> bool:
+        """Whether texture coordinates matter to it."""
+        return self.is_textured or self.is_anisotropic
+
+    @property
+    def is_anisotropic(self) -> bool:
+        """Whether its glossy lobe differs along the surface."""
+        return self.is_glossy and self.anisotropy > 0.0
 
     @property
     def has_textured_lobe(self) -> bool:
@@ -183,7 +203,7 @@ class Material:
     def is_narrow_metal(self) -> bool:
         """Whether it is bare metal whose lobe is so narrow that specular chains follow it."""
         bare = not isinstance(self.reflectance, Spectrum | Texture) and not np.any(self.reflectance)
-        even = bare and not self.has_textured_lobe
+        even = bare and not self.has_textured_lobe and not self.is_anisotropic
         return self.is_glossy and even and self._alpha < NARROW_ALPHA
 
     @property

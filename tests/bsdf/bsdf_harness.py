@@ -9,6 +9,7 @@ import numpy as np
 
 import photonmap as pm
 from photonmap.compile.glossy import lobe_albedos, stepped_albedos
+from photonmap.compile.surfaces.anisotropy import with_anisotropy
 from photonmap.compile.textures import compile_textures
 from photonmap.kernels.bsdf import models
 from photonmap.kernels.core import records, rng, vec
@@ -32,6 +33,8 @@ class Case(NamedTuple):
     specular: tuple = (0.0, 0.0, 0.0)
     is_textured: bool = False
     """whether textures give roughness, reflectance and albedo, which are the same all over"""
+    anisotropy: tuple = (0.0, 0.0)
+    """of the material, and its rotation; the tangent is `FRAME`'s x without one"""
 
 
 LAMBERTIAN = Case("Lambertian")
@@ -40,6 +43,7 @@ CASES = [
     *(Case("rough diffuse", (roughness,)) for roughness in (0.0, 0.25, 1.0)),
     *(Case("glossy", (alpha,), specular=(0.04,) * 3) for alpha in (0.2, 0.5, 1.0)),
     Case("glossy", (0.3,), (0.0,) * 3, (0.5, 0.8, 1.0)),
+    Case("glossy", (0.2,), specular=(0.04, 0.5, 0.9), anisotropy=(0.6, 0.1)),
     Case("glossy", (0.35,), (0.2, 0.5, 0.8), (0.04, 0.3, 0.5), is_textured=True),
 ]
 
@@ -61,7 +65,7 @@ def make_scene(case):
         shading_normals=np.zeros((0, 3), np.float32),
         material=np.zeros(1, np.int32),
         emitter=np.full(1, -1, np.int32),
-        uv=np.zeros((3, 2), np.float32),
+        uv=np.ascontiguousarray(np.eye(3) @ FRAME[:2].T, np.float32),
         alpha=None,
         relief=None,
     )
@@ -71,8 +75,11 @@ def make_scene(case):
     specular = np.array([case.specular], np.float32)
     parameters[0, 1:3] = np.mean(case.specular), np.mean(case.albedo)
     scattering = records.Scattering(
-        np.array([number_of(case)], np.uint8), parameters, specular, albedos[None], None
+        np.array([number_of(case)], np.uint8), parameters, specular, albedos[None], None, None
     )
+    strength, turns = case.anisotropy
+    look = pm.Material("m", glossy=0.5, anisotropy=strength, anisotropy_rotation=turns)
+    scattering = with_anisotropy(scattering, [look], geometry)
     materials = records.Materials(np.array([case.albedo], np.float32))
     textures = None
     if case.is_textured:

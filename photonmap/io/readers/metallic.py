@@ -87,6 +87,14 @@ def metallic_gloss(
     return Gloss(replace(base, factor=(red, green, blue)), metal, roughness)
 
 
+def stretched(along: float, across: float) -> dict[str, float]:
+    """Return roughness and anisotropy of a lobe of these α, within [0, 1], where u and v rise."""
+    low, high = sorted((along, across))
+    strength = ((high - low) / max(1.0 - low, 1e-30)) ** 0.5
+    look = {"roughness": low**0.5, "anisotropy": strength}
+    return look | {"anisotropy_rotation": 0.25} if along < across else look
+
+
 def is_even(texture: Texture) -> bool:
     """Return whether a texture has the same value all over."""
     return not np.ptp(texture.image.texels, axis=(0, 1)).any()

@@ -110,8 +110,23 @@ def test_other_distributions(look):
 
 def test_anisotropic_metals(look):
     alphas = '<float name="alpha_u" value=".1"/><float name="alpha_v" value=".4"/>'
+    metal = look("roughconductor", f"{GGX}{alphas}")
+    across = metal.roughness**2
+    along = across + (1.0 - across) * metal.anisotropy**2
+    assert (across, along) == pytest.approx((0.1, 0.4))
+    assert metal.anisotropy_rotation == 0.25  # wider along v
     with pytest.warns(SceneWarning, match="anisotropy of 'paint'"):
-        assert look("roughconductor", alphas).roughness == pytest.approx(math.sqrt(0.2))
+        assert look("roughdielectric", f"{GGX}{alphas}").roughness == pytest.approx(math.sqrt(0.2))
+
+
+def test_anisotropic_principled(look):
+    metal = look(
+        "principled", '<float name="metallic" value="1"/><float name="anisotropic" value="0.5"/>'
+    )
+    across, aspect = metal.roughness**2, math.sqrt(0.55)
+    along = across + (1.0 - across) * metal.anisotropy**2
+    assert (across, along) == pytest.approx((0.25 * aspect, 0.25 / aspect))
+    assert metal.anisotropy_rotation == 0.0
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,7 @@ from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 _READ = (
     "ior", "specular", "emissive_strength", "transmission", "volume", "dispersion",
-    "pbrSpecularGlossiness",
+    "anisotropy", "pbrSpecularGlossiness",
 )  # fmt: skip
 """Extensions that are simulated, `KHR_materials_…`"""
 _COAT = "clearcoat"
@@ -171,7 +171,8 @@ def _opaque(source: _Source) -> dict[str, Any]:
     coat *= source.number(specular, "specularFactor", 1.0)
     if "specularColorFactor" in specular:
         source.lose("specularColorFactor")
-    return _gloss(source, _base(source), coat)._asdict() | _alpha(source)
+    look = _gloss(source, _base(source), coat)._asdict() | _alpha(source)
+    return look | _anisotropy(source, look["roughness"])
 
 
 def _specular_gloss(source: _Source) -> dict[str, Any] | None:
@@ -192,6 +193,24 @@ def _renamed(model: Factors) -> dict[str, Any]:
     """Return the diffuse colour of the older model, as the base colour of the newer one."""
     names = {"diffuseFactor": "baseColorFactor", "diffuseTexture": "baseColorTexture"}
     return {new: model[old] for old, new in names.items() if old in model}
+
+
+def _anisotropy(source: _Source, roughness: float | Texture) -> dict[str, Any]:
+    """Return how a lobe differs along the surface; where it does, its roughness is even."""
+    extension = source.extension("anisotropy")
+    strength = source.number(extension, "anisotropyStrength", 0.0)
+    if strength == 0.0:
+        return {}
+    if "anisotropyTexture" in extension:
+        source.lose("anisotropyTexture")
+    if isinstance(roughness, Texture):
+        source.lose(LOBES)
+    angle = extension.get("anisotropyRotation", 0.0)
+    if type(angle) not in (int, float) or not math.isfinite(angle):
+        raise source.error("anisotropyRotation", angle, "a finite number")
+    turns = math.remainder(angle / (2.0 * math.pi), 1.0)
+    mean = mean_number(roughness)
+    return {"roughness": mean, "anisotropy": strength, "anisotropy_rotation": turns}
 
 
 def _base(source: _Source) -> Triple | Texture:

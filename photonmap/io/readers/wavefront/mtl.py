@@ -43,7 +43,7 @@ _OPACITIES = ("d", "Tr")
 _MODEL = "illum"
 _OFTEN_WRONG = ("Ni", "Ns")
 """Statements that exporters without a value for them write as -1, or 0."""
-_NEUTRAL = {"d": 1.0, "Ps": 0.0, "Pc": 0.0, "Pcr": 0.0, "aniso": 0.0, "anisor": 0.0}
+_NEUTRAL = {"d": 1.0, "Ps": 0.0, "Pc": 0.0, "Pcr": 0.0}
 """Numbers that change nothing, of statements that are not simulated."""
 
 

@@ -106,6 +106,12 @@ def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter
         "doubleSided": is_black(material.emission),  # surfaces emit from their front alone
         "extensions": {} if is_metal else _coat(coat, draft),
     }
+    if material.is_anisotropic:
+        stretch = {
+            "anisotropyStrength": material.anisotropy,
+            "anisotropyRotation": 2.0 * np.pi * material.anisotropy_rotation,
+        }
+        item["extensions"] |= draft.use("KHR_materials_anisotropy", stretch)
     factor, opacity = whole.tolist(), material.alpha
     color = material.reflectance if isinstance(material.reflectance, Texture) else None
     color = color if base.any() or textured is not None else None

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from photonmap.io.readers.metallic import coat_of, lie_alike, metallic_gloss
+from photonmap.io.readers.metallic import coat_of, lie_alike, metallic_gloss, stretched
 from photonmap.io.readers.mitsuba_parts.colors import as_rgb, combined
 from photonmap.io.readers.mitsuba_parts.context import Context
 from photonmap.io.readers.mitsuba_parts.materials.albedos import (
@@ -33,7 +33,7 @@ from photonmap.scene.textures import Texture, mean_color, mean_number
 
 _BOTH_SIDES = ("twosided", "dielectric", "roughdielectric", "thindielectric", "null")
 _WRAPPERS = ("mask", "bumpmap", "normalmap", "blendbsdf")
-_LOBES = ("anisotropic", "clearcoat", "diff_trans", "flatness", "sheen", "spec_tint")
+_LOBES = ("clearcoat", "diff_trans", "flatness", "sheen", "spec_tint")
 """Of principled surfaces, not simulated where they are not 0"""
 _TINTS = ("clearcoat_gloss", "sheen_tint")
 """What matters only together with them"""
@@ -116,7 +116,17 @@ def _rough_conductor(bsdfs: Bsdfs, node: Node) -> Look:
     metal = metal_reflectance(bsdfs.context, node)
     roughness = _roughness_map(bsdfs.context, node)
     glossy = combined(metal_normal(mean_number(roughness) ** 2), specular, metal)
-    return {"reflectance": 0.0, "glossy": glossy, "roughness": roughness}
+    look = {"reflectance": 0.0, "glossy": glossy, "roughness": roughness}
+    return look | _stretch(bsdfs.context, node)
+
+
+def _stretch(context: Context, node: Node) -> Look:
+    """Return roughness and anisotropy of two α that differ."""
+    if node.find("alpha_u") is None and node.find("alpha_v") is None:
+        return {}
+    alpha = _fraction(context, node, "alpha", 0.1)
+    along, across = (_fraction(context, node, f"alpha_{axis}", alpha) for axis in "uv")
+    return {} if along == across else {**stretched(along, across)}
 
 
 def _roughness_map(context: Context, node: Node) -> float | Texture:
@@ -141,7 +151,7 @@ def _roughness(context: Context, node: Node) -> float:
     _note_distribution(context, node)
     alpha = read_scalar(context, node, "alpha", 0.1)
     along, across = (read_scalar(context, node, f"alpha_{axis}", alpha) for axis in "uv")
-    if along != across:
+    if along != across and node.type != "roughconductor":
         context.lose("anisotropy", node)
     if not 0.0 <= along * across <= 1.0:
         raise node.error(f"alpha {shown(alpha)} is not a roughness from 0 to 1; correct it")
@@ -217,7 +227,15 @@ def _principled(bsdfs: Bsdfs, node: Node) -> Look:
     gloss = metallic_gloss(paint, metallic, coat, roughness)
     normal = float(np.mean(as_rgb(mean_color(gloss.glossy))))
     base = changed(gloss.reflectance, lambda albedo: base_albedo(albedo, normal))
-    return gloss._replace(reflectance=base)._asdict()
+    look = gloss._replace(reflectance=base)._asdict()
+    anisotropic = _fraction(context, node, "anisotropic", 0.0)
+    if anisotropic == 0.0:
+        return look
+    if isinstance(gloss.roughness, Texture):
+        context.lose("anisotropy with a texture of roughness", node)
+        return look
+    alpha, aspect = gloss.roughness**2, (1.0 - 0.9 * anisotropic) ** 0.5
+    return look | stretched(min(alpha / aspect, 1.0), alpha * aspect)
 
 
 def _fraction(context: Context, node: Node, name: str, default: float) -> float:
