@@ -79,7 +79,7 @@ def _read(root: Path, encoding: str, view: View) -> Estimate:
                     raise InputError(f"there is more than one {layer}; keep one of them", path)
                 layers[layer] = read_picture(path, encoding)
     if not layers:
-        raise InputError(f"there is no {view.name}/LAYER.png, LAYER.exr or {arrays.name}", root)
+        raise InputError("there is no IMAGE/LAYER.png, IMAGE/LAYER.exr or IMAGE.npz", root)
     return Estimate(**layers)
 
 
