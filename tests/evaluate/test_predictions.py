@@ -92,7 +92,9 @@ def test_wrong_folders_are_named(tmp_path):
 
 def test_wrong_files_are_named(tmp_path):
     (tmp_path / "hall").mkdir()
-    with pytest.raises(InputError, match=r"there is no IMAGE/LAYER\.png, IMAGE/LAYER\.exr or IMAGE\.npz"):
+    with pytest.raises(
+        InputError, match=r"there is no IMAGE/LAYER\.png, IMAGE/LAYER\.exr or IMAGE\.npz"
+    ):
         read(tmp_path)
     (tmp_path / "room").mkdir()
     (tmp_path / "room" / "shading.png").write_bytes(b"not a picture")
