@@ -18,6 +18,7 @@ from photonmap.dataset.files.manifest import locked
 from photonmap.dataset.jobs import render_image, schedule
 from photonmap.dataset.jobs import verify as verify_module
 from photonmap.dataset.jobs.job_scene import make_scene
+from photonmap.dataset.jobs.make_dataset import describe_dataset
 from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
 from photonmap.dataset.jobs.presets import Preset
 from photonmap.dataset.jobs.verify import verify
@@ -51,6 +52,34 @@ def test_a_file_that_cannot_be_read_is_left_out(tmp_path, capsys):
     path.write_text('files = ["broken.obj"]')
     assert main(["dataset", str(tmp_path / "none"), "--preset", str(path), *SIZE]) == 2
     assert not (tmp_path / "none").exists()
+
+
+def test_a_set_names_no_folder_of_its_machine(tmp_path):
+    """It may be moved with the scenes that it is made from, and is verified there."""
+    home = tmp_path / "home-of-someone"
+    home.mkdir()
+    pm.save_scene(pm.scenes.cornell_box(), home / "room.obj")
+    (home / "own.toml").write_text('files = ["room.obj"]\nilluminations = ["white"]')
+    preset, folder = str(home / "own.toml"), home / "set"
+    assert main(["dataset", str(folder), "--preset", preset, "--format", "exr", *SIZE]) == 0
+    for file in folder.rglob("*"):
+        if file.is_file():
+            assert b"home-of-someone" not in file.read_bytes(), file.name
+    moved = home.rename(tmp_path / "elsewhere") / "set"
+    assert dataset.open(moved)[0].entry["job"]["scene"] == "../room.obj"
+    assert verify(moved, sample=1) == []
+
+
+def test_measured_sets_keep_their_names_alone(tmp_path):
+    """Those of a job are seen from the set's folder; the set's own head has just their names."""
+    common = dataclasses.replace(COMMON, munsell=str(tmp_path / "chips" / "m.mat"))
+    head = describe_dataset(str(tmp_path / "p.toml"), common, ["exr"], [])
+    assert (head["preset"], head["common"]["munsell"]) == ("p.toml", "m.mat")
+    job = plan_jobs(Preset("one", ("jug",), illuminations=("white",)), [], common)[0]
+    told = job.relative_to(tmp_path / "set")
+    assert told.common.munsell == "../chips/m.mat"
+    assert told.digest == job.digest
+    assert told.located(tmp_path / "set") == job
 
 
 def test_after_a_full_disk_nothing_more_is_rendered(tmp_path, monkeypatch, capsys):

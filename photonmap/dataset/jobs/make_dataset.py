@@ -51,13 +51,18 @@ def describe_dataset(
     jobs: Sequence[Job],
     full: bool = False,
 ) -> dict[str, Any]:
-    """Return the head of a data set: its settings, versions, and the names of its images."""
+    """Return the head of a data set: its settings, versions, and the names of its images.
+
+    Of files it has the names alone, not where they are on this machine.
+    """
     from photonmap.results.record import describe_code
 
+    sets = {"munsell": common.munsell, "illuminants": common.illuminants}
+    names = {name: Path(path).name if path else None for name, path in sets.items()}
     return {
         "format": FORMAT,
-        "preset": preset,
-        "common": json.loads(json.dumps(asdict(common))),
+        "preset": Path(preset).name,
+        "common": json.loads(json.dumps(asdict(common) | names)),
         "formats": sorted(formats),
         "full": full,
         "versions": describe_code(),

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -111,6 +112,23 @@ class Job:
     def render_seed(self) -> int:
         """Seed of the render, which gives every image of a scene independent noise."""
         return int(self.digest[:12], 16)
+
+    def relative_to(self, folder: Path) -> Job:
+        """Return the job with files named as seen from a folder, as a data set's own tells them."""
+        return self._with_files(lambda path: Path(os.path.relpath(path, folder)).as_posix())
+
+    def located(self, folder: Path) -> Job:
+        """Return the job whose files are named as `relative_to` does, with the places they have."""
+        return self._with_files(lambda path: os.path.normpath(folder.resolve() / path))
+
+    def _with_files(self, rename: Callable[[str], str]) -> Job:
+        """Return the job with its scene file and its measured sets renamed."""
+        munsell, illuminants = (
+            path and rename(path) for path in (self.common.munsell, self.common.illuminants)
+        )
+        scene = self.scene if self.is_procedural else rename(self.scene)
+        common = replace(self.common, munsell=munsell, illuminants=illuminants)
+        return replace(self, scene=scene, common=common)
 
     def describe(self) -> dict[str, Any]:
         """Return the job as a JSON-able dict."""

@@ -90,7 +90,10 @@ def render_image(task: Task) -> dict[str, Any]:
         folder = Path(made) / job.name
         folder.mkdir()
         arrays = write_image(folder, result, rgb, task.formats, task.full)
-        entry = _describe(job, scene, result, rgb) | {"full": task.full, "arrays": arrays}
+        entry = _describe(job.relative_to(data_set), scene, result, rgb) | {
+            "full": task.full,
+            "arrays": arrays,
+        }
         entry["files"] = hash_files(folder, list_files(folder))
         entry["seconds"] = {
             "build": built - start,

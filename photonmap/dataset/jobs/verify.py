@@ -98,9 +98,14 @@ def _faults(image: Image, log: Log) -> Iterator[str]:
 def _geometry_faults(image: Image) -> Iterator[str]:
     """Yield buffers that rays traced again do not give; none where other versions traced them."""
     if image.entry["versions"] == describe_versions():
-        job = Job.from_description(image.entry["job"])
+        job = _job_of(image)
         select_measured_sets(job)
         yield from check_geometry(image.result, make_scene(job), is_full(image))
+
+
+def _job_of(image: Image) -> Job:
+    """Return the job that rendered an image, with files where they are seen from its data set."""
+    return Job.from_description(image.entry["job"]).located(image.folder.parent)
 
 
 def _version_faults(entry: dict[str, Any], wanted: dict[str, str]) -> Iterator[str]:
@@ -125,7 +130,7 @@ def _render_again(image: Image, log: Log) -> Iterator[str]:
         log(f"{image.name}: not rendered again, as other versions rendered it")
         return
     try:
-        job = Job.from_description(entry["job"])
+        job = _job_of(image)
         select_measured_sets(job)
         again = render_job(job, make_scene(job), None, entry["passes"], entry.get("pass_samples"))
         before = image.result
