@@ -21,6 +21,7 @@ from benchmarks.accuracy.room_scenes import scenes
 from benchmarks.harness import ours
 from benchmarks.harness.options import Options
 from benchmarks.harness.table import Cell, Table
+from photonmap.film.bias import is_repeated
 from photonmap.film.relative_error import relative_squares
 from photonmap.film.valid_pixels import valid_pixels
 
@@ -53,6 +54,10 @@ class Ours:
     """and its relative standard error"""
     valid: NDArray[np.bool_]
     """(H, W), as `valid_pixels`"""
+    rays: dict[str, float]
+    """by kind, a pixel and pass,"""
+    microseconds: float
+    """and what such a pixel takes"""
 
 
 @dataclass
@@ -68,14 +73,18 @@ class Compared:
     """of Mitsuba, empty if there is none"""
     reason: str
     """why there is none"""
+    rays: dict[str, float]
+    microseconds: float
+    """as in `Ours`"""
 
 
 def run(options: Options) -> list[Table]:
     """Render each scene by all, one after the other."""
-    found = [
-        _compare(name, make(), options.size or usual, options)
-        for name, (make, usual) in _choose(options.scenes).items()
-    ]
+    found = []
+    for name, (make, usual) in _choose(options.scenes).items():
+        found.append(_compare(name, make(), options.size or usual, options))
+        ratios = ", ".join(f"{ratio:.3g}" for ratio in found[-1].ratios)
+        print(f"rooms: {', '.join(map(str, found[-1].times))}; ratios {ratios}", flush=True)
     levels = [f"{level:.0e}" for level in LEVELS]
     variant = found[0].variant
     title = f"rooms: processor seconds to a relMSE, RGB, {variant or 'without Mitsuba'}"
@@ -89,7 +98,20 @@ def run(options: Options) -> list[Table]:
     ratios.rows = [[each.name, *each.ratios] for each in found]
     means = map(statistics.geometric_mean, zip(*(each.ratios for each in found), strict=True))
     ratios.rows.append(["geometric mean", *means])
-    return [times, ratios]
+    return [times, ratios, _rays(found)]
+
+
+def _rays(found: list[Compared]) -> Table:
+    """Return how many rays of each kind a pixel costs."""
+    kinds = list(dict.fromkeys(kind for each in found for kind in each.rays))
+    table = Table(
+        "rooms: rays a pixel and pass, by kind, and what all of it takes",
+        ["scene", *kinds, "processor time, µs"],
+    )
+    for each in found:
+        counts = [each.rays.get(kind) for kind in kinds]
+        table.rows.append([each.name, *counts, each.microseconds])
+    return table
 
 
 def _choose(names: tuple[str, ...]) -> dict[str, Any]:
@@ -115,12 +137,14 @@ def _compare(name: str, scene: pm.Scene, size: tuple[int, int], options: Options
         file, power = export_scene(scene, size, Path(folder))
         other = _start(options, file)
         if isinstance(other, str):
-            return Compared(name, [*times, None, None], ratios, "", other)
+            return Compared(
+                name, [*times, None, None], ratios, "", other, own.rays, own.microseconds
+            )
         with other:
             cost, mean, error = _theirs(other, own.valid, power)
     times += [f"{own.mean / mean - 1.0:+.2%}", f"{math.hypot(error, own.mean_error):.2%}"]
     variant = f"Mitsuba {other.version}, {other.variant} path"
-    return Compared(name, times, ratios + over(cost), variant, "")
+    return Compared(name, times, ratios + over(cost), variant, "", own.rays, own.microseconds)
 
 
 def measure_photons(scene: pm.Scene, settings: Settings) -> Ours:
@@ -144,7 +168,9 @@ def measure_photons(scene: pm.Scene, settings: Settings) -> Ours:
     standard_error = last.standard_error("radiance")[valid].astype(float)
     spread = math.sqrt((standard_error**2).sum()) / truth.sum()
     bias = (record["bias"] or 0.0) / record["error"]
-    return Ours(points, bias, float(truth.mean()), spread, valid)
+    worth = (SOME + sum(map(is_repeated, range(SOME)))) * valid.size
+    rays = {kind: count / worth for kind, count in some.record["rays_by_kind"].items()}
+    return Ours(points, bias, float(truth.mean()), spread, valid, rays, 1e6 * spent / worth)
 
 
 def _render(scene: pm.Scene, **settings: Any) -> tuple[pm.Result, float]:

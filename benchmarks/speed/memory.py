@@ -1,19 +1,29 @@
-"""Peak memory of large renders, and the estimate made beforehand."""
+"""Peak memory of large renders, the estimate made beforehand, and what statistics move."""
 
 from __future__ import annotations
 
 import tempfile
+import time
+from collections.abc import Callable
 from pathlib import Path
+
+import numpy as np
 
 import photonmap as pm
 from benchmarks.harness.children import run_photonmap
 from benchmarks.harness.options import Options
 from benchmarks.harness.table import Table
 from benchmarks.speed.start import SCENE
+from photonmap.film.moments import BYTES_PER_VALUE, Accumulator
 from photonmap.integrators.memory_estimate import Work
+from photonmap.kernels.core.passes import FOUND, Pixels
+from photonmap.runtime.workers import Workers
 
 CASES = ((1024, 6), (1024, 3), (512, 6), (512, 31))
 TARGET = 1.5
+PIXELS, BANDS, REPEATS = 320 * 240, (3, 31, 81), 5
+BUFFERS = 6
+"""Band values of a pass that statistics read: float32, `Pixels`."""
 
 
 def run(options: Options) -> list[Table]:
@@ -33,4 +43,42 @@ def run(options: Options) -> list[Table]:
         peak = done.peak
         row = [f"{side}×{side}", bands, peak / 1e9, target, estimate / 1e9, estimate / peak]
         table.rows.append([*row, done.seconds])
-    return [table]
+    return [table, _traffic()]
+
+
+def _traffic() -> Table:
+    """Return how fast one core takes passes into the moments, which no cache holds."""
+    table = Table(
+        f"memory: statistics of a pass, {PIXELS} pixels, one core",
+        ["bands", "bytes a pixel and band", "ns", "GB/s", "copying, GB/s"],
+        notes=["read and written; processor time, the best of 5"],
+    )
+    bytes_moved = 2 * BYTES_PER_VALUE + 4 * BUFFERS
+    for bands in BANDS:
+        pixels = Pixels(
+            *np.random.default_rng(0).random((BUFFERS, PIXELS, bands), np.float32),
+            coverage=np.ones(PIXELS, np.float32),
+            lookups=np.full(PIXELS, FOUND, np.uint8),
+            plane=np.zeros((PIXELS, 7), np.float32),
+        )
+        with Workers(1) as workers:
+            moments = Accumulator(PIXELS, bands, workers)
+            spent = _best(lambda moments=moments, pixels=pixels: moments.add(pixels))
+        source = np.ones(PIXELS * bands * BYTES_PER_VALUE, np.uint8)
+        copied = np.zeros_like(source)
+        copying = _best(lambda copied=copied, source=source: np.copyto(copied, source))
+        count = PIXELS * bands
+        rates = bytes_moved * count / spent / 1e9, 2 * source.nbytes / copying / 1e9
+        table.rows.append([bands, bytes_moved, 1e9 * spent / count, *rates])
+    return table
+
+
+def _best(call: Callable[[], object]) -> float:
+    """Return the least processor seconds of a call, the first of which does not count."""
+    call()
+    seconds = []
+    for _ in range(REPEATS):
+        start = time.process_time()
+        call()
+        seconds.append(time.process_time() - start)
+    return min(seconds)
