@@ -295,7 +295,7 @@ def test_methods_run_in_one_thread(known):
         assert 2 in {pool["num_threads"] for pool in threadpool_info()}
 
 
-@pytest.mark.parametrize("name", ["gehler", "bell"])
+@pytest.mark.parametrize("name", ["gehler", pytest.param("sirfs", marks=pytest.mark.slow)])
 def test_scores_do_not_depend_on_threads(known, name):
     scores = []
     for threads in (1, 2):
