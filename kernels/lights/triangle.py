@@ -15,6 +15,9 @@ from photonmap.kernels.geometry.opacity import opacity_at
 from photonmap.kernels.lights.samples import LightSample, PhotonStart, no_sample
 
 TINY = 1e-30
+BEFORE_LAMP = 1.0 - 2.0**-16
+"""Where shadow rays end, as a fraction of the way. The rounding of an origin that lies far from the
+middle of the scene is larger than the offset off a lamp that lies near it."""
 
 
 @jit
@@ -150,7 +153,8 @@ def sample_towards(geometry, lights, emitter, surface, u, v):
     if facing <= 0.0:
         return no_sample(direction)
     even = warp.uniform_triangle_pdf(lights.area[emitter]) * squared / facing
-    return LightSample(segment, 1.0, direction, opacity / (even * density), even, (b1, b2))
+    weight = opacity / (even * density)
+    return LightSample(segment, BEFORE_LAMP, direction, weight, even, (b1, b2))
 
 
 @jit

@@ -71,6 +71,30 @@ def test_polygon_over_plane(height, method):
     assert error.mean() < 0.05 * shading.mean()
 
 
+@pytest.mark.parametrize("method", ["photon", "path"])
+def test_a_lamp_in_the_middle_does_not_block_its_own_light(method):
+    """Not even where shadow rays start far from it, and are rounded by more than at their ends."""
+    lamp, black = pm.Material("lamp", 0.0, 4.0), pm.Material("black", 0.0)
+    wall = quad((-4, 0, -4), (4, 0, -4), (4, 5, -4), (-4, 5, -4), black)
+    panel = quad((-1, 2.5, -1), (1, 2.5, -1), (1, 2.5, 1), (-1, 2.5, 1), lamp, "lamp")
+    camera = pm.Camera((0.0, 2.0, 3.9), (0.0, 0.0, 0.0), fov=50.0)
+    scene = pm.Scene([floor(4.0), wall, panel], camera=camera)
+    settings = {"bands": 1, "size": (12, 12), "pixel": "center", "passes": 16, "photons": 10}
+    result = pm.render(scene, **settings, method=method)
+    from test_furnace import directions
+
+    points = np.array(camera.origin) + result.distance[..., None] * directions(camera, 12, 12)
+    on_floor = np.abs(points[..., 1]) < 1e-4
+    truth = [
+        polygon_irradiance(point, np.array([0.0, 1.0, 0.0]), panel.vertices.astype(float), 4.0)
+        for point in points[on_floor].astype(float)
+    ]
+    shading = result.shading[..., 0][on_floor]
+    error = result.standard_error("shading")[..., 0][on_floor]
+    assert on_floor.sum() > 50
+    assert_within(shading, np.array(truth) / np.pi, error, sigmas=5.0, slack=2e-3)
+
+
 def test_an_emitter_is_dark_from_behind():
     lamp = pm.Material("lamp", 0.5, 1.0)
     up = quad((-1, 1, 1), (1, 1, 1), (1, 1, -1), (-1, 1, -1), lamp, "lamp")
