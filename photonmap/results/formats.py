@@ -5,7 +5,9 @@ A netCDF-4 file is an HDF5 file, so FILE.nc and FILE.hdf5 hold the same; docs/gu
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -29,8 +31,20 @@ def _write_netcdf(contents: Contents, path: Path, to_rgb: Projector) -> list[Pat
     data = make_dataset(arrays, contents.bands, contents.record)
     packed = {"zlib": True, "complevel": 1, "shuffle": True}
     encoding = {str(name): packed for name in data.data_vars}
-    data.to_netcdf(path, engine="h5netcdf", encoding=encoding)
+    with no_cluster():
+        data.to_netcdf(path, engine="h5netcdf", encoding=encoding)
     return [path]
+
+
+@contextmanager
+def no_cluster() -> Iterator[None]:
+    """Keep xarray from locking a file through the cluster that Dask is, or was, connected to."""
+    dask = sys.modules.get("dask")
+    if dask is None:
+        yield
+        return
+    with dask.config.set(scheduler="synchronous"):
+        yield
 
 
 def _write_envi(contents: Contents, path: Path, to_rgb: Projector) -> list[Path]:

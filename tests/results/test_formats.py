@@ -88,6 +88,21 @@ def test_rgb_has_no_wavelengths(tmp_path):
     assert "wavelength" not in metadata
 
 
+def test_a_cluster_has_no_part_in_writing(tmp_path, monkeypatch):
+    """One that is gone would leave xarray's lock taken, and the next file waiting for ever."""
+    distributed = pytest.importorskip("distributed")
+    pytest.importorskip("h5netcdf")
+
+    def fail(*_):
+        raise OSError("Timed out trying to connect to the scheduler")
+
+    monkeypatch.setattr("dask.distributed.Lock", fail)
+    quiet = {"n_workers": 0, "processes": False, "dashboard_address": ":0"}
+    with distributed.LocalCluster(**quiet) as cluster, distributed.Client(cluster):
+        make().save(tmp_path / "a.nc")
+    assert (tmp_path / "a.nc").stat().st_size
+
+
 def test_chosen_buffers(tmp_path):
     make().save(tmp_path / "a.hdr", ["depth", "direct"])
     names = {file.stem for file in tmp_path.glob("*.img")}
