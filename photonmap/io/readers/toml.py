@@ -22,7 +22,7 @@ from photonmap.scene.parameters import (
     Reflectance,
     parameters_of,
 )
-from photonmap.scene.surfaces.spectral_images import SUFFIXES
+from photonmap.scene.surfaces.spectral_images import is_spectral
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Texture, check_texture, shared_image
 from photonmap.scene.vectors import finite
@@ -135,7 +135,7 @@ def _parse_texture(parameter: Parameter, table: dict[str, Any], folder: Path) ->
     if not isinstance(table.get("file"), str):
         raise InputError(f'{shown(table)} names no file; write {{ file = "IMAGE" }}')
     path = named_file(folder, table["file"])
-    if "palette" in table or path.suffix.lower() in SUFFIXES:
+    if "palette" in table or is_spectral(path):
         return _parse_spectral(parameter, table, path)
     _check_keys(table, ("file", *_PLACED, "factor", "linear"))
     placed, is_mask = _placement(table), parameter.noun == "opacity"

@@ -46,6 +46,14 @@ class SpectralImage(NamedTuple):
     values: NDArray[Any]
 
 
+def is_spectral(path: Path) -> bool:
+    """Return whether a file holds spectra by its name; FILE.hdr may be a Radiance image as well."""
+    if path.suffix.lower() != ".hdr" or not path.is_file():
+        return path.suffix.lower() in SUFFIXES
+    with path.open("rb") as file:
+        return file.read(4) == b"ENVI"
+
+
 def read_spectral_image(path: Path) -> SpectralImage:
     """Read FILE.npz or FILE.hdr.
 
@@ -98,14 +106,15 @@ def read_indices(path: Path) -> NDArray[np.int32]:
 
 def _read_npz(path: Path) -> SpectralImage:
     with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-        cubes = [name for name in archive.files if archive[name].ndim == 3]
-        if "wavelengths" not in archive.files or len(cubes) != 1:
+        arrays = {name: archive[name] for name in archive.files}
+        cubes = [array for array in arrays.values() if array.ndim == 3]
+        if "wavelengths" not in arrays or len(cubes) != 1:
             raise InputError(
-                f"holds {listed(archive.files) or 'nothing'}; it needs 'wavelengths' (L,) in nm "
+                f"holds {listed(arrays) or 'nothing'}; it needs 'wavelengths' (L,) in nm "
                 "and one array (H, W, L)",
                 path,
             )
-        return SpectralImage(archive["wavelengths"].astype(np.float64), archive[cubes[0]])
+        return SpectralImage(arrays["wavelengths"].astype(np.float64), cubes[0])
 
 
 def _read_envi(path: Path) -> SpectralImage:

@@ -11,6 +11,7 @@ from photonmap.errors import InputError
 from photonmap.inspection.surfaces import describe_color
 from photonmap.io.envi import write_envi
 from photonmap.io.png import encode_png
+from photonmap.scene.images import write_image
 from photonmap.scene.surfaces.spectral_images import read_indices, read_spectral_image
 
 AT = np.arange(400.0, 701.0, 10.0)
@@ -180,6 +181,16 @@ def test_envi_files_of_our_own_are_read(tmp_path):
     np.testing.assert_array_equal(image.values, values)
 
 
+def test_radiance_images_end_in_hdr_too(read, tmp_path):
+    write_image(np.full((2, 2, 3), 0.25, np.float32), tmp_path / "lit.hdr")
+    for attribute in ("reflectance", "emission"):
+        texture = read('{ file = "lit.hdr" }', attribute)
+        assert not isinstance(texture, pm.SpectralTexture)
+        assert texture.mean == pytest.approx((0.25, 0.25, 0.25), rel=0.01)
+    with pytest.raises(InputError, match="no ENVI header"):
+        read_spectral_image(tmp_path / "lit.hdr")
+
+
 def test_indices_of_16_bits(tmp_path):
     (tmp_path / "a.png").write_bytes(grey([[0, 40000], [7, 1]], np.uint16))
     np.testing.assert_array_equal(read_indices(tmp_path / "a.png"), [[0, 40000], [7, 1]])
@@ -202,7 +213,6 @@ def test_indices_of_16_bits(tmp_path):
         ('{ file = "color.png", palette = [0.5, 0.2] }', "is coloured"),
         ('{ file = "index.png", palette = [0.5, 0.2], linear = true }', "linear.* is not known"),
         ('{ file = "bad.hdr" }', "lacks 'wavelength'"),
-        ('{ file = "text.hdr" }', "no ENVI header"),
         ('{ file = "lone.hdr" }', "no lone.img beside"),
     ],
 )
@@ -214,7 +224,6 @@ def test_what_is_refused(read, tmp_path, keys, message):
     np.savez(tmp_path / "nan.npz", wavelengths=AT, values=np.nan * cube())
     np.savez(tmp_path / "narrow.npz", wavelengths=AT[5:-5], values=cube()[..., 5:-5])
     (tmp_path / "torn.npz").write_bytes(b"PK\3\4 no more")
-    (tmp_path / "text.hdr").write_text("#?RADIANCE\n")
     head = "ENVI\nsamples = 1\nlines = 1\nbands = 2\ndata type = 4\ninterleave = bip\n"
     (tmp_path / "bad.hdr").write_text(head)
     (tmp_path / "lone.hdr").write_text(head + "wavelength = { 400,\n 700 }\n")
