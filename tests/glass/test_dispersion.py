@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from scipy import stats
+from helpers.comparisons import assert_blocks_agree
 
 import photonmap as pm
 from photonmap.compile.effects import EFFECTS
@@ -124,11 +124,7 @@ def test_photons_agree_with_paths(roughness):
     photon = pm.render(scene, passes=48, seed=6, **settings)
     path = pm.render(scene, passes=600, seed=7, method="path", **settings)
     one, other = photon.radiance, path.radiance
-    errors = np.hypot(photon.standard_error("radiance"), path.standard_error("radiance"))
-    blocks = [image.reshape(6, 4, 6, 4, 3).mean(axis=(1, 3)) for image in (one, other)]
-    error = np.sqrt((errors**2).reshape(6, 4, 6, 4, 3).sum(axis=(1, 3))) / 16
-    z = (blocks[0] - blocks[1]) / np.hypot(error, 0.01 * blocks[1].mean())
-    assert np.abs(z).max() < stats.norm.isf(1e-3 / z.size)
+    assert_blocks_agree(photon, path)
     np.testing.assert_allclose(one.mean(axis=(0, 1)), other.mean(axis=(0, 1)), rtol=0.015)
 
 
