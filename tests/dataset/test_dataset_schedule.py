@@ -191,3 +191,5 @@ def test_a_scheduler_that_does_not_answer_is_told(tmp_path, monkeypatch):
         list(schedule.run_tasks(tasks(tmp_path), "tcp://127.0.0.1:9"))
     with pytest.raises(pm.InputError, match="cannot be reached"):
         list(schedule.run_tasks(tasks(tmp_path), "nonsense://x"))
+    with pytest.raises(ValueError, match="No client"):  # none is left behind as the default
+        distributed.default_client()

@@ -163,7 +163,10 @@ def start_local_cluster(workers: int) -> LocalCluster:
 
 @contextmanager
 def _connect(scheduler: str, workers: int) -> Iterator[Client]:
-    """Start local worker processes, or connect to a scheduler."""
+    """Start local worker processes, or connect to a scheduler.
+
+    A client that is the default one stays so where connecting fails, and others wait for it.
+    """
     from distributed import Client
 
     if scheduler == LOCAL:
@@ -171,7 +174,7 @@ def _connect(scheduler: str, workers: int) -> Iterator[Client]:
             yield client
         return
     try:
-        client = Client(scheduler, timeout=_CONNECT)
+        client = Client(scheduler, timeout=_CONNECT, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         reason = " ".join(str(error).split()) or "no answer"
         raise InputError(
