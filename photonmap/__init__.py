@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     import photonmap.dataset as dataset
     import photonmap.evaluate as evaluate
     import photonmap.scenes as scenes
+    from photonmap.capture.expose import expose
+    from photonmap.capture.files import load_photo, save_photo
+    from photonmap.capture.photo import Photo
+    from photonmap.capture.sensor import Sensor, load_sensor
     from photonmap.compile.camera import camera_rays
     from photonmap.errors import InputError, SceneWarning
     from photonmap.io.readers.scene_file import load_scene
@@ -78,6 +82,7 @@ __all__ = [
     "NamedGlass",
     "NormalMap",
     "Panorama",
+    "Photo",
     "PhotometricLight",
     "PointLight",
     "RayMap",
@@ -85,6 +90,7 @@ __all__ = [
     "Scene",
     "SceneWarning",
     "Sellmeier",
+    "Sensor",
     "SpectralTexture",
     "Spectrum",
     "SpectrumSet",
@@ -95,17 +101,27 @@ __all__ = [
     "dataset",
     "emission",
     "evaluate",
+    "expose",
+    "load_photo",
     "load_result",
     "load_scene",
+    "load_sensor",
     "merge",
     "preview",
     "reflectance",
     "render",
+    "save_photo",
     "save_scene",
     "scenes",
 ]
 
 _HOMES = {
+    "expose": "capture.expose",
+    "load_photo": "capture.files",
+    "save_photo": "capture.files",
+    "Photo": "capture.photo",
+    "Sensor": "capture.sensor",
+    "load_sensor": "capture.sensor",
     "Bands": "spectra.bands",
     "InputError": "errors",
     "SceneWarning": "errors",

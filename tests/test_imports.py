@@ -14,7 +14,7 @@ LAYERS = [
     {"commands"},
     {"evaluate"},
     {"dataset", "inspection", "study", "sensors", "viewer"},
-    {"render"},
+    {"capture", "render"},
     {"settings"},
     {"results"},
     {"integrators"},

@@ -37,6 +37,7 @@ GROUPS = {
         "PointLight", "SpotLight", "PhotometricLight", "DirectionalLight", "DomeLight",
         "EnvironmentLight", "AreaLight",
     ),
+    "Photos": ("expose", "Sensor", "Photo", "load_sensor", "save_photo", "load_photo"),
     "Spectra and bands": ("Bands", "Spectrum", "SpectrumSet", "reflectance", "emission"),
     "Errors and warnings": ("InputError", "SceneWarning"),
 }  # fmt: skip

@@ -21,7 +21,8 @@ from photonmap.runtime.wording import suggest
 DEFAULT = "render"
 """The command where the first argument names none."""
 COMMANDS = (
-    "convert", "dataset", "evaluate", "info", "inspect", "merge", "sensors", "split", "study",
+    "convert", "dataset", "evaluate", "info", "inspect", "merge", "sensor", "sensors",
+    "split", "study",
 )  # fmt: skip
 """The other commands: each a module here with HELP, add_arguments and run, which returns one of
 `exit_codes`, or None."""

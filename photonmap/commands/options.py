@@ -41,12 +41,12 @@ def add_options(
             alone = len(members) == 1
             groups[title] = parser.add_argument_group(title, None if alone else description)
             for each in members:
-                _add(groups[title], replace(each, **changes.get(each.name, {})))
+                add_option(groups[title], replace(each, **changes.get(each.name, {})))
     return groups
 
 
-def _add(group: argparse._ArgumentGroup, option: Option) -> None:
-    """Add one option of a render."""
+def add_option(group: argparse._ArgumentGroup, option: Option) -> None:
+    """Add one of a list of options."""
     if isinstance(option.default, bool):
         action = "store_false" if option.default else "store_true"
         text = f"turn off {option.help}" if option.default else option.help

@@ -12,8 +12,11 @@ from numpy.typing import NDArray
 
 _UP = b"\2"
 """The filter that stores differences to the line above."""
-_KINDS = {3: 2, 4: 6}
-"""Colour types of RGB and RGBA."""
+_KINDS = {1: 0, 3: 2, 4: 6}
+"""Colour types of grey, RGB and RGBA."""
+
+_LINEAR = 100000
+"""Of the chunk gAMA: an exponent of 1."""
 
 
 def write_png(preview: NDArray[np.uint8], path: str | PathLike[str]) -> None:
@@ -21,14 +24,16 @@ def write_png(preview: NDArray[np.uint8], path: str | PathLike[str]) -> None:
     Path(path).write_bytes(encode_png(preview))
 
 
-def encode_png(image: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
-    """Return an image in sRGB as the bytes of a PNG file (ISO/IEC 15948).
+def encode_png(image: NDArray[np.uint8] | NDArray[np.uint16], linear: bool = False) -> bytes:
+    """Return an image as the bytes of a PNG file (ISO/IEC 15948).
 
     Parameters
     ----------
     image : (H, W, 3) RGB, or (H, W, 4) with an alpha by which RGB is not multiplied; uint8 or
-        uint16
+        uint16. (H, W) for grey
+    linear : its values are proportional to light, and not sRGB
     """
+    image = image[..., None] if image.ndim == 2 else image
     height, width, channels = image.shape
     bits = 8 * image.itemsize
     lines = np.ascontiguousarray(image, f">u{image.itemsize}").reshape(height, -1).view(np.uint8)
@@ -38,7 +43,7 @@ def encode_png(image: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
         above = line
     chunks = {
         b"IHDR": struct.pack(">IIBBBBB", width, height, bits, _KINDS[channels], 0, 0, 0),
-        b"sRGB": b"\0",
+        **({b"gAMA": struct.pack(">I", _LINEAR)} if linear else {b"sRGB": b"\0"}),
         b"IDAT": b"".join([*packed, packer.flush()]),
         b"IEND": b"",
     }

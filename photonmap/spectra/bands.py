@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -15,8 +14,6 @@ from numpy.typing import NDArray
 from photonmap.errors import InputError
 from photonmap.runtime.wording import listed, shown
 from photonmap.spectra.curves import (
-    EXTRAPOLATE,
-    FILES,
     VISIBLE,
     Color,
     Spectrum,
@@ -201,23 +198,19 @@ class Bands:
     @classmethod
     def _named(cls, body: str, limits: Limits | None) -> Bands:
         """Return the sensors of a file or of a name."""
-        from photonmap.spectra import names
-        from photonmap.spectra.tables import read_table
+        from photonmap.spectra.sensor_curves import read_sensors, table_of
 
-        held, body = body.startswith(EXTRAPOLATE), body.removeprefix(EXTRAPOLATE).strip()
-        path = Path(body)
-        if path.suffix.lower() in FILES:
-            table = read_table(path, kind="sensitivity")
-            curves = [replace(curve, extrapolate=held) for curve in table]
-            try:
-                return cls.sensors(curves, table.names, limits)
-            except InputError as error:
-                raise InputError(str(error), path) from None
+        path = table_of(body)
         try:
-            channels = {name: replace(c, extrapolate=held) for name, c in names.sensors(body)}
+            channels, curves = read_sensors(body)
         except InputError as error:
+            if path is not None:
+                raise
             raise InputError(f"{_WANTED.format(shown(body))}: {error}") from None
-        return cls.sensors(list(channels.values()), list(channels), limits)
+        try:
+            return cls.sensors(curves, channels, limits)
+        except InputError as error:
+            raise InputError(str(error), path) from None
 
     @classmethod
     def from_description(cls, description: dict[str, Any]) -> Bands:

@@ -35,7 +35,7 @@ def made_small(words):
     for option, value in SMALLER.items():
         if option in words:
             words[words.index(option) + 1] = value
-    if words[0] in ("convert", "info", "inspect", "merge", "sensors"):
+    if words[0] in ("convert", "info", "inspect", "merge", "sensor", "sensors"):
         return words
     size = [] if "--size" in words else ["--size", SMALLER["--size"]]
     return [*words, *size, "--photons", "500"]
@@ -70,4 +70,5 @@ def test_every_page_with_commands_is_found():
     found = {page.relative_to(ROOT).as_posix(): len(commands(page)) for page in PAGES}
     assert found["README.md"] == 1
     assert found["docs/guide.md"] >= 8
+    assert found["docs/sensor.md"] >= 3
     assert found["docs/spectra.md"] == 1

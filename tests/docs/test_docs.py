@@ -287,3 +287,9 @@ def test_sources_of_colours(tmp_path, monkeypatch):
             for read, column in zip((pm.reflectance, pm.emission), columns, strict=True):
                 if column.strip() != "–":
                     assert read(text) == read(f"{text} 1"), text
+
+
+def test_snippet_of_photos(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = run_page(docs("sensor.md"))
+    np.testing.assert_array_equal(names["again"].raw, names["photo"].raw)

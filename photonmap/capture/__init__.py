@@ -1,0 +1,1 @@
+"""What a camera makes of a render: exposure, noise, mosaic, raw files and their development."""

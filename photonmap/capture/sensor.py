@@ -1,0 +1,312 @@
+"""A sensor: the one list of what is known of it, how it is written in files, and its checks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+from photonmap.capture.mosaic import AUTO, check_mosaic
+from photonmap.capture.optics import check_psf, check_vignetting
+from photonmap.errors import InputError, naming
+from photonmap.io.readers.toml import read_toml
+from photonmap.runtime.options import Option, list_options, option
+from photonmap.spectra.sensor_curves import table_of
+
+EXPOSURE, ELECTRONICS, OPTICS, COLOR = "exposure", "electronics", "optics", "colour"
+GROUPS = (COLOR, EXPOSURE, ELECTRONICS, OPTICS)
+"""Headings under which the command line lists the options."""
+DEMOSAICING = ("auto", "bilinear", "malvar")
+_LARGEST_SEED = 2**63 - 1
+
+
+def _number(low: float, high: float, unit: str = "", above: bool = False) -> Callable[[Any], Any]:
+    """Return the check of a number from `low` (or above it) to `high`."""
+
+    def check(value: Any) -> float:
+        right = isinstance(value, int | float) and not isinstance(value, bool)
+        if not (right and low <= value <= high and not (above and value == low)):
+            least = f"above {low:g} and up to" if above else f"from {low:g} to"
+            raise InputError(f"{value!r} is not a number {least} {high:g}{unit}")
+        return float(value)
+
+    return check
+
+
+def _option(help: str, group: str, metavar: str | None, **traits: Any) -> Any:
+    return option(help, group=group, metavar=metavar, **{"read": float, **traits})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensor:
+    """A camera's lens and sensor: the keywords are the options of `python -m photonmap sensor`.
+
+    Noise is that of the EMVA Standard 1288: shot noise of light and of dark current, read noise,
+    the pixels' own gain and offset, and rounding. docs/sensor.md has the equations.
+
+    Raises
+    ------
+    InputError : a value is out of range, or two do not go together
+    """
+
+    camera: str = field(
+        default="Nikon 5100 (NPL)",
+        metadata=_option(
+            "spectral sensitivities, relative to power: the name of a camera or observer, a "
+            "FILE.csv, or bands such as 8 or 400:700:50",
+            COLOR,
+            "NAME",
+            read=str,
+        ),
+    )
+    mosaic: str = field(
+        default=AUTO,
+        metadata=_option(
+            "pattern of colour filters, row by row: RGGB, or numbers of bands, as in 1,2,3/4,5,6; "
+            "none: every pixel has all channels; auto: RGGB, or a square of all bands",
+            COLOR,
+            "PATTERN",
+            read=str,
+        ),
+    )
+    demosaic: str = field(
+        default="auto",
+        metadata=_option(
+            "how mosaics are interpolated; malvar (Malvar, He and Cutler 2004) is for 2×2 patterns "
+            "of three colours, and taken there",
+            COLOR,
+            None,
+            read=str,
+            choices=DEMOSAICING,
+        ),
+    )
+    time: float | None = field(
+        default=None,
+        metadata=_option(
+            "exposure time, s",
+            EXPOSURE,
+            "S",
+            default_text="chosen by --percentile and --level",
+            check=_number(0.0, 1e9, " s", above=True),
+        ),
+    )
+    percentile: float = field(
+        default=97.0,
+        metadata=_option(
+            "percentage of the pixels that an automatic exposure keeps at or below --level",
+            EXPOSURE,
+            "P",
+            check=_number(0.0, 100.0),
+        ),
+    )
+    level: float = field(
+        default=0.8,
+        metadata=_option(
+            "fraction of saturation that an automatic exposure gives to the percentile",
+            EXPOSURE,
+            "F",
+            check=_number(0.0, 1e6, above=True),
+        ),
+    )
+    iso: float = field(
+        default=100.0,
+        metadata=_option(
+            "ISO speed: gain relative to --base-iso", EXPOSURE, "N", check=_number(1.0, 1e8)
+        ),
+    )
+    base_iso: float = field(
+        default=100.0,
+        metadata=_option(
+            "ISO speed at which a full well is the white level",
+            EXPOSURE,
+            "N",
+            check=_number(1.0, 1e8),
+        ),
+    )
+    aperture: float = field(
+        default=4.0,
+        metadata=_option("f-number of the lens", EXPOSURE, "N", check=_number(0.5, 1e4)),
+    )
+    scale: float = field(
+        default=1.0,
+        metadata=_option(
+            "W·m⁻²·sr⁻¹·nm⁻¹ that radiance 1 in the image stands for",
+            EXPOSURE,
+            "X",
+            check=_number(0.0, 1e30, above=True),
+        ),
+    )
+    full_well: float = field(
+        default=40000.0,
+        metadata=_option(
+            "electrons that a pixel can hold", ELECTRONICS, "E", check=_number(1.0, 1e9)
+        ),
+    )
+    read_noise: float = field(
+        default=3.0,
+        metadata=_option(
+            "standard deviation of read noise, electrons", ELECTRONICS, "E", check=_number(0, 1e6)
+        ),
+    )
+    dark_current: float = field(
+        default=0.1,
+        metadata=_option("electrons per second and pixel", ELECTRONICS, "E", check=_number(0, 1e9)),
+    )
+    prnu: float = field(
+        default=0.0,
+        metadata=_option(
+            "standard deviation of the pixels' gains, as a fraction (PRNU)",
+            ELECTRONICS,
+            "F",
+            check=_number(0.0, 1.0),
+        ),
+    )
+    dsnu: float = field(
+        default=0.0,
+        metadata=_option(
+            "standard deviation of the pixels' offsets, electrons (DSNU)",
+            ELECTRONICS,
+            "E",
+            check=_number(0.0, 1e6),
+        ),
+    )
+    specimen: int = field(
+        default=0,
+        metadata=_option(
+            "which camera of its make: decides the gains and offsets of its pixels",
+            ELECTRONICS,
+            "N",
+            read=int,
+            whole=(0, _LARGEST_SEED),
+        ),
+    )
+    bits: int = field(
+        default=14,
+        metadata=_option(
+            "bits of the analogue-to-digital converter", ELECTRONICS, "N", read=int, whole=(1, 16)
+        ),
+    )
+    black_level: int | None = field(
+        default=None,
+        metadata=_option(
+            "number that stands for no light",
+            ELECTRONICS,
+            "N",
+            default_text="a 32nd of the range",
+            read=int,
+            whole=(0, 65534),
+        ),
+    )
+    pixel_pitch: float = field(
+        default=4.8,
+        metadata=_option("side of a pixel, µm", ELECTRONICS, "UM", check=_number(0.01, 1e6)),
+    )
+    quantum_efficiency: float = field(
+        default=0.5,
+        metadata=_option(
+            "electrons per photon at the peak of the most sensitive channel, lens included",
+            ELECTRONICS,
+            "F",
+            check=_number(0.0, 1.0, above=True),
+        ),
+    )
+    vignetting: str = field(
+        default="none",
+        metadata=_option(
+            "none; cos4: natural vignetting; or a,b,… for 1 + a r² + b r⁴ + …, r = 1 at the "
+            "farthest corner",
+            OPTICS,
+            "V",
+            read=str,
+            check=check_vignetting,
+        ),
+    )
+    psf: str = field(
+        default="none",
+        metadata=_option(
+            "point spread: gaussian:S of standard deviation S, or defocus:R, a disk of radius R, "
+            "in pixels; several are joined by +",
+            OPTICS,
+            "PSF",
+            read=str,
+            check=check_psf,
+        ),
+    )
+
+    def __post_init__(self) -> None:
+        for name, each in list_options(self).items():
+            try:
+                value = each.checked(getattr(self, name))
+            except InputError as error:
+                text = str(error)
+                raise InputError(text if text.startswith(name) else f"{name} {text}") from None
+            object.__setattr__(self, name, value)
+        if not isinstance(self.camera, str):
+            raise InputError(f"camera {self.camera!r} is not a name")
+        check_mosaic(self.mosaic)
+        if self.black >= self.white:
+            raise InputError(
+                f"black_level {self.black} must be below the largest number of {self.bits} bits, "
+                f"{self.white}"
+            )
+
+    @property
+    def black(self) -> int:
+        """The number that stands for no light."""
+        return (1 << self.bits) // 32 if self.black_level is None else self.black_level
+
+    @property
+    def white(self) -> int:
+        """The largest number of the converter."""
+        return (1 << self.bits) - 1
+
+    @property
+    def saturation(self) -> float:
+        """Electrons above `black` at `white`; a full well at the base ISO."""
+        return self.full_well * self.base_iso / self.iso
+
+    @property
+    def gain(self) -> float:
+        """Numbers per electron."""
+        return (self.white - self.black) / self.saturation
+
+    def describe(self) -> dict[str, Any]:
+        """Return the keywords, JSON-able; of a file of sensitivities its name alone."""
+        path = table_of(self.camera)
+        return asdict(self) | ({} if path is None else {"camera": path.name})
+
+
+OPTIONS: dict[str, Option] = list_options(Sensor)
+"""The options of a sensor by name."""
+
+
+def load_sensor(text: str) -> Sensor:
+    """Return the sensor of a FILE.toml, whose keys are those of `Sensor`; or that of a camera.
+
+    Raises
+    ------
+    InputError : there is no such file or camera, or the file has a key or value not permitted
+    """
+    path = Path(text)
+    if path.suffix.lower() != ".toml":
+        return replace(Sensor(), camera=text)
+    if not path.is_file():
+        raise InputError("cannot be read (no such file); check the name", path)
+    toml = read_toml(path)
+    known = [each.name for each in fields(Sensor)]
+    toml.check_known(known, "key")
+    values = dict(toml.sections)
+    for name, value in values.items():
+        if OPTIONS[name].read is float and isinstance(value, int) and not isinstance(value, bool):
+            values[name] = float(value)
+        if OPTIONS[name].read is str and not isinstance(value, str):
+            raise toml.error(f'{name} {value!r} is not a text; write {name} = "…"', name)
+    camera = values.get("camera", "")
+    if camera and (path.parent / camera).is_file():
+        values["camera"] = str(path.parent / camera)
+    for name, value in values.items():
+        with naming(name, path, toml.line(name)):
+            OPTIONS[name].checked(value)
+    with naming(str(path)):
+        return Sensor(**values)
