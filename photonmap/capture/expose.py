@@ -101,13 +101,11 @@ def _rates(seen: Floats, result: Result, sensor: Sensor, response: Response) -> 
 
 
 def _choose_time(rates: Floats, sensor: Sensor) -> float:
-    """Return the time in which the percentile of the pixels reaches its level of saturation."""
-    bright = float(np.percentile(rates, sensor.percentile))
-    if not bright > 0.0:
-        raise InputError(
-            f"{sensor.percentile:g}% of the image are black, and no exposure can be chosen; "
-            "give a time, or a larger percentile"
-        )
+    """Return the time in which the percentile of the lit pixels reaches its level."""
+    lit = rates[rates > 0.0]
+    if not lit.size:
+        raise InputError("the image is black, and no exposure can be chosen; give a time")
+    bright = float(np.percentile(lit, sensor.percentile))
     return sensor.level * min(sensor.saturation, sensor.full_well) / bright
 
 

@@ -94,7 +94,7 @@ class Sensor:
     percentile: float = field(
         default=97.0,
         metadata=_option(
-            "percentage of the pixels that an automatic exposure keeps at or below --level",
+            "percentage of the lit pixels that an automatic exposure keeps at or below --level",
             EXPOSURE,
             "P",
             check=_number(0.0, 100.0),

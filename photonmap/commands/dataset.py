@@ -112,6 +112,12 @@ def _add_work(parser: argparse.ArgumentParser) -> None:
         help=f"space of the images in RGB: {', '.join(SPACES)}, a camera, or FILE.csv of three "
         f"sensitivities (default: {REC2020})",
     )
+    work.add_argument(
+        "--sensor",
+        metavar="NAME",
+        help="also write what this camera would have recorded: its name, or a FILE.toml that "
+        "`photonmap sensor` takes",
+    )
     add_scheduler(work)
     work.add_argument(
         "--resume", action="store_true", help="render only the images that are missing or damaged"
@@ -147,6 +153,7 @@ def run(options: argparse.Namespace) -> int:
 def _make(folder: Path, options: argparse.Namespace) -> int:
     from photonmap.dataset.files.image_files import check_formats
     from photonmap.dataset.files.manifest import check_dataset_folder
+    from photonmap.dataset.files.photos import choose_sensor
     from photonmap.dataset.jobs.make_dataset import describe_dataset, make_dataset
     from photonmap.dataset.jobs.schedule import check_scheduler
 
@@ -154,7 +161,8 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
     check_formats(formats)
     check_scheduler(options.scheduler, options.workers)
     common, jobs, faults = _plan(options)
-    head = describe_dataset(options.preset, common, formats, jobs, options.full)
+    sensor, described = choose_sensor(options.sensor)
+    head = describe_dataset(options.preset, common, formats, jobs, options.full, described)
     check_dataset_folder(folder, head, options.resume or options.dry_run)
     if options.dry_run:
         _list(jobs)
@@ -162,7 +170,7 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
     report = (lambda line: None) if options.quiet else _print_progress
     try:
         outcome = make_dataset(
-            folder, head, jobs, formats, options.scheduler, options.workers, report
+            folder, head, jobs, formats, options.scheduler, options.workers, report, sensor
         )
     except KeyboardInterrupt:
         print(

@@ -125,7 +125,7 @@ def test_automatic_exposure():
     image = np.linspace(0.0, 1.0, 10000).reshape(100, 100, 1)
     for unit in (1e-6, 1.0, 1e6):
         photo = pm.expose(render_of(image * unit), ideal(time=None, percentile=90.0, level=0.7))
-        assert np.percentile(photo.truth, 90.0) == pytest.approx(0.7, rel=1e-5)
+        assert np.percentile(photo.truth[photo.truth > 0.0], 90.0) == pytest.approx(0.7, rel=1e-5)
     assert photo.record["time_s"] > 0.0
 
 

@@ -211,7 +211,7 @@ def test_bad_images(tmp_path, monkeypatch, capsys, box):
         ("missing.exr", "there is no such file"),
         ("note.exr", "not an OpenEXR file"),
         ("direct.exr", "has no radiance"),
-        ("black.exr", "are black, and no exposure can be chosen"),
+        ("black.exr", "is black, and no exposure can be chosen"),
     ):
         assert main(["sensor", name]) == 2
         error = capsys.readouterr().err

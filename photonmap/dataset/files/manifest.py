@@ -78,7 +78,7 @@ def _check_contents(folder: Path, head: dict[str, Any], resume: bool) -> None:
 def _difference(there: dict[str, Any], here: dict[str, Any]) -> str:
     """Describe how two heads differ in what the images of one set share; "" if they do not."""
     pairs = {
-        **{key: (there.get(key), here[key]) for key in ("format", "formats", "full")},
+        **{key: (there.get(key), here[key]) for key in ("format", "formats", "full", "sensor")},
         **{key: (there["common"].get(key), value) for key, value in here["common"].items()},
         **{key: (there["versions"].get(key), value) for key, value in here["versions"].items()},
     }

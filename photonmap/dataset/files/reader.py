@@ -26,6 +26,7 @@ from photonmap.runtime.wording import listed
 from photonmap.spectra.rgb_spaces import SRGB
 
 if TYPE_CHECKING:
+    from photonmap.capture.photo import Photo
     from photonmap.results.result import Result
 
 Array = NDArray[Any]
@@ -90,6 +91,19 @@ class Image(Mapping[str, Array]):
 
         is_set = self.entry.get("rgb", {}).get("space", SRGB) == SRGB
         return self.rgb if is_set else read_rgb(self.folder, SRGB)
+
+    @cached_property
+    def photo(self) -> Photo:
+        """What the set's sensor recorded.
+
+        Raises
+        ------
+        InputError : the set was made without `--sensor`, or the photo is damaged
+        """
+        from photonmap.capture.files import load_photo
+        from photonmap.dataset.files.photos import PHOTO
+
+        return load_photo(self.folder / PHOTO)
 
     def light_shares(self) -> dict[str, Array]:
         """Return each light's share of the irradiance by light group, interreflection included.

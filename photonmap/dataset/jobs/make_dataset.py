@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from photonmap.capture.sensor import Sensor
 from photonmap.dataset.files.manifest import (
     FORMAT,
     append_line,
@@ -50,6 +51,7 @@ def describe_dataset(
     formats: Sequence[str],
     jobs: Sequence[Job],
     full: bool = False,
+    sensor: dict[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Return the head of a data set: its settings, versions, and the names of its images.
 
@@ -65,6 +67,7 @@ def describe_dataset(
         "common": json.loads(json.dumps(asdict(common) | names)),
         "formats": sorted(formats),
         "full": full,
+        "sensor": sensor,
         "versions": describe_code(),
         "images": [job.name for job in jobs],
     }
@@ -78,6 +81,7 @@ def make_dataset(
     scheduler: str = LOCAL,
     workers: int = 1,
     log: Callable[[str], None] = lambda line: None,
+    sensor: Sensor | None = None,
 ) -> Outcome:
     """Render the images that a folder does not have yet, and write its manifest.
 
@@ -92,6 +96,7 @@ def make_dataset(
     formats : of the files
     scheduler, workers : where to render, see `photonmap.dataset.jobs.schedule`
     log : called with a line for each image
+    sensor : that takes photos, which the head describes; None for no photos
 
     Raises
     ------
@@ -106,7 +111,10 @@ def make_dataset(
         write_lines(folder, outcome.entries.values())
         missing = [job for job in jobs if job.name not in outcome.entries]
         target, versions = str(folder.resolve()), head["versions"]
-        tasks = [Task(job, target, tuple(formats), versions, full=head["full"]) for job in missing]
+        tasks = [
+            Task(job, target, tuple(formats), versions, full=head["full"], sensor=sensor)
+            for job in missing
+        ]
         try:
             _run(tasks, scheduler, workers, outcome, log)
         finally:

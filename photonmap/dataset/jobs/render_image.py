@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from photonmap.capture.sensor import Sensor
 from photonmap.dataset.files.derived_buffers import (
     as_rgb,
     negative_share,
@@ -21,6 +22,7 @@ from photonmap.dataset.files.derived_buffers import (
 from photonmap.dataset.files.image_files import hash_files, list_files, write_image
 from photonmap.dataset.files.image_statistics import summarise
 from photonmap.dataset.files.manifest import check_code
+from photonmap.dataset.files.photos import add_photo
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.job_scene import make_scene
 from photonmap.dataset.jobs.plan import Job
@@ -49,6 +51,7 @@ class Task:
     versions : the image must be rendered with, see `describe_code`; None for any
     threads : of the render; None for every processor
     full : write everything in single precision, see `photonmap.dataset.files.lean`
+    sensor : that takes a photo of the image; None for no photo
     """
 
     job: Job
@@ -57,6 +60,7 @@ class Task:
     versions: dict[str, str] | None = None
     threads: int | None = None
     full: bool = False
+    sensor: Sensor | None = None
 
 
 def render_image(task: Task) -> dict[str, Any]:
@@ -93,6 +97,8 @@ def render_image(task: Task) -> dict[str, Any]:
         entry = _describe(job.relative_to(data_set), scene, result, rgb) | {
             "full": task.full,
             "arrays": arrays,
+            "photo": task.sensor
+            and add_photo(folder, result, task.sensor, job.render_seed, task.full),
         }
         entry["files"] = hash_files(folder, list_files(folder))
         entry["seconds"] = {

@@ -22,6 +22,7 @@ from photonmap.dataset.jobs.verify_arrays import (
     check_geometry,
     check_identities,
     check_numbers,
+    check_photo,
     check_rgb,
     is_full,
 )
@@ -86,6 +87,7 @@ def _faults(image: Image, log: Log) -> Iterator[str]:
         yield from check_identities(result, is_full(image))
         yield from check_rgb(image)
         yield from check_formats_agree(image)
+        yield from check_photo(image)
         yield from _geometry_faults(image)
     except InputError as error:
         yield str(error)

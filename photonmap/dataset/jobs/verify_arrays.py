@@ -124,3 +124,27 @@ def _close(whole: NDArray[Any], parts: Sequence[NDArray[Any]], full: bool) -> bo
     smallest = kind.tiny if full else 8 * kind.smallest_subnormal
     allowed = (ULPS if full else HALF_ULPS) * float(kind.eps) * scale + float(smallest)
     return bool((np.abs(whole - _sum(parts)) <= allowed).all())
+
+
+def check_photo(image: Image) -> Iterator[str]:
+    """Yield what is wrong with the photo of an image, if it has one: it is exposed again.
+
+    A photo by a file of sensitivities is left alone, as the file may be elsewhere.
+    """
+    if image.entry.get("photo") is None:
+        return
+    from photonmap.capture.expose import expose
+    from photonmap.capture.sensor import Sensor
+    from photonmap.spectra.sensor_curves import table_of
+
+    try:
+        photo = image.photo
+        sensor = Sensor(**photo.record["sensor"])
+        if table_of(sensor.camera) is None:
+            again = expose(image.result, sensor, photo.record["seed"])
+            if not (
+                np.array_equal(again.raw, photo.raw) and np.array_equal(again.truth, photo.truth)
+            ):
+                yield "the photo is not that of the radiance"
+    except (InputError, TypeError) as error:
+        yield f"the photo cannot be checked: {error}"
