@@ -70,7 +70,7 @@ def _add_images(parser: argparse.ArgumentParser) -> None:
         "--preset",
         default="small",
         metavar="NAME",
-        help="small, icip2013, or FILE.toml (default: small)",
+        help="small, icip2013, varied, or FILE.toml (default: small)",
     )
     what.add_argument(
         "--count",
@@ -86,6 +86,14 @@ def _add_images(parser: argparse.ArgumentParser) -> None:
         "--materials",
         choices=("lambertian", "mixed"),
         help="materials of procedural scenes (default: the preset's, or lambertian)",
+    )
+    what.add_argument(
+        "--illuminations",
+        type=read_list,
+        default=[],
+        metavar="LIST",
+        help="names separated by commas, such as white,random_3 (default: the preset's, or white,"
+        "colored,two_planckian,two_mixed)",
     )
     add_measured_sets(what)
 
@@ -192,10 +200,10 @@ def _plan(options: argparse.Namespace) -> tuple[CommonSettings, list[Job], dict[
     """Check the options; list the images, and why scene files cannot be read."""
     from photonmap.dataset.jobs.job_scene import describe_inputs, read_user_scenes
     from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
-    from photonmap.dataset.jobs.presets import load_preset
+    from photonmap.dataset.jobs.presets import load_preset, with_illuminations
     from photonmap.results.record import describe_measured_sets
 
-    preset = load_preset(options.preset)
+    preset = with_illuminations(load_preset(options.preset), options.illuminations)
     use_measured_sets(options.munsell, options.illuminants)
     given = {name: getattr(options, name) for name in taken_by(DATASET)}
     for name, value in given.items():
@@ -224,7 +232,8 @@ def _list(jobs: Sequence[Job]) -> None:
     """Print a table of the images."""
     rows: list[Sequence[Any]] = [("image", "seed", "illumination", "lights", "view")]
     for job in jobs:
-        lights = " + ".join(job.colors)
+        shares = job.shares and [f" {share:.1%}" for share in job.shares]
+        lights = " + ".join(map(str.__add__, job.colors, shares or [""] * len(job.colors)))
         rows.append((job.name, job.seed, job.illumination, lights, job.view.name or "its own"))
     widths = [max(len(str(row[i])) for row in rows) for i in range(len(rows[0]))]
     for row in rows:

@@ -3,8 +3,8 @@
     [extrapolate:] SOURCE [FACTOR]
 
 where SOURCE is a number, `rgb:r,g,b`, `xyz:X,Y,Z`, `xyY:x,y,Y`, `planck:2856`,
-`munsell:5R 5/10`, `metal:Au`, `sfu:NAME`, a FILE.csv, or a name that colour-science knows: of a
-light for an emission, of a ColorChecker patch for a reflectance.
+`daylight:6504`, `munsell:5R 5/10`, `metal:Au`, `sfu:NAME`, a FILE.csv, or a name that
+colour-science knows: of a light for an emission, of a ColorChecker patch for a reflectance.
 """
 
 from __future__ import annotations
@@ -39,6 +39,12 @@ ILLUMINANTS = "PHOTONMAP_ILLUMINANTS"
 """Environment variable that names the file of measured lights."""
 
 _Source = Callable[[str, Path], Color]
+
+_BY_TEMPERATURE: dict[str, Callable[[float], Spectrum]] = {
+    "planck": names.planck,
+    "daylight": names.daylight,
+}
+"""Lights that a temperature in K names."""
 
 _UNFINISHED = re.compile(r"\w+:|munsell:( *N|.*/)|(rgb|xyz|xyY):[ ,]*[^ ,]+[ ,]+[^ ,]+[ ,]*", re.I)
 """What lacks the number after it, which is then no factor: "munsell:N" of "munsell:N 5"."""
@@ -139,7 +145,7 @@ def _reflectance_source(body: str, folder: Path) -> Color:
         return munsell(rest)
     if prefix == "metal":
         return metal_by_source(rest.strip(), folder)
-    if prefix in ("planck", "sfu"):
+    if prefix in (*_BY_TEMPERATURE, "sfu"):
         raise InputError(f"{shown(body)} is a light, not a reflectance; name a reflectance")
     common = _common_source(body, folder, LARGEST_REFLECTANCE, "reflectance")
     return names.patch(body) if common is None else common
@@ -149,11 +155,11 @@ def _emission_source(body: str, folder: Path) -> Color:
     prefix, _, rest = body.partition(":")
     if prefix in ("xyz", "xyY"):
         return emission_of_xyz(_xyz(prefix, rest))
-    if prefix == "planck":
+    if prefix in _BY_TEMPERATURE:
         kelvin = _number(rest)
         if kelvin is None:
-            raise InputError(f"{shown(body)} needs a temperature in K, as in planck:2856")
-        return names.planck(kelvin)
+            raise InputError(f"{shown(body)} needs a temperature in K, as in {prefix}:5000")
+        return _BY_TEMPERATURE[prefix](kelvin)
     if prefix == "sfu":
         return measured_illuminants()[rest.strip()]
     if prefix in ("munsell", "metal"):

@@ -18,6 +18,8 @@ from photonmap.spectra.observer import normalise_luminance
 from photonmap.spectra.sensitivities import best_sensors
 
 _HOTTEST, _COLDEST = 1e6, 300.0  # K; in between, there is some light at all of 400 to 700 nm
+_DAYLIGHT = (4000.0, 25000.0)
+"""Correlated colour temperatures for which CIE 15 defines phases of daylight, K."""
 
 
 @contextmanager
@@ -100,6 +102,25 @@ def planck(kelvin: float) -> Spectrum:
         )
     with colour_science() as colour:
         curve = colour.sd_blackbody(kelvin, colour.SpectralShape(300.0, 1000.0, 1.0))
+    return normalise_luminance(_spectrum(curve))
+
+
+def daylight(kelvin: float) -> Spectrum:
+    """Return the CIE phase of daylight of a correlated colour temperature, scaled to Y = 1.
+
+    The D series of CIE 15:2018, 4.1.2: S0 + M1 S1 + M2 S2, with M1 and M2 from the chromaticity.
+
+    Raises
+    ------
+    InputError
+        if the temperature is not from 4000 to 25000 K
+    """
+    if not _DAYLIGHT[0] <= kelvin <= _DAYLIGHT[1]:
+        low, high = _DAYLIGHT
+        raise InputError(f"daylight of {kelvin:g} K is out of range; write {low:g} to {high:g} K")
+    with colour_science() as colour:
+        chromaticity = colour.temperature.CCT_to_xy_CIE_D(kelvin)
+        curve = colour.sd_CIE_illuminant_D_series(chromaticity, shape=colour.SPECTRAL_SHAPE_DEFAULT)
     return normalise_luminance(_spectrum(curve))
 
 

@@ -279,7 +279,7 @@ def test_a_scene_that_fails_is_skipped(tmp_path, capsys):
     assert main(["dataset", str(folder), "--preset", str(path), *SIZE]) == 1
     printed = capsys.readouterr()
     assert "photonmap: failed: room-0-two_mixed-" in printed.err
-    assert "has one light group" in printed.err
+    assert "has fewer light groups (light) than the 2 colours" in printed.err
     assert "1 images rendered, 1 failed" in printed.out
     assert [image.entry["job"]["illumination"] for image in dataset.open(folder)] == ["white"]
     assert verify(folder, sample=0)[0].endswith("is missing")

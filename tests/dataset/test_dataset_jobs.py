@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,8 +10,9 @@ import pytest
 import photonmap as pm
 from photonmap.dataset.jobs.job_scene import describe_inputs, make_scene, read_user_scenes
 from photonmap.dataset.jobs.plan import CommonSettings, Job, plan_jobs
-from photonmap.dataset.jobs.presets import load_preset
-from photonmap.dataset.scenes.illumination import ILLUMINATIONS
+from photonmap.dataset.jobs.presets import load_preset, with_illuminations
+from photonmap.dataset.scenes.illumination import ILLUMINATIONS, Illumination
+from photonmap.dataset.scenes.random_lights import RandomLights
 from photonmap.dataset.scenes.views import View
 from photonmap.errors import InputError
 
@@ -137,6 +139,35 @@ def test_views_turn_around_the_target():
         View("top", pitch=80.0).move(CAMERA)
 
 
+DUSK = 'scenes = ["vase"]\n[[illumination]]\nname = "dusk"\n'
+
+
+def test_presets_may_draw_lights(tmp_path):
+    text = (
+        f"{DUSK}colors = ['A', 'D65']\nshares = [0.2, 0.8]\n"
+        "[[illumination]]\nname = 'any'\nlights = [2, 3]"
+    )
+    preset = load_preset(write(tmp_path, text))
+    assert preset.illuminations == (
+        Illumination("dusk", ("A", "D65"), (0.2, 0.8)),
+        RandomLights("any", 2, 3),
+    )
+    jobs = plan_jobs(preset, [], COMMON, count=30)
+    drawn = [job for job in jobs if job.illumination == "any"]
+    assert {len(job.colors) for job in drawn} == {2, 3}
+    assert len({job.shares for job in drawn}) == len(drawn)
+    assert [Job.from_description(job.describe()) for job in jobs] == jobs
+    fixed = next(job for job in jobs if job.illumination == "dusk")
+    assert fixed.digest != replace(fixed, shares=(0.5, 0.5)).digest
+
+
+def test_illuminations_of_a_preset_are_replaced():
+    assert with_illuminations(load_preset("small"), []) == load_preset("small")
+    assert with_illuminations(load_preset("small"), ["random"]).illuminations == ("random",)
+    with pytest.raises(InputError, match="did you mean 'white'"):
+        with_illuminations(load_preset("small"), ["wite"])
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -154,7 +185,12 @@ def test_views_turn_around_the_target():
         ('scenes = ["vase"]\n[[view]]\nname = "a"\ndistance = 0', "distance 0 must be above 0"),
         ('scenes = ["vase"]\n[[view]]\nname = "a"\nyaw = "x"', "must be finite numbers"),
         ('scenes = ["vase"]\n[[illumination]]\nname = "a"', "'a' needs colors"),
-        ('scenes = ["vase"]\n[[illumination]]\nname = "a"\ncolors = []', "has 0 colours"),
+        ('scenes = ["vase"]\n[[illumination]]\nname = "a"\ncolors = []', "has no colours"),
+        (f"{DUSK}colors = ['A', 'D65']\nshares = [1]", "has 2 colours and 1 shares"),
+        (f"{DUSK}colors = ['A', 'D65']\nshares = 0.5", "shares 0.5 is not a list"),
+        (f"{DUSK}lights = [2, 9]", "give two numbers from 1 to 4, the lower one first"),
+        (f"{DUSK}lights = [2]", "'dusk' needs colors, as in"),
+        (f"{DUSK}lights = [1, 2]\ncolors = ['A']", "or the number of lights to draw"),
     ],
 )
 def test_presets_that_cannot_be(tmp_path, text, message):

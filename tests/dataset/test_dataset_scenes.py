@@ -18,13 +18,11 @@ from photonmap.dataset.models.scene_object import (
 )
 from photonmap.dataset.models.shapes import box
 from photonmap.dataset.scenes.build import SCENES, build_scene, build_unlit_scene
+from photonmap.dataset.scenes.exposure import LEVEL
 from photonmap.dataset.scenes.illumination import (
     ILLUMINATIONS,
-    SHARES,
     Illumination,
     choose_illumination,
-    emitter_materials,
-    light_spectrum,
 )
 from photonmap.dataset.scenes.rooms.catalogue import ROOMS
 from photonmap.dataset.scenes.single_objects import OBJECTS
@@ -32,9 +30,17 @@ from photonmap.errors import InputError
 from photonmap.scene.material import Material
 from photonmap.spectra.curves import Spectrum
 from photonmap.spectra.munsell import shipped_set
-from photonmap.spectra.observer import luminance
 
-HUNG = ("picture", "clock", "mirror", "pendant lamp", "ceiling lamp", "curtain", "wall shelf")
+HUNG = (
+    "picture",
+    "clock",
+    "mirror",
+    "pendant lamp",
+    "ceiling lamp",
+    "wall lamp",
+    "curtain",
+    "wall shelf",
+)
 DEEPEST_WINDOW = 0.2
 SEEDS = (0, 1)
 
@@ -66,8 +72,8 @@ def equal(first, second):
 def test_presets():
     assert len(OBJECTS) == 8
     assert len(ROOMS) == 9
-    assert PRESETS["icip2013"] == SCENES
-    small = PRESETS["small"]
+    assert PRESETS["icip2013"].scenes == SCENES
+    small = PRESETS["small"].scenes
     assert [name in ROOMS for name in small] == [False, False, True, True]
 
 
@@ -204,7 +210,9 @@ def test_renders_with_sane_numbers(name):
     share = result.direct.sum() / (result.direct + result.indirect).sum()
     low, high = (0.5, 0.95) if name in ROOMS else (0.8, 0.98)
     assert low < share < high
-    assert 0.4 < result.exposure < 4.0
+    plain = (result.coverage == 1.0) & ~result.emission.any(axis=-1)
+    irradiance = np.pi * result.shading[plain].mean(axis=-1)
+    assert 0.8 * LEVEL < np.median(irradiance) < 1.5 * LEVEL
 
 
 @pytest.mark.parametrize("name", ["jug", "bedroom"])
@@ -216,43 +224,6 @@ def test_two_lights_are_two_groups(name, kind):
     assert len(groups) == 1 + kind.startswith("two")
     for group in groups:
         assert result.per_light[group]["direct"].sum() > 0
-
-
-def test_illuminations_are_of_luminance_one():
-    for kind in ILLUMINATIONS:
-        for seed in range(4):
-            for name in choose_illumination(kind, random(seed)).colors:
-                assert luminance(light_spectrum(name)) == pytest.approx(1.0)
-
-
-def test_shares_of_two_lights():
-    lamps = emitter_materials(Illumination("mine", ("D65", "A")), {"first": 2.0, "second": 4.0})
-    assert luminance(lamps["first"].emission) == pytest.approx(2.0 * SHARES[0])
-    assert luminance(lamps["second"].emission) == pytest.approx(4.0 * SHARES[1])
-    alone = emitter_materials(Illumination("mine", ("D65",)), {"first": 2.0, "second": 4.0})
-    assert luminance(alone["first"].emission) == pytest.approx(2.0)
-    assert "second" not in alone
-
-
-@pytest.mark.parametrize(
-    ("colors", "groups", "lit"),
-    [
-        (("HPS",), ("window", "lamp"), {"lamp": "HPS"}),
-        (("D65",), ("window", "lamp"), {"window": "D65"}),
-        (("D65",), ("lamp", "window"), {"lamp": "D65"}),
-        (("planck:9000", "A"), ("lamp", "window"), {"lamp": "A", "window": "planck:9000"}),
-        (("A", "planck:9000"), ("window", "lamp"), {"lamp": "A", "window": "planck:9000"}),
-        (("planck:2300", "HPS"), ("window", "lamp"), {"window": "planck:2300", "lamp": "HPS"}),
-        (("HPS",), ("key light", "side light"), {"key light": "HPS"}),
-    ],
-)
-def test_windows_take_the_colour_of_a_sky(colors, groups, lit):
-    made = emitter_materials(Illumination("mine", colors), dict.fromkeys(groups, 1.0))
-    assert set(made) == set(lit)
-    for group, color in lit.items():
-        share = SHARES[groups.index(group)] if len(colors) == 2 else 1.0
-        expected = light_spectrum(color) * share
-        np.testing.assert_array_equal(made[group].emission.values, expected.values)
 
 
 @pytest.mark.parametrize(
@@ -271,11 +242,6 @@ def test_bad_arguments(arguments, message):
     with pytest.raises(InputError, match=r"^[^\n]+$") as caught:
         build_scene(*arguments)
     assert message in str(caught.value)
-
-
-def test_illuminations_have_one_or_two_colours():
-    with pytest.raises(InputError, match="illumination 'x' has 3 colours; give one or two"):
-        Illumination("x", ("D65", "A", "D50"))
 
 
 def cube(size):

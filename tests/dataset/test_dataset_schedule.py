@@ -161,9 +161,9 @@ def test_images_are_given_up_where_there_are_no_workers(tmp_path, monkeypatch):
 
 def test_bad_scenes_fail_alone(tmp_path, cluster):
     good = tasks(tmp_path)[0]
-    bad = replace(good, job=replace(good.job, colors=("D65",) * 3))
+    bad = replace(good, job=replace(good.job, colors=("D65",) * 5))
     outcomes = dict(schedule.run_tasks([bad, good], cluster.scheduler_address))
-    assert "has 3 colours; give one or two" in outcomes[bad]
+    assert "has 5 colours, but there are 4 light groups" in outcomes[bad]
     assert isinstance(outcomes[good], dict)
 
 

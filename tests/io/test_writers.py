@@ -231,7 +231,7 @@ def test_a_scene_without_light_gets_a_dome():
 
 def test_one_lamp_takes_one_colour(cornell):
     with pytest.raises(
-        InputError, match=r"box': has one light group, 'light', but .* two colours; choose"
+        InputError, match=r"box': has fewer light groups \(light\) than the 2 colours of .*; choose"
     ):
         relight(cornell, "two_mixed")
 

@@ -118,6 +118,16 @@ def test_black_bodies_follow_planck():
     np.testing.assert_allclose(ratio, ratio[0], rtol=2e-4)
 
 
+def test_daylight_is_that_of_the_cie():
+    """D65 is the phase of 6504 K, and the chromaticity of 5003 K is that of D50 (CIE 15)."""
+    table, light = emission("D65"), emission("daylight:6504")
+    at = np.arange(400.0, 701.0, 10.0)
+    expected = np.interp(at, table.wavelengths, table.values)
+    np.testing.assert_allclose(np.interp(at, light.wavelengths, light.values), expected, rtol=1e-3)
+    x, y, z = observer().rgb_to_xyz @ radiance_to_rgb(emission("daylight:5003"))
+    assert (x / (x + y + z), y / (x + y + z)) == pytest.approx((0.3457, 0.3585), abs=3e-4)
+
+
 @pytest.mark.parametrize("xyz", [(0.2, 0.3, 0.1), (0.05, 0.2, 0.02), (0.4, 0.2, 0.01)])
 def test_a_reflectance_has_its_xyz_under_d65(xyz):
     """The first lies within sRGB, the others beyond: those become curves."""
@@ -167,6 +177,7 @@ def test_white_is_white_in_every_notation():
         ("metal:none.csv", "none.csv: cannot be read"),
         ("munsell:red", "write it as '5R 5/10' or 'N 5'"),
         ("planck:2856", "is a light, not a reflectance"),
+        ("daylight:6500", "is a light, not a reflectance"),
         ("sfu:1", "is a light, not a reflectance"),
         ("none.csv", r"none.csv: cannot be read"),
         ("nan", "there is no reflectance 'nan'"),
@@ -197,6 +208,8 @@ def test_what_is_no_reflectance_is_told(words, message, chip):
         ("munsell:5R 5/10", "is a reflectance, not a light"),
         ("metal:Au", "'metal:Au' is a reflectance, not a light"),
         ("planck:hot", "needs a temperature in K"),
+        ("daylight:noon", "needs a temperature in K, as in daylight:5000"),
+        ("daylight:3000", "daylight of 3000 K is out of range; write 4000 to 25000 K"),
         ("planck:20", "write 300 to 1e"),
         ("xyz:.01,0,.9", "no light has the XYZ"),
         ("sfu:1", "--illuminants PATH, or PHOTONMAP_ILLUMINANTS"),

@@ -17,6 +17,7 @@ from photonmap.dataset.files.lean import RGB, as_lean, restored
 from photonmap.errors import InputError
 from photonmap.io.exr import read_exr, sort_parts
 from photonmap.io.png import write_png
+from photonmap.kernels.core.color import LUMINANCE
 from photonmap.results.result import Result
 from photonmap.runtime.wording import suggest
 from photonmap.spectra.bands import Bands
@@ -33,6 +34,8 @@ _TIMES = ("seconds", "predicted_seconds", "resumed")
 _AGAIN = "render it again with --resume"
 _SHADING_SHOWN_AS, _PERCENTILE = 0.8, 99.0
 """Linear value that a PNG gives to this percentile of scalar shading over valid pixels."""
+_WHITE_SHOWN_AS = 0.7
+"""Linear value that a PNG gives to a white surface in the median light of the valid pixels."""
 
 
 def check_formats(formats: Collection[str]) -> None:
@@ -111,8 +114,8 @@ def _without_times(result: Result) -> Result:
 
 
 def previews(result: Result, rgb: Result) -> dict[str, NDArray[np.uint8]]:
-    """Return 8-bit sRGB images: light at the exposure of radiance, shading at its own."""
-    exposure = rgb.exposure
+    """Return 8-bit sRGB images: light as a light meter exposes it, shading at its own exposure."""
+    exposure = _metered(rgb, result.buffers["valid"])
     luminance = rgb.buffers["scalar_shading"][result.buffers["valid"]]
     shown = float(np.percentile(luminance, _PERCENTILE)) if luminance.size else 0.0
     of_shading = _SHADING_SHOWN_AS / shown if shown > 0.0 else 1.0
@@ -123,6 +126,16 @@ def previews(result: Result, rgb: Result) -> dict[str, NDArray[np.uint8]]:
         )
         for name in PREVIEWED
     }
+
+
+def _metered(rgb: Result, valid: NDArray[np.bool_]) -> float:
+    """Return the exposure at which a white surface in the median of the light is shown as 0.7.
+
+    Bright spots, such as the reveal of a window, do not count, unlike in `Result.exposure`.
+    """
+    light = rgb.buffers["shading"][valid] @ np.array(LUMINANCE)
+    median = float(np.median(light)) if light.size else 0.0
+    return _WHITE_SHOWN_AS / median if median > 0.0 else rgb.exposure
 
 
 def _write_bands(path: Path, result: Result, halves: Collection[str]) -> None:

@@ -37,7 +37,7 @@ def make_scene(job: Job) -> Scene:
     InputError : the scene cannot be built or loaded, the user's file has changed since the plan, or
         no camera near the view sees the scene
     """
-    illumination = Illumination(job.illumination, job.colors)
+    illumination = Illumination(job.illumination, job.colors, job.shares)
     if job.is_procedural:
         scene = build_scene(job.scene, job.seed, illumination, job.common.materials)
     else:

@@ -68,6 +68,7 @@ class Job:
     view : position of the camera
     common : settings that all images share
     content : digest of the user's scene; "" for procedural scenes
+    shares : of the lights; () for the usual ones
     """
 
     scene: str
@@ -77,6 +78,7 @@ class Job:
     view: View
     common: CommonSettings
     content: str = ""
+    shares: tuple[float, ...] = ()
 
     @property
     def is_procedural(self) -> bool:
@@ -140,6 +142,7 @@ class Job:
         common = {**description["common"], "size": tuple(description["common"]["size"])}
         parts = {
             "colors": tuple(description["colors"]),
+            "shares": tuple(description.get("shares", ())),
             "view": View(**description["view"]),
             "common": CommonSettings(**common),
         }
@@ -185,7 +188,7 @@ def plan_jobs(
         raise InputError(f"seed {seed} must be from 0 to {LARGEST_SEED - count + 1}")
     scenes = [*((name, "") for name in preset.scenes), *((f.path, f.content) for f in files)]
     jobs = [
-        Job(scene, drawn, lit.name, lit.colors, view, common, content)
+        Job(scene, drawn, lit.name, lit.colors, view, common, content, lit.shares)
         for drawn in range(seed, seed + count)
         for scene, content in scenes
         for lit in _illuminations(preset, scene, content, drawn)

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
 from photonmap.dataset.models.palette import MATERIALS
 from photonmap.dataset.scenes.build import SCENES
-from photonmap.dataset.scenes.illumination import ILLUMINATIONS, Illumination
+from photonmap.dataset.scenes.illumination import (
+    ILLUMINATIONS,
+    NAMED,
+    Illumination,
+    find_illumination,
+)
+from photonmap.dataset.scenes.random_lights import RANDOM, RandomLights
 from photonmap.dataset.scenes.views import View
 from photonmap.errors import InputError, naming
 from photonmap.io.readers.registry import mesh_suffixes
@@ -17,12 +25,12 @@ from photonmap.runtime.wording import shown, suggest
 
 _LISTS = ("scenes", "illuminations", "files")
 _KEYS = (*_LISTS, "materials", "recolor", "illumination", "view")
-_VIEW, _LIGHT = ("name", "yaw", "pitch", "distance"), ("name", "colors")
+_VIEW, _LIGHT = ("name", "yaw", "pitch", "distance"), ("name", "colors", "shares", "lights")
 _FORBIDDEN = set('/\\:*?"<>|\n')
 """Characters that names may not have, as they become names of folders."""
 
-PRESETS = {"icip2013": SCENES, "small": ("jug", "boulder", "living_room", "pottery")}
-"""Scenes of the named presets; icip2013 has as many objects and rooms as Beigpour et al. 2013."""
+Lights = str | Illumination | RandomLights
+"""An illumination by name, of given lights, or of lights that are drawn."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +42,7 @@ class Preset:
     name : of the preset, or the path of its file
     scenes : names from `photonmap.dataset.scenes.build.SCENES`
     files : scene files of the user
-    illuminations : names from `photonmap.dataset.scenes.illumination.ILLUMINATIONS`, or objects
+    illuminations : names from `photonmap.dataset.scenes.illumination.NAMED`, or objects
     views : of each scene
     materials : of procedural scenes
     recolor : give the surfaces of the user's scenes random Munsell chips
@@ -43,17 +51,26 @@ class Preset:
     name: str
     scenes: tuple[str, ...]
     files: tuple[str, ...] = ()
-    illuminations: tuple[str | Illumination, ...] = ILLUMINATIONS
+    illuminations: tuple[Lights, ...] = ILLUMINATIONS
     views: tuple[View, ...] = (View(),)
     materials: str = MATERIALS[0]
     recolor: bool = False
+
+
+PRESETS = {
+    "small": Preset("small", ("jug", "boulder", "living_room", "pottery")),
+    "icip2013": Preset("icip2013", SCENES),
+    "varied": Preset("varied", SCENES, illuminations=tuple(RANDOM)[1:]),
+}
+"""Presets by name; icip2013 has as many objects and rooms as Beigpour et al. 2013."""
 
 
 def load_preset(name: str) -> Preset:
     """Return a preset of `PRESETS`, or of a TOML file.
 
     The file has `scenes` (names) or `files` (scene files and folders of them) or both. It may have
-    `illuminations` (names); sections `[[illumination]]` with `name` and `colors`; sections
+    `illuminations` (names); sections `[[illumination]]` with `name`, and `colors` and perhaps
+    `shares`, or `lights`, the lowest and the highest number of lights that are drawn; sections
     `[[view]]` with `name`, `yaw` and `pitch` (degrees) and `distance`; `materials`; `recolor`.
 
     Raises
@@ -61,7 +78,7 @@ def load_preset(name: str) -> Preset:
     InputError : there is no such preset, or the file has an entry that is not permitted
     """
     if name in PRESETS:
-        return Preset(name, PRESETS[name])
+        return PRESETS[name]
     if not name.lower().endswith(".toml"):
         remedy = suggest(name, PRESETS)
         raise InputError(f"there is no preset {shown(name)}; {remedy} Or give a FILE.toml")
@@ -71,11 +88,23 @@ def load_preset(name: str) -> Preset:
     return _read(read_toml(path))
 
 
+def with_illuminations(preset: Preset, names: Sequence[str]) -> Preset:
+    """Return a preset under other illuminations, by their names; none leaves it unchanged.
+
+    Raises
+    ------
+    InputError : there is no illumination of a name
+    """
+    for name in names:
+        find_illumination(name)
+    return replace(preset, illuminations=tuple(names) or preset.illuminations)
+
+
 def _read(toml: Toml) -> Preset:
     """Read a preset's file."""
     toml.check_known(_KEYS, "key")
     lists = {key: _strings(toml, key) for key in _LISTS}
-    for key, known in (("scenes", SCENES), ("illuminations", ILLUMINATIONS)):
+    for key, known in (("scenes", SCENES), ("illuminations", NAMED)):
         for value in lists[key]:
             if value not in known:
                 raise toml.error(f"there is no {key[:-1]} {value!r}; {suggest(value, known)}", key)
@@ -90,7 +119,7 @@ def _read(toml: Toml) -> Preset:
     recolor = toml.sections.get("recolor", False)
     if not isinstance(recolor, bool):
         raise toml.error(f"recolor {shown(recolor)} must be true or false", "recolor")
-    lights: tuple[str | Illumination, ...] = (*lists["illuminations"], *_illuminations(toml))
+    lights: tuple[Lights, ...] = (*lists["illuminations"], *_illuminations(toml))
     views = _views(toml)
     return Preset(
         str(toml.path), lists["scenes"], files, lights or ILLUMINATIONS, views, materials, recolor
@@ -134,17 +163,33 @@ def _sections(toml: Toml, key: str, known: tuple[str, ...]) -> list[dict[str, An
     return sections
 
 
-def _illuminations(toml: Toml) -> list[Illumination]:
+def _illuminations(toml: Toml) -> list[Illumination | RandomLights]:
     """Read the illuminations that the file defines."""
-    made = []
+    made: list[Illumination | RandomLights] = []
     for index, section in enumerate(_sections(toml, "illumination", _LIGHT)):
-        colors = section.get("colors")
-        if not isinstance(colors, list) or not all(isinstance(c, str) for c in colors):
-            message = f'{section["name"]!r} needs colors, as in ["planck:5000", "LED-B3"]'
+        colors, shares, lights = (section.get(key) for key in ("colors", "shares", "lights"))
+        given = {"colors": (colors, str), "shares": (shares, Real), "lights": (lights, int)}
+        for key, (values, kind) in given.items():
+            if values is not None and not _is_list(values, kind):
+                raise toml.error(f"{key} {shown(values)} is not a list", "illumination", index)
+        if (colors is None) == (lights is None) or (lights and (shares or len(lights) != 2)):
+            message = (
+                f'{section["name"]!r} needs colors, as in ["planck:5000", "LED-B3"], or the number '
+                "of lights to draw, as in lights = [2, 4]"
+            )
             raise toml.error(message, "illumination", index)
         with naming(str(toml.path)):
-            made.append(Illumination(section["name"], tuple(colors)))
+            if lights:
+                made.append(RandomLights(section["name"], *lights))
+            else:
+                made.append(Illumination(section["name"], tuple(colors or ()), tuple(shares or ())))
     return made
+
+
+def _is_list(values: Any, kind: type) -> bool:
+    return isinstance(values, list) and all(
+        isinstance(v, kind) and not isinstance(v, bool) for v in values
+    )
 
 
 def _views(toml: Toml) -> tuple[View, ...]:

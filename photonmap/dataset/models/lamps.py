@@ -1,6 +1,9 @@
-"""Lamps for ceilings, floors and tables, in metres; their emissive parts are of group `LAMP`."""
+"""Lamps for ceilings, floors, tables and walls, in metres; their emissive parts are of `LAMP`."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
 
 from photonmap.dataset.models.curved_shapes import sphere
 from photonmap.dataset.models.palette import Palette
@@ -15,7 +18,27 @@ from photonmap.dataset.models.shapes import (
 )
 
 LAMP = "lamp"
-"""The light group of all lamps."""
+"""The light group of a lamp, until `numbered` tells the lamps of a scene apart."""
+
+
+def is_lamp(obj: SceneObject) -> bool:
+    """Return whether an object emits as a lamp."""
+    return any(part.light_group == LAMP for part in obj.parts)
+
+
+def numbered(objects: Iterable[SceneObject]) -> list[SceneObject]:
+    """Return objects whose lamps are light groups of their own: `LAMP`, "lamp 2", "lamp 3"."""
+    count, made = 0, []
+    for obj in objects:
+        if is_lamp(obj):
+            count += 1
+            group = LAMP if count == 1 else f"{LAMP} {count}"
+            parts = [
+                replace(part, light_group=group) if part.light_group else part for part in obj.parts
+            ]
+            obj = replace(obj, parts=parts)
+        made.append(obj)
+    return made
 
 
 def pendant(palette: Palette, radius: float, cord: float) -> SceneObject:
@@ -82,3 +105,14 @@ def table_lamp(palette: Palette) -> SceneObject:
         Part(cone(0.13, 0.08, 0.17, 0.008, 16).moved((0.0, 0.24, 0.0)), palette.grey(9), LAMP),
     ]
     return SceneObject("table lamp", parts)
+
+
+def wall_lamp(palette: Palette) -> SceneObject:
+    """Return an emissive conical shade on an arm, its back at z = 0."""
+    metal = palette.metal()
+    parts = [
+        part_at(box(0.09, 0.15, 0.02, 0.006), 0.0, 0.0, 0.01, metal),
+        part_at(box(0.02, 0.02, 0.1, 0.006), 0.0, 0.02, 0.07, metal),
+        Part(cone(0.11, 0.07, 0.17, 0.008, 16).moved((0.0, 0.045, 0.13)), palette.grey(9), LAMP),
+    ]
+    return SceneObject("wall lamp", parts)

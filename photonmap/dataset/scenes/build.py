@@ -7,7 +7,12 @@ import zlib
 import numpy as np
 
 from photonmap.dataset.models.palette import Palette
-from photonmap.dataset.scenes.illumination import Illumination, choose_illumination
+from photonmap.dataset.scenes.illumination import (
+    Illumination,
+    choose_illumination,
+    find_illumination,
+)
+from photonmap.dataset.scenes.random_lights import RandomLights
 from photonmap.dataset.scenes.rooms.catalogue import ROOMS
 from photonmap.dataset.scenes.single_objects import OBJECTS, build_object
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
@@ -25,7 +30,7 @@ LARGEST_SEED = 2**63 - 1
 def build_scene(
     name: str,
     seed: int = 0,
-    illumination: str | Illumination = "white",
+    illumination: str | Illumination | RandomLights = "white",
     materials: str = "lambertian",
 ) -> Scene:
     """Build a scene; equal arguments give equal arrays.
@@ -37,7 +42,7 @@ def build_scene(
     ----------
     name : one of `SCENES`
     seed : draws shapes, positions, reflectances, and the colours of the illumination
-    illumination : one of `photonmap.dataset.scenes.illumination.ILLUMINATIONS`, or your own
+    illumination : one of `photonmap.dataset.scenes.illumination.NAMED`, or your own
     materials : "lambertian", or "mixed" with glazes, mirrors and glass
 
     Returns
@@ -53,10 +58,12 @@ def build_scene(
 
 
 def draw_illumination(
-    name: str, seed: int, illumination: str | Illumination = "white"
+    name: str, seed: int, illumination: str | Illumination | RandomLights = "white"
 ) -> Illumination:
-    """Draw the colours of an illumination for a scene name and seed; see `build_scene`."""
-    return choose_illumination(illumination, _random(f"light of {name}", seed))
+    """Draw the lights of an illumination for a scene name and seed; see `build_scene`."""
+    found = find_illumination(illumination)
+    purpose = f"{found.name} light" if isinstance(found, RandomLights) else "light"
+    return choose_illumination(found, _random(f"{purpose} of {name}", seed))
 
 
 def build_unlit_scene(name: str, seed: int = 0, materials: str = "lambertian") -> UnlitScene:

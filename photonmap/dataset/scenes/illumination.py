@@ -1,22 +1,16 @@
-"""Illuminations: one or two spectra of light, and the emitter materials they give a scene."""
+"""Illuminations: the spectra of a scene's lights, and their shares, by name or drawn at random."""
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from photonmap.dataset.models.scene_object import SceneObject
-from photonmap.dataset.models.shapes import joined
-from photonmap.dataset.models.wall_fixtures import WINDOW
+from photonmap.dataset.scenes.random_lights import RANDOM, RandomLights
 from photonmap.errors import InputError
 from photonmap.runtime.wording import suggest
-from photonmap.scene.material import Material
 from photonmap.spectra.color_text import emission
 from photonmap.spectra.curves import Spectrum
 
@@ -32,18 +26,17 @@ NON_PLANCKIAN = (
 )
 ILLUMINATIONS = ("white", "colored", "two_planckian", "two_mixed")
 """White; one coloured light; a cool and a warm black body; two lights that are not black bodies."""
+NAMED = (*ILLUMINATIONS, *RANDOM)
+"""All illuminations that have a name."""
 
-_NEAREST = 0.15
-"""Least distance to an emitter in the estimate of exposure, metres."""
-_LEVEL = 1.0
-"""Irradiance averaged over orientations, W·m⁻², to which emitters are set."""
-
-_SKY = re.compile(r"D\d+|planck:(\d+(?:\.\d+)?)")
+_SKY = re.compile(r"D\d+|daylight:.*|planck:(\d+(?:\.\d+)?)")
 _COOLEST = 4500.0
 """Lowest temperature of a black body that may be a sky, kelvins."""
 
-SHARES = (0.6, 0.4)
-"""Fractions of the light that come from the first and the second of two lights."""
+MAIN_SHARE = 0.6
+"""Share of the first of several lights whose shares are not given; the others divide the rest."""
+_SUM = 1e-3
+"""Largest difference between 1 and the sum of shares."""
 
 
 @dataclass(frozen=True)
@@ -52,39 +45,77 @@ class Illumination:
 
     Parameters
     ----------
-    name : one of `ILLUMINATIONS`, or any other
-    colors : one or two lights, as text that `photonmap.spectra.color_text` reads
+    name : of the illumination, such as one of `ILLUMINATIONS`
+    colors : one or more lights, as text that `photonmap.spectra.color_text` reads
+    shares : of the light, one for each colour; () for `MAIN_SHARE` from the scene's main lights,
+        the rest divided evenly
+
+    Raises
+    ------
+    InputError : there is no colour, or the shares do not fit
     """
 
     name: str
     colors: tuple[str, ...]
+    shares: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        """Reject anything but one or two colours."""
-        if len(self.colors) not in (1, 2):
-            count = len(self.colors)
-            raise InputError(f"illumination {self.name!r} has {count} colours; give one or two")
+        """Check that shares fit the colours."""
+        if not self.colors:
+            raise InputError(f"illumination {self.name!r} has no colours; give one or more")
+        if not self.shares:
+            return
+        if len(self.shares) != len(self.colors):
+            raise InputError(
+                f"illumination {self.name!r} has {len(self.colors)} colours and "
+                f"{len(self.shares)} shares; give one share for each colour"
+            )
+        if not (min(self.shares) > 0.0 and abs(sum(self.shares) - 1.0) <= _SUM):
+            raise InputError(
+                f"illumination {self.name!r} has shares {list(self.shares)}; give positive numbers "
+                f"that add up to 1"
+            )
 
 
-def choose_illumination(illumination: str | Illumination, rng: np.random.Generator) -> Illumination:
-    """Draw the colours of a named illumination; return an `Illumination` unchanged.
+def find_illumination(
+    illumination: str | Illumination | RandomLights,
+) -> str | Illumination | RandomLights:
+    """Return the lights that a name of `NAMED` draws at random; any other illumination unchanged.
 
     Raises
     ------
     InputError : there is no illumination of that name
     """
-    if isinstance(illumination, Illumination):
+    if not isinstance(illumination, str):
         return illumination
-    if illumination not in ILLUMINATIONS:
-        remedy = suggest(str(illumination), ILLUMINATIONS)
-        raise InputError(f"there is no illumination {illumination!r}; {remedy}")
+    if illumination not in NAMED:
+        raise InputError(
+            f"there is no illumination {illumination!r}; {suggest(illumination, NAMED)}"
+        )
+    return RANDOM.get(illumination, illumination)
+
+
+def choose_illumination(
+    illumination: str | Illumination | RandomLights, rng: np.random.Generator
+) -> Illumination:
+    """Draw the lights of an illumination that leaves a choice; return an `Illumination` unchanged.
+
+    Raises
+    ------
+    InputError : there is no illumination of that name
+    """
+    found = find_illumination(illumination)
+    if isinstance(found, Illumination):
+        return found
+    if isinstance(found, RandomLights):
+        return Illumination(found.name, *found.draw(rng))
     pick = {
         "white": (WHITE,),
         "colored": (str(rng.choice(COLORED)),),
         "two_planckian": (str(rng.choice(COOL)), str(rng.choice(WARM))),
         "two_mixed": NON_PLANCKIAN[int(rng.integers(len(NON_PLANCKIAN)))],
     }
-    return Illumination(illumination, pick[illumination])
+    return Illumination(found, pick[found])
 
 
 @cache
@@ -103,57 +134,6 @@ def light_spectrum(name: str) -> Spectrum:
     raise InputError(
         f"{name!r} is not a spectrum of light; give a name, planck:K, or the file of a spectrum"
     )
-
-
-def radiance_for_exposure(
-    objects: Sequence[SceneObject], group: str, points: NDArray[np.float64], indirect: float = 0.0
-) -> float:
-    """Return the radiance at which one light group alone lights points to a common exposure.
-
-    An estimate without shadows, as it only sets the exposure.
-
-    Parameters
-    ----------
-    objects : of the scene
-    group : name of the light group
-    points : (P, 3), metres; the median of their irradiances, averaged over orientations, counts
-    indirect : irradiance that interreflection adds, as a fraction of the emitted power, m⁻²
-    """
-    emitters = joined([p.shape for obj in objects for p in obj.parts if p.light_group == group])
-    a, b, c = (emitters.vertices[emitters.faces[:, i]] for i in range(3))
-    area = 0.5 * np.cross(b - a, c - a)
-    to_points = points[:, None] - (a + b + c) / 3.0
-    square = (to_points**2).sum(axis=2)
-    received = (
-        np.maximum((to_points * area).sum(axis=2), 0.0) / np.maximum(square, _NEAREST**2) ** 1.5
-    )
-    level = 0.25 * float(np.median(received.sum(axis=1))) + indirect * math.pi * emitters.area
-    return _LEVEL / level
-
-
-def emitter_materials(
-    illumination: Illumination, radiances: Mapping[str, float]
-) -> dict[str, Material]:
-    """Return the emitting material of each light group that has a colour; other groups stay off.
-
-    Windows show daylight: they take the colour of a sky if there is one, and a single colour that
-    is none is left to the lamps.
-
-    Parameters
-    ----------
-    radiances : luminance at which each group alone lights the scene to the common exposure, the
-        main group first
-    """
-    groups, colors = list(radiances), list(illumination.colors)
-    if WINDOW in groups and len(colors) == 1 and not is_sky(colors[0]):
-        groups.sort(key=lambda group: group == WINDOW)
-    elif WINDOW in groups and len(colors) == 2:
-        colors.sort(key=is_sky, reverse=groups[0] == WINDOW)
-    shares = SHARES if len(colors) == 2 else (1.0,)
-    return {
-        group: Material(group, 0.0, light_spectrum(color) * (share * radiances[group]))
-        for group, color, share in zip(groups, colors, shares, strict=False)
-    }
 
 
 def is_sky(color: str) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 from photonmap.dataset.models.palette import Palette
 from photonmap.dataset.models.shapes import Random
 from photonmap.dataset.scenes.illumination import Illumination, choose_illumination, light_spectrum
+from photonmap.dataset.scenes.random_lights import RandomLights
 from photonmap.errors import InputError, naming
 from photonmap.scene.lights import DomeLight, EnvironmentLight, Light
 from photonmap.scene.material import Material
@@ -24,17 +25,18 @@ from photonmap.spectra.observer import luminance, observer, radiance_to_rgb
 _COLORS = ("intensity", "irradiance", "radiance")
 
 
-def relight(scene: Scene, illumination: str | Illumination, seed: int = 0) -> Scene:
+def relight(scene: Scene, illumination: str | Illumination | RandomLights, seed: int = 0) -> Scene:
     """Give the lights of a scene other spectra of the same luminance.
 
     Light groups (an emitting material is a group under its name) take the colours in turn, in an
-    order that the seed decides. Emission textures and environment maps, which are RGB, take the RGB
-    of the light. A scene without lights gets a dome light.
+    order that the seed decides; shares do not matter, as every group keeps its luminance. Emission
+    textures and environment maps, which are RGB, take the RGB of the light. A scene without lights
+    gets a dome light.
 
     Parameters
     ----------
     scene : is not modified
-    illumination : one of `photonmap.dataset.scenes.illumination.ILLUMINATIONS`, or your own
+    illumination : one of `photonmap.dataset.scenes.illumination.NAMED`, or your own
     seed : draws the colours of the illumination, and which group takes which
 
     Returns
@@ -43,7 +45,7 @@ def relight(scene: Scene, illumination: str | Illumination, seed: int = 0) -> Sc
 
     Raises
     ------
-    InputError : the illumination is unknown, or has two colours for a scene of one light group
+    InputError : the illumination is unknown, or has more colours than the scene has light groups
     """
     rng = np.random.Generator(np.random.PCG64(seed))
     chosen = choose_illumination(illumination, rng)
@@ -101,8 +103,8 @@ def _assign(groups: list[str], chosen: Illumination, rng: Random) -> dict[str, S
     colors = [light_spectrum(name) for name in chosen.colors]
     if len(groups) < len(colors):
         raise InputError(
-            f"has one light group, {groups[0]!r}, but illumination {chosen.name!r} has two "
-            f"colours; choose one of a single colour"
+            f"has fewer light groups ({', '.join(groups)}) than the {len(colors)} colours of "
+            f"illumination {chosen.name!r}; choose one of fewer colours"
         )
     order = rng.permutation(len(groups))
     return {groups[group]: colors[i % len(colors)] for i, group in enumerate(order)}

@@ -1,4 +1,4 @@
-"""Single objects in front of a neutral backdrop, between two area lights."""
+"""Single objects in front of a neutral backdrop, between four area lights."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from photonmap.dataset.models.shapes import (
 )
 from photonmap.dataset.models.toys import ring_tower
 from photonmap.dataset.models.vessels import FINE, bowl_shape, cup_shapes, vase_shape
-from photonmap.dataset.scenes.illumination import radiance_for_exposure
+from photonmap.dataset.scenes.exposure import light_received
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
 from photonmap.scene.camera import Camera
 
@@ -48,7 +48,12 @@ _RIBBONS = ((2, 3, 0.034), (3, 2, 0.0228), (2, 5, 0.0228))
 """Windings of ribbons around the axis and the ring, and radii at which they stay apart, metres."""
 _STEPS = 480
 """Steps along a ribbon."""
-_LIGHTS = {"key light": (-48.0, 42.0, 0.9), "side light": (62.0, 24.0, 0.7)}
+_LIGHTS = {
+    "key light": (-48.0, 42.0, 0.9),
+    "side light": (62.0, 24.0, 0.7),
+    "top light": (20.0, 72.0, 0.6),
+    "low light": (-14.0, 30.0, 0.35),
+}
 """Square area lights: azimuth from +z and elevation, degrees, and side, metres."""
 _LIGHT_DISTANCE = 1.9
 """Distance of the area lights from the object, metres."""
@@ -165,8 +170,9 @@ def build_object(name: str, rng: Random, palette: Palette) -> UnlitScene:
         panels.append(
             SceneObject(group, [Part(panel(position, center, side), palette.grey(2), group)])
         )
-    radiances = {group: radiance_for_exposure(panels, group, center[None]) for group in _LIGHTS}
-    return UnlitScene(name, [backdrop, obj, *panels], camera, radiances, ("backdrop", *_LIGHTS))
+    objects = [backdrop, obj, *panels]
+    received = light_received(objects, camera, list(_LIGHTS), closed=False)
+    return UnlitScene(name, objects, camera, received, ("backdrop", *_LIGHTS))
 
 
 def frame(obj: SceneObject, center: np.ndarray, view: np.ndarray) -> Camera:

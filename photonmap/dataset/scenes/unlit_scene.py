@@ -6,8 +6,12 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+from numpy.typing import NDArray
+
 from photonmap.dataset.models.scene_object import SceneObject, to_meshes, with_unique_names
-from photonmap.dataset.scenes.illumination import Illumination, emitter_materials
+from photonmap.dataset.scenes.exposure import emitter_materials
+from photonmap.dataset.scenes.illumination import Illumination
 from photonmap.scene.camera import Camera
 from photonmap.scene.scene import Scene
 
@@ -21,15 +25,15 @@ class UnlitScene:
     name : of the scene
     objects : everything in it, emitters included
     camera : the default view
-    radiances : luminance at which each light group alone lights the scene to the common exposure,
-        the main group first
+    received : irradiance of what the camera sees, (P,), for each light group at a luminance of 1,
+        the main group first, see `photonmap.dataset.scenes.exposure`
     backdrop : names of the kinds of objects that form the surroundings, such as walls
     """
 
     name: str
     objects: Sequence[SceneObject]
     camera: Camera
-    radiances: Mapping[str, float]
+    received: Mapping[str, NDArray[np.float64]]
     backdrop: Collection[str]
 
     @cached_property
@@ -45,7 +49,7 @@ class UnlitScene:
 
     def lit(self, illumination: Illumination) -> Scene:
         """Return the scene under an illumination."""
-        emitters = emitter_materials(illumination, self.radiances)
+        emitters = emitter_materials(illumination, self.received)
         meshes = [
             mesh
             for obj in self.named_objects

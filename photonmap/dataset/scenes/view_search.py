@@ -19,7 +19,7 @@ from photonmap.scene.scene import Scene
 TRIES = 64
 """Cameras that are tried for a view, from what was asked for to what the scene has."""
 _YAW, _PITCH, _DISTANCE = 25.0, 8.0, 0.25
-"""Standard deviations of the last tries: degrees, degrees, and of the logarithm of distance."""
+"""Greatest standard deviations of tries: degrees, degrees, and of the logarithm of distance."""
 _CLEARANCE = 0.08
 """Least distance to any surface, as a fraction of that to the target."""
 _NEAREST = 0.4
@@ -73,7 +73,7 @@ def _near(view: View, identity: str) -> Iterator[View]:
     rng = np.random.Generator(np.random.PCG64(zlib.crc32(f"{identity} {view.name}".encode())))
     for step in range(1, TRIES):
         part = step / TRIES
-        yaw, pitch, distance = rng.standard_normal(3) * part
+        yaw, pitch, distance = rng.standard_normal(3) * min(part, 4.0 * (1.0 - part))
         yield replace(
             view,
             yaw=(1.0 - part) * view.yaw + _YAW * float(yaw),

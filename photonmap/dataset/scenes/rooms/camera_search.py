@@ -120,18 +120,8 @@ def _boxes_of(objects: Sequence[SceneObject], size: NDArray[np.float64]) -> _Box
     return _Boxes(np.concatenate(bounds), owners, size)
 
 
-def points_seen(
-    objects: Sequence[SceneObject], camera: Camera, size: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return points, (n, 3), metres, that a camera sees of boxes in a room, evenly in its image."""
-    origin, target = np.array(camera.origin), np.array(camera.target)
-    ways = _ways(target - origin, camera.fov)
-    seen = _look(_boxes_of(objects, size), origin, target, camera.fov)
-    return origin + seen.distances[:, None] * ways
-
-
-def _ways(ahead: NDArray[np.float64], fov: float) -> NDArray[np.float64]:
-    """Return the directions of a camera's rays, (n, 3), of length 1."""
+def directions(ahead: NDArray[np.float64], fov: float) -> NDArray[np.float64]:
+    """Return the directions of a camera's rays, (n, 3), of length 1, evenly over its image."""
     ahead = normalised(ahead)
     right = normalised(np.cross(ahead, (0.0, 1.0, 0.0)))
     half = math.tan(math.radians(0.5 * fov))
@@ -146,7 +136,7 @@ def _look(
     boxes: _Boxes, origin: NDArray[np.float64], target: NDArray[np.float64], fov: float
 ) -> _Outlook:
     """Cast the rays of a camera at boxes within a room around the y axis."""
-    ways = _ways(target - origin, fov)
+    ways = directions(target - origin, fov)
     walls = np.stack([-0.5 * boxes.size, 0.5 * boxes.size])
     walls[:, 1] = 0.0, boxes.size[1]
     wall = np.max((walls[:, None] - origin) / ways, axis=0).min(axis=1)

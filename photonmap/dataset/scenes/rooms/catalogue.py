@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
+from photonmap.dataset.models.lamps import wall_lamp
 from photonmap.dataset.models.palette import Palette
 from photonmap.dataset.models.shapes import Random
+from photonmap.dataset.scenes.random_lights import MOST_LIGHTS
 from photonmap.dataset.scenes.rooms.kinds import CORNER, FREE, KINDS, Entry, RoomKind
 from photonmap.dataset.scenes.rooms.room_builder import RoomBuilder
 from photonmap.dataset.scenes.rooms.shell import TURNS
@@ -14,6 +16,11 @@ from photonmap.dataset.scenes.unlit_scene import UnlitScene
 
 _ATTEMPTS = 24
 """Rooms that are furnished until a camera sees enough of one."""
+
+_LAMPS = MOST_LIGHTS - 1
+"""Least number of lamps in a room; with the windows, they are as many light groups as are drawn."""
+_LAMP_HEIGHTS = (1.5, 1.75)
+"""Range of the height of wall lamps that make up for missing ones, metres."""
 
 
 def build_room(name: str, rng: Random, palette: Palette) -> UnlitScene:
@@ -44,6 +51,9 @@ def _furnished(kind: RoomKind, rng: Random, palette: Palette) -> RoomBuilder | N
     for make, heights, counts in kind.hung:
         for _ in range(int(rng.integers(counts[0], counts[1] + 1))):
             room.hang(make(rng, palette), heights)
+    while room.lamps < _LAMPS:
+        if not room.hang([wall_lamp(palette)], _LAMP_HEIGHTS):
+            return None
     return room
 
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from photonmap.dataset.models import wall_fixtures
-from photonmap.dataset.models.lamps import LAMP
+from photonmap.dataset.models.lamps import LAMP, is_lamp, numbered
 from photonmap.dataset.models.palette import Palette
 from photonmap.dataset.models.scene_object import SceneObject, bounds_of, overlap
 from photonmap.dataset.models.shapes import Floats, Random
-from photonmap.dataset.scenes.illumination import radiance_for_exposure
+from photonmap.dataset.scenes.exposure import light_received
 from photonmap.dataset.scenes.rooms import shell
-from photonmap.dataset.scenes.rooms.camera_search import find_camera, points_seen
+from photonmap.dataset.scenes.rooms.camera_search import find_camera
 from photonmap.dataset.scenes.rooms.floor_plan import FloorPlan
 from photonmap.dataset.scenes.rooms.shell import TURNS, Floor, Opening
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
@@ -26,10 +26,6 @@ _GAP = 0.03
 """Distance between walls and furniture, metres."""
 _ATTEMPTS = 24
 """Positions tried for a group before it is left out."""
-_REFLECTED = 0.7
-"""Fraction of the emitted light that the surfaces of a room reflect, over all bounces."""
-_UNSHADOWED = 0.75
-"""Fraction of the light that shadows leave, on average over generated rooms."""
 _DOOR_SWING, _WINDOW_REACH = 0.95, 0.4
 """How far the space in front of a door and of a window stays free, metres."""
 
@@ -166,16 +162,17 @@ class RoomBuilder:
             shell.walls(walls, self._size, self._windows),
             shell.skirting(self._palette, self._size),
             *self._frames,
-            *self._objects,
+            *numbered(self._objects),
         ]
-        points = points_seen(seen, camera, self._size)
-        surface = 2.0 * float(self._size @ np.roll(self._size, 1))
-        groups = [main, *({wall_fixtures.WINDOW, LAMP} - {main})]
-        radiances = {
-            group: radiance_for_exposure(objects, group, points, _REFLECTED / surface) / _UNSHADOWED
-            for group in groups
-        }
-        return UnlitScene(name, objects, camera, radiances, BACKDROP)
+        spare = [f"{LAMP} {number}" for number in range(2, self.lamps + 1)]
+        groups = [main, *({wall_fixtures.WINDOW, LAMP} - {main}), *spare]
+        received = light_received(objects, camera, groups)
+        return UnlitScene(name, objects, camera, received, BACKDROP)
+
+    @property
+    def lamps(self) -> int:
+        """The number of lamps."""
+        return sum(map(is_lamp, self._objects))
 
     def _draw_wall(self) -> str:
         return list(TURNS)[int(self._rng.integers(len(TURNS)))]

@@ -1,0 +1,191 @@
+"""What each light group sends to what the camera sees, and the emitters that follow from it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.dataset.models.lamps import LAMP
+from photonmap.dataset.models.scene_object import SceneObject
+from photonmap.dataset.models.shapes import Floats, joined, normalised
+from photonmap.dataset.models.wall_fixtures import WINDOW
+from photonmap.dataset.scenes.illumination import (
+    MAIN_SHARE,
+    Illumination,
+    is_sky,
+    light_spectrum,
+)
+from photonmap.dataset.scenes.rooms.camera_search import directions
+from photonmap.errors import InputError
+from photonmap.integrators.sight import Sight
+from photonmap.scene.camera import Camera
+from photonmap.scene.material import Material
+from photonmap.spectra.curves import Spectrum
+
+LEVEL = 1.0
+"""Median irradiance of what the camera sees, W·m⁻², to which emitters are set."""
+_SAMPLES = 64
+"""Points on the emitters of a group from which light is traced."""
+_NEAREST, _ABOVE = 0.1, 1e-3
+"""Least distance to an emitter that counts, and how far above surfaces rays begin, metres."""
+
+
+def light_received(
+    objects: Sequence[SceneObject], camera: Camera, groups: Sequence[str], closed: bool = True
+) -> dict[str, Floats]:
+    """Return what light groups send to the points that a camera sees, evenly over its image.
+
+    Parameters
+    ----------
+    objects : of a scene, emitters included
+    groups : of lights
+    closed : whether the scene is a room, where light stays
+
+    Returns
+    -------
+    irradiance of the points, (P,) W·m⁻², if a group emits 1 W·m⁻²·sr⁻¹, by group
+    """
+    meter = _LightMeter(objects, camera, closed)
+    return {group: meter.irradiance(group) for group in groups}
+
+
+class _LightMeter:
+    """Measures light with shadow rays.
+
+    In a closed room, interreflection adds what it adds in a sphere of the same area A and mean
+    reflectance ρ: an irradiance of Φ ρ / (1 − ρ) / A for a flux Φ.
+    """
+
+    def __init__(self, objects: Sequence[SceneObject], camera: Camera, closed: bool) -> None:
+        self._parts = [part for obj in objects for part in obj.parts]
+        self._closed = closed
+        whole = joined([part.shape for part in self._parts])
+        owners = np.repeat(
+            np.arange(len(self._parts)), [len(part.shape.faces) for part in self._parts]
+        )
+        self._sight = Sight(whole.vertices, whole.faces)
+        origin = np.array(camera.origin, np.float64)
+        ways = directions(np.array(camera.target) - origin, camera.fov)
+        triangles, distances = self._sight.first_hits(np.tile(origin, (len(ways), 1)), ways)
+        emits = np.array([bool(part.light_group) for part in self._parts])
+        seen = (triangles >= 0) & ~emits[owners[triangles]]
+        corners = whole.vertices[whole.faces[triangles[seen]]]
+        normals = normalised(np.cross(*(corners[:, 1:] - corners[:, :1]).transpose(1, 0, 2)))
+        self._normals = normals * -np.sign((normals * ways[seen]).sum(axis=1, keepdims=True))
+        self._points = origin + distances[seen, None] * ways[seen] + _ABOVE * self._normals
+
+    def irradiance(self, group: str) -> Floats:
+        """Return the irradiance of the points, (P,), if a group has a radiance of 1."""
+        emitters = joined([p.shape for p in self._parts if p.light_group == group])
+        ends, normals = _spread(emitters.vertices[emitters.faces])
+        way = ends - self._points[:, None]
+        square = np.maximum((way**2).sum(axis=2), _NEAREST**2)
+        cosines = np.maximum((way * self._normals[:, None]).sum(axis=2), 0.0)
+        cosines *= np.maximum(-(way * normals).sum(axis=2), 0.0)
+        clear = self._sight.is_clear(self._points, ends)
+        direct = (cosines / square**2 * clear).sum(axis=1) * emitters.area / _SAMPLES
+        return direct + math.pi * emitters.area * self._gain()
+
+    def _gain(self) -> float:
+        """Return the irradiance that interreflection adds for each watt, m⁻²."""
+        if not self._closed:
+            return 0.0
+        areas = np.array([part.shape.area for part in self._parts])
+        mean = float(areas @ [reflectance_of(part.material) for part in self._parts] / areas.sum())
+        return mean / (1.0 - mean) / float(areas.sum())
+
+
+def reflectance_of(material: Material) -> float:
+    """Return the mean diffuse and mirrored reflectance of a material over its wavelengths."""
+    paint = material.reflectance
+    diffuse = float(paint.values.mean()) if isinstance(paint, Spectrum) else 0.0
+    mirrored = material.mirror if isinstance(material.mirror, float) else 0.0
+    return diffuse + mirrored
+
+
+def _spread(corners: Floats) -> tuple[Floats, Floats]:
+    """Return points, (M, 3), spread evenly over triangles, (T, 3, 3), and the normals there."""
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(cross, axis=1)
+    number = np.arange(_SAMPLES)
+    at = np.searchsorted(np.cumsum(area) / area.sum(), (number + 0.5) / _SAMPLES)
+    # The R2 sequence (Roberts 2018), folded onto the triangle.
+    u, v = ((0.5 + number[:, None] * (0.7548776662466927, 0.5698402909980532)) % 1.0).T
+    u, v = np.where(u + v > 1.0, (1.0 - u, 1.0 - v), (u, v))
+    a, b, c = corners[at].transpose(1, 0, 2)
+    points = a + u[:, None] * (b - a) + v[:, None] * (c - a)
+    return points, cross[at] / area[at, None]
+
+
+def emitter_materials(
+    illumination: Illumination, received: Mapping[str, NDArray[np.float64]]
+) -> dict[str, Material]:
+    """Return the emitting material of each light group that is on.
+
+    A light's share is that of the mean irradiance of what the camera sees; the median irradiance
+    of all lights together is `LEVEL`. See `deal` for which group takes which colour.
+
+    Parameters
+    ----------
+    received : irradiance of the points that the camera sees, (P,), for each light group at a
+        luminance of 1, the main group first
+
+    Raises
+    ------
+    InputError : there are more colours than light groups, or a colour is no light
+    """
+    dealt = deal(illumination, list(received))
+    sums = [np.sum([received[group] for group in groups], axis=0) for _, _, groups in dealt]
+    radiances = [share / each.mean() for (_, share, _), each in zip(dealt, sums, strict=True)]
+    total = np.sum([level * each for level, each in zip(radiances, sums, strict=True)], axis=0)
+    made = dict[str, Material]()
+    for (color, _, groups), level in zip(dealt, radiances, strict=True):
+        emitted = light_spectrum(color) * float(level * LEVEL / np.median(total))
+        made |= dict.fromkeys(groups, Material(groups[0], 0.0, emitted))
+    return made
+
+
+def deal(illumination: Illumination, groups: Sequence[str]) -> list[tuple[str, float, list[str]]]:
+    """Deal the colours of an illumination to light groups, the main one first.
+
+    Windows show daylight: they take the first colour of a sky if there is one, and a single colour
+    that is none is left to the lamps. Lamps without a colour of their own burn with the first lamp.
+
+    Returns
+    -------
+    for each light: its colour, its share, and its groups, after the first of which it is named
+
+    Raises
+    ------
+    InputError : there are more colours than light groups
+    """
+    colors = list(illumination.colors)
+    if len(colors) > len(groups):
+        raise InputError(
+            f"illumination {illumination.name!r} has {len(colors)} colours, but there are "
+            f"{len(groups)} light groups ({', '.join(groups)}); give at most as many colours"
+        )
+    places = list(groups)
+    sky = next((i for i, color in enumerate(colors) if is_sky(color)), None)
+    if WINDOW in places and len(colors) == 1 and sky is None:
+        places.sort(key=lambda group: group == WINDOW)
+    elif WINDOW in places[: len(colors)] and len(colors) > 1 and sky is not None:
+        places.remove(WINDOW)
+        places.insert(sky, WINDOW)
+    places = places[: len(colors)]
+    shares = illumination.shares or [_usual_share(groups.index(p), len(places)) for p in places]
+    spare = [g for g in groups if g.startswith(LAMP) and g not in places]
+    return [
+        (color, share, [place, *spare] if place == LAMP else [place])
+        for color, share, place in zip(colors, shares, places, strict=True)
+    ]
+
+
+def _usual_share(rank: int, count: int) -> float:
+    """Return the share of a group, the main one having rank 0, if the illumination has none."""
+    if count == 1:
+        return 1.0
+    return MAIN_SHARE if rank == 0 else (1.0 - MAIN_SHARE) / (count - 1)
