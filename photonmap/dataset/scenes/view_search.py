@@ -22,6 +22,8 @@ _YAW, _PITCH, _DISTANCE = 25.0, 8.0, 0.25
 """Greatest standard deviations of tries: degrees, degrees, and of the logarithm of distance."""
 _CLEARANCE = 0.08
 """Least distance to any surface, as a fraction of that to the target."""
+_OF_USUAL = 0.7
+"""The same as a fraction of that from the scene's own camera, if that is less."""
 _NEAREST = 0.4
 """Least median of the distances seen, as a fraction of what the scene's own camera sees."""
 _OBJECTS = 0.5
@@ -73,12 +75,13 @@ def _near(view: View, identity: str) -> Iterator[View]:
     rng = np.random.Generator(np.random.PCG64(zlib.crc32(f"{identity} {view.name}".encode())))
     for step in range(1, TRIES):
         part = step / TRIES
+        asked = (1.0 - part) ** 2
         yaw, pitch, distance = rng.standard_normal(3) * min(part, 4.0 * (1.0 - part))
         yield replace(
             view,
-            yaw=(1.0 - part) * view.yaw + _YAW * float(yaw),
-            pitch=(1.0 - part) * view.pitch + _PITCH * float(pitch),
-            distance=view.distance ** (1.0 - part) * float(np.exp(_DISTANCE * distance)),
+            yaw=asked * view.yaw + _YAW * float(yaw),
+            pitch=asked * view.pitch + _PITCH * float(pitch),
+            distance=view.distance**asked * float(np.exp(_DISTANCE * distance)),
         )
 
 
@@ -98,7 +101,7 @@ class _Sight:
     def is_good(self, usual: _Sight) -> bool:
         """Return whether it sees enough, compared to what the scene's own camera sees."""
         return (
-            self.clearance >= min(usual.clearance, _CLEARANCE * self.arm)
+            self.clearance >= min(_OF_USUAL * usual.clearance, _CLEARANCE * self.arm)
             and self.objects >= max(_OBJECTS * usual.objects, 1)
             and self.median >= _NEAREST * usual.median
         )
