@@ -7,14 +7,15 @@ import numpy as np
 from photonmap.kernels.bsdf import models
 from photonmap.kernels.bsdf.absorption import absorb
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, choose_lobe, scatter_specular
+from photonmap.kernels.caustics.aim import aim_photon
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import divide
+from photonmap.kernels.core.bands import total as band_total
 from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.rng import draw, sobol_2d, stream
 from photonmap.kernels.core.streams import EMIT_DIRECTION, EMIT_POSITION, LOBE, split
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import divide_by_opacity, intersect
-from photonmap.kernels.lights.photons import emit_photon
 
 ALIGNED = 0.7
 """Cosine between normals above which photons count for each other's surface."""
@@ -72,34 +73,40 @@ def _guided(rows, columns, point):
 
 
 @kernel
-def trace_caustics(scene, guide, key, span, total, photons):
-    """Trace photons of a span of `total` to where they make caustics.
+def trace_caustics(scene, guide, key, span, total, sums, photons):
+    """Trace photons of a span of `total` to where they make caustics; fill a row of `photons` each.
 
-    They fill the first rows of `photons`. Returns (their number, rays cast).
+    `sums`, (K,) float64, is used up. Returns the number of rays cast.
     """
-    count = rays = 0
+    rays = 0
     position_key, direction_key = split(key, EMIT_POSITION), split(key, EMIT_DIRECTION)
     lobe_key = split(key, LOBE)
     for index in range(span.first, span.last):
-        position, at = _guided(
+        row = index - span.first
+        place, at = _guided(
             guide.position_rows, guide.position_columns, sobol_2d(index, position_key)
         )
-        towards, along = _guided(
-            guide.direction_rows, guide.direction_columns, sobol_2d(index, direction_key)
+        aim, along = _guided(guide.aim_rows, guide.aim_columns, sobol_2d(index, direction_key))
+        flux, share = photons.flux[row], 1.0 / (total * at * along)
+        start, direction, sphere = aim_photon(
+            scene.geometry, scene.lights, guide, sums, place, aim, share, flux
         )
-        flux = photons.flux[count]
-        share = 1.0 / (total * at * along)
-        ray = emit_photon(scene.geometry, scene.lights, position, towards, share, flux)
         for axis in range(2):
-            photons.origins[count, axis] = position[axis]
-            photons.origins[count, 2 + axis] = towards[axis]
+            photons.origins[row, axis] = place[axis]
+            photons.origins[row, 2 + axis] = aim[axis]
+        photons.origins[row, 4] = sphere
+        photons.emitted[row] = band_total(photons.flux, row)
+        photons.arrived[row] = False
+        if photons.emitted[row] == 0.0:
+            continue
         state = stream(lobe_key, index, 0)
-        arrived, hit, direction, cast = _follow(scene.geometry, scene.specular, ray, state, flux)
+        photons.arrived[row], hit, direction, cast = _follow(
+            scene.geometry, scene.specular, (start, direction), state, flux
+        )
         rays += cast
-        if arrived:
-            _arrive(scene.geometry, hit, direction, photons, count)
-            count += 1
-    return count, rays
+        if photons.arrived[row]:
+            _arrive(scene.geometry, hit, direction, photons, row)
+    return rays
 
 
 @jit

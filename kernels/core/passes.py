@@ -256,7 +256,11 @@ class CausticPhotons(NamedTuple):
     """Photons on their way into a `CausticMap`, one row each."""
 
     origins: np.ndarray
-    """(n, 4) float32: where in the unit squares of position and direction they left an emitter"""
+    """(n, 5) float32: points of the unit squares of `EmissionGuide`, and number of the sphere"""
+    emitted: np.ndarray
+    """(n,) float32, flux as they left, summed over bands"""
+    arrived: np.ndarray
+    """(n,) bool, whether they came to a diffuse surface; the rows below are undefined if not"""
     positions: np.ndarray
     arrivals: np.ndarray
     flux: np.ndarray
@@ -273,19 +277,25 @@ class PhotonMaps(NamedTuple):
 
 @by_reference
 class EmissionGuide(NamedTuple):
-    """Where, in two unit squares, photons leave emitters that reach specular surfaces.
+    """Where, in two unit squares, caustic photons leave emitters, and what they are aimed at.
 
-    Each square is divided into B × B boxes; the density is constant in a box.
+    The first square stands for emitters and the positions on them (directions, where they are
+    infinitely far), the second for spheres and where they are passed. Each is divided into B × B
+    boxes; the density is constant in a box.
     """
 
     position_rows: np.ndarray
-    """(B + 1,) float64, CDF of rows of boxes"""
+    """(B,) float64, CDF of rows of boxes"""
     position_columns: np.ndarray
-    """(B, B + 1) float64, and of boxes within each row"""
-    direction_rows: np.ndarray
-    """(B + 1,) float64"""
-    direction_columns: np.ndarray
-    """(B, B + 1) float64"""
+    """(B, B) float64, and of boxes within each row"""
+    aim_rows: np.ndarray
+    """(B,) float64"""
+    aim_columns: np.ndarray
+    """(B, B) float64"""
+    spheres: np.ndarray
+    """(K, 4) float64, centre and radius; together they hold all specular surfaces"""
+    importance: np.ndarray
+    """(K,) float64, relative density of photons aimed at a sphere"""
 
 
 @by_reference

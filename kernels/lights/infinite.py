@@ -51,12 +51,18 @@ def dome_pdf(environment, ns, direction, position):
 
 
 @jit
+def start_at(lights, direction, x, y):
+    """Return a point outside the scene, at (x, y) of the frame of a direction into it."""
+    return vec.from_frame((x, y, -2.0 * lights.radius), direction)
+
+
+@jit
 def _start(lights, direction, point, density, texel):
     """Start a photon on a disk outside the scene, across its direction."""
     x, y = warp.uniform_disk(point[0], point[1])
-    local = (lights.radius * x, lights.radius * y, -2.0 * lights.radius)
+    origin = start_at(lights, direction, lights.radius * x, lights.radius * y)
     weight = lights.radius * lights.radius / (density * warp.uniform_disk_pdf())
-    return PhotonStart(weight, texel, vec.from_frame(local, direction), direction)
+    return PhotonStart(weight, texel, origin, direction)
 
 
 @jit

@@ -2,7 +2,8 @@
 
 A kind is a file of functions beside each other: `importance` estimates the irradiance at a point
 from an emitter of power 1, by which emitters are chosen; `sample_towards` returns a `LightSample`,
-`pdf` its density where scattered rays can hit the emitter, and `emit` a `PhotonStart`.
+`pdf` its density where scattered rays can hit the emitter, `emit` a `PhotonStart`, and `emitted`
+what leaves for another direction, where emitters are not infinitely far.
 """
 
 from photonmap.kernels.core.jit import jit
@@ -91,3 +92,24 @@ def _emit_from_point(lights, profiles, emitter, direction):
     if profiles is not None and lights.kind[emitter] == PHOTOMETRIC:
         return photometric.emit(lights, emitter, direction)
     return point.emit(lights, emitter, direction)
+
+
+@jit
+def emitted(geometry, lights, emitter, start, direction):
+    """Return what a `PhotonStart` of an emitter sends in another direction.
+
+    As (flux per steradian for an emission of 1, density of `emit` per steradian).
+    """
+    kind = lights.kind[emitter]
+    if kind == TRIANGLE:
+        return triangle.emitted(geometry, lights, emitter, start, direction)
+    if kind == SPOT:
+        return spot.emitted(lights, emitter, direction)
+    return _emitted_from_point(lights, lights.profiles, emitter, direction)
+
+
+@jit
+def _emitted_from_point(lights, profiles, emitter, direction):
+    if profiles is not None and lights.kind[emitter] == PHOTOMETRIC:
+        return photometric.emitted(lights, emitter, direction)
+    return point.emitted()

@@ -53,3 +53,9 @@ def emit(lights, emitter, direction):
     towards = warp.uniform_sphere(direction[0], direction[1])
     weight = intensity(lights.profiles, emitter, towards) / warp.uniform_sphere_pdf()
     return PhotonStart(weight, NOWHERE, vec.row(lights.position, emitter), towards)
+
+
+@jit
+def emitted(lights, emitter, direction):
+    """Return what is sent in a direction, per steradian, and the density of `emit`."""
+    return intensity(lights.profiles, emitter, direction), warp.uniform_sphere_pdf()

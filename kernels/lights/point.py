@@ -47,3 +47,9 @@ def emit(lights, emitter, direction):
     weight = 1.0 / warp.uniform_sphere_pdf()
     origin = vec.row(lights.position, emitter)
     return PhotonStart(weight, NOWHERE, origin, warp.uniform_sphere(direction[0], direction[1]))
+
+
+@jit
+def emitted():
+    """Return what is sent in any direction, per steradian, and the density of `emit`."""
+    return 1.0, warp.uniform_sphere_pdf()

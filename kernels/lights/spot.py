@@ -55,3 +55,11 @@ def emit(lights, emitter, direction):
     weight = falloff(lights.cosines, emitter, local[2]) / warp.uniform_cone_pdf(cosine)
     direction = vec.from_frame(local, vec.row(lights.axis, emitter))
     return PhotonStart(weight, NOWHERE, vec.row(lights.position, emitter), direction)
+
+
+@jit
+def emitted(lights, emitter, direction):
+    """Return what is sent in a direction, per steradian, and the density of `emit`."""
+    cosine, edge = vec.dot(direction, vec.row(lights.axis, emitter)), lights.cosines[emitter, 1]
+    pdf = warp.uniform_cone_pdf(edge) if cosine >= edge else 0.0
+    return falloff(lights.cosines, emitter, cosine), pdf

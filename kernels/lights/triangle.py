@@ -174,3 +174,11 @@ def emit(geometry, lights, emitter, position, direction):
     origin, normal, opacity = _emitting_point(geometry, lights.triangle[emitter], spot)
     direction = vec.from_frame(warp.cosine_hemisphere(direction[0], direction[1]), normal)
     return PhotonStart(math.pi * lights.area[emitter] * opacity, spot, origin, direction)
+
+
+@jit
+def emitted(geometry, lights, emitter, start, direction):
+    """Return what a `PhotonStart` sends in another direction, per steradian, and its density."""
+    cosine = vec.dot(vec.row(geometry.normals, lights.triangle[emitter]), direction)
+    pdf = warp.cosine_hemisphere_pdf(cosine)
+    return start.weight * pdf, pdf

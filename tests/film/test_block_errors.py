@@ -12,7 +12,7 @@ from photonmap.film.pooling import pool_errors
 from photonmap.kernels.core.passes import FIRST_CAUSTIC, VIA_CAUSTIC, VIA_INDIRECT, Film
 
 WIDTH, HEIGHT, BANDS, COUNT = 20, 13, 2, 5
-PASSES, SEEDS = 16, 24
+PASSES, SEEDS = 16, 48
 
 
 def brute_force(image, reduce):

@@ -144,7 +144,10 @@ def test_photons_agree_with_paths(rendered, name):
     scale = 0.01 * truth.mean()  # the radius of the disks is not 0 yet
     z = (ours - truth) / np.sqrt(our_error**2 + error**2 + scale**2)
     assert np.abs(z).max() < stats.norm.isf(1e-3 / z.size)
-    assert ours.mean() == pytest.approx(truth.mean(), rel=0.02)
+    if name in ("indirect", "caustics"):  # photons are shared by pixels
+        our_error = rendered["photon"].block_error(name).astype(float)
+    noise = np.sqrt((our_error**2).sum() + (error**2).sum()) / truth.size
+    assert abs(ours.mean() - truth.mean()) <= 0.02 * truth.mean() + 3.0 * noise
 
 
 def test_buffers_keep_their_meaning(rendered, balls):

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.lights.probabilities import make_cdf
 from photonmap.integrators.base import PassSetup
 from photonmap.integrators.path_truncation import fraction_going_on
+from photonmap.integrators.photon_mapping.emission_guide import even_guide, learn
+from photonmap.integrators.photon_mapping.specular_bounds import bound_specular_surfaces
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN
 from photonmap.kernels.caustics.photon_map import fill_buckets, trace_caustics
-from photonmap.kernels.core.passes import CausticMap, CausticPhotons, EmissionGuide, Span
+from photonmap.kernels.core.passes import CausticMap, CausticPhotons, Span
 from photonmap.kernels.core.records import SceneArrays
 from photonmap.kernels.core.streams import Domain
 
@@ -23,16 +24,14 @@ PILOT_REFLECTIONS = 1 << 20
 ball of mirrors, the pilot has fewer photons, a sixteenth at least."""
 SCOUTS, LINGERING = 1024, 64
 """Photons used to estimate the fraction that lingers, and the reflections after which one does."""
-BOXES = 32
-"""Of a guide, along each side of a unit square."""
-ANYWHERE = 0.2
-"""Fraction of photons that leave regardless of what the pilot found."""
 WANTED = 20
 """Photons within a disk of the first pass, about."""
 LARGEST = 0.02
 """Radius of a disk at most, in sizes of the scene."""
 MOST = 4
 """Caustic photons at most, times those of the radiosity cache."""
+LONG = 16
+"""Rays of a caustic photon, on average, above which they are fewer."""
 
 
 class CausticTracer:
@@ -46,46 +45,49 @@ class CausticTracer:
     def __init__(self, setup: PassSetup) -> None:
         self._setup = setup
         setup.begin_pass(0)
-        lingering = _lingering_fraction(
-            setup.compiled.arrays, setup.bands, setup.key(0, Domain.LINGERING)
-        )
+        arrays = setup.compiled.arrays
+        lingering = _lingering_fraction(arrays, setup.bands, setup.key(0, Domain.LINGERING))
         pilot = _pilot_size(lingering)
-        self._guide = _build_guide(np.empty((0, 4), np.float32))
+        self._guide = even_guide(bound_specular_surfaces(arrays))
         found, _ = self._trace(pilot, setup.key(0, Domain.CAUSTIC_PILOT))
-        self._guide = _build_guide(found.origins)
-        guided = len(self._trace(pilot // 4, setup.key(0, Domain.CAUSTIC_CHECK))[0].flux)
-        rate = max(guided, 1) / (pilot // 4)
+        self._guide = learn(self._guide, found)
+        check, rays = self._trace(pilot // 4, setup.key(0, Domain.CAUSTIC_CHECK))
+        rate = max(check.arrived.sum(), 1) / (pilot // 4)
         photons, wanted = max(setup.photons, 1), setup.pixels
-        most = MOST if len(found.flux) or guided else 1
+        most: float = MOST if found.arrived.any() or check.arrived.any() else 1
+        most *= min(1.0, LONG * (pilot // 4) / max(rays, 1))
         self.photons = int(np.clip(wanted / rate, min(wanted, photons), most * photons))
         """Photons emitted in a pass"""
-        self._radius = _first_radius(found.positions[:, :3], self.photons * rate)
+        self._radius = _first_radius(check.positions[check.arrived, :3], self.photons * rate)
 
     def trace(self, index: int, key: np.uint64, wider: int = 0) -> tuple[CausticMap, int]:
         """Return the caustic map of pass `index`, disks `wider` times doubled, and its rays."""
         radius = self._radius * (1.0 + index) ** (-1.0 / 6.0) * 2.0**wider
         photons, rays = self._trace(self.photons, key)
-        return _sort(photons, radius), rays
+        scattering = self._setup.compiled.arrays.scattering is not None
+        return _sort(photons, radius, scattering=scattering), rays
 
     def _trace(self, total: int, key: np.uint64) -> tuple[CausticPhotons, int]:
-        """Trace photons in bundles; return those that arrived, and the number of rays."""
+        """Trace photons in bundles; return them, and the number of rays."""
         bundles, scene = -(-total // BUNDLE), self._setup.compiled.arrays
-        arriving = 3 if scene.scattering is not None else 0
 
-        def trace(bundle: int) -> tuple[list[NDArray[np.float32]], int]:
+        def trace(bundle: int) -> tuple[CausticPhotons, int]:
             span = Span(bundle * total // bundles, (bundle + 1) * total // bundles)
-            columns = 4, 6, 3, self._setup.bands
-            photons = CausticPhotons(
-                *(np.empty((span.last - span.first, width), np.float32) for width in columns)
-            )
-            count, rays = trace_caustics(scene, self._guide, key, span, total, photons)
-            return [array[:count] for array in photons], rays
+            photons = _make_rows(span.last - span.first, self._setup.bands)
+            sums = np.empty(len(self._guide.spheres))
+            return photons, trace_caustics(scene, self._guide, key, span, total, sums, photons)
 
         traced, rays = zip(*self._setup.workers.map(trace, bundles), strict=True)
-        photons = CausticPhotons(*map(np.concatenate, zip(*traced, strict=True)))
-        if not arriving:
-            photons = photons._replace(arrivals=photons.arrivals[:0])
-        return photons, sum(rays)
+        return CausticPhotons(*map(np.concatenate, zip(*traced, strict=True))), sum(rays)
+
+
+def _make_rows(count: int, bands: int) -> CausticPhotons:
+    """Return rows for photons to be traced."""
+    origins, positions, arrivals, flux = (
+        np.empty((count, width), np.float32) for width in (5, 6, 3, bands)
+    )
+    emitted, arrived = np.empty(count, np.float32), np.empty(count, bool)
+    return CausticPhotons(origins, emitted, arrived, positions, arrivals, flux)
 
 
 def no_caustics(bands: int) -> CausticMap:
@@ -120,20 +122,6 @@ def _pilot_size(lingering: float) -> int:
     return int(np.clip(fitting, PILOT // 16, PILOT))
 
 
-def _build_guide(origins: NDArray[np.float32]) -> EmissionGuide:
-    """Return where to send photons: in part as those of a pilot that arrived, in part anywhere."""
-    tables = []
-    for columns in (slice(0, 2), slice(2, 4)):
-        boxes = np.minimum((origins[:, columns] * BOXES).astype(int), BOXES - 1)
-        density = np.full((BOXES, BOXES), 1.0 / BOXES**2)
-        if len(origins):
-            counts = np.zeros((BOXES, BOXES))
-            np.add.at(counts, tuple(boxes.T), 1.0)
-            density = ANYWHERE * density + (1.0 - ANYWHERE) * counts / len(origins)
-        tables += [make_cdf(density.sum(axis=1)), make_cdf(density)]
-    return EmissionGuide(*tables)
-
-
 def _first_radius(positions: NDArray[np.float32], arriving: float) -> float:
     """Return the radius within which about `WANTED` of the arriving photons lie."""
     from scipy.spatial import cKDTree
@@ -146,14 +134,15 @@ def _first_radius(positions: NDArray[np.float32], arriving: float) -> float:
     return float(min(np.median(distances) / np.sqrt(denser), LARGEST))
 
 
-def _sort(photons: CausticPhotons, radius: float) -> CausticMap:
-    """Sort photons by buckets of boxes as wide as the disk."""
-    positions, arrivals = photons.positions, photons.arrivals
-    count = max(2 * len(positions), 1)
-    buckets = np.empty(len(positions), np.int32)
+def _sort(photons: CausticPhotons, radius: float, *, scattering: bool) -> CausticMap:
+    """Sort the photons that arrived by buckets of boxes as wide as the disk."""
+    arrived = np.flatnonzero(photons.arrived)
+    count = max(2 * len(arrived), 1)
+    buckets, positions = np.empty(len(arrived), np.int32), photons.positions[arrived]
     fill_buckets(positions, 2.0 * radius, 0, len(positions), count, buckets)
     order = np.argsort(buckets, kind="stable")
     starts = np.zeros(count + 1, np.int32)
     np.cumsum(np.bincount(buckets, minlength=count), out=starts[1:])
-    arrivals = arrivals[order] if len(arrivals) else arrivals
-    return CausticMap(positions[order], arrivals, photons.flux[order], starts, radius)
+    sorted_rows = arrived[order]
+    arrivals = photons.arrivals[sorted_rows if scattering else []]
+    return CausticMap(positions[order], arrivals, photons.flux[sorted_rows], starts, radius)
