@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 HELP = "Render a data set of ground truth into FOLDER, or verify or publish the one that is there."
 
-_VERIFY, _PUBLISH = "verify", "publish"
+_VERIFY, _FLOW, _PUBLISH = "verify", "flow", "publish"
 _NAMED = 4
 """Largest number of failed images that one line names."""
 
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.usage = (
         f"{parser.prog} FOLDER [options]\n       {parser.prog} verify FOLDER [--sample N]\n"
-        f"       {parser.prog} publish FOLDER --license NAME"
+        f"       {parser.prog} flow FOLDER\n       {parser.prog} publish FOLDER --license NAME"
     )
     parser.add_argument(
         "words",
@@ -148,9 +148,11 @@ def run(options: argparse.Namespace) -> int:
         return _verify(Path(words[1]), options)
     if words[0] == _PUBLISH and len(words) == 2:
         return _publish(Path(words[1]), options)
+    if words[0] == _FLOW and len(words) == 2:
+        return _write_flow(Path(words[1]), options)
     if len(words) > 1:
         raise InputError(f"expected one folder, not {len(words)}: {' '.join(words)}")
-    if words[0] in (_VERIFY, _PUBLISH):
+    if words[0] in (_VERIFY, _FLOW, _PUBLISH):
         raise InputError(
             f"{words[0]} needs the folder of a data set; a folder of that name is written "
             f"./{words[0]}"
@@ -241,8 +243,10 @@ def _list(jobs: Sequence[Job]) -> None:
             "  ".join(f"{cell!s:<{wide}}" for cell, wide in zip(row, widths, strict=True)).rstrip()
         )
     common = jobs[0].common
-    width, height = common.size
-    print(f"{len(jobs)} images of {width}x{height}, bands {common.bands}, error {common.error}")
+    sizes = dict.fromkeys("{}x{}".format(*job.common.size) for job in jobs)
+    print(
+        f"{len(jobs)} images of {' and '.join(sizes)}, bands {common.bands}, error {common.error}"
+    )
 
 
 def _print_progress(line: str) -> None:
@@ -279,6 +283,15 @@ def _verify(folder: Path, options: argparse.Namespace) -> int:
     for fault in faults:
         print(f"photonmap: fault: {fault}", file=sys.stderr)
     return FAILED if faults else 0
+
+
+def _write_flow(folder: Path, options: argparse.Namespace) -> int:
+    from photonmap.dataset.jobs.flows import FOLDER, write_flows
+
+    written = write_flows(folder, (lambda line: None) if options.quiet else _print_progress)
+    if not options.quiet:
+        print(f"{len(written)} pairs of views: {folder / FOLDER}")
+    return 0
 
 
 def _publish(folder: Path, options: argparse.Namespace) -> int:

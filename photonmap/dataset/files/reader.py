@@ -27,6 +27,7 @@ from photonmap.spectra.rgb_spaces import SRGB
 
 if TYPE_CHECKING:
     from photonmap.capture.photo import Photo
+    from photonmap.dataset.files.flow import Flow
     from photonmap.results.result import Result
 
 Array = NDArray[Any]
@@ -104,6 +105,29 @@ class Image(Mapping[str, Array]):
         from photonmap.dataset.files.photos import PHOTO
 
         return load_photo(self.folder / PHOTO)
+
+    def flow_to(self, other: Image) -> Flow:
+        """Return where the points of this image are in another view of the same scene.
+
+        What is hidden there is found by comparing surfaces at the centres of pixels; rays are more
+        exact at silhouettes: see `photonmap.dataset.jobs.flows.flow_by_rays`.
+
+        Raises
+        ------
+        InputError : the other image is of another scene, or a camera is not a pinhole
+        """
+        from photonmap.dataset.files.flow import Eye, compare_surfaces, find_targets, flow_of
+
+        if other.geometry != self.geometry:
+            raise InputError(f"{self.name} and {other.name} show two scenes; flow is within one")
+        width, height = self.entry["size"]
+        here = Eye.of(self.entry["camera"], (width, height))
+        width, height = other.entry["size"]
+        there = Eye.of(other.entry["camera"], (width, height))
+        target = find_targets(here, there, self["distance"])
+        return flow_of(
+            here, there, target, compare_surfaces(target, self["object_id"], there, other)
+        )
 
     def light_shares(self) -> dict[str, Array]:
         """Return each light's share of the irradiance by light group, interreflection included.

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.presets import Preset
 from photonmap.dataset.models.palette import MATERIALS
 from photonmap.dataset.scenes.build import LARGEST_SEED, SCENES, draw_illumination
@@ -134,7 +135,7 @@ class Job:
 
     def describe(self) -> dict[str, Any]:
         """Return the job as a JSON-able dict."""
-        return json.loads(json.dumps(asdict(self)))
+        return json.loads(json.dumps(asdict(self) | {"view": self.view.describe()}))
 
     @classmethod
     def from_description(cls, description: dict[str, Any]) -> Job:
@@ -188,7 +189,9 @@ def plan_jobs(
         raise InputError(f"seed {seed} must be from 0 to {LARGEST_SEED - count + 1}")
     scenes = [*((name, "") for name in preset.scenes), *((f.path, f.content) for f in files)]
     jobs = [
-        Job(scene, drawn, lit.name, lit.colors, view, common, content, lit.shares)
+        _as_split(
+            Job(scene, drawn, lit.name, lit.colors, view, common, content, lit.shares), preset
+        )
         for drawn in range(seed, seed + count)
         for scene, content in scenes
         for lit in _illuminations(preset, scene, content, drawn)
@@ -196,6 +199,16 @@ def plan_jobs(
     ]
     _check(jobs)
     return jobs
+
+
+def _as_split(job: Job, preset: Preset) -> Job:
+    """Return a job with the size and the angle of view of the split that its scene belongs to."""
+    look = preset.splits.get(part_of(job.geometry))
+    if look is None:
+        return job
+    size = job.common.size if look.size is None else look.size
+    fov = look.fov if job.view.fov is None else job.view.fov
+    return replace(job, common=replace(job.common, size=size), view=replace(job.view, fov=fov))
 
 
 def _illuminations(preset: Preset, scene: str, content: str, seed: int) -> Iterator[Illumination]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from numbers import Real
 from pathlib import Path
 from typing import Any
 
+from photonmap.dataset.files.splits import PARTS
 from photonmap.dataset.models.palette import MATERIALS
 from photonmap.dataset.scenes.build import SCENES
 from photonmap.dataset.scenes.illumination import (
@@ -21,16 +23,36 @@ from photonmap.dataset.scenes.views import View
 from photonmap.errors import InputError, naming
 from photonmap.io.readers.registry import mesh_suffixes
 from photonmap.io.readers.toml import Toml, read_toml
+from photonmap.runtime.options import check_size
 from photonmap.runtime.wording import shown, suggest
 
 _LISTS = ("scenes", "illuminations", "files")
-_KEYS = (*_LISTS, "materials", "recolor", "illumination", "view")
-_VIEW, _LIGHT = ("name", "yaw", "pitch", "distance"), ("name", "colors", "shares", "lights")
+_KEYS = (*_LISTS, "materials", "recolor", "illumination", "view", "trajectory", "split")
+_VIEW = ("name", "yaw", "pitch", "distance", "fov", "baseline")
+_LIGHT = ("name", "colors", "shares", "lights")
+_PATH, _LOOK = (*_VIEW, "frames"), ("size", "fov")
+_RANGE = {"yaw": 30.0, "pitch": 8.0, "distance": 1.25}
+"""How far trajectories lead by default, as `View` takes it."""
+_MOST_FRAMES = 100_000
 _FORBIDDEN = set('/\\:*?"<>|\n')
 """Characters that names may not have, as they become names of folders."""
 
 Lights = str | Illumination | RandomLights
 """An illumination by name, of given lights, or of lights that are drawn."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """What the images of a split have of their own; None for what all images have.
+
+    Parameters
+    ----------
+    size : (width, height), pixels
+    fov : full vertical angle of view, degrees
+    """
+
+    size: tuple[int, int] | None = None
+    fov: float | None = None
 
 
 @dataclass(frozen=True)
@@ -46,6 +68,7 @@ class Preset:
     views : of each scene
     materials : of procedural scenes
     recolor : give the surfaces of the user's scenes random Munsell chips
+    splits : the looks of splits by their names
     """
 
     name: str
@@ -55,6 +78,7 @@ class Preset:
     views: tuple[View, ...] = (View(),)
     materials: str = MATERIALS[0]
     recolor: bool = False
+    splits: Mapping[str, Look] = field(default_factory=dict)
 
 
 PRESETS = {
@@ -71,7 +95,9 @@ def load_preset(name: str) -> Preset:
     The file has `scenes` (names) or `files` (scene files and folders of them) or both. It may have
     `illuminations` (names); sections `[[illumination]]` with `name`, and `colors` and perhaps
     `shares`, or `lights`, the lowest and the highest number of lights that are drawn; sections
-    `[[view]]` with `name`, `yaw` and `pitch` (degrees) and `distance`; `materials`; `recolor`.
+    `[[view]]` with `name`, `yaw` and `pitch` (degrees), `distance`, `fov` and, for a stereo pair,
+    `baseline`; sections `[[trajectory]]` with the same and `frames`; sections `[split.NAME]` with
+    `size` and `fov`; `materials`; `recolor`.
 
     Raises
     ------
@@ -122,7 +148,14 @@ def _read(toml: Toml) -> Preset:
     lights: tuple[Lights, ...] = (*lists["illuminations"], *_illuminations(toml))
     views = _views(toml)
     return Preset(
-        str(toml.path), lists["scenes"], files, lights or ILLUMINATIONS, views, materials, recolor
+        str(toml.path),
+        lists["scenes"],
+        files,
+        lights or ILLUMINATIONS,
+        views,
+        materials,
+        recolor,
+        _looks(toml),
     )
 
 
@@ -193,7 +226,43 @@ def _is_list(values: Any, kind: type) -> bool:
 
 
 def _views(toml: Toml) -> tuple[View, ...]:
-    """Read the views that the file defines; that of the scene's camera if there are none."""
-    with naming(str(toml.path)):
-        views = tuple(View(**section) for section in _sections(toml, "view", _VIEW))
-    return views or (View(),)
+    """Read the views that the file defines; that of the scene's camera if there are none.
+
+    A pair is two views, and a trajectory as many as it has frames.
+    """
+    found: list[View] = []
+    for section in _sections(toml, "view", _VIEW):
+        with naming(str(toml.path)):
+            found += View(**section).pair()
+    for index, section in enumerate(_sections(toml, "trajectory", _PATH)):
+        frames = section.get("frames")
+        if not isinstance(frames, int) or not 1 <= frames <= _MOST_FRAMES:
+            message = f"trajectory {section['name']!r} needs frames, 1 to {_MOST_FRAMES}"
+            raise toml.error(message, "trajectory", index)
+        with naming(str(toml.path)):
+            path = View(**{**_RANGE, **section, "path": section["name"]})
+        for frame in range(frames):
+            found += replace(path, frame=frame).renamed().pair()
+    if double := [name for name, count in Counter(v.name for v in found).items() if count > 1]:
+        raise toml.error(f"two views are called {double[0]!r}; choose other names", "view")
+    return tuple(found) or (View(),)
+
+
+def _looks(toml: Toml) -> dict[str, Look]:
+    """Read what splits have of their own."""
+    sections = toml.sections.get("split", {})
+    if not isinstance(sections, dict):
+        raise toml.error("split is not a section; write [split.test] above size and fov", "split")
+    looks = {}
+    for name in sections:
+        if name not in PARTS:
+            raise toml.error(f"there is no split {name!r}; {suggest(name, PARTS)}", "split", name)
+        values = dict(toml.section(f"[split.{name}]", _LOOK, "split", name))
+        try:
+            if "size" in values:
+                values["size"] = check_size(values["size"])
+            View(name, fov=values.get("fov"))
+        except InputError as error:
+            raise toml.error(f"split {name}: {error}", "split", name) from None
+        looks[name] = Look(**values)
+    return looks
