@@ -56,7 +56,9 @@ def expose(result: Result, sensor: Sensor | None = None, seed: int = 0) -> Photo
     if negative > _MOST_NEGATIVE:
         warn(f"{negative:.1%} of the camera's values are below 0, and become 0; render more bands")
     rates = _rates(seen, result, sensor, response)
-    time = _choose_time(sample(rates, pattern), sensor) if sensor.time is None else sensor.time
+    time = sensor.time
+    if time is None:
+        time = _choose_time(sample(rates, pattern), result.buffers.get("emission"), sensor)
     electrons = rates * time
     raw = digitise(sample(electrons, pattern), sensor, time, seed)
     record = {
@@ -100,9 +102,16 @@ def _rates(seen: Floats, result: Result, sensor: Sensor, response: Response) -> 
     return spread(rates * falloff[..., None], sensor.psf)
 
 
-def _choose_time(rates: Floats, sensor: Sensor) -> float:
-    """Return the time in which the percentile of the lit pixels reaches its level."""
+def _choose_time(rates: Floats, emission: NDArray[Any] | None, sensor: Sensor) -> float:
+    """Return the time in which the percentile of the lit pixels reaches its level.
+
+    Pixels that emit do not count, unless no others are lit: as in previews.
+    """
     lit = rates[rates > 0.0]
+    if emission is not None:
+        reflecting = rates[~emission.any(axis=-1)]
+        reflecting = reflecting[reflecting > 0.0]
+        lit = reflecting if reflecting.size else lit
     if not lit.size:
         raise InputError("the image is black, and no exposure can be chosen; give a time")
     bright = float(np.percentile(lit, sensor.percentile))

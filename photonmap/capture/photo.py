@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from photonmap.capture.demosaic import demosaic
 from photonmap.capture.mosaic import Pattern
 from photonmap.kernels.core.color import LUMINANCE
-from photonmap.results.preview import as_bytes, choose_exposure
+from photonmap.results.preview import as_bytes
 
 Image = NDArray[np.float32]
 
-_FADES = 0.9
+_FADES = 0.8
 """Fraction of saturation from which on colours are not trusted."""
 
 
@@ -76,19 +76,20 @@ class Photo:
         full = camera.max(axis=-1, keepdims=True) / self.record["saturates_at"]
         fade = np.clip((full - _FADES) / (1.0 - _FADES), 0.0, 1.0)
         balanced = camera / neutral
-        balanced += fade * (balanced.max(axis=-1, keepdims=True) - balanced)
+        balanced += fade**2 * (3.0 - 2.0 * fade) * (balanced.max(axis=-1, keepdims=True) - balanced)
         return (balanced * neutral @ np.array(self.record["to_srgb"]).T).astype(np.float32)
 
     @cached_property
     def srgb(self) -> NDArray[np.uint8]:
-        """(H, W, 3) uint8 sRGB: `rgb` at the exposure of a preview, highlights compressed.
+        """(H, W, 3) uint8 sRGB: `rgb`, in which a white at the white level is 1, compressed.
 
         The compression is equation 4 of E. Reinhard et al., "Photographic tone reproduction for
         digital images", SIGGRAPH 2002, without its key: the largest luminance becomes 1, and an
         image that has none above 1 stays as it is.
         """
         image = self.rgb().astype(np.float64)
-        image *= choose_exposure(image, None)
+        white = np.array(self.record["to_srgb"]) @ np.array(self.record["neutral"])
+        image /= float(np.array(LUMINANCE) @ white)
         luminance = np.maximum(image @ np.array(LUMINANCE), 0.0)
         most = max(float(luminance.max(initial=0.0)), 1.0)
         scale = (1.0 + luminance / most**2) / (1.0 + luminance)

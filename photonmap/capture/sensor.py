@@ -94,7 +94,8 @@ class Sensor:
     percentile: float = field(
         default=97.0,
         metadata=_option(
-            "percentage of the lit pixels that an automatic exposure keeps at or below --level",
+            "percentage of the lit pixels that an automatic exposure keeps at or below --level; "
+            "those that emit do not count",
             EXPOSURE,
             "P",
             check=_number(0.0, 100.0),

@@ -129,6 +129,18 @@ def test_automatic_exposure():
     assert photo.record["time_s"] > 0.0
 
 
+def test_lamps_are_not_metered():
+    """A window may be half of the image: the room is exposed, unless there is nothing else."""
+    image = np.where(np.arange(400) < 200, 50.0, np.linspace(0.5, 1.0, 400)).reshape(20, 20, 1)
+    emission = np.where(image == 50.0, image, 0.0).astype(np.float32)
+    sensor = ideal(time=None, percentile=100.0, level=0.5)
+    result = render_of(image)
+    result.buffers["emission"] = emission
+    assert pm.expose(result, sensor).truth[10:].max() == pytest.approx(0.5, rel=1e-5)
+    result.buffers["emission"] = np.float32(image)
+    assert pm.expose(result, sensor).truth.max() == pytest.approx(0.5, rel=1e-5)
+
+
 def test_seeds():
     result, sensor = flat([1.0, 0.5, 0.2], "Nikon 5100 (NPL)"), pm.Sensor()
     first, again, other = (pm.expose(result, sensor, seed) for seed in (1, 1, 2))

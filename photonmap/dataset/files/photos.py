@@ -54,7 +54,7 @@ def add_photo(
     from photonmap.capture.expose import expose
     from photonmap.capture.files import write_photo
 
-    seen = result.select(["radiance"])
+    seen = result.select(["radiance", "emission"])
     photo = expose(seen if full else as_lean(seen)[0], sensor, seed)
     (folder / PHOTO).mkdir()
     write_photo(photo, folder / PHOTO)
