@@ -1,4 +1,4 @@
-"""Lamps for ceilings, floors, tables and walls, in metres; their emissive parts are of `LAMP`."""
+"""Lamps for ceilings, floors and tables, in metres; their emissive parts are of group `LAMP`."""
 
 from __future__ import annotations
 
@@ -107,12 +107,11 @@ def table_lamp(palette: Palette) -> SceneObject:
     return SceneObject("table lamp", parts)
 
 
-def wall_lamp(palette: Palette) -> SceneObject:
-    """Return an emissive conical shade on an arm, its back at z = 0."""
-    metal = palette.metal()
+def ceiling_spot(palette: Palette, radius: float) -> SceneObject:
+    """Return a flat round lamp below the ceiling at y = 0."""
+    disc = lathe([(0.0, 0.0), (0.85 * radius, 0.0)], segments=32)
     parts = [
-        part_at(box(0.09, 0.15, 0.02, 0.006), 0.0, 0.0, 0.01, metal),
-        part_at(box(0.02, 0.02, 0.1, 0.006), 0.0, 0.02, 0.07, metal),
-        Part(cone(0.11, 0.07, 0.17, 0.008, 16).moved((0.0, 0.045, 0.13)), palette.grey(9), LAMP),
+        part_at(cylinder(radius, 0.035, 0.008, 48), 0.0, -0.035, 0.0, palette.grey(8)),
+        Part(disc.moved((0.0, -0.037, 0.0)), palette.grey(8), LAMP),
     ]
-    return SceneObject("wall lamp", parts)
+    return SceneObject("ceiling spot", parts)

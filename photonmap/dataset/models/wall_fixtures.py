@@ -24,7 +24,8 @@ WINDOW = "window"
 def window(palette: Palette, width: float, height: float, depth: float = 0.16) -> SceneObject:
     """Return a window for an opening around x = 0, from y = 0, in a wall at z = 0.
 
-    An emissive pane closes the opening at z = −depth, behind the bars of the frame.
+    An emissive pane closes the opening at z = −depth, behind the bars of the frame. While it is
+    off, it is a pale blind that is drawn for the night.
     """
     frame, bar = palette.grey(9), 0.045
     x = 0.5 * width
@@ -41,7 +42,7 @@ def window(palette: Palette, width: float, height: float, depth: float = 0.16) -
     across = box(width, bar, 0.8 * bar)
     parts += [part_at(across, 0.0, y, z, frame) for y in (0.0, 0.62 * height, height - bar)]
     pane = parallelogram((-x, 0.0, -depth), (width, 0.0, 0.0), (0.0, height, 0.0))
-    return SceneObject("window", [*parts, Part(pane, palette.grey(2), WINDOW)])
+    return SceneObject("window", [*parts, Part(pane, palette.pale(), WINDOW)])
 
 
 def curtain(palette: Palette, rng: Random, width: float, height: float) -> SceneObject:

@@ -37,7 +37,7 @@ HUNG = (
     "mirror",
     "pendant lamp",
     "ceiling lamp",
-    "wall lamp",
+    "ceiling spot",
     "curtain",
     "wall shelf",
 )

@@ -21,14 +21,16 @@ _EYE, _AIM, _FOV = (1.3, 1.7), (0.5, 1.15), (50.0, 66.0)
 """Ranges of the camera's height, of the height it looks at, metres, and of its angle, degrees."""
 _NEAR, _FAR = 0.7, 1.9
 """Least distance to what is seen, and least median of those distances, metres."""
-_SHARE = (0.2, 0.52)
+_SHARE = (0.24, 0.55)
 """Share of the image that objects cover."""
 _LARGEST = 0.2
 """Largest share of the image that one object covers."""
-_SUBJECT = 0.04
+_SUBJECT = 0.06
 """Least share of the image that the main group covers."""
 _ANOTHER = 0.06
 """What another object of the same kind is worth."""
+_PARTS = 5
+"""Parts of the image, across and down, all of which are worth showing something."""
 _SMALL = 0.35
 """Objects up to this size, metres, count as one box."""
 
@@ -108,7 +110,9 @@ def _worth(seen: _Outlook, kinds: _Kinds) -> float:
     fits = fits and shares[kinds.subject[found]].sum() >= _SUBJECT
     if not (fits and near > _NEAR and far > _FAR):
         return 0.0
-    return len(np.unique(kinds.names[found])) + _ANOTHER * len(found)
+    rows, columns = _RAYS[1] // _PARTS, _RAYS[0] // _PARTS
+    parts = (seen.objects >= 0).reshape(_PARTS, rows, _PARTS, columns).any(axis=(1, 3))
+    return (len(np.unique(kinds.names[found])) + _ANOTHER * len(found)) * float(parts.mean())
 
 
 def _boxes_of(objects: Sequence[SceneObject], size: NDArray[np.float64]) -> _Boxes:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from photonmap.dataset.models.lamps import wall_lamp
+from photonmap.dataset.models.lamps import ceiling_spot
 from photonmap.dataset.models.palette import Palette
 from photonmap.dataset.models.shapes import Random
 from photonmap.dataset.scenes.random_lights import MOST_LIGHTS
@@ -19,8 +19,8 @@ _ATTEMPTS = 24
 
 _LAMPS = MOST_LIGHTS - 1
 """Least number of lamps in a room; with the windows, they are as many light groups as are drawn."""
-_LAMP_HEIGHTS = (1.5, 1.75)
-"""Range of the height of wall lamps that make up for missing ones, metres."""
+_APART = 0.4
+"""How far from the middle of the ceiling lamps hang that make up for missing ones, by its size."""
 
 
 def build_room(name: str, rng: Random, palette: Palette) -> UnlitScene:
@@ -51,8 +51,9 @@ def _furnished(kind: RoomKind, rng: Random, palette: Palette) -> RoomBuilder | N
     for make, heights, counts in kind.hung:
         for _ in range(int(rng.integers(counts[0], counts[1] + 1))):
             room.hang(make(rng, palette), heights)
+    spot = float(rng.uniform(0.09, 0.17))
     while room.lamps < _LAMPS:
-        if not room.hang([wall_lamp(palette)], _LAMP_HEIGHTS):
+        if not room.suspend(ceiling_spot(palette, spot), _APART):
             return None
     return room
 

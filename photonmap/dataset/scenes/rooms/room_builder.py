@@ -130,11 +130,18 @@ class RoomBuilder:
                 return True
         return False
 
-    def suspend(self, obj: SceneObject) -> bool:
-        """Hang an object from the ceiling; its top is at y = 0."""
+    def suspend(self, obj: SceneObject, reach: float = 0.1) -> bool:
+        """Hang an object from the ceiling; its top is at y = 0.
+
+        Parameters
+        ----------
+        obj : to hang
+        reach : greatest distance from the middle at first, as a fraction of the room's size
+        """
         for attempt in range(_ATTEMPTS):
-            reach = (0.1 + 0.2 * attempt / _ATTEMPTS) * self._size[::2]
-            x, z = self._rng.uniform(-reach, reach)
+            part = max(reach, 0.1 + 0.2 * attempt / _ATTEMPTS)
+            limits = part * self._size[::2]
+            x, z = self._rng.uniform(-limits, limits)
             if self._add([obj], obj.boxes, np.array([x, self._size[1], z])):
                 return True
         return False
