@@ -82,10 +82,28 @@ def _add_images(parser: argparse.ArgumentParser) -> None:
     what.add_argument(
         "--seed", type=reader(int), default=0, metavar="N", help="first of the seeds (default: 0)"
     )
+    _add_looks(what)
+    add_measured_sets(what)
+
+
+def _add_looks(what: argparse._ArgumentGroup) -> None:
+    """Add the options that decide how procedural scenes look, and what lights them."""
     what.add_argument(
         "--materials",
         choices=("lambertian", "mixed"),
         help="materials of procedural scenes (default: the preset's, or lambertian)",
+    )
+    what.add_argument(
+        "--lightness",
+        type=reader(float),
+        metavar="R",
+        help="mean reflectance of procedural scenes (default: the preset's, or as chips are drawn)",
+    )
+    what.add_argument(
+        "--scale",
+        type=reader(float),
+        metavar="F",
+        help="factor of the size of rooms, 0.8 to 3 (default: the preset's, or 1)",
     )
     what.add_argument(
         "--illuminations",
@@ -95,7 +113,6 @@ def _add_images(parser: argparse.ArgumentParser) -> None:
         help="names separated by commas, such as white,random_3 (default: the preset's, or white,"
         "colored,two_planckian,two_mixed)",
     )
-    add_measured_sets(what)
 
 
 def _add_work(parser: argparse.ArgumentParser) -> None:
@@ -214,10 +231,14 @@ def _plan(options: argparse.Namespace) -> tuple[CommonSettings, list[Job], dict[
         name: str(Path(path).resolve()) if path else None
         for name, path in describe_measured_sets().items()
     }
+    looks = {
+        name: getattr(preset, name) if getattr(options, name) is None else getattr(options, name)
+        for name in ("materials", "lightness", "scale")
+    }
     common = describe_inputs(
         CommonSettings(
             **given | {"bands": str(options.bands)},
-            materials=options.materials or preset.materials,
+            **looks,
             recolor=preset.recolor,
             rgb=options.rgb,
             **sets,

@@ -161,6 +161,14 @@ def test_presets_may_draw_lights(tmp_path):
     assert fixed.digest != replace(fixed, shares=(0.5, 0.5)).digest
 
 
+def test_lightness_and_scale_are_read_and_checked(tmp_path):
+    preset = load_preset(write(tmp_path, 'scenes = ["study"]\nlightness = 0.3\nscale = 2'))
+    assert (preset.lightness, preset.scale) == (0.3, 2.0)
+    for changes in ({"lightness": 1.5}, {"scale": 9.0}):
+        with pytest.raises(InputError, match="must be"):
+            replace(COMMON, **changes)
+
+
 def test_illuminations_of_a_preset_are_replaced():
     assert with_illuminations(load_preset("small"), []) == load_preset("small")
     assert with_illuminations(load_preset("small"), ["random"]).illuminations == ("random",)
@@ -186,6 +194,7 @@ def test_illuminations_of_a_preset_are_replaced():
         ('scenes = ["vase"]\n[[view]]\nname = "a"\nyaw = "x"', "must be finite numbers"),
         ('scenes = ["vase"]\n[[illumination]]\nname = "a"', "'a' needs colors"),
         ('scenes = ["vase"]\n[[illumination]]\nname = "a"\ncolors = []', "has no colours"),
+        ('scenes = ["vase"]\nscale = "large"', "scale 'large' is not a number"),
         (f"{DUSK}colors = ['A', 'D65']\nshares = [1]", "has 2 colours and 1 shares"),
         (f"{DUSK}colors = ['A', 'D65']\nshares = 0.5", "shares 0.5 is not a list"),
         (f"{DUSK}lights = [2, 9]", "give two numbers from 1 to 4, the lower one first"),

@@ -39,7 +39,9 @@ def make_scene(job: Job) -> Scene:
     """
     illumination = Illumination(job.illumination, job.colors, job.shares)
     if job.is_procedural:
-        scene = build_scene(job.scene, job.seed, illumination, job.common.materials)
+        common = job.common
+        looks = common.materials, common.lightness, common.scale
+        scene = build_scene(job.scene, job.seed, illumination, *looks)
     else:
         scene = _load(job.scene)
         if _digest(scene) != job.content:

@@ -15,7 +15,7 @@ import numpy as np
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.presets import Preset
 from photonmap.dataset.models.palette import MATERIALS
-from photonmap.dataset.scenes.build import LARGEST_SEED, SCENES, draw_illumination
+from photonmap.dataset.scenes.build import LARGEST_SEED, SCENES, check_looks, draw_illumination
 from photonmap.dataset.scenes.illumination import Illumination, light_spectrum
 from photonmap.dataset.scenes.views import View
 from photonmap.errors import InputError
@@ -39,6 +39,7 @@ class CommonSettings:
     rgb : space of images in RGB, see `photonmap.spectra.rgb_spaces`
     pixel : where samples lie in a pixel, as `photonmap.render` takes it
     materials : of procedural scenes, one of `photonmap.dataset.models.palette.MATERIALS`
+    lightness, scale : of procedural scenes, see `photonmap.dataset.scenes.build.build_scene`
     recolor : give the surfaces of the user's scenes random Munsell chips
     munsell, illuminants : paths of measured sets, or None
     inputs : digest of the band curves and of the files of measured sets
@@ -50,10 +51,16 @@ class CommonSettings:
     pixel: str = "box"
     rgb: str = REC2020
     materials: str = MATERIALS[0]
+    lightness: float | None = None
+    scale: float = 1.0
     recolor: bool = False
     munsell: str | None = None
     illuminants: str | None = None
     inputs: str = ""
+
+    def __post_init__(self) -> None:
+        """Check the lightness and the scale before anything is rendered."""
+        check_looks(self.lightness, self.scale)
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,8 @@ from photonmap.runtime.options import check_size
 from photonmap.runtime.wording import shown, suggest
 
 _LISTS = ("scenes", "illuminations", "files")
-_KEYS = (*_LISTS, "materials", "recolor", "illumination", "view", "trajectory", "split")
+_PLAIN = (*_LISTS, "materials", "lightness", "scale", "recolor")
+_KEYS = (*_PLAIN, "illumination", "view", "trajectory", "split")
 _VIEW = ("name", "yaw", "pitch", "distance", "fov", "baseline")
 _LIGHT = ("name", "colors", "shares", "lights")
 _PATH, _LOOK = (*_VIEW, "frames"), ("size", "fov")
@@ -66,7 +67,7 @@ class Preset:
     files : scene files of the user
     illuminations : names from `photonmap.dataset.scenes.illumination.NAMED`, or objects
     views : of each scene
-    materials : of procedural scenes
+    materials, lightness, scale : of procedural scenes, as `build_scene` takes them
     recolor : give the surfaces of the user's scenes random Munsell chips
     splits : the looks of splits by their names
     """
@@ -79,6 +80,8 @@ class Preset:
     materials: str = MATERIALS[0]
     recolor: bool = False
     splits: Mapping[str, Look] = field(default_factory=dict)
+    lightness: float | None = None
+    scale: float = 1.0
 
 
 PRESETS = {
@@ -97,7 +100,7 @@ def load_preset(name: str) -> Preset:
     `shares`, or `lights`, the lowest and the highest number of lights that are drawn; sections
     `[[view]]` with `name`, `yaw` and `pitch` (degrees), `distance`, `fov` and, for a stereo pair,
     `baseline`; sections `[[trajectory]]` with the same and `frames`; sections `[split.NAME]` with
-    `size` and `fov`; `materials`; `recolor`.
+    `size` and `fov`; `materials`; `lightness`; `scale`; `recolor`.
 
     Raises
     ------
@@ -139,12 +142,6 @@ def _read(toml: Toml) -> Preset:
         raise InputError(
             'has no scenes; write scenes = ["vase"] or files = ["room.obj"]', toml.path
         )
-    materials = toml.sections.get("materials", MATERIALS[0])
-    if materials not in MATERIALS:
-        raise toml.error(f"materials {shown(materials)} must be one of {MATERIALS}", "materials")
-    recolor = toml.sections.get("recolor", False)
-    if not isinstance(recolor, bool):
-        raise toml.error(f"recolor {shown(recolor)} must be true or false", "recolor")
     lights: tuple[Lights, ...] = (*lists["illuminations"], *_illuminations(toml))
     views = _views(toml)
     return Preset(
@@ -153,10 +150,29 @@ def _read(toml: Toml) -> Preset:
         files,
         lights or ILLUMINATIONS,
         views,
-        materials,
-        recolor,
-        _looks(toml),
+        splits=_looks(toml),
+        **_surfaces(toml),
     )
+
+
+def _surfaces(toml: Toml) -> dict[str, Any]:
+    """Read what all scenes share: materials, their lightness, recolouring and the rooms' scale."""
+    materials = toml.sections.get("materials", MATERIALS[0])
+    if materials not in MATERIALS:
+        raise toml.error(f"materials {shown(materials)} must be one of {MATERIALS}", "materials")
+    recolor = toml.sections.get("recolor", False)
+    if not isinstance(recolor, bool):
+        raise toml.error(f"recolor {shown(recolor)} must be true or false", "recolor")
+    keys = [key for key in ("lightness", "scale") if key in toml.sections]
+    numbers: dict[str, Any] = {key: _number(toml, key) for key in keys}
+    return {"materials": materials, "recolor": recolor, **numbers}
+
+
+def _number(toml: Toml, key: str) -> float:
+    value = toml.sections[key]
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise toml.error(f"{key} {shown(value)} is not a number", key)
+    return float(value)
 
 
 def _strings(toml: Toml, key: str) -> tuple[str, ...]:

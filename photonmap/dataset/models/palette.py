@@ -19,6 +19,8 @@ HUES = ("R", "YR", "Y", "GY", "G", "BG", "B", "PB", "P", "RP")
 """Munsell hue families in the order of the hue circle, ten steps each."""
 COAT = 0.05
 """Specular reflectance of glaze and varnish."""
+GLAZED = "glazed "
+"""What the name of a chip under a coat begins with."""
 MATERIALS = ("lambertian", "mixed")
 
 
@@ -53,18 +55,26 @@ class Palette:
     materials : "lambertian"; or "mixed", where ceramics and varnished wood have a specular coat,
         metal is a mirror and bottles are glass
 
+    lightness : mean reflectance of the finished scene, see `photonmap.dataset.models.lightness`;
+        None for that of the chips as they are drawn
+
     Raises
     ------
     InputError : materials of another name
     """
 
-    def __init__(self, rng: np.random.Generator, materials: str = "lambertian") -> None:
+    def __init__(
+        self,
+        rng: np.random.Generator,
+        materials: str = "lambertian",
+        lightness: float | None = None,
+    ) -> None:
         if materials not in MATERIALS:
             raise InputError(
                 f"materials {materials!r} is neither {' nor '.join(map(repr, MATERIALS))}"
             )
         self._rng, self._known = rng, dict[str, Material]()
-        self.mixed = materials == "mixed"
+        self.mixed, self.lightness = materials == "mixed", lightness
         self.key = float(rng.uniform(0.0, 100.0))
         """The dominant hue, 0 to 100."""
 
@@ -123,7 +133,7 @@ class Palette:
         """Return a chip under a specular coat; the base receives only what the coat transmits."""
         if not self.mixed or not isinstance(material.reflectance, Spectrum):
             return material
-        name = f"glazed {material.name}"
+        name = f"{GLAZED}{material.name}"
         made = Material(name, (1.0 - COAT) * material.reflectance, mirror=COAT)
         return self._known.setdefault(name, made)
 

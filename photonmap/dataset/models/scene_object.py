@@ -134,16 +134,17 @@ def with_unique_names(objects: Iterable[SceneObject]) -> list[SceneObject]:
 
 
 def to_meshes(obj: SceneObject, emitter_material: Callable[[Part], Material]) -> list[Mesh]:
-    """Return an object as meshes that bear its name, one per material.
+    """Return an object as meshes that bear its name, one per material and light group.
 
     Parameters
     ----------
     emitter_material : returns the material of a part that belongs to a light group
     """
-    by_material: dict[int, tuple[Material, list[Shape]]] = {}
+    by_material: dict[tuple[int, str], tuple[Material, list[Shape]]] = {}
     for part in obj.parts:
         material = emitter_material(part) if part.light_group else part.material
-        by_material.setdefault(id(material), (material, []))[1].append(part.shape)
+        key = id(material), part.light_group
+        by_material.setdefault(key, (material, []))[1].append(part.shape)
     meshes = []
     for material, shapes in by_material.values():
         shape = joined(shapes)

@@ -23,6 +23,9 @@ from photonmap.scene.scene import Scene
 SCENES = (*OBJECTS, *ROOMS)
 """Names of all scenes: single objects, then rooms."""
 
+SCALES = (0.8, 3.0)
+"""Smallest and largest factor of the size of rooms."""
+
 LARGEST_SEED = 2**63 - 1
 """The largest seed of a scene."""
 
@@ -32,11 +35,13 @@ def build_scene(
     seed: int = 0,
     illumination: str | Illumination | RandomLights = "white",
     materials: str = "lambertian",
+    lightness: float | None = None,
+    scale: float = 1.0,
 ) -> Scene:
     """Build a scene; equal arguments give equal arrays.
 
     The illumination changes the emitters alone: shapes, positions and reflectances depend on the
-    name, the seed and the materials.
+    name, the seed and the materials. The lightness changes only the reflectances.
 
     Parameters
     ----------
@@ -44,6 +49,9 @@ def build_scene(
     seed : draws shapes, positions, reflectances, and the colours of the illumination
     illumination : one of `photonmap.dataset.scenes.illumination.NAMED`, or your own
     materials : "lambertian", or "mixed" with glazes, mirrors and glass
+    lightness : mean reflectance over the area of all surfaces, from 0 to 1; None for that of the
+        chips as they are drawn
+    scale : factor of a room's size; single objects have theirs
 
     Returns
     -------
@@ -51,9 +59,9 @@ def build_scene(
 
     Raises
     ------
-    InputError : the scene, illumination or materials are unknown, or the seed is out of range
+    InputError : the scene, illumination or materials are unknown, or a number is out of range
     """
-    unlit = build_unlit_scene(name, seed, materials)
+    unlit = build_unlit_scene(name, seed, materials, lightness, scale)
     return unlit.lit(draw_illumination(name, seed, illumination))
 
 
@@ -66,13 +74,35 @@ def draw_illumination(
     return choose_illumination(found, _random(f"{purpose} of {name}", seed))
 
 
-def build_unlit_scene(name: str, seed: int = 0, materials: str = "lambertian") -> UnlitScene:
+def build_unlit_scene(
+    name: str,
+    seed: int = 0,
+    materials: str = "lambertian",
+    lightness: float | None = None,
+    scale: float = 1.0,
+) -> UnlitScene:
     """Build a scene whose emitters are off, to light it in several ways; see `build_scene`."""
     if name not in SCENES:
         raise InputError(f"there is no scene {name!r}; {suggest(str(name), SCENES)}")
+    check_looks(lightness, scale)
     rng = _random(name, seed)
-    palette = Palette(rng.spawn(1)[0], materials)
-    return ROOMS[name](rng, palette) if name in ROOMS else build_object(name, rng, palette)
+    palette = Palette(rng.spawn(1)[0], materials, lightness)
+    if name in ROOMS:
+        return ROOMS[name](rng, palette, scale)
+    return build_object(name, rng, palette)
+
+
+def check_looks(lightness: float | None, scale: float) -> None:
+    """Check the lightness of a scene and the scale of a room.
+
+    Raises
+    ------
+    InputError : one of them is out of range
+    """
+    if lightness is not None and not 0.0 < lightness < 1.0:
+        raise InputError(f"lightness {lightness:g} must be between 0 and 1")
+    if not SCALES[0] <= scale <= SCALES[1]:
+        raise InputError(f"scale {scale:g} must be from {SCALES[0]:g} to {SCALES[1]:g}")
 
 
 def _random(name: str, seed: int) -> np.random.Generator:

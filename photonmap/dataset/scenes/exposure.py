@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.dataset.models.lamps import LAMP
+from photonmap.dataset.models.lightness import reflectance_of
 from photonmap.dataset.models.scene_object import SceneObject
 from photonmap.dataset.models.shapes import Floats, joined, normalised
 from photonmap.dataset.models.wall_fixtures import WINDOW
@@ -23,7 +24,6 @@ from photonmap.errors import InputError
 from photonmap.integrators.sight import Sight
 from photonmap.scene.camera import Camera
 from photonmap.scene.material import Material
-from photonmap.spectra.curves import Spectrum
 
 LEVEL = 1.0
 """Median irradiance of what the camera sees, W·m⁻², to which emitters are set."""
@@ -96,14 +96,6 @@ class _LightMeter:
         areas = np.array([part.shape.area for part in self._parts])
         mean = float(areas @ [reflectance_of(part.material) for part in self._parts] / areas.sum())
         return mean / (1.0 - mean) / float(areas.sum())
-
-
-def reflectance_of(material: Material) -> float:
-    """Return the mean diffuse and mirrored reflectance of a material over its wavelengths."""
-    paint = material.reflectance
-    diffuse = float(paint.values.mean()) if isinstance(paint, Spectrum) else 0.0
-    mirrored = material.mirror if isinstance(material.mirror, float) else 0.0
-    return diffuse + mirrored
 
 
 def _spread(corners: Floats) -> tuple[Floats, Floats]:

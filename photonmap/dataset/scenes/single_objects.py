@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from photonmap.dataset.models.curved_shapes import knot, lump, superquadric
+from photonmap.dataset.models.lightness import with_lightness
 from photonmap.dataset.models.palette import Palette
 from photonmap.dataset.models.patterns import (
     checkerboard,
@@ -170,7 +171,7 @@ def build_object(name: str, rng: Random, palette: Palette) -> UnlitScene:
         panels.append(
             SceneObject(group, [Part(panel(position, center, side), palette.grey(2), group)])
         )
-    objects = [backdrop, obj, *panels]
+    objects = with_lightness([backdrop, obj, *panels], palette.lightness)
     received = light_received(objects, camera, list(_LIGHTS), closed=False)
     return UnlitScene(name, objects, camera, received, ("backdrop", *_LIGHTS))
 

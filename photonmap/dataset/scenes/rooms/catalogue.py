@@ -13,38 +13,56 @@ from photonmap.dataset.scenes.rooms.kinds import CORNER, FREE, KINDS, Entry, Roo
 from photonmap.dataset.scenes.rooms.room_builder import RoomBuilder
 from photonmap.dataset.scenes.rooms.shell import TURNS
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
+from photonmap.errors import InputError
 
 _ATTEMPTS = 24
 """Rooms that are furnished until a camera sees enough of one."""
 
 _LAMPS = MOST_LIGHTS - 1
 """Least number of lamps in a room; with the windows, they are as many light groups as are drawn."""
+_LOWEST = 2.3
+"""Least height of a room, metres."""
 _APART = 0.4
 """How far from the middle of the ceiling lamps hang that make up for missing ones, by its size."""
 
 
-def build_room(name: str, rng: Random, palette: Palette) -> UnlitScene:
-    """Generate a room of a kind: its size, openings, furniture, camera and colours."""
+def build_room(name: str, rng: Random, palette: Palette, scale: float = 1.0) -> UnlitScene:
+    """Generate a room of a kind: its size, openings, furniture, camera and colours.
+
+    Parameters
+    ----------
+    scale : factor of the size along all axes; there is more furniture in larger rooms
+
+    Raises
+    ------
+    InputError : no camera sees enough of a room of this size
+    """
     kind = KINDS[name]
     for _ in range(_ATTEMPTS):
-        room = _furnished(kind, rng, palette)
+        room = _furnished(kind, rng, palette, scale)
         floor = kind.floors[int(rng.integers(len(kind.floors)))]
         made = room and room.build(name, kind.main, floor, kind.walls(rng, palette))
         if made:
             return made
-    raise AssertionError(f"no camera sees enough of any {name} in {_ATTEMPTS} attempts")
+    raise InputError(
+        f"no camera sees enough of any {name} of scale {scale:g} in {_ATTEMPTS} attempts; choose "
+        "a scale nearer 1"
+    )
 
 
-def _furnished(kind: RoomKind, rng: Random, palette: Palette) -> RoomBuilder | None:
+def _furnished(kind: RoomKind, rng: Random, palette: Palette, scale: float) -> RoomBuilder | None:
     """Return a room with its furniture; None if what matters most has no place in it."""
-    size = [float(rng.uniform(*limits)) for limits in (kind.width, kind.depth, kind.height)]
+    limits = (kind.width, kind.depth, kind.height)
+    size = [float(rng.uniform(*each)) * scale for each in limits]
+    size[2] = max(size[2], _LOWEST)
     room = RoomBuilder(rng, palette, *size)
     walls = [list(TURNS)[int(i)] for i in rng.permutation(len(TURNS))]
     lamp = kind.lamps[int(rng.integers(len(kind.lamps)))]
     if not (_open(room, rng, walls, size[2]) and room.suspend(lamp(rng, palette))):
         return None
     for index, entry in enumerate(kind.entries):
-        count = int(rng.integers(entry.count[0], entry.count[1] + 1))
+        drawn = int(rng.integers(entry.count[0], entry.count[1] + 1))
+        count = max(entry.count[0], round(drawn * scale))
         placed = sum(_place(room, entry, rng, palette) for _ in range(count))
         if index == 0 and not placed:
             return None
@@ -77,7 +95,7 @@ def _place(room: RoomBuilder, entry: Entry, rng: Random, palette: Palette) -> bo
     return room.place_at_wall(group, entry.where == CORNER)
 
 
-ROOMS: dict[str, Callable[[Random, Palette], UnlitScene]] = {
+ROOMS: dict[str, Callable[[Random, Palette, float], UnlitScene]] = {
     name: partial(build_room, name) for name in KINDS
 }
 """Builders of rooms by name."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from photonmap.dataset.models import wall_fixtures
 from photonmap.dataset.models.lamps import LAMP, is_lamp, numbered
+from photonmap.dataset.models.lightness import with_lightness
 from photonmap.dataset.models.palette import Palette
 from photonmap.dataset.models.scene_object import SceneObject, bounds_of, overlap
 from photonmap.dataset.models.shapes import Floats, Random
@@ -163,7 +164,7 @@ class RoomBuilder:
         camera = find_camera(self._rng, seen, self._subject, places, self._size)
         if camera is None:
             return None
-        objects = [
+        objects: Sequence[SceneObject] = [
             floor(self._rng, self._palette, self._size),
             shell.ceiling(self._palette, self._size),
             shell.walls(walls, self._size, self._windows),
@@ -171,6 +172,7 @@ class RoomBuilder:
             *self._frames,
             *numbered(self._objects),
         ]
+        objects = with_lightness(objects, self._palette.lightness)
         spare = [f"{LAMP} {number}" for number in range(2, self.lamps + 1)]
         groups = [main, *({wall_fixtures.WINDOW, LAMP} - {main}), *spare]
         received = light_received(objects, camera, groups)
