@@ -82,6 +82,12 @@ def describe_cameras(images: Dataset) -> dict[str, Any]:
             "intrinsics": "pixels; the centre of the first pixel is at (0.5, 0.5)",
         },
         "images": {
-            entry["name"]: {"size": entry["size"], **entry["camera"]} for entry in images.entries
+            entry["name"]: {
+                "scene": entry["geometry"],
+                "view": entry["job"]["view"],
+                "size": entry["size"],
+                **entry["camera"],
+            }
+            for entry in images.entries
         },
     }

@@ -19,8 +19,13 @@ from photonmap.scene.scene import Scene
 
 TRIES = 64
 """Cameras that are tried for a view, from what was asked for to what the scene has."""
+_KEPT = 64
+"""Views whose cameras are remembered: they are sought once for all lights and frames."""
 _YAW, _PITCH, _DISTANCE = 25.0, 8.0, 0.25
 """Greatest standard deviations of tries: degrees, degrees, and of the logarithm of distance."""
+
+_found: dict[tuple[str, Camera, View], list[Camera] | None] = {}
+"""Cameras that were found in this process, by identity, the scene's own camera, and view."""
 
 
 def find_camera(view: View, scene: Scene, identity: str) -> Camera:
@@ -46,20 +51,28 @@ def find_camera(view: View, scene: Scene, identity: str) -> Camera:
     if view.is_own and not view.baseline:
         return own
     view.move(own)  # or say why it cannot be
-    onlooker = Onlooker(scene)
-    seed = zlib.crc32(f"{identity} {view.search}".encode())
-    rng = np.random.Generator(np.random.PCG64(seed))
-    if view.path:
-        path = find_path(view, own, onlooker, rng)
-        camera = None if path is None else path[view.frame]
-    else:
-        camera = _find_near(view, own, onlooker, rng)
-    if camera is None:
+    key = identity, own, replace(view, name=view.search, side="", frame=0)
+    if key not in _found:
+        while len(_found) >= _KEPT:
+            del _found[next(iter(_found))]
+        _found[key] = _search(view, own, scene, identity)
+    if (cameras := _found[key]) is None:
         raise InputError(
             f"view {view.name!r} of {scene.name!r}: {TRIES} cameras near it are inside walls or "
             f"see too little; choose another yaw, pitch, distance or baseline"
         )
-    return _on_side(camera, view)
+    return _on_side(cameras[view.frame], view)
+
+
+def _search(view: View, own: Camera, scene: Scene, identity: str) -> list[Camera] | None:
+    """Return the cameras of all frames of a path, or of a view alone; None if none are good."""
+    onlooker = Onlooker(scene)
+    seed = zlib.crc32(f"{identity} {view.search}".encode())
+    rng = np.random.Generator(np.random.PCG64(seed))
+    if view.path:
+        return find_path(view, own, onlooker, rng)
+    camera = _find_near(view, own, onlooker, rng)
+    return None if camera is None else [camera]
 
 
 def _with_fov(camera: Camera, view: View) -> Camera:
@@ -76,7 +89,7 @@ def _with_fov(camera: Camera, view: View) -> Camera:
 
 def _on_side(camera: Camera, view: View) -> Camera:
     """Return the camera of a pair that a view is; the camera itself where it is none."""
-    if not view.baseline:
+    if not view.side:
         return camera
     return replace(camera.stereo(view.baseline)[SIDES.index(view.side)], name=camera.name)
 

@@ -13,6 +13,7 @@ from photonmap.dataset.jobs import flows
 from photonmap.dataset.jobs.job_scene import make_scene
 from photonmap.dataset.jobs.plan import CommonSettings, Job, plan_jobs
 from photonmap.dataset.jobs.presets import load_preset
+from photonmap.dataset.scenes import view_search
 from photonmap.dataset.scenes.sight import is_way_free
 from photonmap.dataset.scenes.views import View
 from photonmap.integrators.look import Onlooker
@@ -51,6 +52,7 @@ def test_pairs_and_paths(tmp_path):
     assert len(jobs) == 2 * (2 + 9)
     found = cameras_of(jobs[:11])
     assert list(found) == ["pair_left", "pair_right", *(f"walk-{i:04}" for i in range(9))]
+    view_search._found.clear()
     assert cameras_of(jobs[11:]) == found
     left, right = found["pair_left"], found["pair_right"]
     np.testing.assert_allclose(
