@@ -33,7 +33,8 @@ _NAMED = 4
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.usage = (
-        f"{parser.prog} FOLDER [options]\n       {parser.prog} verify FOLDER [--sample N]\n"
+        f"{parser.prog} FOLDER [options]\n"
+        f"       {parser.prog} verify FOLDER [--sample N] [--scenes DIR]\n"
         f"       {parser.prog} flow FOLDER\n       {parser.prog} publish FOLDER --license NAME"
     )
     parser.add_argument(
@@ -53,6 +54,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=1,
         metavar="N",
         help="number of images to render again and compare (default: 1)",
+    )
+    check.add_argument(
+        "--scenes",
+        metavar="DIR",
+        help="where scene files are that are not where the set was made; also for flow",
     )
     add = parser.add_argument_group("publish")
     add.add_argument(
@@ -181,13 +187,13 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
     from photonmap.dataset.files.image_files import check_formats
     from photonmap.dataset.files.manifest import check_dataset_folder
     from photonmap.dataset.files.photos import choose_sensor
-    from photonmap.dataset.jobs.make_dataset import describe_dataset, make_dataset
+    from photonmap.dataset.jobs.make_dataset import describe_dataset, make_dataset, read_identity
     from photonmap.dataset.jobs.schedule import check_scheduler
 
     formats = tuple(dict.fromkeys(options.format))
     check_formats(formats)
     check_scheduler(options.scheduler, options.workers)
-    common, jobs, faults = _plan(options)
+    common, jobs, faults = _plan(options, read_identity(folder))
     sensor, described = choose_sensor(options.sensor)
     head = describe_dataset(options.preset, common, formats, jobs, options.full, described)
     check_dataset_folder(folder, head, options.resume or options.dry_run)
@@ -215,7 +221,9 @@ def _tell(faults: dict[str, str]) -> int:
     return FAILED if faults else 0
 
 
-def _plan(options: argparse.Namespace) -> tuple[CommonSettings, list[Job], dict[str, str]]:
+def _plan(
+    options: argparse.Namespace, identity: str
+) -> tuple[CommonSettings, list[Job], dict[str, str]]:
     """Check the options; list the images, and why scene files cannot be read."""
     from photonmap.dataset.jobs.job_scene import describe_inputs, read_user_scenes
     from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
@@ -241,8 +249,9 @@ def _plan(options: argparse.Namespace) -> tuple[CommonSettings, list[Job], dict[
             **looks,
             recolor=preset.recolor,
             rgb=options.rgb,
+            identity=identity,
             **sets,
-        )
+        ).with_curves(lambda _, path: str(path.resolve()))
     )
     files, faults = read_user_scenes(preset.files)
     if faults and not (files or preset.scenes):
@@ -300,7 +309,9 @@ def _report(folder: Path, outcome: Outcome, options: argparse.Namespace) -> int:
 def _verify(folder: Path, options: argparse.Namespace) -> int:
     from photonmap.dataset.jobs.verify import verify
 
-    faults = verify(folder, options.sample, None if options.quiet else print)
+    use_measured_sets(options.munsell, options.illuminants)
+    log = None if options.quiet else print
+    faults = verify(folder, options.sample, log, scenes=options.scenes)
     for fault in faults:
         print(f"photonmap: fault: {fault}", file=sys.stderr)
     return FAILED if faults else 0
@@ -309,7 +320,9 @@ def _verify(folder: Path, options: argparse.Namespace) -> int:
 def _write_flow(folder: Path, options: argparse.Namespace) -> int:
     from photonmap.dataset.jobs.flows import FOLDER, write_flows
 
-    written = write_flows(folder, (lambda line: None) if options.quiet else _print_progress)
+    use_measured_sets(options.munsell, options.illuminants)
+    log = (lambda line: None) if options.quiet else _print_progress
+    written = write_flows(folder, log, options.scenes)
     if not options.quiet:
         print(f"{len(written)} pairs of views: {folder / FOLDER}")
     return 0

@@ -172,9 +172,9 @@ def test_verify_draws_another_sample_each_time(tmp_path, monkeypatch):
     preset.write_text('scenes = ["jug", "bowl"]\nilluminations = ["white", "colored", "two_mixed"]')
     assert main(["dataset", str(tmp_path / "set"), "--preset", str(preset), *SIZE]) == 0
     drawn = []
-    monkeypatch.setattr(verify_module, "_faults", lambda image, log: [])
+    monkeypatch.setattr(verify_module, "_faults", lambda image, log, find: [])
     monkeypatch.setattr(
-        verify_module, "_render_again", lambda image, log: drawn.append(image.name) or []
+        verify_module, "_render_again", lambda image, log, find: drawn.append(image.name) or []
     )
     for _ in range(30):
         verify(tmp_path / "set")

@@ -12,8 +12,10 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from photonmap.dataset.files.inputs import CURVES
 from photonmap.errors import InputError
 from photonmap.runtime.file_checks import check_output_folder
+from photonmap.spectra.sensor_curves import table_of
 
 HEAD, LINES = "manifest.json", "manifest.jsonl"
 FORMAT = "photonmap data set 2"
@@ -82,7 +84,12 @@ def _difference(there: dict[str, Any], here: dict[str, Any]) -> str:
         **{key: (there["common"].get(key), value) for key, value in here["common"].items()},
         **{key: (there["versions"].get(key), value) for key, value in here["versions"].items()},
     }
-    del pairs["munsell"], pairs["illuminants"]
+    for name in ("munsell", "illuminants", "identity"):
+        pairs.pop(name, None)
+    if here["common"].get("identity"):
+        tables = (name for name in CURVES if all(map(table_of, pairs[name])))
+        pairs |= dict.fromkeys(tables, ("", ""))  # `inputs` tells whether their curves differ
+    pairs["sensor"] = (_sensor(there), _sensor(here))
     if pairs["inputs"][0] != pairs["inputs"][1]:
         pairs["curves of bands or measured sets"] = ("others", "these")
     del pairs["inputs"]
@@ -90,6 +97,14 @@ def _difference(there: dict[str, Any], here: dict[str, Any]) -> str:
     if not differences and not set(there["images"]) & set(here["images"]):
         return f"preset {there['preset']} and other seeds there, {here['preset']} here"
     return differences
+
+
+def _sensor(head: dict[str, Any]) -> dict[str, Any] | None:
+    """Return what a head says of its sensor, but for the name of its file of sensitivities."""
+    sensor = head.get("sensor")
+    if sensor is None or table_of(sensor["camera"]) is None:
+        return sensor
+    return {**sensor, "camera": "a file"}
 
 
 def describe_differences(pairs: dict[str, tuple[Any, Any]]) -> str:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.dataset.files.inputs import with_table
 from photonmap.dataset.files.splits import (
     FRACTIONS,
     LAYOUT,
@@ -83,15 +84,22 @@ class Image(Mapping[str, Array]):
         path = self.folder / RGB_EXR
         if path.is_file():
             return Parts(path)
-        return read_rgb(self.folder, self.entry.get("rgb", {}).get("space", SRGB))
+        return read_rgb(self.folder, with_table(self._space, self._locate))
 
     @cached_property
     def srgb(self) -> Mapping[str, Array]:
         """Arrays in linear sRGB by name, whatever the set's RGB."""
         from photonmap.dataset.files.image_files import read_rgb
 
-        is_set = self.entry.get("rgb", {}).get("space", SRGB) == SRGB
-        return self.rgb if is_set else read_rgb(self.folder, SRGB)
+        return self.rgb if self._space == SRGB else read_rgb(self.folder, SRGB)
+
+    @property
+    def _space(self) -> str:
+        """The set's RGB."""
+        return self.entry.get("rgb", {}).get("space", SRGB)
+
+    def _locate(self, path: Path) -> str:
+        return str(self.folder.parent / path)
 
     @cached_property
     def photo(self) -> Photo:

@@ -13,6 +13,7 @@ import numpy as np
 from photonmap.dataset.files.flow import Eye, Flow, Target, find_targets, flow_of
 from photonmap.dataset.files.manifest import locked
 from photonmap.dataset.files.reader import Dataset, Image, open_dataset
+from photonmap.dataset.jobs.inputs import input_finder
 from photonmap.dataset.jobs.job_scene import make_scene
 from photonmap.dataset.jobs.plan import Job
 from photonmap.dataset.jobs.render_image import select_measured_sets
@@ -29,7 +30,9 @@ _SAME = 1e-4
 
 
 def write_flows(
-    folder: str | PathLike[str], log: Callable[[str], None] = lambda line: None
+    folder: str | PathLike[str],
+    log: Callable[[str], None] = lambda line: None,
+    scenes: str | PathLike[str] | None = None,
 ) -> list[Path]:
     """Write flow/SCENE-FIRST-to-SECOND.npz for every pair of views, both ways.
 
@@ -37,6 +40,12 @@ def write_flows(
     is hidden; the light does not matter, so there is one file for all lights. A file has `flow`,
     `valid`, `inside` and `visible` as `photonmap.dataset.files.flow.Flow` has them, and
     `disparity` for stereo pairs.
+
+    Parameters
+    ----------
+    folder : of the data set
+    log : called with a line for each pair
+    scenes : folder in which scene files are looked for that are not where the manifest says
 
     Raises
     ------
@@ -51,14 +60,14 @@ def write_flows(
             "[[trajectory]]",
             folder,
         )
-    place = Path(folder) / FOLDER
+    place, find = Path(folder) / FOLDER, input_finder(Path(folder), scenes)
     written = []
     with locked(Path(folder)):
         place.mkdir(exist_ok=True)
         known: dict[str, Onlooker] = {}
         for name, (first, second) in pairs.items():
             if first.geometry not in known:
-                known = {first.geometry: _look_at(second)}
+                known = {first.geometry: _look_at(find(Job.from_description(second.entry["job"])))}
             _save(flow_by_rays(first, second, known[first.geometry]), place / f"{name}.npz")
             written.append(place / f"{name}.npz")
             log(f"{len(written)}/{len(pairs)} {name}")
@@ -89,8 +98,7 @@ def _partners(view: View) -> Iterator[View]:
                 yield replace(view, frame=view.frame + step).renamed()
 
 
-def _look_at(image: Image) -> Onlooker:
-    job = Job.from_description(image.entry["job"]).located(image.folder.parent)
+def _look_at(job: Job) -> Onlooker:
     select_measured_sets(job)
     return Onlooker(make_scene(job))
 

@@ -63,10 +63,20 @@ def read_user_scenes(paths: Iterable[str]) -> tuple[list[UserScene], dict[str, s
     scenes, faults = [], {}
     for path in paths:
         try:
-            scenes.append(UserScene(str(Path(path).resolve()), _digest(_load(path))))
+            scenes.append(UserScene(str(Path(path).resolve()), digest_of(path)))
         except InputError as error:
             faults[path] = str(error)
     return scenes, faults
+
+
+def digest_of(path: str | os.PathLike[str]) -> str:
+    """Return the digest of the scene in a file.
+
+    Raises
+    ------
+    InputError : it cannot be read
+    """
+    return _digest(_load(str(path)))
 
 
 def describe_inputs(common: CommonSettings) -> CommonSettings:
@@ -82,7 +92,8 @@ def describe_inputs(common: CommonSettings) -> CommonSettings:
         digest.update(json.dumps(Bands.parse(common.rgb).describe()).encode())
     for name in (common.munsell, common.illuminants):
         for file in _files_of(name):
-            digest.update(file.name.encode() + b"\0" + file.read_bytes())
+            named = not common.is_by_content or file != Path(name or "")
+            digest.update((file.name.encode() if named else b"") + b"\0" + file.read_bytes())
         digest.update(b";")
     return replace(common, inputs=digest.hexdigest()[:_DIGITS])
 

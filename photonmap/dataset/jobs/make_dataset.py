@@ -13,13 +13,16 @@ from typing import Any
 from photonmap.capture.sensor import Sensor
 from photonmap.dataset.files.manifest import (
     FORMAT,
+    HEAD,
     append_line,
     locked,
+    read_head,
     remove_leftovers,
     write_head,
     write_lines,
 )
-from photonmap.dataset.jobs.plan import CommonSettings, Job
+from photonmap.dataset.jobs.inputs import copy_inputs
+from photonmap.dataset.jobs.plan import CONTENT, TEXT, CommonSettings, Job
 from photonmap.dataset.jobs.render_image import ENTRY, Task, read_entry
 from photonmap.dataset.jobs.schedule import LOCAL, run_tasks
 from photonmap.runtime.file_checks import FULL
@@ -61,16 +64,31 @@ def describe_dataset(
 
     sets = {"munsell": common.munsell, "illuminants": common.illuminants}
     names = {name: Path(path).name if path else None for name, path in sets.items()}
+    told = asdict(common.with_curves(lambda _, path: path.name)) | names
+    if not common.is_by_content:
+        del told["identity"]
     return {
         "format": FORMAT,
         "preset": Path(preset).name,
-        "common": json.loads(json.dumps(asdict(common) | names)),
+        "common": json.loads(json.dumps(told)),
         "formats": sorted(formats),
         "full": full,
         "sensor": sensor,
         "versions": describe_code(),
         "images": [job.name for job in jobs],
     }
+
+
+def read_identity(folder: Path) -> str:
+    """Return what identifies files of bands and RGB in the data set of a folder, old or new.
+
+    Raises
+    ------
+    InputError : its manifest is damaged
+    """
+    if not (folder / HEAD).is_file():
+        return CONTENT
+    return read_head(folder)["common"].get("identity", TEXT)
 
 
 def make_dataset(
@@ -106,6 +124,8 @@ def make_dataset(
     folder.mkdir(parents=True, exist_ok=True)
     with locked(folder):
         remove_leftovers(folder)
+        if jobs:
+            copy_inputs(folder, jobs[0].common, sensor)
         write_head(folder, head)
         outcome = Outcome(_find_entries(folder, jobs, log))
         write_lines(folder, outcome.entries.values())

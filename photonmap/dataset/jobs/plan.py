@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from photonmap.dataset.files.inputs import CURVES, kept_as, seen_from, with_table
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.presets import Preset
 from photonmap.dataset.models.palette import MATERIALS
@@ -23,6 +24,8 @@ from photonmap.spectra.rgb_spaces import REC2020
 
 MAX_IMAGES = 1_000_000
 """Largest number of images in a data set."""
+CONTENT, TEXT = "content", "text"
+"""What identifies files of bands and RGB: what is in them; in old sets, how they were written."""
 _DIGITS = 10
 """Digits of a job's hash in the name of its folder."""
 
@@ -43,6 +46,7 @@ class CommonSettings:
     recolor : give the surfaces of the user's scenes random Munsell chips
     munsell, illuminants : paths of measured sets, or None
     inputs : digest of the band curves and of the files of measured sets
+    identity : what identifies files of bands and RGB, `CONTENT` or `TEXT`
     """
 
     size: tuple[int, int]
@@ -57,6 +61,31 @@ class CommonSettings:
     munsell: str | None = None
     illuminants: str | None = None
     inputs: str = ""
+    identity: str = CONTENT
+
+    @property
+    def is_by_content(self) -> bool:
+        """Whether the name and the place of a file do not matter."""
+        return self.identity == CONTENT
+
+    def without_files(self) -> dict[str, Any]:
+        """Return what decides the arrays, but for the names of files; `inputs` stands for them."""
+        described = asdict(self) | {"munsell": None, "illuminants": None}
+        del described["identity"]
+        if self.is_by_content:
+            curves = {name: with_table(described[name], lambda _: "") for name in CURVES}
+            described |= curves
+        return described
+
+    def with_curves(self, rename: Callable[[str, Path], str]) -> CommonSettings:
+        """Return the settings with their files of sensitivities renamed, by what they are for."""
+        if not self.is_by_content:
+            return self
+        bands, rgb = (
+            with_table(getattr(self, role), lambda path, role=role: rename(role, path))  # type: ignore[misc]
+            for role in CURVES
+        )
+        return replace(self, bands=bands, rgb=rgb)
 
     def __post_init__(self) -> None:
         """Check the lightness and the scale before anything is rendered."""
@@ -98,7 +127,7 @@ class Job:
         """Hash of everything that decides the arrays, independent of where files are."""
         description = self.describe()
         description["scene"] = self.stem
-        description["common"] |= {"munsell": None, "illuminants": None}
+        description["common"] = self.common.without_files()
         return hashlib.sha256(json.dumps(description, sort_keys=True).encode()).hexdigest()
 
     @property
@@ -124,12 +153,21 @@ class Job:
         return int(self.digest[:12], 16)
 
     def relative_to(self, folder: Path) -> Job:
-        """Return the job with files named as seen from a folder, as a data set's own tells them."""
-        return self._with_files(lambda path: Path(os.path.relpath(path, folder)).as_posix())
+        """Return the job with files named as seen from a data set's folder, as its manifest does.
+
+        Curves are the copies in the folder; of files far from it the names are left.
+        """
+        job = self._with_files(lambda path: seen_from(folder, path))
+        return replace(job, common=job.common.with_curves(kept_as))
 
     def located(self, folder: Path) -> Job:
         """Return the job whose files are named as `relative_to` does, with the places they have."""
-        return self._with_files(lambda path: os.path.normpath(folder.resolve() / path))
+
+        def locate(path: str | Path) -> str:
+            return os.path.normpath(folder.resolve() / path)
+
+        job = self._with_files(locate)
+        return replace(job, common=job.common.with_curves(lambda _, path: locate(path)))
 
     def _with_files(self, rename: Callable[[str], str]) -> Job:
         """Return the job with its scene file and its measured sets renamed."""
@@ -147,7 +185,8 @@ class Job:
     @classmethod
     def from_description(cls, description: dict[str, Any]) -> Job:
         """Return the job that `describe` returned a description of."""
-        common = {**description["common"], "size": tuple(description["common"]["size"])}
+        given = description["common"]
+        common = {"identity": TEXT, **given, "size": tuple(given["size"])}
         parts = {
             "colors": tuple(description["colors"]),
             "shares": tuple(description.get("shares", ())),

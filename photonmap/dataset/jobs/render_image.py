@@ -134,6 +134,8 @@ def render_job(
     result = render(scene, **options, seed=job.render_seed, threads=threads, per_light=True)
     if result.record["interrupted"]:
         raise KeyboardInterrupt
+    sets = result.record["measured_sets"]
+    result.record["measured_sets"] = {role: path and Path(path).name for role, path in sets.items()}
     result.record["white"] = None  # the colours of lights are what data sets are about
     return result
 

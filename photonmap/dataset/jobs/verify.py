@@ -13,6 +13,7 @@ from photonmap.dataset.files.image_files import hash_files, list_files
 from photonmap.dataset.files.lean import as_lean
 from photonmap.dataset.files.manifest import describe_differences
 from photonmap.dataset.files.reader import Image, open_dataset
+from photonmap.dataset.jobs.inputs import Find, input_finder
 from photonmap.dataset.jobs.job_scene import make_scene
 from photonmap.dataset.jobs.plan import Job
 from photonmap.dataset.jobs.render_image import ENTRY, render_job, select_measured_sets
@@ -34,7 +35,11 @@ Log = Callable[[str], None]
 
 
 def verify(
-    folder: str | PathLike[str], sample: int = 1, log: Log | None = None, seed: int | None = None
+    folder: str | PathLike[str],
+    sample: int = 1,
+    log: Log | None = None,
+    seed: int | None = None,
+    scenes: str | PathLike[str] | None = None,
 ) -> list[str]:
     """Check every image of a data set, and render a sample again.
 
@@ -45,6 +50,7 @@ def verify(
         for bit if versions and kernels are those that rendered them, and skipped otherwise
     log : called with a line for each check that passed or was skipped
     seed : draws the sample; None for another sample each time
+    scenes : folder in which scene files are looked for that are not where the manifest says
 
     Returns
     -------
@@ -58,21 +64,22 @@ def verify(
         raise InputError(f"sample {sample} must be a number of images, 0 or more")
     log = log or (lambda line: None)
     images = open_dataset(folder)
+    find = input_finder(images.folder, scenes)
     names = {image.name for image in images}
     faults = [f"{name}: is missing" for name in images.head["images"] if name not in names]
     for image in images:
-        found = [*_faults(image, log), *_version_faults(image.entry, images.head["versions"])]
+        found = [*_faults(image, log, find), *_version_faults(image.entry, images.head["versions"])]
         faults += [f"{image.name}: {fault}" for fault in found]
     log(f"{len(images)} images: files, numbers, identities, geometry and errors checked")
     rng = np.random.Generator(np.random.PCG64(seed))
     chosen = rng.choice(len(images), min(sample, len(images)), replace=False)
     for index in sorted(chosen.tolist()):
         image = images[index]
-        faults += [f"{image.name}: {fault}" for fault in _render_again(image, log)]
+        faults += [f"{image.name}: {fault}" for fault in _render_again(image, log, find)]
     return faults
 
 
-def _faults(image: Image, log: Log) -> Iterator[str]:
+def _faults(image: Image, log: Log, find: Find) -> Iterator[str]:
     """Yield the faults of an image that show without rendering it."""
     wanted = image.entry["files"]
     if others := sorted(set(list_files(image.folder)) - {*wanted, ENTRY}):
@@ -88,7 +95,7 @@ def _faults(image: Image, log: Log) -> Iterator[str]:
         yield from check_rgb(image)
         yield from check_formats_agree(image)
         yield from check_photo(image)
-        yield from _geometry_faults(image)
+        yield from _geometry_faults(image, find)
     except InputError as error:
         yield str(error)
         return
@@ -97,17 +104,12 @@ def _faults(image: Image, log: Log) -> Iterator[str]:
         yield f"the error {goal['limit']} was not reached, but {goal['reached']:.4g}"
 
 
-def _geometry_faults(image: Image) -> Iterator[str]:
+def _geometry_faults(image: Image, find: Find) -> Iterator[str]:
     """Yield buffers that rays traced again do not give; none where other versions traced them."""
     if image.entry["versions"] == describe_versions():
-        job = _job_of(image)
+        job = find(Job.from_description(image.entry["job"]))
         select_measured_sets(job)
         yield from check_geometry(image.result, make_scene(job), is_full(image))
-
-
-def _job_of(image: Image) -> Job:
-    """Return the job that rendered an image, with files where they are seen from its data set."""
-    return Job.from_description(image.entry["job"]).located(image.folder.parent)
 
 
 def _version_faults(entry: dict[str, Any], wanted: dict[str, str]) -> Iterator[str]:
@@ -125,14 +127,14 @@ def _file_faults(folder: Path, wanted: dict[str, str]) -> str:
     return f"missing or changed files: {', '.join(changed)}" if changed else ""
 
 
-def _render_again(image: Image, log: Log) -> Iterator[str]:
+def _render_again(image: Image, log: Log, find: Find) -> Iterator[str]:
     """Render an image again; yield the buffers that differ."""
     entry = image.entry
     if entry["versions"] != describe_versions():
         log(f"{image.name}: not rendered again, as other versions rendered it")
         return
     try:
-        job = _job_of(image)
+        job = find(Job.from_description(image.entry["job"]))
         select_measured_sets(job)
         again = render_job(job, make_scene(job), None, entry["passes"], entry.get("pass_samples"))
         before = image.result

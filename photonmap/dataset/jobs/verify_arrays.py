@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from photonmap.buffers import names_where
 from photonmap.dataset.files.image_files import BANDS_HDF5, digests, hypersim_images, read_hdf5
 from photonmap.dataset.files.image_files import read_hypersim as read_frame
+from photonmap.dataset.files.inputs import SENSOR, kept_as
 from photonmap.dataset.files.lean import fits_half, restored, to_half
 from photonmap.dataset.files.reader import Image
 from photonmap.errors import InputError
@@ -129,7 +131,7 @@ def _close(whole: NDArray[Any], parts: Sequence[NDArray[Any]], full: bool) -> bo
 def check_photo(image: Image) -> Iterator[str]:
     """Yield what is wrong with the photo of an image, if it has one: it is exposed again.
 
-    A photo by a file of sensitivities is left alone, as the file may be elsewhere.
+    A photo by a file of sensitivities of which the set has no copy is left alone.
     """
     if image.entry.get("photo") is None:
         return
@@ -140,7 +142,10 @@ def check_photo(image: Image) -> Iterator[str]:
     try:
         photo = image.photo
         sensor = Sensor(**photo.record["sensor"])
-        if table_of(sensor.camera) is None:
+        path = table_of(sensor.camera)
+        kept = path and image.folder.parent / kept_as(SENSOR, path)
+        if kept is None or kept.is_file():
+            sensor = sensor if kept is None else replace(sensor, camera=str(kept))
             again = expose(image.result, sensor, photo.record["seed"])
             if not (
                 np.array_equal(again.raw, photo.raw) and np.array_equal(again.truth, photo.truth)
