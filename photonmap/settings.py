@@ -20,6 +20,7 @@ from photonmap.errors import InputError
 from photonmap.film.budget import (
     CEILING,
     DEFAULT_ERROR,
+    ENOUGH_PHOTONS,
     LEAST_PHOTONS,
     Budget,
     check_pass_samples,
@@ -166,7 +167,7 @@ class Options:
         default=None,
         metadata=option(
             "photons emitted per pass",
-            default_text=f"one per pixel, at least {LEAST_PHOTONS}",
+            default_text=f"four per pixel from {LEAST_PHOTONS} to {ENOUGH_PHOTONS}; beyond, one",
             group="sampling",
             metavar="N",
             read=int,
@@ -320,8 +321,11 @@ def taken_by(command: str) -> list[str]:
 
 
 def usual_photons(pixels: int) -> int:
-    """Return how many photons are emitted per pass unless a user chooses a number."""
-    return max(pixels, LEAST_PHOTONS)
+    """Return how many photons are emitted per pass unless a user chooses a number.
+
+    What cells hide does not depend on the pixels: small images need nearly as many as large ones.
+    """
+    return max(pixels, min(4 * pixels, ENOUGH_PHOTONS), LEAST_PHOTONS)
 
 
 @dataclass(frozen=True, kw_only=True)

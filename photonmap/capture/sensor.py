@@ -113,13 +113,13 @@ class Sensor:
     iso: float = field(
         default=100.0,
         metadata=_option(
-            "ISO speed: gain relative to --base-iso", EXPOSURE, "N", check=_number(1.0, 1e8)
+            "speed (ISO): gain relative to --base-iso", EXPOSURE, "N", check=_number(1.0, 1e8)
         ),
     )
     base_iso: float = field(
         default=100.0,
         metadata=_option(
-            "ISO speed at which a full well is the white level",
+            "speed (ISO) at which a full well is the white level",
             EXPOSURE,
             "N",
             check=_number(1.0, 1e8),
@@ -132,7 +132,7 @@ class Sensor:
     scale: float = field(
         default=1.0,
         metadata=_option(
-            "W·m⁻²·sr⁻¹·nm⁻¹ that radiance 1 in the image stands for",
+            "what radiance 1 in the image stands for, W·m⁻²·sr⁻¹·nm⁻¹",
             EXPOSURE,
             "X",
             check=_number(0.0, 1e30, above=True),

@@ -112,6 +112,6 @@ def test_misspelt_commands(word, message, capsys, tmp_path, monkeypatch):
 def test_help_begins_with_what_there_is(capsys):
     with pytest.raises(SystemExit):
         main(["--help"])
-    head = "\n".join(capsys.readouterr().out.splitlines()[:24])
+    head = "\n".join(capsys.readouterr().out.splitlines()[:25])
     for wanted in ("dataset  Render a data set", "study    Sweep", ".gltf", ".stl", "--up z"):
         assert wanted in head
