@@ -30,7 +30,6 @@ from photonmap.compile.spectral_columns import (
 )
 from photonmap.errors import InputError, listening, warn
 from photonmap.film.bias import BiasProbe
-from photonmap.film.budget import CEILING
 from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.adaptive_sampling import AdaptiveSampling
 from photonmap.integrators.base import Integrator, PassSetup, stream_key
@@ -61,8 +60,6 @@ from photonmap.settings import Options, Settings
 
 TOLERATED_CHAINS = 1e-4
 """Fraction of pixels that may see a truncated specular chain before a warning is issued."""
-LATE = 0.9
-"""Fraction of `CEILING` from which on a render that aims at an error counts as given up."""
 
 
 @taking_keywords_of(Options)
@@ -316,8 +313,9 @@ def warn_of_truncated_paths(run: Run) -> None:
             f"{chains} pixels show more than {LONGEST_CHAIN} successive reflections, as between "
             f"facing mirrors; the light at their ends is missing"
         )
-    if goal is not None and run.loop.elapsed >= LATE * CEILING:
-        warn(f"stopped after {CEILING:.0f} s, before the error {goal} was reached")
+    if goal is not None and run.loop.is_late:
+        limit = run.settings.budget.ceiling
+        warn(f"stopped after {limit:.6g} s, before the error {goal} was reached")
 
 
 def finish(run: Run) -> Images:

@@ -53,7 +53,7 @@ RENDER, STUDY, DATASET, INFO = "render", "study", "dataset", "info"
 
 GROUPS = {
     "image": None,
-    "budget": f"at most one of these; --error {DEFAULT_ERROR} if none is given",
+    "budget": f"passes; or an error, seconds or both; --error {DEFAULT_ERROR} if none is given",
     "sampling": None,
     "resources": None,
     "files": None,
@@ -147,7 +147,7 @@ class Options:
     seconds: float | None = field(
         default=None,
         metadata=option(
-            "stop after this many seconds of rendering", group="budget", metavar="S", read=float
+            "stop after so many seconds, at any error", group="budget", metavar="S", read=float
         ),
     )
     error: float | str | None = field(
@@ -155,7 +155,7 @@ class Options:
         metadata=option(
             "stop at this relative standard error of radiance, as in 0.02; of another buffer, as "
             "in indirect:0.02; or at a percentile over pixels and bands, as in indirect:p95:0.02; "
-            f"gives up after {CEILING / 3600:g} hour",
+            f"gives up after {CEILING / 3600:g} hour, or --seconds",
             group="budget",
             metavar="E",
             read=str,

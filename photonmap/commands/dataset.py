@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from photonmap.commands.arguments import reader
+from photonmap.commands.arguments import number, reader
 from photonmap.commands.exit_codes import FAILED, INTERRUPTED
 from photonmap.commands.options import add_measured_sets, add_options, add_quiet, add_scheduler
 from photonmap.errors import InputError, warn
@@ -149,6 +149,13 @@ def _add_work(parser: argparse.ArgumentParser) -> None:
         help="also write what this camera would have recorded: its name, or a FILE.toml that "
         "`photonmap sensor` takes",
     )
+    work.add_argument(
+        "--time-limit",
+        type=number(0.001, 1e9, " s"),
+        metavar="S",
+        help="seconds of rendering after which an image stops short of its error, and is marked "
+        "(default: 1 hour)",
+    )
     add_scheduler(work)
     work.add_argument(
         "--resume", action="store_true", help="render only the images that are missing or damaged"
@@ -187,7 +194,12 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
     from photonmap.dataset.files.image_files import check_formats
     from photonmap.dataset.files.manifest import check_dataset_folder
     from photonmap.dataset.files.photos import choose_sensor
-    from photonmap.dataset.jobs.make_dataset import describe_dataset, make_dataset, read_identity
+    from photonmap.dataset.jobs.make_dataset import (
+        Extra,
+        describe_dataset,
+        make_dataset,
+        read_identity,
+    )
     from photonmap.dataset.jobs.schedule import check_scheduler
 
     formats = tuple(dict.fromkeys(options.format))
@@ -201,9 +213,10 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
         _list(jobs)
         return _tell(faults)
     report = (lambda line: None) if options.quiet else _print_progress
+    extra = Extra(sensor, options.time_limit)
     try:
         outcome = make_dataset(
-            folder, head, jobs, formats, options.scheduler, options.workers, report, sensor
+            folder, head, jobs, formats, options.scheduler, options.workers, report, extra
         )
     except KeyboardInterrupt:
         print(
@@ -303,6 +316,12 @@ def _report(folder: Path, outcome: Outcome, options: argparse.Namespace) -> int:
             print(f"direct light is {share:.3f} of direct + indirect on average")
         for path in written:
             print(path)
+    late = sum(not entry["reached"] for entry in outcome.entries.values())
+    if late:
+        warn(
+            f"{late} of {len(outcome.entries)} images did not reach their error in time; they are "
+            "marked in the manifest"
+        )
     return FAILED if outcome.failures else 0
 
 

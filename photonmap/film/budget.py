@@ -16,7 +16,7 @@ ENOUGH_PHOTONS = 1 << 16
 PASS_SAMPLES = (0.25, 0.5, 1.0)
 """Samples of a pass, as fractions of the usual."""
 CEILING = 3600.0
-"""Seconds after which a render that aims at an error stops anyway."""
+"""Seconds after which a render that aims at an error stops anyway, unless a user says others."""
 
 
 def check_pass_samples(fraction: float) -> float:
@@ -33,7 +33,7 @@ def check_pass_samples(fraction: float) -> float:
 
 @dataclass(frozen=True)
 class Budget:
-    """Exactly one of passes, seconds and an error to reach."""
+    """Passes; or seconds, an error to reach, or both: what comes first ends a render."""
 
     passes: int | None = None
     seconds: float | None = None
@@ -54,22 +54,24 @@ class Budget:
         """
         given = {"passes": passes, "seconds": seconds, "error": error}
         names = [name for name, value in given.items() if value is not None]
-        if len(names) > 1:
+        if len(names) > 1 and passes is not None:
             raise InputError(f"{' and '.join(names)} are two budgets at once: give one")
         for name, value in (("passes", passes), ("seconds", seconds)):
             if value is not None and not (math.isfinite(value) and value > 0):
                 raise InputError(f"{name} {value} must be positive and finite")
         if passes is not None and passes != int(passes):
             raise InputError(f"passes {passes} must be a whole number")
-        if passes is None and seconds is None:
-            return cls(goal=Goal.parse(DEFAULT_ERROR if error is None else error))
-        return cls(passes, seconds)
+        if not names:
+            error = DEFAULT_ERROR
+        return cls(passes, seconds, None if error is None else Goal.parse(error))
 
     def describe(self) -> dict[str, Any]:
         """Return the JSON-able record: what was given, by name."""
+        described: dict[str, Any] = {}
         if self.goal is not None:
-            return {"error": self.goal.limit if self.goal.is_plain else str(self.goal)}
-        return {"passes": self.passes} if self.passes else {"seconds": self.seconds}
+            described["error"] = self.goal.limit if self.goal.is_plain else str(self.goal)
+        given = {"passes": self.passes, "seconds": self.seconds}
+        return described | {name: value for name, value in given.items() if value}
 
     @property
     def ceiling(self) -> float:

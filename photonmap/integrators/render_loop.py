@@ -9,7 +9,7 @@ from typing import Any
 
 from photonmap.errors import warn
 from photonmap.film.bias import BiasProbe
-from photonmap.film.budget import Budget
+from photonmap.film.budget import LEAST_PASSES, Budget
 from photonmap.film.forecast import Forecast
 from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.adaptive_sampling import AdaptiveSampling
@@ -116,6 +116,13 @@ class RenderLoop:
             **asdict(self._budget.goal),
             "reached": reached if math.isfinite(reached) else None,
         }
+
+    @property
+    def is_late(self) -> bool:
+        """Whether the time was up before the error that was aimed at was reached."""
+        goal, count = self._budget.goal, self._moments.whole.count
+        is_reached = goal is None or (count >= LEAST_PASSES and self.error() <= goal.limit)
+        return not (is_reached or self.interrupted)
 
     def error(self) -> float:
         """Return the error that the budget limits, so far; that of radiance if it limits none."""

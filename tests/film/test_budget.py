@@ -24,6 +24,17 @@ def test_seconds_begin_no_pass_that_would_end_late():
     assert budget.is_spent(4, math.inf, 8.1)
 
 
+def test_an_error_and_seconds_end_at_what_comes_first():
+    budget = Budget.choose(error=0.1, seconds=10.0)
+    assert budget.is_spent(LEAST_PASSES, 0.1, 1.0)
+    assert not budget.is_spent(LEAST_PASSES, 0.11, 1.0)
+    assert budget.is_spent(4, math.inf, 8.1)
+    assert budget.describe() == {"error": 0.1, "seconds": 10.0}
+    for other in ({"error": 0.1}, {"seconds": 1.0}):
+        with pytest.raises(InputError, match="two budgets"):
+            Budget.choose(passes=3, **other)
+
+
 def test_error_is_not_believed_too_early():
     budget = Budget.choose(error=0.1)
     assert not budget.is_spent(LEAST_PASSES - 1, 0.01, 1.0)

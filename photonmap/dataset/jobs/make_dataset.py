@@ -32,6 +32,21 @@ Entries = dict[str, dict[str, Any]]
 _NOT_BEGUN = "not rendered, as the disk is full; free some space, and continue with --resume"
 
 
+@dataclass(frozen=True)
+class Extra:
+    """What is asked of each image beside its arrays.
+
+    Parameters
+    ----------
+    sensor : that takes photos, which the head describes; None for no photos
+    time_limit : seconds of rendering after which an image stops short of its error; None for the
+        usual
+    """
+
+    sensor: Sensor | None = None
+    time_limit: float | None = None
+
+
 @dataclass
 class Outcome:
     """The images of a data set after a run.
@@ -99,7 +114,7 @@ def make_dataset(
     scheduler: str = LOCAL,
     workers: int = 1,
     log: Callable[[str], None] = lambda line: None,
-    sensor: Sensor | None = None,
+    extra: Extra | None = None,
 ) -> Outcome:
     """Render the images that a folder does not have yet, and write its manifest.
 
@@ -114,25 +129,26 @@ def make_dataset(
     formats : of the files
     scheduler, workers : where to render, see `photonmap.dataset.jobs.schedule`
     log : called with a line for each image
-    sensor : that takes photos, which the head describes; None for no photos
+    extra : what is asked of each image beside its arrays
 
     Raises
     ------
     InputError : the scheduler cannot be reached, or another run is making the data set
     KeyboardInterrupt : at Ctrl-C
     """
+    extra = Extra() if extra is None else extra
     folder.mkdir(parents=True, exist_ok=True)
     with locked(folder):
         remove_leftovers(folder)
         if jobs:
-            copy_inputs(folder, jobs[0].common, sensor)
+            copy_inputs(folder, jobs[0].common, extra.sensor)
         write_head(folder, head)
         outcome = Outcome(_find_entries(folder, jobs, log))
         write_lines(folder, outcome.entries.values())
         missing = [job for job in jobs if job.name not in outcome.entries]
         target, versions = str(folder.resolve()), head["versions"]
         tasks = [
-            Task(job, target, tuple(formats), versions, full=head["full"], sensor=sensor)
+            Task(job, target, tuple(formats), versions, full=head["full"], **vars(extra))
             for job in missing
         ]
         try:

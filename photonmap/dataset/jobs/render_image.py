@@ -27,6 +27,7 @@ from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.job_scene import make_scene
 from photonmap.dataset.jobs.plan import Job
 from photonmap.errors import InputError
+from photonmap.film.budget import LEAST_PASSES
 from photonmap.results.files import write_json
 from photonmap.results.result import Result
 from photonmap.scene.scene import Scene
@@ -52,6 +53,8 @@ class Task:
     threads : of the render; None for every processor
     full : write everything in single precision, see `photonmap.dataset.files.lean`
     sensor : that takes a photo of the image; None for no photo
+    time_limit : seconds of rendering after which an image stops short of its error; None for the
+        usual
     """
 
     job: Job
@@ -61,6 +64,7 @@ class Task:
     threads: int | None = None
     full: bool = False
     sensor: Sensor | None = None
+    time_limit: float | None = None
 
 
 def render_image(task: Task) -> dict[str, Any]:
@@ -84,7 +88,7 @@ def render_image(task: Task) -> dict[str, Any]:
     select_measured_sets(job)
     scene = make_scene(job)
     built = time.perf_counter()
-    result = render_job(job, scene, task.threads)
+    result = render_job(job, scene, task.threads, seconds=task.time_limit)
     rendered = time.perf_counter()
     if not result.radiance.any():
         raise InputError(f"{job.name} shows no light; choose another view, or other lights")
@@ -119,8 +123,14 @@ def render_job(
     threads: int | None = None,
     passes: int | None = None,
     pass_samples: float | None = None,
+    seconds: float | None = None,
 ) -> Result:
-    """Render a job's scene: until its error is reached, or as many passes of a size.
+    """Render a job's scene: until its error is reached or the time is up; or as many passes.
+
+    Parameters
+    ----------
+    passes, pass_samples : how many passes, and their size, in place of the error
+    seconds : of rendering; None for the usual
 
     Raises
     ------
@@ -128,7 +138,7 @@ def render_job(
     """
     from photonmap.render import render
 
-    options = {name: getattr(job.common, name) for name in taken_by(DATASET)}
+    options = {name: getattr(job.common, name) for name in taken_by(DATASET)} | {"seconds": seconds}
     if passes is not None:
         options |= {"passes": passes, "pass_samples": pass_samples, "error": None}
     result = render(scene, **options, seed=job.render_seed, threads=threads, per_light=True)
@@ -193,7 +203,7 @@ def _describe(job: Job, scene: Scene, result: Result, rgb: Result) -> dict[str, 
         "pass_samples": record["pass_samples"],
         "error": record["error"],
         "goal": goal,
-        "reached": goal is None or goal["reached"] is None or goal["reached"] <= goal["limit"],
+        "reached": goal is None or _is_reached(goal, record["passes"]),
         "effects": {
             name: [effect["on"], effect["why"]] for name, effect in record["effects"].items()
         },
@@ -210,6 +220,13 @@ def _describe(job: Job, scene: Scene, result: Result, rgb: Result) -> dict[str, 
         "fingerprint": record["fingerprint"],
         "warnings": record["warnings"],
     }
+
+
+def _is_reached(goal: dict[str, Any], passes: int) -> bool:
+    """Return whether an error was reached; one that is not defined counts, after enough passes."""
+    if passes < LEAST_PASSES:
+        return False
+    return goal["reached"] is None or goal["reached"] <= goal["limit"]
 
 
 def _lights(scene: Scene, record: dict[str, Any], bands: Bands) -> dict[str, Any]:

@@ -101,7 +101,8 @@ def _faults(image: Image, log: Log, find: Find) -> Iterator[str]:
         return
     if not image.entry["reached"]:
         goal = image.entry["goal"]
-        yield f"the error {goal['limit']} was not reached, but {goal['reached']:.4g}"
+        but = "" if goal["reached"] is None else f", but {goal['reached']:.4g}"
+        yield f"the error {goal['limit']} was not reached{but}"
 
 
 def _geometry_faults(image: Image, find: Find) -> Iterator[str]:

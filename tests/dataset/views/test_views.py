@@ -187,3 +187,18 @@ def test_dry_run_says_the_sizes(tmp_path, capsys):
     command = ["dataset", str(tmp_path / "OUT"), "--preset", str(tmp_path / "preset.toml")]
     assert main([*command, "--dry-run", "--count", "40", "--size", "16x12"]) == 0
     assert "400 images of 16x12 and 20x16" in capsys.readouterr().out
+
+
+@pytest.mark.filterwarnings("always::photonmap.SceneWarning")
+def test_images_that_take_too_long_are_marked(tmp_path, capsys):
+    (tmp_path / "one.toml").write_text('scenes = ["jug"]\nilluminations = ["white"]\n')
+    command = ["dataset", str(tmp_path / "OUT"), "--preset", str(tmp_path / "one.toml")]
+    command += ["--size", "24x18", "--error", "1e-6", "--bands", "3", "--format", "exr"]
+    assert main([*command, "--time-limit", "0.5"]) == 0
+    said = capsys.readouterr().err
+    assert "before the error 1e-06 was reached" in said
+    assert "1 of 1 images did not reach their error" in said
+    [image] = dataset.open_dataset(tmp_path / "OUT")
+    assert not image.entry["reached"]
+    assert main(["dataset", "verify", str(tmp_path / "OUT"), "--sample", "0"]) == 1
+    assert "the error 1e-06 was not reached" in capsys.readouterr().err
