@@ -25,7 +25,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     from photonmap.capture.sensor import GROUPS, OPTIONS
 
     parser.add_argument(
-        "image", metavar="IMAGE.exr", help="a render in any bands, with radiance among its buffers"
+        "images",
+        nargs="+",
+        metavar="IMAGE.exr",
+        help="renders in any bands, with radiance among their buffers",
     )
     parser.add_argument(
         "--sensor",
@@ -44,24 +47,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=whole_number(0, _LARGEST_SEED),
         default=0,
         metavar="N",
-        help="seed of the noise (default: 0)",
+        help="seed of the noise; of several images, that of the first: it counts up (default: 0)",
     )
     files.add_argument(
         "-o",
         "--output",
         metavar="FOLDER",
-        help="where to write (default: IMAGE-sensor, beside the image)",
+        help="where to write; of several images, one folder each (default: IMAGE-sensor, beside "
+        "the image)",
     )
     add_quiet(parser)
 
 
 def run(options: argparse.Namespace) -> None:
-    """Expose the sensor and write the photo.
+    """Expose the sensor to each image and write its photo.
 
     Raises
     ------
     InputError
-        if the image cannot be read, an option is not permitted, or the folder cannot be written to
+        if an image cannot be read, an option is not permitted, or a folder cannot be written to
     """
     from photonmap.capture.expose import expose
     from photonmap.capture.files import save_photo
@@ -69,17 +73,38 @@ def run(options: argparse.Namespace) -> None:
     from photonmap.runtime.file_checks import check_output_folder
 
     sensor = _sensor(options)
-    image = Path(options.image)
-    folder = options.output or image.with_name(f"{image.stem}-sensor")
-    check_output_folder(folder, "the photo")
-    result = load_result(image)
-    with naming(str(image)):
-        photo = expose(result, sensor, options.seed)
-    written = save_photo(photo, folder)
-    if not options.quiet:
-        _report(photo)
-        for path in written:
-            print(path)
+    folders = _folders([Path(image) for image in options.images], options.output)
+    for folder in folders.values():
+        check_output_folder(folder, "the photo")
+    for number, (image, folder) in enumerate(folders.items()):
+        result = load_result(image)
+        with naming(str(image)):
+            photo = expose(result, sensor, options.seed + number)
+        written = save_photo(photo, folder)
+        if not options.quiet:
+            _report(photo)
+            for path in written:
+                print(path)
+
+
+def _folders(images: list[Path], output: str | None) -> dict[Path, Path]:
+    """Return the folder of each image's photo.
+
+    In the folder of all of them, one is called after the image; or, as in a data set, where images
+    are of one name, after its folder.
+    """
+    if output is None:
+        return {image: image.with_name(f"{image.stem}-sensor") for image in images}
+    if len(images) == 1:
+        return {images[0]: Path(output)}
+    by_stem = len({image.stem for image in images}) == len(images)
+    folders = {
+        image: Path(output) / (image.stem if by_stem else image.resolve().parent.name)
+        for image in images
+    }
+    if len(set(folders.values())) < len(images):
+        raise InputError("two images are of one name and folder; leave out --output")
+    return folders
 
 
 def _sensor(options: argparse.Namespace) -> Sensor:

@@ -53,6 +53,26 @@ def test_command(image, box, tmp_path, capsys):
     assert changed == {"demosaiced.png", "raw.dng", "raw.png", "sensor.json", "srgb.png"}
 
 
+def test_several_images(image, box, tmp_path):
+    """Each has noise of its own, and a folder called after it, or after the folder it is in."""
+    for name in ("first", "second"):
+        (tmp_path / name).mkdir()
+        box.save(tmp_path / name / "bands.exr")
+    images = ["first/bands.exr", "second/bands.exr"]
+    assert main(["sensor", *images, "-o", "all", "--seed", "7", "--quiet"]) == 0
+    photos = [pm.load_photo(tmp_path / "all" / name) for name in ("first", "second")]
+    assert [photo.record["seed"] for photo in photos] == [7, 8]
+    assert not np.array_equal(photos[0].raw, photos[1].raw)
+    assert main(["sensor", image, "first/bands.exr", "--quiet"]) == 0
+    assert (tmp_path / "box-sensor" / "raw.png").is_file()
+    assert (tmp_path / "first" / "bands-sensor" / "raw.png").is_file()
+
+
+def test_images_of_one_name(image, capsys):
+    assert main(["sensor", image, f"../{image}", image, "-o", "all"]) == 2
+    assert "two images" in capsys.readouterr().err
+
+
 def digest(path):
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
