@@ -59,6 +59,11 @@ def expose(result: Result, sensor: Sensor | None = None, seed: int = 0) -> Photo
     time = sensor.time
     if time is None:
         time = _choose_time(sample(rates, pattern), result.buffers.get("emission"), sensor)
+    if sensor.dark_current * time >= min(sensor.saturation, sensor.full_well):
+        raise InputError(
+            f"in {time:.4g} s the dark current alone fills the pixels; choose a shorter time, or "
+            "less dark current"
+        )
     electrons = rates * time
     raw = digitise(sample(electrons, pattern), sensor, time, seed)
     record = {

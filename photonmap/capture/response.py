@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from photonmap.capture.sensor import Sensor
 from photonmap.errors import InputError
 from photonmap.spectra.bands import Bands
+from photonmap.spectra.curves import EXTRAPOLATE
 from photonmap.spectra.projection import choose_projection
 from photonmap.spectra.sensitivities import sensor as clean
 from photonmap.spectra.sensor_curves import read_sensors, table_of
@@ -50,7 +51,8 @@ def find_response(sensor: Sensor) -> Response:
     bands = Bands.parse(sensor.camera)
     if bands.is_rgb:
         raise InputError("camera rgb has no sensitivities; name a camera, or a FILE.csv of them")
-    if table_of(sensor.camera) or (bands.kind == "sensors" and ":" not in sensor.camera):
+    named = ":" not in sensor.camera.removeprefix(EXTRAPOLATE)
+    if table_of(sensor.camera) or (bands.kind == "sensors" and named):
         names, read = read_sensors(sensor.camera)
         curves = [clean(curve, name, None) for name, curve in zip(names, read, strict=True)]
     else:  # filters of the same transmittance

@@ -156,6 +156,22 @@ def test_relative_sensitivities_count():
         assert a / a[1] == pytest.approx(areas / areas[1], rel=1e-3)
 
 
+def test_heights_of_extrapolated_cameras_count_too():
+    """Those of the observer peak at 1.06, 1 and 1.78; one camera's curves end at 680 nm."""
+    name = "CIE 1931 2 Degree Standard Observer"
+    found = [find_response(pm.Sensor(camera=c)).electrons for c in (name, f"extrapolate:{name}")]
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
+    with pytest.raises(pm.InputError, match="covers 400-680 nm"):
+        find_response(pm.Sensor(camera="Sigma SDMerill (NPL)"))
+    whole = find_response(pm.Sensor(camera="extrapolate:Sigma SDMerill (NPL)"))
+    assert whole.bands.names == ("red", "green", "blue")
+
+
+def test_dark_current_that_fills_the_pixels():
+    with pytest.raises(pm.InputError, match="the dark current alone fills the pixels"):
+        pm.expose(flat([1.0]), ideal(dark_current=10.0, time=1000.0))
+
+
 class colour_curves:  # noqa: N801
     """The areas below the curves of the camera, as colour-science has them."""
 
