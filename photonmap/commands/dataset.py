@@ -13,7 +13,7 @@ from photonmap.commands.options import add_measured_sets, add_options, add_quiet
 from photonmap.errors import InputError, warn
 from photonmap.film.budget import DEFAULT_ERROR
 from photonmap.io.scene_source import use_measured_sets
-from photonmap.runtime.options import read_list
+from photonmap.runtime.options import read_list, read_memory
 from photonmap.settings import DATASET, OPTIONS, taken_by
 from photonmap.spectra.rgb_spaces import REC2020, SPACES
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 HELP = "Render a data set of ground truth into FOLDER, or verify or publish the one that is there."
 
-_VERIFY, _FLOW, _PUBLISH = "verify", "flow", "publish"
+_VERIFY, _FLOW, _PUBLISH, _EXPORT = "verify", "flow", "publish", "export"
 _NAMED = 4
 """Largest number of failed images that one line names."""
 
@@ -35,7 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.usage = (
         f"{parser.prog} FOLDER [options]\n"
         f"       {parser.prog} verify FOLDER [--sample N] [--scenes DIR]\n"
-        f"       {parser.prog} flow FOLDER\n       {parser.prog} publish FOLDER --license NAME"
+        f"       {parser.prog} flow FOLDER\n       {parser.prog} publish FOLDER --license NAME\n"
+        f"       {parser.prog} export FOLDER NEW --layout LAYOUT --license NAME"
     )
     parser.add_argument(
         "words",
@@ -66,7 +67,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="one of CC0-1.0, CC-BY-4.0, CC-BY-SA-4.0, CC-BY-NC-4.0, or a file with another",
     )
+    _add_export(parser)
     add_quiet(parser)
+
+
+def _add_export(parser: argparse.ArgumentParser) -> None:
+    export = parser.add_argument_group("export")
+    export.add_argument(
+        "--layout",
+        choices=("webdataset", "huggingface"),
+        default="webdataset",
+        help="tar files with an index, or Parquet tables (default: webdataset)",
+    )
+    export.add_argument(
+        "--shard-size",
+        type=reader(read_memory),
+        metavar="SIZE",
+        help="bytes of a file, as in 512M or 1G (default: 512M)",
+    )
+    export.add_argument(
+        "--arrays",
+        type=read_list,
+        metavar="LIST",
+        help="names of arrays, as in rgb.radiance,rgb.shading,shading,depth; rgb.NAME is in the "
+        "set's RGB (default: light, reflectance and shading in RGB, depth, normals, ids, masks)",
+    )
 
 
 def _add_images(parser: argparse.ArgumentParser) -> None:
@@ -180,6 +205,10 @@ def run(options: argparse.Namespace) -> int:
         return _publish(Path(words[1]), options)
     if words[0] == _FLOW and len(words) == 2:
         return _write_flow(Path(words[1]), options)
+    if words[0] == _EXPORT and len(words) == 3:
+        return _write_export(Path(words[1]), Path(words[2]), options)
+    if words[0] == _EXPORT and len(words) < 3:
+        raise InputError("export needs the folder of a data set and a new one to write to")
     if len(words) > 1:
         raise InputError(f"expected one folder, not {len(words)}: {' '.join(words)}")
     if words[0] in (_VERIFY, _FLOW, _PUBLISH):
@@ -344,6 +373,20 @@ def _write_flow(folder: Path, options: argparse.Namespace) -> int:
     written = write_flows(folder, log, options.scenes)
     if not options.quiet:
         print(f"{len(written)} pairs of views: {folder / FOLDER}")
+    return 0
+
+
+def _write_export(folder: Path, output: Path, options: argparse.Namespace) -> int:
+    from photonmap.dataset.publication.export import SHARD, export
+    from photonmap.dataset.publication.samples import DEFAULT
+
+    if options.license is None:
+        raise InputError("export needs a license; add --license CC-BY-4.0, or another")
+    most = SHARD if options.shard_size is None else options.shard_size
+    log = (lambda line: None) if options.quiet else _print_progress
+    export(folder, output, options.layout, options.license, options.arrays or DEFAULT, most, log)
+    if not options.quiet:
+        print(output)
     return 0
 
 

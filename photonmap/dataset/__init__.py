@@ -6,7 +6,8 @@
 """
 
 from photonmap.dataset.files.reader import Dataset, Image, open_dataset
+from photonmap.dataset.files.shard_reader import open_shards
 
 open = open_dataset
 
-__all__ = ["Dataset", "Image", "open"]
+__all__ = ["Dataset", "Image", "open", "open_shards"]

@@ -24,29 +24,6 @@ _LIMITS = """\
 - Projection to RGB does not commute with products: `residual` holds what is left over."""
 
 
-def write_card(images: Dataset, license_: License, title: str) -> str:
-    """Return the data card in Markdown, with the head that Hugging Face reads."""
-    entries = images.entries
-    return "\n".join(
-        [
-            *_head(len(entries), license_),
-            f"# {title}",
-            "",
-            f"{len(entries)} renders of {len(images.geometries)} scenes as ground truth for "
-            "intrinsic images: radiance, direct and indirect light, reflectance and shading, each "
-            "with depth, normals, ids and standard errors.",
-            "",
-            *_section("Images", _counts(images)),
-            *_section("Distributions", _distributions(entries)),
-            *_section("Errors and cost", _errors(entries)),
-            *_section("How it was made", _origin(images)),
-            *_section("Known limits", [_LIMITS]),
-            *_section("Reading", [_READING]),
-            *_section("Licence", _licence(images, license_)),
-        ]
-    )
-
-
 _READING = """\
 ```python
 from photonmap import dataset
@@ -60,7 +37,42 @@ each image, `annotations.json` the objects in COCO's format, and `cameras.json` 
 `sha256sum -c SHA256SUMS` checks all files."""
 
 
-def _head(count: int, license_: License) -> list[str]:
+def write_card(
+    images: Dataset,
+    license_: License,
+    title: str,
+    reading: str = _READING,
+    head: Sequence[str] = (),
+) -> str:
+    """Return the data card in Markdown, with the head that Hugging Face reads.
+
+    Parameters
+    ----------
+    reading : how the files are read
+    head : further lines of the head, in YAML
+    """
+    entries = images.entries
+    return "\n".join(
+        [
+            *_head(len(entries), license_, head),
+            f"# {title}",
+            "",
+            f"{len(entries)} renders of {len(images.geometries)} scenes as ground truth for "
+            "intrinsic images: radiance, direct and indirect light, reflectance and shading, each "
+            "with depth, normals, ids and standard errors.",
+            "",
+            *_section("Images", _counts(images)),
+            *_section("Distributions", _distributions(entries)),
+            *_section("Errors and cost", _errors(entries)),
+            *_section("How it was made", _origin(images)),
+            *_section("Known limits", [_LIMITS]),
+            *_section("Reading", [reading]),
+            *_section("Licence", _licence(images, license_)),
+        ]
+    )
+
+
+def _head(count: int, license_: License, more: Sequence[str]) -> list[str]:
     size = next((name for most, name in _SIZES if count < most), "n>1M")
     name = license_.name.lower() if license_.url else "other"
     return [
@@ -73,6 +85,7 @@ def _head(count: int, license_: License) -> list[str]:
         "- synthetic",
         "size_categories:",
         f"- {size}",
+        *more,
         "---",
         "",
     ]

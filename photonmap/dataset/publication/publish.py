@@ -9,7 +9,8 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from photonmap.dataset.files.image_files import hash_files
+from photonmap.dataset.files.image_files import hash_files, list_files
+from photonmap.dataset.files.inputs import INPUTS
 from photonmap.dataset.files.manifest import HEAD, LINES, locked
 from photonmap.dataset.files.reader import Dataset, open_dataset
 from photonmap.dataset.publication.annotations import describe_cameras, describe_coco
@@ -40,23 +41,30 @@ def publish(folder: str | PathLike[str], license_name: str) -> list[Path]:
     """
     license_, folder = find_license(license_name), Path(folder)
     images = open_dataset(folder)
-    _check_complete(images)
+    check_complete(images)
     title = folder.resolve().name
     with locked(folder), tempfile.TemporaryDirectory(prefix=".photonmap-", dir=folder) as made:
         part = Path(made)
         digests = hash_files(folder, (HEAD, LINES))
+        inputs = [f"{INPUTS}/{name}" for name in list_files(folder / INPUTS)]
         (part / LICENSE).write_text(license_.text, encoding="utf-8")
         (part / CARD).write_text(write_card(images, license_, title), encoding="utf-8")
         _write(part / COCO, describe_coco(images))
         _write(part / CAMERAS, describe_cameras(images))
         _write(part / CROISSANT, describe_croissant(images, license_, title, digests))
         names = sorted(path.name for path in part.iterdir())
-        sums = {**digests, **hash_files(part, names), **_image_digests(images)}
+        sums = {
+            **digests,
+            **hash_files(part, names),
+            **hash_files(folder, inputs),
+            **_image_digests(images),
+        }
         (part / SUMS).write_text(_sum_lines(sums), encoding="utf-8")
         return [path.replace(folder / path.name) for path in sorted(part.iterdir())]
 
 
-def _check_complete(images: Dataset) -> None:
+def check_complete(images: Dataset) -> None:
+    """Raise `InputError` if images of a data set are missing, or it has none."""
     there = {image.name for image in images}
     if missing := [name for name in images.head["images"] if name not in there]:
         raise InputError(
