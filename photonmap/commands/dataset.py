@@ -18,8 +18,6 @@ from photonmap.settings import DATASET, OPTIONS, taken_by
 from photonmap.spectra.rgb_spaces import REC2020, SPACES
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from photonmap.dataset.jobs.make_dataset import Outcome
     from photonmap.dataset.jobs.plan import CommonSettings, Job
 
@@ -223,6 +221,7 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
     from photonmap.dataset.files.image_files import check_formats
     from photonmap.dataset.files.manifest import check_dataset_folder
     from photonmap.dataset.files.photos import choose_sensor
+    from photonmap.dataset.jobs.listing import list_jobs
     from photonmap.dataset.jobs.make_dataset import (
         Extra,
         describe_dataset,
@@ -239,7 +238,7 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
     head = describe_dataset(options.preset, common, formats, jobs, options.full, described)
     check_dataset_folder(folder, head, options.resume or options.dry_run)
     if options.dry_run:
-        _list(jobs)
+        print("\n".join(list_jobs(jobs)))
         return _tell(faults)
     report = (lambda line: None) if options.quiet else _print_progress
     extra = Extra(sensor, options.time_limit)
@@ -300,25 +299,6 @@ def _plan(
         raise InputError(next(iter(faults.values())))
     jobs = plan_jobs(preset, files, common, options.seed, options.count)
     return common, jobs, faults
-
-
-def _list(jobs: Sequence[Job]) -> None:
-    """Print a table of the images."""
-    rows: list[Sequence[Any]] = [("image", "seed", "illumination", "lights", "view")]
-    for job in jobs:
-        shares = job.shares and [f" {share:.1%}" for share in job.shares]
-        lights = " + ".join(map(str.__add__, job.colors, shares or [""] * len(job.colors)))
-        rows.append((job.name, job.seed, job.illumination, lights, job.view.name or "its own"))
-    widths = [max(len(str(row[i])) for row in rows) for i in range(len(rows[0]))]
-    for row in rows:
-        print(
-            "  ".join(f"{cell!s:<{wide}}" for cell, wide in zip(row, widths, strict=True)).rstrip()
-        )
-    common = jobs[0].common
-    sizes = dict.fromkeys("{}x{}".format(*job.common.size) for job in jobs)
-    print(
-        f"{len(jobs)} images of {' and '.join(sizes)}, bands {common.bands}, error {common.error}"
-    )
 
 
 def _print_progress(line: str) -> None:
