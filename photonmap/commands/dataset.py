@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -183,8 +184,17 @@ def _add_work(parser: argparse.ArgumentParser) -> None:
     work.add_argument(
         "--resume", action="store_true", help="render only the images that are missing or damaged"
     )
+    _add_previews(work)
+
+
+def _add_previews(work: argparse._ArgumentGroup) -> None:
     work.add_argument(
         "--dry-run", action="store_true", help="list the images without rendering them"
+    )
+    work.add_argument(
+        "--estimate",
+        action="store_true",
+        help="say what the images will cost, by scene, from small pilots, and render nothing else",
     )
 
 
@@ -221,6 +231,7 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
     from photonmap.dataset.files.image_files import check_formats
     from photonmap.dataset.files.manifest import check_dataset_folder
     from photonmap.dataset.files.photos import choose_sensor
+    from photonmap.dataset.jobs.estimate import estimate, list_costs
     from photonmap.dataset.jobs.listing import list_jobs
     from photonmap.dataset.jobs.make_dataset import (
         Extra,
@@ -228,6 +239,7 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
         make_dataset,
         read_identity,
     )
+    from photonmap.dataset.jobs.render_image import Task
     from photonmap.dataset.jobs.schedule import check_scheduler
 
     formats = tuple(dict.fromkeys(options.format))
@@ -236,12 +248,16 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
     common, jobs, faults = _plan(options, read_identity(folder))
     sensor, described = choose_sensor(options.sensor)
     head = describe_dataset(options.preset, common, formats, jobs, options.full, described)
-    check_dataset_folder(folder, head, options.resume or options.dry_run)
+    check_dataset_folder(folder, head, options.resume or options.dry_run or options.estimate)
     if options.dry_run:
         print("\n".join(list_jobs(jobs)))
         return _tell(faults)
     report = (lambda line: None) if options.quiet else _print_progress
     extra = Extra(sensor, options.time_limit)
+    if options.estimate:
+        task = partial(Task, formats=formats, full=options.full, **vars(extra))
+        print("\n".join(list_costs(estimate(task, jobs))))
+        return _tell(faults)
     try:
         outcome = make_dataset(
             folder, head, jobs, formats, options.scheduler, options.workers, report, extra
@@ -321,6 +337,8 @@ def _report(folder: Path, outcome: Outcome, options: argparse.Namespace) -> int:
         earlier = f", {kept} rendered earlier" if kept else ""
         failed = f", {len(outcome.failures)} failed" if outcome.failures else ""
         print(f"{outcome.rendered} images rendered{earlier}{failed}: {folder}")
+        hours = sum(entry.get("cpu_seconds", 0.0) for entry in outcome.entries.values()) / 3600.0
+        print(f"all images took {hours:.3g} processor hours")
         if (share := mean_share(outcome.entries.values())) is not None:
             print(f"direct light is {share:.3f} of direct + indirect on average")
         for path in written:
