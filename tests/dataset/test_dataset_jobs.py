@@ -233,3 +233,12 @@ def test_lights_and_names_are_checked(tmp_path):
         load_preset("smal")
     with pytest.raises(InputError, match="no such file"):
         load_preset(str(tmp_path / "none.toml"))
+
+
+def test_new_settings_leave_the_names_of_images_as_they_were():
+    """As of before shares, lightness and scale could be asked for."""
+    common = CommonSettings((640, 480), "6", "0.02", inputs="703203ffbf106cfd")
+    assert Job("vase", 0, "white", ("D65",), View(), common).name == "vase-0-white-4858ceded9"
+    for changed in ({"lightness": 0.5}, {"scale": 1.2}):
+        other = dataclasses.replace(common, **changed)
+        assert Job("vase", 0, "white", ("D65",), View(), other).name != "vase-0-white-4858ceded9"

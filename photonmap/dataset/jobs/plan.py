@@ -26,6 +26,9 @@ MAX_IMAGES = 1_000_000
 """Largest number of images in a data set."""
 CONTENT, TEXT = "content", "text"
 """What identifies files of bands and RGB: what is in them; in old sets, how they were written."""
+_USUAL = {"lightness": None, "scale": 1.0}
+"""Values at which settings leave the names and the noise of images as they were before there were
+such settings."""
 _DIGITS = 10
 """Digits of a job's hash in the name of its folder."""
 
@@ -72,6 +75,9 @@ class CommonSettings:
         """Return what decides the arrays, but for the names of files; `inputs` stands for them."""
         described = asdict(self) | {"munsell": None, "illuminants": None}
         del described["identity"]
+        for name, usual in _USUAL.items():
+            if described[name] == usual:
+                del described[name]
         if self.is_by_content:
             curves = {name: with_table(described[name], lambda _: "") for name in CURVES}
             described |= curves
@@ -128,6 +134,8 @@ class Job:
         description = self.describe()
         description["scene"] = self.stem
         description["common"] = self.common.without_files()
+        if not self.shares:
+            del description["shares"]
         return hashlib.sha256(json.dumps(description, sort_keys=True).encode()).hexdigest()
 
     @property
