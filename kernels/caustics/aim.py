@@ -9,9 +9,9 @@ import math
 
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.lights.emission import emission_of, set_flux
 from photonmap.kernels.lights.infinite import start_at
 from photonmap.kernels.lights.kinds import DIRECTIONAL, DOME, emit, emitted
+from photonmap.kernels.lights.photons import send
 from photonmap.kernels.lights.samples import PhotonStart
 
 MIDDLE = (0.5, 0.5)
@@ -36,24 +36,13 @@ def _cone(geometry, lights, emitter, start, sphere):
 
 
 @jit
-def _chosen(sums, u):
-    """Return an index by running sums of weights, and u renewed."""
-    whole = sums[len(sums) - 1]
-    k = 0
-    while k < len(sums) - 1 and sums[k] <= u * whole:
-        k += 1
-    below = sums[k - 1] if k > 0 else 0.0
-    return k, min(max((u * whole - below) / (sums[k] - below), 0.0), 1.0 - 2.0**-53)
-
-
-@jit
 def _towards(geometry, lights, emitter, guide, sums, start, position, direction):
     """Aim a photon from a position; return (`PhotonStart`, sphere)."""
     for k in range(len(sums)):
         solid = _cone(geometry, lights, emitter, start, guide.spheres[k])[2]
         sums[k] = guide.importance[k] * solid + (sums[k - 1] if k > 0 else 0.0)
     whole = sums[len(sums) - 1]
-    chosen, u = _chosen(sums, direction[0])
+    chosen, u = warp.discrete(sums, direction[0] * whole)
     axis, versine, _, narrow = _cone(geometry, lights, emitter, start, guide.spheres[chosen])
     if narrow:
         towards = emit(geometry, lights, emitter, position, (u, direction[1])).direction
@@ -79,7 +68,8 @@ def _from_infinity(lights, guide, sums, start, point):
     for k in range(len(sums)):
         area = math.pi * guide.spheres[k, 3] * guide.spheres[k, 3]
         sums[k] = guide.importance[k] * area + (sums[k - 1] if k > 0 else 0.0)
-    chosen, u = _chosen(sums, point[0])
+    whole = sums[len(sums) - 1]
+    chosen, u = warp.discrete(sums, point[0] * whole)
     x, y = warp.uniform_disk(u, point[1])
     centre, radius = vec.row(guide.spheres, chosen), guide.spheres[chosen, 3]
     x, y = radius * x + vec.dot(centre, first), radius * y + vec.dot(centre, second)
@@ -89,7 +79,7 @@ def _from_infinity(lights, guide, sums, start, point):
         dx, dy = x - vec.dot(centre, first), y - vec.dot(centre, second)
         if k == chosen or dx * dx + dy * dy <= radius * radius:
             density += guide.importance[k]
-    density *= math.pi * lights.radius * lights.radius / sums[len(sums) - 1]
+    density *= math.pi * lights.radius * lights.radius / whole
     origin = start_at(lights, start.direction, x, y)
     return PhotonStart(start.weight / density, start.position, origin, start.direction), chosen
 
@@ -109,7 +99,5 @@ def aim_photon(geometry, lights, guide, sums, place, direction, share, flux):
     else:
         start = emit(geometry, lights, emitter, position, MIDDLE)
         start, chosen = _towards(geometry, lights, emitter, guide, sums, start, position, direction)
-    probability = warp.discrete_pdf(lights.cdf, emitter)
-    emission = emission_of(lights, emitter, start.position)
-    set_flux(flux, lights, emission, start.weight / probability * share)
+    send(lights, emitter, start, share, flux)
     return start.origin, start.direction, chosen

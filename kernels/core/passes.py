@@ -260,7 +260,7 @@ class CausticPhotons(NamedTuple):
     emitted: np.ndarray
     """(n,) float32, flux as they left, summed over bands"""
     arrived: np.ndarray
-    """(n,) bool, whether they came to a diffuse surface; the rows below are undefined if not"""
+    """(n,) bool, whether they came to a diffuse surface: only then are the next three defined"""
     positions: np.ndarray
     arrivals: np.ndarray
     flux: np.ndarray

@@ -133,7 +133,7 @@ def linear_pdf(x, a, b):
 def discrete(cdf, u):
     """Return an index with density (cumulative[i] - cumulative[i - 1]), and u renewed in [0, 1).
 
-    `cdf` rises to 1; entries of density 0 are never returned.
+    `cdf` rises to 1, or to any number below which u is; entries of density 0 are never returned.
     """
     i, end = 0, len(cdf) - 1
     while i < end:

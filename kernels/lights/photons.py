@@ -14,7 +14,13 @@ def emit_photon(geometry, lights, position, direction, share, flux):
     """
     emitter, u = warp.discrete(lights.cdf, position[0])
     start = emit(geometry, lights, emitter, (u, position[1]), direction)
+    send(lights, emitter, start, share, flux)
+    return start.origin, start.direction
+
+
+@jit
+def send(lights, emitter, start, share, flux):
+    """Fill flux, (N,), of a photon that starts from an emitter chosen by `Lights.cdf`."""
     probability = warp.discrete_pdf(lights.cdf, emitter)
     emission = emission_of(lights, emitter, start.position)
     set_flux(flux, lights, emission, start.weight / probability * share)
-    return start.origin, start.direction

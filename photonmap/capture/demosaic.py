@@ -10,7 +10,7 @@ from photonmap.errors import InputError
 
 Floats = NDArray[np.float64]
 
-AUTO, BILINEAR, MALVAR = "auto", "bilinear", "malvar"
+METHODS = AUTO, BILINEAR, MALVAR = "auto", "bilinear", "malvar"
 _WIDE = 1e-6
 """Weight of pixels beyond a period, which decide only where there are no others."""
 _LEAST_SPREAD = 1e-12

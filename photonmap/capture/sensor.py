@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
+from photonmap.capture.demosaic import METHODS
 from photonmap.capture.mosaic import AUTO, check_mosaic
 from photonmap.capture.optics import check_psf, check_vignetting
 from photonmap.errors import InputError, naming
@@ -17,7 +18,6 @@ from photonmap.spectra.sensor_curves import table_of
 EXPOSURE, ELECTRONICS, OPTICS, COLOR = "exposure", "electronics", "optics", "colour"
 GROUPS = (COLOR, EXPOSURE, ELECTRONICS, OPTICS)
 """Headings under which the command line lists the options."""
-DEMOSAICING = ("auto", "bilinear", "malvar")
 _LARGEST_SEED = 2**63 - 1
 
 
@@ -78,7 +78,7 @@ class Sensor:
             COLOR,
             None,
             read=str,
-            choices=DEMOSAICING,
+            choices=METHODS,
         ),
     )
     time: float | None = field(

@@ -18,7 +18,7 @@ from photonmap.spectra.observer import normalise_luminance
 from photonmap.spectra.sensitivities import best_sensors
 
 _HOTTEST, _COLDEST = 1e6, 300.0  # K; in between, there is some light at all of 400 to 700 nm
-_DAYLIGHT = (4000.0, 25000.0)
+DAYLIGHT = (4000.0, 25000.0)
 """Correlated colour temperatures for which CIE 15 defines phases of daylight, K."""
 
 
@@ -115,8 +115,8 @@ def daylight(kelvin: float) -> Spectrum:
     InputError
         if the temperature is not from 4000 to 25000 K
     """
-    if not _DAYLIGHT[0] <= kelvin <= _DAYLIGHT[1]:
-        low, high = _DAYLIGHT
+    if not DAYLIGHT[0] <= kelvin <= DAYLIGHT[1]:
+        low, high = DAYLIGHT
         raise InputError(f"daylight of {kelvin:g} K is out of range; write {low:g} to {high:g} K")
     with colour_science() as colour:
         chromaticity = colour.temperature.CCT_to_xy_CIE_D(kelvin)

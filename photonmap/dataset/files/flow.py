@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -42,7 +42,7 @@ class Eye:
     size: tuple[int, int]
 
     @classmethod
-    def of(cls, camera: Mapping[str, Any], size: tuple[int, int]) -> Eye:
+    def of(cls, camera: Mapping[str, Any], size: Sequence[int]) -> Eye:
         """Return the eye of a camera's record.
 
         Raises
@@ -55,7 +55,8 @@ class Eye:
                 f"{camera.get('kind')}"
             )
         pose = np.array(camera["camera_to_world_opencv"])
-        return cls(pose[:3, 3], pose[:3, :3].T, np.array(camera["intrinsics"]), size)
+        width, height = size
+        return cls(pose[:3, 3], pose[:3, :3].T, np.array(camera["intrinsics"]), (width, height))
 
     @property
     def centers(self) -> Floats:

@@ -128,10 +128,7 @@ class Image(Mapping[str, Array]):
 
         if other.geometry != self.geometry:
             raise InputError(f"{self.name} and {other.name} show two scenes; flow is within one")
-        width, height = self.entry["size"]
-        here = Eye.of(self.entry["camera"], (width, height))
-        width, height = other.entry["size"]
-        there = Eye.of(other.entry["camera"], (width, height))
+        here, there = (Eye.of(each.entry["camera"], each.entry["size"]) for each in (self, other))
         target = find_targets(here, there, self["distance"])
         return flow_of(
             here, there, target, compare_surfaces(target, self["object_id"], there, other)

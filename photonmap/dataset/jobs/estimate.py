@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from photonmap.dataset.jobs.listing import aligned
 from photonmap.dataset.jobs.plan import Job
 from photonmap.dataset.jobs.render_image import Task, render_image
 from photonmap.errors import InputError
@@ -115,9 +116,7 @@ def list_costs(costs: dict[str, Cost]) -> Iterator[str]:
         count = max(cost.images, 1)
         each = (cost.seconds / count, cost.cpu_seconds / count, cost.bytes / count / 1e6)
         rows.append((scene, str(cost.images), *(f"{value:.3g}" for value in each)))
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    for row in rows:
-        yield "  ".join(f"{c:<{wide}}" for c, wide in zip(row, widths, strict=True)).rstrip()
+    yield from aligned(rows)
     whole = sum(costs.values(), Cost())
     yield (
         f"{whole.images} images: about {duration(whole.seconds)} in one process, "

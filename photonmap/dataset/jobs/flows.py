@@ -110,9 +110,7 @@ def flow_by_rays(first: Image, second: Image, onlooker: Onlooker) -> Flow:
     ------
     InputError : a camera is not a pinhole
     """
-    here, there = (
-        Eye.of(each.entry["camera"], tuple(each.entry["size"])) for each in (first, second)
-    )
+    here, there = (Eye.of(each.entry["camera"], each.entry["size"]) for each in (first, second))
     target = find_targets(here, there, first["distance"])
     return flow_of(here, there, target, find_visible(target, here, there, onlooker))
 

@@ -15,13 +15,14 @@ def list_jobs(jobs: Sequence[Job]) -> Iterator[str]:
         shares = job.shares and [f" {share:.1%}" for share in job.shares]
         lights = " + ".join(map(str.__add__, job.colors, shares or [""] * len(job.colors)))
         rows.append((job.name, job.seed, job.illumination, lights, job.view.name or "its own"))
-    yield from _aligned(rows)
+    yield from aligned(rows)
     common = jobs[0].common
     sizes = dict.fromkeys("{}x{}".format(*job.common.size) for job in jobs)
     yield f"{len(jobs)} images of {' and '.join(sizes)}, bands {common.bands}, error {common.error}"
 
 
-def _aligned(rows: Sequence[Sequence[Any]]) -> Iterator[str]:
+def aligned(rows: Sequence[Sequence[Any]]) -> Iterator[str]:
+    """Yield rows of cells as lines, with their columns aligned."""
     widths = [max(len(str(row[i])) for row in rows) for i in range(len(rows[0]))]
     for row in rows:
         cells = (f"{cell!s:<{wide}}" for cell, wide in zip(row, widths, strict=True))

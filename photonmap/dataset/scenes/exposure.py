@@ -21,7 +21,7 @@ from photonmap.dataset.scenes.illumination import (
 )
 from photonmap.dataset.scenes.rooms.camera_search import directions
 from photonmap.errors import InputError
-from photonmap.integrators.sight import Sight
+from photonmap.integrators.ray_caster import RayCaster
 from photonmap.scene.camera import Camera
 from photonmap.scene.material import Material
 
@@ -66,10 +66,10 @@ class _LightMeter:
         owners = np.repeat(
             np.arange(len(self._parts)), [len(part.shape.faces) for part in self._parts]
         )
-        self._sight = Sight(whole.vertices, whole.faces)
+        self._rays = RayCaster(whole.vertices, whole.faces)
         origin = np.array(camera.origin, np.float64)
         ways = directions(np.array(camera.target) - origin, camera.fov)
-        triangles, distances = self._sight.first_hits(np.tile(origin, (len(ways), 1)), ways)
+        triangles, distances = self._rays.first_hits(np.tile(origin, (len(ways), 1)), ways)
         emits = np.array([bool(part.light_group) for part in self._parts])
         seen = (triangles >= 0) & ~emits[owners[triangles]]
         corners = whole.vertices[whole.faces[triangles[seen]]]
@@ -85,7 +85,7 @@ class _LightMeter:
         square = np.maximum((way**2).sum(axis=2), _NEAREST**2)
         cosines = np.maximum((way * self._normals[:, None]).sum(axis=2), 0.0)
         cosines *= np.maximum(-(way * normals).sum(axis=2), 0.0)
-        clear = self._sight.is_clear(self._points, ends)
+        clear = self._rays.is_clear(self._points, ends)
         direct = (cosines / square**2 * clear).sum(axis=1) * emitters.area / _SAMPLES
         return direct + math.pi * emitters.area * self._gain()
 

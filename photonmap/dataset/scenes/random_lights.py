@@ -9,6 +9,7 @@ import numpy as np
 
 from photonmap.errors import InputError
 from photonmap.spectra.color_text import ILLUMINANTS, measured_illuminants
+from photonmap.spectra.names import DAYLIGHT
 
 MOST_LIGHTS = 4
 """The number of light groups that every procedural scene has at least."""
@@ -17,8 +18,8 @@ LEAST_SHARE = 0.1
 SKY_ALONE = 0.5
 """Probability that an only light is a sky."""
 
-_DAYLIGHT, _BLACK_BODY = (4000.0, 25000.0), (1800.0, 8000.0)
-"""Ranges of temperature, K; reciprocal temperatures are drawn evenly, as the eye sees them."""
+_BLACK_BODY = (1800.0, 8000.0)
+"""Range of temperature, K; reciprocal temperatures are drawn evenly, as the eye sees them."""
 _LEDS = tuple(f"LED-{name}" for name in ("B1", "B2", "B3", "B4", "B5", "BH1", "RGB1", "V1", "V2"))
 _FLUORESCENT = (
     *(f"FL{i}" for i in range(1, 13)),
@@ -102,7 +103,7 @@ RANDOM = {
 
 def draw_sky(rng: np.random.Generator) -> str:
     """Draw a phase of daylight, as text."""
-    return f"daylight:{_temperature(rng, _DAYLIGHT)}"
+    return f"daylight:{_temperature(rng, DAYLIGHT)}"
 
 
 def draw_lamp(rng: np.random.Generator) -> str:

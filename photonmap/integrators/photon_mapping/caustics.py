@@ -58,14 +58,13 @@ class CausticTracer:
         most *= min(1.0, LONG * (pilot // 4) / max(rays, 1))
         self.photons = int(np.clip(wanted / rate, min(wanted, photons), most * photons))
         """Photons emitted in a pass"""
-        self._radius = _first_radius(check.positions[check.arrived, :3], self.photons * rate)
+        self._radius = _first_radius(check.positions[:, :3], self.photons * rate)
 
     def trace(self, index: int, key: np.uint64, wider: int = 0) -> tuple[CausticMap, int]:
         """Return the caustic map of pass `index`, disks `wider` times doubled, and its rays."""
         radius = self._radius * (1.0 + index) ** (-1.0 / 6.0) * 2.0**wider
         photons, rays = self._trace(self.photons, key)
-        scattering = self._setup.compiled.arrays.scattering is not None
-        return _sort(photons, radius, scattering=scattering), rays
+        return _sort(photons, radius), rays
 
     def _trace(self, total: int, key: np.uint64) -> tuple[CausticPhotons, int]:
         """Trace photons in bundles; return them, and the number of rays."""
@@ -75,7 +74,8 @@ class CausticTracer:
             span = Span(bundle * total // bundles, (bundle + 1) * total // bundles)
             photons = _make_rows(span.last - span.first, self._setup.bands)
             sums = np.empty(len(self._guide.spheres))
-            return photons, trace_caustics(scene, self._guide, key, span, total, sums, photons)
+            rays = trace_caustics(scene, self._guide, key, span, total, sums, photons)
+            return _leave_out_lost(photons, scene.scattering is not None), rays
 
         traced, rays = zip(*self._setup.workers.map(trace, bundles), strict=True)
         return CausticPhotons(*map(np.concatenate, zip(*traced, strict=True))), sum(rays)
@@ -88,6 +88,16 @@ def _make_rows(count: int, bands: int) -> CausticPhotons:
     )
     emitted, arrived = np.empty(count, np.float32), np.empty(count, bool)
     return CausticPhotons(origins, emitted, arrived, positions, arrivals, flux)
+
+
+def _leave_out_lost(photons: CausticPhotons, scattering: bool) -> CausticPhotons:
+    """Return photons without the arrivals of those that did not, or of all that need none."""
+    arrived = photons.arrived
+    return photons._replace(
+        positions=photons.positions[arrived],
+        arrivals=photons.arrivals[arrived] if scattering else photons.arrivals[:0],
+        flux=photons.flux[arrived],
+    )
 
 
 def no_caustics(bands: int) -> CausticMap:
@@ -134,15 +144,14 @@ def _first_radius(positions: NDArray[np.float32], arriving: float) -> float:
     return float(min(np.median(distances) / np.sqrt(denser), LARGEST))
 
 
-def _sort(photons: CausticPhotons, radius: float, *, scattering: bool) -> CausticMap:
-    """Sort the photons that arrived by buckets of boxes as wide as the disk."""
-    arrived = np.flatnonzero(photons.arrived)
-    count = max(2 * len(arrived), 1)
-    buckets, positions = np.empty(len(arrived), np.int32), photons.positions[arrived]
+def _sort(photons: CausticPhotons, radius: float) -> CausticMap:
+    """Sort photons by buckets of boxes as wide as the disk."""
+    positions, arrivals = photons.positions, photons.arrivals
+    count = max(2 * len(positions), 1)
+    buckets = np.empty(len(positions), np.int32)
     fill_buckets(positions, 2.0 * radius, 0, len(positions), count, buckets)
     order = np.argsort(buckets, kind="stable")
     starts = np.zeros(count + 1, np.int32)
     np.cumsum(np.bincount(buckets, minlength=count), out=starts[1:])
-    sorted_rows = arrived[order]
-    arrivals = photons.arrivals[sorted_rows if scattering else []]
-    return CausticMap(positions[order], arrivals, photons.flux[sorted_rows], starts, radius)
+    arrivals = arrivals[order] if len(arrivals) else arrivals
+    return CausticMap(positions[order], arrivals, photons.flux[order], starts, radius)

@@ -1,4 +1,4 @@
-"""Lines of sight among triangles, before there is a scene to render."""
+"""Rays among triangles, before there is a scene to render."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from photonmap.kernels.geometry.sight import find_clear, first_hits
 Floats = NDArray[np.float64]
 
 
-class Sight:
+class RayCaster:
     """Casts rays among triangles.
 
     Parameters
