@@ -17,6 +17,7 @@ from photonmap.compile.media.sides import find_sides
 from photonmap.kernels.core import records
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
+from photonmap.scene.surfaces.relative_index import check_relative_indices
 from photonmap.spectra.bands import Bands
 
 Floats = NDArray[np.float64]
@@ -115,8 +116,10 @@ def plan_media(
 
     Raises
     ------
-    InputError : what absorbs is no solid glass, or has no distance
+    InputError : what absorbs is no solid glass, or has no distance; or an index below 1 is relative
+        to nothing
     """
+    check_relative_indices(meshes)
     table = absorption_table(materials, bands)
     absorbing = {id(each) for each, row in zip(materials, table, strict=True) if row.any()}
     bodies = find_bodies(meshes, absorbing, frame)

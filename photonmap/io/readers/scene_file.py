@@ -17,7 +17,7 @@ from photonmap.io.readers.scene_parts.cameras import read_cameras
 from photonmap.io.readers.scene_parts.lights import SECTION as LIGHT
 from photonmap.io.readers.scene_parts.lights import read_lights
 from photonmap.io.readers.scene_parts.materials import SECTION as MATERIAL
-from photonmap.io.readers.scene_parts.materials import change_materials
+from photonmap.io.readers.scene_parts.materials import change_materials, check_indices
 from photonmap.io.readers.scene_parts.objects import SECTION as OBJECT
 from photonmap.io.readers.scene_parts.objects import assign_materials
 from photonmap.io.readers.toml import Toml, read_toml
@@ -90,6 +90,7 @@ def read(path: Path, options: ReadOptions) -> Scene:
     cameras = read_cameras(toml)
     scene = assign_materials(read_mesh(mesh, options), toml)
     meshes = change_materials(scene.meshes, toml)
+    check_indices(meshes, toml, mesh)
     camera = cameras[0] if cameras else scene.camera
     several = (cameras or scene.cameras) if len(cameras) != 1 else []
     lights = read_lights(toml)

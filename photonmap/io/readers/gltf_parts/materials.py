@@ -261,6 +261,8 @@ def _glass(source: _Source) -> dict[str, Any] | None:
     if not is_clear or is_metal or is_textured:
         return None
     index = number(source.extension("ior"), "ior", USUAL_INDEX, 1e3)
+    if index == 0.0:
+        raise source.error("ior", index, "an index of refraction above 0, which glass needs")
     look: dict[str, Any] = {"reflectance": 0.0, "ior": index, "tint": source.base_color()}
     if not is_solid:
         if roughness > 0.0:

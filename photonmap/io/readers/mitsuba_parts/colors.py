@@ -54,7 +54,8 @@ def read_color(node: Node, kind: Kind, files: Files) -> Color:
     outside = ~((values >= 0.0) & (values <= highest))
     if outside.any():
         limits = "keep it within [0, 1]" if kind == "reflectance" else "keep it at least 0"
-        raise node.error(f"{kind} is {values[outside][0]:g}; {limits}")
+        noun = node.element.attributes.get("name", kind)
+        raise node.error(f"{noun} is {values[outside][0]:g}; {limits}")
     return combined(lambda value: np.minimum(value, 1.0), color) if highest < 2.0 else color
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
-from photonmap.errors import naming
+from photonmap.errors import InputError, naming
 from photonmap.io.readers.toml import Toml, parse_value
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
-from photonmap.scene.parameters import parameters_of
+from photonmap.scene.parameters import Part, parameters_of
+from photonmap.scene.surfaces.relative_index import StrandedIndexError, check_relative_indices
 
 SECTION = "material"
 _BLACK = (0.0, (0.0, 0.0, 0.0))
@@ -40,6 +42,26 @@ def change_materials(meshes: list[Mesh], toml: Toml) -> list[Mesh]:
     ]
 
 
+def check_indices(meshes: list[Mesh], toml: Toml, path: Path) -> None:
+    """Check that an index below 1 is relative to something.
+
+    Parameters
+    ----------
+    path : the file of the meshes, at fault for what `[material.NAME]` does not give
+
+    Raises
+    ------
+    InputError : a mesh has one that no glass surrounds
+    """
+    try:
+        check_relative_indices(meshes)
+    except StrandedIndexError as error:
+        name = error.mesh.material.name
+        if "ior" in toml.sections.get(SECTION, {}).get(name, {}):
+            raise toml.error(str(error), SECTION, name, "ior") from None
+        raise InputError(str(error), path) from None
+
+
 def _repaint(mesh: Mesh, material: Material, section: dict[str, Any]) -> Mesh:
     """Return a mesh of another material; a reflectance that is given replaces its colours."""
     colors = None if {"reflectance", "ior"} & section.keys() else mesh.colors
@@ -55,7 +77,8 @@ def _change(material: Material, toml: Toml) -> Material:
     for key, value in toml.section(label, tuple(attributes), *at).items():
         with naming(f"{label} {key}", toml.path, toml.line(*at, key)):
             parameter = parameters[attributes[key]]
-            given[attributes[key]] = parse_value(parameter, value, toml.path.parent)
+            parsed = parse_value(parameter, value, toml.path.parent)
+            given[attributes[key]] = parameter.check(parsed) if type(parameter) is Part else parsed
     if "dispersion" in given:
         given = {"ior": None, "abbe": None, **given}  # it gives them, unless the section does
     if "ior" in given:

@@ -214,7 +214,7 @@ def _principled(bsdfs: Bsdfs, node: Node) -> Look:
     node.read.update(_TINTS)
     coat = 0.08 * _fraction(context, node, "specular", 0.5)
     if node.find("eta"):
-        coat = coat_of(max(node.number("eta", 1.5), 1.0))
+        coat = coat_of(max(index_of(node, "eta", "bk7"), 1.0))
     if transmission > 0.5 and mean_number(metallic) < 0.5:
         roughness = _fraction(context, node, "roughness", 0.5)
         tint = combined(np.sqrt, read_plain(context, node, "base_color", 0.5))
