@@ -54,6 +54,7 @@ if TYPE_CHECKING:
         RayMap,
     )
     from photonmap.scene.scene import Scene
+    from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
     from photonmap.scene.surfaces.dispersion import Cauchy, NamedGlass, Sellmeier
     from photonmap.scene.surfaces.relief import BumpMap, NormalMap
     from photonmap.scene.textures import Texture
@@ -63,6 +64,7 @@ if TYPE_CHECKING:
     from photonmap.viewer.notebook import preview
 
 __all__ = [
+    "AnisotropyMap",
     "AreaLight",
     "Bands",
     "BumpMap",
@@ -157,6 +159,7 @@ _HOMES = {
     "Sellmeier": "scene.surfaces.dispersion",
     "BumpMap": "scene.surfaces.relief",
     "NormalMap": "scene.surfaces.relief",
+    "AnisotropyMap": "scene.surfaces.anisotropy_map",
     "SpectralTexture": "scene.surfaces.spectral_texture",
     "Texture": "scene.textures",
     "save_scene": "io.writers.scene_file",

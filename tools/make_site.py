@@ -27,7 +27,7 @@ GROUPS = {
     ),
     "Results": ("Result",),
     "Scenes": (
-        "Scene", "Mesh", "Material", "Texture", "SpectralTexture", "NormalMap",
+        "Scene", "Mesh", "Material", "Texture", "SpectralTexture", "NormalMap", "AnisotropyMap",
         "BumpMap", "Cauchy", "Sellmeier", "NamedGlass",
     ),
     "Cameras": (

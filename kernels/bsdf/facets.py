@@ -6,43 +6,94 @@ directions: then none of its code is compiled.
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.geometry.relief import derivatives, tangent_at
+from photonmap.kernels.geometry.relief import derivatives, handedness, tangent_at
+from photonmap.kernels.geometry.texture import look_up
 
 TINY = 1e-12
 LEAST_LENGTH = 1e-9
 """Of a tangent: it is shorter where there are no texture coordinates."""
 
 
+class Brush(NamedTuple):
+    """How a lobe differs along a surface at a point."""
+
+    stretch: float
+    """how far α along the tangent is on the way from what it is across to 1"""
+    cosine: float
+    sine: float
+    """of the angle from where u rises to the tangent"""
+    mean: int
+    """row of `Scattering.albedos` of the mean over azimuths"""
+    azimuths: int
+    """row where those of azimuths begin"""
+    between: float
+    """how far on the way to those of the next strength"""
+
+
 @jit
-def along_of(anisotropy, material, alpha):
-    """Return α along the tangent, of what it is across."""
+def brush_of(anisotropy, material):
+    """Return the `Brush` of a material, without its image."""
+    row = np.int64(material)
     if anisotropy is None:
-        return alpha
-    return alpha + (1.0 - alpha) * anisotropy.stretch[material]
+        return Brush(0.0, 1.0, 0.0, row, row, 0.0)
+    turn, first = anisotropy.turn, np.int64(anisotropy.first[material])
+    stretch = float(anisotropy.stretch[material])
+    return Brush(stretch, turn[material, 0], turn[material, 1], row, first, 0.0)
 
 
 @jit
-def tangent_of(geometry, anisotropy, hit):
+def brush_at(anisotropy, maps, material, s, t):
+    """Return the `Brush` at a point of the image, if the material has one.
+
+    Red and green are a direction, from -1 to 1, and blue is a factor of the strength, as in glTF's
+    KHR_materials_anisotropy.
+    """
+    brush = brush_of(anisotropy, material)
+    if anisotropy is None:
+        return brush
+    if maps.anisotropy[material] < 0:
+        return brush
+    red, green, blue = look_up(maps.maps, maps.anisotropy[material], s, t)
+    x, y = 2.0 * red - 1.0, 2.0 * green - 1.0
+    length = math.sqrt(x * x + y * y)
+    x, y = (x / length, y / length) if length > LEAST_LENGTH else (1.0, 0.0)
+    largest, steps = math.sqrt(brush.stretch), anisotropy.strengths
+    strength = min(blue, largest)
+    place = (steps - 1) * strength / max(largest, TINY)
+    step = min(int(place), steps - 2)
+    before = steps - 1 - step
+    azimuths = brush.azimuths - before * anisotropy.azimuths
+    mean = brush.azimuths - (steps - 1) * (anisotropy.azimuths + 1) - 1 + step
+    cosine, sine = brush.cosine * x - brush.sine * y, brush.sine * x + brush.cosine * y
+    return Brush(strength * strength, cosine, sine, mean, azimuths, place - step)
+
+
+@jit
+def tangent_of(geometry, anisotropy, brush, hit):
     """Return the direction along which α is `along`, of any length and not quite on the surface."""
     if anisotropy is None:
         return 0.0, 0.0, 0.0
-    material = geometry.material[hit.triangle]
-    if anisotropy.stretch[material] == 0.0:
+    if brush.stretch == 0.0:
         return 0.0, 0.0, 0.0
     normal = vec.row(geometry.normals, hit.triangle)
     tangent, sign = vec.cross((0.0, 1.0, 0.0), normal), 1.0
-    if len(geometry.uv) > 0:
+    hand = handedness(anisotropy.tangents, hit.triangle, geometry)
+    if hand != 0.0:
+        tangent, sign = tangent_at(geometry, anisotropy.tangents, hit, tangent), hand
+    elif len(geometry.uv) > 0:
         by_u, _, area = derivatives(geometry, hit.triangle)
         if area != 0.0:
             tangent = tangent_at(geometry, anisotropy.tangents, hit, by_u)
             sign = math.copysign(1.0, area)
     tangent = vec.sub(tangent, vec.scale(normal, vec.dot(normal, tangent)))
     across = vec.scale(vec.cross(normal, tangent), sign)
-    tangent = vec.scale(tangent, anisotropy.turn[material, 0])
-    return vec.add(tangent, vec.scale(across, anisotropy.turn[material, 1]))
+    return vec.add(vec.scale(tangent, brush.cosine), vec.scale(across, brush.sine))
 
 
 @jit

@@ -50,6 +50,8 @@ class Lobe(NamedTuple):
     """α along the tangent"""
     tangent: tuple
     """see `facets`"""
+    azimuths: int
+    """row of `Scattering.albedos` where those of azimuths begin"""
 
 
 @jit
@@ -58,13 +60,16 @@ def lobe_at(geometry, scattering, maps, hit):
     material = geometry.material[hit.triangle]
     parameters = scattering.parameters[material]
     alpha, f0, base = parameters[0], parameters[1], parameters[2]
-    row, between, color = np.int64(material), 0.0, (0.0, 0.0, 0.0)
-    anisotropy = scattering.anisotropy
-    tangent = facets.tangent_of(geometry, anisotropy, hit)
+    color, anisotropy = (0.0, 0.0, 0.0), scattering.anisotropy
     if maps is None:
-        along = facets.along_of(anisotropy, material, alpha)
-        return Lobe(material, alpha, f0, base, row, between, False, color, along, tangent)
+        brush = facets.brush_of(anisotropy, material)
+        tangent = facets.tangent_of(geometry, anisotropy, brush, hit)
+        along = alpha + (1.0 - alpha) * brush.stretch
+        row, azimuths = brush.mean, brush.azimuths
+        return Lobe(material, alpha, f0, base, row, 0.0, False, color, along, tangent, azimuths)
     s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
+    brush = facets.brush_at(anisotropy, maps, material, s, t)
+    row, between = brush.mean, brush.between
     if maps.roughness[material] >= 0:
         roughness = min(look_up_number(maps.maps, maps.roughness[material], s, t), 1.0)
         alpha = max(roughness * roughness, maps.least)
@@ -78,8 +83,11 @@ def lobe_at(geometry, scattering, maps, hit):
     if maps.base[material] >= 0:
         r, g, b = _reflectance(maps.maps, maps.base[material], s, t)
         base = (r + g + b) / 3.0
-    along = facets.along_of(anisotropy, material, alpha)
-    return Lobe(material, alpha, f0, base, row, between, is_textured, color, along, tangent)
+    along, azimuths = alpha + (1.0 - alpha) * brush.stretch, brush.azimuths
+    tangent = facets.tangent_of(geometry, anisotropy, brush, hit)
+    return Lobe(
+        material, alpha, f0, base, row, between, is_textured, color, along, tangent, azimuths
+    )
 
 
 @jit
@@ -111,23 +119,35 @@ def _look_up(albedos, maps, anisotropy, lobe, term, cosine, share):
     """Return the albedo of a Fresnel term, 0: 1, 1: (1 - cos)⁵, of light from an angle."""
     value = _interpolate(albedos[lobe.row, term], cosine)
     if maps is None:
-        return _of_azimuth(albedos, anisotropy, lobe, term, cosine, share, value)
+        return _of_azimuth(albedos, maps, anisotropy, lobe, term, cosine, share, value)
     value += lobe.between * (_interpolate(albedos[lobe.row + 1, term], cosine) - value)
-    return _of_azimuth(albedos, anisotropy, lobe, term, cosine, share, value)
+    return _of_azimuth(albedos, maps, anisotropy, lobe, term, cosine, share, value)
 
 
 @jit
-def _of_azimuth(albedos, anisotropy, lobe, term, cosine, share, value):
+def _of_azimuth(albedos, maps, anisotropy, lobe, term, cosine, share, value):
     """Return the albedo of light from an angle and azimuth, in place of the mean over azimuths."""
     if anisotropy is None:
         return value
     if lobe.along == lobe.alpha:
         return value
-    place = share * (anisotropy.azimuths - 1)
-    step = min(int(place), anisotropy.azimuths - 2)
-    row = np.int64(anisotropy.first[lobe.material] + step)
-    value = _interpolate(albedos[row, term], cosine)
-    return value + (place - step) * (_interpolate(albedos[row + 1, term], cosine) - value)
+    count, row = anisotropy.azimuths, lobe.azimuths
+    value = _at_share(albedos, row, count, term, cosine, share)
+    if maps is None:
+        return value
+    if lobe.between == 0.0:
+        return value
+    stronger = _at_share(albedos, row + count, count, term, cosine, share)
+    return value + lobe.between * (stronger - value)
+
+
+@jit
+def _at_share(albedos, row, count, term, cosine, share):
+    """Interpolate rows of azimuths, of which there are `count`."""
+    place = share * (count - 1)
+    step = min(int(place), count - 2)
+    value = _interpolate(albedos[row + step, term], cosine)
+    return value + (place - step) * (_interpolate(albedos[row + step + 1, term], cosine) - value)
 
 
 @jit

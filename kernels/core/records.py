@@ -111,7 +111,8 @@ class Relief(NamedTuple):
     strength: np.ndarray
     """(M,) float64, height of 1, or by what directions along the surface are multiplied"""
     tangents: np.ndarray
-    """(V, 3) float32, in which u rises, for directions; 0 where the surface is flat"""
+    """(V, 4) float32, in which u rises, for directions, 0 where the surface is flat; and the sign
+    of tangents that the mesh has, 0 of those that follow from texture coordinates"""
 
 
 @by_reference
@@ -212,6 +213,8 @@ class LobeMaps(NamedTuple):
     """(M,) int32, likewise, of the reflectance at normal incidence"""
     base: np.ndarray
     """(M,) int32, likewise, of the diffuse base"""
+    anisotropy: np.ndarray
+    """(M,) int32, likewise, of direction and strength along the surface"""
     basis: np.ndarray
     """(3, N) float32, which makes reflectances of linear RGB"""
     first: int
@@ -233,11 +236,15 @@ class Anisotropy(NamedTuple):
     """(M, 2) float64, cosine and sine of the angle from where u rises to the tangent"""
     first: np.ndarray
     """(M,) int32, row of `Scattering.albedos` where those of the material's azimuths begin, evenly
-    in the square of the sine from the tangent"""
+    in the square of the sine from the tangent; before them stand, where an image gives the
+    strength, those of lesser strengths, and before all the means over azimuths of each"""
     azimuths: int
-    """number of these rows"""
+    """number of the rows of one strength"""
+    strengths: int
+    """number of strengths of an image, evenly from 0 to the largest, which `stretch` is of"""
     tangents: np.ndarray
-    """(V, 3) float32, in which u rises; 0 where the surface is flat"""
+    """(V, 4) float32, in which u rises, 0 where the surface is flat; and the sign of tangents that
+    the mesh has, 0 of others"""
 
 
 @by_reference

@@ -13,6 +13,7 @@ from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.geometry.texture import coordinates, look_up
 
 TINY = 1e-30
+NONE = (0.0, 0.0, 0.0)
 LEAST_COSINE = 1e-3
 """Between a normal and what the map makes of it: one that leans further stays as it was."""
 
@@ -57,17 +58,48 @@ def tangent_at(geometry, tangents, hit, by_u):
 
 
 @jit
-def _from_directions(geometry, relief, hit, n, texel):
-    """Return the direction that a normal map gives."""
-    strength = relief.strength[geometry.material[hit.triangle]]
+def handedness(tangents, triangle, geometry):
+    """Return the sign of the tangents that a mesh gives, as in MikkTSpace; 0 where it has none."""
+    return float(tangents[geometry.triangles[triangle, 0], 3])
+
+
+@jit
+def _given_frame(geometry, relief, hit, n, sign):
+    """Return tangent, bitangent and normal as they are interpolated: the frame of MikkTSpace."""
+    normals, triangles, u, v = geometry.shading_normals, geometry.triangles, hit.u, hit.v
+    n0 = vec.row(normals, triangles[hit.triangle, 0])
+    n1 = vec.row(normals, triangles[hit.triangle, 1])
+    n2 = vec.row(normals, triangles[hit.triangle, 2])
+    mean = vec.add(vec.scale(n0, 1.0 - u - v), vec.add(vec.scale(n1, u), vec.scale(n2, v)))
+    n = vec.scale(n, math.sqrt(vec.dot(mean, mean)))
+    tangent = tangent_at(geometry, relief.tangents, hit, (0.0, 0.0, 0.0))
+    return tangent, vec.scale(vec.cross(n, tangent), sign), n
+
+
+@jit
+def _own_frame(geometry, relief, hit, n):
+    """Return tangent, bitangent and normal of length 1 by texture coordinates; 0 without."""
     by_u, _, area = derivatives(geometry, hit.triangle)
     tangent = tangent_at(geometry, relief.tangents, hit, by_u)
     tangent = vec.sub(tangent, vec.scale(n, vec.dot(n, tangent)))
     length = math.sqrt(vec.dot(tangent, tangent))
     if area == 0.0 or length < TINY:
-        return n
+        return NONE, NONE, n
     tangent = vec.scale(tangent, 1.0 / length)
-    bitangent = vec.scale(vec.cross(n, tangent), math.copysign(1.0, area))
+    return tangent, vec.scale(vec.cross(n, tangent), math.copysign(1.0, area)), n
+
+
+@jit
+def _from_directions(geometry, relief, hit, n, texel):
+    """Return the direction that a normal map gives."""
+    strength = relief.strength[geometry.material[hit.triangle]]
+    sign = handedness(relief.tangents, hit.triangle, geometry)
+    if sign != 0.0:
+        tangent, bitangent, n = _given_frame(geometry, relief, hit, n, sign)
+    else:
+        tangent, bitangent, n = _own_frame(geometry, relief, hit, n)
+    if tangent == NONE:
+        return n
     x, y = strength * (2.0 * texel[0] - 1.0), strength * (2.0 * texel[1] - 1.0)
     turned = vec.add(vec.scale(tangent, x), vec.scale(bitangent, y))
     return vec.add(turned, vec.scale(n, 2.0 * texel[2] - 1.0))

@@ -113,9 +113,9 @@ def plan_effects(
 def leave_out(compiled: CompiledScene, plan: EffectPlan) -> CompiledScene:
     """Return the scene without what a plan leaves out.
 
-    Mirrors, glass and the sky turn black, textures become their mean, reliefs flat, cut-outs
-    opaque, glossy surfaces their bare base, and other BSDFs Lambertian. What is forced on gets its
-    code, though nothing calls for it.
+    Mirrors, glass and the sky turn black, textures become their mean (of the strength of
+    anisotropy, the largest), reliefs flat, cut-outs opaque, glossy surfaces their bare base, and
+    other BSDFs Lambertian. What is forced on gets its code, though nothing calls for it.
     """
     lights, geometry = compiled.lights, compiled.geometry
     if lights.environment is not None and not plan.on("environment"):

@@ -52,6 +52,11 @@ def _check_mesh(mesh: Mesh) -> None:
             f"{name}: normals must be {mesh.vertices.shape}, one per vertex, "
             f"not {mesh.normals.shape}"
         )
+    tangents = (len(mesh.vertices), 4)
+    if mesh.tangents is not None and mesh.tangents.shape != tangents:
+        raise InputError(
+            f"{name}: tangents must be {tangents}, one per vertex, not {mesh.tangents.shape}"
+        )
     _check_colors(mesh, name)
     if mesh.uv is not None and mesh.material.uses_uv:
         if mesh.uv.shape != (len(mesh.vertices), 2):
@@ -106,6 +111,7 @@ def _flatten(meshes: list[Mesh]) -> list[Mesh]:
                     glossy=mean_color(material.glossy),
                     roughness=mean_number(material.roughness),
                     relief=None,
+                    anisotropy_map=None,
                 )
             mesh = replace(mesh, material=flat[id(material)])
         result.append(mesh)

@@ -17,6 +17,8 @@ STEPS = 33
 """Values of roughness for which textured lobes have albedos; what lies between is interpolated."""
 AZIMUTHS = 9
 """Azimuths for which lobes that differ along a surface have albedos, evenly in their sine²."""
+COARSE = 64
+"""In place of `GRID` where there are many tables: they differ by up to 0.0015."""
 SMALLEST_COSINE = 1e-4
 
 
@@ -26,29 +28,30 @@ def lobe_albedos(alpha: float) -> NDArray[np.float64]:
     Of light from each angle, and last the cosine-weighted mean over all angles; by quadrature over
     visible normals (Dupuy and Benyoub 2023).
     """
-    return _albedos_at(alpha, alpha, 0.0)
+    return _albedos_at(alpha, alpha, 0.0, GRID)
 
 
 @cache
-def azimuth_albedos(along: float, across: float) -> NDArray[np.float64]:
+def azimuth_albedos(along: float, across: float, grid: int = GRID) -> NDArray[np.float64]:
     """Return `lobe_albedos` by azimuth, (1 + AZIMUTHS, 2, NODES + 1), the first of all together.
 
     Parameters
     ----------
     along, across : α along a tangent, and across it
+    grid : samples per angle, their square root
     """
     shares = np.linspace(0.0, 1.0, AZIMUTHS)
-    rows = np.array([_albedos_at(along, across, share) for share in shares.tolist()])
+    rows = np.array([_albedos_at(along, across, share, grid) for share in shares.tolist()])
     angles = np.pi * (np.arange(256) + 0.5) / 512.0
     places = np.sin(angles) ** 2 * (AZIMUTHS - 1)
     weights = np.maximum(1.0 - np.abs(places[:, None] - np.arange(AZIMUTHS)), 0.0).mean(axis=0)
     return np.concatenate([np.tensordot(weights, rows, 1)[None], rows])
 
 
-def _albedos_at(along: float, across: float, share: float) -> NDArray[np.float64]:
+def _albedos_at(along: float, across: float, share: float, grid: int) -> NDArray[np.float64]:
     """Return `lobe_albedos` of light from one azimuth, of which `share` is the sine²."""
     cosines = np.maximum(np.linspace(0.0, 1.0, NODES) ** 2, SMALLEST_COSINE)
-    rows = np.array([_albedos(along, across, share, cosine) for cosine in cosines]).T
+    rows = np.array([_albedos(along, across, share, cosine, grid) for cosine in cosines]).T
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
     roots = 0.5 * (nodes + 1.0)  # mean over μ = t² of 2 μ dμ = 4 t³ dt
     means = [np.interp(roots, np.linspace(0.0, 1.0, NODES), row) for row in rows]
@@ -81,10 +84,12 @@ def mean_albedo(f0: NDArray[np.floating], albedos: NDArray[np.float64]) -> NDArr
     return np.asarray(f0 * (single - grazing) + grazing + (1.0 - single) * multiple)
 
 
-def _albedos(along: float, across: float, share: float, cosine: float) -> tuple[float, float]:
+def _albedos(
+    along: float, across: float, share: float, cosine: float, grid: int
+) -> tuple[float, float]:
     """Return the mean of G2 / G1 over visible normals, times each Fresnel term."""
-    grid = (np.arange(GRID) + 0.5) / GRID
-    u, v = np.meshgrid(grid, grid)
+    places = (np.arange(grid) + 0.5) / grid
+    u, v = np.meshgrid(places, places)
     sine = np.sqrt(1.0 - cosine * cosine)
     wo = np.array([sine * np.sqrt(1.0 - share), sine * np.sqrt(share), cosine])
     stretched = wo * [along, across, 1.0]

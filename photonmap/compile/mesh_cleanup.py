@@ -26,6 +26,7 @@ def without_strays(mesh: Mesh) -> Mesh:
         faces=place[mesh.faces],
         normals=None if mesh.normals is None else mesh.normals[used],
         uv=None if mesh.uv is None or len(mesh.uv) != len(used) else mesh.uv[used],
+        tangents=None if mesh.tangents is None else mesh.tangents[used],
         colors=colors[used] if colors is not None and colors.ndim == 2 else colors,
     )
 

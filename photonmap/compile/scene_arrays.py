@@ -20,7 +20,8 @@ from photonmap.compile.materials import compile_materials
 from photonmap.compile.media.media import plan_media
 from photonmap.compile.surfaces.anisotropy import with_anisotropy
 from photonmap.compile.surfaces.relief import compile_relief
-from photonmap.compile.textures import TextureTable, compile_textures
+from photonmap.compile.surfaces.tangents import given_tangents
+from photonmap.compile.textures import compile_textures
 from photonmap.kernels.core import passes, records
 from photonmap.kernels.geometry.embree import EmbreeScene
 from photonmap.scene.camera import Camera, check_camera
@@ -137,22 +138,21 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
     geometry, owner, media = plan.place(*join_meshes(plan.meshes, frame, plan.ranks), frame)
     material = _material_rows(meshes, materials)[owner]
     geometry = geometry._replace(material=material)
-    texture_table = compile_textures(materials, compiled.divisors)
-    emitters = compile_lights(
-        geometry, materials, scene.lights, bands, frame, texture_table, camera
-    )
+    table = compile_textures(materials, compiled.divisors)
+    lobes, tangents = table.lobes(compiled.scattering, bands), given_tangents(plan.meshes)
+    emitters = compile_lights(geometry, materials, scene.lights, bands, frame, table, camera)
     objects = _object_ids(meshes)
     return CompiledScene(
         geometry=geometry._replace(
             emitter=emitters.of_triangle,
-            alpha=texture_table.holes(compiled.panes),
-            relief=compile_relief(geometry, materials, texture_table, frame.size),
+            alpha=table.holes(compiled.panes),
+            relief=compile_relief(geometry, materials, table, frame.size, tangents),
         ),
         materials=compiled.diffuse,
         lights=emitters.lights,
         specular=compiled.specular and compiled.specular._replace(media=media),
-        textures=texture_table.textures(bands),
-        scattering=_scattering(compiled.scattering, texture_table, materials, geometry, bands),
+        textures=table.textures(bands),
+        scattering=with_anisotropy(lobes, materials, geometry, tangents),
         camera=camera,
         center=frame.center,
         size=frame.size,
@@ -167,7 +167,7 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
         object_names=list(dict.fromkeys(mesh.name for mesh in meshes)),
         material_names=[material.name for material in materials],
         embree=None,
-        images=texture_table.images,
+        images=table.images,
     )
 
 
@@ -210,17 +210,6 @@ def _colors(scene: Scene) -> Iterator[Paint]:
 
 def _distinct_materials(meshes: list[Mesh]) -> list[Material]:
     return list({id(mesh.material): mesh.material for mesh in meshes}.values())
-
-
-def _scattering(
-    scattering: records.Scattering | None,
-    table: TextureTable,
-    materials: list[Material],
-    geometry: records.Geometry,
-    bands: Bands,
-) -> records.Scattering | None:
-    """Return BSDFs with what textures and tangents tell of their lobes."""
-    return with_anisotropy(table.lobes(scattering, bands), materials, geometry)
 
 
 def _material_rows(meshes: list[Mesh], materials: list[Material]) -> NDArray[np.int32]:

@@ -33,7 +33,9 @@ from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 Floats = NDArray[np.float64]
-_TEXTURED = ("reflectance", "emission", "alpha", "glossy", "roughness", "relief")
+_TEXTURED = (
+    "reflectance", "emission", "alpha", "glossy", "roughness", "relief", "anisotropy_map",
+)  # fmt: skip
 """Attributes of materials that may be, or have, textures."""
 
 
@@ -44,8 +46,8 @@ class TextureTable:
     Parameters
     ----------
     maps : one row a use
-    reflectance, emission, alpha, glossy, roughness, relief : (M,) the row that each material uses,
-        -1 for none
+    reflectance, emission, alpha, glossy, roughness, relief, anisotropy_map : (M,) the row that each
+        material uses, -1 for none
     opacity : (M,) where there is no texture
     uses : which texture each row of `maps` is, and what its reflectances are divided by
     images : keeps the texels alive, of which kernels have the addresses
@@ -58,6 +60,7 @@ class TextureTable:
     glossy: NDArray[np.int32]
     roughness: NDArray[np.int32]
     relief: NDArray[np.int32]
+    anisotropy_map: NDArray[np.int32]
     opacity: Floats
     uses: list[tuple[Texture, float]] = field(repr=False)
     images: list[Any] = field(repr=False)
@@ -83,7 +86,8 @@ class TextureTable:
 
     def lobes(self, scattering: Scattering | None, bands: Bands) -> Scattering | None:
         """Return BSDFs with the textures of glossy lobes, where there are any."""
-        if scattering is None or ((self.glossy < 0) & (self.roughness < 0)).all():
+        images = self.glossy, self.roughness, self.anisotropy_map
+        if scattering is None or np.less(images, 0).all():
             return scattering
         basis = bands.reflectance_basis.astype(np.float32, order="C")
         first = len(self.opacity)
@@ -93,6 +97,7 @@ class TextureTable:
                 self.roughness,
                 self.glossy,
                 self.reflectance,
+                self.anisotropy_map,
                 basis,
                 first,
                 STEPS,
@@ -149,10 +154,10 @@ def compile_textures(materials: Sequence[Material], shrink: Floats) -> TextureTa
         for slot, name in enumerate(_TEXTURED):
             paint = getattr(material, name)
             with naming(f"material {material.name!r}: {name}"):
-                if name == "relief":
-                    if paint is not None:
+                if name in ("relief", "anisotropy_map"):
+                    if (image := _image(material, name)) is not None:
                         slots[slot, index] = len(uses)
-                        uses.append((paint.image, 1.0))
+                        uses.append((image, 1.0))
                 elif isinstance(paint, Texture):
                     _check_spectral(paint, name)
                     check_texture(paint, np.inf if name == "emission" else LARGEST_REFLECTANCE)
@@ -163,6 +168,16 @@ def compile_textures(materials: Sequence[Material], shrink: Floats) -> TextureTa
     maps, images = _maps(uses)
     rows = dict(zip(_TEXTURED, slots, strict=True))
     return TextureTable(maps, **rows, opacity=opacity, uses=uses, images=images)
+
+
+def _image(material: Material, name: str) -> Texture | None:
+    """Return the image of a relief, or of directions and strengths along the surface."""
+    if name == "relief":
+        return None if material.relief is None else material.relief.image
+    if not material.is_brushed:
+        return None
+    assert material.anisotropy_map is not None
+    return material.anisotropy_map.scaled(material.anisotropy)
 
 
 def _check_spectral(texture: Texture, name: str) -> None:

@@ -164,6 +164,9 @@ def _smallest(wanted: CompiledScene) -> Scene:
     if _has_textured_lobes(wanted):
         glossy = Material(glossy=_GREY, roughness=0.5)
         meshes.append(replace(triangle, vertices=triangle.vertices - 0.5, material=glossy))
+    if _is_anisotropic(wanted):
+        brushed = Material("brushed", 0.0, glossy=0.5, roughness=1.0, anisotropy=0.5)
+        meshes.append(replace(triangle, vertices=triangle.vertices - 1.0, material=brushed))
     return Scene(meshes, lights, Camera((1.0, 1.0, 1.0), (0.3, 0.3, -0.7), lens=lens))
 
 
@@ -175,6 +178,11 @@ def _has_rough_chains(compiled: CompiledScene) -> bool:
 def _has_textured_lobes(compiled: CompiledScene) -> bool:
     """Return whether textures give glossy lobes."""
     return compiled.scattering is not None and compiled.scattering.maps is not None
+
+
+def _is_anisotropic(compiled: CompiledScene) -> bool:
+    """Return whether glossy lobes differ along surfaces."""
+    return compiled.scattering is not None and compiled.scattering.anisotropy is not None
 
 
 def _has_palettes(compiled: CompiledScene) -> bool:
@@ -189,6 +197,7 @@ def _marker(wanted: CompiledScene, method: str) -> Path:
     parts += ["specular"] * (wanted.specular is not None) + ["optics"] * has_optics(wanted.camera)
     parts += ["rough-chains"] * _has_rough_chains(wanted)
     parts += ["textured-lobes"] * _has_textured_lobes(wanted)
+    parts += ["anisotropic"] * _is_anisotropic(wanted)
     parts += ["palettes"] * _has_palettes(wanted)
     return CACHE_FOLDER / ("compiled-" + "-".join(parts))
 

@@ -17,6 +17,7 @@ from photonmap.scene.parameters import (
     Text,
     parameters_of,
 )
+from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
 from photonmap.scene.surfaces.dispersion import LINES, Cauchy, NamedGlass, Sellmeier, abbe_number
 from photonmap.scene.surfaces.relief import BumpMap, NormalMap
 from photonmap.scene.textures import Paint, Texture, is_black, mean_number
@@ -66,6 +67,8 @@ class Material:
         across it, in [0, 1] as in glTF: there α is its square of the way from what it is across to
         1. The tangent points to where u rises, turned counter-clockwise by so many turns; without
         texture coordinates it goes around the y axis
+    anisotropy_map : an `AnisotropyMap`, whose strengths multiply `anisotropy`, and whose directions
+        turn the tangent
     diffuse_roughness : of the diffuse reflection in [0, 1], 0 for Lambert's law (energy-preserving
         Oren–Nayar, see `kernels.bsdf.rough_diffuse`)
     relief : a `NormalMap` or a `BumpMap`, which turns shading normals (see
@@ -122,6 +125,9 @@ class Material:
     anisotropy_rotation: Annotated[
         float, Number("rotation", "turns", mtl="anisor", only="opaque", at_least=-1.0, at_most=1.0)
     ] = 0.0
+    anisotropy_map: Annotated[
+        AnisotropyMap | None, Part("anisotropy map", kinds={AnisotropyMap.kind: AnisotropyMap})
+    ] = None
     outside: Annotated[
         float, Number("index of refraction", mtl="outside", only="glass", above=0.0)
     ] = 1.0
@@ -145,7 +151,7 @@ class Material:
         """Whether a texture lies on it."""
         paints = (self.reflectance, self.emission, self.alpha)
         is_painted = any(isinstance(paint, Texture) for paint in paints)
-        return is_painted or self.has_textured_lobe or self.relief is not None
+        return is_painted or self.has_textured_lobe or self.relief is not None or self.is_brushed
 
     @property
     def uses_uv(self) -> bool:
@@ -156,6 +162,11 @@ class Material:
     def is_anisotropic(self) -> bool:
         """Whether its glossy lobe differs along the surface."""
         return self.is_glossy and self.anisotropy > 0.0
+
+    @property
+    def is_brushed(self) -> bool:
+        """Whether an image says how its glossy lobe differs along the surface."""
+        return self.is_anisotropic and self.anisotropy_map is not None
 
     @property
     def has_textured_lobe(self) -> bool:

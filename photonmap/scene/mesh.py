@@ -28,6 +28,10 @@ class Mesh:
     normals : (V, 3) float64 shading normals, or None; where a row is zero or not finite, the
         surface is flat
     uv : (V, 2) float64 texture coordinates, or None
+    tangents : (V, 4) float64, or None: x, y and z of the direction in which u rises, of any length,
+        and 1 or -1 for whether v rises along normal × tangent or against it, as in glTF and
+        MikkTSpace. They count where there are normals; rows of 0, and meshes without, have those
+        that follow from the texture coordinates
     colors : diffuse reflectance in [0, 1] in place of the material's, linear RGB, or None:
         (V, 3) of vertices, interpolated linearly over each face; or (F, 1, 3) of faces, which may
         be given as (F, 3) unless there are as many vertices; or (F, 3, 3) of each face's corners
@@ -40,6 +44,7 @@ class Mesh:
     normals: NDArray[np.float64] | None = None
     uv: NDArray[np.float64] | None = None
     colors: NDArray[np.float64] | None = None
+    tangents: NDArray[np.float64] | None = None
 
     if TYPE_CHECKING:
 
@@ -52,6 +57,7 @@ class Mesh:
             normals: ArrayLike | None = None,
             uv: ArrayLike | None = None,
             colors: ArrayLike | None = None,
+            tangents: ArrayLike | None = None,
         ) -> None:
             """Take array-likes."""
 
@@ -63,6 +69,7 @@ class Mesh:
             ("normals", np.float64),
             ("uv", np.float64),
             ("colors", np.float64),
+            ("tangents", np.float64),
         ):
             value: ArrayLike | None = getattr(self, attribute)
             if value is not None:
@@ -93,18 +100,22 @@ class Mesh:
             normals=pick(self.normals),
             uv=pick(self.uv),
             colors=colors,
+            tangents=pick(self.tangents),
         )
 
     @property
     def unit_normals(self) -> NDArray[np.float64] | None:
         """The shading normals, (V, 3), of length 1; or 0, where they are not finite too."""
-        if self.normals is None:
+        return None if self.normals is None else _unit(self.normals)
+
+    @property
+    def unit_tangents(self) -> NDArray[np.float64] | None:
+        """The tangents, (V, 4), of length 1; or 0, where they are not finite or lack a sign."""
+        if self.tangents is None:
             return None
-        largest = np.abs(self.normals).max(axis=1, initial=0.0, keepdims=True)
-        sound = (largest > 0.0) & (largest < np.inf)
-        scaled = np.divide(self.normals, largest, out=np.zeros_like(self.normals), where=sound)
-        length = np.linalg.norm(scaled, axis=1, keepdims=True)
-        return np.divide(scaled, length, out=scaled, where=sound)
+        along, sign = _unit(self.tangents[:, :3]), np.sign(self.tangents[:, 3:])
+        sound = np.isfinite(sign) & (sign != 0.0) & along.any(axis=1, keepdims=True)
+        return np.where(sound, np.hstack([along, sign]), 0.0)
 
     def __repr__(self) -> str:
         return f"<Mesh {self.name!r}: {len(self.faces)} triangles of {self.material.name!r}>"
@@ -125,3 +136,12 @@ class Mesh:
         look = Look(material) if material else look_of(mesh.visual, name)
         normals = mesh.vertex_normals if smooth else None
         return cls(mesh.vertices, mesh.faces, look.material, name, normals, look.uv, look.colors)
+
+
+def _unit(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return rows at length 1; 0 for 0, and for what is not finite."""
+    largest = np.abs(rows).max(axis=1, initial=0.0, keepdims=True)
+    sound = (largest > 0.0) & (largest < np.inf)
+    scaled = np.divide(rows, largest, out=np.zeros_like(rows), where=sound)
+    length = np.linalg.norm(scaled, axis=1, keepdims=True)
+    return np.divide(scaled, length, out=scaled, where=sound)

@@ -3,6 +3,7 @@
 A new model needs a line of `CASES`, for each set of parameters that differs in kind.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -35,6 +36,8 @@ class Case(NamedTuple):
     """whether textures give roughness, reflectance and albedo, which are the same all over"""
     anisotropy: tuple = (0.0, 0.0)
     """of the material, and its rotation; the tangent is `FRAME`'s x without one"""
+    is_brushed: bool = False
+    """whether an image gives directions, here none, and strengths, of which 1 occurs elsewhere"""
 
 
 LAMBERTIAN = Case("Lambertian")
@@ -79,7 +82,12 @@ def make_scene(case):
     )
     strength, turns = case.anisotropy
     look = pm.Material("m", glossy=0.5, anisotropy=strength, anisotropy_rotation=turns)
-    scattering = with_anisotropy(scattering, [look], geometry)
+    if case.is_brushed:
+        look = replace(look, anisotropy=1.0, anisotropy_map=brushed(strength))
+        table = compile_textures([look], np.ones(1))
+        _IMAGES.extend(table.images)
+        scattering = table.lobes(scattering, Bands.rgb())
+    scattering = with_anisotropy(scattering, [look], geometry, np.zeros((3, 4)))
     materials = records.Materials(np.array([case.albedo], np.float32))
     textures = None
     if case.is_textured:
@@ -100,6 +108,14 @@ def texture(case, scattering):
     albedos = np.concatenate([scattering.albedos, stepped_albedos(LEAST_ALPHA)])
     wrong = scattering._replace(albedos=albedos, specular=np.full((1, 3), 0.9, np.float32))
     return table.textures(bands), table.lobes(wrong, bands)
+
+
+def brushed(strength):
+    """Return an image that has a strength where the harness looks, and another one far away."""
+    texels = np.full((64, 64, 3), [1.0, 0.5, strength], np.float32)
+    texels[0] = texels[:, 0] = 1.0, 0.5, 1.0
+    texels[32] = texels[:, 32] = 1.0, 0.5, strength
+    return pm.AnisotropyMap(pm.Texture.of(texels))
 
 
 _IMAGES = []

@@ -211,6 +211,7 @@ def _with_pieces(mesh: Mesh, corners: Floats, pieces: dict[int, list[Floats]]) -
         faces=np.concatenate([mesh.faces[kept], *faces]),
         normals=None if mesh.unit_normals is None else extend(mesh.unit_normals),
         uv=None if mesh.uv is None else extend(mesh.uv),
+        tangents=None if mesh.unit_tangents is None else extend(mesh.unit_tangents),
     )
 
 

@@ -5,17 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from photonmap.compile.glossy import AZIMUTHS, azimuth_albedos
-from photonmap.compile.surfaces.relief import vertex_tangents
+from photonmap.compile.glossy import AZIMUTHS, COARSE, GRID, azimuth_albedos
+from photonmap.compile.surfaces.tangents import vertex_tangents
 from photonmap.kernels.core import records
 from photonmap.scene.material import Material
+
+STRENGTHS = 9
+"""Of an image: those between are interpolated."""
 
 
 def with_anisotropy(
     scattering: records.Scattering | None,
     materials: Sequence[Material],
     geometry: records.Geometry,
+    given: NDArray[np.float64],
 ) -> records.Scattering | None:
     """Return BSDFs with what tells how lobes differ along surfaces, where any do.
 
@@ -23,22 +28,49 @@ def with_anisotropy(
     ----------
     materials : (M,)
     geometry : with materials, and texture coordinates where there are any
+    given : tangents of vertices, see `given_tangents`
     """
     chosen = [index for index, material in enumerate(materials) if material.is_anisotropic]
     if scattering is None or not chosen:
         return scattering
-    stretch = np.array([each.is_anisotropic * each.anisotropy**2 for each in materials])
+    stretch = np.array([_largest(material) ** 2 for material in materials])
     angles = 2.0 * np.pi * np.array([material.anisotropy_rotation for material in materials])
     albedos, first = scattering.albedos.copy(), np.full(len(materials), -1, np.int32)
     for index in chosen:
         across = float(scattering.parameters[index, 0])
-        rows = azimuth_albedos(across + (1.0 - across) * float(stretch[index]), across)
-        first[index], albedos[index] = len(albedos), rows[0]
-        albedos = np.concatenate([albedos, rows[1:]])
-    tangents = np.zeros_like(geometry.vertices)
-    if len(geometry.uv):
-        tangents = vertex_tangents(geometry, (stretch > 0.0)[geometry.material])
-    anisotropy = records.Anisotropy(
-        stretch, np.stack([np.cos(angles), np.sin(angles)], axis=1), first, AZIMUTHS, tangents
-    )
+        rows = _rows(materials[index], across)
+        albedos[index] = rows[-1, 0]
+        if len(rows) > 1:
+            albedos = np.concatenate([albedos, rows[:, 0]])
+        albedos = np.concatenate([albedos, *rows[:, 1:]])
+        first[index] = len(albedos) - AZIMUTHS
+    tangents = vertex_tangents(geometry, (stretch > 0.0)[geometry.material], given)
+    turn = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    anisotropy = records.Anisotropy(stretch, turn, first, AZIMUTHS, STRENGTHS, tangents)
     return scattering._replace(albedos=albedos, anisotropy=anisotropy)
+
+
+def _largest(material: Material) -> float:
+    """Return the largest anisotropy of a material; 0 where its lobe is alike in all directions."""
+    if not material.is_brushed:
+        return material.is_anisotropic * material.anisotropy
+    assert material.anisotropy_map is not None
+    return material.anisotropy * material.anisotropy_map.strengths[1]
+
+
+def _rows(material: Material, across: float) -> NDArray[np.float64]:
+    """Return `azimuth_albedos` of one strength, or of an image's from 0 to the largest, (S, …).
+
+    Where an image has one strength all over, no others are looked up.
+    """
+    largest = _largest(material)
+
+    def rows(strength: float, grid: int = COARSE) -> NDArray[np.float64]:
+        return azimuth_albedos(across + (1.0 - across) * strength**2, across, grid)
+
+    if not material.is_brushed:
+        return rows(largest, GRID)[None]
+    assert material.anisotropy_map is not None
+    low, high = material.anisotropy_map.strengths
+    places = np.linspace(0.0, largest, STRENGTHS) if low < high else np.full(STRENGTHS, largest)
+    return np.array([rows(strength) for strength in places.tolist()])

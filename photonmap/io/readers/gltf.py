@@ -117,11 +117,13 @@ class Gltf(Document):
 
     def without_textures(self, material: Material) -> Material:
         """Return a material of an even glossy lobe, without relief, the same one each time."""
-        if not material.has_textured_lobe and material.relief is None:
+        if not (material.has_textured_lobe or material.relief or material.anisotropy_map):
             return material
         if id(material) not in self._even:
             glossy, roughness = mean_color(material.glossy), mean_number(material.roughness)
-            even = replace(material, glossy=glossy, roughness=roughness, relief=None)
+            even = replace(
+                material, glossy=glossy, roughness=roughness, relief=None, anisotropy_map=None
+            )
             self._even[id(material)] = even
         return self._even[id(material)]
 
@@ -281,6 +283,8 @@ def _paint(gltf: Gltf, part: Part, index: int | None) -> tuple[Part, Material]:
             note_loss(gltf.losses, LOBES, material.name)
         if material.relief is not None:
             note_loss(gltf.losses, "normalTexture", material.name)
+        if material.anisotropy_map is not None:
+            note_loss(gltf.losses, "anisotropyTexture", material.name)
         material = gltf.without_textures(material)
     if mean_color(white.glossy) != mean_color(material.glossy):
         note_loss(gltf.losses, METAL_COLORS, material.name)

@@ -27,6 +27,7 @@ class Part:
     normals : (V, 3) or None
     uv : (V, 2) or None, v upwards
     colors : (V, 3) of vertices or (F, 1, 3) of faces, linear, or None
+    tangents : (V, 4) or None, as in `Mesh`
     """
 
     vertices: NDArray[np.float64]
@@ -34,6 +35,7 @@ class Part:
     normals: NDArray[np.float64] | None = None
     uv: NDArray[np.float64] | None = None
     colors: NDArray[np.float64] | None = None
+    tangents: NDArray[np.float64] | None = None
 
 
 def cut_polygons(
@@ -86,7 +88,11 @@ def move(part: Part, matrix: NDArray[np.float64]) -> Part:
         normals = normals @ (-cofactors if mirrors else cofactors)
         length = np.linalg.norm(normals, axis=1, keepdims=True)
         normals = np.divide(normals, length, out=np.zeros_like(normals), where=length != 0)
-    return replace(part, vertices=vertices, faces=faces, normals=normals)
+    tangents = part.tangents
+    if tangents is not None:
+        sign = -tangents[:, 3] if mirrors else tangents[:, 3]
+        tangents = np.column_stack([tangents[:, :3] @ linear.T, sign])
+    return replace(part, vertices=vertices, faces=faces, normals=normals, tangents=tangents)
 
 
 def is_closed(part: Part) -> bool:
@@ -113,14 +119,15 @@ def build_mesh(path: Path, part: Part, material: Material, name: str) -> Mesh:
         check_indices(part.faces, len(part.vertices))
     used = np.zeros(len(part.vertices), np.bool_)
     used[part.faces] = True
+    colors, others = part.colors, (part.normals, part.uv, part.tangents)
     if used.all():
-        return Mesh(part.vertices, part.faces, material, name, part.normals, part.uv, part.colors)
+        normals, uv, tangents = others
+        return Mesh(part.vertices, part.faces, material, name, normals, uv, colors, tangents)
     faces = (np.cumsum(used) - 1)[part.faces]
-    normals, uv = (None if rows is None else rows[used] for rows in (part.normals, part.uv))
-    colors = part.colors
+    normals, uv, tangents = (None if rows is None else rows[used] for rows in others)
     if colors is not None and colors.ndim == 2:
         colors = colors[used]
-    return Mesh(part.vertices[used], faces, material, name, normals, uv, colors)
+    return Mesh(part.vertices[used], faces, material, name, normals, uv, colors, tangents)
 
 
 def check_rows(kind: str, rows: NDArray[np.float64]) -> None:

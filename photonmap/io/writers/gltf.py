@@ -100,7 +100,9 @@ def _with_white(meshes: list[Mesh]) -> list[Mesh]:
 
 def _checked(mesh: Mesh, path: Path) -> Mesh:
     """Return a mesh without the vertices that no face uses."""
-    part = Part(mesh.vertices, mesh.faces, mesh.unit_normals, mesh.uv, mesh.colors)
+    part = Part(
+        mesh.vertices, mesh.faces, mesh.unit_normals, mesh.uv, mesh.colors, mesh.unit_tangents
+    )
     return build_mesh(Path(path.name), part, mesh.material, mesh.name)
 
 
@@ -168,6 +170,8 @@ def _add_primitive(
     if mesh.uv is not None:
         uv = np.stack([mesh.uv[:, 0], 1.0 - mesh.uv[:, 1]], axis=1)
         attributes["TEXCOORD_0"] = draft.add_rows(uv, "<f4")
+    if mesh.tangents is not None:
+        attributes["TANGENT"] = draft.add_rows(mesh.tangents, "<f4")
     if mesh.colors is not None:
         attributes["COLOR_0"] = draft.add_rows(mesh.colors, "<f4")
     kind = "<u2" if len(mesh.vertices) < _SMALL else "<u4"

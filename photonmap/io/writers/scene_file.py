@@ -7,12 +7,13 @@ from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
 
-from photonmap.errors import InputError, naming
+from photonmap.errors import InputError, naming, warn
 from photonmap.io.writers.assets import Assets, check_name
 from photonmap.io.writers.gltf import write_gltf
-from photonmap.io.writers.mtl import write_mtl
+from photonmap.io.writers.mtl import name_materials, write_mtl
 from photonmap.io.writers.obj import write_obj
-from photonmap.io.writers.toml import write_cameras, write_lights
+from photonmap.io.writers.toml import write_cameras, write_lights, write_materials
+from photonmap.runtime.wording import listed
 from photonmap.scene.scene import Scene
 
 _TOML = ".toml"
@@ -47,11 +48,11 @@ def save_scene(scene: Scene, path: str | PathLike[str]) -> list[Path]:
     written, or none.
 
     `photonmap.load_scene` reads the same arrays, spectra, cameras and lights from OBJ, with these
-    exceptions: meshes of one name and material become one, vertices that no face uses are left
-    out, textures become linear floats multiplied by their factor, and colours of faces become
-    colours of vertices. In glTF, coordinates are
-    float32, about the middle of the scene unless they are so already, and textures have 8 bits, or
-    16 if they are not 8-bit sRGB in the scene.
+    exceptions: tangents are left out, with a warning, meshes of one name and material become one,
+    vertices that no face uses are left out, textures become linear floats multiplied by their
+    factor, and colours of faces become colours of vertices. In glTF, coordinates are float32, about
+    the middle of the scene unless they are so already, and textures have 8 bits, or 16 if they are
+    not 8-bit sRGB in the scene.
 
     Parameters
     ----------
@@ -90,7 +91,16 @@ def _write_obj(scene: Scene, path: Path, assets: Assets) -> None:
     """Write an OBJ file, and its MTL and TOML."""
     names = write_mtl(scene, path.with_suffix(".mtl"), assets)
     write_obj(scene, path, names)
-    lines = [*write_cameras(scene.every_camera, assets), *write_lights(scene.lights, assets)]
+    maps = {
+        name: {"anisotropy_map": material.anisotropy_map}
+        for name, material in name_materials(scene).items()
+        if material.anisotropy_map is not None
+    }
+    lost = [mesh.name for mesh in scene.meshes if mesh.tangents is not None]
+    if lost:
+        warn(f"OBJ holds no tangents: those of {listed(lost)} will follow from coordinates")
+    lines = [*write_materials(maps, assets)]
+    lines += [*write_cameras(scene.every_camera, assets), *write_lights(scene.lights, assets)]
     path.with_suffix(_TOML).write_text("\n".join(lines), "utf-8")
 
 

@@ -29,7 +29,7 @@ def _save(texture: Texture, path: Path) -> None:
     write_image(linear.astype(np.float32), path)
 
 
-_IMAGE = File("image", key="file", read=_read, save=_save, suffix=".exr")
+IMAGE = File("image", key="file", read=_read, save=_save, suffix=".exr")
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class NormalMap:
     strength : multiplies x and y
     """
 
-    texture: Annotated[Texture, _IMAGE]
+    texture: Annotated[Texture, IMAGE]
     strength: Annotated[
         float, Number("strength", at_least=-STEEPEST, at_most=STEEPEST, such_as="1")
     ] = 1.0
@@ -63,7 +63,7 @@ class NormalMap:
 
     def find_conflict(self) -> str:
         """Return what is wrong with the image, if anything."""
-        return _find_conflict(self.texture) or _find_grey(self.texture)
+        return find_conflict(self.texture) or find_grey(self.texture, "a normal map")
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class BumpMap:
     height : of 1, in scene units
     """
 
-    texture: Annotated[Texture, _IMAGE]
+    texture: Annotated[Texture, IMAGE]
     height: Annotated[
         float,
         Number("height", "scene units", at_least=-STEEPEST, at_most=STEEPEST, such_as="0.01"),
@@ -104,10 +104,10 @@ class BumpMap:
 
     def find_conflict(self) -> str:
         """Return what is wrong with the image, if anything."""
-        return _find_conflict(self.texture, np.inf)
+        return find_conflict(self.texture, np.inf)
 
 
-def _find_conflict(texture: Texture, most: float = 1.0 + 1e-6) -> str:
+def find_conflict(texture: Texture, most: float = 1.0 + 1e-6) -> str:
     """Return what is wrong with an image, if anything."""
     if not isinstance(texture, Texture):
         return f"{shown(texture)} is not an image; give a Texture"
@@ -118,7 +118,9 @@ def _find_conflict(texture: Texture, most: float = 1.0 + 1e-6) -> str:
     return ""
 
 
-def _find_grey(texture: Texture) -> str:
+def find_grey(texture: Texture, what: str) -> str:
+    """Return that an image has one channel where it needs three, if so."""
     if texture.image.texels.shape[2] == 3:
         return ""
-    return "a normal map has three channels; give RGB, or a BumpMap of heights"
+    remedy = "give RGB, or a BumpMap of heights" if what == "a normal map" else "give RGB"
+    return f"{what} has three channels; {remedy}"

@@ -59,7 +59,13 @@ def read_primitive(
         corners = corners[:-more]
         lose("corners of incomplete triangles")
     faces = _triangles(corners, mode)
-    return Part(vertices, faces, normals, uv, colors)
+    tangents = None
+    if "TANGENT" in attributes and normals is not None:
+        tangents = document.rows(attributes["TANGENT"]).astype(np.float64)
+        if tangents.shape != (count, 4):
+            lose("tangents of another shape than (x, y, z, w)")
+            tangents = None
+    return Part(vertices, faces, normals, uv, colors, tangents)
 
 
 def _read_colors(document: Document, accessor: int, count: int) -> NDArray[np.float64]:

@@ -22,6 +22,7 @@ from photonmap.io.readers.registry import GREY
 from photonmap.runtime.wording import shown
 from photonmap.scene.images import Channels, Image
 from photonmap.scene.material import Material
+from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
 from photonmap.scene.surfaces.relief import STEEPEST, NormalMap
 from photonmap.scene.textures import Paint, Texture, Triple, mean_number
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
@@ -201,16 +202,22 @@ def _anisotropy(source: _Source, roughness: float | Texture) -> dict[str, Any]:
     strength = source.number(extension, "anisotropyStrength", 0.0)
     if strength == 0.0:
         return {}
-    if "anisotropyTexture" in extension:
-        source.lose("anisotropyTexture")
     if isinstance(roughness, Texture):
         source.lose(LOBES)
     angle = extension.get("anisotropyRotation", 0.0)
     if type(angle) not in (int, float) or not math.isfinite(angle):
         raise source.error("anisotropyRotation", angle, "a finite number")
     turns = math.remainder(angle / (2.0 * math.pi), 1.0)
-    mean = mean_number(roughness)
-    return {"roughness": mean, "anisotropy": strength, "anisotropy_rotation": turns}
+    look = {"roughness": mean_number(roughness), "anisotropy": strength}
+    return look | {"anisotropy_rotation": turns} | _brush(source, extension)
+
+
+def _brush(source: _Source, extension: Factors) -> dict[str, AnisotropyMap]:
+    """Return the image of directions and strengths, if there is one."""
+    if (use := extension.get("anisotropyTexture")) is None:
+        return {}
+    image = source.textures.data(use, Channels.data, find_placement(source.item), source.lose)
+    return {} if image is None else {"anisotropy_map": AnisotropyMap(image)}
 
 
 def _base(source: _Source) -> Triple | Texture:

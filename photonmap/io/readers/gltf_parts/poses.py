@@ -80,14 +80,18 @@ def strike_pose(
     if normals is not None:
         rows = np.stack([np.cross(linear[:, i - 2], linear[:, i - 1]) for i in range(3)], axis=1)
         normals = _unit(np.einsum("vij,vj->vi", rows, normals))
-    return replace(part, vertices=vertices, normals=normals), True
+    tangents = part.tangents
+    if tangents is not None:
+        along = np.einsum("vij,vj->vi", linear, tangents[:, :3])
+        tangents = np.column_stack([along, tangents[:, 3]])
+    return replace(part, vertices=vertices, normals=normals, tangents=tangents), True
 
 
 def _morphed(
     document: Document, part: Part, primitive: Mapping[str, Any], weights: Sequence[float]
 ) -> Part:
     """Add what morph targets add, times their weights."""
-    vertices, normals = part.vertices, part.normals
+    vertices, normals, tangents = part.vertices, part.normals, part.tangents
     for target, weight in zip(primitive.get("targets", ()), weights, strict=False):
         if weight == 0.0:
             continue
@@ -95,9 +99,12 @@ def _morphed(
             vertices = vertices + weight * document.rows(target["POSITION"])
         if "NORMAL" in target and normals is not None:
             normals = normals + weight * document.rows(target["NORMAL"])
+        if "TANGENT" in target and tangents is not None:
+            along = tangents[:, :3] + weight * document.rows(target["TANGENT"])
+            tangents = np.column_stack([along, tangents[:, 3]])
     if normals is not None and normals is not part.normals:
         normals = _unit(normals)
-    return replace(part, vertices=vertices, normals=normals)
+    return replace(part, vertices=vertices, normals=normals, tangents=tangents)
 
 
 def _unit(rows: NDArray[np.float64]) -> NDArray[np.float64]:

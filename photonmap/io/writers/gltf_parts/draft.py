@@ -13,7 +13,7 @@ from photonmap.errors import InputError, warn
 from photonmap.runtime.wording import listed
 
 _TYPES = {"<f4": 5126, "<u2": 5123, "<u4": 5125}
-_SHAPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3"}
+_SHAPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 _LARGEST = (1 << 32) - 1
 _VERTICES, _INDICES = 34962, 34963
 """What buffer views are for."""

@@ -106,12 +106,7 @@ def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter
         "doubleSided": is_black(material.emission),  # surfaces emit from their front alone
         "extensions": {} if is_metal else _coat(coat, draft),
     }
-    if material.is_anisotropic:
-        stretch = {
-            "anisotropyStrength": material.anisotropy,
-            "anisotropyRotation": 2.0 * np.pi * material.anisotropy_rotation,
-        }
-        item["extensions"] |= draft.use("KHR_materials_anisotropy", stretch)
+    item["extensions"] |= _stretch(material, draft, textures)
     factor, opacity = whole.tolist(), material.alpha
     color = material.reflectance if isinstance(material.reflectance, Texture) else None
     color = color if base.any() or textured is not None else None
@@ -127,6 +122,19 @@ def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter
         item["alphaMode"] = "BLEND"
     surface["baseColorFactor"] = [*factor, opacity]
     return item
+
+
+def _stretch(material: Material, draft: Draft, textures: TextureWriter) -> dict[str, Any]:
+    """Return the extension that says how a lobe differs along the surface, if it does."""
+    if not material.is_anisotropic:
+        return {}
+    stretch: dict[str, Any] = {
+        "anisotropyStrength": material.anisotropy,
+        "anisotropyRotation": 2.0 * np.pi * material.anisotropy_rotation,
+    }
+    if material.anisotropy_map is not None:
+        stretch["anisotropyTexture"] = textures.data(material.anisotropy_map.texture)
+    return draft.use("KHR_materials_anisotropy", stretch)
 
 
 def _lobe(material: Material) -> tuple[Floats, float]:
