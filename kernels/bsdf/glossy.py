@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.bsdf import facets
+from photonmap.kernels.bsdf.cover import covered
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import mix
 from photonmap.kernels.core.jit import jit
@@ -52,6 +53,23 @@ class Lobe(NamedTuple):
     """see `facets`"""
     azimuths: int
     """row of `Scattering.albedos` where those of azimuths begin"""
+
+
+class Reflection(NamedTuple):
+    """What a lobe does between two directions: see `between`."""
+
+    once: float
+    """what facets reflect once, per steradian, for a reflectance of 1"""
+    schlick: float
+    """(1 - cos)⁵ at the facets"""
+    missing: float
+    """what is reflected several times, likewise"""
+    incoming: tuple
+    """albedos of light from wi, at Fresnel terms 1 and (1 - cos)⁵"""
+    outgoing: tuple
+    """likewise from wo"""
+    mean: tuple
+    """cosine-weighted means of both"""
 
 
 @jit
@@ -107,7 +125,7 @@ def normal_reflectance(scattering, maps, lobe, band):
 
 
 @jit
-def _interpolate(table, cosine):
+def interpolate(table, cosine):
     """Interpolate a row of `Scattering.albedos`, over the square root of the cosine."""
     place = math.sqrt(min(cosine, 1.0)) * (len(table) - 2)
     node = min(int(place), len(table) - 3)
@@ -115,12 +133,12 @@ def _interpolate(table, cosine):
 
 
 @jit
-def _look_up(albedos, maps, anisotropy, lobe, term, cosine, share):
+def look_up_albedo(albedos, maps, anisotropy, lobe, term, cosine, share):
     """Return the albedo of a Fresnel term, 0: 1, 1: (1 - cos)⁵, of light from an angle."""
-    value = _interpolate(albedos[lobe.row, term], cosine)
+    value = interpolate(albedos[lobe.row, term], cosine)
     if maps is None:
         return _of_azimuth(albedos, maps, anisotropy, lobe, term, cosine, share, value)
-    value += lobe.between * (_interpolate(albedos[lobe.row + 1, term], cosine) - value)
+    value += lobe.between * (interpolate(albedos[lobe.row + 1, term], cosine) - value)
     return _of_azimuth(albedos, maps, anisotropy, lobe, term, cosine, share, value)
 
 
@@ -146,8 +164,8 @@ def _at_share(albedos, row, count, term, cosine, share):
     """Interpolate rows of azimuths, of which there are `count`."""
     place = share * (count - 1)
     step = min(int(place), count - 2)
-    value = _interpolate(albedos[row + step, term], cosine)
-    return value + (place - step) * (_interpolate(albedos[row + step + 1, term], cosine) - value)
+    value = interpolate(albedos[row + step, term], cosine)
+    return value + (place - step) * (interpolate(albedos[row + step + 1, term], cosine) - value)
 
 
 @jit
@@ -160,46 +178,60 @@ def mean_albedo(albedos, maps, lobe, term):
 
 
 @jit
-def _multiple(f0, mean):
+def multiple_fresnel(f0, mean):
     """Return the Fresnel term of what is scattered several times; `mean` is that of term 1."""
     fresnel = f0 + (1.0 - f0) * SCHLICK_MEAN
     return fresnel * fresnel * mean / (1.0 - fresnel * (1.0 - mean))
 
 
 @jit
-def _lobe_albedo(single, grazing, f0, multiple):
+def lobe_albedo(single, grazing, f0, multiple):
     """Return what the lobe reflects in all, of the albedos at Fresnel terms 1 and (1 - cos)⁵."""
     return f0 * (single - grazing) + grazing + (1.0 - single) * multiple
 
 
 @jit
-def evaluate(scattering, maps, lobe, wi, wo, n, values):
-    """Turn the base's albedos in values, (N,), into the BSDF (per steradian)."""
+def between(scattering, maps, uneven, lobe, wi, wo, n):
+    """Return what a lobe does between two directions above the surface, whatever its colour."""
     cos_i, cos_o = vec.dot(wi, n), vec.dot(wo, n)
-    if cos_i <= 0.0 or cos_o <= 0.0:
-        values[:] = 0.0
-        return
-    albedos, uneven = scattering.albedos, scattering.anisotropy
+    albedos = scattering.albedos
     h = vec.normalize(vec.add(wi, wo))
     at_i, at_o = facets.azimuth(uneven, lobe, wi, n), facets.azimuth(uneven, lobe, wo, n)
     masking = 1.0 + facets.masking(uneven, lobe, cos_i, at_i)
     masking += facets.masking(uneven, lobe, cos_o, at_o)
     once = facets.distribution(uneven, lobe, h, n) / (4.0 * cos_i * cos_o * masking)
     schlick = (1.0 - min(vec.dot(wo, h), 1.0)) ** 5
-    single_i = _look_up(albedos, maps, uneven, lobe, 0, cos_i, at_i)
-    single_o = _look_up(albedos, maps, uneven, lobe, 0, cos_o, at_o)
-    grazing_i = _look_up(albedos, maps, uneven, lobe, 1, cos_i, at_i)
-    grazing_o = _look_up(albedos, maps, uneven, lobe, 1, cos_o, at_o)
+    single_i = look_up_albedo(albedos, maps, uneven, lobe, 0, cos_i, at_i)
+    single_o = look_up_albedo(albedos, maps, uneven, lobe, 0, cos_o, at_o)
+    grazing_i = look_up_albedo(albedos, maps, uneven, lobe, 1, cos_i, at_i)
+    grazing_o = look_up_albedo(albedos, maps, uneven, lobe, 1, cos_o, at_o)
     mean, mean_grazing = mean_albedo(albedos, maps, lobe, 0), mean_albedo(albedos, maps, lobe, 1)
     missing = (1.0 - single_i) * (1.0 - single_o) / max(1.0 - mean, TINY) * warp.INV_PI
+    incoming, outgoing = (single_i, grazing_i), (single_o, grazing_o)
+    return Reflection(once, schlick, missing, incoming, outgoing, (mean, mean_grazing))
+
+
+@jit
+def evaluate(scattering, maps, lobe, wi, wo, n, cover, values):
+    """Turn the base's albedos in values, (N,), into the BSDF (per steradian).
+
+    `cover` is what lies over the surface: see `cover`.
+    """
+    if vec.dot(wi, n) <= 0.0 or vec.dot(wo, n) <= 0.0:
+        values[:] = 0.0
+        return
+    once, schlick, missing, at_i, at_o, means = between(
+        scattering, maps, scattering.anisotropy, lobe, wi, wo, n
+    )
     for band in range(len(values)):
         f0, rho = normal_reflectance(scattering, maps, lobe, band), float(values[band])
-        multiple = _multiple(f0, mean)
-        through = 1.0 - _lobe_albedo(single_i, grazing_i, f0, multiple)
-        through *= 1.0 - _lobe_albedo(single_o, grazing_o, f0, multiple)
-        back = _lobe_albedo(mean, mean_grazing, f0, multiple)
+        multiple = multiple_fresnel(f0, means[0])
+        through = 1.0 - lobe_albedo(at_i[0], at_i[1], f0, multiple)
+        through *= 1.0 - lobe_albedo(at_o[0], at_o[1], f0, multiple)
+        back = lobe_albedo(means[0], means[1], f0, multiple)
         base = rho * through * warp.INV_PI / max(1.0 - rho * back, TINY)
-        values[band] = (f0 + (1.0 - f0) * schlick) * once + multiple * missing + base
+        value = (f0 + (1.0 - f0) * schlick) * once + multiple * missing + base
+        values[band] = covered(cover, f0, rho, value)
 
 
 @jit
@@ -207,13 +239,13 @@ def _lobe_probability(scattering, maps, lobe, cosine, share):
     """Return with which probability a sample is drawn by visible normals."""
     albedos, f0, rho = scattering.albedos, lobe.f0, lobe.base
     mean, mean_grazing = mean_albedo(albedos, maps, lobe, 0), mean_albedo(albedos, maps, lobe, 1)
-    multiple = _multiple(f0, mean)
-    back = _lobe_albedo(mean, mean_grazing, f0, multiple)
+    multiple = multiple_fresnel(f0, mean)
+    back = lobe_albedo(mean, mean_grazing, f0, multiple)
     uneven = scattering.anisotropy
-    single = _look_up(albedos, maps, uneven, lobe, 0, cosine, share)
-    grazing = _look_up(albedos, maps, uneven, lobe, 1, cosine, share)
+    single = look_up_albedo(albedos, maps, uneven, lobe, 0, cosine, share)
+    grazing = look_up_albedo(albedos, maps, uneven, lobe, 1, cosine, share)
     once = f0 * (single - grazing) + grazing
-    reflected = _lobe_albedo(single, grazing, f0, multiple)
+    reflected = lobe_albedo(single, grazing, f0, multiple)
     base = rho * (1.0 - reflected) * (1.0 - back) / max(1.0 - rho * back, TINY)
     return once / max(reflected + base, TINY)
 
@@ -237,6 +269,15 @@ def sample(scattering, maps, lobe, wo, n, u, v):
 
 
 @jit
+def visible_pdf(uneven, lobe, wi, wo, n, share):
+    """Return the density of sampling by visible normals (per steradian)."""
+    cos_o = vec.dot(wo, n)
+    h = vec.normalize(vec.add(wi, wo))
+    visible = facets.distribution(uneven, lobe, h, n)
+    return visible / (4.0 * cos_o * (1.0 + facets.masking(uneven, lobe, cos_o, share)))
+
+
+@jit
 def pdf(scattering, maps, lobe, wi, wo, n):
     """Return the density of `sample` (per steradian)."""
     cos_i, cos_o = vec.dot(wi, n), vec.dot(wo, n)
@@ -245,7 +286,5 @@ def pdf(scattering, maps, lobe, wi, wo, n):
     uneven = scattering.anisotropy
     share = facets.azimuth(uneven, lobe, wo, n)
     probability = _lobe_probability(scattering, maps, lobe, cos_o, share)
-    h = vec.normalize(vec.add(wi, wo))
-    visible = facets.distribution(uneven, lobe, h, n)
-    visible /= 4.0 * cos_o * (1.0 + facets.masking(uneven, lobe, cos_o, share))
+    visible = visible_pdf(uneven, lobe, wi, wo, n, share)
     return probability * visible + (1.0 - probability) * warp.cosine_hemisphere_pdf(cos_i)

@@ -6,7 +6,7 @@ other, about unit vectors that leave the surface, wi towards the light and wo to
 the shading normal n:
 
 - `evaluate(…, wi, wo, n, values)` turns the diffuse albedos in values, (N,), into the BSDF (per
-  steradian), without the cosine;
+  steradian), without the cosine; models that may lie below a coat take its `Cover` before `values`;
 - `sample(…, wo, n, u, v)` returns wi; one below the horizon is lost;
 - `pdf(…, wi, wo, n)` returns the density of `sample` (per steradian).
 
@@ -14,19 +14,24 @@ They begin with the material's parameters, or with all of `Scattering`, its text
 where there are none, and what the material is at the point.
 """
 
-from photonmap.kernels.bsdf import glossy, lambert, rough_diffuse
+import numpy as np
+
+from photonmap.kernels.bsdf import coated, glossy, lambert, rough_diffuse
+from photonmap.kernels.bsdf.cover import Cover, covered
 from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.passes import SurfaceInteraction
 from photonmap.kernels.core.warp import INV_PI
 
-LAMBERTIAN, ROUGH_DIFFUSE, GLOSSY = 0, 1, 2
+LAMBERTIAN, ROUGH_DIFFUSE, GLOSSY, COATED = 0, 1, 2, 3
 """Models; `Scattering.model` holds one for each material."""
-MODELS = {"rough diffuse": ROUGH_DIFFUSE, "glossy": GLOSSY}
+MODELS = {"rough diffuse": ROUGH_DIFFUSE, "glossy": GLOSSY, "coated": COATED}
 """By the names that materials give them."""
-NARROW = (GLOSSY,)
+NARROW = (GLOSSY, COATED)
 """Those with lobes that cosine-distributed rays and light samples may miss."""
+UNCOVERED = Cover(0.0, 1.0, 0.0, 0.0)
+BELOW_ONE = 1.0 - 2.0**-53
 
 
 @jit
@@ -52,20 +57,49 @@ def _departure(surface):
 
 
 @jit
-def _evaluate(geometry, scattering, surface, wi, values):
-    """Turn the diffuse albedos in values into the BSDF."""
+def _base_at(geometry, scattering, model, hit):
+    """Return what a coat lies over, as a `Lobe`: without reflectance where it has none."""
+    if model == GLOSSY:
+        return glossy.lobe_at(geometry, scattering, scattering.maps, hit)
+    material = geometry.material[hit.triangle]
+    albedo, nothing = scattering.parameters[material, 2], (0.0, 0.0, 0.0)
+    return glossy.Lobe(
+        material, 1.0, 0.0, albedo, np.int64(material), 0.0, False, nothing, 1.0, nothing, 0
+    )
+
+
+@jit
+def _evaluate_base(geometry, scattering, model, cover, surface, wi, values):
+    """Turn the diffuse albedos in values into the BSDF of what lies below a `Cover`."""
     material = geometry.material[surface.hit.triangle]
-    model = scattering.model[material]
     if model == GLOSSY:
         maps = scattering.maps
         lobe = glossy.lobe_at(geometry, scattering, maps, surface.hit)
-        glossy.evaluate(scattering, maps, lobe, wi, _departure(surface), surface.ns, values)
+        glossy.evaluate(scattering, maps, lobe, wi, _departure(surface), surface.ns, cover, values)
     elif model == ROUGH_DIFFUSE:
         parameters = scattering.parameters[material]
         rough_diffuse.evaluate(parameters, wi, _departure(surface), surface.ns, values)
     else:
         for band in range(len(values)):
-            values[band] *= INV_PI
+            rho = float(values[band])
+            values[band] = covered(cover, 0.0, rho, rho * INV_PI)
+
+
+@jit
+def _evaluate(geometry, scattering, coats, surface, wi, values):
+    """Turn the diffuse albedos in values into the BSDF."""
+    material = geometry.material[surface.hit.triangle]
+    model = scattering.model[material]
+    if coats is None:
+        _evaluate_base(geometry, scattering, model, None, surface, wi, values)
+        return
+    cover = UNCOVERED
+    if model == COATED:
+        model, hit = coats.model[material], surface.hit
+        weight = coated.weight_at(geometry, scattering, scattering.maps, hit)
+        base = _base_at(geometry, scattering, model, hit)
+        cover = coated.cover_at(scattering, base, weight, wi, _departure(surface), surface.ns)
+    _evaluate_base(geometry, scattering, model, cover, surface, wi, values)
 
 
 @outlined
@@ -74,22 +108,22 @@ def evaluate(scene, scattering, surface, wi, values):
     color = look_up_material(scene.geometry, scene.textures, surface.hit)
     for band in range(len(values)):
         values[band] = albedo(scene.materials, scene.textures, color, band)
-    _evaluate(scene.geometry, scattering, surface, wi, values)
+    _evaluate(scene.geometry, scattering, scattering.coats, surface, wi, values)
 
 
 @outlined
 def evaluate_lobe(scene, scattering, surface, wi, values):
     """Fill values, (N,), with what the BSDF has beside its diffuse base."""
     values[:] = 0.0
-    _evaluate(scene.geometry, scattering, surface, wi, values)
+    _evaluate(scene.geometry, scattering, scattering.coats, surface, wi, values)
 
 
 @jit
-def sample(geometry, scattering, surface, u, v):
-    """Return a unit vector wi of density `pdf`; `surface.model` says by which BSDF."""
-    if scattering is None or surface.model == LAMBERTIAN:
+def _sample_base(geometry, scattering, model, surface, u, v):
+    """Return a direction by what lies below a coat, if there is one."""
+    if model == LAMBERTIAN:
         return lambert.sample(surface, u, v)
-    if surface.model == GLOSSY:
+    if model == GLOSSY:
         maps = scattering.maps
         lobe = glossy.lobe_at(geometry, scattering, maps, surface.hit)
         return glossy.sample(scattering, maps, lobe, _departure(surface), surface.ns, u, v)
@@ -98,16 +132,65 @@ def sample(geometry, scattering, surface, u, v):
 
 
 @jit
-def pdf(geometry, scattering, surface, wi):
-    """Return the density of `sample` (per steradian) for the unit vector wi."""
+def _coat_probability(geometry, scattering, surface):
+    """Return with which probability directions are drawn by a coat."""
+    hit = surface.hit
+    weight = coated.weight_at(geometry, scattering, scattering.maps, hit)
+    model = scattering.coats.model[geometry.material[hit.triangle]]
+    base = _base_at(geometry, scattering, model, hit)
+    return coated.probability(scattering, base, weight, vec.dot(_departure(surface), surface.ns))
+
+
+@jit
+def _sample(geometry, scattering, coats, surface, u, v):
+    if coats is None or surface.model != COATED:
+        return _sample_base(geometry, scattering, surface.model, surface, u, v)
+    material = geometry.material[surface.hit.triangle]
+    share = _coat_probability(geometry, scattering, surface)
+    if u < share:
+        return coated.sample(scattering, material, _departure(surface), surface.ns, u / share, v)
+    u = min((u - share) / (1.0 - share), BELOW_ONE)
+    return _sample_base(geometry, scattering, coats.model[material], surface, u, v)
+
+
+@jit
+def sample(geometry, scattering, surface, u, v):
+    """Return a unit vector wi of density `pdf`; `surface.model` says by which BSDF."""
     if scattering is None or surface.model == LAMBERTIAN:
+        return lambert.sample(surface, u, v)
+    return _sample(geometry, scattering, scattering.coats, surface, u, v)
+
+
+@jit
+def _base_pdf(geometry, scattering, model, surface, wi):
+    """Return the density of `_sample_base`."""
+    if model == LAMBERTIAN:
         return lambert.pdf(surface, wi)
-    if surface.model == GLOSSY:
+    if model == GLOSSY:
         maps = scattering.maps
         lobe = glossy.lobe_at(geometry, scattering, maps, surface.hit)
         return glossy.pdf(scattering, maps, lobe, wi, _departure(surface), surface.ns)
     parameters = scattering.parameters[geometry.material[surface.hit.triangle]]
     return rough_diffuse.pdf(parameters, wi, _departure(surface), surface.ns)
+
+
+@jit
+def _pdf(geometry, scattering, coats, surface, wi):
+    if coats is None or surface.model != COATED:
+        return _base_pdf(geometry, scattering, surface.model, surface, wi)
+    material = geometry.material[surface.hit.triangle]
+    share = _coat_probability(geometry, scattering, surface)
+    own = coated.pdf(scattering, material, wi, _departure(surface), surface.ns)
+    base = _base_pdf(geometry, scattering, coats.model[material], surface, wi)
+    return share * own + (1.0 - share) * base
+
+
+@jit
+def pdf(geometry, scattering, surface, wi):
+    """Return the density of `sample` (per steradian) for the unit vector wi."""
+    if scattering is None or surface.model == LAMBERTIAN:
+        return lambert.pdf(surface, wi)
+    return _pdf(geometry, scattering, scattering.coats, surface, wi)
 
 
 @outlined

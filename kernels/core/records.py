@@ -215,6 +215,8 @@ class LobeMaps(NamedTuple):
     """(M,) int32, likewise, of the diffuse base"""
     anisotropy: np.ndarray
     """(M,) int32, likewise, of direction and strength along the surface"""
+    coat: np.ndarray
+    """(M,) int32, likewise, of the weight of a clear coat"""
     basis: np.ndarray
     """(3, N) float32, which makes reflectances of linear RGB"""
     first: int
@@ -248,6 +250,31 @@ class Anisotropy(NamedTuple):
 
 
 @by_reference
+class Coats(NamedTuple):
+    """Clear coats over other surfaces: see `bsdf.coated`. A scene without has None instead."""
+
+    model: np.ndarray
+    """(M,) uint8, which BSDF lies below"""
+    weight: np.ndarray
+    """(M,) float64, fraction of the surface that is covered; 0 where there is no coat"""
+    f0: np.ndarray
+    """(M,) float64, reflectance of the coat at normal incidence"""
+    alpha: np.ndarray
+    """(M,) float64, its α"""
+    row: np.ndarray
+    """(M,) int32, row of `Scattering.albedos` with those of the coat"""
+    dielectric: np.ndarray
+    """(M,) float64, reflectance at normal incidence of the base's lobe, where it is no metal"""
+    first: np.ndarray
+    """(M,) int32, row of `through` where those of the coat begin"""
+    steps: np.ndarray
+    """(M,) int32, number of these rows, of even steps of the roughness of the base"""
+    through: np.ndarray
+    """(R, 2, K) float64, how a coat lets light pass from each of K - 1 angles: to what is no metal,
+    and to metal; see `bsdf.coated`"""
+
+
+@by_reference
 class Scattering(NamedTuple):
     """Surfaces that scatter neither like Lambert's law nor specularly: see `bsdf.models`."""
 
@@ -266,6 +293,8 @@ class Scattering(NamedTuple):
     """None where no lobe is textured"""
     anisotropy: Anisotropy | None
     """None where no lobe differs along a surface"""
+    coats: Coats | None
+    """None where no surface has a clear coat"""
 
 
 @by_reference

@@ -2,11 +2,11 @@
 
 import math
 
-from photonmap.kernels.bsdf import glossy, models
+from photonmap.kernels.bsdf import coated, glossy, models
 from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.camera.cameras import first_hit, generate_ray
 from photonmap.kernels.core import vec
-from photonmap.kernels.core.jit import kernel
+from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.passes import Hit
 from photonmap.kernels.geometry.interaction import point_at, surface_interaction
 
@@ -40,6 +40,15 @@ def first_hits(geometry, view, span, triangles, barycentrics, distance, depth, n
             normal[pixel, axis] = ns[axis]
 
 
+@jit
+def _base_model(geometry, scattering, coats, triangle):
+    """Return the model of a surface, or of what lies below its coat."""
+    model = models.model_at(geometry, scattering, triangle)
+    if coats is None:
+        return model
+    return int(coats.model[geometry.material[triangle]])
+
+
 @kernel
 def look_up_lobes(scene, scattering, maps, triangles, barycentrics, base, specular, lobes):
     """Fill what first hits reflect where textures give their glossy lobes: one row a hit.
@@ -50,7 +59,9 @@ def look_up_lobes(scene, scattering, maps, triangles, barycentrics, base, specul
     geometry = scene.geometry
     for pixel in range(len(triangles)):
         triangle = triangles[pixel]
-        if triangle < 0 or models.model_at(geometry, scattering, triangle) != models.GLOSSY:
+        if triangle < 0:
+            continue
+        if _base_model(geometry, scattering, scattering.coats, triangle) != models.GLOSSY:
             continue
         hit = Hit(triangle, barycentrics[pixel, 0], barycentrics[pixel, 1], 0.0)
         color = look_up_material(geometry, scene.textures, hit)
@@ -61,3 +72,12 @@ def look_up_lobes(scene, scattering, maps, triangles, barycentrics, base, specul
         for band in range(base.shape[1]):
             base[pixel, band] = albedo(scene.materials, scene.textures, color, band)
             specular[pixel, band] = glossy.normal_reflectance(scattering, maps, lobe, band)
+
+
+@kernel
+def look_up_coats(geometry, scattering, maps, triangles, barycentrics, weights):
+    """Fill which fraction of each surface hit a coat covers, (P,); rows of the sky stay."""
+    for pixel in range(len(triangles)):
+        if triangles[pixel] >= 0:
+            hit = Hit(triangles[pixel], barycentrics[pixel, 0], barycentrics[pixel, 1], 0.0)
+            weights[pixel] = coated.weight_at(geometry, scattering, maps, hit)

@@ -6,11 +6,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.compile.scene_demands import EFFECTS, Effect, called_for, sides_in_air
 from photonmap.errors import InputError
-from photonmap.kernels.bsdf.models import GLOSSY, LAMBERTIAN
+from photonmap.kernels.bsdf.models import LAMBERTIAN, NARROW
 from photonmap.kernels.core.records import (
     GLASS,
     MIRROR,
@@ -197,9 +198,19 @@ def _leave_out_scattering(scattering: Scattering | None, plan: EffectPlan) -> Sc
     """Return the BSDFs that are simulated; None where all are Lambertian or specular."""
     if scattering is None:
         return None
-    kept = np.where(scattering.model == GLOSSY, plan.on("glossy"), plan.on("non_lambertian"))
-    model = np.where(kept, scattering.model, LAMBERTIAN).astype(np.uint8)
+    model, coats = scattering.model, scattering.coats
+    if coats is not None and not plan.on("glossy"):
+        model, coats = coats.model, None
+    if coats is not None:
+        coats = coats._replace(model=_simulated(coats.model, plan))
+    model = _simulated(model, plan)
     maps = scattering.maps if plan.on("textures") and plan.on("glossy") else None
     anisotropy = scattering.anisotropy if plan.on("glossy") else None
-    scattering = scattering._replace(model=model, maps=maps, anisotropy=anisotropy)
+    scattering = scattering._replace(model=model, maps=maps, anisotropy=anisotropy, coats=coats)
     return scattering if model.any() else None
+
+
+def _simulated(model: NDArray[np.uint8], plan: EffectPlan) -> NDArray[np.uint8]:
+    """Return BSDF models of which those left out are Lambertian."""
+    kept = np.where(np.isin(model, NARROW), plan.on("glossy"), plan.on("non_lambertian"))
+    return np.where(kept, model, LAMBERTIAN).astype(np.uint8)

@@ -110,6 +110,7 @@ def _flatten(meshes: list[Mesh]) -> list[Mesh]:
                     alpha=mean_number(material.alpha),
                     glossy=mean_color(material.glossy),
                     roughness=mean_number(material.roughness),
+                    coat=mean_number(material.coat),
                     relief=None,
                     anisotropy_map=None,
                 )

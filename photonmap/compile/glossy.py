@@ -88,6 +88,22 @@ def _albedos(
     along: float, across: float, share: float, cosine: float, grid: int
 ) -> tuple[float, float]:
     """Return the mean of G2 / G1 over visible normals, times each Fresnel term."""
+    weight, beside, _ = reflections(along, across, share, cosine, grid)
+    return float(weight.mean()), float((weight * (1.0 - np.minimum(beside, 1.0)) ** 5).mean())
+
+
+def reflections(
+    along: float, across: float, share: float, cosine: float, grid: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return how visible normals reflect light: G2 / G1, its cosine to them, and that of leaving.
+
+    Each (grid, grid), evenly over the density of visible normals (Dupuy and Benyoub 2023).
+
+    Parameters
+    ----------
+    along, across : α along a tangent, and across it
+    share, cosine : of the light, the sine² of its azimuth from the tangent, and its cosine
+    """
     places = (np.arange(grid) + 0.5) / grid
     u, v = np.meshgrid(places, places)
     sine = np.sqrt(1.0 - cosine * cosine)
@@ -116,7 +132,7 @@ def _albedos(
         alpha_out = np.sqrt(((along * x) ** 2 + (across * y) ** 2) / squares)
     shadowed = 1.0 + _smith(alpha, cosine) + _smith(alpha_out, np.maximum(out, 1e-9))
     weight = np.where(out > 0.0, (1.0 + _smith(alpha, cosine)) / shadowed, 0.0)
-    return float(weight.mean()), float((weight * (1.0 - np.minimum(beside, 1.0)) ** 5).mean())
+    return weight, beside, out
 
 
 def _smith(

@@ -57,7 +57,7 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
             raise InputError(
                 f"material {material.name!r} is glass; set its reflectance and mirror to 0"
             )
-    _check_glossy(materials)
+    _check_lobes(materials)
     _check_even(materials)
     panes = _compile_panes(materials, mirror, tint)
     narrow = np.array([material.is_narrow_metal for material in materials])
@@ -72,8 +72,8 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
     )
 
 
-def _check_glossy(materials: list[Material]) -> None:
-    """Refuse glossy surfaces with lobes that they cannot have beside."""
+def _check_lobes(materials: list[Material]) -> None:
+    """Refuse glossy surfaces and clear coats with lobes that they cannot have beside."""
     for material in materials:
         others = {
             "ior": material.ior is not None,
@@ -81,9 +81,10 @@ def _check_glossy(materials: list[Material]) -> None:
             "diffuse_roughness": material.diffuse_roughness != 0.0,
         }
         found = [name for name, there in others.items() if there]
-        if material.is_glossy and found:
+        if (material.is_glossy or material.is_coated) and found:
+            lobe = "is glossy and has" if material.is_glossy else "has a coat and"
             raise InputError(
-                f"material {material.name!r} is glossy and has {listed(found)}; remove one of them"
+                f"material {material.name!r} {lobe} {listed(found)}; remove one of them"
             )
 
 
@@ -159,7 +160,8 @@ def _compile_scattering(
 ) -> records.Scattering | None:
     """Return which BSDFs are not Lambertian; None where there is none."""
     described = [material.scattering for material in materials]
-    if all(scattering is None for scattering in described):
+    coated = any(material.is_coated for material in materials)
+    if not coated and all(scattering is None for scattering in described):
         return None
     model, parameters = np.zeros(len(materials), np.uint8), np.zeros((len(materials), 4))
     for index, scattering in enumerate(described):
@@ -168,14 +170,17 @@ def _compile_scattering(
             model[index] = MODELS[name]
             parameters[index, : len(values)] = values
     albedos = np.zeros((len(materials), 2, NODES + 1))
-    for index in np.flatnonzero(model == GLOSSY).tolist():
-        parameters[index, 1:3] = glossy[index].mean(), reflectance[index].mean()
-        albedos[index] = lobe_albedos(parameters[index, 0])
+    for index, material in enumerate(materials):
+        if model[index] == GLOSSY:
+            albedos[index] = lobe_albedos(parameters[index, 0])
+        if model[index] == GLOSSY or material.is_coated:
+            parameters[index, 1:3] = glossy[index].mean(), reflectance[index].mean()
     if any(isinstance(material.roughness, Texture) for material in materials):
         albedos = np.concatenate([albedos, stepped_albedos(LEAST_ALPHA)])
-    elif any(material.has_textured_lobe for material in materials):
+    elif any(m.has_textured_lobe or isinstance(m.coat, Texture) for m in materials):
         albedos = np.concatenate([albedos, albedos[:1]])  # a next row for all
-    return records.Scattering(model, parameters, glossy.astype(np.float32), albedos, None, None)
+    specular = glossy.astype(np.float32)
+    return records.Scattering(model, parameters, specular, albedos, None, None, None)
 
 
 def _part(material: Material, name: str, color: Paint, bands: Bands) -> Floats:

@@ -19,6 +19,7 @@ from photonmap.compile.lights.emitters import Emitters, compile_lights
 from photonmap.compile.materials import compile_materials
 from photonmap.compile.media.media import plan_media
 from photonmap.compile.surfaces.anisotropy import with_anisotropy
+from photonmap.compile.surfaces.coats import with_coats
 from photonmap.compile.surfaces.relief import compile_relief
 from photonmap.compile.surfaces.tangents import given_tangents
 from photonmap.compile.textures import compile_textures
@@ -152,7 +153,7 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
         lights=emitters.lights,
         specular=compiled.specular and compiled.specular._replace(media=media),
         textures=table.textures(bands),
-        scattering=with_anisotropy(lobes, materials, geometry, tangents),
+        scattering=with_coats(with_anisotropy(lobes, materials, geometry, tangents), materials),
         camera=camera,
         center=frame.center,
         size=frame.size,

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.compile.scene_arrays import CompiledScene
-from photonmap.kernels.bsdf.models import GLOSSY, LAMBERTIAN
-from photonmap.kernels.core.records import GLASS, METAL, Geometry
+from photonmap.kernels.bsdf.models import NARROW, ROUGH_DIFFUSE
+from photonmap.kernels.core.records import GLASS, METAL, Geometry, Scattering
 from photonmap.kernels.lights.kinds import AREA_KINDS, POSITION_KINDS
 
 EFFECTS = (
@@ -88,16 +88,25 @@ def _of_surfaces(compiled: CompiledScene) -> dict[str, Effect]:
             ((kinds != 0) & (kinds != METAL)).any(), "there are mirrors or glass", no_specular
         ),
         "glossy": _if(
-            (models == GLOSSY).any() or (specular is not None and specular.alpha is not None),
+            np.isin(models, NARROW).any() or (specular is not None and specular.alpha is not None),
             "some surfaces are glossy",
             "no surface is glossy",
         ),
         "non_lambertian": _if(
-            ((models != LAMBERTIAN) & (models != GLOSSY)).any(),
+            _has_rough_diffuse(scattering),
             "some surfaces are rough",
             "all diffuse reflection obeys Lambert's law",
         ),
     }
+
+
+def _has_rough_diffuse(scattering: Scattering | None) -> bool:
+    """Return whether a surface, or what lies below a coat, is diffuse but not Lambertian."""
+    if scattering is None:
+        return False
+    coats = scattering.coats
+    models = scattering.model if coats is None else np.append(scattering.model, coats.model)
+    return bool((models == ROUGH_DIFFUSE).any())
 
 
 def _of_transparency(compiled: CompiledScene) -> dict[str, Effect]:
@@ -155,7 +164,7 @@ def _of_images(compiled: CompiledScene) -> dict[str, Effect]:
 def _is_rough(compiled: CompiledScene) -> bool:
     """Return whether a surface reflects otherwise than a mirror or glass."""
     scattering = compiled.scattering
-    glossy = scattering is not None and scattering.specular.any()
+    glossy = scattering is not None and np.isin(scattering.model, NARROW).any()
     return bool(glossy or compiled.materials.reflectance.any())
 
 

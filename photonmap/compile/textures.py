@@ -34,7 +34,7 @@ from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 Floats = NDArray[np.float64]
 _TEXTURED = (
-    "reflectance", "emission", "alpha", "glossy", "roughness", "relief", "anisotropy_map",
+    "reflectance", "emission", "alpha", "glossy", "roughness", "relief", "anisotropy_map", "coat",
 )  # fmt: skip
 """Attributes of materials that may be, or have, textures."""
 
@@ -46,8 +46,8 @@ class TextureTable:
     Parameters
     ----------
     maps : one row a use
-    reflectance, emission, alpha, glossy, roughness, relief, anisotropy_map : (M,) the row that each
-        material uses, -1 for none
+    reflectance, emission, alpha, glossy, roughness, relief, anisotropy_map, coat : (M,) the row
+        that each material uses, -1 for none
     opacity : (M,) where there is no texture
     uses : which texture each row of `maps` is, and what its reflectances are divided by
     images : keeps the texels alive, of which kernels have the addresses
@@ -61,6 +61,7 @@ class TextureTable:
     roughness: NDArray[np.int32]
     relief: NDArray[np.int32]
     anisotropy_map: NDArray[np.int32]
+    coat: NDArray[np.int32]
     opacity: Floats
     uses: list[tuple[Texture, float]] = field(repr=False)
     images: list[Any] = field(repr=False)
@@ -86,7 +87,7 @@ class TextureTable:
 
     def lobes(self, scattering: Scattering | None, bands: Bands) -> Scattering | None:
         """Return BSDFs with the textures of glossy lobes, where there are any."""
-        images = self.glossy, self.roughness, self.anisotropy_map
+        images = self.glossy, self.roughness, self.anisotropy_map, self.coat
         if scattering is None or np.less(images, 0).all():
             return scattering
         basis = bands.reflectance_basis.astype(np.float32, order="C")
@@ -98,6 +99,7 @@ class TextureTable:
                 self.glossy,
                 self.reflectance,
                 self.anisotropy_map,
+                self.coat,
                 basis,
                 first,
                 STEPS,

@@ -34,7 +34,7 @@ _REMEDIES = (
     (r"clamped in one|coordinates of a further texture", _BAKE),
     (r"mirrored view", "give the camera's node a scale without minus signs"),
     (r"newmtl is repeated", "give each material its own name"),
-    (r"\b(Ks|Ns|Ni|Tf|illum|Pc|Ps|Pcr|halo)\b", f"give mirror, glossy or ior {_TOML}"),
+    (r"\b(Ks|Ns|Ni|Tf|illum|Ps|halo)\b", f"give mirror, glossy or ior {_TOML}"),
     (r"munsell", "give the measured chips with --munsell, or accept the recovered curve"),
     (r"\b(property|element|texture)\b", "export it as glTF or OBJ with materials, if it matters"),
 )

@@ -73,11 +73,12 @@ def name_kind(material: Material) -> str:
         return f"{kind}glass"
     if not is_black(material.mirror):
         return f"mirror{base}"
+    coated = "coated " if material.is_coated else ""
     if material.is_glossy:
-        return f"gloss{base}" if base else "metal"
+        return f"{coated}gloss{base}" if base else f"{coated}metal"
     if not base:
-        return "black"
-    return "rough diffuse" if material.diffuse_roughness else "diffuse"
+        return f"{coated}black"
+    return "rough diffuse" if material.diffuse_roughness else f"{coated}diffuse"
 
 
 def _describe_attributes(material: Material) -> dict[str, Any]:

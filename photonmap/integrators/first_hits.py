@@ -18,8 +18,8 @@ from photonmap.integrators.base import TILE
 from photonmap.io.readers.metallic import metallic_fraction
 from photonmap.kernels.bsdf.models import GLOSSY
 from photonmap.kernels.core.passes import Film, Span, View
-from photonmap.kernels.core.records import GLASS, METAL, MIRROR, Specular
-from photonmap.kernels.integrators.first_hits import first_hits, look_up_lobes
+from photonmap.kernels.core.records import GLASS, METAL, MIRROR, Coats, Scattering, Specular
+from photonmap.kernels.integrators.first_hits import first_hits, look_up_coats, look_up_lobes
 from photonmap.runtime.storage import RAM, Storage, strips
 from photonmap.runtime.workers import Workers
 
@@ -47,6 +47,29 @@ class FirstHits(NamedTuple):
         return rows
 
 
+class Coat(NamedTuple):
+    """Clear coats of R surfaces: each (R, 1)."""
+
+    weight: Array
+    """fraction of the surface that is covered"""
+    f0: Array
+    """reflectance at normal incidence"""
+    alpha: Array
+    mean: Array
+    """reflectance of light from all around"""
+
+    def over(self, base: Array, light: Array) -> tuple[Array, Array]:
+        """Return what the coat reflects, and by what it multiplies what the base does.
+
+        Parameters
+        ----------
+        base : (R, N) albedo of all of the base, for light of some distribution
+        light : (R, 1) what the coat itself reflects of it
+        """
+        through = (1.0 - light) ** 2 / (1.0 - light * base)
+        return self.weight * light, 1.0 - self.weight + self.weight * through
+
+
 class Surfaces(NamedTuple):
     """What surfaces reflect: R materials, or as many points where textures give their lobes."""
 
@@ -62,10 +85,12 @@ class Surfaces(NamedTuple):
     """(R, …)"""
     is_thin: Array
     """(R,)"""
+    coat: Coat | None
+    """None where no surface has one"""
 
     @property
     def is_glossy(self) -> Array:
-        """Which have a glossy lobe, (R,)."""
+        """Which have a glossy lobe, (R,), be it below a coat."""
         return np.asarray(self.model == GLOSSY)
 
 
@@ -174,7 +199,7 @@ def _material_id(compiled: CompiledScene, hits: FirstHits) -> Array:
 
 @of_surface("specular_albedo")
 def _specular_albedo(surfaces: Surfaces) -> Array:
-    """Look up the reflectance at normal incidence of a mirror, a glossy lobe, or glass.
+    """Look up the reflectance at normal incidence of a mirror, glossy lobes, or glass.
 
     That of glass of index n is R = ((n − 1) / (n + 1))², of both sides of a pane 2 R / (1 + R).
     """
@@ -186,12 +211,18 @@ def _specular_albedo(surfaces: Surfaces) -> Array:
         albedo = np.where((specular.kind == GLASS)[:, None], of_glass[:, None], albedo)
         of_pane = 2.0 * of_glass / (1.0 + of_glass)
         albedo = np.where(surfaces.is_thin[:, None], of_pane[:, None], albedo)
+    if surfaces.coat is not None:
+        own, passed = surfaces.coat.over(albedo, surfaces.coat.f0)
+        albedo = own + passed * albedo
     return albedo
 
 
 @of_surface("roughness")
 def _roughness(surfaces: Surfaces) -> Array:
     specular, alpha = surfaces.specular, np.where(surfaces.is_glossy, surfaces.lobes[:, 0], 1.0)
+    if surfaces.coat is not None:
+        bare = ~surfaces.is_glossy & (surfaces.coat.weight[:, 0] > 0.0)
+        alpha = np.where(bare, surfaces.coat.alpha[:, 0], alpha)
     roughness = np.sqrt(alpha).astype(np.float32)
     if specular is not None:
         roughness[specular.kind != 0] = 0.0
@@ -218,6 +249,9 @@ def _diffuse_fraction(surfaces: Surfaces) -> Array:
     if glossy.any():
         lobe[glossy] = mean_albedo(surfaces.glossy[glossy], surfaces.lobes[glossy, 1:])
         base *= (1.0 - lobe) ** 2 / np.maximum(1.0 - base * lobe, 1e-12)
+    if surfaces.coat is not None:
+        own, passed = surfaces.coat.over(base + lobe, surfaces.coat.mean)
+        base, lobe = base * passed, lobe * passed + own
     if specular is not None:
         lobe += specular.mirror
     total = base + lobe
@@ -232,36 +266,47 @@ def _of_materials(compiled: CompiledScene) -> Surfaces:
     reflectance, scattering = compiled.materials.reflectance, compiled.scattering
     count = len(reflectance)
     model, glossy = np.zeros(count, np.uint8), np.zeros_like(reflectance)
-    lobes = np.zeros((count, 3))
+    lobes, coat = np.zeros((count, 3)), None
     if scattering is not None:
         model, glossy = scattering.model, scattering.specular
         lobes[:, 0], lobes[:, 1:] = scattering.parameters[:, 0], scattering.albedos[:count, :, -1]
-    return Surfaces(reflectance, model, glossy, lobes, compiled.specular, compiled.is_thin)
+        if scattering.coats is not None:
+            model, coat = scattering.coats.model, _coat(scattering, scattering.coats)
+    return Surfaces(reflectance, model, glossy, lobes, compiled.specular, compiled.is_thin, coat)
+
+
+def _coat(scattering: Scattering, coats: Coats) -> Coat:
+    """Return the clear coats of materials."""
+    f0 = coats.f0[:, None]
+    mean = mean_albedo(f0, scattering.albedos[np.maximum(coats.row, 0), :, -1])
+    return Coat(coats.weight[:, None], f0, coats.alpha[:, None], mean)
 
 
 def _of_points(compiled: CompiledScene, hits: FirstHits, material: Array) -> Surfaces:
     """Return what the hit points reflect, whose material is given; textures give their lobes."""
     plain, scattering = _of_materials(compiled), compiled.scattering
     assert scattering is not None
-    reflectance, glossy, lobes = (
-        np.ascontiguousarray(rows[material])
-        for rows in (plain.reflectance, plain.glossy, plain.lobes)
-    )
-    look_up_lobes(
-        compiled.arrays,
-        scattering,
-        scattering.maps,
-        np.ascontiguousarray(hits.triangle),
-        np.ascontiguousarray(hits.barycentrics),
-        reflectance,
-        glossy,
-        lobes,
-    )
+    places = np.ascontiguousarray(hits.triangle), np.ascontiguousarray(hits.barycentrics)
+    tables = plain.reflectance, plain.glossy, plain.lobes
+    reflectance, glossy, lobes = (np.ascontiguousarray(table[material]) for table in tables)
+    scene, maps = compiled.arrays, scattering.maps
+    look_up_lobes(scene, scattering, maps, *places, reflectance, glossy, lobes)
+    coat = plain.coat
+    if coat is not None:
+        coat = Coat(*(np.ascontiguousarray(rows[material]) for rows in coat))
+        look_up_coats(compiled.geometry, scattering, maps, *places, coat.weight[:, 0])
     specular = compiled.specular
     if specular is not None:
         rows = {name: getattr(specular, name) for name in specular._fields}
         specular = Specular(
             **{name: None if row is None else row[material] for name, row in rows.items()}
         )
-    is_thin = plain.is_thin[material]
-    return Surfaces(reflectance, plain.model[material], glossy, lobes, specular, is_thin)
+    return Surfaces(
+        reflectance,
+        plain.model[material],
+        glossy,
+        lobes,
+        specular,
+        plain.is_thin[material],
+        coat,
+    )

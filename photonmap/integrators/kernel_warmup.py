@@ -161,12 +161,14 @@ def _smallest(wanted: CompiledScene) -> Scene:
     meshes = [triangle]
     if _has_rough_chains(wanted):
         meshes.append(Mesh(triangle.vertices + 0.5, triangle.faces, Material.glass(roughness=0.5)))
-    if _has_textured_lobes(wanted):
-        glossy = Material(glossy=_GREY, roughness=0.5)
+    if lobes := _kinds_of_lobes(wanted):
+        glossy = Material(
+            glossy=_GREY if "maps" in lobes else 0.4,
+            roughness=0.5,
+            anisotropy=0.5 if "anisotropy" in lobes else 0.0,
+            coat=0.5 if "coats" in lobes else 0.0,
+        )
         meshes.append(replace(triangle, vertices=triangle.vertices - 0.5, material=glossy))
-    if _is_anisotropic(wanted):
-        brushed = Material("brushed", 0.0, glossy=0.5, roughness=1.0, anisotropy=0.5)
-        meshes.append(replace(triangle, vertices=triangle.vertices - 1.0, material=brushed))
     return Scene(meshes, lights, Camera((1.0, 1.0, 1.0), (0.3, 0.3, -0.7), lens=lens))
 
 
@@ -175,14 +177,10 @@ def _has_rough_chains(compiled: CompiledScene) -> bool:
     return compiled.specular is not None and compiled.specular.alpha is not None
 
 
-def _has_textured_lobes(compiled: CompiledScene) -> bool:
-    """Return whether textures give glossy lobes."""
-    return compiled.scattering is not None and compiled.scattering.maps is not None
-
-
-def _is_anisotropic(compiled: CompiledScene) -> bool:
-    """Return whether glossy lobes differ along surfaces."""
-    return compiled.scattering is not None and compiled.scattering.anisotropy is not None
+def _kinds_of_lobes(compiled: CompiledScene) -> list[str]:
+    """Return which fields of `Scattering` glossy lobes need that are not the same all over."""
+    kinds = ("maps", "anisotropy", "coats")
+    return [kind for kind in kinds if getattr(compiled.scattering, kind, None) is not None]
 
 
 def _has_palettes(compiled: CompiledScene) -> bool:
@@ -196,8 +194,7 @@ def _marker(wanted: CompiledScene, method: str) -> Path:
     parts += [name for name in ("tree", *_LIGHTS) if getattr(wanted.lights, name) is not None]
     parts += ["specular"] * (wanted.specular is not None) + ["optics"] * has_optics(wanted.camera)
     parts += ["rough-chains"] * _has_rough_chains(wanted)
-    parts += ["textured-lobes"] * _has_textured_lobes(wanted)
-    parts += ["anisotropic"] * _is_anisotropic(wanted)
+    parts += _kinds_of_lobes(wanted)
     parts += ["palettes"] * _has_palettes(wanted)
     return CACHE_FOLDER / ("compiled-" + "-".join(parts))
 

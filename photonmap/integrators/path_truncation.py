@@ -4,6 +4,7 @@ import numpy as np
 
 from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.integrators.photon_mapping.radiosity_cache import one_cell
+from photonmap.kernels.bsdf.models import NARROW
 from photonmap.kernels.core.passes import RadiosityCache, Span
 from photonmap.kernels.core.records import SceneArrays
 from photonmap.kernels.integrators.photon import trace_photons
@@ -24,7 +25,8 @@ def truncated_fraction(compiled: CompiledScene, bands: int, bounces: int, key: n
     """
     scattering = compiled.scattering
     largest = float(compiled.materials.reflectance.max())
-    if compiled.textures is not None or (scattering is not None and scattering.specular.any()):
+    is_glossy = scattering is not None and np.isin(scattering.model, NARROW).any()
+    if compiled.textures is not None or is_glossy:
         largest = 1.0
     if largest**bounces < SMALLEST_FRACTION:
         return 0.0

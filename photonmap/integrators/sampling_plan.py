@@ -123,7 +123,7 @@ def _textured_materials(scene: SceneArrays) -> NDArray[np.uint8]:
         textured |= textures.reflectance >= 0
     if scene.scattering is not None and scene.scattering.maps is not None:
         lobes = scene.scattering.maps
-        textured |= (lobes.roughness >= 0) | (lobes.glossy >= 0)
+        textured |= (lobes.roughness >= 0) | (lobes.glossy >= 0) | (lobes.coat >= 0)
     if geometry.relief is not None:
         textured |= geometry.relief.image >= 0
     if geometry.alpha is not None:

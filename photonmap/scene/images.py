@@ -166,6 +166,10 @@ class Channels:
         """Return linear RGB."""
         return self.image(linear=True)
 
+    def red(self) -> Image:
+        """Return the first of three channels of linear data, or the only one."""
+        return self._data(0)
+
     def green(self) -> Image:
         """Return the second of three channels of linear data, or the only one."""
         return self._data(1)

@@ -69,15 +69,19 @@ class Material:
         texture coordinates it goes around the y axis
     anisotropy_map : an `AnisotropyMap`, whose strengths multiply `anisotropy`, and whose directions
         turn the tangent
+    coat : fraction in [0, 1] of a surface that a clear coat covers: a colourless layer over what is
+        diffuse or glossy, which reflects by itself and takes from its base what it reflects (see
+        `kernels.bsdf.coated`)
+    coat_roughness, coat_ior : of the coat, like `roughness`, and its index of refraction
     diffuse_roughness : of the diffuse reflection in [0, 1], 0 for Lambert's law (energy-preserving
         Oren–Nayar, see `kernels.bsdf.rough_diffuse`)
     relief : a `NormalMap` or a `BumpMap`, which turns shading normals (see
         `kernels.geometry.relief`); None for a surface without
 
     A colour is a number (a constant spectrum), a linear RGB triple, or a `Spectrum`; reflectance,
-    emission, alpha, glossy and roughness may be a `Texture`, but not the roughness of glass. The
-    annotations declare ranges and the keys of TOML and MTL files (`photonmap.scene.parameters`),
-    which checks, readers and writers follow.
+    emission, alpha, glossy, roughness and coat may be a `Texture`, but not the roughness of glass.
+    The annotations declare ranges and the keys of TOML and MTL files, which checks, readers and
+    writers follow (`photonmap.scene.parameters`).
     """
 
     name: str = "grey"
@@ -114,6 +118,18 @@ class Material:
         Number("roughness", mtl="roughness", textured=True, at_least=0.0, at_most=1.0),
     ] = 0.0
 
+    coat: Annotated[
+        float | Texture,
+        Number("weight", mtl="Pc", textured=True, only="opaque", at_least=0.0, at_most=1.0),
+    ] = 0.0
+    coat_roughness: Annotated[
+        float, Number("roughness", mtl="Pcr", only="opaque", at_least=0.0, at_most=1.0)
+    ] = 0.0
+    coat_ior: Annotated[
+        float,
+        Number("index of refraction", mtl="coat_ior", only="opaque", at_least=1.0, such_as="1.5"),
+    ] = 1.5
+
     relief: Annotated[
         NormalMap | BumpMap | None,
         Part("relief", kinds={kind.kind: kind for kind in (NormalMap, BumpMap)}),
@@ -149,7 +165,7 @@ class Material:
     @property
     def is_textured(self) -> bool:
         """Whether a texture lies on it."""
-        paints = (self.reflectance, self.emission, self.alpha)
+        paints = (self.reflectance, self.emission, self.alpha, self.coat)
         is_painted = any(isinstance(paint, Texture) for paint in paints)
         return is_painted or self.has_textured_lobe or self.relief is not None or self.is_brushed
 
@@ -198,6 +214,11 @@ class Material:
         return not is_black(self.glossy)
 
     @property
+    def is_coated(self) -> bool:
+        """Whether it has a clear coat."""
+        return not is_black(self.coat)
+
+    @property
     def chain_alpha(self) -> float:
         """GGX's α of a surface that specular chains pass; 0 where it is smooth, or there is none.
 
@@ -214,12 +235,15 @@ class Material:
     def is_narrow_metal(self) -> bool:
         """Whether it is bare metal whose lobe is so narrow that specular chains follow it."""
         bare = not isinstance(self.reflectance, Spectrum | Texture) and not np.any(self.reflectance)
-        even = bare and not self.has_textured_lobe and not self.is_anisotropic
+        even = bare and not (self.has_textured_lobe or self.is_anisotropic or self.is_coated)
         return self.is_glossy and even and self._alpha < NARROW_ALPHA
 
     @property
     def scattering(self) -> tuple[str, tuple[float, ...]] | None:
-        """The BSDF model of what is not specular, and its parameters; None for Lambert's law."""
+        """The BSDF model of what is not specular, and its parameters; None for Lambert's law.
+
+        Of what lies below a clear coat, if there is one.
+        """
         if self.is_narrow_metal:
             return None
         if self.is_glossy:

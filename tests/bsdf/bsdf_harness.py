@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 import photonmap as pm
-from photonmap.compile.glossy import lobe_albedos, stepped_albedos
+from photonmap.compile.glossy import NODES, lobe_albedos, stepped_albedos
 from photonmap.compile.surfaces.anisotropy import with_anisotropy
+from photonmap.compile.surfaces.coats import with_coats
 from photonmap.compile.textures import compile_textures
 from photonmap.kernels.bsdf import models
 from photonmap.kernels.core import records, rng, vec
@@ -38,6 +39,8 @@ class Case(NamedTuple):
     """of the material, and its rotation; the tangent is `FRAME`'s x without one"""
     is_brushed: bool = False
     """whether an image gives directions, here none, and strengths, of which 1 occurs elsewhere"""
+    coat: tuple = (0.0, 0.0, 1.5)
+    """weight, roughness and index of refraction of a clear coat over it"""
 
 
 LAMBERTIAN = Case("Lambertian")
@@ -48,6 +51,10 @@ CASES = [
     Case("glossy", (0.3,), (0.0,) * 3, (0.5, 0.8, 1.0)),
     Case("glossy", (0.2,), specular=(0.04, 0.5, 0.9), anisotropy=(0.6, 0.1)),
     Case("glossy", (0.35,), (0.2, 0.5, 0.8), (0.04, 0.3, 0.5), is_textured=True),
+    Case("Lambertian", coat=(1.0, 0.5, 1.5)),
+    Case("glossy", (0.5,), specular=(0.04,) * 3, coat=(0.8, 0.45, 1.5)),
+    Case("glossy", (0.3,), (0.0,) * 3, (0.5, 0.8, 1.0), coat=(1.0, 0.5, 2.0)),
+    Case("glossy", (0.35,), (0.2, 0.5, 0.8), (0.04, 0.3, 0.5), True, coat=(0.4, 0.7, 1.5)),
 ]
 
 _N = np.array([0.48, -0.6, 0.64])
@@ -74,16 +81,21 @@ def make_scene(case):
     )
     parameters = np.zeros((1, 4))
     parameters[0, : len(case.parameters)] = case.parameters
-    albedos = lobe_albedos(parameters[0, 0]) if case.model == "glossy" else np.zeros((2, 2))
+    albedos = lobe_albedos(parameters[0, 0]) if case.model == "glossy" else np.zeros((2, NODES + 1))
     specular = np.array([case.specular], np.float32)
     parameters[0, 1:3] = np.mean(case.specular), np.mean(case.albedo)
     scattering = records.Scattering(
-        np.array([number_of(case)], np.uint8), parameters, specular, albedos[None], None, None
+        np.array([models.MODELS.get(case.model, models.LAMBERTIAN)], np.uint8),
+        parameters,
+        specular,
+        albedos[None],
+        None,
+        None,
+        None,
     )
-    strength, turns = case.anisotropy
-    look = pm.Material("m", glossy=0.5, anisotropy=strength, anisotropy_rotation=turns)
+    look = _material(case)
     if case.is_brushed:
-        look = replace(look, anisotropy=1.0, anisotropy_map=brushed(strength))
+        look = replace(look, anisotropy=1.0, anisotropy_map=brushed(case.anisotropy[0]))
         table = compile_textures([look], np.ones(1))
         _IMAGES.extend(table.images)
         scattering = table.lobes(scattering, Bands.rgb())
@@ -92,7 +104,26 @@ def make_scene(case):
     textures = None
     if case.is_textured:
         textures, scattering = texture(case, scattering)
+    scattering = with_coats(scattering, [look])
     return records.SceneArrays(geometry, materials, None, None, textures, scattering)
+
+
+def _material(case):
+    """Return a material as the case says, but for its colours."""
+    is_glossy = case.model == "glossy"
+    roughness = np.sqrt(case.parameters[0]) if is_glossy else 0.0
+    strength, turns = case.anisotropy
+    weight, coat_roughness, coat_ior = case.coat
+    return pm.Material(
+        "m",
+        glossy=0.5 if is_glossy else 0.0,
+        roughness=_even(roughness) if case.is_textured else roughness,
+        anisotropy=strength,
+        anisotropy_rotation=turns,
+        coat=weight,
+        coat_roughness=coat_roughness,
+        coat_ior=coat_ior,
+    )
 
 
 def texture(case, scattering):
@@ -102,6 +133,7 @@ def texture(case, scattering):
         _even(case.albedo),
         glossy=_even(case.specular),
         roughness=_even(np.sqrt(case.parameters[0])),
+        coat=_even(case.coat[0]) if case.coat[0] else 0.0,
     )
     table, bands = compile_textures([material], np.ones(1)), Bands.rgb()
     _IMAGES.extend(table.images)
@@ -128,6 +160,8 @@ def _even(value):
 
 def number_of(case):
     """Return the number of a case's model."""
+    if case.coat[0]:
+        return models.COATED
     return models.MODELS.get(case.model, models.LAMBERTIAN)
 
 

@@ -29,7 +29,11 @@ HEIGHTS, TURNS, FINER = 10, 16, 16
 """Bins of the χ² test, even in cosine and azimuth, and parts of each to either side."""
 
 each_case = pytest.mark.parametrize(
-    "case", CASES, ids=lambda case: f"{case.model}{case.parameters}"
+    "case",
+    CASES,
+    ids=lambda case: (
+        f"{case.model}{case.parameters}" + (f"-coat{case.coat}" if case.coat[0] else "")
+    ),
 )
 each_view = pytest.mark.parametrize("cosine", COSINES)
 

@@ -117,12 +117,17 @@ class Gltf(Document):
 
     def without_textures(self, material: Material) -> Material:
         """Return a material of an even glossy lobe, without relief, the same one each time."""
-        if not (material.has_textured_lobe or material.relief or material.anisotropy_map):
+        is_even = not (material.has_textured_lobe or isinstance(material.coat, Texture))
+        if is_even and not (material.relief or material.anisotropy_map):
             return material
         if id(material) not in self._even:
-            glossy, roughness = mean_color(material.glossy), mean_number(material.roughness)
             even = replace(
-                material, glossy=glossy, roughness=roughness, relief=None, anisotropy_map=None
+                material,
+                glossy=mean_color(material.glossy),
+                roughness=mean_number(material.roughness),
+                coat=mean_number(material.coat),
+                relief=None,
+                anisotropy_map=None,
             )
             self._even[id(material)] = even
         return self._even[id(material)]

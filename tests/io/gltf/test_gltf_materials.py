@@ -142,17 +142,29 @@ GLASS = {
                     }
                 },
             },
-            Material("a", (0.5, 0.2, 0.1), glossy=COAT, roughness=0.1),
+            Material(
+                "a",
+                (0.5, 0.2, 0.1),
+                glossy=COAT,
+                roughness=1.0,
+                coat=1.0,
+                coat_roughness=0.1,
+            ),
             None,
         ),
         (
             {
                 "name": "a",
-                "pbrMetallicRoughness": {"metallicFactor": 0},
-                "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 0.5}},
+                "pbrMetallicRoughness": {"metallicFactor": 1, "roughnessFactor": 0.5},
+                "extensions": {
+                    "KHR_materials_clearcoat": {
+                        "clearcoatFactor": 0.5,
+                        "clearcoatNormalTexture": {"index": 0},
+                    }
+                },
             },
-            Material("a", (1.0,) * 3, glossy=COAT, roughness=1.0),
-            "KHR_materials_clearcoat of 'a'",
+            Material("a", (0.0,) * 3, glossy=(1.0,) * 3, roughness=0.5, coat=0.5),
+            "clear coat with normals of its own of 'a'",
         ),
         (
             {"name": "a", "extensions": {"KHR_materials_sheen": {}}},

@@ -29,10 +29,9 @@ from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 _READ = (
     "ior", "specular", "emissive_strength", "transmission", "volume", "dispersion",
-    "anisotropy", "pbrSpecularGlossiness",
+    "anisotropy", "clearcoat", "pbrSpecularGlossiness",
 )  # fmt: skip
 """Extensions that are simulated, `KHR_materials_…`"""
-_COAT = "clearcoat"
 _METALLIC = "metallicRoughnessTexture"
 _TEXTURES = ("baseColorTexture", _METALLIC, "emissiveTexture")
 _NORMALS = "normalTexture"
@@ -101,7 +100,13 @@ class _Source:
 
     def data(self, factor: str, channel: Callable[[Channels], Image]) -> float | Texture:
         """Return a factor of the surface times a channel of the texture beside it, if any."""
-        number, use = self.number(self.surface, factor, 1.0), self.surface.get(_METALLIC)
+        number = self.number(self.surface, factor, 1.0)
+        return self.times(number, self.surface.get(_METALLIC), channel)
+
+    def times(
+        self, number: float, use: Factors | None, channel: Callable[[Channels], Image]
+    ) -> float | Texture:
+        """Return a number times a channel of a texture, if there is one."""
         if use is None or number == 0.0:
             return number
         texture = self.textures.data(use, channel, find_placement(self.item), self.lose)
@@ -148,7 +153,7 @@ def read_material(
         if key.endswith("Texture") and key not in (*_TEXTURES, _NORMALS, _HARMLESS):
             source.lose(key)
     for extension in item.get("extensions", ()):
-        if extension.removeprefix("KHR_materials_") not in (*_READ, _COAT):
+        if extension.removeprefix("KHR_materials_") not in _READ:
             source.lose(extension)
     look = _glass(source) or _opaque(source)
     look |= _relief(source)
@@ -173,7 +178,7 @@ def _opaque(source: _Source) -> dict[str, Any]:
     if "specularColorFactor" in specular:
         source.lose("specularColorFactor")
     look = _gloss(source, _base(source), coat)._asdict() | _alpha(source)
-    return look | _anisotropy(source, look["roughness"])
+    return look | _anisotropy(source, look["roughness"]) | _clear_coat(source)
 
 
 def _specular_gloss(source: _Source) -> dict[str, Any] | None:
@@ -237,24 +242,23 @@ def _gloss(source: _Source, base: Triple | Texture, coat: float) -> Gloss:
     metallic = source.data("metallicFactor", Channels.blue)
     if not lie_alike(base, metallic):
         source.lose("variation of metallic")
-    return _coated(source, metallic_gloss(base, metallic, coat, roughness), metallic)
+    return metallic_gloss(base, metallic, coat, roughness)
 
 
-def _coated(source: _Source, gloss: Gloss, metallic: float | Texture) -> Gloss:
-    """Return a surface below a clear coat, if it has one and is no metal.
-
-    A whole coat takes the place of the surface's own lobe: where it lies, plastic does not border
-    on air. Other coats are named.
-    """
-    extension = source.extension(_COAT)
+def _clear_coat(source: _Source) -> dict[str, Any]:
+    """Return the clear coat of a surface, if it has one; it follows the relief of its base."""
+    extension = source.extension("clearcoat")
     amount = source.number(extension, "clearcoatFactor", 0.0)
-    if amount == 0.0:
-        return gloss
-    if amount < 1.0 or metallic != 0.0 or any(key.endswith("Texture") for key in extension):
-        source.lose(f"KHR_materials_{_COAT}")
-        return gloss
     roughness = source.number(extension, "clearcoatRoughnessFactor", 0.0)
-    return gloss._replace(glossy=coat_of(USUAL_INDEX), roughness=roughness)
+    if amount == 0.0:
+        return {}
+    if extension.get("clearcoatNormalTexture") != source.item.get(_NORMALS):
+        source.lose("clear coat with normals of its own")
+    weight = source.times(amount, extension.get("clearcoatTexture"), Channels.red)
+    rough = source.times(roughness, extension.get("clearcoatRoughnessTexture"), Channels.green)
+    if isinstance(rough, Texture):
+        source.lose("variation of the roughness of a clear coat")
+    return {"coat": weight, "coat_roughness": mean_number(rough)}
 
 
 def _glass(source: _Source) -> dict[str, Any] | None:

@@ -10,7 +10,7 @@ from photonmap.errors import InputError, naming
 from photonmap.io.readers.toml import Toml, parse_value
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
-from photonmap.scene.parameters import Part, parameters_of
+from photonmap.scene.parameters import Colored, Part, parameters_of
 from photonmap.scene.surfaces.relative_index import StrandedIndexError, check_relative_indices
 
 SECTION = "material"
@@ -82,7 +82,8 @@ def _change(material: Material, toml: Toml) -> Material:
     if "dispersion" in given:
         given = {"ior": None, "abbe": None, **given}  # it gives them, unless the section does
     if "ior" in given:
-        black = {name: 0.0 for name, parameter in parameters.items() if parameter.only == "opaque"}
+        opaque = {name for name, parameter in parameters.items() if parameter.only == "opaque"}
+        black = {name: _neutral(name) for name in opaque}
         smooth = {"roughness": 0.0} if material.ior is None else {}
         given = {**black, **smooth, **given}
     changed = replace(material, **given)
@@ -93,11 +94,18 @@ def _change(material: Material, toml: Toml) -> Material:
     return changed
 
 
+def _neutral(attribute: str) -> float:
+    """Return the value by which an attribute of opaque surfaces has no effect on glass."""
+    is_color = isinstance(parameters_of(Material)[attribute], Colored)
+    return 0.0 if is_color else float(getattr(Material, attribute))
+
+
 def _find_misplaced(material: Material, attribute: str) -> str:
     """Return why a material of its kind cannot have the attribute; nothing if it can."""
     only, is_glass = parameters_of(Material)[attribute].only, material.ior is not None
     if only == "glass" and not is_glass:
         return "only glass has one; add ior = 1.5"
-    if only == "opaque" and is_glass and getattr(material, attribute) not in _BLACK:
+    value = getattr(material, attribute)
+    if only == "opaque" and is_glass and value not in (*_BLACK, _neutral(attribute)):
         return f"glass has none; leave out {attribute} or ior"
     return ""

@@ -18,7 +18,7 @@ from photonmap.scene.surfaces.relief import NormalMap
 from photonmap.scene.textures import Texture, is_black, mean_number
 
 _PREVIEW, _TEXTURE, _PLACE = "UsdPreviewSurface", "UsdUVTexture", "UsdTransform2d"
-_UNREAD = ("clearcoat", "displacement")
+_UNREAD = ("displacement",)
 _GRAY = (0.18, 0.18, 0.18)
 """diffuseColor where none is given"""
 _CHANNELS: dict[str, Callable[[Channels], Image]] = {"g": Channels.green, "b": Channels.blue}
@@ -76,8 +76,14 @@ class _Surface:
             glossy = self.color("specularColor", (0.0, 0.0, 0.0))
             look = {"reflectance": base, "glossy": glossy, "roughness": roughness}
         else:
-            coat = coat_of(max(float(self._value("ior", USUAL_INDEX)), 1.0))
-            look = metallic_gloss(base, self.data("metallic", 0.0), coat, roughness)._asdict()
+            lobe = coat_of(max(float(self._value("ior", USUAL_INDEX)), 1.0))
+            look = metallic_gloss(base, self.data("metallic", 0.0), lobe, roughness)._asdict()
+        coat = self.data("clearcoat", 0.0)
+        if not is_black(coat):
+            rough = self.data("clearcoatRoughness", 0.01)
+            if isinstance(rough, Texture):
+                self.stage.lose("variation of clearcoatRoughness", self.prim)
+            look |= {"coat": coat, "coat_roughness": mean_number(rough)}
         if normal := self._texture("normal", Channels.data):
             look["relief"] = NormalMap(normal)
         emission = self.color("emissiveColor", (0.0, 0.0, 0.0))

@@ -40,6 +40,7 @@ def make_material(name: str, draft: Draft) -> Material:
         draft.ignored.append("Tf")
     if model in _MIRRORS and "Ks" in colors and not (draft.blender or "Pr" in draft.numbers):
         _note_index(draft)
+        _leave_out_coat(draft)
         draft.ignored += [key for key in NUMBERS if key in draft.numbers]
         return Material(name, albedo, light, colors["Ks"], alpha=_alpha(draft), **_others(draft))
     is_given = "Kd" in colors or "map_Kd" in draft.maps
@@ -58,8 +59,16 @@ def make_material(name: str, draft: Draft) -> Material:
 
 def _own_maps(draft: Draft) -> dict[str, Texture]:
     """Return the textures of a glossy lobe that statements of its own give."""
-    maps = {attribute: draft.maps.get(f"map_{attribute}") for attribute in ("glossy", "roughness")}
+    keys = {"glossy": "glossy", "roughness": "roughness", "coat": "Pc"}
+    maps = {attribute: draft.maps.get(f"map_{key}") for attribute, key in keys.items()}
     return {attribute: texture for attribute, texture in maps.items() if texture is not None}
+
+
+def _leave_out_coat(draft: Draft) -> None:
+    """Note that a mirror, or glass, gets no clear coat."""
+    for key in ("Pc", "Pcr"):
+        if draft.numbers.pop(key, 0.0) != 0.0:
+            draft.ignored.append(key)
 
 
 def _note_index(draft: Draft) -> None:
@@ -71,6 +80,7 @@ def _note_index(draft: Draft) -> None:
 def _make_glass(name: str, draft: Draft) -> Material:
     """Return glass; whatever reflects diffusely or is transparent by `d` is ignored."""
     colors = draft.colors
+    _leave_out_coat(draft)
     draft.ignored += [key for key in ("Kd", "Ks") if matters(colors.get(key, 0.0))]
     draft.ignored += [key for key in ("map_Kd", "map_d") if key in draft.maps]
     draft.ignored += [key for key in NUMBERS if key in draft.numbers and key != "Pr"]

@@ -32,7 +32,7 @@ _MAPS = {f"map_{key}": parameter for key, parameter in _PARAMETERS.items() if pa
 _MAPS["map_Ks"] = _PARAMETERS["Ks"]
 _DATA = {f"map_{key}": NUMBERS[key] for key in ("Pr", "Pm", "Ns")}
 """Maps in place of a number; they hold linear data."""
-_LINEAR = (*_DATA, "map_roughness")
+_LINEAR = (*_DATA, "map_roughness", "map_Pc")
 _PHONG = ("map_Ks", "map_Ns")
 """Maps that are read only where they count, as many files name some that are not there."""
 _RELIEFS = ("norm", "bump", "map_bump", "map_Bump")
@@ -43,7 +43,7 @@ _OPACITIES = ("d", "Tr")
 _MODEL = "illum"
 _OFTEN_WRONG = ("Ni", "Ns")
 """Statements that exporters without a value for them write as -1, or 0."""
-_NEUTRAL = {"d": 1.0, "Ps": 0.0, "Pc": 0.0, "Pcr": 0.0}
+_NEUTRAL = {"d": 1.0, "Ps": 0.0}
 """Numbers that change nothing, of statements that are not simulated."""
 
 
@@ -72,8 +72,8 @@ def read_mtl(
     given. `d`, or 1 - `Tr`, times `map_d` is the opacity. `illum` says what becomes of `Ks`, `Ni`
     and `Tf`, see `make_material`; `Ns`, `Pr` and `Pm` make a surface glossy, see `gloss_of`, and
     so do `map_Pr` and `map_Pm`, which replace them, and `map_Ns` and `map_Ks`, which multiply
-    them. `Ka` is ignored: ambient light is not physical. Whatever else would change the picture
-    is named in one warning.
+    them. `Pc` or `map_Pc` is a clear coat, and `Pcr` its roughness. `Ka` is ignored: ambient light
+    is not physical. Whatever else would change the picture is named in one warning.
 
     Parameters
     ----------

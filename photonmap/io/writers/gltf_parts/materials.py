@@ -41,6 +41,9 @@ def write_material(
     if isinstance(material.relief, NormalMap):
         use = textures.data(_multiplied(material.relief.texture))
         item["normalTexture"] = use | {"scale": material.relief.strength}
+        if material.is_coated:
+            coat = item["extensions"]["KHR_materials_clearcoat"]
+            coat["clearcoatNormalTexture"] = item["normalTexture"]
     extensions = item.pop("extensions") | _emission(material, name, draft, textures, item)
     return {"name": name, **item, **({"extensions": extensions} if extensions else {})}
 
@@ -107,6 +110,7 @@ def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter
         "extensions": {} if is_metal else _coat(coat, draft),
     }
     item["extensions"] |= _stretch(material, draft, textures)
+    item["extensions"] |= _clear_coat(material, draft, textures)
     factor, opacity = whole.tolist(), material.alpha
     color = material.reflectance if isinstance(material.reflectance, Texture) else None
     color = color if base.any() or textured is not None else None
@@ -135,6 +139,19 @@ def _stretch(material: Material, draft: Draft, textures: TextureWriter) -> dict[
     if material.anisotropy_map is not None:
         stretch["anisotropyTexture"] = textures.data(material.anisotropy_map.texture)
     return draft.use("KHR_materials_anisotropy", stretch)
+
+
+def _clear_coat(material: Material, draft: Draft, textures: TextureWriter) -> dict[str, Any]:
+    """Return the extension of a clear coat, if there is one."""
+    if not material.is_coated:
+        return {}
+    coat: dict[str, Any] = {"clearcoatFactor": 1.0}
+    if isinstance(material.coat, Texture):
+        coat["clearcoatTexture"] = textures.data(_multiplied(material.coat))
+    else:
+        coat["clearcoatFactor"] = material.coat
+    coat["clearcoatRoughnessFactor"] = material.coat_roughness
+    return draft.use("KHR_materials_clearcoat", coat)
 
 
 def _lobe(material: Material) -> tuple[Floats, float]:

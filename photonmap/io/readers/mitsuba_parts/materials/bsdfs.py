@@ -33,9 +33,9 @@ from photonmap.scene.textures import Texture, mean_color, mean_number
 
 _BOTH_SIDES = ("twosided", "dielectric", "roughdielectric", "thindielectric", "null")
 _WRAPPERS = ("mask", "bumpmap", "normalmap", "blendbsdf")
-_LOBES = ("clearcoat", "diff_trans", "flatness", "sheen", "spec_tint")
+_LOBES = ("diff_trans", "flatness", "sheen", "spec_tint")
 """Of principled surfaces, not simulated where they are not 0"""
-_TINTS = ("clearcoat_gloss", "sheen_tint")
+_TINTS = ("sheen_tint",)
 """What matters only together with them"""
 LIKE_AIR = 1e-3
 """By how much an index of refraction may differ from 1 for air"""
@@ -227,7 +227,7 @@ def _principled(bsdfs: Bsdfs, node: Node) -> Look:
     gloss = metallic_gloss(paint, metallic, coat, roughness)
     normal = float(np.mean(as_rgb(mean_color(gloss.glossy))))
     base = changed(gloss.reflectance, lambda albedo: base_albedo(albedo, normal))
-    look = gloss._replace(reflectance=base)._asdict()
+    look = gloss._replace(reflectance=base)._asdict() | _clear_coat(context, node)
     anisotropic = _fraction(context, node, "anisotropic", 0.0)
     if anisotropic == 0.0:
         return look
@@ -236,6 +236,14 @@ def _principled(bsdfs: Bsdfs, node: Node) -> Look:
         return look
     alpha, aspect = gloss.roughness**2, (1.0 - 0.9 * anisotropic) ** 0.5
     return look | stretched(min(alpha / aspect, 1.0), alpha * aspect)
+
+
+def _clear_coat(context: Context, node: Node) -> Look:
+    """Return the clear coat of a principled surface, whose lobe is wider at its foot there."""
+    weight = 0.25 * _fraction(context, node, "clearcoat", 0.0)
+    shine = _fraction(context, node, "clearcoat_gloss", 0.0)
+    alpha = 0.1 + shine * (0.001 - 0.1)
+    return {"coat": weight, "coat_roughness": alpha**0.5} if weight else {}
 
 
 def _fraction(context: Context, node: Node, name: str, default: float) -> float:

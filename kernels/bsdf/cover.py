@@ -1,0 +1,34 @@
+"""What a clear coat makes of the BSDF below it; see `coated`."""
+
+from typing import NamedTuple
+
+from photonmap.kernels.core.jit import jit
+
+
+class Cover(NamedTuple):
+    """What lies over a surface, between two directions; None in scenes without coats."""
+
+    own: float
+    """what the coat itself reflects, per steradian"""
+    bare: float
+    """fraction of the surface without a coat"""
+    through: float
+    """what passes the coat to the base and back, once"""
+    back: float
+    """part of the base's light that the coat returns to it"""
+
+
+@jit
+def covered(cover, f0, albedo, base):
+    """Return the BSDF of a base with all that covers it.
+
+    Parameters
+    ----------
+    cover : Cover, or None
+    f0, albedo : reflectance of the base's lobe at normal incidence, and of what is diffuse
+    base : its BSDF, per steradian
+    """
+    if cover is None:
+        return base
+    again = cover.back * min(f0 + albedo, 1.0)
+    return cover.own + base * (cover.bare + cover.through / (1.0 - again))

@@ -1,0 +1,148 @@
+"""Clear coats, as kernels take them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.compile.glossy import NODES, SMALLEST_COSINE, lobe_albedos, reflections
+from photonmap.kernels.bsdf.glossy import SCHLICK_MEAN
+from photonmap.kernels.bsdf.models import COATED
+from photonmap.kernels.core import records
+from photonmap.scene.material import LEAST_ALPHA, Material
+from photonmap.scene.textures import Texture, mean_number
+
+Floats = NDArray[np.float64]
+STEPS = 9
+"""Values of the roughness of a base for which D is tabulated, evenly from 0 to 1."""
+GRID = 128
+ROUNDS = 60
+"""of the iteration, which gains a digit in about six"""
+
+
+def with_coats(
+    scattering: records.Scattering | None, materials: Sequence[Material]
+) -> records.Scattering | None:
+    """Return BSDFs below clear coats, where any material has one.
+
+    Parameters
+    ----------
+    scattering : of M materials
+    materials : (M,)
+    """
+    chosen = [index for index, material in enumerate(materials) if material.is_coated]
+    if scattering is None or not chosen:
+        return scattering
+    weight, f0, alpha, dielectric = np.zeros((4, len(materials)))
+    row, first, steps = np.full((3, len(materials)), -1, np.int32)
+    model, albedos = scattering.model.copy(), [scattering.albedos]
+    through: list[Floats] = []
+    for place, index in enumerate(chosen):
+        material = materials[index]
+        weight[index] = mean_number(material.coat)
+        f0[index] = _normal_reflectance(material.coat_ior)
+        alpha[index] = max(material.coat_roughness**2, LEAST_ALPHA)
+        dielectric[index] = _dielectric(material, scattering.parameters[index, 1:3].tolist())
+        row[index], first[index] = (
+            len(scattering.albedos) + place,
+            sum(len(rows) for rows in through),
+        )
+        coat = float(f0[index]), float(alpha[index])
+        albedos.append(lobe_albedos(coat[1])[None])
+        through.append(_through(coat, material, float(dielectric[index])))
+        steps[index] = len(through[-1])
+    coats = records.Coats(
+        scattering.model, weight, f0, alpha, row, dielectric, first, steps, np.concatenate(through)
+    )
+    model[chosen] = COATED
+    return scattering._replace(model=model, albedos=np.concatenate(albedos), coats=coats)
+
+
+def _normal_reflectance(ior: float) -> float:
+    return float(((ior - 1.0) / (ior + 1.0)) ** 2)
+
+
+def _dielectric(material: Material, means: list[float]) -> float:
+    """Return what the lobe of a base reflects at normal incidence where it is no metal."""
+    f0, base = means
+    varies = isinstance(material.glossy, Texture) or base == 0.0
+    return _normal_reflectance(1.5) if varies else f0
+
+
+def _through(coat: tuple[float, float], material: Material, dielectric: float) -> Floats:
+    """Return rows of `Coats.through` for one material."""
+    below = dielectric if material.is_glossy else None
+    steps = np.linspace(0.0, 1.0, STEPS)
+    if not isinstance(material.roughness, Texture):
+        steps = np.full(2, material.roughness if material.is_glossy else 1.0)
+    alphas = [max(step * step, LEAST_ALPHA) for step in steps.tolist()]
+    rows = [[through_coat(*coat, alpha, f0) for f0 in (below, 1.0)] for alpha in alphas]
+    return np.array(rows)
+
+
+@cache
+def through_coat(f0: float, alpha: float, below: float, base_f0: float | None) -> Floats:
+    """Return D(θ) of a coat over a white base, (NODES + 1,).
+
+    It solves D · ∫ f D cos dω = 1 - E for the BSDF f of the base and the coat's albedo E(θ), by the
+    symmetric scaling of Sinkhorn and Knopp. The last column is unused.
+
+    Parameters
+    ----------
+    f0, alpha : of the coat
+    below, base_f0 : α and reflectance at normal incidence of the base's lobe, which lies over a
+        white diffuse one; None where it has no lobe
+    """
+    single, grazing = lobe_albedos(alpha)
+    passed = np.maximum(1.0 - _reflected(single, grazing, f0)[:-1], 1e-9)
+    base, through = _white_base(below, base_f0), np.sqrt(passed)
+    for _ in range(ROUNDS):
+        through = np.sqrt(through * passed / (base @ through))
+    return np.append(through, 0.0)
+
+
+def _reflected(single: Floats, grazing: Floats, f0: float) -> Floats:
+    """Return the albedos of a lobe by those at Fresnel terms 1 and (1 - cos)⁵, and their mean."""
+    multiple = _multiple(f0, single[-1])
+    return np.asarray(f0 * (single - grazing) + grazing + (1.0 - single) * multiple)
+
+
+def _multiple(f0: float, mean: float) -> float:
+    fresnel = f0 + (1.0 - f0) * SCHLICK_MEAN
+    return fresnel * fresnel * mean / (1.0 - fresnel * (1.0 - mean))
+
+
+@cache
+def _white_base(alpha: float, f0: float | None) -> Floats:
+    """Return where a white base sends light from each node's angle: rows add up to 1."""
+    if f0 is None:
+        return _evenly(np.ones(NODES))
+    single, grazing = lobe_albedos(alpha)
+    cosines = np.maximum(np.linspace(0.0, 1.0, NODES) ** 2, SMALLEST_COSINE).tolist()
+    once = np.array([_once(alpha, f0, cosine) for cosine in cosines])
+    once *= ((f0 * (single - grazing) + grazing)[:-1] / once.sum(axis=1))[:, None]
+    several = _multiple(f0, single[-1]) * _evenly(1.0 - single[:-1])
+    diffuse = 0.0 if f0 == 1.0 else _evenly(1.0 - _reflected(single, grazing, f0)[:-1])
+    return np.asarray(once + several + diffuse)
+
+
+def _evenly(missing: Floats) -> Floats:
+    """Return where light goes that leaves by missing(i) · missing(o), of which so much goes."""
+    nodes = np.linspace(0.0, 1.0, NODES)
+    spread = missing * nodes**3  # of 2 μ dμ = 4 t³ dt, for μ = t²
+    spread[-1] *= 0.5
+    return np.asarray(missing[:, None] * (spread / max(spread.sum(), 1e-300)))
+
+
+def _once(alpha: float, f0: float, cosine: float) -> Floats:
+    """Return what a lobe reflects once of light of this cosine, by that of leaving, (NODES,)."""
+    weight, beside, out = reflections(alpha, alpha, 0.0, cosine, GRID)
+    weight = weight * (f0 + (1.0 - f0) * (1.0 - np.minimum(beside, 1.0)) ** 5)
+    places = np.sqrt(np.clip(out, 0.0, 1.0)).ravel() * (NODES - 1)
+    lower = np.minimum(places.astype(int), NODES - 2)
+    share = places - lower
+    low = np.bincount(lower, weight.ravel() * (1.0 - share), NODES)
+    return np.asarray(low + np.bincount(lower + 1, weight.ravel() * share, NODES)) / weight.size
