@@ -115,11 +115,14 @@ def test_preview_surfaces(load):
         float inputs:roughness = 0.3
         float inputs:ior = 1.5
         float inputs:opacity = 0.75
+        float inputs:clearcoat = 0.5
+        float inputs:clearcoatRoughness = 0.125
         color3f inputs:emissiveColor = (1, 2, 3)"""
     material = load(painted(inputs)).meshes[0].material
     assert material.reflectance == pytest.approx((0.3, 0.2, 0.0))
     assert material.glossy == pytest.approx((0.32, 0.22, 0.02))
     assert (material.roughness, material.alpha) == pytest.approx((0.3, 0.75))
+    assert (material.coat, material.coat_roughness) == (0.5, 0.125)
     assert material.emission == (1.0, 2.0, 3.0)
 
 

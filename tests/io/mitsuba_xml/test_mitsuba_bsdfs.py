@@ -226,6 +226,11 @@ def test_principled(look):
     np.testing.assert_allclose(
         light_out(np.array(plain.reflectance), 0.04), [0.8, 0.2, 0.1], rtol=1e-3
     )
+    coated = look(
+        "principled",
+        color + '<float name="clearcoat" value=".8"/><float name="clearcoat_gloss" value="1"/>',
+    )
+    assert (coated.coat, coated.coat_roughness) == pytest.approx((0.2, math.sqrt(0.001)))
     clear = look(
         "principled",
         color + '<float name="spec_trans" value="1"/><float name="roughness" value="0.3"/>'

@@ -60,12 +60,21 @@ def test_neutral_statements_are_silent(read):
     "statement",
     ["Ks 0.1 0 0", "Ks spectral 0.5", "Ns 10", "Ni 1.5", "Tf 1 0 0", "illum 3"]
     + ["map_Ks -o 1 1 1 my wood.png", "disp a.png"]
-    + ["Pm 1", "Pc 0.5", "refl -type sphere a.png", "sharpness 60"],
+    + ["Pm 1", "Ps 0.5", "refl -type sphere a.png", "sharpness 60"],
 )
 def test_what_is_not_simulated_is_named(read, statement):
     with pytest.warns(SceneWarning, match=rf"a.mtl: .*'{statement.split()[0]}' of 'wood'"):
         materials = read(f"newmtl wood\nKd 0.5\n{statement}\n")
     assert materials["wood"].reflectance == (0.5, 0.5, 0.5)
+
+
+def test_clear_coats(read):
+    materials = read("newmtl a\nKd 0.5\nPc 0.7\nPcr 0.2\nnewmtl b\nKd 0.5\nPc 0\nPcr 0.1\n")
+    assert materials["a"] == Material("a", (0.5,) * 3, coat=0.7, coat_roughness=0.2)
+    assert not materials["b"].is_coated
+    with pytest.warns(SceneWarning, match="'Pc' of 'a'; 'Pcr' of 'a'"):
+        glass = read("newmtl a\nNi 1.5\nillum 7\nPc 0.7\nPcr 0.2\n")["a"]
+    assert glass == Material("a", 0.0, ior=1.5)
 
 
 BLENDER = """# Blender {}MTL File: 'None'
