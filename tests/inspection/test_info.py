@@ -177,7 +177,7 @@ def test_text(capsys, sloppy):
         "1 mesh, 1 triangle, 3 vertices, 1 material",
         "probably metres, a guess: the longest side would be 1 m",
         "room  a  1 triangle  3 vertices  no uv  flat, no normals",
-        "a  diffuse  1 triangle  reflectance (0.5, 0.5, 0.5)",
+        "a  coated diffuse  1 triangle  reflectance (0.5, 0.5, 0.5), coat 1",
         "no camera given: shown from three quarters",
         "warnings: 5",
         "what to do: model the relief",
