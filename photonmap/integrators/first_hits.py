@@ -17,8 +17,9 @@ from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.integrators.base import TILE
 from photonmap.io.readers.metallic import metallic_fraction
 from photonmap.kernels.bsdf.models import GLOSSY
+from photonmap.kernels.core.lobe_records import Coats
 from photonmap.kernels.core.passes import Film, Span, View
-from photonmap.kernels.core.records import GLASS, METAL, MIRROR, Coats, Scattering, Specular
+from photonmap.kernels.core.records import GLASS, METAL, MIRROR, Scattering, Specular
 from photonmap.kernels.integrators.first_hits import first_hits, look_up_coats, look_up_lobes
 from photonmap.runtime.storage import RAM, Storage, strips
 from photonmap.runtime.workers import Workers

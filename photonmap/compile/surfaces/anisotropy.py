@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from photonmap.compile.glossy import AZIMUTHS, COARSE, GRID, azimuth_albedos
 from photonmap.compile.surfaces.tangents import vertex_tangents
 from photonmap.kernels.core import records
+from photonmap.kernels.core.lobe_records import Anisotropy
 from photonmap.scene.material import Material
 
 STRENGTHS = 9
@@ -46,7 +47,7 @@ def with_anisotropy(
         first[index] = len(albedos) - AZIMUTHS
     tangents = vertex_tangents(geometry, (stretch > 0.0)[geometry.material], given)
     turn = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    anisotropy = records.Anisotropy(stretch, turn, first, AZIMUTHS, STRENGTHS, tangents)
+    anisotropy = Anisotropy(stretch, turn, first, AZIMUTHS, STRENGTHS, tangents)
     return scattering._replace(albedos=albedos, anisotropy=anisotropy)
 
 

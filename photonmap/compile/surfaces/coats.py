@@ -12,6 +12,7 @@ from photonmap.compile.glossy import NODES, SMALLEST_COSINE, lobe_albedos, refle
 from photonmap.kernels.bsdf.glossy import SCHLICK_MEAN
 from photonmap.kernels.bsdf.models import COATED
 from photonmap.kernels.core import records
+from photonmap.kernels.core.lobe_records import Coats
 from photonmap.scene.material import LEAST_ALPHA, Material
 from photonmap.scene.textures import Texture, mean_number
 
@@ -54,7 +55,7 @@ def with_coats(
         albedos.append(lobe_albedos(coat[1])[None])
         through.append(_through(coat, material, float(dielectric[index])))
         steps[index] = len(through[-1])
-    coats = records.Coats(
+    coats = Coats(
         scattering.model, weight, f0, alpha, row, dielectric, first, steps, np.concatenate(through)
     )
     model[chosen] = COATED

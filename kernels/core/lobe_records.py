@@ -1,0 +1,54 @@
+"""What kernels know of glossy lobes that differ along a surface, and of clear coats."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from photonmap.kernels.core.record_types import by_reference
+
+
+@by_reference
+class Anisotropy(NamedTuple):
+    """Glossy lobes that are wider along a tangent than across; a scene without has None instead."""
+
+    stretch: np.ndarray
+    """(M,) float64, how far α along the tangent is on the way from what it is across to 1; 0 where
+    it is the same"""
+    turn: np.ndarray
+    """(M, 2) float64, cosine and sine of the angle from where u rises to the tangent"""
+    first: np.ndarray
+    """(M,) int32, row of `Scattering.albedos` where those of the material's azimuths begin, evenly
+    in the square of the sine from the tangent; before them stand, where an image gives the
+    strength, those of lesser strengths, and before all the means over azimuths of each"""
+    azimuths: int
+    """number of the rows of one strength"""
+    strengths: int
+    """number of strengths of an image, evenly from 0 to the largest, which `stretch` is of"""
+    tangents: np.ndarray
+    """(V, 4) float32, in which u rises, 0 where the surface is flat; and the sign of tangents that
+    the mesh has, 0 of others"""
+
+
+@by_reference
+class Coats(NamedTuple):
+    """Clear coats over other surfaces: see `bsdf.coated`. A scene without has None instead."""
+
+    model: np.ndarray
+    """(M,) uint8, which BSDF lies below"""
+    weight: np.ndarray
+    """(M,) float64, fraction of the surface that is covered; 0 where there is no coat"""
+    f0: np.ndarray
+    """(M,) float64, reflectance of the coat at normal incidence"""
+    alpha: np.ndarray
+    """(M,) float64, its α"""
+    row: np.ndarray
+    """(M,) int32, row of `Scattering.albedos` with those of the coat"""
+    dielectric: np.ndarray
+    """(M,) float64, reflectance at normal incidence of the base's lobe, where it is no metal"""
+    first: np.ndarray
+    """(M,) int32, row of `through` where those of the coat begin"""
+    steps: np.ndarray
+    """(M,) int32, number of these rows, of even steps of the roughness of the base"""
+    through: np.ndarray
+    """(R, 2, K) float64, how a coat lets light pass from each of K - 1 angles: to what is no metal,
+    and to metal; see `bsdf.coated`"""
