@@ -14,7 +14,7 @@ import numpy as np
 from photonmap.kernels.bsdf import microsurface
 from photonmap.kernels.core.fresnel import fresnel
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.core.records import METAL
+from photonmap.kernels.core.records import METAL, THIN
 
 
 @jit
@@ -40,10 +40,13 @@ def _ratio(specular, media, material, arrival, column):
 def index_ratio(specular, material, arrival, column):
     """Return the index of the side that light comes from over the other's; of metal `METAL`.
 
-    `column` matters where glass disperses.
+    Of a rough pane it is minus the index: see `microsurface`. `column` matters where glass
+    disperses.
     """
     if specular.kind[material] == METAL:
         return microsurface.METAL
+    if specular.kind[material] == THIN:
+        return -specular.ior[material]
     return _ratio(specular, specular.media, material, arrival, column)
 
 

@@ -7,7 +7,9 @@ among those that the light sees; metal reflects there by Schlick's formula, glas
 
 All directions are unit vectors in the frame whose third axis is the normal: wi to where the light
 comes from, above the surface, and wo to where it goes, above or below. `eta` is the index of the
-side of wi over that of the other, or `METAL`. A height is given as the fraction of the surface
+side of wi over that of the other, or `METAL`, or minus the index of a thin pane: each facet of one
+reflects as both sides of a smooth pane do together, and sends the rest to the other side as the
+mirror image of that. A height is given as the fraction of the surface
 below it, on which alone the walk depends: 1 at the top. Inside, everything is turned upside down.
 """
 
@@ -19,6 +21,7 @@ from photonmap.kernels.core.fresnel import fresnel, mirrored, refracted
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.rng import draw
 from photonmap.kernels.core.warp import INV_PI
+from photonmap.kernels.geometry.pane import pane_reflectance
 
 METAL = 0.0
 """In place of an index: nothing is transmitted."""
@@ -80,6 +83,24 @@ def _upside_down(w):
 
 
 @jit
+def _upwards(eta, w):
+    """Return a direction, or where it goes through a pane, that of which it is the mirror image."""
+    return (w[0], w[1], abs(w[2])) if eta < 0.0 else w
+
+
+@jit
+def _reflectance(eta, cosine):
+    """Return what a facet of glass reflects, or of a pane."""
+    return pane_reflectance(-eta, cosine) if eta < 0.0 else fresnel(cosine, eta)
+
+
+@jit
+def radiance_factor(eta):
+    """Return by what radiance is multiplied that is transmitted (Veach 1997, 5.2)."""
+    return eta * eta if eta > 0.0 else 1.0
+
+
+@jit
 def _schlick(f0, cosine, band):
     return f0[band] + (1.0 - f0[band]) * (1.0 - min(cosine, 1.0)) ** 5
 
@@ -99,8 +120,9 @@ def _scatter_at_facet(alpha, eta, f0, w, state, throughput):
             throughput[band] *= _schlick(f0, cosine, band)
         return vec.normalize(mirrored(w, h)), False, state
     xi, state = draw(state)
-    if xi < fresnel(cosine, eta):
-        return vec.normalize(mirrored(w, h)), False, state
+    reflects = xi < _reflectance(eta, cosine)
+    if reflects or eta < 0.0:
+        return vec.normalize(mirrored(w, h)), not reflects, state
     return vec.normalize(refracted(w, h, eta)), True, state
 
 
@@ -118,7 +140,9 @@ def scatter(alpha, eta, f0, wi, state, throughput):
             break
         w, through, state = _scatter_at_facet(alpha, eta, f0, w, state, throughput)
         if through:
-            w, height, eta, crossed = _upside_down(w), 1.0 - height, 1.0 / eta, not crossed
+            crossed = not crossed
+            if eta > 0.0:
+                w, height, eta = _upside_down(w), 1.0 - height, 1.0 / eta
     w = (w[0], w[1], abs(w[2]))
     return (_upside_down(w) if crossed else w), crossed, state
 
@@ -126,6 +150,7 @@ def scatter(alpha, eta, f0, wi, state, throughput):
 @jit
 def _half_vector(eta, wi, wo):
     """Return the normal of the facet that scatters wi into wo, and whether there is one."""
+    wo = _upwards(eta, wo)
     h = vec.add(wi, wo) if wo[2] > 0.0 else vec.add(vec.scale(wi, eta), wo)
     squared = vec.dot(h, h)
     if squared < TINY:
@@ -143,9 +168,11 @@ def _facet_density(alpha, eta, wi, wo, h):
     """
     along, beyond = vec.dot(wi, h), vec.dot(wo, h)
     density = _distribution(alpha, h) / max(_projected_area(alpha, wi), TINY)
-    reflectance = 1.0 if eta == METAL else fresnel(along, eta)
+    reflectance = 1.0 if eta == METAL else _reflectance(eta, along)
     if wo[2] > 0.0:
         return 0.25 * reflectance * density
+    if eta < 0.0:
+        return 0.25 * (1.0 - reflectance) * density
     return (1.0 - reflectance) * density * along * -beyond / (eta * along + beyond) ** 2
 
 
@@ -161,8 +188,8 @@ def single(alpha, eta, wi, wo):
     if not exists:
         return 0.0, 1.0
     from_there = _smith(alpha, wi)
-    if wo[2] > 0.0:
-        seen = (1.0 + from_there) / (1.0 + from_there + _smith(alpha, wo))
+    if wo[2] > 0.0 or eta < 0.0:
+        seen = (1.0 + from_there) / (1.0 + from_there + _smith(alpha, _upwards(eta, wo)))
     else:
         to_there = _smith(alpha, _upside_down(wo))
         seen = math.lgamma(2.0 + from_there) + math.lgamma(1.0 + to_there)
@@ -212,11 +239,13 @@ def evaluate(alpha, eta, f0, pair, state, weights, values):
         if order > 0 and exists:
             back = vec.scale(w, -1.0)
             density = _facet_density(alpha, eta, back, wo, h)
-            above = wo[2] > 0.0
-            away = wo if above else _upside_down(wo)
+            above = wo[2] > 0.0 or eta < 0.0
+            away = wo if wo[2] > 0.0 else _upside_down(wo)
             density *= _exit(alpha, away, height if above else 1.0 - height)
             _add(values, weights, density, eta, f0, vec.dot(back, h))
         w, through, state = _scatter_at_facet(alpha, eta, f0, w, state, weights)
         if through:
-            w, wo, height, eta = _upside_down(w), _upside_down(wo), 1.0 - height, 1.0 / eta
+            wo = _upside_down(wo)
+            if eta > 0.0:
+                w, height, eta = _upside_down(w), 1.0 - height, 1.0 / eta
     return state

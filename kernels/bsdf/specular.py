@@ -1,6 +1,6 @@
 """Specular surfaces: mirrors, diffuse surfaces with a mirror coat, glass, and nearly smooth metal.
 
-Thin glass reflects as a mirror what it does not let pass: see `geometry.pane`.
+Smooth thin glass reflects as a mirror what it does not let pass: see `geometry.pane`.
 
 Glass may be rough. α is an argument of its own, None in a scene where all is smooth: then nothing
 of rough surfaces is compiled.
@@ -164,7 +164,8 @@ def _scatter_rough(specular, alpha, material, arrival, xi, carries_flux, through
         alpha[material], eta, specular.mirror[material], wi, state, throughput
     )
     if crossed:
-        _multiply(throughput, specular.tint, material, 1.0 if carries_flux else eta * eta)
+        factor = 1.0 if carries_flux else microsurface.radiance_factor(eta)
+        _multiply(throughput, specular.tint, material, factor)
     out = vec.normalize(vec.from_frame(wo, n))
     if (vec.dot(out, ng) < 0.0) != crossed:
         out = mirrored(out, ng)

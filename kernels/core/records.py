@@ -11,7 +11,7 @@ import numpy as np
 from photonmap.kernels.core.lobe_records import Anisotropy, Coats
 from photonmap.kernels.core.record_types import by_reference
 
-MIRROR, GLASS, METAL = 1, 2, 3
+MIRROR, GLASS, METAL, THIN = 1, 2, 3, 4
 """Kinds of specular surfaces; 0 is none."""
 BYTES, SRGB, FLOATS = 0, 1, 2
 """Kinds of texels: linear bytes, sRGB bytes, linear float32; the first two are rows of a table."""
@@ -186,7 +186,7 @@ class Specular(NamedTuple):
     """Mirrors, mirror coats, glass, and metals that are nearly mirrors."""
 
     kind: np.ndarray
-    """(M,) uint8: 0, MIRROR, GLASS or METAL"""
+    """(M,) uint8: 0, MIRROR, GLASS, METAL, or THIN, a rough pane"""
     mirror: np.ndarray
     """(M, N) float32, reflectance of the mirror, of a METAL at normal incidence"""
     ior: np.ndarray
@@ -197,7 +197,7 @@ class Specular(NamedTuple):
     """(M,) float64, with which a path takes the specular lobe rather than the diffuse one: 1 for
     mirrors, metals and glass, 0 where there is no specular lobe"""
     alpha: np.ndarray | None
-    """(M,) float64, GGX's α of rough glass and METAL, 0 for what is smooth: see
+    """(M,) float64, GGX's α of rough glass, THIN and METAL, 0 for what is smooth: see
     `bsdf.microsurface`; None where all are smooth"""
     media: Media | None
     """None where glass is clear, and lies in air"""

@@ -1,4 +1,4 @@
-"""Panes of thin glass, through which light goes straight on as through a surface with holes.
+"""Smooth panes of thin glass, through which light goes straight on as through a surface with holes.
 
 A ray passes a pane, unseen by it, with the probability that light of every band has in common; else
 the pane stops it, and `bsdf.specular` scatters the rest: the reflection, and what colours let pass

@@ -75,8 +75,9 @@ def _respond(specular, alpha, material, arrival, column, direction, state, scrat
         alpha[material], eta, specular.mirror[material], pair, state, scratch.walk, response
     )
     if pair[1][2] < 0.0:
+        factor = np.float32(microsurface.radiance_factor(eta))
         for band in range(len(response)):
-            response[band] *= specular.tint[material, band] * np.float32(eta * eta)
+            response[band] *= specular.tint[material, band] * factor
     return state
 
 

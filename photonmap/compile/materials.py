@@ -13,7 +13,7 @@ from photonmap.kernels.bsdf.models import GLOSSY, MODELS
 from photonmap.kernels.core import records
 from photonmap.runtime.wording import listed
 from photonmap.scene.material import LEAST_ALPHA, Material, check_material
-from photonmap.scene.textures import Paint, Texture, mean_color, mean_number
+from photonmap.scene.textures import Paint, Texture, mean_color
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
 
@@ -102,27 +102,25 @@ def _check_even(materials: list[Material]) -> None:
 
 
 def _compile_panes(materials: list[Material], mirror: Floats, tint: Floats) -> records.Panes | None:
-    """Return thin glass, None where there is none; it stops what it does not let pass in all bands.
+    """Return smooth panes, None where there are none; they stop what does not pass in all bands.
 
-    What it stops is reflected as by a mirror, or takes the rest of its tint: both change in place.
+    What they stop is reflected as by a mirror, or takes the rest of the tint: both change in place.
 
     Raises
     ------
-    InputError : a material is thin but no glass, or rough
+    InputError : a material is thin but no glass
     """
-    thin = np.array([material.thin for material in materials])
     for material in materials:
         if material.thin and material.ior is None:
             raise InputError(f"material {material.name!r} is thin but no glass; give it an ior")
-        if material.thin and mean_number(material.roughness) > 0.0:
-            raise InputError(f"material {material.name!r} is thin glass; set its roughness to 0")
+    thin = np.array([material.is_pane for material in materials])
     if not thin.any():
         return None
     clear = np.where(thin, tint.min(axis=1), 1.0)
     rest = np.maximum(1.0 - clear, 1e-300)[:, None]
     tint[thin] = ((tint - clear[:, None]) / rest)[thin]
     mirror[thin] = 1.0
-    ior = np.array([(material.ior or 0.0) * material.thin for material in materials])
+    ior = np.array([(material.ior or 0.0) * material.is_pane for material in materials])
     return records.Panes(ior, clear)
 
 
@@ -132,17 +130,17 @@ def _compile_specular(
     """Return the specular lobes; None where there is none."""
     alpha = np.array([material.chain_alpha for material in materials])
     solid = np.array([not material.thin for material in materials])
+    rough, mirrors = alpha > 0.0, mirror.any(axis=1)
     kind = np.select(
-        [(ior > 0.0) & solid, (alpha > 0.0) & mirror.any(axis=1), mirror.any(axis=1)],
-        [records.GLASS, records.METAL, records.MIRROR],
+        [(ior > 0.0) & solid, (ior > 0.0) & rough, rough & mirrors, mirrors],
+        [records.GLASS, records.THIN, records.METAL, records.MIRROR],
         default=0,
     ).astype(np.uint8)
     if not kind.any():
         return None
     specular, diffuse = mirror.mean(axis=1), reflectance.mean(axis=1)
     share = specular / np.maximum(specular + diffuse, 1e-300)
-    probability = np.where(kind == records.MIRROR, share, 0.0)
-    probability[(kind == records.GLASS) | (kind == records.METAL)] = 1.0
+    probability = np.select([kind == records.MIRROR, kind > 0], [share, 1.0], default=0.0)
     alpha[kind == 0] = 0.0
     return records.Specular(
         kind,

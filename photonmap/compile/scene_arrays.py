@@ -97,10 +97,13 @@ class CompiledScene:
     @property
     def is_thin(self) -> NDArray[np.bool_]:
         """Which materials are thin glass, (M,)."""
-        alpha = self.geometry.alpha
-        if alpha is None or alpha.panes is None:
-            return np.zeros(len(self.materials.reflectance), bool)
-        return alpha.panes.ior > 0.0
+        alpha, specular = self.geometry.alpha, self.specular
+        thin = np.zeros(len(self.materials.reflectance), bool)
+        if specular is not None:
+            thin |= specular.kind == records.THIN
+        if alpha is not None and alpha.panes is not None:
+            thin |= alpha.panes.ior > 0.0
+        return thin
 
     def film_camera(self, width: int, height: int) -> passes.Camera:
         """Return the camera over an image of the given size, in the kernels' units."""

@@ -69,8 +69,7 @@ def name_kind(material: Material) -> str:
     """Return how a material reflects or transmits, in a few words."""
     base = "" if is_black(material.reflectance) else " over diffuse"
     if material.ior is not None:
-        kind = "thin " if material.thin else "rough " if material.roughness else ""
-        return f"{kind}glass"
+        return f"{'rough ' * bool(material.roughness)}{'thin ' * bool(material.thin)}glass"
     if not is_black(material.mirror):
         return f"mirror{base}"
     coated = "coated " if material.is_coated else ""

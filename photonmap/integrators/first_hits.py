@@ -19,7 +19,7 @@ from photonmap.io.readers.metallic import metallic_fraction
 from photonmap.kernels.bsdf.models import GLOSSY
 from photonmap.kernels.core.lobe_records import Coats
 from photonmap.kernels.core.passes import Film, Span, View
-from photonmap.kernels.core.records import GLASS, METAL, MIRROR, Scattering, Specular
+from photonmap.kernels.core.records import GLASS, METAL, MIRROR, THIN, Scattering, Specular
 from photonmap.kernels.integrators.first_hits import first_hits, look_up_coats, look_up_lobes
 from photonmap.runtime.storage import RAM, Storage, strips
 from photonmap.runtime.workers import Workers
@@ -258,7 +258,7 @@ def _diffuse_fraction(surfaces: Surfaces) -> Array:
     total = base + lobe
     fraction = np.divide(base, total, out=np.ones_like(base), where=total > 0.0)
     if specular is not None:
-        fraction[specular.kind == GLASS] = 0.0
+        fraction[np.isin(specular.kind, (GLASS, THIN))] = 0.0
     return fraction.astype(np.float32)
 
 

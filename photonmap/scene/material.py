@@ -228,6 +228,11 @@ class Material:
         return self._alpha if is_glass or self.is_narrow_metal else 0.0
 
     @property
+    def is_pane(self) -> bool:
+        """Whether it is smooth thin glass, or as good as air: light passes it straight on."""
+        return self.thin and self.chain_alpha == 0.0
+
+    @property
     def _alpha(self) -> float:
         return max(mean_number(self.roughness) ** 2, LEAST_ALPHA)
 
@@ -283,9 +288,11 @@ class Material:
         return cls(name, 0.0, ior=ior, tint=tint, roughness=roughness)
 
     @classmethod
-    def pane(cls, name: str = "pane", ior: float = 1.5, tint: Color = 1.0) -> Material:
-        """Return thin glass."""
-        return cls(name, 0.0, ior=ior, tint=tint, thin=True)
+    def pane(
+        cls, name: str = "pane", ior: float = 1.5, tint: Color = 1.0, roughness: float = 0.0
+    ) -> Material:
+        """Return thin glass, smooth or frosted."""
+        return cls(name, 0.0, ior=ior, tint=tint, roughness=roughness, thin=True)
 
 
 def check_material(material: Material) -> Material:

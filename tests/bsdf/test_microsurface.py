@@ -14,8 +14,9 @@ from photonmap.kernels.core.jit import kernel
 METAL = microsurface.METAL
 GOLD = np.array([1.0, 0.8, 0.4], np.float32)
 BELOW = [1.0, 1.0, -1.0]
-INDICES = [METAL, 1 / 1.5, 1 / 2.5, 1.5]
-"""Of the side of wi over that of the other."""
+PANE = -1.5
+INDICES = [METAL, 1 / 1.5, 1 / 2.5, 1.5, PANE]
+"""Of the side of wi over that of the other; of a pane minus its own."""
 
 
 @kernel
@@ -95,7 +96,9 @@ def where_light_goes(alpha, eta, wi, count, seed=5):
     x, y, z = wi
     lobes = [(np.array([-x, -y, z]), alpha)]
     squared = 1.0 - eta**2 * (1.0 - z**2)
-    if eta != METAL and squared > 0.0:
+    if eta == PANE:
+        lobes.append((np.array([-x, -y, -z]), alpha))
+    elif eta != METAL and squared > 0.0:
         below = np.array([-eta * x, -eta * y, -math.sqrt(squared)])
         lobes.append((below, alpha * abs(1.0 - eta)))
     random, share = np.random.default_rng(seed), 1.0 / (1 + len(lobes))
@@ -141,7 +144,7 @@ def test_walks_follow_their_density(alpha, eta, cosine):
         assert abs(found[~used].sum() - expected[~used].sum()) <= allowed
 
 
-@pytest.mark.parametrize("eta", [METAL, 1 / 1.1, 1 / 1.5, 1 / 2.5, 1.1, 2.5])
+@pytest.mark.parametrize("eta", [METAL, 1 / 1.1, 1 / 1.5, 1 / 2.5, 1.1, 2.5, -1.1, PANE, -2.5])
 @pytest.mark.parametrize("alpha", [1e-3, 0.01, 0.1, 0.4, 1.0])
 @pytest.mark.parametrize("cosine", [1.0, 0.6, 0.2, 0.05])
 def test_white_furnace(alpha, eta, cosine):
@@ -207,7 +210,7 @@ def test_single_scattering_is_walters(alpha, eta):
         np.testing.assert_allclose(single(alpha, eta, at(cosine), wo), expected, 1e-8, 1e-13)
 
 
-@pytest.mark.parametrize("eta", [1 / 1.5, 1.5, METAL])
+@pytest.mark.parametrize("eta", [PANE, 1 / 1.5, 1.5, METAL])
 def test_reciprocity(eta):
     """BSDF · n² of the side that light comes from is the same when light is turned round."""
     alpha, rng_ = 0.7, np.random.default_rng(2)
@@ -215,12 +218,12 @@ def test_reciprocity(eta):
         wi, wo = wi * np.sign(wi[2]) * [1, 1, 1], wo * (rng_.choice([-1, 1]) if eta else 1)
         wi[2], wo[2] = abs(wi[2]), abs(wo[2]) if eta == METAL else wo[2]
         through = wo[2] < 0.0
-        other = 1.0 / eta if through else eta
+        other = 1.0 / eta if through and eta > 0.0 else eta
         there, back = (wo * BELOW, wi * BELOW) if through else (wo, wi)
         many = 100_000
         forth = evaluate(alpha, eta, tuple(wi), np.tile(wo, (many, 1)))
         back = evaluate(alpha, other, tuple(there), np.tile(back, (many, 1)))
-        forth *= (eta**2 if through else 1.0) / abs(wo[2])
+        forth *= (eta**2 if through and eta > 0.0 else 1.0) / abs(wo[2])
         back /= wi[2]
         error = np.hypot(forth.std(axis=0), back.std(axis=0)) / np.sqrt(many)
         assert (np.abs(forth.mean(axis=0) - back.mean(axis=0)) <= 4.0 * error + 1e-6).all()
@@ -239,3 +242,29 @@ def test_the_limit_is_smooth_glass(eta, cosine):
         sine = eta * math.hypot(wi[0], wi[1])
         below = [-eta * wi[0], -eta * wi[1], -math.sqrt(1.0 - sine * sine)]
         np.testing.assert_allclose(np.median(wo[~up], axis=0), below, atol=3e-3)
+
+
+@pytest.mark.parametrize("alpha", [0.05, 0.3, 1.0])
+@pytest.mark.parametrize("cosine", [0.9, 0.3])
+def test_a_pane_reflects_once_as_metal_times_what_both_sides_reflect(alpha, cosine):
+    """And sends the mirror image of the rest through: R = 2 r / (1 + r) at each facet."""
+    wi, wo = at(cosine), on_the_sphere(2000)
+    wo[:, 2] = np.abs(wo[:, 2])
+    of_metal = single(alpha, METAL, wi, wo)
+    h = np.asarray(wi) + wo
+    r = fresnel((h @ wi) / np.linalg.norm(h, axis=1), 1.0 / 1.5)
+    both = 2.0 * r / (1.0 + r)
+    np.testing.assert_allclose(single(alpha, PANE, wi, wo), both * of_metal, 1e-9, 1e-13)
+    below = single(alpha, PANE, wi, wo * BELOW)
+    np.testing.assert_allclose(below, (1.0 - both) * of_metal, 1e-9, 1e-13)
+
+
+@pytest.mark.parametrize("cosine", [1.0, 0.4])
+def test_the_limit_of_a_pane_lets_light_straight_on(cosine):
+    wi = np.array(at(cosine))
+    wo, _ = scatter(1e-3, PANE, tuple(wi), 100_000)
+    up = wo[:, 2] > 0.0
+    r = float(fresnel(np.array(cosine), 1.0 / 1.5))
+    assert abs(up.mean() - 2.0 * r / (1.0 + r)) < 0.005
+    np.testing.assert_allclose(np.median(wo[up], axis=0), wi * [-1, -1, 1], atol=2e-3)
+    np.testing.assert_allclose(np.median(wo[~up], axis=0), -wi, atol=2e-3)

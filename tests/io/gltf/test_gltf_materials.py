@@ -107,8 +107,8 @@ GLASS = {
         (GLASS, Material("material_0", 0.0, ior=1.4, tint=(0.9, 1.0, 1.0), roughness=0.4), None),
         (
             GLASS | {"extensions": {"KHR_materials_transmission": {"transmissionFactor": 1.0}}},
-            Material("material_0", 0.0, ior=1.5, tint=(0.9, 1.0, 1.0), thin=True),
-            "roughness of thin glass of 'material_0'",
+            Material("material_0", 0.0, ior=1.5, tint=(0.9, 1.0, 1.0), roughness=0.4, thin=True),
+            None,
         ),
         (
             GLASS | {"extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.5}}},

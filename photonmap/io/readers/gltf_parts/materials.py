@@ -275,11 +275,10 @@ def _glass(source: _Source) -> dict[str, Any] | None:
     if index == 0.0:
         raise source.error("ior", index, "an index of refraction above 0, which glass needs")
     look: dict[str, Any] = {"reflectance": 0.0, "ior": index, "tint": source.base_color()}
+    look["roughness"] = roughness
     if not is_solid:
-        if roughness > 0.0:
-            source.lose("roughness of thin glass")
         return look | {"thin": True}
-    return look | {"roughness": roughness} | _attenuation(source) | _dispersion(source)
+    return look | _attenuation(source) | _dispersion(source)
 
 
 def _dispersion(source: _Source) -> dict[str, float]:
