@@ -35,7 +35,7 @@ BENCHMARKS = {
     "profile": "low_level",
 }
 """Names of the benchmarks, in the order in which they run, and their folders."""
-ON_REQUEST = {"matter": "accuracy", "rooms": "accuracy"}
+ON_REQUEST = {"gloss": "accuracy", "matter": "accuracy", "rooms": "accuracy"}
 """Benchmarks that run only when they are named."""
 
 
@@ -106,9 +106,9 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FOLDER",
         help="existing data set that dataset and scale read instead of rendering one",
     )
-    parser.add_argument("--scenes", metavar="NAME,…", help="for rooms: which of its scenes")
+    parser.add_argument("--scenes", metavar="NAME,…", help="for rooms and gloss: which of them")
     parser.add_argument(
-        "--size", type=read_size, metavar="WxH", help="for rooms: of all images, pixels"
+        "--size", type=read_size, metavar="WxH", help="for rooms and gloss: of all images, pixels"
     )
     return parser
 

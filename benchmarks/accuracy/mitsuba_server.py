@@ -1,4 +1,4 @@
-"""Mitsuba 3 as a child process: `python mitsuba_server.py VARIANT THREADS [CASE | FILE.json]`.
+"""Mitsuba 3 as a child process: `python mitsuba_server.py VARIANT THREADS [CASE | FILE]`.
 
 It knows nothing of photonmap. It renders Mitsuba's own Cornell box in the way the reference was
 made, or a case in which an object or the light is replaced: 256×256, box filter, independent
@@ -6,8 +6,9 @@ sampler, path tracer without a depth limit (Russian roulette from depth 5), two-
 prints one JSON line when it is ready. Then, for each line `DEPTH SAMPLES SEED FILE` on stdin, it
 renders, writes FILE and prints {"seconds": …, "processor": …}.
 
-FILE.json is any other scene, as `mitsuba_export` writes it: a dictionary for `mi.load_dict` in
-which {"look_at": […]} stands for a transformation, and {"array": FILE.npy} for a bitmap.
+FILE.xml is any other scene, and so is FILE.json, as `mitsuba_export` writes it: a dictionary for
+`mi.load_dict` in which {"look_at": […]} stands for a transformation, and {"array": FILE.npy} for a
+bitmap.
 """
 
 import json
@@ -113,7 +114,9 @@ def main():
     import drjit as dr
 
     dr.set_thread_count(int(sys.argv[2]))
-    if sys.argv[-1].endswith(".json"):
+    if sys.argv[-1].endswith(".xml"):
+        scene = mi.load_file(sys.argv[-1])
+    elif sys.argv[-1].endswith(".json"):
         scene = mi.load_dict(load_scene(json.loads(Path(sys.argv[-1]).read_text())))
     else:
         scene = mi.load_dict(make_scene(*sys.argv[3:]))

@@ -132,16 +132,16 @@ def _compare(name: str, scene: pm.Scene, size: tuple[int, int], options: Options
         return [cost / level / each for level, (each, _) in zip(LEVELS, spent, strict=True)]
 
     times: list[Cell] = [name, *(shown(*each) for each in spent), f"{own.bias:.0%}"]
-    ratios = over(_path_cost(scene, settings))
+    ratios = over(path_cost(scene, settings))
     with tempfile.TemporaryDirectory() as folder:
         file, power = export_scene(scene, size, Path(folder))
-        other = _start(options, file)
+        other = start_mitsuba(options, file)
         if isinstance(other, str):
             return Compared(
                 name, [*times, None, None], ratios, "", other, own.rays, own.microseconds
             )
         with other:
-            cost, mean, error = _theirs(other, own.valid, power)
+            cost, mean, error = measure_mitsuba(other, own.valid, power)
     times += [f"{own.mean / mean - 1.0:+.2%}", f"{math.hypot(error, own.mean_error):.2%}"]
     variant = f"Mitsuba {other.version}, {other.variant} path"
     return Compared(name, times, ratios + over(cost), variant, "", own.rays, own.microseconds)
@@ -181,14 +181,14 @@ def _render(scene: pm.Scene, **settings: Any) -> tuple[pm.Result, float]:
     return result, time.process_time() - start - spent["load"] - spent["compile"]
 
 
-def _path_cost(scene: pm.Scene, settings: Settings) -> float:
+def path_cost(scene: pm.Scene, settings: Settings) -> float:
     """Return processor seconds × relMSE of our own path tracer."""
     ours.warm_up(scene, **settings, method="path")
     result, seconds = _render(scene, **settings, method="path", passes=PATH_PASSES)
     return seconds * result.record["standard_error"] ** 2
 
 
-def _start(options: Options, file: Path) -> Mitsuba | str:
+def start_mitsuba(options: Options, file: Path) -> Mitsuba | str:
     """Return Mitsuba, compiled for vectors if that runs here; or the reason why there is none."""
     for variant in (LLVM, SCALAR):
         other = Mitsuba(options.mitsuba, options.threads, str(file), variant)
@@ -203,7 +203,9 @@ def _start(options: Options, file: Path) -> Mitsuba | str:
     return other.reason
 
 
-def _theirs(other: Mitsuba, valid: NDArray[np.bool_], power: float) -> tuple[float, float, float]:
+def measure_mitsuba(
+    other: Mitsuba, valid: NDArray[np.bool_], power: float
+) -> tuple[float, float, float]:
     """Return processor seconds × relMSE, mean radiance, and its relative standard error."""
     images, seconds = [], []
     for seed in range(RENDERS):
