@@ -123,7 +123,8 @@ def _textured_materials(scene: SceneArrays) -> NDArray[np.uint8]:
         textured |= textures.reflectance >= 0
     if scene.scattering is not None and scene.scattering.maps is not None:
         lobes = scene.scattering.maps
-        textured |= (lobes.roughness >= 0) | (lobes.glossy >= 0) | (lobes.coat >= 0)
+        images = lobes.roughness, lobes.glossy, lobes.coat, lobes.anisotropy
+        textured |= np.greater_equal(images, 0).any(axis=0)
     if geometry.relief is not None:
         textured |= geometry.relief.image >= 0
     if geometry.alpha is not None:

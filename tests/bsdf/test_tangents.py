@@ -9,8 +9,11 @@ from bsdf_harness import FRAME, Case, departure, evaluate, hemisphere
 from test_relief import ABOVE, SMALL, encoded, plane, tilted
 
 import photonmap as pm
+from photonmap.compile.scene_arrays import compile_scene
+from photonmap.integrators.sampling_plan import _textured_materials
 
-SETTINGS = {"bands": "rgb", "size": (16, 16), "passes": 2, "seed": 4}
+SETTINGS = {"bands": "rgb", "size": (16, 16), "passes": 2, "seed": 4, "pixel": "center"}
+"""Pixels that show an image have more samples, unless they all pass through the centre."""
 CORNERS = np.array([[-2, 0, -2], [2, 0, -2], [2, 0, 2], [-2, 0, 2]], float)
 UV = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)
 UP = np.tile([0.0, 1.0, 0.0], (4, 1))
@@ -127,6 +130,14 @@ def test_an_image_of_two_halves_is_two_floors():
     right = pm.render(floor(anisotropy=0.2, anisotropy_rotation=0.25), **SETTINGS).radiance
     np.testing.assert_allclose(mixed[:, :7], left[:, :7], rtol=5e-3, atol=1e-5)
     np.testing.assert_allclose(mixed[:, 9:], right[:, 9:], rtol=1e-2, atol=1e-5)
+
+
+@pytest.mark.parametrize("image", [None, brush(1.0, 0.5, 1.0)])
+def test_pixels_that_show_an_image_get_more_samples(image):
+    """As with any texture, which may vary within a pixel."""
+    compiled = compile_scene(floor(anisotropy_map=image), pm.Bands.rgb())
+    varies = _textured_materials(compiled.arrays)
+    assert varies.tolist() == [image is not None, False]
 
 
 STRETCHED = Case("glossy", (0.1,), (0.0,) * 3, (1.0,) * 3, anisotropy=(0.9, 0.15), is_brushed=True)
