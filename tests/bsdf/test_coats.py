@@ -147,6 +147,24 @@ def test_a_texture_gives_the_weight(tmp_path):
         assert value == pytest.approx(whole, abs=4.0 * float(variance + own) ** 0.5 / (16 * 3))
 
 
+def test_buffers_look_up_the_weight():
+    """Over paint, of the weight 0.25 at the left edge of the texture, and 0.75 at the right one."""
+    ramp = pm.Texture.of(np.repeat([[[0.25], [0.75]]], 3, axis=2).astype(np.float32))
+    corners = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
+    uv = 0.25 * corners[:, :2] + 0.5
+    material = pm.Material("m", 0.3, coat=ramp, coat_roughness=0.4)
+    wall = pm.Mesh(corners, [[0, 1, 2], [0, 2, 3]], material, "wall", uv=uv)
+    camera = pm.Camera((0.0, 0.0, 2.0), (0.0, 0.0, 0.0), height=2.0)
+    scene = pm.Scene([wall], [pm.DomeLight(1.0)], camera)
+    names = ("specular_albedo", "roughness", "diffuse_fraction")
+    result = pm.render(scene, **SMALL, passes=2, buffers=names)
+    weight = 0.25 + (np.arange(12) + 0.5) / 24.0
+    seen = result["specular_albedo"][..., 0]
+    np.testing.assert_allclose(seen, np.tile(0.04 * weight, (12, 1)), rtol=1e-3)
+    np.testing.assert_allclose(result["roughness"], 0.4, rtol=1e-6)
+    assert (np.diff(result["diffuse_fraction"][0, :, 0]) < 0.0).all()
+
+
 @pytest.mark.parametrize(
     ("other", "found"),
     [

@@ -50,6 +50,14 @@ def inlaid():
     return with_body(material, uv=ball.vertices[:, :2])
 
 
+def lacquered():
+    """Metal below a coat that varies."""
+    ball = trimesh.creation.icosphere(subdivisions=1, radius=0.5)
+    weight = texture(np.linspace(0.0, 1.0, 48).reshape(4, 4, 3))
+    material = pm.Material("car", 0.0, glossy=0.8, roughness=0.5, coat=weight)
+    return with_body(material, uv=ball.vertices[:, :2])
+
+
 def woven():
     """A ball whose texels are spectra, beside one of colours."""
     ball = trimesh.creation.icosphere(subdivisions=1, radius=0.5)
@@ -101,6 +109,8 @@ def scenes():
         "narrow": with_body(pm.Material.metal(roughness=0.2)),
         "plaster": with_body(pm.Material("plaster", 0.5, diffuse_roughness=0.7)),
         "inlay": inlaid(),
+        "lacquer": lacquered(),
+        "frosted pane": with_body(pm.Material("pane", 0.0, ior=1.5, thin=True, roughness=0.5)),
         "woven": woven(),
         "bumps": bumpy(),
         "lens": pm.Scene([low], lights, lens),
