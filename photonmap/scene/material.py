@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -161,6 +161,17 @@ class Material:
         curve = self.dispersion
         if curve is not None and self.ior is None and not curve.find_conflict():
             object.__setattr__(self, "ior", float(curve.index(LINES[0])))
+
+    def __repr__(self) -> str:
+        """Return the name, and what differs from the defaults."""
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        told = [
+            f"{name}={value!r}"
+            for name, value in values.items()
+            if not isinstance(value, float | int | str | type(None))
+            or value != getattr(Material, name)
+        ]
+        return f"Material({', '.join(told)})"
 
     @property
     def is_textured(self) -> bool:
