@@ -18,8 +18,8 @@ import math
 
 import numpy as np
 
-from photonmap.kernels.bsdf import facets, glossy
-from photonmap.kernels.bsdf.cover import Cover
+from photonmap.kernels.bsdf import glossy
+from photonmap.kernels.bsdf.cover import UNCOVERED, Cover
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.geometry.texture import coordinates, look_up_number
@@ -53,36 +53,42 @@ def _albedo(lobe, multiple, terms):
 
 
 @jit
-def _through(coats, base, share, cosine):
-    """Return D, of a base of which a share is metal."""
+def _step(coats, base, kind, cosine):
+    """Return D over a white base as rough as this one: 0 what is no metal, 1 metal."""
     last = coats.steps[base.material] - 1
     place = math.sqrt(math.sqrt(base.alpha * base.along)) * last
     step = min(int(place), last - 1)
-    row, between = coats.first[base.material] + step, place - step
-    over = glossy.interpolate(coats.through[row, 0], cosine) * (1.0 - between)
-    over += glossy.interpolate(coats.through[row + 1, 0], cosine) * between
-    metal = glossy.interpolate(coats.through[row, 1], cosine) * (1.0 - between)
-    metal += glossy.interpolate(coats.through[row + 1, 1], cosine) * between
-    return over + share * (metal - over)
+    row = coats.first[base.material] + step
+    low = glossy.interpolate(coats.through[row, kind], cosine)
+    return low + (place - step) * (glossy.interpolate(coats.through[row + 1, kind], cosine) - low)
+
+
+@jit
+def _through(coats, base, share, cosine):
+    """Return D, of a base of which a share is metal."""
+    if share == 0.0 or share == 1.0:
+        return _step(coats, base, int(share), cosine)
+    dielectric = _step(coats, base, 0, cosine)
+    return dielectric + share * (_step(coats, base, 1, cosine) - dielectric)
 
 
 @jit
 def _metallic_share(coats, base):
-    """Return which part of the base is metal: what its lobe reflects beyond a dielectric's."""
-    beyond = max(base.f0 - coats.dielectric[base.material], 0.0)
-    return beyond / max(beyond + base.base, glossy.TINY)
+    """Return which part of the base is metal: what its lobe reflects above a dielectric's."""
+    excess = max(base.f0 - coats.dielectric[base.material], 0.0)
+    return excess / (excess + base.base) if excess > 0.0 else 0.0
 
 
 @jit
 def cover_at(scattering, base, weight, wi, wo, n):
     """Return the `Cover` of a surface, given its base as a `Lobe`, and the weight of its coat."""
     if weight <= 0.0 or vec.dot(wi, n) <= 0.0 or vec.dot(wo, n) <= 0.0:
-        return Cover(0.0, 1.0, 0.0, 0.0)
+        return UNCOVERED
     coats = scattering.coats
     lobe = _lobe_of(coats, base.material)
     found = glossy.between(scattering, None, None, lobe, wi, wo, n)
     multiple = glossy.multiple_fresnel(lobe.f0, found.mean[0])
-    own = (lobe.f0 + (1.0 - lobe.f0) * found.schlick) * found.once + multiple * found.missing
+    own = glossy.reflected(found, lobe.f0, multiple)
     at_i, at_o = _albedo(lobe, multiple, found.incoming), _albedo(lobe, multiple, found.outgoing)
     mean, share = _albedo(lobe, multiple, found.mean), _metallic_share(coats, base)
     back = mean + share * (math.sqrt(at_i * at_o) - mean)
@@ -107,18 +113,12 @@ def probability(scattering, base, weight, cosine):
 @jit
 def sample(scattering, material, wo, n, u, v):
     """Return a direction by visible normals of the coat."""
-    alpha = scattering.coats.alpha[material]
-    local = vec.to_frame(wo, n)
-    h = facets.visible_normal(alpha, alpha, local, u, v)
-    wi = vec.sub(vec.scale(h, 2.0 * vec.dot(local, h)), local)
-    return vec.normalize(vec.from_frame(wi, n))
+    return glossy.sample_visible(None, _lobe_of(scattering.coats, material), wo, n, u, v)
 
 
 @jit
 def pdf(scattering, material, wi, wo, n):
     """Return the density of `sample` (per steradian)."""
-    cos_o = vec.dot(wo, n)
-    if vec.dot(wi, n) <= 0.0 or cos_o <= 0.0:
+    if vec.dot(wi, n) <= 0.0 or vec.dot(wo, n) <= 0.0:
         return 0.0
-    lobe = _lobe_of(scattering.coats, material)
-    return glossy.visible_pdf(None, lobe, wi, wo, n, 0.0)
+    return glossy.visible_pdf(None, _lobe_of(scattering.coats, material), wi, wo, n, 0.0)

@@ -18,6 +18,10 @@ class Cover(NamedTuple):
     """part of the base's light that the coat returns to it"""
 
 
+UNCOVERED = Cover(0.0, 1.0, 0.0, 0.0)
+"""Of a surface without a coat, in a scene with some"""
+
+
 @jit
 def covered(cover, f0, albedo, base):
     """Return the BSDF of a base with all that covers it.

@@ -12,6 +12,7 @@ is compiled.
 import numpy as np
 
 from photonmap.kernels.bsdf import microsurface
+from photonmap.kernels.core import warp
 from photonmap.kernels.core.fresnel import fresnel
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.records import METAL, THIN
@@ -82,7 +83,7 @@ def _choose(dispersion, throughput, xi):
     for band in range(len(throughput)):
         if dispersion.wave[band] == dispersion.wave[column]:
             own += throughput[band]
-    xi = min(max(left / throughput[column], 0.0), 1.0 - 2.0**-53)
+    xi = min(max(left / throughput[column], 0.0), warp.BELOW_ONE)
     return column, own / total, xi
 
 

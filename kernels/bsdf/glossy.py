@@ -170,7 +170,7 @@ def _at_share(albedos, row, count, term, cosine, share):
 
 @jit
 def mean_albedo(albedos, maps, lobe, term):
-    """Return the cosine-weighted mean of `_look_up`."""
+    """Return the cosine-weighted mean of `look_up_albedo`."""
     value = albedos[lobe.row, term, -1]
     if maps is None:
         return value
@@ -212,6 +212,12 @@ def between(scattering, maps, uneven, lobe, wi, wo, n):
 
 
 @jit
+def reflected(found, f0, multiple):
+    """Return what a lobe alone reflects between two directions (per steradian)."""
+    return (f0 + (1.0 - f0) * found.schlick) * found.once + multiple * found.missing
+
+
+@jit
 def evaluate(scattering, maps, lobe, wi, wo, n, cover, values):
     """Turn the base's albedos in values, (N,), into the BSDF (per steradian).
 
@@ -220,9 +226,8 @@ def evaluate(scattering, maps, lobe, wi, wo, n, cover, values):
     if vec.dot(wi, n) <= 0.0 or vec.dot(wo, n) <= 0.0:
         values[:] = 0.0
         return
-    once, schlick, missing, at_i, at_o, means = between(
-        scattering, maps, scattering.anisotropy, lobe, wi, wo, n
-    )
+    found = between(scattering, maps, scattering.anisotropy, lobe, wi, wo, n)
+    at_i, at_o, means = found.incoming, found.outgoing, found.mean
     for band in range(len(values)):
         f0, rho = normal_reflectance(scattering, maps, lobe, band), float(values[band])
         multiple = multiple_fresnel(f0, means[0])
@@ -230,8 +235,7 @@ def evaluate(scattering, maps, lobe, wi, wo, n, cover, values):
         through *= 1.0 - lobe_albedo(at_o[0], at_o[1], f0, multiple)
         back = lobe_albedo(means[0], means[1], f0, multiple)
         base = rho * through * warp.INV_PI / max(1.0 - rho * back, TINY)
-        value = (f0 + (1.0 - f0) * schlick) * once + multiple * missing + base
-        values[band] = covered(cover, f0, rho, value)
+        values[band] = covered(cover, f0, rho, reflected(found, f0, multiple) + base)
 
 
 @jit
@@ -245,9 +249,18 @@ def _lobe_probability(scattering, maps, lobe, cosine, share):
     single = look_up_albedo(albedos, maps, uneven, lobe, 0, cosine, share)
     grazing = look_up_albedo(albedos, maps, uneven, lobe, 1, cosine, share)
     once = f0 * (single - grazing) + grazing
-    reflected = lobe_albedo(single, grazing, f0, multiple)
-    base = rho * (1.0 - reflected) * (1.0 - back) / max(1.0 - rho * back, TINY)
-    return once / max(reflected + base, TINY)
+    whole = lobe_albedo(single, grazing, f0, multiple)
+    base = rho * (1.0 - whole) * (1.0 - back) / max(1.0 - rho * back, TINY)
+    return once / max(whole + base, TINY)
+
+
+@jit
+def sample_visible(uneven, lobe, wo, n, u, v):
+    """Return a direction by visible normals."""
+    local = facets.to_local(uneven, lobe, wo, n)
+    h = facets.visible_normal(lobe.along, lobe.alpha, local, u, v)
+    wi = vec.sub(vec.scale(h, 2.0 * vec.dot(local, h)), local)
+    return vec.normalize(facets.from_local(uneven, lobe, wi, n))
 
 
 @jit
@@ -260,12 +273,9 @@ def sample(scattering, maps, lobe, wo, n, u, v):
     share = facets.azimuth(uneven, lobe, wo, n)
     probability = _lobe_probability(scattering, maps, lobe, cosine, share)
     if u >= probability:
-        u = min((u - probability) / (1.0 - probability), 1.0 - 2.0**-53)
+        u = min((u - probability) / (1.0 - probability), warp.BELOW_ONE)
         return vec.from_frame(warp.cosine_hemisphere(u, v), n)
-    local = facets.to_local(uneven, lobe, wo, n)
-    h = facets.visible_normal(lobe.along, lobe.alpha, local, u / probability, v)
-    wi = vec.sub(vec.scale(h, 2.0 * vec.dot(local, h)), local)
-    return vec.normalize(facets.from_local(uneven, lobe, wi, n))
+    return sample_visible(uneven, lobe, wo, n, u / probability, v)
 
 
 @jit

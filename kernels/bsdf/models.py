@@ -17,21 +17,19 @@ where there are none, and what the material is at the point.
 import numpy as np
 
 from photonmap.kernels.bsdf import coated, glossy, lambert, rough_diffuse
-from photonmap.kernels.bsdf.cover import Cover, covered
+from photonmap.kernels.bsdf.cover import UNCOVERED, covered
 from photonmap.kernels.bsdf.material import albedo, look_up_material
-from photonmap.kernels.core import vec
+from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.passes import SurfaceInteraction
 from photonmap.kernels.core.warp import INV_PI
 
 LAMBERTIAN, ROUGH_DIFFUSE, GLOSSY, COATED = 0, 1, 2, 3
 """Models; `Scattering.model` holds one for each material."""
-MODELS = {"rough diffuse": ROUGH_DIFFUSE, "glossy": GLOSSY, "coated": COATED}
-"""By the names that materials give them."""
+MODELS = {"rough diffuse": ROUGH_DIFFUSE, "glossy": GLOSSY}
+"""By the names that materials give them; those below a clear coat are `COATED`."""
 NARROW = (GLOSSY, COATED)
 """Those with lobes that cosine-distributed rays and light samples may miss."""
-UNCOVERED = Cover(0.0, 1.0, 0.0, 0.0)
-BELOW_ONE = 1.0 - 2.0**-53
 
 
 @jit
@@ -58,7 +56,7 @@ def _departure(surface):
 
 @jit
 def _base_at(geometry, scattering, model, hit):
-    """Return what a coat lies over, as a `Lobe`: without reflectance where it has none."""
+    """Return what scatters below a coat, if there is one, as a `Lobe`: black where it has none."""
     if model == GLOSSY:
         return glossy.lobe_at(geometry, scattering, scattering.maps, hit)
     material = geometry.material[hit.triangle]
@@ -69,16 +67,13 @@ def _base_at(geometry, scattering, model, hit):
 
 
 @jit
-def _evaluate_base(geometry, scattering, model, cover, surface, wi, values):
+def _evaluate_base(scattering, model, base, cover, surface, wi, values):
     """Turn the diffuse albedos in values into the BSDF of what lies below a `Cover`."""
-    material = geometry.material[surface.hit.triangle]
+    wo, n = _departure(surface), surface.ns
     if model == GLOSSY:
-        maps = scattering.maps
-        lobe = glossy.lobe_at(geometry, scattering, maps, surface.hit)
-        glossy.evaluate(scattering, maps, lobe, wi, _departure(surface), surface.ns, cover, values)
+        glossy.evaluate(scattering, scattering.maps, base, wi, wo, n, cover, values)
     elif model == ROUGH_DIFFUSE:
-        parameters = scattering.parameters[material]
-        rough_diffuse.evaluate(parameters, wi, _departure(surface), surface.ns, values)
+        rough_diffuse.evaluate(scattering.parameters[base.material], wi, wo, n, values)
     else:
         for band in range(len(values)):
             rho = float(values[band])
@@ -88,18 +83,19 @@ def _evaluate_base(geometry, scattering, model, cover, surface, wi, values):
 @jit
 def _evaluate(geometry, scattering, coats, surface, wi, values):
     """Turn the diffuse albedos in values into the BSDF."""
-    material = geometry.material[surface.hit.triangle]
-    model = scattering.model[material]
+    hit = surface.hit
+    model = scattering.model[geometry.material[hit.triangle]]
     if coats is None:
-        _evaluate_base(geometry, scattering, model, None, surface, wi, values)
+        base = _base_at(geometry, scattering, model, hit)
+        _evaluate_base(scattering, model, base, None, surface, wi, values)
         return
+    below = coats.model[geometry.material[hit.triangle]]
+    base = _base_at(geometry, scattering, below, hit)
     cover = UNCOVERED
     if model == COATED:
-        model, hit = coats.model[material], surface.hit
         weight = coated.weight_at(geometry, scattering, scattering.maps, hit)
-        base = _base_at(geometry, scattering, model, hit)
         cover = coated.cover_at(scattering, base, weight, wi, _departure(surface), surface.ns)
-    _evaluate_base(geometry, scattering, model, cover, surface, wi, values)
+    _evaluate_base(scattering, below, base, cover, surface, wi, values)
 
 
 @outlined
@@ -119,38 +115,36 @@ def evaluate_lobe(scene, scattering, surface, wi, values):
 
 
 @jit
-def _sample_base(geometry, scattering, model, surface, u, v):
+def _sample_base(scattering, model, base, surface, u, v):
     """Return a direction by what lies below a coat, if there is one."""
     if model == LAMBERTIAN:
         return lambert.sample(surface, u, v)
+    wo, n = _departure(surface), surface.ns
     if model == GLOSSY:
-        maps = scattering.maps
-        lobe = glossy.lobe_at(geometry, scattering, maps, surface.hit)
-        return glossy.sample(scattering, maps, lobe, _departure(surface), surface.ns, u, v)
-    parameters = scattering.parameters[geometry.material[surface.hit.triangle]]
-    return rough_diffuse.sample(parameters, _departure(surface), surface.ns, u, v)
+        return glossy.sample(scattering, scattering.maps, base, wo, n, u, v)
+    return rough_diffuse.sample(scattering.parameters[base.material], wo, n, u, v)
 
 
 @jit
-def _coat_probability(geometry, scattering, surface):
+def _coat_probability(geometry, scattering, base, surface):
     """Return with which probability directions are drawn by a coat."""
-    hit = surface.hit
-    weight = coated.weight_at(geometry, scattering, scattering.maps, hit)
-    model = scattering.coats.model[geometry.material[hit.triangle]]
-    base = _base_at(geometry, scattering, model, hit)
+    weight = coated.weight_at(geometry, scattering, scattering.maps, surface.hit)
     return coated.probability(scattering, base, weight, vec.dot(_departure(surface), surface.ns))
 
 
 @jit
 def _sample(geometry, scattering, coats, surface, u, v):
     if coats is None or surface.model != COATED:
-        return _sample_base(geometry, scattering, surface.model, surface, u, v)
-    material = geometry.material[surface.hit.triangle]
-    share = _coat_probability(geometry, scattering, surface)
+        base = _base_at(geometry, scattering, surface.model, surface.hit)
+        return _sample_base(scattering, surface.model, base, surface, u, v)
+    below = coats.model[geometry.material[surface.hit.triangle]]
+    base = _base_at(geometry, scattering, below, surface.hit)
+    share = _coat_probability(geometry, scattering, base, surface)
     if u < share:
-        return coated.sample(scattering, material, _departure(surface), surface.ns, u / share, v)
-    u = min((u - share) / (1.0 - share), BELOW_ONE)
-    return _sample_base(geometry, scattering, coats.model[material], surface, u, v)
+        wo = _departure(surface)
+        return coated.sample(scattering, base.material, wo, surface.ns, u / share, v)
+    u = min((u - share) / (1.0 - share), warp.BELOW_ONE)
+    return _sample_base(scattering, below, base, surface, u, v)
 
 
 @jit
@@ -162,27 +156,26 @@ def sample(geometry, scattering, surface, u, v):
 
 
 @jit
-def _base_pdf(geometry, scattering, model, surface, wi):
+def _base_pdf(scattering, model, base, surface, wi):
     """Return the density of `_sample_base`."""
     if model == LAMBERTIAN:
         return lambert.pdf(surface, wi)
+    wo, n = _departure(surface), surface.ns
     if model == GLOSSY:
-        maps = scattering.maps
-        lobe = glossy.lobe_at(geometry, scattering, maps, surface.hit)
-        return glossy.pdf(scattering, maps, lobe, wi, _departure(surface), surface.ns)
-    parameters = scattering.parameters[geometry.material[surface.hit.triangle]]
-    return rough_diffuse.pdf(parameters, wi, _departure(surface), surface.ns)
+        return glossy.pdf(scattering, scattering.maps, base, wi, wo, n)
+    return rough_diffuse.pdf(scattering.parameters[base.material], wi, wo, n)
 
 
 @jit
 def _pdf(geometry, scattering, coats, surface, wi):
     if coats is None or surface.model != COATED:
-        return _base_pdf(geometry, scattering, surface.model, surface, wi)
-    material = geometry.material[surface.hit.triangle]
-    share = _coat_probability(geometry, scattering, surface)
-    own = coated.pdf(scattering, material, wi, _departure(surface), surface.ns)
-    base = _base_pdf(geometry, scattering, coats.model[material], surface, wi)
-    return share * own + (1.0 - share) * base
+        base = _base_at(geometry, scattering, surface.model, surface.hit)
+        return _base_pdf(scattering, surface.model, base, surface, wi)
+    below = coats.model[geometry.material[surface.hit.triangle]]
+    base = _base_at(geometry, scattering, below, surface.hit)
+    share = _coat_probability(geometry, scattering, base, surface)
+    own = coated.pdf(scattering, base.material, wi, _departure(surface), surface.ns)
+    return share * own + (1.0 - share) * _base_pdf(scattering, below, base, surface, wi)
 
 
 @jit

@@ -6,6 +6,8 @@ from photonmap.kernels.core.jit import jit
 
 INV_PI = 1.0 / math.pi
 TINY = 1e-300
+BELOW_ONE = 1.0 - 2.0**-53
+"""The largest uniform number"""
 SINE = (
     -1.66666666666666324348e-01,
     8.33333333332248946124e-03,
@@ -143,7 +145,7 @@ def discrete(cdf, u):
         else:
             i = middle + 1
     below = cdf[i - 1] if i > 0 else 0.0
-    return i, min((u - below) / (cdf[i] - below), 1.0 - 2.0**-53)
+    return i, min((u - below) / (cdf[i] - below), BELOW_ONE)
 
 
 @jit

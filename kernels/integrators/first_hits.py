@@ -43,9 +43,8 @@ def first_hits(geometry, view, span, triangles, barycentrics, distance, depth, n
 @jit
 def _base_model(geometry, scattering, coats, triangle):
     """Return the model of a surface, or of what lies below its coat."""
-    model = models.model_at(geometry, scattering, triangle)
     if coats is None:
-        return model
+        return models.model_at(geometry, scattering, triangle)
     return int(coats.model[geometry.material[triangle]])
 
 

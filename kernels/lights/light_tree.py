@@ -7,7 +7,7 @@ HPG 2018; bounds as in pbrt-v4, 12.6.3. The tree is complete: node n has the chi
 
 import math
 
-from photonmap.kernels.core import vec
+from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.records import (
     NODE_AXIS,
@@ -17,8 +17,6 @@ from photonmap.kernels.core.records import (
     NODE_SQUARED_RADIUS,
     NODE_STRENGTH,
 )
-
-BELOW_ONE = 1.0 - 2.0**-53
 
 
 @jit
@@ -84,7 +82,7 @@ def descend(nodes, point, ns, u):
         else:
             node, probability = 2 * node + 1, probability * (1.0 - share)
             u = (u - share) / (1.0 - share)
-        u = min(u, BELOW_ONE)
+        u = min(u, warp.BELOW_ONE)
     return node - leaves, probability, u
 
 

@@ -3,7 +3,7 @@
 from photonmap.kernels.core import warp
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.lights.kinds import importance
-from photonmap.kernels.lights.light_tree import BELOW_ONE, descend, leaf_probability
+from photonmap.kernels.lights.light_tree import descend, leaf_probability
 
 BY_POWER = 0.1
 """Share of choices made by power alone: an emitter that would send much may be hidden."""
@@ -31,7 +31,7 @@ def _select_of_few(geometry, lights, point, ns, u):
                 chosen, power, light, u = emitter, own_power, own, u / share
             else:
                 u = (u - share) / (1.0 - share)
-            u = min(u, BELOW_ONE)
+            u = min(u, warp.BELOW_ONE)
     if chosen < 0:
         return -1, 0.0, u
     return chosen, BY_POWER * power / powers + (1.0 - BY_POWER) * light / lit, u

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.kernels.bsdf.glossy import SCHLICK_MEAN
 
+Floats = NDArray[np.float64]
+Values = Any
+"""Numbers, or arrays that go together"""
 NODES = 64
 """Angles, evenly in the square root of the cosine."""
 GRID = 128
@@ -79,8 +83,17 @@ def mean_albedo(f0: NDArray[np.floating], albedos: NDArray[np.float64]) -> NDArr
     albedos : (M, 2), what the lobe reflects with Fresnel terms 1 and (1 - cos)⁵, likewise
     """
     single, grazing = albedos[:, :1], albedos[:, 1:]
+    return lobe_albedo(single, grazing, f0, multiple_fresnel(f0, single))
+
+
+def multiple_fresnel(f0: Values, mean: Values) -> Values:
+    """Return the Fresnel term of what is scattered several times; `mean` is that of term 1."""
     fresnel = f0 + (1.0 - f0) * SCHLICK_MEAN
-    multiple = fresnel**2 * single / (1.0 - fresnel * (1.0 - single))
+    return fresnel**2 * mean / (1.0 - fresnel * (1.0 - mean))
+
+
+def lobe_albedo(single: Values, grazing: Values, f0: Values, multiple: Values) -> Floats:
+    """Return what a lobe reflects in all, of the albedos at Fresnel terms 1 and (1 - cos)⁵."""
     return np.asarray(f0 * (single - grazing) + grazing + (1.0 - single) * multiple)
 
 

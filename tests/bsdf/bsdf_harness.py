@@ -252,6 +252,16 @@ def hemisphere(cosine=0.5, heights=48, turns=256):
     return to_world(local), np.repeat(share, turns) * 2.0 * np.pi / turns
 
 
+def furnace(case, cosine):
+    """Return what is reflected of even light, in the first band, and the error of that."""
+    wo = departure(cosine)
+    wi = sample(case, wo)
+    values, density = evaluate(case, wi, wo)
+    used = density > 0.0
+    weights = np.where(used, values[:, 0] * (wi @ _N) / np.where(used, density, 1.0), 0.0)
+    return weights.mean(), weights.std() / np.sqrt(len(weights))
+
+
 def directional_albedo(case, cosine):
     """Return the part of the light from an angle that is reflected, in each band, by quadrature."""
     wi, solid_angles = hemisphere(cosine)

@@ -39,7 +39,8 @@ each_view = pytest.mark.parametrize("cosine", COSINES)
 
 
 def test_every_model_has_a_case():
-    assert {number_of(case) for case in CASES} == {models.LAMBERTIAN, *models.MODELS.values()}
+    every = {models.LAMBERTIAN, models.COATED, *models.MODELS.values()}
+    assert {number_of(case) for case in CASES} == every
 
 
 def random_directions(count, seed=7):

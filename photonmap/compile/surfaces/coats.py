@@ -6,20 +6,25 @@ from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from photonmap.compile.glossy import NODES, SMALLEST_COSINE, lobe_albedos, reflections
-from photonmap.kernels.bsdf.glossy import SCHLICK_MEAN
+from photonmap.compile.glossy import (
+    GRID,
+    NODES,
+    SMALLEST_COSINE,
+    Floats,
+    lobe_albedo,
+    lobe_albedos,
+    multiple_fresnel,
+    reflections,
+)
 from photonmap.kernels.bsdf.models import COATED
 from photonmap.kernels.core import records
 from photonmap.kernels.core.lobe_records import Coats
-from photonmap.scene.material import LEAST_ALPHA, Material
+from photonmap.scene.material import LEAST_ALPHA, Material, normal_reflectance
 from photonmap.scene.textures import Texture, mean_number
 
-Floats = NDArray[np.float64]
 STEPS = 9
 """Values of the roughness of a base for which D is tabulated, evenly from 0 to 1."""
-GRID = 128
 ROUNDS = 60
 """of the iteration, which gains a digit in about six"""
 
@@ -44,13 +49,11 @@ def with_coats(
     for place, index in enumerate(chosen):
         material = materials[index]
         weight[index] = mean_number(material.coat)
-        f0[index] = _normal_reflectance(material.coat_ior)
+        f0[index] = normal_reflectance(material.coat_ior)
         alpha[index] = max(material.coat_roughness**2, LEAST_ALPHA)
         dielectric[index] = _dielectric(material, scattering.parameters[index, 1:3].tolist())
-        row[index], first[index] = (
-            len(scattering.albedos) + place,
-            sum(len(rows) for rows in through),
-        )
+        row[index] = len(scattering.albedos) + place
+        first[index] = sum(len(rows) for rows in through)
         coat = float(f0[index]), float(alpha[index])
         albedos.append(lobe_albedos(coat[1])[None])
         through.append(_through(coat, material, float(dielectric[index])))
@@ -62,15 +65,11 @@ def with_coats(
     return scattering._replace(model=model, albedos=np.concatenate(albedos), coats=coats)
 
 
-def _normal_reflectance(ior: float) -> float:
-    return float(((ior - 1.0) / (ior + 1.0)) ** 2)
-
-
 def _dielectric(material: Material, means: list[float]) -> float:
     """Return what the lobe of a base reflects at normal incidence where it is no metal."""
     f0, base = means
     varies = isinstance(material.glossy, Texture) or base == 0.0
-    return _normal_reflectance(1.5) if varies else f0
+    return normal_reflectance(1.5) if varies else f0
 
 
 def _through(coat: tuple[float, float], material: Material, dielectric: float) -> Floats:
@@ -97,23 +96,18 @@ def through_coat(f0: float, alpha: float, below: float, base_f0: float | None) -
     below, base_f0 : α and reflectance at normal incidence of the base's lobe, which lies over a
         white diffuse one; None where it has no lobe
     """
-    single, grazing = lobe_albedos(alpha)
-    passed = np.maximum(1.0 - _reflected(single, grazing, f0)[:-1], 1e-9)
+    passed = np.maximum(1.0 - _whole_albedos(alpha, f0), 1e-9)
     base, through = _white_base(below, base_f0), np.sqrt(passed)
     for _ in range(ROUNDS):
         through = np.sqrt(through * passed / (base @ through))
     return np.append(through, 0.0)
 
 
-def _reflected(single: Floats, grazing: Floats, f0: float) -> Floats:
-    """Return the albedos of a lobe by those at Fresnel terms 1 and (1 - cos)⁵, and their mean."""
-    multiple = _multiple(f0, single[-1])
-    return np.asarray(f0 * (single - grazing) + grazing + (1.0 - single) * multiple)
-
-
-def _multiple(f0: float, mean: float) -> float:
-    fresnel = f0 + (1.0 - f0) * SCHLICK_MEAN
-    return fresnel * fresnel * mean / (1.0 - fresnel * (1.0 - mean))
+def _whole_albedos(alpha: float, f0: float) -> Floats:
+    """Return what a lobe reflects of light from each node's angle, (NODES,)."""
+    single, grazing = lobe_albedos(alpha)
+    whole = lobe_albedo(single, grazing, f0, multiple_fresnel(f0, single[-1]))
+    return np.asarray(whole[:-1])
 
 
 @cache
@@ -125,8 +119,8 @@ def _white_base(alpha: float, f0: float | None) -> Floats:
     cosines = np.maximum(np.linspace(0.0, 1.0, NODES) ** 2, SMALLEST_COSINE).tolist()
     once = np.array([_once(alpha, f0, cosine) for cosine in cosines])
     once *= ((f0 * (single - grazing) + grazing)[:-1] / once.sum(axis=1))[:, None]
-    several = _multiple(f0, single[-1]) * _evenly(1.0 - single[:-1])
-    diffuse = 0.0 if f0 == 1.0 else _evenly(1.0 - _reflected(single, grazing, f0)[:-1])
+    several = multiple_fresnel(f0, single[-1]) * _evenly(1.0 - single[:-1])
+    diffuse = 0.0 if f0 == 1.0 else _evenly(1.0 - _whole_albedos(alpha, f0))
     return np.asarray(once + several + diffuse)
 
 

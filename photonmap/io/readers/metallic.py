@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.images import Image
+from photonmap.scene.material import normal_reflectance
 from photonmap.scene.textures import Paint, Texture, Triple, mean_number
 from photonmap.spectra.curves import Color, Spectrum
 from photonmap.spectra.observer import reflectance_to_rgb
 
 USUAL_INDEX = 1.5
 """Index of refraction of a coat for which none is given"""
-USUAL_COAT = ((USUAL_INDEX - 1.0) / (USUAL_INDEX + 1.0)) ** 2
+USUAL_COAT = normal_reflectance(USUAL_INDEX)
 """What such a coat reflects at normal incidence"""
 _WHITE = Image(np.ones((1, 1, 3), np.float32), False)
 
@@ -27,11 +28,6 @@ class Gloss(NamedTuple):
     reflectance: Paint
     glossy: Paint
     roughness: float | Texture
-
-
-def coat_of(index: float) -> float:
-    """Return the reflectance at normal incidence of a coat of this index of refraction."""
-    return ((index - 1.0) / (index + 1.0)) ** 2
 
 
 def metallic_fraction(base: NDArray[np.float64], lobe: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -167,6 +167,14 @@ GLASS = {
             "clear coat with normals of its own of 'a'",
         ),
         (
+            {
+                "name": "a",
+                "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1.0}},
+            },
+            Material("a"),
+            "KHR_materials_clearcoat of 'a'",
+        ),
+        (
             {"name": "a", "extensions": {"KHR_materials_sheen": {}}},
             Material("a"),
             "KHR_materials_sheen of 'a'",

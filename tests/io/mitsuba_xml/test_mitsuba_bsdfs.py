@@ -239,6 +239,10 @@ def test_principled(look):
     assert clear.ior == pytest.approx(1.4)
     assert clear.roughness == 0.3
     np.testing.assert_allclose(clear.tint, np.sqrt([0.8, 0.2, 0.1]))
+    clear = '<float name="spec_trans" value="1"/><float name="clearcoat" value="{}"/>'
+    look("principled", clear.format(0))
+    with pytest.warns(SceneWarning, match="not simulated: clearcoat of 'paint'$"):
+        look("principled", clear.format(1))
 
 
 def test_parameters_that_are_not_simulated_are_named(look):

@@ -13,7 +13,6 @@ from photonmap.io.readers.gltf_parts.textures import Textures, find_placement
 from photonmap.io.readers.metallic import (
     USUAL_INDEX,
     Gloss,
-    coat_of,
     is_even,
     lie_alike,
     metallic_gloss,
@@ -21,7 +20,7 @@ from photonmap.io.readers.metallic import (
 from photonmap.io.readers.registry import GREY
 from photonmap.runtime.wording import shown
 from photonmap.scene.images import Channels, Image
-from photonmap.scene.material import Material
+from photonmap.scene.material import Material, normal_reflectance
 from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
 from photonmap.scene.surfaces.relief import STEEPEST, NormalMap
 from photonmap.scene.textures import Paint, Texture, Triple, mean_number
@@ -156,6 +155,8 @@ def read_material(
         if extension.removeprefix("KHR_materials_") not in _READ:
             source.lose(extension)
     look = _glass(source) or _opaque(source)
+    if "coat" not in look and source.extension("clearcoat").get("clearcoatFactor", 0.0):
+        source.lose("KHR_materials_clearcoat")
     look |= _relief(source)
     emission = _emission(source)
     return Material(source.name, **(look if emission is None else look | {"emission": emission}))
@@ -173,7 +174,7 @@ def _opaque(source: _Source) -> dict[str, Any]:
     if source.number(source.extension("transmission"), "transmissionFactor", 0.0) > 0.0:
         source.lose("KHR_materials_transmission")
     index = source.number(source.extension("ior"), "ior", USUAL_INDEX, 1e3)
-    coat = coat_of(max(index, 1.0)) if index > 0.0 else 1.0  # 0 stands for infinity
+    coat = normal_reflectance(max(index, 1.0)) if index > 0.0 else 1.0  # 0 stands for infinity
     coat *= source.number(specular, "specularFactor", 1.0)
     if "specularColorFactor" in specular:
         source.lose("specularColorFactor")

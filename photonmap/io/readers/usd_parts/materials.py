@@ -9,11 +9,11 @@ from typing import Any
 from pxr import UsdShade
 
 from photonmap.errors import InputError
-from photonmap.io.readers.metallic import USUAL_INDEX, coat_of, metallic_gloss
+from photonmap.io.readers.metallic import USUAL_INDEX, metallic_gloss
 from photonmap.io.readers.registry import GREY
 from photonmap.io.readers.usd_parts.stage import Stage, read_image
 from photonmap.scene.images import Channels, Image
-from photonmap.scene.material import Material, check_material
+from photonmap.scene.material import Material, check_material, normal_reflectance
 from photonmap.scene.surfaces.relief import NormalMap
 from photonmap.scene.textures import Texture, is_black, mean_number
 
@@ -76,7 +76,7 @@ class _Surface:
             glossy = self.color("specularColor", (0.0, 0.0, 0.0))
             look = {"reflectance": base, "glossy": glossy, "roughness": roughness}
         else:
-            lobe = coat_of(max(float(self._value("ior", USUAL_INDEX)), 1.0))
+            lobe = normal_reflectance(max(float(self._value("ior", USUAL_INDEX)), 1.0))
             look = metallic_gloss(base, self.data("metallic", 0.0), lobe, roughness)._asdict()
         coat = self.data("clearcoat", 0.0)
         if not is_black(coat):

@@ -11,12 +11,12 @@ from photonmap.io.readers.metallic import (
     USUAL_INDEX,
     Gloss,
     as_triple,
-    coat_of,
     lie_alike,
     metallic_gloss,
 )
 from photonmap.io.readers.wavefront.draft import Draft, matters
 from photonmap.kernels.core.color import LUMINANCE
+from photonmap.scene.material import normal_reflectance
 from photonmap.scene.parameters import Number
 from photonmap.scene.textures import Paint, Texture, is_black
 from photonmap.spectra.curves import Spectrum
@@ -55,7 +55,7 @@ def gloss_of(draft: Draft, albedo: Paint) -> Gloss | None:
     numbers, model = draft.numbers, draft.numbers.get("illum", 2.0)
     if "Pr" in numbers:
         index = numbers.get("Ni", 1.0)  # 1 is what exporters write that know of no index
-        coat = coat_of(index if index > 1.0 else USUAL_INDEX)
+        coat = normal_reflectance(index if index > 1.0 else USUAL_INDEX)
         metallic = draft.number("Pm") if "Pm" in numbers else 0.0
         return _metallic(draft, albedo, metallic, coat, draft.number("Pr"))
     if numbers.get("Pm", 0.0) != 0.0:

@@ -9,19 +9,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.io.readers.metallic import USUAL_COAT, USUAL_INDEX, coat_of
+from photonmap.io.readers.metallic import USUAL_COAT, USUAL_INDEX
 from photonmap.io.writers.gltf_parts.draft import Draft
 from photonmap.io.writers.gltf_parts.gloss import split_lobe
 from photonmap.io.writers.gltf_parts.textures import TextureWriter
 from photonmap.kernels.core.color import LUMINANCE
-from photonmap.scene.material import Material
+from photonmap.scene.material import Material, normal_reflectance
 from photonmap.scene.surfaces.relief import NormalMap
 from photonmap.scene.textures import Texture, is_black, mean_color, mean_number
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Color
 
 _RGB = Bands.rgb()
-_LARGEST_COAT = coat_of(1e3)
+_LARGEST_COAT = normal_reflectance(1e3)
 """Of the largest index that the reader takes"""
 _TEXTURED_GLASS = "textures of glass become their mean"
 Floats = NDArray[np.float64]
@@ -194,7 +194,7 @@ def _coat(coat: float, draft: Draft) -> dict[str, Any]:
         return draft.use("KHR_materials_ior", {"ior": 0.0}) | draft.use(
             "KHR_materials_specular", {"specularFactor": coat}
         )
-    if math.isclose(coat, coat_of(USUAL_INDEX), rel_tol=1e-12):
+    if math.isclose(coat, normal_reflectance(USUAL_INDEX), rel_tol=1e-12):
         return {}
     root = math.sqrt(coat)
     return draft.use("KHR_materials_ior", {"ior": (1.0 + root) / (1.0 - root)})

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.io.readers.metallic import coat_of
+from photonmap.scene.material import normal_reflectance
 
 Floats = NDArray[np.float64]
 _SCHLICK_MEAN = 1.0 / 21.0
@@ -67,7 +67,7 @@ def plastic_albedo(
     normal : reflectance of the simulated coat at normal incidence
     """
     if alpha == 0.0:
-        through = 1.0 - mean_reflectance(coat_of(index))
+        through = 1.0 - mean_reflectance(normal_reflectance(index))
         inside = 1.0 - through / index**2
     else:
         through = _mean_transmitted(alpha, index)

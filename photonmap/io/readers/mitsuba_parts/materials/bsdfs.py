@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from photonmap.io.readers.metallic import coat_of, lie_alike, metallic_gloss, stretched
+from photonmap.io.readers.metallic import lie_alike, metallic_gloss, stretched
 from photonmap.io.readers.mitsuba_parts.colors import as_rgb, combined
 from photonmap.io.readers.mitsuba_parts.context import Context
 from photonmap.io.readers.mitsuba_parts.materials.albedos import (
@@ -27,7 +27,7 @@ from photonmap.io.readers.mitsuba_parts.textures import (
     read_texture,
 )
 from photonmap.runtime.wording import shown
-from photonmap.scene.material import Material
+from photonmap.scene.material import Material, normal_reflectance
 from photonmap.scene.surfaces.relief import BumpMap, NormalMap
 from photonmap.scene.textures import Texture, mean_color, mean_number
 
@@ -193,7 +193,7 @@ def _plastic(bsdfs: Bsdfs, node: Node) -> Look:
     context = bsdfs.context
     index = _relative_index(node, "polypropylene")
     specular = read_plain(context, node, "specular_reflectance", 1.0)
-    glossy = combined(scaled_normal, specular, coat_of(index))
+    glossy = combined(scaled_normal, specular, normal_reflectance(index))
     rough = _roughness_map(context, node) if node.type == "roughplastic" else 0.0
     normal = float(np.mean(as_rgb(glossy)))
     base = plastic_albedo(index, mean_number(rough) ** 2, node.flag("nonlinear", False), normal)
@@ -212,10 +212,13 @@ def _principled(bsdfs: Bsdfs, node: Node) -> Look:
         if read_scalar(context, node, name, 0.0) != 0.0:
             context.lose(name, node)
     node.read.update(_TINTS)
+    layer = _clear_coat(context, node)
     coat = 0.08 * _fraction(context, node, "specular", 0.5)
     if node.find("eta"):
-        coat = coat_of(max(index_of(node, "eta", "bk7"), 1.0))
+        coat = normal_reflectance(max(index_of(node, "eta", "bk7"), 1.0))
     if transmission > 0.5 and mean_number(metallic) < 0.5:
+        if layer:
+            context.lose("clearcoat", node)
         roughness = _fraction(context, node, "roughness", 0.5)
         tint = combined(np.sqrt, read_plain(context, node, "base_color", 0.5))
         index = (1.0 + coat**0.5) / (1.0 - coat**0.5)
@@ -227,7 +230,7 @@ def _principled(bsdfs: Bsdfs, node: Node) -> Look:
     gloss = metallic_gloss(paint, metallic, coat, roughness)
     normal = float(np.mean(as_rgb(mean_color(gloss.glossy))))
     base = changed(gloss.reflectance, lambda albedo: base_albedo(albedo, normal))
-    look = gloss._replace(reflectance=base)._asdict() | _clear_coat(context, node)
+    look = gloss._replace(reflectance=base)._asdict() | layer
     anisotropic = _fraction(context, node, "anisotropic", 0.0)
     if anisotropic == 0.0:
         return look
