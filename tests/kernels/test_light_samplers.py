@@ -167,9 +167,9 @@ def test_photons_carry_the_power(light, power):
     np.testing.assert_allclose(total[1] * factor, 4.0 * np.pi * 0.7, rtol=4e-3)
     assert worst[0] < 1e-12
     assert total.mean(axis=1).sum() == pytest.approx(1.0, rel=1e-3)
-    chances = np.diff(compiled.lights.cdf, prepend=0.0)
+    probabilities = np.diff(compiled.lights.cdf, prepend=0.0)
     share = 4.0 * np.pi * 0.7 / factor
-    assert chances[1] == pytest.approx((1.0 - EVEN) * share + EVEN / 2, rel=1e-6)
+    assert probabilities[1] == pytest.approx((1.0 - EVEN) * share + EVEN / 2, rel=1e-6)
 
     for member in range(2):
         alone = _only(compiled.lights, np.array([member]))

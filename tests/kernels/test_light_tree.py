@@ -1,4 +1,4 @@
-"""Choices among lights have the chances they claim, and cost less error than those by power."""
+"""Choices among lights have the probabilities that they claim, and beat those by power."""
 
 from dataclasses import replace
 
@@ -23,11 +23,11 @@ def count_choices(geometry, lights, point, ns, n, counts, worst):
     state = rng.stream(12, 0, 0)
     for _ in range(n):
         u, state = rng.draw(state)
-        emitter, chance, u = select_emitter(geometry, lights, lights.tree, point, ns, u)
+        emitter, probability, u = select_emitter(geometry, lights, lights.tree, point, ns, u)
         counts[emitter] += 1
         if emitter >= 0:
             other = selection_probability(geometry, lights, lights.tree, emitter, point, ns)
-            worst[0] = max(worst[0], abs(chance / other - 1.0))
+            worst[0] = max(worst[0], abs(probability / other - 1.0))
         worst[1] = max(worst[1], u)
 
 
@@ -54,7 +54,7 @@ def few(many):
 
 @pytest.mark.parametrize("lights", ["few", "many"])
 def test_choices_have_their_chances(lights, request):
-    """χ² at p > 1e-3 for each of 8 places; emitters of no chance are never chosen."""
+    """χ² at p > 1e-3 for each of 8 places; emitters of no probability are never chosen."""
     compiled = compile_scene(request.getfixturevalue(lights), Bands.parse("rgb"), 1.0)
     geometry, lights = compiled.geometry, compiled.lights
     random = np.random.default_rng(5)
@@ -67,13 +67,15 @@ def test_choices_have_their_chances(lights, request):
         assert worst[0] < 1e-9
         assert worst[1] < 1.0
         emitters = range(len(lights.kind))
-        chances = [selection_probability(geometry, lights, lights.tree, i, *at) for i in emitters]
-        chances = np.append(chances, max(1.0 - sum(chances), 0.0))
-        assert not counts[chances == 0.0].any()
-        common = chances * SAMPLES > 10.0
-        rest = np.array([counts[~common].sum()]), np.array([chances[~common].sum() * SAMPLES])
+        probabilities = [
+            selection_probability(geometry, lights, lights.tree, i, *at) for i in emitters
+        ]
+        probabilities = np.append(probabilities, max(1.0 - sum(probabilities), 0.0))
+        assert not counts[probabilities == 0.0].any()
+        common = probabilities * SAMPLES > 10.0
+        rest = np.array([counts[~common].sum()]), np.array([probabilities[~common].sum() * SAMPLES])
         seen = np.append(counts[common], rest[0])
-        wanted = np.append(chances[common] * SAMPLES, max(rest[1][0], 1e-9))
+        wanted = np.append(probabilities[common] * SAMPLES, max(rest[1][0], 1e-9))
         assert stats.chisquare(seen, wanted * seen.sum() / wanted.sum()).pvalue > 1e-3
 
 

@@ -156,11 +156,11 @@ class Samples:
         lights = self._lights
         if self._is_map:
             environment = lights.environment
-            chances = np.diff(environment.rows, prepend=0.0)[:, None]
-            chances = chances * np.diff(environment.columns, prepend=0.0, axis=1)
+            probabilities = np.diff(environment.rows, prepend=0.0)[:, None]
+            probabilities = probabilities * np.diff(environment.columns, prepend=0.0, axis=1)
             bands = -np.diff(environment.cosines)[:, None]
             areas = bands * 2.0 * np.pi / environment.columns.shape[1]
-            return (chances / areas)[self._texels]
+            return (probabilities / areas)[self._texels]
         if lights.kind[self._emitter] == kinds.DOME:
             return self.cosine / np.pi
         normal = self._geometry.normals[lights.triangle[self._emitter]].astype(float)
