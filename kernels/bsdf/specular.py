@@ -17,7 +17,7 @@ from photonmap.kernels.core.bands import divide
 from photonmap.kernels.core.fresnel import mirrored, refracted
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.records import MIRROR
-from photonmap.kernels.core.rng import draw, stream
+from photonmap.kernels.core.rng import draw, draw_three, stream
 from photonmap.kernels.geometry.interaction import offset, point_at, shading_normal, side_of
 from photonmap.kernels.geometry.pane import is_reflected
 
@@ -80,13 +80,22 @@ def arrive_at(geometry, hit, direction):
 
 
 @jit
-def scatter_specular(geometry, specular, hit, direction, xi, carries_flux, throughput):
+def draw_scattering(alpha, state):
+    """Draw the uniform numbers of `scatter_specular`: the first alone where all is smooth."""
+    if alpha is None:
+        xi, state = draw(state)
+        return (xi, 0.0, 0.0), state
+    return draw_three(state)
+
+
+@jit
+def scatter_specular(geometry, specular, hit, direction, numbers, carries_flux, throughput):
     """Scatter light that arrives along `direction` at a specular surface: a BSDF's `sample`.
 
-    Smooth glass reflects where the uniform number `xi` is below Fresnel's reflectance, and
-    transmits elsewhere; at rough surfaces, a walk among their facets draws from a stream that `xi`
-    begins. `throughput`, (N,), is multiplied by the mirror's reflectance or the glass's tint, and
-    by the square of the ratio of indices unless it is flux (Veach 1997, 5.2).
+    Glass reflects where the first of three uniform `numbers` is below Fresnel's reflectance, and
+    transmits elsewhere; the others choose the facet of a rough surface at which light begins a walk
+    among facets. `throughput`, (N,), is multiplied by the mirror's reflectance or the glass's tint,
+    and by the square of the ratio of indices unless it is flux (Veach 1997, 5.2).
 
     Returns
     -------
@@ -95,6 +104,7 @@ def scatter_specular(geometry, specular, hit, direction, xi, carries_flux, throu
     material = geometry.material[hit.triangle]
     arrival = arrive_at(geometry, hit, direction)
     direction, ng, n = arrival.direction, arrival.ng, arrival.n
+    xi = numbers[0]
     point, size = point_at(geometry, hit.triangle, hit.u, hit.v)
     if _crosses_pane(geometry.alpha, specular, material, arrival, xi, throughput):
         return offset(point, size, vec.scale(ng, -1.0)), direction
@@ -102,7 +112,7 @@ def scatter_specular(geometry, specular, hit, direction, xi, carries_flux, throu
         _multiply(throughput, specular.mirror, material, 1.0)
         return offset(point, size, ng), _on_side(mirrored(direction, n), direction, ng)
     rough, crossed, out = _scatter_rough(
-        specular, specular.alpha, material, arrival, xi, carries_flux, throughput
+        specular, specular.alpha, material, arrival, numbers, carries_flux, throughput
     )
     if rough:
         return offset(point, size, vec.scale(ng, -1.0) if crossed else ng), out
@@ -146,7 +156,7 @@ def _on_side(out, direction, ng):
 
 
 @jit
-def _scatter_rough(specular, alpha, material, arrival, xi, carries_flux, throughput):
+def _scatter_rough(specular, alpha, material, arrival, numbers, carries_flux, throughput):
     """Scatter light at a rough surface; return (whether it is one, transmitted or not, direction).
 
     `throughput` is multiplied as by `scatter_specular`.
@@ -156,12 +166,14 @@ def _scatter_rough(specular, alpha, material, arrival, xi, carries_flux, through
         return False, False, direction
     if alpha[material] == 0.0:
         return False, False, direction
-    column, probability, xi = choose_index(specular, specular.media, arrival, throughput, xi)
+    xi, u, v = numbers
+    column, probability, own = choose_index(specular, specular.media, arrival, throughput, xi)
     keep_index(specular, specular.media, arrival, (column, probability), throughput)
     eta = index_ratio(specular, material, arrival, column)
-    wi, state = vec.to_frame(vec.scale(direction, -1.0), n), stream(np.uint64(xi * BITS), 0, 0)
+    wi = vec.to_frame(vec.scale(direction, -1.0), n)
+    state = stream(np.uint64(xi * BITS), np.uint64(u * BITS), np.uint64(v * BITS))
     wo, crossed, state = microsurface.scatter(
-        alpha[material], eta, specular.mirror[material], wi, state, throughput
+        alpha[material], eta, specular.mirror[material], wi, (own, u, v), state, throughput
     )
     if crossed:
         factor = 1.0 if carries_flux else microsurface.radiance_factor(eta)

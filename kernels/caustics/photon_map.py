@@ -6,13 +6,18 @@ import numpy as np
 
 from photonmap.kernels.bsdf import models
 from photonmap.kernels.bsdf.absorption import absorb
-from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, choose_lobe, scatter_specular
+from photonmap.kernels.bsdf.specular import (
+    LONGEST_CHAIN,
+    choose_lobe,
+    draw_scattering,
+    scatter_specular,
+)
 from photonmap.kernels.caustics.aim import aim_photon
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import divide
 from photonmap.kernels.core.bands import total as band_total
 from photonmap.kernels.core.jit import jit, kernel
-from photonmap.kernels.core.rng import draw, sobol_2d, stream
+from photonmap.kernels.core.rng import sobol_2d, stream
 from photonmap.kernels.core.streams import EMIT_DIRECTION, EMIT_POSITION, LOBE, split
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import divide_by_opacity, intersect
@@ -42,8 +47,10 @@ def _follow(geometry, specular, ray, state, flux):
             is_specular, state = choose_lobe(probability, state, flux)
             if not is_specular:
                 return True, hit, direction, step + 1
-        xi, state = draw(state)
-        origin, direction = scatter_specular(geometry, specular, hit, direction, xi, True, flux)
+        numbers, state = draw_scattering(specular.alpha, state)
+        origin, direction = scatter_specular(
+            geometry, specular, hit, direction, numbers, True, flux
+        )
         hit = intersect(geometry, origin, direction)
     return False, hit, direction, LONGEST_CHAIN + 1
 

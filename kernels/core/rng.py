@@ -44,6 +44,15 @@ def draw(state):
     return float(mix(state) >> S11) * INV_2_53, state
 
 
+@jit
+def draw_three(state):
+    """Return three uniform numbers in [0, 1) and the stream's next state."""
+    x, state = draw(state)
+    y, state = draw(state)
+    z, state = draw(state)
+    return (x, y, z), state
+
+
 if config.DISABLE_JIT:
 
     def reverse_bits(x):

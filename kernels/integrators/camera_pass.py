@@ -25,7 +25,7 @@ from photonmap.kernels.film.pixels import FLAT, morton, update_plane
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.integrators.final_gather import light_keys
 from photonmap.kernels.integrators.irradiance import estimate_irradiance
-from photonmap.kernels.integrators.specular_view import view_specular_chain
+from photonmap.kernels.integrators.specular_view import Chain, view_specular_chains
 
 CENTRE = (0.5, 0.5)
 
@@ -46,9 +46,8 @@ def _render_sample(job, keys, pixel, index, share, budget, estimate, scratch):
             scene, job.maps, surface, index, budget, keys[1], scratch
         )
         add_reflected(scene, surface, share, pixel, scratch, estimate)
-    view_specular_chain(
-        job, scene.specular, (hit, direction), index, (pixel, share), budget, estimate, scratch
-    )
+    chain = Chain(job.key, index, pixel, share, budget)
+    view_specular_chains(job, scene.specular, (hit, direction), chain, estimate, scratch)
 
 
 @kernel

@@ -2,7 +2,7 @@
 
 from photonmap.kernels.bsdf import models
 from photonmap.kernels.bsdf.absorption import absorb
-from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, choose_lobe
+from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, choose_lobe, draw_scattering
 from photonmap.kernels.cache.radiosity_cache import cell_at
 from photonmap.kernels.core.bands import add_product
 from photonmap.kernels.core.jit import jit
@@ -55,8 +55,9 @@ def gather_specular_chain(scene, specular, maps, hit, direction, weight, state, 
     for step in range(LONGEST_CHAIN):
         if specular.kind[scene.geometry.material[hit.triangle]] == 0:
             return found
+        numbers, state = draw_scattering(specular.alpha, state)
         alive, hit, direction, state = specular_step(
-            scene, specular, hit, direction, step, weight, state, throughput
+            scene, specular, (hit, direction), numbers, step, weight, state, throughput
         )
         if not alive:
             return found

@@ -14,7 +14,7 @@ from photonmap.kernels.core.passes import (
     SampleBudget,
     Scratch,
 )
-from photonmap.kernels.core.rng import sobol_block, stream
+from photonmap.kernels.core.rng import sobol_2d, sobol_block, stream
 from photonmap.kernels.core.warp import INV_PI
 from photonmap.kernels.integrators.final_gather import fill_directions, gather
 from photonmap.kernels.integrators.path_walk import PathStart, alone, trace_path, weigh_gather
@@ -23,8 +23,8 @@ from photonmap.kernels.lights.emission import add_attenuated, add_emission, emis
 
 GATHERS_PER_PATH = 2
 """Gather rays of a glossy surface for each path that leaves it by its own BSDF,"""
-LEAST_PATHS = 4
-"""and the least number of these."""
+LEAST_PATHS, LEAST_BARE_PATHS = 8, 32
+"""and the least number of these; that where there is no diffuse base."""
 
 
 @jit
@@ -49,18 +49,21 @@ def _is_broad(scene, scattering, surface):
 
 
 @jit
-def _paths(budget):
+def _paths(scene, scattering, surface, budget):
     """Return how many paths leave a surface by its own narrow BSDF."""
-    return max(budget.gathers // GATHERS_PER_PATH, LEAST_PATHS)
+    base = scattering.parameters[scene.geometry.material[surface.hit.triangle], 2]
+    least = LEAST_PATHS if base > 0.0 else LEAST_BARE_PATHS
+    return max(budget.gathers // GATHERS_PER_PATH, least)
 
 
 @jit
-def _scatter_light(scene, scattering, surface, sample, emission, weight, paths, scratch):
+def _scatter_light(scene, scattering, surface, sample, emission, weight, budget, scratch):
     """Add a light sample to what the surface scatters; its irradiance has the weight given."""
     if scattering is None or _model(scene, scattering, surface) == models.LAMBERTIAN:
         return
     if not _is_broad(scene, scattering, surface):
         own = models.with_model(scene.geometry, scattering, surface)
+        paths = _paths(scene, scattering, surface, budget)
         weight = sample.weight * weigh_sample(scene, scattering, own, sample, paths)
     models.evaluate(scene, scattering, surface, sample.direction, scratch.response)
     add_attenuated(scratch.scattered, DIRECT, scene.lights, emission, scratch.response, weight)
@@ -82,7 +85,7 @@ def _add_lights(scene, surface, index, budget, key, scratch):
             emission = emission_of(scene.lights, sample.emitter, sample.position)
             add_emission(scratch.irradiance, DIRECT, scene.lights, emission, weight)
             _scatter_light(
-                scene, scene.scattering, surface, sample, emission, weight, _paths(budget), scratch
+                scene, scene.scattering, surface, sample, emission, weight, budget, scratch
             )
 
 
@@ -96,7 +99,8 @@ def _leave_to_paths(scene, scattering, surface, direction, budget, scratch):
     if _is_broad(scene, scattering, surface):
         return DIRECT
     own = models.with_model(scene.geometry, scattering, surface)
-    share = weigh_gather(scene, scattering, own, direction, _paths(budget), budget.gathers)
+    paths = _paths(scene, scattering, surface, budget)
+    share = weigh_gather(scene, scattering, own, direction, paths, budget.gathers)
     models.evaluate_lobe(scene, scattering, surface, direction, scratch.throughput)
     for band in range(len(scratch.response)):
         scratch.response[band] -= np.float32(share) * scratch.throughput[band]
@@ -139,13 +143,16 @@ def _add_glossy(scene, scattering, maps, surface, index, budget, key, scratch):
     """Add what a narrow BSDF scatters, by paths that leave the surface in directions of its own."""
     if scattering is None or _model(scene, scattering, surface) not in models.NARROW:
         return
-    paths = _paths(budget)
+    paths = _paths(scene, scattering, surface, budget)
     bounces = MAX_BOUNCES if budget.gathers > 0 else 1
-    start = PathStart(DIRECT, bounces, SampleBudget(budget.lights, paths), True, budget.gathers)
+    both = SampleBudget(budget.lights, paths)
     own = models.with_model(scene.geometry, scattering, surface)
     onto = _onto(scratch, scratch.scattered)
     state = stream(key, index, 0)
-    for _ in range(paths):
+    first = index * np.uint64(paths)
+    for number in range(paths):
+        point = sobol_2d(first + np.uint64(number), key)
+        start = PathStart(DIRECT, bounces, both, True, budget.gathers, point)
         scratch.throughput[:] = np.float32(INV_PI / paths)
         state = trace_path(scene, maps, own, start, state, onto)
 

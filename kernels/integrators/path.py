@@ -16,7 +16,7 @@ from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.integrators.camera_pass import CENTRE
 from photonmap.kernels.integrators.irradiance import trace_irradiance
 from photonmap.kernels.integrators.path_walk import ONE
-from photonmap.kernels.integrators.specular_view import view_specular_chain
+from photonmap.kernels.integrators.specular_view import Chain, view_specular_chains
 
 
 @jit
@@ -35,9 +35,8 @@ def _render_path(job, bounces, pixel, index, share, state, estimate, scratch):
         surface = surface_interaction(scene.geometry, hit, direction)
         state = trace_irradiance(scene, job.maps, surface, bounces, state, scratch)
         add_reflected(scene, surface, share, pixel, scratch, estimate)
-    view_specular_chain(
-        job, scene.specular, (hit, direction), index, (pixel, share), ONE, estimate, scratch
-    )
+    chain = Chain(job.key, index, pixel, share, ONE)
+    view_specular_chains(job, scene.specular, (hit, direction), chain, estimate, scratch)
     return state
 
 

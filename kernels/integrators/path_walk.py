@@ -55,12 +55,14 @@ class PathStart(NamedTuple):
     """whether its light samples are taken elsewhere"""
     gathers: int
     """cosine-distributed rays from there that bring its indirect light too; 0 for none"""
+    point: tuple
+    """of the unit square, for the first direction; used where `is_lit`"""
 
 
 @jit
 def alone(row, bounces):
     """Return the start of a path that takes a light sample of its own."""
-    return PathStart(row, bounces, ONE, False, 0)
+    return PathStart(row, bounces, ONE, False, 0, (0.0, 0.0))
 
 
 @jit
@@ -148,6 +150,8 @@ def _extend(scene, caustics, surface, start, place, state, scratch):
     budget = start.budget if bounce == 0 else ONE
     u, state = draw(state)
     v, state = draw(state)
+    if bounce == 0 and start.is_lit:
+        u, v = start.point
     direction = models.sample(scene.geometry, scene.scattering, surface, u, v)
     lost = Hit(np.int64(-1), 0.0, 0.0, 0.0)
     if vec.dot(surface.ng, direction) <= 0.0:

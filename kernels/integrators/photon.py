@@ -3,12 +3,17 @@
 from photonmap.kernels.bsdf import models
 from photonmap.kernels.bsdf.absorption import absorb
 from photonmap.kernels.bsdf.material import look_up_material, multiply_albedo
-from photonmap.kernels.bsdf.specular import choose_lobe, scatter_specular, specular_probability
+from photonmap.kernels.bsdf.specular import (
+    choose_lobe,
+    draw_scattering,
+    scatter_specular,
+    specular_probability,
+)
 from photonmap.kernels.cache.radiosity_cache import cell_at
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import largest
 from photonmap.kernels.core.jit import jit, kernel
-from photonmap.kernels.core.rng import draw, sobol_2d, stream
+from photonmap.kernels.core.rng import sobol_2d, stream
 from photonmap.kernels.core.roulette import russian_roulette
 from photonmap.kernels.core.streams import (
     BOUNCE,
@@ -35,8 +40,10 @@ def _scatter_if_specular(scene, specular, hit, direction, flux, state):
     if not is_specular:
         return False, direction, direction, state
     before = largest(flux)
-    xi, state = draw(state)
-    origin, direction = scatter_specular(scene.geometry, specular, hit, direction, xi, True, flux)
+    numbers, state = draw_scattering(specular.alpha, state)
+    origin, direction = scatter_specular(
+        scene.geometry, specular, hit, direction, numbers, True, flux
+    )
     alive, state = russian_roulette(before, largest(flux), state, flux)
     if not alive:
         flux[:] = 0.0

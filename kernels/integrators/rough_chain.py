@@ -26,12 +26,14 @@ from photonmap.kernels.lights.emission import add_attenuated, emission_of, visib
 
 
 class Sink(NamedTuple):
-    """Where light is added, and times what beside the throughput of the chain."""
+    """Where light is added, and times what."""
 
     target: np.ndarray
     """(rows, N) float32"""
     row: int
     factor: float
+    throughput: np.ndarray
+    """of the chain, (N,)"""
 
 
 @jit
@@ -99,14 +101,12 @@ def _choose_by_draw(specular, media, dispersion, arrival, throughput, state):
 
 
 @outlined
-def _add_light_sample(scene, specular, arrived, crossed, throughput, sink, state, scratch):
+def _add_light_sample(scene, specular, arrived, crossed, point, sink, state, scratch):
     """Add a light sample on one side of a rough surface; return the random state."""
-    alpha, (hit, arrival) = specular.alpha, arrived
+    alpha, (hit, arrival), throughput = specular.alpha, arrived, sink.throughput
     material = scene.geometry.material[hit.triangle]
     surface = _surface_on(scene.geometry, hit, arrival, crossed)
-    u, state = draw(state)
-    v, state = draw(state)
-    sample = sample_direct(scene, surface, u, v, 1)
+    sample = sample_direct(scene, surface, point[0], point[1], 1)
     count_shadow_ray(sample, scratch.rays)
     if sample.weight <= 0.0 or is_folded(sample.direction, arrival, crossed):
         return state
@@ -128,10 +128,21 @@ def _add_light_sample(scene, specular, arrived, crossed, throughput, sink, state
 
 
 @jit
-def add_rough_lights(scene, specular, alpha, arrived, throughput, sink, state, scratch):
+def draw_light_point(alpha, state):
+    """Draw the `point` of `add_rough_lights`; nothing is drawn where all is smooth."""
+    if alpha is None:
+        return (0.0, 0.0), state
+    u, state = draw(state)
+    v, state = draw(state)
+    return (u, v), state
+
+
+@jit
+def add_rough_lights(scene, specular, alpha, arrived, point, sink, state, scratch):
     """Add what emitters send along the chain by a surface, if it is rough, at once.
 
-    `arrived` is (hit, direction) of the ray that meets it. Returns the random state.
+    `arrived` is (hit, direction) of the ray that meets it, `point` one of the unit square, for the
+    light samples of both sides. Returns the random state.
     """
     if alpha is None:
         return state
@@ -140,10 +151,10 @@ def add_rough_lights(scene, specular, alpha, arrived, throughput, sink, state, s
     if alpha[material] == 0.0:
         return state
     met = hit, arrive_at(scene.geometry, hit, direction)
-    state = _add_light_sample(scene, specular, met, False, throughput, sink, state, scratch)
+    state = _add_light_sample(scene, specular, met, False, point, sink, state, scratch)
     if specular.kind[material] == METAL:
         return state
-    return _add_light_sample(scene, specular, met, True, throughput, sink, state, scratch)
+    return _add_light_sample(scene, specular, met, True, point, sink, state, scratch)
 
 
 @outlined
@@ -174,7 +185,7 @@ def _weight_of_walk(scene, specular, alpha, throughput, before, after, seen):
 
 
 @jit
-def add_chain_emission(scene, specular, before, after, throughput, sink):
+def add_chain_emission(scene, specular, before, after, sink):
     """Add the emission that a step of a chain meets; rough surfaces share it with light samples.
 
     `before` and `after` are (hit, direction) of the rays to the surface and from it.
@@ -183,7 +194,9 @@ def add_chain_emission(scene, specular, before, after, throughput, sink):
     emitter, position = visible_emitter(geometry, lights, *after)
     if emitter >= 0:
         seen = emitter, position
-        weight = _weight_of_walk(scene, specular, specular.alpha, throughput, before, after, seen)
+        weight = _weight_of_walk(
+            scene, specular, specular.alpha, sink.throughput, before, after, seen
+        )
         emission = emission_of(lights, emitter, position)
         factor = sink.factor * weight
-        add_attenuated(sink.target, sink.row, lights, emission, throughput, factor)
+        add_attenuated(sink.target, sink.row, lights, emission, sink.throughput, factor)

@@ -9,29 +9,40 @@ import math
 import numpy as np
 
 from photonmap.kernels.bsdf.absorption import absorb
-from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, choose_lobe, scatter_specular
+from photonmap.kernels.bsdf.specular import (
+    LONGEST_CHAIN,
+    choose_lobe,
+    draw_scattering,
+    scatter_specular,
+)
 from photonmap.kernels.core.bands import largest
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.passes import SPECULAR, Hit
-from photonmap.kernels.core.rng import draw
 from photonmap.kernels.core.roulette import russian_roulette
 from photonmap.kernels.geometry.opacity import intersect
-from photonmap.kernels.integrators.rough_chain import Sink, add_chain_emission, add_rough_lights
+from photonmap.kernels.integrators.rough_chain import (
+    Sink,
+    add_chain_emission,
+    add_rough_lights,
+    draw_light_point,
+)
 
 CERTAIN_STEPS = 4
 """Specular scatterings of a chain before Russian roulette begins."""
 
 
 @jit
-def specular_step(scene, specular, hit, direction, step, before, state, throughput):
+def specular_step(scene, specular, met, numbers, step, before, state, throughput):
     """Scatter at a specular surface, and go on to the next hit.
+
+    `met` is (hit, direction) there, `numbers` are those of `scatter_specular`.
 
     From `CERTAIN_STEPS` on, Russian roulette is played against the throughput `before` the chain.
     Returns (whether the path goes on, hit, direction, state).
     """
-    xi, state = draw(state)
+    hit, direction = met
     origin, direction = scatter_specular(
-        scene.geometry, specular, hit, direction, xi, False, throughput
+        scene.geometry, specular, hit, direction, numbers, False, throughput
     )
     if step >= CERTAIN_STEPS:
         alive, state = russian_roulette(before, largest(throughput), state, throughput)
@@ -54,7 +65,7 @@ def follow_specular_chain(scene, specular, hit, direction, row, state, scratch):
         return hit, direction, state
     throughput = scratch.throughput
     before = largest(throughput)
-    sink = Sink(scratch.irradiance, row, math.pi)
+    sink = Sink(scratch.irradiance, row, math.pi, throughput)
     absorb(scene.geometry, specular, hit, direction, False, throughput)
     for step in range(LONGEST_CHAIN):
         probability = specular.probability[scene.geometry.material[hit.triangle]]
@@ -63,17 +74,19 @@ def follow_specular_chain(scene, specular, hit, direction, row, state, scratch):
             return hit, direction, state
         met = hit, direction
         if row >= 0:
+            point, state = draw_light_point(specular.alpha, state)
             state = add_rough_lights(
-                scene, specular, specular.alpha, met, throughput, sink, state, scratch
+                scene, specular, specular.alpha, met, point, sink, state, scratch
             )
+        numbers, state = draw_scattering(specular.alpha, state)
         alive, hit, direction, state = specular_step(
-            scene, specular, hit, direction, step, before, state, throughput
+            scene, specular, met, numbers, step, before, state, throughput
         )
         if not alive:
             break
         scratch.rays[SPECULAR] += 1
         if row >= 0:
-            add_chain_emission(scene, specular, met, (hit, direction), throughput, sink)
+            add_chain_emission(scene, specular, met, (hit, direction), sink)
         if hit.triangle < 0:
             break
     return Hit(np.int64(-1), hit.u, hit.v, hit.distance), direction, state

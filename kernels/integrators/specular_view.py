@@ -5,6 +5,8 @@ and so on. Rough ones make light from an emitter direct, as other surfaces do, a
 indirect.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from photonmap.kernels.bsdf import models
@@ -19,14 +21,19 @@ from photonmap.kernels.core.passes import (
     TRUNCATED,
     VIA_DIRECT,
     VIA_INDIRECT,
+    SampleBudget,
 )
-from photonmap.kernels.core.rng import stream
+from photonmap.kernels.core.rng import sobol_2d, stream
 from photonmap.kernels.core.streams import (
+    CHAIN_FACET,
     CHAIN_GATHER,
     CHAIN_GATHER_CHAIN,
     CHAIN_GLOSSY_PATH,
     CHAIN_LIGHT,
+    CHAIN_LOBE,
     CHAIN_PATH,
+    CHAIN_ROUGH,
+    CHAIN_ROUGH_LIGHT,
     CHAIN_WALK,
     split,
 )
@@ -45,8 +52,23 @@ from photonmap.kernels.integrators.specular_chain import specular_step
 USES = (CHAIN_LIGHT, CHAIN_GATHER, CHAIN_PATH, CHAIN_GATHER_CHAIN, CHAIN_GLOSSY_PATH)
 STEP = np.uint64(40)
 """Bits of an index below those that number the surfaces along a chain."""
+MOST_CHAINS = 4
+"""Chains of a camera sample that meets a rough surface, where one says little of what it shows."""
 SMOOTH, ONE_ROUGH, FURTHER = 0, 1, 2
 """What a chain has passed: no rough surface, the first one just now, or more since then."""
+
+
+class Chain(NamedTuple):
+    """One chain of a camera sample."""
+
+    key: int
+    index: int
+    """for low-discrepancy points"""
+    pixel: int
+    share: float
+    """of the pixel"""
+    budget: SampleBudget
+    """of each surface that it comes to"""
 
 
 @jit
@@ -59,26 +81,25 @@ def _radiance(scene, scattering, color, row, band, scratch):
 
 
 @jit
-def _add_radiance(scene, surface, passed, sample, scratch, via_specular):
+def _add_radiance(scene, surface, passed, chain, scratch, via_specular):
     """Add what a surface sends along the chain, whose throughput is `scratch.chain`."""
     if via_specular is None:
         return
-    pixel, share = sample
     color = look_up_material(scene.geometry, scene.textures, surface.hit)
     for row in range(CAUSTIC + 1):
         kind = VIA_DIRECT + row if passed == SMOOTH else VIA_INDIRECT
         for band in range(len(scratch.chain)):
             light = _radiance(scene, scene.scattering, color, row, band, scratch)
-            via_specular[kind, pixel, band] += share * scratch.chain[band] * light
+            via_specular[kind, chain.pixel, band] += chain.share * scratch.chain[band] * light
 
 
 @jit
-def _light_of(job, caustics, surface, index, budget, state, scratch):
+def _light_of(job, caustics, surface, step, chain, state, scratch):
     """Fill the scratch with a surface's light; without a caustic map, by a plain path."""
     if caustics is None:
         return trace_irradiance(job.scene, job.maps, surface, MAX_BOUNCES, state, scratch)
-    keys = light_keys(job.key, USES)
-    estimate_irradiance(job.scene, job.maps, surface, index, budget, keys, scratch)
+    index, keys = chain.index + (np.uint64(step + 1) << STEP), light_keys(chain.key, USES)
+    estimate_irradiance(job.scene, job.maps, surface, index, chain.budget, keys, scratch)
     return state
 
 
@@ -94,65 +115,102 @@ def _pass(geometry, alpha, hit, passed):
 
 
 @jit
-def _add_lights_of(scene, specular, alpha, arrived, to, state, scratch):
-    """Add the light samples of a surface on the chain, if it is rough; return the random state.
-
-    `to` is (what the chain has passed before, (pixel, share), `Estimate.via_specular`).
-    """
-    if alpha is None:
-        return state
-    passed, (pixel, share), via_specular = to
-    row = VIA_DIRECT if passed == SMOOTH else VIA_INDIRECT
-    sink = Sink(via_specular[row], pixel, share)
-    return add_rough_lights(scene, specular, alpha, arrived, scratch.chain, sink, state, scratch)
+def _point(chain, use, step):
+    """Return the point of a step along the chain, stratified over those of a pixel."""
+    return sobol_2d(chain.index, stream(chain.key, use, step))
 
 
 @jit
-def _add_emission(scene, specular, alpha, met, passed, sample, estimate, scratch):
+def _scattering_numbers(alpha, chain, step):
+    """Return the numbers of `scatter_specular` for a step along the chain."""
+    xi, _ = _point(chain, CHAIN_LOBE, step)
+    if alpha is None:
+        return xi, 0.0, 0.0
+    u, v = _point(chain, CHAIN_FACET, step)
+    return xi, u, v
+
+
+@jit
+def _add_lights_of(scene, specular, alpha, arrived, to, state, scratch):
+    """Add the light samples of a surface on the chain, if it is rough; return the random state.
+
+    `to` is (the chain, its step, what it has passed before, `Estimate.via_specular`).
+    """
+    if alpha is None:
+        return state
+    chain, step, passed, via_specular = to
+    row = VIA_DIRECT if passed == SMOOTH else VIA_INDIRECT
+    sink = Sink(via_specular[row], chain.pixel, chain.share, scratch.chain)
+    point = _point(chain, CHAIN_ROUGH_LIGHT, step)
+    return add_rough_lights(scene, specular, alpha, arrived, point, sink, state, scratch)
+
+
+@jit
+def _add_emission(scene, specular, alpha, met, passed, chain, estimate, scratch):
     """Add the emission that a chain meets; `met` are (hit, direction) of its last two rays."""
-    pixel, share = sample
     target = estimate.pixels.emission
     if alpha is not None:  # noqa: SIM102 - Numba prunes conditions on a single argument
         if passed != SMOOTH:
             target = estimate.via_specular[VIA_DIRECT if passed == ONE_ROUGH else VIA_INDIRECT]
-    sink = Sink(target, pixel, share)
-    add_chain_emission(scene, specular, met[0], met[1], scratch.chain, sink)
+    sink = Sink(target, chain.pixel, chain.share, scratch.chain)
+    add_chain_emission(scene, specular, met[0], met[1], sink)
 
 
 @jit
-def view_specular_chain(job, specular, seen, index, sample, budget, estimate, scratch):
-    """Follow a camera ray on from a specular first hit, and add all that it sees.
-
-    `seen` = (hit, direction) of the ray, `sample` = (pixel, share of it). Emission goes to
-    `estimate.pixels.emission` while all is smooth, other light to `estimate.via_specular`.
-    """
-    if specular is None:
-        return
+def _view_along(job, specular, seen, chain, estimate, scratch):
+    """Add all that is seen along one chain."""
     scene = job.scene
     hit, direction = seen
     scratch.chain[:] = 1.0
     absorb(scene.geometry, specular, hit, direction, True, scratch.chain)
-    state, passed = stream(split(job.key, CHAIN_WALK), index, 0), SMOOTH
+    state, passed = stream(split(chain.key, CHAIN_WALK), chain.index, 0), SMOOTH
     for step in range(LONGEST_CHAIN):
         if specular.kind[scene.geometry.material[hit.triangle]] == 0:
             return
-        met = hit, direction
-        to = passed, sample, estimate.via_specular
+        met, to = (hit, direction), (chain, step, passed, estimate.via_specular)
         state = _add_lights_of(scene, specular, specular.alpha, met, to, state, scratch)
+        numbers = _scattering_numbers(specular.alpha, chain, step)
         alive, hit, direction, state = specular_step(
-            scene, specular, hit, direction, step, np.float32(1.0), state, scratch.chain
+            scene, specular, met, numbers, step, np.float32(1.0), state, scratch.chain
         )
         if not alive:
             return
         scratch.rays[SPECULAR] += 1
         passed = _pass(scene.geometry, specular.alpha, met[0], passed)
         rays = met, (hit, direction)
-        _add_emission(scene, specular, specular.alpha, rays, passed, sample, estimate, scratch)
+        _add_emission(scene, specular, specular.alpha, rays, passed, chain, estimate, scratch)
         if hit.triangle < 0:
             return
         if specular.probability[scene.geometry.material[hit.triangle]] < 1.0:
             surface = surface_interaction(scene.geometry, hit, direction)
-            place = index + (np.uint64(step + 1) << STEP)
-            state = _light_of(job, job.maps.caustics, surface, place, budget, state, scratch)
-            _add_radiance(scene, surface, passed, sample, scratch, estimate.via_specular)
-    estimate.pixels.lookups[sample[0]] |= TRUNCATED
+            state = _light_of(job, job.maps.caustics, surface, step, chain, state, scratch)
+            _add_radiance(scene, surface, passed, chain, scratch, estimate.via_specular)
+    estimate.pixels.lookups[chain.pixel] |= TRUNCATED
+
+
+@jit
+def _shared(budget, chains):
+    """Return the budget of each of several chains."""
+    gathers = max(budget.gathers // chains, 1) if budget.gathers > 0 else 0
+    return SampleBudget(max(budget.lights // chains, 1), gathers)
+
+
+@jit
+def view_specular_chains(job, specular, seen, chain, estimate, scratch):
+    """Follow a camera ray on from a specular first hit, and add all that it sees.
+
+    `seen` = (hit, direction) of the ray, `chain` what one chain has of its pixel: rough surfaces
+    send several, which share that. Emission goes to `estimate.pixels.emission` while all is
+    smooth, other light to `estimate.via_specular`.
+    """
+    if specular is None:
+        return
+    if not is_rough(job.scene.geometry, specular.alpha, seen[0].triangle):
+        _view_along(job, specular, seen, chain, estimate, scratch)
+        return
+    count = min(max(chain.budget.gathers, 1), MOST_CHAINS)
+    key, budget = split(chain.key, CHAIN_ROUGH), _shared(chain.budget, count)
+    share, first = chain.share / count, chain.index * np.uint64(count)
+    for number in range(count):
+        part = Chain(key, first + np.uint64(number), chain.pixel, share, budget)
+        _view_along(job, specular, seen, part, estimate, scratch)

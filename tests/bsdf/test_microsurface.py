@@ -23,7 +23,8 @@ INDICES = [METAL, 1 / 1.5, 1 / 2.5, 1.5, PANE]
 def _scatter_all(alpha, eta, f0, wi, key, wo, weights):
     state = rng.stream(key, 0, 0)
     for i in range(len(wo)):
-        out, _, state = microsurface.scatter(alpha, eta, f0, wi, state, weights[i])
+        numbers, state = rng.draw_three(state)
+        out, _, state = microsurface.scatter(alpha, eta, f0, wi, numbers, state, weights[i])
         wo[i, 0], wo[i, 1], wo[i, 2] = out
 
 

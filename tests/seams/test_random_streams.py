@@ -109,35 +109,37 @@ def test_points_above_32_bits_are_stratified_too():
 @pytest.fixture
 def places(monkeypatch):
     """Follow a camera ray along a chain of coated mirrors; return the number of each surface."""
+    monkeypatch.setattr(specular_view, "_light_of", specular_view._light_of.py_func)
 
     def follow(index, steps):
         seen = []
 
-        def step_on(scene, specular, hit, direction, step, before, state, throughput):
-            return step + 1 < steps + 1, hit, direction, state
+        def step_on(scene, specular, met, numbers, step, before, state, throughput):
+            return step + 1 < steps + 1, *met, state
 
-        def light_of(job, caustics, surface, place, budget, state, scratch):
+        def add_light(scene, maps, surface, place, budget, keys, scratch):
             seen.append(place)
-            return state
 
         nothing = lambda *_: None  # noqa: E731
         monkeypatch.setattr(specular_view, "specular_step", step_on)
-        monkeypatch.setattr(specular_view, "_light_of", light_of)
+        monkeypatch.setattr(specular_view, "estimate_irradiance", add_light)
         monkeypatch.setattr(specular_view, "_add_lights_of", lambda *given: given[-2])
         monkeypatch.setattr(specular_view, "_pass", lambda *given: given[-1])
-        for name in ("absorb", "_add_radiance", "_add_emission", "surface_interaction"):
+        monkeypatch.setattr(specular_view, "stream", lambda *given: KEY)
+        for name in ("absorb", "_add_radiance", "_add_emission", "_scattering_numbers"):
+            monkeypatch.setattr(specular_view, name, nothing)
+        for name in ("light_keys", "surface_interaction"):
             monkeypatch.setattr(specular_view, name, nothing)
         specular = SimpleNamespace(kind=[1], probability=[0.5], alpha=None)
         scene = SimpleNamespace(geometry=SimpleNamespace(material=[0]))
-        maps = SimpleNamespace(caustics=None)
+        maps = SimpleNamespace(caustics=())
         job = SimpleNamespace(scene=scene, maps=maps, key=KEY)
         pixels = SimpleNamespace(emission=None, lookups=np.zeros(1, np.uint8))
         estimate = SimpleNamespace(pixels=pixels, via_specular=None)
         scratch = SimpleNamespace(chain=np.empty(1, np.float32), rays=np.zeros(5, np.int64))
         sight = (SimpleNamespace(triangle=0), (0.0, 0.0, 1.0))
-        specular_view.view_specular_chain.py_func(
-            job, specular, sight, np.uint64(index), (0, 1.0), SampleBudget(1, 1), estimate, scratch
-        )
+        chain = specular_view.Chain(KEY, np.uint64(index), 0, 1.0, SampleBudget(1, 1))
+        specular_view._view_along.py_func(job, specular, sight, chain, estimate, scratch)
         return seen
 
     return follow
