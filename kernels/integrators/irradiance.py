@@ -23,7 +23,7 @@ from photonmap.kernels.lights.emission import add_attenuated, add_emission, emis
 
 GATHERS_PER_PATH = 2
 """Gather rays of a glossy surface for each path that leaves it by its own BSDF,"""
-LEAST_PATHS, LEAST_BARE_PATHS = 8, 32
+LEAST_PATHS, LEAST_BARE_PATHS = 8, 16
 """and the least number of these; that where there is no diffuse base."""
 
 

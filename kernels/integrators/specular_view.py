@@ -23,6 +23,7 @@ from photonmap.kernels.core.passes import (
     VIA_INDIRECT,
     SampleBudget,
 )
+from photonmap.kernels.core.records import METAL
 from photonmap.kernels.core.rng import sobol_2d, stream
 from photonmap.kernels.core.streams import (
     CHAIN_FACET,
@@ -52,8 +53,9 @@ from photonmap.kernels.integrators.specular_chain import specular_step
 USES = (CHAIN_LIGHT, CHAIN_GATHER, CHAIN_PATH, CHAIN_GATHER_CHAIN, CHAIN_GLOSSY_PATH)
 STEP = np.uint64(40)
 """Bits of an index below those that number the surfaces along a chain."""
-MOST_CHAINS = 4
-"""Chains of a camera sample that meets a rough surface, where one says little of what it shows."""
+METAL_CHAINS, GLASS_CHAINS = 4, 2
+"""Most chains of a camera sample at rough metal, where one says little, and at rough glass, where
+they are longer, with light samples on both sides of all surfaces."""
 SMOOTH, ONE_ROUGH, FURTHER = 0, 1, 2
 """What a chain has passed: no rough surface, the first one just now, or more since then."""
 
@@ -196,6 +198,13 @@ def _shared(budget, chains):
 
 
 @jit
+def _count_chains(geometry, specular, triangle, budget):
+    """Return how many chains a camera sample of a rough surface sends."""
+    most = METAL_CHAINS if specular.kind[geometry.material[triangle]] == METAL else GLASS_CHAINS
+    return min(max(budget.gathers, 1), most)
+
+
+@jit
 def view_specular_chains(job, specular, seen, chain, estimate, scratch):
     """Follow a camera ray on from a specular first hit, and add all that it sees.
 
@@ -208,7 +217,7 @@ def view_specular_chains(job, specular, seen, chain, estimate, scratch):
     if not is_rough(job.scene.geometry, specular.alpha, seen[0].triangle):
         _view_along(job, specular, seen, chain, estimate, scratch)
         return
-    count = min(max(chain.budget.gathers, 1), MOST_CHAINS)
+    count = _count_chains(job.scene.geometry, specular, seen[0].triangle, chain.budget)
     key, budget = split(chain.key, CHAIN_ROUGH), _shared(chain.budget, count)
     share, first = chain.share / count, chain.index * np.uint64(count)
     for number in range(count):
