@@ -269,3 +269,11 @@ def test_the_limit_of_a_pane_lets_light_straight_on(cosine):
     assert abs(up.mean() - 2.0 * r / (1.0 + r)) < 0.005
     np.testing.assert_allclose(np.median(wo[up], axis=0), wi * [-1, -1, 1], atol=2e-3)
     np.testing.assert_allclose(np.median(wo[~up], axis=0), -wi, atol=2e-3)
+
+
+@pytest.mark.parametrize(("above", "toward"), [(0.3, 1.2), (1.2, 0.3), (0.7, 0.7)])
+def test_light_that_metal_scatters_twice_leaves_no_specks(above, toward):
+    """Far from the mirror's direction, where walks from one end alone spread by up to 16 means."""
+    wi, wo = (math.sin(above), 0.0, math.cos(above)), (0.0, math.sin(toward), math.cos(toward))
+    found = evaluate(0.05, METAL, wi, np.tile(wo, (100_000, 1)))[:, 0]
+    assert found.std() < 6.0 * found.mean()
