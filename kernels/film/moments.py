@@ -167,13 +167,14 @@ def _shading(moments, specular, pixel, band):
     """Return shading and its spread.
 
     The ratio of diffuse light to reflectance where that is not 0, with the spread of a ratio by
-    the delta method; the mean irradiance / π elsewhere.
+    the delta method; the mean irradiance / π elsewhere. Diffuse light is what remains without the
+    residual; where that is nothing, rounding would leave less.
     """
     r = moments.reflectance[pixel, band]
     if r == 0.0:
         return moments.irradiance[pixel, band], float(moments.irradiance_spread[pixel, band])
     light = moments.direct[pixel, band] + moments.indirect[pixel, band]
-    s = (light - _residual(specular, pixel, band)) / r
+    s = max(light - _residual(specular, pixel, band), 0.0) / r
     spread = _shift_ratio(
         moments.diffuse_spread[pixel, band],
         moments.product[pixel, band],
