@@ -222,8 +222,8 @@ def _add(values, weights, density, eta, f0, cosine):
 def _choose_end(eta, pair, state):
     """Choose the end where a walk begins; return (wi, wo, factor of what it finds, state).
 
-    Those on metal begin at either: facets that rarely lie so are best chosen as the first ones.
-    The factor is that of reciprocity, over the probability.
+    On metal it may first at either: a facet that is rarely found is best the last one, which is
+    not sampled but evaluated. The factor is that of reciprocity, over the probability.
     """
     wi, wo = pair
     if eta != METAL:
@@ -236,9 +236,9 @@ def _choose_end(eta, pair, state):
 
 @jit
 def _weigh_ends(alpha, eta, first, last):
-    """Return the weight of a walk on metal against the same one backwards; 1 on glass.
+    """Return the weight of a walk on metal against its reverse, by MIS; 1 on glass.
 
-    `first` and `last` are the normals of its facets (power heuristic, Veach 1997, 9.2).
+    `first` and `last` are the normals of its facets.
     """
     if eta != METAL:
         return 1.0
@@ -258,7 +258,7 @@ def evaluate(alpha, eta, f0, pair, state, weights, values):
     density, cosine = single(alpha, eta, pair[0], pair[1])
     _add(values, weights, density, eta, f0, cosine)
     wi, wo, factor, state = _choose_end(eta, pair, state)
-    w, height, begin = vec.scale(wi, -1.0), 1.0, wi
+    w, height, first = vec.scale(wi, -1.0), 1.0, wi
     for order in range(LONGEST_WALK):
         u, state = draw(state)
         height = _next_height(alpha, w, height, u)
@@ -271,12 +271,12 @@ def evaluate(alpha, eta, f0, pair, state, weights, values):
             above = wo[2] > 0.0 or eta < 0.0
             away = wo if wo[2] > 0.0 else _upside_down(wo)
             density *= _exit(alpha, away, height if above else 1.0 - height)
-            density *= factor * _weigh_ends(alpha, eta, begin, h)
+            density *= factor * _weigh_ends(alpha, eta, first, h)
             _add(values, weights, density, eta, f0, vec.dot(back, h))
         numbers, state = draw_three(state)
         w, through = _scatter_at_facet(alpha, eta, f0, w, numbers, weights)
         if order == 0:
-            begin = vec.normalize(vec.add(wi, w))
+            first = vec.normalize(vec.add(wi, w))
         if through:
             wo = _upside_down(wo)
             if eta > 0.0:

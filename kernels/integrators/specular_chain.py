@@ -35,9 +35,8 @@ CERTAIN_STEPS = 4
 def specular_step(scene, specular, met, numbers, step, before, state, throughput):
     """Scatter at a specular surface, and go on to the next hit.
 
-    `met` is (hit, direction) there, `numbers` are those of `scatter_specular`.
-
-    From `CERTAIN_STEPS` on, Russian roulette is played against the throughput `before` the chain.
+    `met` is (hit, direction) there, `numbers` are those of `scatter_specular`. From
+    `CERTAIN_STEPS` on, Russian roulette is played against the throughput `before` the chain.
     Returns (whether the path goes on, hit, direction, state).
     """
     hit, direction = met

@@ -208,8 +208,8 @@ def _count_chains(geometry, specular, triangle, budget):
 def view_specular_chains(job, specular, seen, chain, estimate, scratch):
     """Follow a camera ray on from a specular first hit, and add all that it sees.
 
-    `seen` = (hit, direction) of the ray, `chain` what one chain has of its pixel: rough surfaces
-    send several, which share that. Emission goes to `estimate.pixels.emission` while all is
+    `seen` = (hit, direction) of the ray, `chain` has its share of the pixel and its budget, which
+    rough surfaces split between several. Emission goes to `estimate.pixels.emission` while all is
     smooth, other light to `estimate.via_specular`.
     """
     if specular is None:

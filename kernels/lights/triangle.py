@@ -17,7 +17,7 @@ from photonmap.kernels.lights.samples import LightSample, PhotonStart, no_sample
 TINY = 1e-30
 BEFORE_LAMP = 1.0 - 2.0**-16
 """Where shadow rays end, as a fraction of the way. The rounding of an origin that lies far from the
-middle of the scene is larger than the offset off a lamp that lies near it."""
+middle of the scene is larger than the offset off an area light that lies near it."""
 
 
 @jit

@@ -48,8 +48,12 @@ def run(options: argparse.Namespace) -> None:
     from photonmap.inspection.text import as_text
 
     path = _name_thumbnail(options)
-    scene, told = inspect_file(choose_scene(options), choose_options(options, INFO)["bands"])
-    print(json.dumps(told, indent=2, ensure_ascii=False) if options.json else as_text(told))
+    scene, description = inspect_file(choose_scene(options), choose_options(options, INFO)["bands"])
+    print(
+        json.dumps(description, indent=2, ensure_ascii=False)
+        if options.json
+        else as_text(description)
+    )
     if path is not None:
         from photonmap.inspection.thumbnail import write_thumbnail
 

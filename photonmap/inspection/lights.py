@@ -93,25 +93,25 @@ def describe_lights(scene: Scene, compiled: CompiledScene) -> list[dict[str, Any
 
 def _describe_light(light: Light) -> dict[str, Any]:
     """Return the amount of a light, where it stands, and in which direction it shines."""
-    told: dict[str, Any] = {}
+    properties: dict[str, Any] = {}
     if light.color_attribute is not None:
-        told[light.color_attribute] = describe_color(light.color)
+        properties[light.color_attribute] = describe_color(light.color)
     for attribute, parameter in parameters_of(type(light)).items():
         value: Any = getattr(light, attribute)
         if isinstance(parameter, Point | Direction):
-            told[attribute] = list(value)
+            properties[attribute] = list(value)
         elif isinstance(parameter, Number):
-            told[attribute] = value
+            properties[attribute] = value
         elif isinstance(parameter, File):
             is_name = isinstance(value, str | PathLike)
-            told[attribute] = str(value) if is_name else list(np.shape(value))
+            properties[attribute] = str(value) if is_name else list(np.shape(value))
     if isinstance(light, SpotLight):
-        told["direction"] = list(light.emitter().axis)
+        properties["direction"] = list(light.emitter().axis)
     if isinstance(light, PhotometricLight):
         direction = unit(np.array(light.direction))
         assert direction is not None
-        told["direction"] = direction.tolist()
-    return told
+        properties["direction"] = direction.tolist()
+    return properties
 
 
 def describe_camera(camera: Camera) -> dict[str, Any]:

@@ -23,7 +23,7 @@ _REMEDIES = (
         r"points and lines|lines are not simulated|fewer than three corners",
         "export what should be seen as polygons",
     ),
-    (r"emission from the back", "model the lamp closed, or with a second face, turned back"),
+    (r"emission from the back", "model the light closed, or with a second face, turned back"),
     (r"absolute name", _NOTHING + ", if it is the right image"),
     (r"variation of|mean of map_|map_(Ks|Ns)", _SPLIT),
     (r"KHR_materials_transmission", f"make it all glass: transmission 1, or ior {_TOML}"),

@@ -82,15 +82,15 @@ def name_kind(material: Material) -> str:
 
 def _describe_attributes(material: Material) -> dict[str, Any]:
     """Return the attributes that differ from the defaults, and the reflectance of what has one."""
-    told = {}
+    attributes = {}
     for attribute, parameter in parameters_of(Material).items():
         value = getattr(material, attribute)
         if attribute == "name" or (parameter.only == "opaque" and material.ior is not None):
             continue
         is_default = value == getattr(Material, attribute)
         if attribute == "reflectance" or not (isinstance(value, float | int) and is_default):
-            told[attribute] = describe_color(value)
-    return {name: value for name, value in told.items() if value is not None}
+            attributes[attribute] = describe_color(value)
+    return {name: value for name, value in attributes.items() if value is not None}
 
 
 def describe_color(color: Any) -> Any:

@@ -12,14 +12,14 @@ _HEAD = ("name", "kind", "triangles")
 _LIGHT_HEAD = ("name", "kind", "power", "share")
 
 
-def as_text(told: dict[str, Any]) -> str:
+def as_text(description: dict[str, Any]) -> str:
     """Return the description as lines of text."""
-    return "\n".join(_lines(told))
+    return "\n".join(_lines(description))
 
 
-def _lines(told: dict[str, Any]) -> Iterator[str]:
-    totals, bounds, unit = told["totals"], told["bounds"], told["unit"]
-    yield f"{told['file']}: {told['format']}, of {', '.join(told['files'])}"
+def _lines(description: dict[str, Any]) -> Iterator[str]:
+    totals, bounds, unit = description["totals"], description["bounds"], description["unit"]
+    yield f"{description['file']}: {description['format']}, of {', '.join(description['files'])}"
     yield (
         f"{_count(totals['meshes'], 'mesh', 'meshes')}, {_count(totals['triangles'], 'triangle')}, "
         f"{_count(totals['vertices'], 'vertex', 'vertices')}, "
@@ -27,23 +27,23 @@ def _lines(told: dict[str, Any]) -> Iterator[str]:
     )
     yield f"bounds {_show(bounds['low'])} to {_show(bounds['high'])}, size {_show(bounds['size'])}"
     yield f"unit: probably {unit['guess'] or 'none of the usual ones'}, a guess: {unit['why']}"
-    yield from _section("meshes", _mesh_rows(told["meshes"]))
-    yield from _section("materials", _rows(told["materials"], _HEAD))
-    yield from _section("lights", _light_rows(told["lights"], _LIGHT_HEAD))
-    area = _light_rows(told["area_lights"], ("name", "material", "power", "share"))
+    yield from _section("meshes", _mesh_rows(description["meshes"]))
+    yield from _section("materials", _rows(description["materials"], _HEAD))
+    yield from _section("lights", _light_rows(description["lights"], _LIGHT_HEAD))
+    area = _light_rows(description["area_lights"], ("name", "material", "power", "share"))
     yield from _section("area lights", area)
-    yield from _section("cameras", _rows(told["cameras"], ("name", "kind")))
-    if told["framed_camera"]:
-        origin = _show(told["framed_camera"]["origin"])
+    yield from _section("cameras", _rows(description["cameras"], ("name", "kind")))
+    if description["framed_camera"]:
+        origin = _show(description["framed_camera"]["origin"])
         yield f"no camera given: shown from three quarters, at {origin}"
     effects = [
         (name, "on" if effect["on"] else "off", effect["why"])
-        for name, effect in told["effects"].items()
+        for name, effect in description["effects"].items()
     ]
     yield from _section("effects of a render", effects)
     yield ""
-    yield f"warnings: {len(told['warnings']) or 'none'}"
-    for warning in told["warnings"]:
+    yield f"warnings: {len(description['warnings']) or 'none'}"
+    for warning in description["warnings"]:
         yield f"  {warning['message']}"
         yield f"    what to do: {warning['remedy']}"
 

@@ -22,7 +22,7 @@ class Watching:
 
     Parameters
     ----------
-    progress : is told all that this one is told
+    progress : gets all calls that this one gets
     watch : shows an image
     snapshot : number of passes → the image so far
     """

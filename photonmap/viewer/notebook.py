@@ -13,7 +13,7 @@ from photonmap.results.result import Result
 from photonmap.scene.scene import Scene
 
 SIZE, SECONDS = (320, 240), 20.0
-"""What a preview takes unless it is told otherwise."""
+"""Default settings of a preview."""
 _BUDGETS = {"passes", "seconds", "error"}
 
 

@@ -27,7 +27,7 @@ _LEFT_OUT = {"covariance", "unresolved", "passes", "coverage", "distance"}
 _FOR_EXPOSURE = ("radiance", "emission")
 _TEMPLATES = Path(__file__).parent / "templates"
 _PALETTE = ("#000000", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a5195")
-"""Of M. Okabe and K. Ito, so that lines are told apart by all."""
+"""Of M. Okabe and K. Ito, which colour-blind readers can distinguish as well."""
 
 
 def load_for_page(path: str | PathLike[str], buffers: Collection[str] | None = None) -> Result:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from photonmap.results.result import Result
 
 ADDRESS = "localhost:14158"
-"""Where tev listens unless it is told otherwise."""
+"""Where tev listens by default."""
 _SHOWN = ("radiance", "direct", "indirect", "shading", "reflectance")
 
 

@@ -76,10 +76,10 @@ def test_measured_sets_keep_their_names_alone(tmp_path):
     head = describe_dataset(str(tmp_path / "p.toml"), common, ["exr"], [])
     assert (head["preset"], head["common"]["munsell"]) == ("p.toml", "m.mat")
     job = plan_jobs(Preset("one", ("jug",), illuminations=("white",)), [], common)[0]
-    told = job.relative_to(tmp_path / "set")
-    assert told.common.munsell == "../chips/m.mat"
-    assert told.digest == job.digest
-    assert told.located(tmp_path / "set") == job
+    described = job.relative_to(tmp_path / "set")
+    assert described.common.munsell == "../chips/m.mat"
+    assert described.digest == job.digest
+    assert described.located(tmp_path / "set") == job
 
 
 def test_after_a_full_disk_nothing_more_is_rendered(tmp_path, monkeypatch, capsys):

@@ -19,7 +19,7 @@ from helpers.scenes import quad  # isort: skip
 FOLDER = pm.scenes.FOLDER
 
 
-def told(capsys, *arguments):
+def info(capsys, *arguments):
     assert main(["info", *map(str, arguments), "--json"]) == 0
     out, err = capsys.readouterr()
     assert err == ""
@@ -27,7 +27,7 @@ def told(capsys, *arguments):
 
 
 def test_the_cornell_box(capsys):
-    about = told(capsys, f"{FOLDER}/cornell_box.obj", "--bands", "rgb")
+    about = info(capsys, f"{FOLDER}/cornell_box.obj", "--bands", "rgb")
     assert list(about) == [
         "file", "files", "format", "totals", "bounds", "unit", "meshes", "materials", "lights",
         "area_lights", "cameras", "framed_camera", "bands", "effects", "warnings",
@@ -157,7 +157,7 @@ def sloppy(tmp_path):
 
 
 def test_every_warning_has_a_remedy(capsys, sloppy):
-    warnings = told(capsys, sloppy)["warnings"]
+    warnings = info(capsys, sloppy)["warnings"]
     assert len(warnings) == 5
     remedies = {each["message"].partition("room.")[2]: each["remedy"] for each in warnings}
     assert all("compare a render" not in remedy for remedy in remedies.values()), remedies
@@ -190,7 +190,7 @@ def test_long_tables_are_cut(capsys, tmp_path):
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 2 0\n" + triangles)
     assert main(["info", str(tmp_path / "a.obj")]) == 0
     assert "and 10 more: --json lists all" in capsys.readouterr().out
-    assert len(told(capsys, tmp_path / "a.obj")["meshes"]) == 50
+    assert len(info(capsys, tmp_path / "a.obj")["meshes"]) == 50
 
 
 def test_thumbnail(capsys, tmp_path):

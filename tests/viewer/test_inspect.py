@@ -98,13 +98,13 @@ def test_values_and_errors(page):
     for name in ("radiance", "direct", "direct@lamp.1", "reflectance", "normal", "depth"):
         image = result.buffers[name].reshape(H, W, -1)
         for x, y in ((0, 0), (W - 1, H - 1), (7, 19)):
-            told = json.loads(page.run(f"JSON.stringify(pixel('{name}', {x}, {y}))"))
+            shown = json.loads(page.run(f"JSON.stringify(pixel('{name}', {x}, {y}))"))
             near = 0.5 * result.errors["direct"][y, x].max() if name != "depth" else 1e-3
-            np.testing.assert_allclose(told["values"], image[y, x], atol=near + 2e-3)
+            np.testing.assert_allclose(shown["values"], image[y, x], atol=near + 2e-3)
             if name in result.errors:
-                np.testing.assert_allclose(told["errors"], result.errors[name][y, x], rtol=0.13)
+                np.testing.assert_allclose(shown["errors"], result.errors[name][y, x], rtol=0.13)
             else:
-                assert set(told["errors"]) == {None}
+                assert set(shown["errors"]) == {None}
 
 
 @in_browser

@@ -48,10 +48,10 @@ def test_showing_takes_a_small_part_of_the_time(monkeypatch):
         shown.append(now[0])
         now[0] += 1.0
 
-    told = watching.Watching(Silent(), show, lambda passes: passes)
+    watcher = watching.Watching(Silent(), show, lambda passes: passes)
     for second in range(100):
         now[0] = max(now[0], float(second))
-        told.update(second + 1, 0.1, 0.5, float(second), 1e6)
+        watcher.update(second + 1, 0.1, 0.5, float(second), 1e6)
     assert shown == [0.0, 21.0, 42.0, 63.0, 84.0]
 
 

@@ -45,7 +45,7 @@ def choose_sensor(text: str | None) -> tuple[Sensor, dict[str, Any]] | tuple[Non
 def add_photo(
     folder: Path, result: Result, sensor: Sensor, seed: int, full: bool
 ) -> dict[str, Any]:
-    """Write the photo of an image, of the radiance that its files hold; return what is told of it.
+    """Write the photo of an image, of the radiance that its files hold; return its description.
 
     Raises
     ------

@@ -79,13 +79,13 @@ def describe_dataset(
 
     sets = {"munsell": common.munsell, "illuminants": common.illuminants}
     names = {name: Path(path).name if path else None for name, path in sets.items()}
-    told = asdict(common.with_curves(lambda _, path: path.name)) | names
+    settings = asdict(common.with_curves(lambda _, path: path.name)) | names
     if not common.is_by_content:
-        del told["identity"]
+        del settings["identity"]
     return {
         "format": FORMAT,
         "preset": Path(preset).name,
-        "common": json.loads(json.dumps(told)),
+        "common": json.loads(json.dumps(settings)),
         "formats": sorted(formats),
         "full": full,
         "sensor": sensor,

@@ -79,8 +79,8 @@ def pictures_of(image: Image) -> dict[str, bytes]:
 
 def describe(image: Image) -> str:
     """Return what the manifest says of an image, as JSON."""
-    told = {name: value for name, value in image.entry.items() if name not in _LEFT_OUT}
-    return json.dumps(told, ensure_ascii=False)
+    entry = {name: value for name, value in image.entry.items() if name not in _LEFT_OUT}
+    return json.dumps(entry, ensure_ascii=False)
 
 
 def as_npy(array: NDArray[Any]) -> bytes:

@@ -87,13 +87,13 @@ def _row(image: Image, names: Sequence[str]) -> dict[str, Any]:
     entry, job = image.entry, image.entry["job"]
     width, height = entry["size"]
     values = (image.name, image.geometry, job["seed"], job["illumination"], job["view"]["name"])
-    told = (*values, width, height, entry["error"], entry["reached"], describe(image))
+    cells = (*values, width, height, entry["error"], entry["reached"], describe(image))
     pictures = {
         name: {"bytes": data, "path": f"{image.name}-{name}.png"}
         for name, data in pictures_of(image).items()
     }
     arrays = {column_of(name): as_npy(read_array(image, name)) for name in names}
-    return {**dict(zip(_FIELDS, told, strict=True)), **pictures, **_apart(arrays)}
+    return {**dict(zip(_FIELDS, cells, strict=True)), **pictures, **_apart(arrays)}
 
 
 def _apart(arrays: dict[str, Any]) -> dict[str, Any]:
@@ -115,5 +115,5 @@ def _schema(names: Sequence[str]) -> pyarrow.Schema:
     features: dict[str, Any] = {n: {"dtype": k, "_type": "Value"} for n, k in _FIELDS.items()}
     features |= {name: {"_type": "Image"} for name in PREVIEWED}
     features |= {name: {"dtype": "binary", "_type": "Value"} for name in arrays}
-    told = json.dumps({"info": {"features": features}})
-    return pyarrow.schema(columns, metadata={"huggingface": told})
+    described = json.dumps({"info": {"features": features}})
+    return pyarrow.schema(columns, metadata={"huggingface": described})

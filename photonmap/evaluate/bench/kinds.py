@@ -1,4 +1,4 @@
-"""The kinds of images that the first data set of this sort told apart.
+"""The kinds of images that the first data set of this sort distinguished.
 
 S. Beigpour, M. Serra, J. van de Weijer, R. Benavente, M. Vanrell, O. Penacchio and D. Samaras,
 "Intrinsic image evaluation on synthetic complex scenes", ICIP 2013: single objects or complex

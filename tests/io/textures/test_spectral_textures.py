@@ -110,9 +110,14 @@ def test_without_texture_coordinates_the_mean_counts():
 
 def test_info_and_writers_say_what_becomes_of_spectra(tmp_path):
     scene = square(pm.SpectralTexture.from_cube(AT, cube()))
-    told = describe_color(scene.meshes[0].material.reflectance)["texture"]
-    assert (told["width"], told["height"], told["spectra"], told["samples"]) == (3, 2, 6, 31)
-    json.dumps(told)
+    texture = describe_color(scene.meshes[0].material.reflectance)["texture"]
+    assert (texture["width"], texture["height"], texture["spectra"], texture["samples"]) == (
+        3,
+        2,
+        6,
+        31,
+    )
+    json.dumps(texture)
     for name in ("a.obj", "a.glb"):
         with pytest.warns(pm.SceneWarning) as noted:
             pm.save_scene(scene, tmp_path / name)
