@@ -37,8 +37,8 @@ _TITLES = {
         "table-1",
         "By kind of scene and light",
         "LMSE with one factor a window for all bands, as in Table 1 of Beigpour et al. 2013, whose "
-        "figures stand below ours. Their images are others, so compare rankings and trends. Serra "
-        "et al. 2012 are not among ours, as only the abstract of their paper was at hand.",
+        "figures stand below ours. Their images are others, so compare rankings and trends. Our "
+        "serra is a reading of Serra et al. 2012, of which only the abstract was at hand.",
     ),
     _GREY: (
         "table-1-grey",

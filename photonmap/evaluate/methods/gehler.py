@@ -29,8 +29,8 @@ from numpy.typing import NDArray
 from photonmap.evaluate.methods.clusters import first_means, means_of, nearest_means
 from photonmap.evaluate.methods.color_retinex import reflectance_edges
 from photonmap.evaluate.methods.method import FLOOR, Estimate, Method, View, with_grey_shading
-from photonmap.evaluate.methods.poisson import differences, integrate
-from photonmap.evaluate.metrics.arrays import Floats, Mask
+from photonmap.evaluate.methods.poisson import differences, integrate, neighbours, steps_of
+from photonmap.evaluate.metrics.arrays import Floats
 
 _THRESHOLD = 0.075
 """Of colour Retinex."""
@@ -50,7 +50,7 @@ class _Field(NamedTuple):
     direction: Floats
     """(P, C) I / |I|"""
     pairs: NDArray[np.int64]
-    """(2, E) neighbours"""
+    """(2, E) neighbours, second first"""
     steps: Floats
     """(E,) g_ij (log |I_i| − log |I_j|)"""
 
@@ -68,8 +68,12 @@ def estimate(view: View, smooth: float, retinex: float, cluster: float, count: f
             strict=True,
         )
     )
-    pairs, steps = _pairs(view.mask, down, right)
-    field = _Field(length[view.mask], _unit(image[view.mask]), pairs, steps)
+    field = _Field(
+        length[view.mask],
+        _unit(image[view.mask]),
+        neighbours(view.mask),
+        steps_of(down, right, view.mask),
+    )
     weights = (smooth, retinex, cluster)
     starts = (
         integrate(down, right, view.mask)[view.mask],
@@ -86,15 +90,6 @@ def estimate(view: View, smooth: float, retinex: float, cluster: float, count: f
 def _unit(colors: Floats) -> Floats:
     """Return colours (P, C) with a length of 1."""
     return colors / np.linalg.norm(colors, axis=-1, keepdims=True)
-
-
-def _pairs(mask: Mask, down: Floats, right: Floats) -> tuple[NDArray[np.int64], Floats]:
-    """Return the neighbours within a mask, second minus first, and the steps between them."""
-    number = np.cumsum(mask).reshape(mask.shape) - 1
-    below, beside = mask[:-1] & mask[1:], mask[:, :-1] & mask[:, 1:]
-    second = np.concatenate([number[1:][below], number[:, 1:][beside]])
-    first = np.concatenate([number[:-1][below], number[:, :-1][beside]])
-    return np.stack([second, first]), np.concatenate([down[below], right[beside]])
 
 
 def _descend(

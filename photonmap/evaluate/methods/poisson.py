@@ -16,6 +16,23 @@ def differences(image: Floats) -> tuple[Floats, Floats]:
     return np.diff(image, axis=0), np.diff(image, axis=1)
 
 
+def neighbours(mask: Mask) -> NDArray[np.int64]:
+    """Return the pairs (2, E) of neighbours in a mask by the numbers of its pixels, second first.
+
+    Their order is that of `steps_of`: those below each other, then those side by side.
+    """
+    number = np.cumsum(mask).reshape(mask.shape) - 1
+    below, beside = mask[:-1] & mask[1:], mask[:, :-1] & mask[:, 1:]
+    second = np.concatenate([number[1:][below], number[:, 1:][beside]])
+    first = np.concatenate([number[:-1][below], number[:, :-1][beside]])
+    return np.stack([second, first])
+
+
+def steps_of(down: Floats, right: Floats, mask: Mask) -> Floats:
+    """Return those of `differences` that are between the `neighbours` of a mask: (E,)."""
+    return np.concatenate([down[mask[:-1] & mask[1:]], right[mask[:, :-1] & mask[:, 1:]]])
+
+
 def integrate(down: Floats, right: Floats, mask: Mask) -> Floats:
     """Return the image that minimises the squared residuals of its differences within a mask.
 
@@ -32,8 +49,7 @@ def integrate(down: Floats, right: Floats, mask: Mask) -> Floats:
     (H, W) float64, 0 outside of the mask
     """
     system = _system(mask.tobytes(), mask.shape)
-    wanted = np.concatenate([down[mask[:-1] & mask[1:]], right[mask[:, :-1] & mask[:, 1:]]])
-    values = system.factors.solve(system.incidence.T @ wanted)
+    values = system.factors.solve(system.incidence.T @ steps_of(down, right, mask))
     means = np.bincount(system.parts, values) / np.bincount(system.parts)
     image = np.zeros(mask.shape)
     image[mask] = values - means[system.parts]
@@ -46,7 +62,7 @@ class _System(NamedTuple):
     factors: Any
     """of the Laplacian, with one pixel of each part held at 0"""
     incidence: Any
-    """(edges, pixels) sparse, −1 and 1"""
+    """(edges, pixels) sparse, 1 and −1"""
     parts: NDArray[np.int64]
     """(pixels,) connected part of each"""
 
@@ -63,18 +79,10 @@ def _system(mask_bytes: bytes, shape: tuple[int, int]) -> _System:
     from scipy.sparse.linalg import splu
 
     mask = np.frombuffer(mask_bytes, bool).reshape(shape)
-    number = np.cumsum(mask).reshape(shape) - 1
-    pairs = [
-        np.stack([first[both], second[both]])
-        for first, second, both in (
-            (number[:-1], number[1:], mask[:-1] & mask[1:]),
-            (number[:, :-1], number[:, 1:], mask[:, :-1] & mask[:, 1:]),
-        )
-    ]
-    ends = np.concatenate(pairs, axis=1)
+    ends = neighbours(mask)
     edges, pixels = ends.shape[1], int(mask.sum())
     rows = np.tile(np.arange(edges), 2)
-    signs = np.repeat([-1.0, 1.0], edges)
+    signs = np.repeat([1.0, -1.0], edges)
     incidence = csc_array((signs, (rows, ends.ravel())), shape=(edges, pixels))
     laplacian = incidence.T @ incidence
     _, parts = connected_components(laplacian, directed=False)

@@ -23,6 +23,7 @@ BUILT_IN = (
     "weiss",
     "shen",
     "gehler",
+    "serra",
     "sirfs",
     "bell",
     "grey-world",
@@ -31,11 +32,6 @@ BUILT_IN = (
     "grey-edge",
 )
 """Methods of this folder; each has the file of its name."""
-_LEFT_OUT = {
-    "serra": "of Serra et al. 2012 is left out, since only its abstract could be read; score its "
-    "results with --predictions",
-}
-"""Methods of the paper's table that are not here, and why."""
 
 
 def method_names() -> tuple[str, ...]:
@@ -56,8 +52,6 @@ def find_method(name: str) -> Method:
             raise InputError(f"{added[name].value} adds a method {name!r}, which exists; rename it")
         return import_module(f"photonmap.evaluate.methods.{name.replace('-', '_')}").METHOD
     if name not in added:
-        if name in _LEFT_OUT:
-            raise InputError(f"method {name!r} {_LEFT_OUT[name]}")
         raise InputError(f"there is no method {name!r}; {suggest(name, method_names())}")
     try:
         method = added[name].load()

@@ -1,0 +1,104 @@
+"""The degree to which each of the eleven basic colour names fits a colour.
+
+R. Benavente, M. Vanrell and R. Baldrich, "Parametric fuzzy sets for automatic color naming",
+Journal of the Optical Society of America A 25(10), 2008. In CIELAB, of which six ranges of
+lightness have parameters of their own, a chromatic name is a wedge of hues outside of an ellipse
+around grey:
+
+    μ_name(p) = S(u_1, β_1) S(u_2, β_2) E(p),  S(u, β) = 1 / (1 + exp(−β u))
+    E(p) = 1 / (1 + exp(−β_e ((v_1 / e_1)² + (v_2 / e_2)² − 1)))
+
+where p = (a*, b*) from the ellipse's centre, v is p along its axes, and u_1 and u_2 are distances
+from the two lines that bound the wedge; neighbouring wedges share theirs. What chromatic names
+leave of 1 goes to black, grey and white by sigmoids of L*. `names.json` has the parameters, which
+the authors fitted to how people named colours, as code of their group states them (nefesi, of the
+Computer Vision Center in Barcelona); angles are in degrees. sRGB's own red and blue, far from the
+samples that people named, are orange and purple by it.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from importlib.resources import files
+from typing import NamedTuple
+
+import numpy as np
+
+from photonmap.evaluate.metrics.arrays import Floats
+from photonmap.spectra.names import colour_science
+from photonmap.spectra.observer import observer
+
+CHROMATIC = ("red", "orange", "brown", "yellow", "green", "blue", "purple", "pink")
+NAMES = (*CHROMATIC, "black", "grey", "white")
+_BLACK, _WHITE = (28.28, 0.71), (79.65, 0.31)
+"""L* at which grey becomes black and white, and how steeply."""
+
+
+def memberships(colors: Floats) -> Floats:
+    """Return how well each of `NAMES` fits colours (P, 3) in linear sRGB: (P, 11), with a sum of 1.
+
+    Values are clipped to [0, 1]; 1 is white.
+    """
+    lab = _lab(colors)
+    found = np.zeros((len(lab), len(NAMES)))
+    lightest = [level.lightness for level in _levels()][:-1]
+    level_of = np.searchsorted(lightest, lab[:, 0])  # the first whose range ends above L*
+    for number, level in enumerate(_levels()):
+        within = level_of == number
+        found[within, : len(CHROMATIC)] = _chromatic(lab[within, 1:], level)
+    achromatic = np.maximum(1.0 - found.sum(axis=1), 0.0)
+    black, white = (steep * (lab[:, 0] - middle) for middle, steep in (_BLACK, _WHITE))
+    shares = _sigmoid(-black), _sigmoid(black) * _sigmoid(-white), _sigmoid(white)
+    found[:, len(CHROMATIC) :] = achromatic[:, None] * np.stack(shares, axis=1)
+    return found / found.sum(axis=1, keepdims=True)
+
+
+class _Level(NamedTuple):
+    """Parameters of a range of lightness; lengths are in CIELAB, angles in degrees."""
+
+    lightness: float
+    """where the range ends"""
+    center: tuple[float, float]
+    """of the ellipse around grey"""
+    axes: tuple[float, float]
+    """e_1 and e_2"""
+    tilt: float
+    """of the first axis from that of a*"""
+    steepness: float
+    """β_e"""
+    boundaries: list[tuple[str, float, float]]
+    """of each name, its hue where it begins, with β; it ends where the next one begins"""
+
+
+@cache
+def _levels() -> tuple[_Level, ...]:
+    """Return all ranges of lightness, the darkest first."""
+    text = (files(__package__) / "names.json").read_text(encoding="utf-8")
+    return tuple(_Level(**level) for level in json.loads(text))
+
+
+def _chromatic(ab: Floats, level: _Level) -> Floats:
+    """Return the memberships (P, 8) of colours a*, b* (P, 2) in one range of lightness."""
+    shifted = ab - level.center
+    tilt = np.radians(level.tilt)
+    along = shifted @ np.array([(np.cos(tilt), -np.sin(tilt)), (np.sin(tilt), np.cos(tilt))])
+    outside = _sigmoid(level.steepness * (((along / level.axes) ** 2).sum(axis=1) - 1.0))
+    names, degrees, steepness = zip(*level.boundaries, strict=True)
+    hues = np.radians(degrees)
+    past = np.array(steepness) * (shifted @ np.stack([-np.sin(hues), np.cos(hues)]))
+    wedges = _sigmoid(past) * _sigmoid(-np.roll(past, -1, axis=1))
+    found = np.zeros((len(ab), len(CHROMATIC)))
+    found[:, [CHROMATIC.index(name) for name in names]] = wedges * outside[:, None]
+    return found
+
+
+def _sigmoid(values: Floats) -> Floats:
+    return np.asarray(1.0 / (1.0 + np.exp(-np.clip(values, -700.0, 700.0))))
+
+
+def _lab(colors: Floats) -> Floats:
+    """Return CIELAB in D65 (P, 3) of linear sRGB."""
+    xyz = np.clip(colors, 0.0, 1.0) @ observer().rgb_to_xyz.T
+    with colour_science() as colour:
+        return np.asarray(colour.XYZ_to_Lab(xyz))
