@@ -383,11 +383,13 @@ class Settings(Options):
     def describe(self, threads: int) -> dict[str, Any]:
         """Return the arguments for the run record, JSON-able; `threads` is how many there were."""
         effects = self.effects
+        kept = {} if self.buffers == frozenset(DEFAULT) else {"buffers": sorted(self.buffers)}
         return {
             "size": [self.film.width, self.film.height],
             "budget": self.budget.describe(),
             "threads": threads,
             **self.deciding,
+            **kept,
             "effects": effects if isinstance(effects, str) else sorted(effects),
         }
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from photonmap.commands.arguments import direction, limits, reader, vector
 from photonmap.io.scene_source import SceneSource
+from photonmap.runtime.workers import AUTO
 from photonmap.settings import GROUPS, OPTIONS, RENDER, taken_by
 
 if TYPE_CHECKING:
@@ -138,8 +139,8 @@ def add_quiet(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="print only errors and warnings")
 
 
-def add_scheduler(group: argparse._ArgumentGroup) -> None:
-    """Add where several renders run."""
+def add_scheduler(group: argparse._ArgumentGroup, may_be_auto: bool = False) -> None:
+    """Add where several renders run; perhaps `auto`, for as many workers as are fastest."""
     group.add_argument(
         "--scheduler",
         default="local",
@@ -149,11 +150,22 @@ def add_scheduler(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument(
         "--workers",
-        type=reader(int),
-        default=1,
+        type=_workers if may_be_auto else reader(int),
+        default=AUTO if may_be_auto else 1,
         metavar="N",
-        help="processes to start on this machine (default: 1)",
+        help="processes to start on this machine"
+        + (
+            "; auto: one for each processor, if a trial at the start finds them faster than one "
+            "for all (default: auto)"
+            if may_be_auto
+            else " (default: 1)"
+        ),
     )
+
+
+def _workers(text: str) -> int | str:
+    """Read a number of processes, or `auto`."""
+    return text if text == AUTO else reader(int)(text)
 
 
 def add_scene_options(parser: argparse.ArgumentParser) -> None:

@@ -199,8 +199,8 @@ def read_exr(path: str | PathLike[str], names: Collection[str] | None = None) ->
     return Contents(buffers, errors, bands, record, block_errors)
 
 
-def list_parts(path: str | PathLike[str]) -> list[str]:
-    """Return the names of a file's parts; no image is read.
+def list_parts(path: str | PathLike[str], half: bool = False) -> list[str]:
+    """Return the names of a file's parts, or of those in half precision; no image is read.
 
     Raises
     ------
@@ -216,7 +216,10 @@ def list_parts(path: str | PathLike[str]) -> list[str]:
         reason = OpenImageIO.geterror().partition("\n")[0]
         raise InputError(f"this is not an OpenEXR file, or it is damaged: {reason}", path)
     with closing(file):
-        return _part_names(file)
+        names = _part_names(file)
+        if not half:
+            return names
+        return [name for i, name in enumerate(names) if str(file.spec(i).format) == "half"]
 
 
 def _part_names(file: OpenImageIO.ImageInput) -> list[str]:

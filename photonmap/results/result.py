@@ -78,7 +78,8 @@ class Result(Plots):
         """
         if name in self.buffers:
             return self.buffers[name]
-        if not is_omitted(name):
+        kept = self.record.get("arguments", {}).get("buffers")
+        if not is_omitted(name) or (kept is not None and name not in kept):
             raise AttributeError(self._missing(name))
         width, height = self.size
         return np.zeros((height, width, self.bands.count), np.float32)

@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any, Self
 
+AUTO = "auto"
+"""In place of a number of processes: as many as are fastest."""
 POLL = 0.1
 """Seconds between checks for Ctrl-C."""
 

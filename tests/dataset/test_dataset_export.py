@@ -15,6 +15,7 @@ import photonmap as pm
 from photonmap import dataset
 from photonmap.commands.main import main
 from photonmap.dataset.publication.export import export
+from photonmap.dataset.publication.samples import halves_among, members_of
 
 ARRAYS = "rgb.radiance,rgb.shading,shading,object_id,valid"
 NAMES = ("radiance", "direct", "indirect", "reflectance", "shading")
@@ -65,9 +66,43 @@ def test_webdataset_reads_the_shards(made, shards):
         assert sample["split"] == image.entry["split"]
         for name in ("shading", "object_id", "valid"):
             np.testing.assert_array_equal(sample[f"{name}.npy"], image[name])
-            assert sample[f"{name}.npy"].dtype == image[name].dtype
+            kind = np.float16 if name in image.halves else image[name].dtype
+            assert sample[f"{name}.npy"].dtype == kind
         np.testing.assert_array_equal(sample["rgb.shading.npy"], image.rgb["shading"])
         assert sample["json"]["camera"] == image.entry["camera"]
+
+
+def test_lean_sets_are_exported_in_half_precision(made, shards):
+    """Values are those of the files, and take half the room; lengths, ids and masks stay."""
+    halves = json.loads((shards / "shards.json").read_text())["halves"]
+    assert halves == ["rgb.radiance", "rgb.shading", "shading"]
+    for line in map(json.loads, (shards / "index.jsonl").read_text().splitlines()):
+        assert line["members"]["shading.npy"][1] == 128 + 2 * 16 * 12 * 4
+        assert line["members"]["object_id.npy"][1] == 128 + 4 * 16 * 12
+    for image in made:
+        assert image.halves >= {"radiance", "shading", "normal"}
+        assert not image.halves & {"depth", "distance", "object_id", "valid", "scalar_shading"}
+        for name in image.halves:
+            rounded = image[name].astype(np.float16).astype(np.float32)
+            np.testing.assert_array_equal(image[name], rounded)
+
+
+def test_an_array_has_one_type_in_all_samples(made, monkeypatch):
+    """Where one image needs single precision, so have all."""
+    names = ["shading", "rgb.shading", "depth"]
+    assert halves_among(made, names) == {"shading", "rgb.shading"}
+    bright = made[1].name
+    held = dataset.Image.halves.fget
+
+    def without(image):
+        return held(image) - ({"shading"} if image.name == bright else set())
+
+    monkeypatch.setattr(dataset.Image, "halves", property(without))
+    assert halves_among(made, names) == {"rgb.shading"}
+    [first, *_] = made
+    for halves, kind in ((("shading",), np.float16), ((), np.float32)):
+        data = members_of(first, ["shading"], halves)["shading.npy"]
+        assert np.load(io.BytesIO(data)).dtype == kind
 
 
 def test_shards_have_their_size_and_checksums(made, shards):
@@ -99,6 +134,7 @@ def test_large_shards_hold_many_samples(made, tmp_path, capsys):
     samples = dataset.open_shards(folder)
     for image in made:
         np.testing.assert_array_equal(samples[image.name]["shading"], image["shading"])
+        assert samples[image.name]["shading"].dtype == np.float32
         assert samples[image.name]["json"]["name"] == image.name
 
 
@@ -148,7 +184,7 @@ def test_a_sample_is_read_over_http(made, shards, server):
     image = made[1]
     server.sent.clear()
     np.testing.assert_array_equal(samples[image.name]["rgb.shading"], image.rgb["shading"])
-    assert server.sent == [16 * 12 * 3 * 4 + 128], "one array, and no other byte"
+    assert server.sent == [16 * 12 * 3 * 2 + 128], "one array, and no other byte"
     picture = samples[image.name]["radiance.png"]
     assert picture == (image.folder / "radiance.png").read_bytes()
     with pytest.raises(KeyError, match="'depth' is not one of 'json'"):

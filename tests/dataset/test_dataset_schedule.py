@@ -113,10 +113,10 @@ def test_an_image_that_kills_every_worker_fails_alone(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_workers_that_were_given_up_are_replaced(tmp_path):
-    with schedule._connect(schedule.LOCAL, 1) as client:
+    with schedule.connect(schedule.LOCAL, 1) as client:
         [nanny] = client.cluster.workers.values()
         client.sync(nanny.close)
-        [(_, entry)] = schedule._distribute(client, render_image, tasks(tmp_path)[:1], 1)
+        [(_, entry)] = schedule.distribute(client, render_image, tasks(tmp_path)[:1], 1)
     assert isinstance(entry, dict)
 
 

@@ -88,7 +88,7 @@ def as_rgb(result: Result, space: str = SRGB) -> Result:
     white, and kept within [0, 1]; the colours of lights are kept. Projection does not commute with
     products: `residual` is the signed rest of these RGB images, radiance − emission − reflectance ×
     shading. `illuminant` is shading over its mean, `illuminant_direct` the same for direct light
-    alone, 0 where it is unknown.
+    alone, 0 where it is unknown. What follows from a buffer that is not held is left out.
 
     Parameters
     ----------
@@ -100,13 +100,15 @@ def as_rgb(result: Result, space: str = SRGB) -> Result:
     rgb = {name: _project(result.buffers[name], matrix) for name in names}
     white = matrix.sum(axis=1, keepdims=True)
     rgb["reflectance"] = np.clip(_project(result.reflectance, matrix / white), 0.0, 1.0)
-    product = rgb["reflectance"].astype(np.float64) * rgb["shading"]
-    rest = rgb["radiance"].astype(np.float64) - rgb["emission"] - product
-    rgb["residual"] = rest.astype(np.float32)
+    if "emission" in rgb:
+        product = rgb["reflectance"].astype(np.float64) * rgb["shading"]
+        rest = rgb["radiance"].astype(np.float64) - rgb["emission"] - product
+        rgb["residual"] = rest.astype(np.float32)
     projected = Result(rgb, {}, Bands.rgb(), {**result.record, "white": None})
     rgb["scalar_shading"] = projected.scalar_shading
     rgb["illuminant"] = projected.illuminant.data
-    rgb["illuminant_direct"] = over_mean(_project(result.buffers["illuminant_direct"], matrix))
+    if (color := result.buffers.get("illuminant_direct")) is not None:
+        rgb["illuminant_direct"] = over_mean(_project(color, matrix))
     return projected
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.dataset.files.chosen_buffers import held_in
 from photonmap.dataset.files.derived_buffers import as_rgb
 from photonmap.dataset.files.lean import RGB, as_lean, restored
 from photonmap.errors import InputError
@@ -63,7 +64,12 @@ def check_h5py() -> None:
 
 
 def write_image(
-    folder: Path, result: Result, rgb: Result, formats: Collection[str], full: bool = False
+    folder: Path,
+    result: Result,
+    rgb: Result,
+    formats: Collection[str],
+    full: bool = False,
+    chosen: Collection[str] | None = None,
 ) -> dict[str, str]:
     """Write the files of an image into its own folder; return digests of the arrays in them.
 
@@ -72,9 +78,11 @@ def write_image(
     result : in its bands, with the buffers that `with_derived` adds
     rgb : the same in the set's RGB
     full : write everything as it is, and not what `as_lean` keeps
+    chosen : names of the buffers to write; None for all
     """
-    held, halves = (result, []) if full else as_lean(result)
-    held_rgb, rgb_halves = (rgb, []) if full else as_lean(rgb, RGB)
+    held, held_rgb = held_in(result, chosen), held_in(rgb, chosen)
+    held, halves = (held, []) if full else as_lean(held)
+    held_rgb, rgb_halves = (held_rgb, []) if full else as_lean(held_rgb, RGB)
     held, held_rgb = _without_times(held), _without_times(held_rgb)
     if "exr" in formats:
         held.save_exr(folder / BANDS_EXR, halves)
@@ -114,7 +122,10 @@ def _without_times(result: Result) -> Result:
 
 
 def previews(result: Result, rgb: Result) -> dict[str, NDArray[np.uint8]]:
-    """Return 8-bit sRGB images: light as a light meter exposes it, shading at its own exposure."""
+    """Return 8-bit sRGB images: light as a light meter exposes it, shading at its own exposure.
+
+    Those of buffers that are not there are left out.
+    """
     exposure = _metered(rgb, result.buffers["valid"])
     luminance = rgb.buffers["scalar_shading"][result.buffers["valid"]]
     shown = float(np.percentile(luminance, _PERCENTILE)) if luminance.size else 0.0
@@ -125,6 +136,7 @@ def previews(result: Result, rgb: Result) -> dict[str, NDArray[np.uint8]]:
             exposures.get(name, exposure)
         )
         for name in PREVIEWED
+        if name in rgb.buffers
     }
 
 
@@ -259,6 +271,14 @@ def read_hdf5(path: Path) -> Result:
         raise InputError(f"is damaged ({error}); {_AGAIN}", path) from None
     buffers, errors, block_errors = sort_parts(parts)
     return Result(buffers, errors, bands, record, block_errors)
+
+
+def hdf5_halves(path: Path) -> tuple[list[str], list[str]]:
+    """Return the names of the arrays in an HDF5 file of bands, and of those in half precision."""
+    import h5py
+
+    with h5py.File(path) as file:
+        return list(file), [name for name in file if file[name].dtype == np.float16]
 
 
 def list_files(folder: Path) -> list[str]:

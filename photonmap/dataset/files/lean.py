@@ -115,6 +115,20 @@ def source_of(name: str, held: Collection[str]) -> str | None:
     return base if base in held else None
 
 
+def exact_halves(
+    names: Collection[str], held: Collection[str], halves: Collection[str]
+) -> set[str]:
+    """Return those of an image's arrays that are exact in half precision, as its file has them.
+
+    Parameters
+    ----------
+    names : of all arrays
+    held : names of the parts of the file
+    halves : names of its parts in half precision
+    """
+    return {name for name in names if name not in DERIVED and source_of(name, held) in halves}
+
+
 def derive(name: str, source: Array) -> Array:
     """Return an array from the part that `source_of` names."""
     if name not in DERIVED:

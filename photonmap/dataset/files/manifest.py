@@ -21,6 +21,8 @@ HEAD, LINES = "manifest.json", "manifest.jsonl"
 FORMAT = "photonmap data set 2"
 READABLE = (FORMAT, "photonmap data set 1")
 """Formats that can be read; the first version's images are full, and have no digests."""
+_FILES = ("format", "formats", "full", "sensor", "buffers")
+"""Keys of the head that decide what files hold, apart from what decides the arrays."""
 _KEYS = {"name", "geometry", "job", "files"}
 """Some of the keys that the entry of every image has."""
 
@@ -80,7 +82,7 @@ def _check_contents(folder: Path, head: dict[str, Any], resume: bool) -> None:
 def _difference(there: dict[str, Any], here: dict[str, Any]) -> str:
     """Describe how two heads differ in what the images of one set share; "" if they do not."""
     pairs = {
-        **{key: (there.get(key), here[key]) for key in ("format", "formats", "full", "sensor")},
+        **{key: (there.get(key), here[key]) for key in _FILES},
         **{key: (there["common"].get(key), value) for key, value in here["common"].items()},
         **{key: (there["versions"].get(key), value) for key, value in here["versions"].items()},
     }

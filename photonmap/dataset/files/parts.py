@@ -9,7 +9,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from photonmap.dataset.files.lean import derive, derived_names, source_of
+from photonmap.dataset.files.lean import derive, derived_names, exact_halves, source_of
 from photonmap.io.exr import list_parts, name_errors, read_exr
 
 Array = NDArray[Any]
@@ -35,6 +35,11 @@ class Parts(Mapping[str, Array]):
     def _names(self) -> list[str]:
         record = read_exr(self._path, ()).record
         return [*self._held, *derived_names(self._held, record)]
+
+    @property
+    def halves(self) -> set[str]:
+        """Names of the arrays that the file has in half precision."""
+        return exact_halves(self._names, self._held, list_parts(self._path, half=True))
 
     def __getitem__(self, name: str) -> Array:
         """Return an array, read from its part alone.

@@ -63,6 +63,12 @@ class Image(Mapping[str, Array]):
         """The scene as images share it, whatever the illumination, colours and view."""
         return self.entry["geometry"]
 
+    @property
+    def chosen(self) -> tuple[str, ...] | None:
+        """The buffers that its files hold, as `--buffers` chose them; None for all."""
+        names = self.entry.get("buffers")
+        return None if names is None else tuple(names)
+
     @cached_property
     def result(self) -> Result:
         """The render, in its bands.
@@ -159,6 +165,24 @@ class Image(Mapping[str, Array]):
 
         path = self.folder / BANDS_EXR
         return Parts(path) if path.is_file() else self.result.arrays
+
+    @property
+    def halves(self) -> set[str]:
+        """Names of the arrays that its files have in half precision, which lose nothing by it."""
+        from photonmap.dataset.files.image_files import BANDS_HDF5, hdf5_halves
+        from photonmap.dataset.files.lean import exact_halves
+        from photonmap.dataset.files.parts import Parts
+
+        if isinstance(self._arrays, Parts):
+            return self._arrays.halves
+        return exact_halves(self._arrays, *hdf5_halves(self.folder / BANDS_HDF5))
+
+    @property
+    def rgb_halves(self) -> set[str]:
+        """The same of those in the set's RGB."""
+        from photonmap.dataset.files.parts import Parts
+
+        return self.rgb.halves if isinstance(self.rgb, Parts) else set()
 
     def __getitem__(self, name: str) -> Array:
         if name not in self._arrays:

@@ -27,8 +27,8 @@ _PATIENCE = 60.0
 class Sample(Mapping[str, Any]):
     """One sample: members by their endings, each read when it is asked for, and no other.
 
-    "rgb.shading.npy" is an array, "json" what the manifest says, "radiance.png" the bytes of a
-    file. The ending .npy may be left out.
+    "rgb.shading.npy" is an array, of half precision as float32, "json" what the manifest says,
+    "radiance.png" the bytes of a file. The ending .npy may be left out.
     """
 
     def __init__(self, where: str, line: dict[str, Any]) -> None:
@@ -44,7 +44,8 @@ class Sample(Mapping[str, Any]):
             raise KeyError(f"{name.removesuffix('.npy')!r} is not one of {listed(members, 99)}")
         data = _read(f"{self._where}/{quote(self.line['shard'])}", *members[name])
         if name.endswith(".npy"):
-            return np.load(io.BytesIO(data), allow_pickle=False)
+            array = np.load(io.BytesIO(data), allow_pickle=False)
+            return array.astype(np.float32) if array.dtype == np.float16 else array
         return json.loads(data) if name.endswith("json") else data
 
     def __iter__(self) -> Iterator[str]:

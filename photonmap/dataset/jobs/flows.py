@@ -60,6 +60,8 @@ def write_flows(
             "[[trajectory]]",
             folder,
         )
+    if any("distance" not in image for pair in pairs.values() for image in pair):
+        raise InputError("holds no distance, which flow needs; add it to --buffers", folder)
     place, find = Path(folder) / FOLDER, input_finder(Path(folder), scenes)
     written = []
     with locked(Path(folder)):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, field
@@ -21,12 +20,14 @@ from photonmap.dataset.files.manifest import (
     write_head,
     write_lines,
 )
+from photonmap.dataset.jobs.agenda import Agenda
 from photonmap.dataset.jobs.inputs import copy_inputs
 from photonmap.dataset.jobs.plan import CONTENT, TEXT, CommonSettings, Job
 from photonmap.dataset.jobs.render_image import ENTRY, Task, read_entry
 from photonmap.dataset.jobs.schedule import LOCAL, run_tasks
+from photonmap.dataset.jobs.trial import run_fastest
 from photonmap.runtime.file_checks import FULL
-from photonmap.runtime.progress import duration
+from photonmap.runtime.workers import AUTO
 
 Entries = dict[str, dict[str, Any]]
 _NOT_BEGUN = "not rendered, as the disk is full; free some space, and continue with --resume"
@@ -41,10 +42,12 @@ class Extra:
     sensor : that takes photos, which the head describes; None for no photos
     time_limit : seconds of rendering after which an image stops short of its error; None for the
         usual
+    buffers : names of those that files hold; None for all
     """
 
     sensor: Sensor | None = None
     time_limit: float | None = None
+    buffers: tuple[str, ...] | None = None
 
 
 @dataclass
@@ -70,6 +73,7 @@ def describe_dataset(
     jobs: Sequence[Job],
     full: bool = False,
     sensor: dict[str, Any] | None = None,
+    buffers: Sequence[str] | None = None,
 ) -> dict[str, Any]:
     """Return the head of a data set: its settings, versions, and the names of its images.
 
@@ -89,6 +93,7 @@ def describe_dataset(
         "formats": sorted(formats),
         "full": full,
         "sensor": sensor,
+        "buffers": buffers and list(buffers),
         "versions": describe_code(),
         "images": [job.name for job in jobs],
     }
@@ -112,7 +117,7 @@ def make_dataset(
     jobs: Sequence[Job],
     formats: Sequence[str],
     scheduler: str = LOCAL,
-    workers: int = 1,
+    workers: int | str = 1,
     log: Callable[[str], None] = lambda line: None,
     extra: Extra | None = None,
 ) -> Outcome:
@@ -127,7 +132,8 @@ def make_dataset(
     head : of the data set, as `describe_dataset` returns it
     jobs : its images; the folder may hold more, of the same data set with other seeds
     formats : of the files
-    scheduler, workers : where to render, see `photonmap.dataset.jobs.schedule`
+    scheduler, workers : where to render, see `photonmap.dataset.jobs.schedule`; with `AUTO`, in
+        as many processes of this machine as are fastest
     log : called with a line for each image
     extra : what is asked of each image beside its arrays
 
@@ -162,19 +168,22 @@ def make_dataset(
 def _run(
     tasks: Sequence[Task],
     scheduler: str,
-    workers: int,
+    workers: int | str,
     outcome: Outcome,
     log: Callable[[str], None],
 ) -> None:
-    """Render images until all are done, or the disk is full; say how long the rest will take."""
-    begun = time.monotonic()
-    with closing(run_tasks(tasks, scheduler, workers)) as results:
+    """Render images until all are done, or the disk is full; say what they cost, and the rest."""
+    agenda = Agenda(tasks, outcome.entries.values())
+    if workers == AUTO and scheduler == LOCAL:
+        running = run_fastest(agenda, log)
+    else:
+        running = run_tasks(agenda, scheduler, 1 if workers == AUTO else int(workers))
+    with closing(running) as results:
         for task, result in results:
+            agenda.learn(task, result)
             _record_result(outcome, task.job.name, result, Path(task.folder))
             done = outcome.rendered + len(outcome.failures)
-            left = (time.monotonic() - begun) / done * (len(tasks) - done)
-            rest = f"; about {duration(left)} left" if done < len(tasks) else ""
-            log(f"{done}/{len(tasks)} {_line(task.job.name, result)}{rest}")
+            log(f"{done}/{len(tasks)} {_line(task.job.name, result)}; {agenda.describe()}")
             if isinstance(result, str) and any(sign in result for sign in FULL):
                 break
     for task in tasks:

@@ -7,11 +7,13 @@ import os
 import shutil
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from photonmap.capture.sensor import Sensor
+from photonmap.dataset.files.chosen_buffers import rendered_for
 from photonmap.dataset.files.derived_buffers import (
     as_rgb,
     negative_share,
@@ -55,6 +57,7 @@ class Task:
     sensor : that takes a photo of the image; None for no photo
     time_limit : seconds of rendering after which an image stops short of its error; None for the
         usual
+    buffers : names of those that files hold; None for all
     """
 
     job: Job
@@ -65,6 +68,7 @@ class Task:
     full: bool = False
     sensor: Sensor | None = None
     time_limit: float | None = None
+    buffers: tuple[str, ...] | None = None
 
 
 def render_image(task: Task) -> dict[str, Any]:
@@ -88,7 +92,7 @@ def render_image(task: Task) -> dict[str, Any]:
     select_measured_sets(job)
     scene = make_scene(job)
     built = time.perf_counter()
-    result = render_job(job, scene, task.threads, seconds=task.time_limit)
+    result = render_job(job, scene, task.threads, seconds=task.time_limit, buffers=task.buffers)
     rendered = time.perf_counter()
     if not result.radiance.any():
         raise InputError(f"{job.name} shows no light; choose another view, or other lights")
@@ -97,9 +101,10 @@ def render_image(task: Task) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=data_set) as made:
         folder = Path(made) / job.name
         folder.mkdir()
-        arrays = write_image(folder, result, rgb, task.formats, task.full)
+        arrays = write_image(folder, result, rgb, task.formats, task.full, task.buffers)
         entry = _describe(job.relative_to(data_set), scene, result, rgb) | {
             "full": task.full,
+            "buffers": task.buffers and list(task.buffers),
             "arrays": arrays,
             "photo": task.sensor
             and add_photo(folder, result, task.sensor, job.render_seed, task.full),
@@ -124,6 +129,7 @@ def render_job(
     passes: int | None = None,
     pass_samples: float | None = None,
     seconds: float | None = None,
+    buffers: Sequence[str] | None = None,
 ) -> Result:
     """Render a job's scene: until its error is reached or the time is up; or as many passes.
 
@@ -131,6 +137,7 @@ def render_job(
     ----------
     passes, pass_samples : how many passes, and their size, in place of the error
     seconds : of rendering; None for the usual
+    buffers : names of those that files are to hold; None for all
 
     Raises
     ------
@@ -138,7 +145,8 @@ def render_job(
     """
     from photonmap.render import render
 
-    options = {name: getattr(job.common, name) for name in taken_by(DATASET)} | {"seconds": seconds}
+    options = {name: getattr(job.common, name) for name in taken_by(DATASET)}
+    options |= {"seconds": seconds, "buffers": rendered_for(buffers)}
     if passes is not None:
         options |= {"passes": passes, "pass_samples": pass_samples, "error": None}
     result = render(scene, **options, seed=job.render_seed, threads=threads, per_light=True)

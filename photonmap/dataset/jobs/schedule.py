@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import logging
-import os
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from importlib.util import find_spec
+from itertools import chain, islice
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from photonmap.dataset.jobs.render_image import render_image
 from photonmap.errors import InputError, warn
+from photonmap.runtime.workers import AUTO, default_threads
 
 if TYPE_CHECKING:
     from distributed import Client, Future, LocalCluster
@@ -25,31 +26,29 @@ _CONNECT = 10.0
 """Seconds to wait for a connection to a scheduler, or to the worker that holds a result."""
 _POLL, _PATIENCE = 1.0, 60.0
 """Seconds between checks for workers, and without any before the remaining jobs fail."""
-_BATCH = 1000
-"""Number of jobs that are sent to the scheduler at once."""
 _RERUNNING = object()
 """Stands for a result that was lost with its worker; the scheduler runs the job again."""
 _NO_WORKERS = "the scheduler has no workers; start some, and continue with --resume"
 _SCHEDULER_GONE = "the scheduler is gone; start it again, and continue with --resume"
 
 
-def check_scheduler(scheduler: str, workers: int) -> None:
+def check_scheduler(scheduler: str, workers: int | str) -> None:
     """Check the choice of a scheduler.
 
     Raises
     ------
     InputError : the number of workers is out of range, or the scheduler needs dask
     """
-    if not 1 <= workers <= MAX_WORKERS:
+    if workers != AUTO and not 1 <= int(workers) <= MAX_WORKERS:
         raise InputError(f"workers {workers} must be a whole number from 1 to {MAX_WORKERS}")
-    if scheduler != LOCAL and not _has_dask():
+    if scheduler != LOCAL and not has_dask():
         raise InputError(
             f"scheduler {scheduler!r} needs dask: pip install 'photonmap[cluster]'; or choose local"
         )
 
 
 def run_tasks(
-    tasks: Sequence[Any],
+    tasks: Iterable[Any],
     scheduler: str = LOCAL,
     workers: int = 1,
     work: Callable[[Any], Any] | None = None,
@@ -62,7 +61,8 @@ def run_tasks(
 
     Parameters
     ----------
-    tasks : dataclasses with a field `threads`, by default `render_image.Task`
+    tasks : dataclasses with a field `threads`, by default `render_image.Task`; each is taken when
+        it is begun, or soon will be
     scheduler, workers : checked by `check_scheduler`
     work : runs one task; `render_image` by default
 
@@ -70,22 +70,25 @@ def run_tasks(
     ------
     InputError : the scheduler cannot be reached
     """
-    work = work or render_image
-    if not tasks:
+    work, left = work or render_image, iter(tasks)
+    first = next(left, None)
+    if first is None:
         return
-    if scheduler == LOCAL and (workers == 1 or not _has_dask()):
+    left = chain([first], left)
+    if scheduler == LOCAL and (workers == 1 or not has_dask()):
         if workers > 1:
             warn(f"{workers} workers need dask: pip install 'photonmap[cluster]'; using one")
-        yield from ((task, _attempt(work, task)) for task in tasks)
+        yield from ((task, _attempt(work, task)) for task in left)
         return
     if scheduler == LOCAL:
-        threads = max((os.cpu_count() or 1) // workers, 1)
-        tasks = [replace(task, threads=threads) for task in tasks]
-    with _connect(scheduler, workers) as client:
-        yield from _distribute(client, work, tasks, workers)
+        threads = max(default_threads() // workers, 1)
+        left = (replace(task, threads=threads) for task in left)
+    with connect(scheduler, workers) as client:
+        yield from distribute(client, work, left, workers)
 
 
-def _has_dask() -> bool:
+def has_dask() -> bool:
+    """Return whether dask.distributed is installed."""
     return find_spec("distributed") is not None
 
 
@@ -97,32 +100,58 @@ def _attempt(work: Callable[[Any], Any], task: Any) -> Any:
         return _reason(error)
 
 
-def _distribute(
-    client: Client, work: Callable[[Any], Any], tasks: Sequence[Any], workers: int
-) -> Iterator[tuple[Any, Any]]:
-    """Run tasks by dask.distributed; `workers` is the number of local processes to keep alive."""
+def distribute(
+    client: Client, work: Callable[[Any], Any], tasks: Iterable[Any], workers: int
+) -> Generator[tuple[Any, Any]]:
+    """Run tasks by dask.distributed; each is taken when it is handed out.
+
+    Parameters
+    ----------
+    workers : number of local processes to keep alive
+    """
     ended: SimpleQueue[Future] = SimpleQueue()
-    sent = client.map(work, tasks, pure=False, batch_size=_BATCH)
-    futures = dict(zip(sent, tasks, strict=True))
-    for future in futures:
-        future.add_done_callback(ended.put)
-    seen = time.monotonic()
-    while futures:
+    futures: dict[Future, Any] = {}
+    left, seen = iter(tasks), time.monotonic()
+    ahead, counted = _count_ahead(client), seen
+    while True:
+        if time.monotonic() - counted > _POLL:
+            ahead, counted = _count_ahead(client), time.monotonic()
+        for task in islice(left, max(ahead - len(futures), 0)):
+            future = client.submit(work, task, pure=False)
+            futures[future] = task
+            future.add_done_callback(ended.put)
+        if not futures:
+            return
         try:
             future = ended.get(timeout=_POLL)
         except Empty:
             if _count_workers(client, workers):
                 seen = time.monotonic()
             elif time.monotonic() - seen > _PATIENCE:
-                yield from ((task, _NO_WORKERS) for task in futures.values())
+                yield from ((task, _NO_WORKERS) for task in (*futures.values(), *left))
                 return
             continue
         seen = time.monotonic()
         result = _collect(future)
         if result is _RERUNNING:
             future.add_done_callback(ended.put)
-        else:
-            yield futures.pop(future), result
+            continue
+        yield futures.pop(future), result
+        if result is _SCHEDULER_GONE:
+            yield from ((task, result) for task in (*futures.values(), *left))
+            return
+
+
+def _count_ahead(client: Client) -> int:
+    """Return how many tasks to hand out: a few more than there are threads of workers.
+
+    The others wait here, as what is learnt from the first decides on their order.
+    """
+    try:
+        threads = sum(client.nthreads().values())
+    except OSError:
+        return 1
+    return threads + max(threads // 2, 1)
 
 
 def _collect(future: Future) -> Any:
@@ -162,7 +191,7 @@ def start_local_cluster(workers: int) -> LocalCluster:
 
 
 @contextmanager
-def _connect(scheduler: str, workers: int) -> Iterator[Client]:
+def connect(scheduler: str, workers: int) -> Iterator[Client]:
     """Start local worker processes, or connect to a scheduler.
 
     A client that is the default one stays so where connecting fails, and others wait for it.

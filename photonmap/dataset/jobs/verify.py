@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from photonmap.dataset.files.chosen_buffers import held_in
 from photonmap.dataset.files.image_files import hash_files, list_files
 from photonmap.dataset.files.lean import as_lean
 from photonmap.dataset.files.manifest import describe_differences
@@ -91,7 +92,7 @@ def _faults(image: Image, log: Log, find: Find) -> Iterator[str]:
         result = image.result
         yield from check_numbers(result)
         yield from check_digests(image)
-        yield from check_identities(result, is_full(image))
+        yield from check_identities(result, is_full(image), image.chosen)
         yield from check_rgb(image)
         yield from check_formats_agree(image)
         yield from check_photo(image)
@@ -137,7 +138,13 @@ def _render_again(image: Image, log: Log, find: Find) -> Iterator[str]:
     try:
         job = find(Job.from_description(image.entry["job"]))
         select_measured_sets(job)
-        again = render_job(job, make_scene(job), None, entry["passes"], entry.get("pass_samples"))
+        again = render_job(
+            job,
+            make_scene(job),
+            passes=entry["passes"],
+            pass_samples=entry.get("pass_samples"),
+            buffers=image.chosen,
+        )
         before = image.result
     except InputError as error:
         yield f"cannot be rendered again: {error}"
@@ -149,6 +156,7 @@ def _render_again(image: Image, log: Log, find: Find) -> Iterator[str]:
     if changed := difference(then, now):
         yield f"would be rendered from other input now: {changed}"
         return
+    again = held_in(again, image.chosen)
     pairs = (again if is_full(image) else as_lean(again)[0]).arrays
     there = before.arrays
     differ = [n for n in pairs if n not in there or not np.array_equal(pairs[n], there[n])]

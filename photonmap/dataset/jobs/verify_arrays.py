@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -44,24 +44,33 @@ def check_numbers(result: Result) -> Iterator[str]:
             yield f"{name} has NaN"
 
 
-def check_identities(result: Result, full: bool = True) -> Iterator[str]:
+def check_identities(
+    result: Result, full: bool = True, chosen: Collection[str] | None = None
+) -> Iterator[str]:
     """Yield the identities of the buffers that do not hold.
 
     radiance is (emission + direct) + indirect, bit for bit where files are full. To rounding, the
     buffers of light groups add up to the whole, direct + indirect is reflectance × shading +
-    residual, and scalar_shading × illuminant is shading.
+    residual, and scalar_shading × illuminant is shading. Those of buffers that the files were not
+    asked to hold are left alone.
     """
-    whole = (result.emission + result.direct) + result.indirect
-    parts = [result.emission, result.direct, result.indirect]
-    if not (np.array_equal(result.radiance, whole) if full else _close(whole, parts, full)):
-        yield "radiance is not (emission + direct) + indirect"
+
+    def holds(*names: str) -> bool:
+        return chosen is None or {*names} <= {*chosen}
+
+    if holds("emission", "direct", "indirect"):
+        whole = (result.emission + result.direct) + result.indirect
+        parts = [result.emission, result.direct, result.indirect]
+        if not (np.array_equal(result.radiance, whole) if full else _close(whole, parts, full)):
+            yield "radiance is not (emission + direct) + indirect"
     for name in names_where(per_light=True, has_error=True):
         parts = [split[name] for split in result.per_light.values() if name in split]
         if parts and not _close(_sum(parts), [result.buffers[name]], full):
             yield f"{name} is not the sum of its light groups"
-    product = result.reflectance * result.shading
-    if not _close(_sum([result.direct, result.indirect]), [product, result.residual], full):
-        yield "direct + indirect is not reflectance × shading + residual"
+    if holds("direct", "indirect", "residual"):
+        product = result.reflectance * result.shading
+        if not _close(_sum([result.direct, result.indirect]), [product, result.residual], full):
+            yield "direct + indirect is not reflectance × shading + residual"
     scalar = result.buffers["scalar_shading"][..., None]
     if not _close(scalar * result.buffers["illuminant"], [result.shading], full):
         yield "scalar_shading × illuminant is not shading"
@@ -69,7 +78,9 @@ def check_identities(result: Result, full: bool = True) -> Iterator[str]:
 
 def check_rgb(image: Image) -> Iterator[str]:
     """Yield a fault if radiance in RGB is not emission + reflectance × shading + residual."""
-    rgb = image.rgb
+    rgb, chosen = image.rgb, image.chosen
+    if chosen is not None and not {"emission", "residual"} <= {*chosen}:
+        return
     product = rgb["reflectance"] * rgb["shading"]
     parts = [rgb["emission"], product, rgb.get("residual", np.zeros_like(product))]
     if not _close(rgb["radiance"], parts, is_full(image)):

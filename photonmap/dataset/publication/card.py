@@ -33,15 +33,21 @@ for image in dataset.open("."):
 ```
 
 The EXR files are multi-part OpenEXR, which other readers open as well; `manifest.jsonl` describes
-each image, `annotations.json` the objects in COCO's format, and `cameras.json` the cameras.
+each image, {annotations}and `cameras.json` the cameras.
 `sha256sum -c SHA256SUMS` checks all files."""
+_ANNOTATIONS = "`annotations.json` the objects in COCO's format, "
+
+
+def describe_reading(has_annotations: bool = True) -> str:
+    """Return how the files of a published set are read, in Markdown."""
+    return _READING.format(annotations=_ANNOTATIONS if has_annotations else "")
 
 
 def write_card(
     images: Dataset,
     license_: License,
     title: str,
-    reading: str = _READING,
+    reading: str,
     head: Sequence[str] = (),
 ) -> str:
     """Return the data card in Markdown, with the head that Hugging Face reads.

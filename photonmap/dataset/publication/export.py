@@ -9,7 +9,7 @@ from photonmap.dataset.files.reader import open_dataset
 from photonmap.dataset.publication.card import write_card
 from photonmap.dataset.publication.licenses import find_license
 from photonmap.dataset.publication.publish import CARD, LICENSE, check_complete
-from photonmap.dataset.publication.samples import DEFAULT, by_split, new_folder, read_array
+from photonmap.dataset.publication.samples import by_split, new_folder, read_array, usual_names
 from photonmap.dataset.publication.shards import write_shards
 from photonmap.dataset.publication.tables import DATA, check_pyarrow, write_tables
 from photonmap.errors import InputError
@@ -55,7 +55,7 @@ def export(
     output: str | PathLike[str],
     layout: str,
     license_name: str,
-    names: Sequence[str] = DEFAULT,
+    names: Sequence[str] | None = None,
     most: float = SHARD,
     log: Callable[[str], None] = lambda line: None,
 ) -> None:
@@ -67,7 +67,8 @@ def export(
     output : new folder to write to; it appears when all is written
     layout : one of `LAYOUTS`
     license_name : of SPDX, see `photonmap.dataset.publication.licenses`; or a file of its text
-    names : of the arrays: "depth", "shading@lamp", and "rgb.shading" in the set's RGB
+    names : of the arrays: "depth", "shading@lamp", and "rgb.shading" in the set's RGB; None for
+        `samples.DEFAULT`, as far as the images hold them
     most : bytes of a file, unless a single sample is larger
     log : called with a line for each split
 
@@ -85,7 +86,7 @@ def export(
         check_pyarrow()
     license_, images = find_license(license_name), open_dataset(folder)
     check_complete(images)
-    wanted = list(dict.fromkeys(names))
+    wanted = list(dict.fromkeys(usual_names(images[0]) if names is None else names))
     for name in wanted:
         read_array(images[0], name)
     write = write_shards if layout == WEBDATASET else write_tables

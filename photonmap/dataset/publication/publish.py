@@ -14,20 +14,23 @@ from photonmap.dataset.files.inputs import INPUTS
 from photonmap.dataset.files.manifest import HEAD, LINES, locked
 from photonmap.dataset.files.reader import Dataset, open_dataset
 from photonmap.dataset.publication.annotations import describe_cameras, describe_coco
-from photonmap.dataset.publication.card import write_card
+from photonmap.dataset.publication.card import describe_reading, write_card
 from photonmap.dataset.publication.croissant import describe_croissant
 from photonmap.dataset.publication.licenses import find_license
-from photonmap.errors import InputError
+from photonmap.errors import InputError, warn
 from photonmap.runtime.wording import listed
 
 CARD, LICENSE, SUMS = "README.md", "LICENSE", "SHA256SUMS"
 CROISSANT, COCO, CAMERAS = "croissant.json", "annotations.json", "cameras.json"
+_IDS = "object_id"
+"""Buffer that annotations are made from."""
 
 
 def publish(folder: str | PathLike[str], license_name: str) -> list[Path]:
     """Write the data card, licence, checksums, Croissant metadata, annotations and cameras.
 
-    Files of these names are replaced, all of them or none.
+    Without the ids of objects in the images, there are no annotations. Files of these names are
+    replaced, all of them or none.
 
     Parameters
     ----------
@@ -43,13 +46,18 @@ def publish(folder: str | PathLike[str], license_name: str) -> list[Path]:
     images = open_dataset(folder)
     check_complete(images)
     title = folder.resolve().name
+    has_ids = all(_IDS in image for image in images)
+    if not has_ids:
+        warn(f"the images hold no {_IDS}, see --buffers, so there is no {COCO}")
+    card = write_card(images, license_, title, describe_reading(has_ids))
     with locked(folder), tempfile.TemporaryDirectory(prefix=".photonmap-", dir=folder) as made:
         part = Path(made)
         digests = hash_files(folder, (HEAD, LINES))
         inputs = [f"{INPUTS}/{name}" for name in list_files(folder / INPUTS)]
         (part / LICENSE).write_text(license_.text, encoding="utf-8")
-        (part / CARD).write_text(write_card(images, license_, title), encoding="utf-8")
-        _write(part / COCO, describe_coco(images))
+        (part / CARD).write_text(card, encoding="utf-8")
+        if has_ids:
+            _write(part / COCO, describe_coco(images))
         _write(part / CAMERAS, describe_cameras(images))
         _write(part / CROISSANT, describe_croissant(images, license_, title, digests))
         names = sorted(path.name for path in part.iterdir())

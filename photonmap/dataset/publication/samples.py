@@ -8,7 +8,7 @@ import re
 import shutil
 import tempfile
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
@@ -42,6 +42,13 @@ def key_of(image: Image) -> str:
     return image.name.replace(".", "_")
 
 
+def usual_names(image: Image) -> list[str]:
+    """Return those of `DEFAULT` that an image holds."""
+    return [
+        name for name in DEFAULT if image.chosen is None or name.removeprefix(RGB) in image.chosen
+    ]
+
+
 def read_array(image: Image, name: str) -> NDArray[Any]:
     """Return an array by the name that `--arrays` takes: "depth", "rgb.shading", "shading@lamp".
 
@@ -56,14 +63,32 @@ def read_array(image: Image, name: str) -> NDArray[Any]:
     return where[bare]
 
 
-def members_of(image: Image, names: Sequence[str]) -> dict[str, bytes]:
+def halves_among(images: Iterable[Image], names: Sequence[str]) -> frozenset[str]:
+    """Return the names of the arrays that all images hold in half precision, as lean files do.
+
+    They are exported so, which loses nothing, and an array has one type in all samples.
+    """
+    found = {*names}
+    for image in images:
+        found &= image.halves | {RGB + name for name in image.rgb_halves}
+    return frozenset(found)
+
+
+def members_of(
+    image: Image, names: Sequence[str], halves: Collection[str] = ()
+) -> dict[str, bytes]:
     """Return what is exported of an image by the endings of its files: npy, png and json.
+
+    Parameters
+    ----------
+    names : of the arrays
+    halves : names of those to write in half precision
 
     Raises
     ------
     InputError : there is no array of a name, or the image is damaged
     """
-    arrays = {f"{_file_name(name)}.npy": as_npy(read_array(image, name)) for name in names}
+    arrays = {f"{_file_name(name)}.npy": array_file(image, name, halves) for name in names}
     pictures = {f"{name}.png": data for name, data in pictures_of(image).items()}
     return {"json": describe(image).encode(), **pictures, **arrays}
 
@@ -83,10 +108,16 @@ def describe(image: Image) -> str:
     return json.dumps(entry, ensure_ascii=False)
 
 
-def as_npy(array: NDArray[Any]) -> bytes:
-    """Return an array as the bytes of a .npy file."""
-    file = io.BytesIO()
-    np.save(file, np.ascontiguousarray(array), allow_pickle=False)
+def array_file(image: Image, name: str, halves: Collection[str] = ()) -> bytes:
+    """Return an array as the bytes of a .npy file, in half precision if it is one of `halves`.
+
+    Raises
+    ------
+    InputError : there is none
+    """
+    array, file = read_array(image, name), io.BytesIO()
+    kind = np.float16 if name in halves else array.dtype
+    np.save(file, np.ascontiguousarray(array, kind), allow_pickle=False)
     return file.getvalue()
 
 

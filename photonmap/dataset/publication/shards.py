@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from photonmap.dataset.files.reader import Image
-from photonmap.dataset.publication.samples import key_of, members_of
+from photonmap.dataset.publication.samples import halves_among, key_of, members_of
 
 INDEX, SHARDS = "index.jsonl", "shards.json"
 FORMAT = "photonmap shards 1"
@@ -43,16 +43,18 @@ def write_shards(
     OSError : a file cannot be written
     """
     shards: list[dict[str, Any]] = []
+    halves = halves_among((image for images in parts.values() for image in images), names)
     with (folder / INDEX).open("w", encoding="utf-8") as index:
         for part, images in parts.items():
             writer = _Writer(folder, part, most)
             for image in images:
-                line = writer.add(image, members_of(image, names))
+                line = writer.add(image, members_of(image, names, halves))
                 index.write(json.dumps(line, ensure_ascii=False) + "\n")
             writer.close()
             shards += [_describe(path, part) for path in writer.paths]
             log(f"{part}: {len(images)} images in {len(writer.paths)} shards")
-    text = json.dumps({"format": FORMAT, "arrays": list(names), "shards": shards}, indent=2)
+    head = {"format": FORMAT, "arrays": list(names), "halves": sorted(halves), "shards": shards}
+    text = json.dumps(head, indent=2)
     (folder / SHARDS).write_text(text + "\n", encoding="utf-8")
 
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from photonmap.dataset.files.image_files import PREVIEWED
 from photonmap.dataset.files.reader import Image
-from photonmap.dataset.publication.samples import as_npy, describe, pictures_of, read_array
+from photonmap.dataset.publication.samples import array_file, describe, halves_among, pictures_of
 from photonmap.errors import InputError
 
 if TYPE_CHECKING:
@@ -55,17 +56,23 @@ def write_tables(
     """
     (folder / DATA).mkdir()
     schema = _schema(names)
+    every = (image for images in parts.values() for image in images)
+    row_of = partial(_row, names=names, halves=halves_among(every, names))
     for part, images in parts.items():
         files, rest = 0, images
         while rest:
             path = folder / DATA / f"{part}-{files:05}.parquet"
-            rest = _write_table(path, schema, rest, names, most)
+            rest = _write_table(path, schema, rest, row_of, most)
             files += 1
         log(f"{part}: {len(images)} images in {files} files")
 
 
 def _write_table(
-    path: Path, schema: pyarrow.Schema, images: list[Image], names: Sequence[str], most: float
+    path: Path,
+    schema: pyarrow.Schema,
+    images: list[Image],
+    row_of: Callable[[Image], dict[str, Any]],
+    most: float,
 ) -> list[Image]:
     """Write rows until the file has its size; return the images that are left."""
     import pyarrow
@@ -77,13 +84,13 @@ def _write_table(
     ):
         for index, image in enumerate(images):
             begin = file.tell()
-            writer.write_table(pyarrow.Table.from_pylist([_row(image, names)], schema))
+            writer.write_table(pyarrow.Table.from_pylist([row_of(image)], schema))
             if 2 * file.tell() - begin > most:
                 return images[index + 1 :]
     return []
 
 
-def _row(image: Image, names: Sequence[str]) -> dict[str, Any]:
+def _row(image: Image, names: Sequence[str], halves: Collection[str]) -> dict[str, Any]:
     entry, job = image.entry, image.entry["job"]
     width, height = entry["size"]
     values = (image.name, image.geometry, job["seed"], job["illumination"], job["view"]["name"])
@@ -92,7 +99,7 @@ def _row(image: Image, names: Sequence[str]) -> dict[str, Any]:
         name: {"bytes": data, "path": f"{image.name}-{name}.png"}
         for name, data in pictures_of(image).items()
     }
-    arrays = {column_of(name): as_npy(read_array(image, name)) for name in names}
+    arrays = {column_of(name): array_file(image, name, halves) for name in names}
     return {**dict(zip(_FIELDS, cells, strict=True)), **pictures, **_apart(arrays)}
 
 

@@ -88,6 +88,10 @@ def load_truth(image: Image, space: str) -> Truth:
     errors = _errors(image.result, space)
     if errors:
         errors["shading"] = errors["shading"] / brightness
+    if "material_id" not in image:
+        raise InputError(
+            "holds no material_id, which scores need; add it to --buffers", image.folder
+        )
     regions = np.asarray(image["material_id"]).astype(np.int64)
     return Truth(image.name, image.geometry, **values, regions=regions, mask=mask, errors=errors)
 

@@ -1,0 +1,94 @@
+"""In which order the images of a data set are rendered, and how long the rest will take."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict, deque
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from photonmap.dataset.jobs.plan import Job
+from photonmap.dataset.jobs.render_image import Task
+from photonmap.runtime.progress import duration
+
+Kind = tuple[str, int, tuple[int, int]]
+"""Scene, number of lights and size: images that share them cost about the same."""
+
+
+def kind_of(job: Job) -> Kind:
+    """Return what decides how long an image takes."""
+    return job.stem, len(job.colors), job.common.size
+
+
+def seconds_of(entry: dict[str, Any]) -> float:
+    """Return the wall-clock seconds that an image took, without compilation."""
+    seconds = entry["seconds"]
+    return float(sum(seconds.values()) - seconds["compile"])
+
+
+class Agenda(Iterator[Task]):
+    """The images that are left: one of each kind first, whose time tells which kinds take longest.
+
+    Then come those that take longest, so that no worker waits for a long image at the end. Images
+    of a kind follow each other, as scenes that were read stay in memory.
+
+    Parameters
+    ----------
+    tasks : in the order of the list
+    entries : of images that were rendered earlier, which tell how long their kinds take
+    """
+
+    def __init__(self, tasks: Iterable[Task], entries: Iterable[dict[str, Any]] = ()) -> None:
+        self._waiting: dict[Kind, deque[Task]] = {}
+        for task in tasks:
+            self._waiting.setdefault(kind_of(task.job), deque()).append(task)
+        self._known: dict[Kind, list[float]] = defaultdict(list)
+        for entry in entries:
+            self._known[kind_of(Job.from_description(entry["job"]))].append(seconds_of(entry))
+        self._first = deque(kind for kind in self._waiting if kind not in self._known)
+        self._running: dict[str, Kind] = {}
+        self._current: Kind | None = None
+        self._begun, self._busy, self._cpu = time.monotonic(), 0.0, 0.0
+
+    def __next__(self) -> Task:
+        """Return the task that is to begin now."""
+        if self._first:
+            kind = self._first.popleft()
+        elif self._current in self._waiting:
+            kind = self._current
+        elif self._waiting:
+            kind = self._current = max(self._waiting, key=self._expected)
+        else:
+            raise StopIteration
+        task = self._waiting[kind].popleft()
+        if not self._waiting[kind]:
+            del self._waiting[kind]
+        self._running[task.job.name] = kind
+        return task
+
+    def learn(self, task: Task, result: dict[str, Any] | str) -> None:
+        """Take note of the entry of an image, or of why there is none."""
+        kind = self._running.pop(task.job.name)
+        if isinstance(result, dict):
+            self._known[kind].append(seconds_of(result))
+            self._busy += sum(result["seconds"].values())
+            self._cpu += result["cpu_seconds"]
+
+    @property
+    def seconds_left(self) -> float:
+        """Seconds that the rest would take if its images were rendered one by one."""
+        waiting = sum(len(tasks) * self._expected(kind) for kind, tasks in self._waiting.items())
+        return waiting + sum(map(self._expected, self._running.values()))
+
+    def describe(self) -> str:
+        """Return what this run has cost so far, and how long the rest will take."""
+        cost = f"{self._cpu / 3600.0:.2g} processor hours"
+        if not (self._waiting or self._running):
+            return cost
+        at_once = self._busy / max(time.monotonic() - self._begun, 1e-9)
+        return f"{cost}, about {duration(self.seconds_left / max(at_once, 1e-3))} left"
+
+    def _expected(self, kind: Kind) -> float:
+        """Return the mean seconds of a kind; those of all kinds for one that is not known."""
+        found = self._known.get(kind) or [each for known in self._known.values() for each in known]
+        return sum(found) / len(found) if found else 0.0
