@@ -9,7 +9,6 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.dataset.files.inputs import with_table
@@ -146,17 +145,22 @@ class Image(Mapping[str, Array]):
         (H, W) float32 each, of the means over bands; they add up to 1, and are 0 where no light
         arrives. In a pixel that is not pure, they are shares of shading.
         """
-        lights = self.entry["lights"]
-        parts = {
-            light: self[f"shading@{light}"].mean(axis=-1, dtype=np.float64) for light in lights
-        }
-        whole = np.sum([*parts.values()], axis=0)
-        return {
-            light: np.divide(part, whole, where=whole > 0.0, out=np.zeros(part.shape)).astype(
-                np.float32
-            )
-            for light, part in parts.items()
-        }
+        from photonmap.dataset.files.light_shares import shares_of
+
+        return shares_of({light: self[f"shading@{light}"] for light in self.entry["lights"]})
+
+    def light_share_errors(self) -> dict[str, Array]:
+        """Return the standard errors of `light_shares` by light group, (H, W) float32 each.
+
+        `photonmap.dataset.files.light_shares` says how the covariance of lights enters them.
+
+        Raises
+        ------
+        InputError : the files hold no errors of light groups, which those of `--full` do
+        """
+        from photonmap.dataset.files.light_shares import share_errors
+
+        return share_errors(self.result, list(self.entry["lights"]))
 
     @cached_property
     def _arrays(self) -> Mapping[str, Array]:
