@@ -382,7 +382,6 @@ class Settings(Options):
 
     def describe(self, threads: int) -> dict[str, Any]:
         """Return the arguments for the run record, JSON-able; `threads` is how many there were."""
-        effects = self.effects
         kept = {} if self.buffers == frozenset(DEFAULT) else {"buffers": sorted(self.buffers)}
         return {
             "size": [self.film.width, self.film.height],
@@ -390,7 +389,7 @@ class Settings(Options):
             "threads": threads,
             **self.deciding,
             **kept,
-            "effects": effects if isinstance(effects, str) else sorted(effects),
+            "effects": self.effects if isinstance(self.effects, str) else sorted(self.effects),
         }
 
 

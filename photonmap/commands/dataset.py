@@ -15,7 +15,7 @@ from photonmap.io.scene_source import use_measured_sets
 from photonmap.settings import DATASET, OPTIONS, taken_by
 
 if TYPE_CHECKING:
-    from photonmap.dataset.jobs.make_dataset import Outcome
+    from photonmap.dataset.jobs.make_dataset import Extra, Outcome
     from photonmap.dataset.jobs.plan import CommonSettings, Job
 
 __all__ = ["HELP", "add_arguments", "run"]
@@ -61,15 +61,7 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
     from photonmap.dataset.files.image_files import check_formats
     from photonmap.dataset.files.manifest import check_dataset_folder
     from photonmap.dataset.files.photos import choose_sensor
-    from photonmap.dataset.jobs.estimate import estimate, list_costs
-    from photonmap.dataset.jobs.listing import list_jobs
-    from photonmap.dataset.jobs.make_dataset import (
-        Extra,
-        describe_dataset,
-        make_dataset,
-        read_identity,
-    )
-    from photonmap.dataset.jobs.render_image import Task
+    from photonmap.dataset.jobs.make_dataset import Extra, describe_dataset, read_identity
     from photonmap.dataset.jobs.schedule import check_scheduler
 
     formats = tuple(dict.fromkeys(options.format))
@@ -77,32 +69,52 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
     check_scheduler(options.scheduler, options.workers)
     common, jobs, faults = _plan(options, read_identity(folder))
     sensor, described = choose_sensor(options.sensor)
-    extra = Extra(
-        sensor, options.time_limit, check_chosen(options.buffers, formats, sensor is not None)
-    )
-    head = describe_dataset(
-        options.preset, common, formats, jobs, options.full, described, extra.buffers
-    )
+    chosen = check_chosen(options.buffers, formats, sensor is not None)
+    head = describe_dataset(options.preset, common, formats, jobs, options.full, described, chosen)
     check_dataset_folder(folder, head, options.resume or options.dry_run or options.estimate)
+    extra = Extra(sensor, options.time_limit, chosen)
+    if options.dry_run or options.estimate:
+        _preview(jobs, extra, formats, options)
+        return _tell(faults)
+    return max(_render(folder, head, jobs, extra, options), _tell(faults))
+
+
+def _preview(
+    jobs: list[Job], extra: Extra, formats: tuple[str, ...], options: argparse.Namespace
+) -> None:
+    """Print the images, or what they will cost."""
+    from photonmap.dataset.jobs.estimate import estimate, list_costs
+    from photonmap.dataset.jobs.listing import list_jobs
+    from photonmap.dataset.jobs.render_image import Task
+
     if options.dry_run:
         print("\n".join(list_jobs(jobs)))
-        return _tell(faults)
-    report = (lambda line: None) if options.quiet else _print_progress
-    if options.estimate:
-        task = partial(Task, formats=formats, full=options.full, **vars(extra))
-        print("\n".join(list_costs(estimate(task, jobs))))
-        return _tell(faults)
+        return
+    task = partial(Task, formats=formats, full=options.full, **vars(extra))
+    print("\n".join(list_costs(estimate(task, jobs))))
+
+
+def _render(
+    folder: Path,
+    head: dict[str, Any],
+    jobs: list[Job],
+    extra: Extra,
+    options: argparse.Namespace,
+) -> int:
+    """Render what is missing, and report; return the exit code."""
+    from photonmap.dataset.jobs.make_dataset import make_dataset
+
+    log = (lambda line: None) if options.quiet else _print_progress
+    where = options.scheduler, options.workers
     try:
-        outcome = make_dataset(
-            folder, head, jobs, formats, options.scheduler, options.workers, report, extra
-        )
+        outcome = make_dataset(folder, head, jobs, head["formats"], *where, log, extra)
     except KeyboardInterrupt:
         print(
             "photonmap: interrupted; finished images are kept: continue with --resume",
             file=sys.stderr,
         )
         return INTERRUPTED
-    return max(_report(folder, outcome, options), _tell(faults))
+    return _report(folder, outcome, options)
 
 
 def _tell(faults: dict[str, str]) -> int:

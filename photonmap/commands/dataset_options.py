@@ -30,6 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     _add_images(parser)
     error = f"{DEFAULT_ERROR}"
     add_options(parser, DATASET, size={"default": (640, 480)}, error={"default": error})
+    _add_files(parser)
     _add_work(parser)
     check = parser.add_argument_group("verify")
     check.add_argument(
@@ -129,41 +130,46 @@ def _add_looks(what: argparse._ArgumentGroup) -> None:
     )
 
 
-def _add_work(parser: argparse.ArgumentParser) -> None:
-    """Add the options that decide how and where images are rendered and written."""
-    work = parser.add_argument_group("work")
-    work.add_argument(
+def _add_files(parser: argparse.ArgumentParser) -> None:
+    """Add the options that decide what is written of each image."""
+    files = parser.add_argument_group("files")
+    files.add_argument(
         "--format",
         type=read_list,
         default=["exr", "png"],
         metavar="LIST",
         help="file formats, of exr, hdf5 and png, separated by commas (default: exr,png)",
     )
-    work.add_argument(
+    files.add_argument(
         "--full",
         action="store_true",
         help="write everything in single precision, ten times as large, instead of lean files",
     )
-    work.add_argument(
+    files.add_argument(
         "--buffers",
         type=read_list,
         metavar="LIST",
         help="names of the buffers that files hold, with their errors and those of light groups, "
         f"separated by commas; {', '.join(ALWAYS)} always belong to them (default: all)",
     )
-    work.add_argument(
+    files.add_argument(
         "--rgb",
         default=REC2020,
         metavar="SPACE",
         help=f"space of the images in RGB: {', '.join(SPACES)}, a camera, or FILE.csv of three "
         f"sensitivities (default: {REC2020})",
     )
-    work.add_argument(
+    files.add_argument(
         "--sensor",
         metavar="NAME",
         help="also write what this camera would have recorded: its name, or a FILE.toml that "
         "`photonmap sensor` takes",
     )
+
+
+def _add_work(parser: argparse.ArgumentParser) -> None:
+    """Add the options that decide how and where images are rendered."""
+    work = parser.add_argument_group("work")
     work.add_argument(
         "--time-limit",
         type=number(0.001, 1e9, " s"),
