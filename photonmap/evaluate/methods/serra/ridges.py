@@ -72,7 +72,9 @@ def _creaseness(heights: Floats) -> Floats:
     slopes = np.stack(list(np.gradient(heights)), axis=-1)
     tensor = slopes[..., :, None] * slopes[..., None, :]
     tensor = gaussian_filter(tensor, _INTEGRATION, axes=(0, 1, 2))
-    steepest = np.linalg.eigh(tensor)[1][..., -1]
-    uphill = np.sign((steepest * slopes).sum(axis=-1))
-    field = steepest * uphill[..., None]
+    sloping = slopes.any(axis=-1)
+    steepest = np.linalg.eigh(tensor[sloping])[1][..., -1]
+    field = np.zeros_like(slopes)
+    uphill = np.sign((steepest * slopes[sloping]).sum(axis=-1, keepdims=True))
+    field[sloping] = steepest * uphill
     return -np.sum([np.gradient(field[..., axis], axis=axis) for axis in range(3)], axis=0)
