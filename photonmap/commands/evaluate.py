@@ -231,8 +231,10 @@ def _notes(options: argparse.Namespace) -> list[str]:
 
 
 _PNG_NOTES = {
-    "srgb": "Predictions in PNG files were read as sRGB; --png linear reads them as linear.",
-    "linear": "Predictions in PNG files were read as linear; --png srgb reads them as sRGB.",
+    "srgb": "Predictions: PNG was read as sRGB (--png linear reads it as linear), EXR and NPZ as "
+    "linear, whatever their type.",
+    "linear": "Predictions: PNG was read as linear (--png srgb reads it as sRGB), and so were EXR "
+    "and NPZ, whatever their type.",
 }
 
 

@@ -98,7 +98,7 @@ def test_predictions_with_holes(known, in_tmp, capsys):
     out, err = capsys.readouterr()
     assert "net   " in out
     assert "3 of 6, 3 failed" in out
-    assert "PNG files were read as linear" in out
+    assert "PNG was read as linear (--png srgb reads it as sRGB)" in out
     assert "failed: net: scene-1-white: reflectance: the estimate is 30×24 in 3 bands" in err
     assert "failed: net: scene-2-white, scene-2-colored: net: there is no IMAGE/LAYER.png" in err
     scores = rows(in_tmp / "known-evaluation" / "scores.csv")
@@ -109,6 +109,19 @@ def test_predictions_with_holes(known, in_tmp, capsys):
     ]
     html = (in_tmp / "known-evaluation" / "report.html").read_text()
     assert "3 estimates are missing" in html
+
+
+def test_logarithms_are_no_prediction(known, in_tmp, capsys):
+    """Nor is the truth times −1, which a negative factor would bring to the truth."""
+    folder, layers = known
+    (in_tmp / "net").mkdir()
+    for name in layers:
+        reflectance = layers[name].reflectance[..., :3]
+        minus = -reflectance if name == "scene-1-white" else np.log(0.5 * reflectance)
+        np.savez(in_tmp / "net" / f"{name}.npz", reflectance=minus)
+    assert command(folder, "--predictions", "net", "--metrics", "lmse", "--draws", "0") == 2
+    message = "net: reflectance: the estimate is negative where the truth is brightest; give linear"
+    assert message in capsys.readouterr().err
 
 
 def test_layers_that_some_predictions_lack_are_counted(known, in_tmp, capsys):

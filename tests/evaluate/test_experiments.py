@@ -132,6 +132,8 @@ def test_disagreement_with_the_paper_is_said():
         {"mine": ([0.1] * 6, [0.1] * 6)}, papers_evaluation({}).kinds, list("abcdef")
     )
     assert "here for 0 of 1." in paper_table.paper_tables(flat)[0].findings[0]
+    half = evaluation_of({"mine": ([0.1] * 6, [np.nan] * 6)}, flat.kinds, list("abcdef"))
+    assert list(paper_table.paper_tables(half)[0].findings) == []
     unknown = [Kind("", "")] * 2
     nothing = evaluation_of({"m": ([1, 2], [3, 4])}, unknown, ["a", "b"])
     assert paper_table.paper_tables(nothing) == []

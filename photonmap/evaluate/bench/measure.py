@@ -42,7 +42,8 @@ def checked(estimate: Estimate, truth: Truth) -> dict[str, Floats]:
 
     Raises
     ------
-    InputError : it has no layer, or one of another size or with values that are not finite
+    InputError : it has no layer, or one of another size, with values that are not finite, or with
+        negative ones on the whole, which a factor below 0 would turn round
     """
     layers = {}
     for name in LAYERS:
@@ -60,7 +61,13 @@ def _checked_layer(layer: Floats, truth: Truth, name: str) -> Floats:
     true = true_layer(truth, name)
     if name in BOTH:
         pair = paired(true, layer, truth.mask)
-        return pair.estimate * least_squares_factor(pair.truth, pair.estimate)
+        factor = least_squares_factor(pair.truth, pair.estimate)
+        if factor < 0.0:
+            raise InputError(
+                "the estimate is negative where the truth is brightest; give linear values, not "
+                "logarithms"
+            )
+        return pair.estimate * factor
     if layer.ndim == 1:
         if layer.shape != true.shape[2:] or not np.isfinite(layer).all() or not layer.any():
             raise InputError(f"{layer} is no colour of light in {true.shape[2]} bands")

@@ -120,6 +120,8 @@ def _row(places: Sequence[tuple[str, Kind]], cells: Sequence[Cell]) -> Row:
 def _findings(means: dict[str, Row]) -> list[str]:
     """Return in which of the paper's observations our scores agree with it."""
     rows = {name: row for name, row in means.items() if len(row) == len(_PLACES)}
+    if not rows:
+        return []
     paper = [dict(zip(_PLACES, figures, strict=True)) for figures in _PAPER.values()]
     said = []
     for sentence, holds in _TRENDS:
