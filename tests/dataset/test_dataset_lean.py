@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from photonmap import dataset
+from photonmap.commands.main import main
+from photonmap.dataset.files import lean as lean_module
 from photonmap.dataset.files.image_files import BANDS_EXR
 from photonmap.dataset.files.lean import ERRORS, fits_half
 from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
@@ -96,11 +98,28 @@ def test_values_that_half_precision_cannot_hold_keep_single():
     assert fits_half("radiance", image)
     assert fits_half("radiance", 0.0 * image)
     assert fits_half("radiance.error", 0.01 * image)
+    assert fits_half("radiance.error", 1e-3 * image)
+    assert fits_half("residual", 1e-3 * image)
+    assert not fits_half("radiance.error", 1e-6 * image)
     assert not fits_half("radiance", 1e5 * image)
     assert not fits_half("radiance", 1e-3 * image)
     assert not fits_half("radiance", np.inf * image)
     assert not fits_half("depth", image[..., 0])
     assert not fits_half("object_id", image[..., 0].astype(np.uint32))
+
+
+def test_images_of_an_earlier_layout_are_verified(tmp_path, monkeypatch, capsys):
+    """Their errors were in single precision where they are small."""
+    preset = tmp_path / "one.toml"
+    preset.write_text('scenes = ["jug"]\nilluminations = ["white"]')
+    size = ["--size", "16x12", "--bands", "3", "--error", "0.5", "--format", "exr", "--quiet"]
+    with monkeypatch.context() as earlier:
+        earlier.setattr(lean_module, "_LEAST_REST", 1.0)
+        assert main(["dataset", str(tmp_path / "set"), "--preset", str(preset), *size]) == 0
+    [image] = dataset.open(tmp_path / "set")
+    assert "radiance.error" not in image.halves
+    assert main(["dataset", "verify", str(tmp_path / "set")]) == 0
+    assert "identical bit for bit" in capsys.readouterr().out
 
 
 def test_digests_tell_which_array_was_changed(pair, tmp_path):

@@ -27,10 +27,13 @@ _DROPPED = ("covariance", *DERIVED)
 """Buffers that lean files do not hold: they follow from others, or only merging needs them."""
 _OFTEN_ZERO = ("residual", "caustics")
 """Buffers that lean files do not hold where they are 0 everywhere."""
+_ERROR = ".error"
+"""Ending of the names of parts that hold standard errors."""
 _LARGEST = 6e4
 """Values above do not fit half precision."""
-_LEAST_MEAN = 6e-3
-"""Mean magnitude, of what is not 0, from which on rounding of the darkest values does not count."""
+_LEAST_MEAN, _LEAST_REST = 6e-3, 1e-5
+"""Mean magnitude, of what is not 0, from which on rounding of the darkest values does not count: of
+values, and of what is small beside them, their errors and residuals, where 0.3% of the mean may."""
 
 
 def fits_half(name: str, image: Array) -> bool:
@@ -38,7 +41,7 @@ def fits_half(name: str, image: Array) -> bool:
 
     Lengths, ids, masks and counts stay as they are, as do values out of half precision's range.
     """
-    row = row_of(name.removesuffix(".error"))
+    row, is_rest = row_of(name.removesuffix(_ERROR)), name.endswith(_ERROR) or name == "residual"
     if row is None or row.is_integer or row.quantity == "length" or image.dtype != np.float32:
         return False
     sizes = np.abs(image)
@@ -46,10 +49,13 @@ def fits_half(name: str, image: Array) -> bool:
     if not largest <= _LARGEST:
         return False
     lit = sizes[sizes > 0.0]
-    return not lit.size or float(lit.mean(dtype=np.float64)) >= _LEAST_MEAN
+    least = _LEAST_REST if is_rest else _LEAST_MEAN
+    return not lit.size or float(lit.mean(dtype=np.float64)) >= least
 
 
-def as_lean(result: Result, kept: Collection[str] | None = None) -> tuple[Result, list[str]]:
+def as_lean(
+    result: Result, kept: Collection[str] | None = None, like: Collection[str] | None = None
+) -> tuple[Result, list[str]]:
     """Return a result as lean files hold it, and the names of its parts in half precision.
 
     Its values are rounded as in the files. `restored` adds what was left out.
@@ -58,6 +64,7 @@ def as_lean(result: Result, kept: Collection[str] | None = None) -> tuple[Result
     ----------
     kept : names of the buffers to keep, with those of light groups; None for all but what follows
         from others
+    like : names of the parts in half precision; None for those that it can hold
     """
     alone = len(result.per_light) < 2
 
@@ -70,11 +77,12 @@ def as_lean(result: Result, kept: Collection[str] | None = None) -> tuple[Result
     buffers = {name: image for name, image in result.buffers.items() if keeps(name, image)}
     errors = {name: result.errors[name] for name in ERRORS if name in result.errors}
     halves = []
-    for images, ending in ((buffers, ""), (errors, ".error")):
+    for images, ending in ((buffers, ""), (errors, _ERROR)):
         for name, image in images.items():
-            if fits_half(name, image):
+            part = name + ending
+            if fits_half(part, image) if like is None else part in like:
                 images[name] = to_half(image)
-                halves.append(name + ending)
+                halves.append(part)
     return Result(buffers, errors, result.bands, result.record), halves
 
 

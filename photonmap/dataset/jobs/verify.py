@@ -157,7 +157,7 @@ def _render_again(image: Image, log: Log, find: Find) -> Iterator[str]:
         yield f"would be rendered from other input now: {changed}"
         return
     again = held_in(again, image.chosen)
-    pairs = (again if is_full(image) else as_lean(again)[0]).arrays
+    pairs = (again if is_full(image) else as_lean(again, like=image.halves)[0]).arrays
     there = before.arrays
     differ = [n for n in pairs if n not in there or not np.array_equal(pairs[n], there[n])]
     if differ:
