@@ -1,4 +1,4 @@
-"""Write photonmap/data/metals.csv: reflectances of metals from measured indices of refraction.
+"""Write photonmap/data/metals.csv: measured indices of refraction of metals.
 
     python tools/make_metals.py FOLDER
 
@@ -41,8 +41,8 @@ def main(folder: Path) -> None:
     columns = {"wavelength": grid}
     for name, author in MEASUREMENTS.items():
         wavelength, n, k = indices(folder / f"database/data-nk/main/{name}/{author}.yml").T
-        index = np.interp(grid, wavelength, n) + 1j * np.interp(grid, wavelength, k)
-        columns[name] = np.round(np.abs((index - 1.0) / (index + 1.0)) ** 2, DIGITS)
+        columns[f"{name} n"] = np.round(np.interp(grid, wavelength, n), DIGITS)
+        columns[f"{name} k"] = np.round(np.interp(grid, wavelength, k), DIGITS)
     rows = zip(*columns.values(), strict=True)
     lines = [",".join(columns), *(",".join(f"{value:g}" for value in row) for row in rows)]
     SHIPPED.write_text("\n".join(lines) + "\n")

@@ -48,8 +48,8 @@ def _lobe_of(coats, material):
 
 @jit
 def _albedo(lobe, multiple, terms):
-    """Return what a coat reflects, of its albedos at Fresnel terms 1 and (1 - cos)⁵."""
-    return glossy.lobe_albedo(terms[0], terms[1], lobe.f0, multiple)
+    """Return what a coat reflects, of its albedos of three Fresnel terms."""
+    return glossy.lobe_albedo(terms, lobe.f0, 0.0, multiple)
 
 
 @jit
@@ -86,9 +86,9 @@ def cover_at(scattering, base, weight, wi, wo, n):
         return UNCOVERED
     coats = scattering.coats
     lobe = _lobe_of(coats, base.material)
-    found = glossy.between(scattering, None, None, lobe, wi, wo, n)
-    multiple = glossy.multiple_fresnel(lobe.f0, found.mean[0])
-    own = glossy.reflected(found, lobe.f0, multiple)
+    found = glossy.between(scattering, None, None, None, lobe, wi, wo, n)
+    multiple = glossy.multiple_fresnel(lobe.f0, 0.0, found.mean[0])
+    own = glossy.reflected(found, lobe.f0, 0.0, multiple)
     at_i, at_o = _albedo(lobe, multiple, found.incoming), _albedo(lobe, multiple, found.outgoing)
     mean, share = _albedo(lobe, multiple, found.mean), _metallic_share(coats, base)
     back = mean + share * (math.sqrt(at_i * at_o) - mean)

@@ -1,10 +1,10 @@
 """Glossy surfaces: a GGX lobe over a diffuse base, which it covers like a coat.
 
 The lobe is Trowbridge and Reitz' distribution with Smith's height-correlated masking, Schlick's
-Fresnel reflectance, and what is scattered several times between microfacets (C. Kulla and A. Conty,
-"Revisiting physically based shading at Imageworks", SIGGRAPH 2017 course). The base gets what the
-lobe does not reflect, each time light passes it, so that a white base reflects all light whatever
-covers it. The BSDF is reciprocal.
+Fresnel reflectance, of metals less a dip (see `core.fresnel`), and what is scattered several times
+between microfacets (C. Kulla and A. Conty, "Revisiting physically based shading at Imageworks",
+SIGGRAPH 2017 course). The base gets what the lobe does not reflect, each time light passes it, so
+that a white base reflects all light whatever covers it. The BSDF is reciprocal.
 
 `parameters` are α, and the means over bands of the reflectance at normal incidence and of the
 base's albedo, by which one of the two is chosen for a sample. Where textures give them, they are
@@ -21,11 +21,14 @@ from photonmap.kernels.bsdf import facets
 from photonmap.kernels.bsdf.cover import covered
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import mix
+from photonmap.kernels.core.fresnel import dip_term
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.geometry.texture import coordinates, look_up, look_up_number
 
 SCHLICK_MEAN = 1.0 / 21.0
 """Cosine-weighted mean of (1 - cos)⁵."""
+DIP_MEAN = 1.0 / 126.0
+"""Likewise of cos (1 - cos)⁶."""
 TINY = 1e-12
 
 
@@ -62,10 +65,12 @@ class Reflection(NamedTuple):
     """what facets reflect once, per steradian, for a reflectance of 1"""
     schlick: float
     """(1 - cos)⁵ at the facets"""
+    dip: float
+    """cos (1 - cos)⁶ at the facets"""
     missing: float
     """what is reflected several times, likewise"""
     incoming: tuple
-    """albedos of light from wi, at Fresnel terms 1 and (1 - cos)⁵"""
+    """albedos of light from wi, at Fresnel terms 1, (1 - cos)⁵ and cos (1 - cos)⁶"""
     outgoing: tuple
     """likewise from wo"""
     mean: tuple
@@ -134,7 +139,7 @@ def interpolate(table, cosine):
 
 @jit
 def look_up_albedo(albedos, maps, anisotropy, lobe, term, cosine, share):
-    """Return the albedo of a Fresnel term, 0: 1, 1: (1 - cos)⁵, of light from an angle."""
+    """Return the albedo of a Fresnel term of `Scattering.albedos`, of light from an angle."""
     value = interpolate(albedos[lobe.row, term], cosine)
     if maps is None:
         return _of_azimuth(albedos, maps, anisotropy, lobe, term, cosine, share, value)
@@ -178,20 +183,40 @@ def mean_albedo(albedos, maps, lobe, term):
 
 
 @jit
-def multiple_fresnel(f0, mean):
+def dip_of(dips, lobe, band):
+    """Return the dip in one band."""
+    return 0.0 if dips is None else float(dips[lobe.material, band])
+
+
+@jit
+def _dip_albedos(scattering, dips, maps, uneven, lobe, way):
+    """Return the albedo of the third Fresnel term of light from an angle and azimuth: `way`."""
+    if dips is None:
+        return 0.0
+    return look_up_albedo(scattering.albedos, maps, uneven, lobe, 2, way[0], way[1])
+
+
+@jit
+def _mean_dip(scattering, dips, maps, lobe):
+    return 0.0 if dips is None else mean_albedo(scattering.albedos, maps, lobe, 2)
+
+
+@jit
+def multiple_fresnel(f0, dip, mean):
     """Return the Fresnel term of what is scattered several times; `mean` is that of term 1."""
-    fresnel = f0 + (1.0 - f0) * SCHLICK_MEAN
+    fresnel = f0 + (1.0 - f0) * SCHLICK_MEAN - dip * DIP_MEAN
     return fresnel * fresnel * mean / (1.0 - fresnel * (1.0 - mean))
 
 
 @jit
-def lobe_albedo(single, grazing, f0, multiple):
-    """Return what the lobe reflects in all, of the albedos at Fresnel terms 1 and (1 - cos)⁵."""
-    return f0 * (single - grazing) + grazing + (1.0 - single) * multiple
+def lobe_albedo(terms, f0, dip, multiple):
+    """Return what the lobe reflects in all, of the albedos of its three Fresnel terms."""
+    single, grazing, dipped = terms
+    return f0 * (single - grazing) + grazing - dip * dipped + (1.0 - single) * multiple
 
 
 @jit
-def between(scattering, maps, uneven, lobe, wi, wo, n):
+def between(scattering, dips, maps, uneven, lobe, wi, wo, n):
     """Return what a lobe does between two directions above the surface, whatever its colour."""
     cos_i, cos_o = vec.dot(wi, n), vec.dot(wo, n)
     albedos = scattering.albedos
@@ -200,21 +225,25 @@ def between(scattering, maps, uneven, lobe, wi, wo, n):
     masking = 1.0 + facets.masking(uneven, lobe, cos_i, at_i)
     masking += facets.masking(uneven, lobe, cos_o, at_o)
     once = facets.distribution(uneven, lobe, h, n) / (4.0 * cos_i * cos_o * masking)
-    schlick = (1.0 - min(vec.dot(wo, h), 1.0)) ** 5
+    schlick, dip = (1.0 - min(vec.dot(wo, h), 1.0)) ** 5, dip_term(vec.dot(wo, h))
     single_i = look_up_albedo(albedos, maps, uneven, lobe, 0, cos_i, at_i)
     single_o = look_up_albedo(albedos, maps, uneven, lobe, 0, cos_o, at_o)
     grazing_i = look_up_albedo(albedos, maps, uneven, lobe, 1, cos_i, at_i)
     grazing_o = look_up_albedo(albedos, maps, uneven, lobe, 1, cos_o, at_o)
     mean, mean_grazing = mean_albedo(albedos, maps, lobe, 0), mean_albedo(albedos, maps, lobe, 1)
     missing = (1.0 - single_i) * (1.0 - single_o) / max(1.0 - mean, TINY) * warp.INV_PI
-    incoming, outgoing = (single_i, grazing_i), (single_o, grazing_o)
-    return Reflection(once, schlick, missing, incoming, outgoing, (mean, mean_grazing))
+    dip_i = _dip_albedos(scattering, dips, maps, uneven, lobe, (cos_i, at_i))
+    dip_o = _dip_albedos(scattering, dips, maps, uneven, lobe, (cos_o, at_o))
+    incoming, outgoing = (single_i, grazing_i, dip_i), (single_o, grazing_o, dip_o)
+    means = mean, mean_grazing, _mean_dip(scattering, dips, maps, lobe)
+    return Reflection(once, schlick, dip, missing, incoming, outgoing, means)
 
 
 @jit
-def reflected(found, f0, multiple):
+def reflected(found, f0, dip, multiple):
     """Return what a lobe alone reflects between two directions (per steradian)."""
-    return (f0 + (1.0 - f0) * found.schlick) * found.once + multiple * found.missing
+    once = f0 + (1.0 - f0) * found.schlick - dip * found.dip
+    return once * found.once + multiple * found.missing
 
 
 @jit
@@ -226,30 +255,32 @@ def evaluate(scattering, maps, lobe, wi, wo, n, cover, values):
     if vec.dot(wi, n) <= 0.0 or vec.dot(wo, n) <= 0.0:
         values[:] = 0.0
         return
-    found = between(scattering, maps, scattering.anisotropy, lobe, wi, wo, n)
+    dips = scattering.dip
+    found = between(scattering, dips, maps, scattering.anisotropy, lobe, wi, wo, n)
     at_i, at_o, means = found.incoming, found.outgoing, found.mean
     for band in range(len(values)):
         f0, rho = normal_reflectance(scattering, maps, lobe, band), float(values[band])
-        multiple = multiple_fresnel(f0, means[0])
-        through = 1.0 - lobe_albedo(at_i[0], at_i[1], f0, multiple)
-        through *= 1.0 - lobe_albedo(at_o[0], at_o[1], f0, multiple)
-        back = lobe_albedo(means[0], means[1], f0, multiple)
+        dip = dip_of(dips, lobe, band)
+        multiple = multiple_fresnel(f0, dip, means[0])
+        through = 1.0 - lobe_albedo(at_i, f0, dip, multiple)
+        through *= 1.0 - lobe_albedo(at_o, f0, dip, multiple)
+        back = lobe_albedo(means, f0, dip, multiple)
         base = rho * through * warp.INV_PI / max(1.0 - rho * back, TINY)
-        values[band] = covered(cover, f0, rho, reflected(found, f0, multiple) + base)
+        values[band] = covered(cover, f0, rho, reflected(found, f0, dip, multiple) + base)
 
 
 @jit
 def _lobe_probability(scattering, maps, lobe, cosine, share):
-    """Return with which probability a sample is drawn by visible normals."""
+    """Return with which probability a sample is drawn by visible normals, whatever the dip."""
     albedos, f0, rho = scattering.albedos, lobe.f0, lobe.base
     mean, mean_grazing = mean_albedo(albedos, maps, lobe, 0), mean_albedo(albedos, maps, lobe, 1)
-    multiple = multiple_fresnel(f0, mean)
-    back = lobe_albedo(mean, mean_grazing, f0, multiple)
+    multiple = multiple_fresnel(f0, 0.0, mean)
+    back = lobe_albedo((mean, mean_grazing, 0.0), f0, 0.0, multiple)
     uneven = scattering.anisotropy
     single = look_up_albedo(albedos, maps, uneven, lobe, 0, cosine, share)
     grazing = look_up_albedo(albedos, maps, uneven, lobe, 1, cosine, share)
     once = f0 * (single - grazing) + grazing
-    whole = lobe_albedo(single, grazing, f0, multiple)
+    whole = lobe_albedo((single, grazing, 0.0), f0, 0.0, multiple)
     base = rho * (1.0 - whole) * (1.0 - back) / max(1.0 - rho * back, TINY)
     return once / max(whole + base, TINY)
 

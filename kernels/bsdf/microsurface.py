@@ -3,7 +3,8 @@
 A walk from facet to facet, on one side of the surface or the other, until it gets away (E. Heitz,
 J. Hanika, E. d'Eon and C. Dachsbacher, "Multiple-scattering microfacet BSDFs with the Smith model",
 2016): no light is lost, however often it is scattered. The facets are Trowbridge and Reitz', chosen
-among those that the light sees; metal reflects there by Schlick's formula, glass by Fresnel's.
+among those that the light sees; metal reflects there by Schlick's formula less a dip (see
+`core.fresnel`), glass by Fresnel's equations.
 
 All directions are unit vectors in the frame whose third axis is the normal: wi to where the light
 comes from, above the surface, and wo to where it goes, above or below. `eta` is the index of the
@@ -17,7 +18,7 @@ import math
 
 from photonmap.kernels.bsdf.facets import visible_normal
 from photonmap.kernels.core import vec
-from photonmap.kernels.core.fresnel import fresnel, mirrored, refracted
+from photonmap.kernels.core.fresnel import dip_term, fresnel, mirrored, refracted
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.rng import draw, draw_three
 from photonmap.kernels.core.warp import INV_PI, power_heuristic
@@ -101,12 +102,15 @@ def radiance_factor(eta):
 
 
 @jit
-def _schlick(f0, cosine, band):
-    return f0[band] + (1.0 - f0[band]) * (1.0 - min(cosine, 1.0)) ** 5
+def _metallic(f0, dip, cosine, band):
+    value = f0[band] + (1.0 - f0[band]) * (1.0 - min(cosine, 1.0)) ** 5
+    if dip is None:
+        return value
+    return value - dip[band] * dip_term(cosine)
 
 
 @jit
-def _scatter_at_facet(alpha, eta, f0, w, numbers, throughput):
+def _scatter_at_facet(alpha, eta, metal, w, numbers, throughput):
     """Scatter light along w at a facet; return (direction, whether it is transmitted).
 
     `throughput`, (N,), is multiplied by what metal reflects. Of the uniform `numbers`, the first
@@ -117,7 +121,7 @@ def _scatter_at_facet(alpha, eta, f0, w, numbers, throughput):
     cosine = -vec.dot(w, h)
     if eta == METAL:
         for band in range(len(throughput)):
-            throughput[band] *= _schlick(f0, cosine, band)
+            throughput[band] *= _metallic(metal[0], metal[1], cosine, band)
         return vec.normalize(mirrored(w, h)), False
     reflects = xi < _reflectance(eta, cosine)
     if reflects or eta < 0.0:
@@ -126,11 +130,12 @@ def _scatter_at_facet(alpha, eta, f0, w, numbers, throughput):
 
 
 @outlined
-def scatter(alpha, eta, f0, wi, numbers, state, throughput):
+def scatter(alpha, eta, metal, wi, numbers, state, throughput):
     """Scatter light that comes from wi; return (wo, whether it is transmitted, state).
 
-    `throughput`, (N,), is multiplied by what metal of reflectance `f0`, (N,), reflects. The three
-    uniform `numbers` are those of the first facet, `state` gives the rest.
+    `throughput`, (N,), is multiplied by what `metal` reflects: (reflectance at normal incidence,
+    dip), each (N,), the latter None where there is none. The three uniform `numbers` are those of
+    the first facet, `state` gives the rest.
     """
     w, height, crossed = vec.scale(wi, -1.0), 1.0, False
     for _ in range(LONGEST_WALK):
@@ -138,7 +143,7 @@ def scatter(alpha, eta, f0, wi, numbers, state, throughput):
         height = _next_height(alpha, w, height, u)
         if height > 1.0:
             break
-        w, through = _scatter_at_facet(alpha, eta, f0, w, numbers, throughput)
+        w, through = _scatter_at_facet(alpha, eta, metal, w, numbers, throughput)
         numbers, state = draw_three(state)
         if through:
             crossed = not crossed
@@ -212,9 +217,9 @@ def typical_pdf(alpha, eta, wi, wo):
 
 
 @jit
-def _add(values, weights, density, eta, f0, cosine):
+def _add(values, weights, density, eta, metal, cosine):
     for band in range(len(values)):
-        reflectance = _schlick(f0, cosine, band) if eta == METAL else 1.0
+        reflectance = _metallic(metal[0], metal[1], cosine, band) if eta == METAL else 1.0
         values[band] += density * reflectance * weights[band]
 
 
@@ -246,7 +251,7 @@ def _weigh_ends(alpha, eta, first, last):
 
 
 @outlined
-def evaluate(alpha, eta, f0, pair, state, weights, values):
+def evaluate(alpha, eta, metal, pair, state, weights, values):
     """Fill values, (N,), with the density of wo (per steradian); `pair` is (wi, wo).
 
     Its mean is exact: after one facet by `single`, after more by a walk from one of the two, each
@@ -256,7 +261,7 @@ def evaluate(alpha, eta, f0, pair, state, weights, values):
     values[:] = 0.0
     weights[:] = 1.0
     density, cosine = single(alpha, eta, pair[0], pair[1])
-    _add(values, weights, density, eta, f0, cosine)
+    _add(values, weights, density, eta, metal, cosine)
     wi, wo, factor, state = _choose_end(eta, pair, state)
     w, height, first = vec.scale(wi, -1.0), 1.0, wi
     for order in range(LONGEST_WALK):
@@ -272,9 +277,9 @@ def evaluate(alpha, eta, f0, pair, state, weights, values):
             away = wo if wo[2] > 0.0 else _upside_down(wo)
             density *= _exit(alpha, away, height if above else 1.0 - height)
             density *= factor * _weigh_ends(alpha, eta, first, h)
-            _add(values, weights, density, eta, f0, vec.dot(back, h))
+            _add(values, weights, density, eta, metal, vec.dot(back, h))
         numbers, state = draw_three(state)
-        w, through = _scatter_at_facet(alpha, eta, f0, w, numbers, weights)
+        w, through = _scatter_at_facet(alpha, eta, metal, w, numbers, weights)
         if order == 0:
             first = vec.normalize(vec.add(wi, w))
         if through:

@@ -156,6 +156,14 @@ def _on_side(out, direction, ng):
 
 
 @jit
+def metal_of(specular, dip, material):
+    """Return what a METAL reflects, as `microsurface.scatter` takes it."""
+    if dip is None:
+        return specular.mirror[material], None
+    return specular.mirror[material], dip[material]
+
+
+@jit
 def _scatter_rough(specular, alpha, material, arrival, numbers, carries_flux, throughput):
     """Scatter light at a rough surface; return (whether it is one, transmitted or not, direction).
 
@@ -172,8 +180,9 @@ def _scatter_rough(specular, alpha, material, arrival, numbers, carries_flux, th
     eta = index_ratio(specular, material, arrival, column)
     wi = vec.to_frame(vec.scale(direction, -1.0), n)
     state = stream(np.uint64(xi * BITS), np.uint64(u * BITS), np.uint64(v * BITS))
+    metal = metal_of(specular, specular.dip, material)
     wo, crossed, state = microsurface.scatter(
-        alpha[material], eta, specular.mirror[material], wi, (own, u, v), state, throughput
+        alpha[material], eta, metal, wi, (own, u, v), state, throughput
     )
     if crossed:
         factor = 1.0 if carries_flux else microsurface.radiance_factor(eta)

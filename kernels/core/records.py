@@ -201,6 +201,8 @@ class Specular(NamedTuple):
     `bsdf.microsurface`; None where all are smooth"""
     media: Media | None
     """None where glass is clear, and lies in air"""
+    dip: np.ndarray | None
+    """(M, N) float32, of a METAL, as `Scattering.dip`; None where none has one"""
 
 
 @by_reference
@@ -239,16 +241,19 @@ class Scattering(NamedTuple):
     specular: np.ndarray
     """(M, N) float32, reflectances of glossy surfaces at normal incidence"""
     albedos: np.ndarray
-    """(R, 2, K) float64, what glossy lobes of Fresnel terms 1 and (1 - cos)⁵ reflect of light from
-    K - 1 angles, and the cosine-weighted mean over all: of each material, 0 for other models; then,
-    where lobes are textured, of lobes of even steps of roughness; then of those that differ along
-    a surface, by azimuth"""
+    """(R, 3, K) float64, what glossy lobes of Fresnel terms 1, (1 - cos)⁵ and cos (1 - cos)⁶
+    reflect of light from K - 1 angles, and the cosine-weighted mean over all: of each material, 0
+    for other models; then, where lobes are textured, of lobes of even steps of roughness; then of
+    those that differ along a surface, by azimuth"""
     maps: LobeMaps | None
     """None where no lobe is textured"""
     anisotropy: Anisotropy | None
     """None where no lobe differs along a surface"""
     coats: Coats | None
     """None where no surface has a clear coat"""
+    dip: np.ndarray | None
+    """(M, N) float32, by how many times cos (1 - cos)⁶ metals reflect less than Schlick's formula
+    says, see `core.fresnel`; None where none does"""
 
 
 @by_reference

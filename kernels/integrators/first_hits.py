@@ -53,7 +53,8 @@ def look_up_lobes(scene, scattering, maps, triangles, barycentrics, base, specul
     """Fill what first hits reflect where textures give their glossy lobes: one row a hit.
 
     Diffuse albedos and reflectances at normal incidence (P, N); α, and the mean albedos of the
-    lobe at Fresnel terms 1 and (1 - cos)⁵, (P, 3). Rows of other surfaces stay as they are.
+    lobe at the Fresnel terms of `Scattering.albedos`, (P, 4). Rows of other surfaces stay as they
+    are.
     """
     geometry = scene.geometry
     for pixel in range(len(triangles)):
@@ -66,7 +67,7 @@ def look_up_lobes(scene, scattering, maps, triangles, barycentrics, base, specul
         color = look_up_material(geometry, scene.textures, hit)
         lobe = glossy.lobe_at(geometry, scattering, maps, hit)
         lobes[pixel, 0] = lobe.alpha
-        for term in range(2):
+        for term in range(3):
             lobes[pixel, 1 + term] = glossy.mean_albedo(scattering.albedos, maps, lobe, term)
         for band in range(base.shape[1]):
             base[pixel, band] = albedo(scene.materials, scene.textures, color, band)

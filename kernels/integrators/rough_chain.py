@@ -11,7 +11,7 @@ import numpy as np
 
 from photonmap.kernels.bsdf import microsurface
 from photonmap.kernels.bsdf.dispersion import choose_index, column_of, index_ratio, keep_index
-from photonmap.kernels.bsdf.specular import arrive_at, is_folded
+from photonmap.kernels.bsdf.specular import arrive_at, is_folded, metal_of
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.passes import SurfaceInteraction
@@ -72,10 +72,8 @@ def _walk_pdf(specular, alpha, material, arrival, column, direction):
 def _respond(specular, alpha, material, arrival, column, direction, state, scratch):
     """Fill `scratch.response` with the density of a direction, times what crossing it costs."""
     response, eta = scratch.response, index_ratio(specular, material, arrival, column)
-    pair = _local(arrival, direction)
-    state = microsurface.evaluate(
-        alpha[material], eta, specular.mirror[material], pair, state, scratch.walk, response
-    )
+    pair, metal = _local(arrival, direction), metal_of(specular, specular.dip, material)
+    state = microsurface.evaluate(alpha[material], eta, metal, pair, state, scratch.walk, response)
     if pair[1][2] < 0.0:
         factor = np.float32(microsurface.radiance_factor(eta))
         for band in range(len(response)):

@@ -166,7 +166,7 @@ def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> Specular |
         count = len(compiled.materials.reflectance)
         none = np.zeros_like(compiled.materials.reflectance)
         kind = np.zeros(count, np.uint8)
-        return Specular(kind, none, np.zeros(count), none.copy(), np.zeros(count), None, None)
+        return Specular(kind, none, np.zeros(count), none.copy(), np.zeros(count), None, None, None)
     by_kind = {GLASS: plan.on("transmission"), MIRROR: plan.on("specular")}
     kept = np.array([by_kind.get(kind, True) for kind in specular.kind.tolist()])
     kept = np.where(compiled.is_thin, plan.on("transmission"), kept)

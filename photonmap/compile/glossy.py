@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.kernels.bsdf.glossy import SCHLICK_MEAN
+from photonmap.kernels.bsdf.glossy import DIP_MEAN, SCHLICK_MEAN
 
 Floats = NDArray[np.float64]
 Values = Any
@@ -27,7 +27,7 @@ SMALLEST_COSINE = 1e-4
 
 
 def lobe_albedos(alpha: float) -> NDArray[np.float64]:
-    """Return what a GGX lobe reflects, (2, NODES + 1), with Fresnel terms 1 and (1 - cos)⁵.
+    """Return what a GGX lobe reflects, (3, NODES + 1), by `Scattering.albedos`' Fresnel terms.
 
     Of light from each angle, and last the cosine-weighted mean over all angles; by quadrature over
     visible normals (Dupuy and Benyoub 2023).
@@ -37,7 +37,7 @@ def lobe_albedos(alpha: float) -> NDArray[np.float64]:
 
 @cache
 def azimuth_albedos(along: float, across: float, grid: int = GRID) -> NDArray[np.float64]:
-    """Return `lobe_albedos` by azimuth, (1 + AZIMUTHS, 2, NODES + 1), the first of all together.
+    """Return `lobe_albedos` by azimuth, (1 + AZIMUTHS, 3, NODES + 1), the first of all together.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def _albedos_at(along: float, across: float, share: float, grid: int) -> NDArray
 
 @cache
 def stepped_albedos(least: float) -> NDArray[np.float64]:
-    """Return `lobe_albedos` for even steps of roughness from 0 to 1, (STEPS, 2, NODES + 1).
+    """Return `lobe_albedos` for even steps of roughness from 0 to 1, (STEPS, 3, NODES + 1).
 
     Parameters
     ----------
@@ -74,21 +74,25 @@ def stepped_albedos(least: float) -> NDArray[np.float64]:
     return np.array([lobe_albedos(max(value * value, least)) for value in roughness.tolist()])
 
 
-def mean_albedo(f0: NDArray[np.floating], albedos: NDArray[np.float64]) -> NDArray[np.float64]:
+def mean_albedo(
+    f0: NDArray[np.floating], albedos: NDArray[np.float64], dip: Values = 0.0
+) -> NDArray[np.float64]:
     """Return what glossy surfaces reflect of light from all around, (M, N).
 
     Parameters
     ----------
     f0 : (M, N) reflectances at normal incidence
-    albedos : (M, 2), what the lobe reflects with Fresnel terms 1 and (1 - cos)⁵, likewise
+    albedos : (M, 3), what the lobe reflects with the terms of `Scattering.albedos`, likewise
+    dip : (M, N), of metals
     """
-    single, grazing = albedos[:, :1], albedos[:, 1:]
-    return lobe_albedo(single, grazing, f0, multiple_fresnel(f0, single))
+    single, grazing, dipped = (albedos[:, term : term + 1] for term in range(3))
+    several = multiple_fresnel(f0, single, dip)
+    return lobe_albedo(single, grazing, f0, several) - dip * dipped
 
 
-def multiple_fresnel(f0: Values, mean: Values) -> Values:
+def multiple_fresnel(f0: Values, mean: Values, dip: Values = 0.0) -> Values:
     """Return the Fresnel term of what is scattered several times; `mean` is that of term 1."""
-    fresnel = f0 + (1.0 - f0) * SCHLICK_MEAN
+    fresnel = f0 + (1.0 - f0) * SCHLICK_MEAN - dip * DIP_MEAN
     return fresnel**2 * mean / (1.0 - fresnel * (1.0 - mean))
 
 
@@ -99,10 +103,13 @@ def lobe_albedo(single: Values, grazing: Values, f0: Values, multiple: Values) -
 
 def _albedos(
     along: float, across: float, share: float, cosine: float, grid: int
-) -> tuple[float, float]:
+) -> tuple[float, ...]:
     """Return the mean of G2 / G1 over visible normals, times each Fresnel term."""
     weight, beside, _ = reflections(along, across, share, cosine, grid)
-    return float(weight.mean()), float((weight * (1.0 - np.minimum(beside, 1.0)) ** 5).mean())
+    missing = 1.0 - np.minimum(beside, 1.0)
+    grazing = weight * missing**5
+    terms = weight, grazing, grazing * missing * (1.0 - missing)
+    return tuple(float(term.mean()) for term in terms)
 
 
 def reflections(

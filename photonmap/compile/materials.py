@@ -16,6 +16,7 @@ from photonmap.scene.material import LEAST_ALPHA, Material, check_material
 from photonmap.scene.textures import Paint, Texture, mean_color
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
+from photonmap.spectra.metals import dip_between
 
 Floats = NDArray[np.float64]
 
@@ -60,13 +61,15 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
     _check_lobes(materials)
     _check_even(materials)
     panes = _compile_panes(materials, mirror, tint)
+    dip = _compile_dips(materials, glossy, bands)
     narrow = np.array([material.is_narrow_metal for material in materials])
     mirror[narrow], glossy[narrow] = glossy[narrow], 0.0
+    walks, lobes = (_rows_of(dip, kept) for kept in (narrow, ~narrow))
     divisors = _bound(materials, reflectance, mirror)
     return CompiledMaterials(
         records.Materials(reflectance.astype(np.float32)),
-        _compile_specular(materials, reflectance, mirror, tint, ior),
-        _compile_scattering(materials, reflectance, glossy),
+        _compile_specular(materials, reflectance, mirror, tint, ior, walks),
+        _compile_scattering(materials, reflectance, glossy, lobes),
         panes,
         divisors,
     )
@@ -89,11 +92,15 @@ def _check_lobes(materials: list[Material]) -> None:
 
 
 def _check_even(materials: list[Material]) -> None:
-    """Refuse textures of roughness on glass, and on what is anisotropic."""
+    """Refuse textures of roughness on glass and what is anisotropic, of glossy beside its edge."""
     for material in materials:
         if material.is_anisotropic and isinstance(material.roughness, Texture):
             raise InputError(
                 f"material {material.name!r} is anisotropic; give it one roughness, not a texture"
+            )
+        if material.edge is not None and isinstance(material.glossy, Texture):
+            raise InputError(
+                f"material {material.name!r} has a glossy_edge; give it one glossy, not a texture"
             )
         if material.ior is not None and isinstance(material.roughness, Texture):
             raise InputError(
@@ -124,8 +131,29 @@ def _compile_panes(materials: list[Material], mirror: Floats, tint: Floats) -> r
     return records.Panes(ior, clear)
 
 
+def _compile_dips(materials: list[Material], glossy: Floats, bands: Bands) -> Floats:
+    """Return by how much glossy surfaces reflect less than Schlick's formula says, (M, N)."""
+    edges = [material.edge if material.is_glossy else None for material in materials]
+    dip = np.zeros_like(glossy)
+    for row, (material, edge) in enumerate(zip(materials, edges, strict=True)):
+        if edge is not None:
+            dip[row] = dip_between(glossy[row], _part(material, "glossy_edge", edge, bands))
+    return dip
+
+
+def _rows_of(dip: Floats, kept: NDArray[np.bool_]) -> NDArray[np.float32] | None:
+    """Return the dips of some materials, 0 of others; None where all are 0."""
+    chosen = np.where(kept[:, None], dip, 0.0).astype(np.float32)
+    return chosen if chosen.any() else None
+
+
 def _compile_specular(
-    materials: list[Material], reflectance: Floats, mirror: Floats, tint: Floats, ior: Floats
+    materials: list[Material],
+    reflectance: Floats,
+    mirror: Floats,
+    tint: Floats,
+    ior: Floats,
+    dip: NDArray[np.float32] | None,
 ) -> records.Specular | None:
     """Return the specular lobes; None where there is none."""
     alpha = np.array([material.chain_alpha for material in materials])
@@ -150,11 +178,15 @@ def _compile_specular(
         probability,
         alpha if alpha.any() else None,
         None,
+        dip,
     )
 
 
 def _compile_scattering(
-    materials: list[Material], reflectance: Floats, glossy: Floats
+    materials: list[Material],
+    reflectance: Floats,
+    glossy: Floats,
+    dip: NDArray[np.float32] | None,
 ) -> records.Scattering | None:
     """Return which BSDFs are not Lambertian; None where there is none."""
     described = [material.scattering for material in materials]
@@ -167,7 +199,7 @@ def _compile_scattering(
             name, values = scattering
             model[index] = MODELS[name]
             parameters[index, : len(values)] = values
-    albedos = np.zeros((len(materials), 2, NODES + 1))
+    albedos = np.zeros((len(materials), 3, NODES + 1))
     for index, material in enumerate(materials):
         if model[index] == GLOSSY:
             albedos[index] = lobe_albedos(parameters[index, 0])
@@ -178,7 +210,7 @@ def _compile_scattering(
     elif any(m.has_textured_lobe or isinstance(m.coat, Texture) for m in materials):
         albedos = np.concatenate([albedos, albedos[:1]])  # a next row for all
     specular = glossy.astype(np.float32)
-    return records.Scattering(model, parameters, specular, albedos, None, None, None)
+    return records.Scattering(model, parameters, specular, albedos, None, None, None, dip)
 
 
 def _part(material: Material, name: str, color: Paint, bands: Bands) -> Floats:

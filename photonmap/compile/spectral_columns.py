@@ -112,6 +112,7 @@ def carry(compiled: CompiledScene, columns: SpectralColumns) -> CompiledScene:
         lobes = scattering.maps
         scattering = scattering._replace(
             specular=tile(scattering.specular),
+            dip=None if scattering.dip is None else tile(scattering.dip),
             maps=None if lobes is None else lobes._replace(basis=tile(lobes.basis)),
         )
     if textures is not None:
@@ -120,7 +121,11 @@ def carry(compiled: CompiledScene, columns: SpectralColumns) -> CompiledScene:
             palettes = palettes._replace(spectra=tile(palettes.spectra))
         textures = textures._replace(basis=tile(textures.basis), palettes=palettes)
     if specular is not None:
-        specular = specular._replace(mirror=tile(specular.mirror), tint=tile(specular.tint))
+        specular = specular._replace(
+            mirror=tile(specular.mirror),
+            tint=tile(specular.tint),
+            dip=None if specular.dip is None else tile(specular.dip),
+        )
         if specular.media is not None:
             specular = specular._replace(media=carrier.carry_media(specular.media))
     return replace(
@@ -199,6 +204,8 @@ def _tables(compiled: CompiledScene) -> list[Array]:
         tables.append(compiled.lights.environment.basis)
     if compiled.specular is not None:
         tables += [compiled.specular.mirror, compiled.specular.tint]
+        if compiled.specular.dip is not None:
+            tables.append(compiled.specular.dip)
         media = compiled.specular.media
         if media is not None and media.absorption is not None:
             tables.append(media.absorption)
@@ -207,6 +214,8 @@ def _tables(compiled: CompiledScene) -> list[Array]:
             tables.append(steps.reshape(-1, steps.shape[2]))
     if compiled.scattering is not None:
         tables.append(compiled.scattering.specular)
+        if compiled.scattering.dip is not None:
+            tables.append(compiled.scattering.dip)
         if compiled.scattering.maps is not None:
             tables.append(compiled.scattering.maps.basis)
     if compiled.textures is not None:

@@ -81,7 +81,9 @@ class Surfaces(NamedTuple):
     glossy: Array
     """(R, N) reflectance of the glossy lobe at normal incidence"""
     lobes: Array
-    """(R, 3) its α, and its mean albedos at Fresnel terms 1 and (1 - cos)⁵"""
+    """(R, 4) its α, and its mean albedos at the Fresnel terms of `Scattering.albedos`"""
+    dip: Array
+    """(R, N) by which metals among them reflect less, 0 for others: see `kernels.core.fresnel`"""
     specular: Specular | None
     """(R, …)"""
     is_thin: Array
@@ -248,7 +250,9 @@ def _diffuse_fraction(surfaces: Surfaces) -> Array:
     base, specular = surfaces.reflectance.astype(float), surfaces.specular
     lobe, glossy = np.zeros_like(base), surfaces.is_glossy
     if glossy.any():
-        lobe[glossy] = mean_albedo(surfaces.glossy[glossy], surfaces.lobes[glossy, 1:])
+        lobe[glossy] = mean_albedo(
+            surfaces.glossy[glossy], surfaces.lobes[glossy, 1:], surfaces.dip[glossy]
+        )
         base *= (1.0 - lobe) ** 2 / np.maximum(1.0 - base * lobe, 1e-12)
     if surfaces.coat is not None:
         own, passed = surfaces.coat.over(base + lobe, surfaces.coat.mean)
@@ -267,13 +271,17 @@ def _of_materials(compiled: CompiledScene) -> Surfaces:
     reflectance, scattering = compiled.materials.reflectance, compiled.scattering
     count = len(reflectance)
     model, glossy = np.zeros(count, np.uint8), np.zeros_like(reflectance)
-    lobes, coat = np.zeros((count, 3)), None
+    lobes, coat, dip = np.zeros((count, 4)), None, np.zeros_like(reflectance)
     if scattering is not None:
         model, glossy = scattering.model, scattering.specular
         lobes[:, 0], lobes[:, 1:] = scattering.parameters[:, 0], scattering.albedos[:count, :, -1]
+        if scattering.dip is not None:
+            dip = scattering.dip
         if scattering.coats is not None:
             model, coat = scattering.coats.model, _coat(scattering, scattering.coats)
-    return Surfaces(reflectance, model, glossy, lobes, compiled.specular, compiled.is_thin, coat)
+    return Surfaces(
+        reflectance, model, glossy, lobes, dip, compiled.specular, compiled.is_thin, coat
+    )
 
 
 def _coat(scattering: Scattering, coats: Coats) -> Coat:
@@ -298,8 +306,8 @@ def _of_points(compiled: CompiledScene, hits: FirstHits, material: Array) -> Sur
         look_up_coats(compiled.geometry, scattering, maps, *places, coat.weight[:, 0])
     specular = compiled.specular
     if specular is not None:
-        rows = {name: getattr(specular, name) for name in specular._fields}
-        specular = Specular(
+        rows = {name: getattr(specular, name) for name in specular._fields if name != "media"}
+        specular = specular._replace(
             **{name: None if row is None else row[material] for name, row in rows.items()}
         )
     return Surfaces(
@@ -307,6 +315,7 @@ def _of_points(compiled: CompiledScene, hits: FirstHits, material: Array) -> Sur
         plain.model[material],
         glossy,
         lobes,
+        plain.dip[material],
         specular,
         plain.is_thin[material],
         coat,

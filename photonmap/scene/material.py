@@ -23,6 +23,7 @@ from photonmap.scene.surfaces.dispersion import LINES, Cauchy, NamedGlass, Sellm
 from photonmap.scene.surfaces.relief import BumpMap, NormalMap
 from photonmap.scene.textures import Paint, Texture, is_black, mean_number
 from photonmap.spectra.curves import Color, Spectrum
+from photonmap.spectra.metals import Metal
 
 LEAST_ALPHA = 1e-3
 """Smallest α of GGX; smoother surfaces are mirrors."""
@@ -66,6 +67,9 @@ class Material:
     alpha : opacity in [0, 1]: the probability that a ray does not pass straight through
     glossy : reflectance of a glossy surface at normal incidence: of a bare metal, where
         `reflectance` is 0, or of a coat over it; with a `roughness`
+    glossy_edge : reflectance of the glossy surface at an angle of 82°, where metals reflect least
+        compared with Schlick's formula; None for what the metal's index says, where `glossy` is one
+        by name, and for what the formula says of others
     roughness : of the glossy reflection, or of glass, in [0, 1], as in glTF: GGX's α is its square,
         at least 1e-3 (see `kernels.bsdf.glossy` and `kernels.bsdf.microsurface`); glass of
         roughness 0 is smooth
@@ -119,6 +123,9 @@ class Material:
     glossy: Annotated[
         Paint, Reflectance("reflectance", mtl="glossy", textured=True, only="opaque")
     ] = 0.0
+    glossy_edge: Annotated[
+        Color | None, Reflectance("reflectance", mtl="glossy_edge", only="opaque")
+    ] = None
     roughness: Annotated[
         float | Texture,
         Number("roughness", mtl="roughness", textured=True, at_least=0.0, at_most=1.0),
@@ -227,6 +234,18 @@ class Material:
     def is_glossy(self) -> bool:
         """Whether it has a glossy lobe."""
         return not is_black(self.glossy)
+
+    @property
+    def edge(self) -> Color | None:
+        """What its glossy lobe reflects at 82°; None where that follows from Schlick's formula."""
+        if self.glossy_edge is None and isinstance(self.glossy, Metal):
+            return self.glossy.edge
+        return self.glossy_edge
+
+    @property
+    def explicit(self) -> Material:
+        """The same material, with what follows from a metal's index given by itself."""
+        return replace(self, glossy_edge=self.edge)
 
     @property
     def is_coated(self) -> bool:

@@ -1,8 +1,8 @@
-"""What metals reflect at normal incidence."""
+"""What metals reflect, by their complex index of refraction."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -10,17 +10,41 @@ import numpy as np
 
 from photonmap.errors import InputError, naming
 from photonmap.runtime.named_files import named_file
-from photonmap.spectra.curves import FILES, Floats, Spectrum, SpectrumSet
+from photonmap.runtime.wording import suggest
+from photonmap.spectra.curves import FILES, Floats, Spectrum
 from photonmap.spectra.tables import read_table
 
 SHIPPED = Path(__file__).parents[1] / "data" / "metals.csv"
 """Made by `tools/make_metals.py`."""
 LARGEST_INDEX = 1e3
 """More is no index of refraction but a wavelength or a percentage in the wrong column."""
+EDGE_COSINE = 1.0 / 7.0
+"""Of the angle of 82° at which the reflectance of metals is given beside that at normal incidence:
+where they reflect least, compared with Schlick's formula."""
 
 
-def metal(name: str) -> Spectrum:
-    """Return the reflectance of a metal in air.
+@dataclass(frozen=True, eq=False, repr=False)
+class Metal(Spectrum):
+    """The reflectance of a metal in air, at normal incidence and at an angle of 82°.
+
+    Parameters
+    ----------
+    wavelengths, values, extrapolate : the reflectance at normal incidence, as of any `Spectrum`
+    edge : that at 82°; None for what Schlick's formula says
+    """
+
+    edge: Spectrum | None = None
+
+    def __mul__(self, factor: float) -> Metal:
+        """Return the metal with all it reflects multiplied."""
+        edge = None if self.edge is None else self.edge * factor
+        return replace(self, values=self.values * float(factor), edge=edge)
+
+    __rmul__ = __mul__
+
+
+def metal(name: str) -> Metal:
+    """Return a metal.
 
     Parameters
     ----------
@@ -30,11 +54,14 @@ def metal(name: str) -> Spectrum:
     ------
     InputError : there is none of this name; the error suggests the nearest
     """
-    return replace(_metals()[name], extrapolate=True)
+    metals = _metals()
+    if name not in metals:
+        raise InputError(f"there is no metal {name!r}; {suggest(name, tuple(metals))}")
+    return metals[name]
 
 
-def metal_by_source(source: str, folder: Path) -> Spectrum:
-    """Return the reflectance of a metal in air, by its symbol or a table of its complex index.
+def metal_by_source(source: str, folder: Path) -> Metal:
+    """Return a metal by its symbol or a table of its complex index.
 
     Parameters
     ----------
@@ -55,15 +82,55 @@ def metal_by_source(source: str, folder: Path) -> Spectrum:
             f"has {len(table)} column(s) after the wavelength; a metal's index has two, n and k",
             path,
         )
-    n, k = table.values
-    return Spectrum(table.wavelengths, normal_reflectance(n, k))
+    return _from_index(table.wavelengths, *table.values)
 
 
-def normal_reflectance(n: Floats, k: Floats) -> Floats:
-    """Return what a surface of index n + ik reflects at normal incidence in air (Fresnel)."""
-    return np.asarray(((n - 1.0) ** 2 + k**2) / np.maximum((n + 1.0) ** 2 + k**2, 1e-30))
+def conductor_reflectance(n: Floats, k: Floats, cosine: float = 1.0) -> Floats:
+    """Return what a surface of index n + ik reflects of unpolarised light in air (Fresnel)."""
+    index = np.square(np.asarray(n) + 1j * np.asarray(k))
+    beyond = np.sqrt(index - (1.0 - cosine * cosine))
+    across, along = cosine + beyond, index * cosine + beyond
+    ratios = (cosine - beyond) / _nonzero(across), (index * cosine - beyond) / _nonzero(along)
+    return np.asarray(sum(np.abs(ratio) ** 2 for ratio in ratios) / 2.0)
+
+
+def dip_between(f0: Floats | float, edge: Floats | float) -> Floats:
+    """Return by what cos (1 - cos)⁶ is multiplied for metals: `a` of `kernels.core.fresnel`.
+
+    It is bounded such that they reflect 0 to 1 at all angles.
+
+    Parameters
+    ----------
+    f0, edge : reflectances at normal incidence and at 82°
+    """
+    cosines = np.linspace(1.0, 0.0, 1025)[1:-1, None]
+    schlick, least = (_schlick(np.ravel(f0), each) for each in (EDGE_COSINE, cosines))
+    term, terms = (each * (1.0 - each) ** 6 for each in (EDGE_COSINE, cosines))
+    dip = (schlick - np.ravel(edge)) / term
+    low, high = -((1.0 - least) / terms).min(axis=0), (least / terms).min(axis=0)
+    return np.clip(dip, low, high).reshape(np.shape(f0))
+
+
+def _schlick(f0: Floats | float, cosine: Floats | float) -> Floats:
+    return np.asarray(f0 + (1.0 - f0) * (1.0 - cosine) ** 5)
+
+
+def _nonzero(values: Floats) -> Floats:
+    return np.where(values == 0.0, 1e-30, values)
+
+
+def _from_index(wavelengths: Floats, n: Floats, k: Floats, extrapolate: bool = False) -> Metal:
+    edge = Spectrum(wavelengths, conductor_reflectance(n, k, EDGE_COSINE), extrapolate=True)
+    return Metal(wavelengths, conductor_reflectance(n, k), extrapolate, edge)
 
 
 @cache
-def _metals() -> SpectrumSet:
-    return read_table(SHIPPED, 0.0, 1.0, "reflectance")
+def _metals() -> dict[str, Metal]:
+    """Return the metals of the table that is shipped, by their symbols."""
+    table = read_table(SHIPPED, 0.0, LARGEST_INDEX, "index")
+    rows = dict(zip(table.names, table.values, strict=True))
+    symbols = dict.fromkeys(name.split()[0] for name in table.names)
+    return {
+        symbol: _from_index(table.wavelengths, rows[f"{symbol} n"], rows[f"{symbol} k"], True)
+        for symbol in symbols
+    }

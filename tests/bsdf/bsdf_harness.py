@@ -19,6 +19,7 @@ from photonmap.kernels.core.jit import kernel
 from photonmap.kernels.core.passes import Hit, SurfaceInteraction
 from photonmap.scene.material import LEAST_ALPHA
 from photonmap.spectra.bands import Bands
+from photonmap.spectra.metals import dip_between
 
 ALBEDOS = (0.2, 0.7, 1.0)
 COSINES = (1.0, 0.8, 0.35, 0.08)
@@ -41,6 +42,8 @@ class Case(NamedTuple):
     """whether an image gives directions, here none, and strengths, of which 1 occurs elsewhere"""
     coat: tuple = (0.0, 0.0, 1.5)
     """weight, roughness and index of refraction of a clear coat over it"""
+    edge: tuple = ()
+    """reflectance at 82°; none where Schlick's formula gives it"""
 
 
 LAMBERTIAN = Case("Lambertian")
@@ -49,7 +52,9 @@ CASES = [
     *(Case("rough diffuse", (roughness,)) for roughness in (0.0, 0.25, 1.0)),
     *(Case("glossy", (alpha,), specular=(0.04,) * 3) for alpha in (0.2, 0.5, 1.0)),
     Case("glossy", (0.3,), (0.0,) * 3, (0.5, 0.8, 1.0)),
+    Case("glossy", (0.3,), (0.0,) * 3, (0.56, 0.8, 1.0), edge=(0.55, 0.7, 0.9)),
     Case("glossy", (0.2,), specular=(0.04, 0.5, 0.9), anisotropy=(0.6, 0.1)),
+    Case("glossy", (0.2,), (0.0,) * 3, (0.5, 0.7, 0.9), anisotropy=(0.5, 0.1), edge=(0.4,) * 3),
     Case("glossy", (0.35,), (0.2, 0.5, 0.8), (0.04, 0.3, 0.5), is_textured=True),
     Case("Lambertian", coat=(1.0, 0.5, 1.5)),
     Case("glossy", (0.5,), specular=(0.04,) * 3, coat=(0.8, 0.45, 1.5)),
@@ -81,7 +86,7 @@ def make_scene(case):
     )
     parameters = np.zeros((1, 4))
     parameters[0, : len(case.parameters)] = case.parameters
-    albedos = lobe_albedos(parameters[0, 0]) if case.model == "glossy" else np.zeros((2, NODES + 1))
+    albedos = lobe_albedos(parameters[0, 0]) if case.model == "glossy" else np.zeros((3, NODES + 1))
     specular = np.array([case.specular], np.float32)
     parameters[0, 1:3] = np.mean(case.specular), np.mean(case.albedo)
     scattering = records.Scattering(
@@ -92,6 +97,7 @@ def make_scene(case):
         None,
         None,
         None,
+        _dip(case),
     )
     look = _material(case)
     if case.is_brushed:
@@ -106,6 +112,13 @@ def make_scene(case):
         textures, scattering = texture(case, scattering)
     scattering = with_coats(scattering, [look])
     return records.SceneArrays(geometry, materials, None, None, textures, scattering)
+
+
+def _dip(case):
+    """Return the dip of each band, (1, N); None where Schlick's formula holds."""
+    if not case.edge:
+        return None
+    return dip_between(np.array([case.specular]), np.array([case.edge])).astype(np.float32)
 
 
 def _material(case):

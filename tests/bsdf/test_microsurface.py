@@ -20,20 +20,20 @@ INDICES = [METAL, 1 / 1.5, 1 / 2.5, 1.5, PANE]
 
 
 @kernel
-def _scatter_all(alpha, eta, f0, wi, key, wo, weights):
+def _scatter_all(alpha, eta, metal, wi, key, wo, weights):
     state = rng.stream(key, 0, 0)
     for i in range(len(wo)):
         numbers, state = rng.draw_three(state)
-        out, _, state = microsurface.scatter(alpha, eta, f0, wi, numbers, state, weights[i])
+        out, _, state = microsurface.scatter(alpha, eta, metal, wi, numbers, state, weights[i])
         wo[i, 0], wo[i, 1], wo[i, 2] = out
 
 
 @kernel
-def _evaluate_all(alpha, eta, f0, wi, wo, key, weights, values):
+def _evaluate_all(alpha, eta, metal, wi, wo, key, weights, values):
     state = rng.stream(key, 1, 0)
     for i in range(len(wo)):
         pair = wi, vec.row(wo, i)
-        state = microsurface.evaluate(alpha, eta, f0, pair, state, weights, values[i])
+        state = microsurface.evaluate(alpha, eta, metal, pair, state, weights, values[i])
 
 
 @kernel
@@ -42,18 +42,18 @@ def _single_all(alpha, eta, wi, wo, values):
         values[i] = microsurface.single(alpha, eta, wi, vec.row(wo, i))[0]
 
 
-def scatter(alpha, eta, wi, count=200_000, f0=GOLD):
+def scatter(alpha, eta, wi, count=200_000, f0=GOLD, dip=None):
     """Return directions, (n, 3), and what is left of a throughput of 1, (n, 3)."""
     wo, weights = np.empty((count, 3)), np.ones((count, 3), np.float32)
-    _scatter_all(alpha, eta, f0, wi, np.uint64(7), wo, weights)
+    _scatter_all(alpha, eta, (f0, dip), wi, np.uint64(7), wo, weights)
     return wo, weights.astype(float)
 
 
-def evaluate(alpha, eta, wi, wo, f0=GOLD):
+def evaluate(alpha, eta, wi, wo, f0=GOLD, dip=None):
     """Return unbiased estimates of the density of each wo, (n, 3)."""
     wo = np.ascontiguousarray(wo, float)
     values = np.empty((len(wo), 3), np.float32)
-    _evaluate_all(alpha, eta, f0, wi, wo, np.uint64(3), np.empty(3, np.float32), values)
+    _evaluate_all(alpha, eta, (f0, dip), wi, wo, np.uint64(3), np.empty(3, np.float32), values)
     return values.astype(float)
 
 

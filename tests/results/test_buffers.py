@@ -22,11 +22,13 @@ from photonmap.buffers import (
     split_name,
     with_defaults,
 )
+from photonmap.compile.scene_arrays import compile_scene
 from photonmap.dataset.files.derived_buffers import with_derived
 from photonmap.integrators import first_hits
 from photonmap.integrators.memory_estimate import Work
 from photonmap.io.readers.metallic import metallic_fraction, metallic_gloss
 from photonmap.kernels.film.moments import GOAL_BUFFERS, Moments, SpecularMoments
+from photonmap.spectra.bands import Bands
 
 DOCS = Path(__file__).parents[2] / "docs"
 SETTINGS = {"bands": 3, "size": (16, 12), "passes": 2, "photons": 500}
@@ -233,3 +235,21 @@ def test_specular_albedo_is_absent_unless_asked_for():
     assert "specular_albedo" not in result.buffers
     with pytest.raises(AttributeError, match="was not among the buffers written"):
         _ = result.specular_albedo
+
+
+def test_textured_gloss_beside_glass_that_absorbs():
+    """Both are looked up at once: the roughness of a texel, and that of glass with a medium."""
+    texture = pm.Texture.of(np.full((2, 2, 3), 0.4, np.float32))
+    metal = pm.Material.metal("metal", 0.9, texture)
+    wine = pm.Material("wine", 0.0, ior=1.4, attenuation_color=0.5, attenuation_distance=1.0)
+    corners, body = np.eye(3) + 3.0, trimesh.creation.box((1.0, 1.0, 1.0))
+    plate = pm.Mesh(corners, [[0, 1, 2]], metal, uv=corners[:, :2])
+    scene = pm.Scene([plate, pm.Mesh(body.vertices, body.faces, wine)], [pm.DomeLight(1.0)])
+    compiled = compile_scene(scene, Bands.rgb())
+    assert compiled.specular.media is not None
+    seen = compiled.geometry.material.argsort()[[0, -1]]
+    hits = first_hits.FirstHits(
+        np.append(seen, -1).astype(np.int32), np.full((3, 2), 0.3, np.float32), *np.zeros((3, 3))
+    )
+    found = first_hits._COMPUTE["roughness"](compiled, hits)
+    np.testing.assert_allclose(found, [0.4, 0.0, 0.0], atol=1e-6)

@@ -170,7 +170,7 @@ def test_white_is_white_in_every_notation():
         ("xyz:-1,0,0", "give three values from 0"),
         ("xyY:.3,0,.5", "y must be above 0"),
         ("dark skim", "did you mean 'dark skin'"),
-        ("metal:Ay", r"metal:Ay: there is no curve 'Ay'; "),
+        ("metal:Ay", r"metal:Ay: there is no metal 'Ay'; "),
         ("metal:white.csv 2", "must lie between 0 and 1"),
         ("metal:one.csv", "one.csv: has 1 column.s. after the wavelength; a metal's index has two"),
         ("metal:negative.csv", r"negative.csv:2: index is -3 at 700 nm"),

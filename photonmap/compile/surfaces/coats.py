@@ -105,7 +105,7 @@ def through_coat(f0: float, alpha: float, below: float, base_f0: float | None) -
 
 def _whole_albedos(alpha: float, f0: float) -> Floats:
     """Return what a lobe reflects of light from each node's angle, (NODES,)."""
-    single, grazing = lobe_albedos(alpha)
+    single, grazing, _ = lobe_albedos(alpha)
     whole = lobe_albedo(single, grazing, f0, multiple_fresnel(f0, single[-1]))
     return np.asarray(whole[:-1])
 
@@ -115,7 +115,7 @@ def _white_base(alpha: float, f0: float | None) -> Floats:
     """Return where a white base sends light from each node's angle: rows add up to 1."""
     if f0 is None:
         return _evenly(np.ones(NODES))
-    single, grazing = lobe_albedos(alpha)
+    single, grazing, _ = lobe_albedos(alpha)
     cosines = np.maximum(np.linspace(0.0, 1.0, NODES) ** 2, SMALLEST_COSINE).tolist()
     once = np.array([_once(alpha, f0, cosine) for cosine in cosines])
     once *= ((f0 * (single - grazing) + grazing)[:-1] / once.sum(axis=1))[:, None]

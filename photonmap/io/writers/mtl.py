@@ -61,6 +61,7 @@ def _statements(material: Material, name: str, assets: Assets) -> Iterator[str]:
         yield f"{keyword} -bm {material.relief.factor!r} {image}"
     if material.dispersion is not None:
         yield f"abbe {material.nearest_abbe!r}"
+    material = material.explicit
     for attribute, parameter in parameters_of(Material).items():
         if not parameter.mtl or (parameter.only == "glass" and material.ior is None):
             continue

@@ -11,6 +11,7 @@ from photonmap.errors import InputError, SceneWarning
 from photonmap.io.readers.mitsuba_parts.materials.albedos import base_albedo, plastic_albedo
 from photonmap.scene.textures import Texture
 from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.metals import dip_between
 
 RED = '<rgb name="{}" value=".8 .2 .1"/>'
 SMOOTH = '<float name="alpha" value="1e-4"/>'
@@ -83,7 +84,9 @@ def test_rough_metals_reflect_as_much_as_what_is_scattered_once(look, alpha):
     reflected = np.where((towards > 0.0) & (out > 0.0), weight, 0.0)
     wanted = np.mean(reflected) * np.array([0.8, 0.2, 0.1])
     error = 4.0 * np.std(reflected) / math.sqrt(len(reflected))
-    ours = mean_albedo(np.array([material.glossy]), lobe_albedos(alpha)[None, :, -1])[0]
+    colors = np.array(material.glossy), np.array(material.glossy_edge)
+    dip = dip_between(*colors)[None]
+    ours = mean_albedo(colors[0][None], lobe_albedos(alpha)[None, :, -1], dip)[0]
     np.testing.assert_allclose(ours, wanted, atol=error)
     assert error < 0.01
 
@@ -96,7 +99,8 @@ def test_metals_by_name(look):
     )
     assert isinstance(gold.glossy, Spectrum)
     np.testing.assert_allclose(gold.glossy(np.array([450.0, 700.0])), [0.39, 0.97], atol=0.02)
-    means = [each.glossy(np.array([700.0])) * 20.0 / 21.0 + 1.0 / 21.0 for each in (gold, tinted)]
+    colors = [(each.glossy(700.0), each.glossy_edge(700.0)) for each in (gold, tinted)]
+    means = [f0 * 20.0 / 21.0 + 1.0 / 21.0 - dip_between(f0, edge) / 126.0 for f0, edge in colors]
     assert means[1] == pytest.approx(0.5 * means[0], rel=1e-3)
     white = look("roughconductor", '<string name="material" value="Al"/>' + SMOOTH).glossy
     np.testing.assert_allclose(white(np.array([450.0, 650.0])), 0.91, atol=0.02)

@@ -81,6 +81,8 @@ def _change(material: Material, toml: Toml) -> Material:
             given[attributes[key]] = parameter.check(parsed) if type(parameter) is Part else parsed
     if "dispersion" in given:
         given = {"ior": None, "abbe": None, **given}  # it gives them, unless the section does
+    if "glossy" in given:
+        given = {"glossy_edge": None, **given}
     if "ior" in given:
         opaque = {name for name, parameter in parameters.items() if parameter.only == "opaque"}
         black = {name: _neutral(name) for name in opaque}

@@ -29,7 +29,7 @@ def _close(a: Any, b: Any) -> bool:
 
 def find_material_changes(wanted: Material, read: Material) -> dict[str, Any]:
     """Return the attributes of a material that were read otherwise; textures stay as they are."""
-    found = {}
+    found, wanted = {}, wanted.explicit
     for attribute, parameter in parameters_of(Material).items():
         value, other = getattr(wanted, attribute), getattr(read, attribute)
         if isinstance(parameter, Text) or isinstance(value, Texture):

@@ -18,10 +18,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.scene.material import normal_reflectance
+from photonmap.spectra.metals import dip_between
 
 Floats = NDArray[np.float64]
-_SCHLICK_MEAN = 1.0 / 21.0
-"""Cosine-weighted mean of (1 - cos)⁵"""
+_SCHLICK_MEAN, _DIP_MEAN = 1.0 / 21.0, 1.0 / 126.0
+"""Cosine-weighted means of (1 - cos)⁵ and cos (1 - cos)⁶"""
+_TERMS: tuple[Callable[[Floats], Floats], ...] = (
+    np.ones_like,
+    lambda cosines: (1.0 - cosines) ** 5,
+    lambda cosines: cosines * (1.0 - cosines) ** 6,
+)
+"""Fresnel terms of metals: see `kernels.core.fresnel`."""
+_HALVINGS = 40
 _NODES = 48
 """Directions, and facets in each of two dimensions, over which means are taken."""
 
@@ -80,31 +88,41 @@ def plastic_albedo(
     return base
 
 
-def metal_normal(alpha: float) -> Callable[[Any, Any], Any]:
-    """Return the function from a factor, and a metal's reflectance at normal incidence in Mitsuba.
+def metal_reflectance(alpha: float) -> Callable[..., Any]:
+    """Return the function from what a metal reflects in Mitsuba to what it reflects here.
 
-    It gives the reflectance at normal incidence of a metal that reflects as much light here, where
-    light that is scattered several times between facets is not lost (`kernels.bsdf.glossy`).
+    It gives the reflectances of a metal that reflects as much light here, where light that is
+    scattered several times between facets is not lost (`kernels.bsdf.glossy`): of a number, 0 at
+    normal incidence or 1 at 82°, the factor, and both in Mitsuba, whose ratio stays.
 
     Parameters
     ----------
     alpha : roughness of the metal
     """
-    terms = np.ones_like, lambda cosines: (1.0 - cosines) ** 5
     lost, kept = (
-        [_mean_reflected(alpha, term, correlated) for term in terms] for correlated in (False, True)
+        [_mean_reflected(alpha, term, correlated) for term in _TERMS]
+        for correlated in (False, True)
     )
-    normals = np.linspace(0.0, 1.0, 1001)
-    once = normals * (kept[0] - kept[1]) + kept[1]
-    fresnel = mean_reflectance(normals)
-    several = (1.0 - kept[0]) * fresnel**2 * kept[0] / (1.0 - fresnel * (1.0 - kept[0]))
 
-    def normal(factor: Any, metal: Any) -> Any:
-        # A metal without Fresnel's effect has a reflectance of 1, and so the factor everywhere.
-        wanted = factor * (metal * (lost[0] - lost[1]) + lost[1])
-        return np.interp(wanted, once + several, normals)
+    def reflectance(which: int, factor: Any, normal: Any, edge: Any) -> Any:
+        ratio = edge / np.maximum(normal, 1e-9)
+        wanted = factor * _once(normal, dip_between(normal, edge), lost)
+        low, high = np.zeros_like(wanted), np.ones_like(wanted)
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            dip = dip_between(middle, np.minimum(middle * ratio, 1.0))
+            mean = mean_reflectance(middle) - dip * _DIP_MEAN
+            several = (1.0 - kept[0]) * mean**2 * kept[0] / (1.0 - mean * (1.0 - kept[0]))
+            is_high = _once(middle, dip, kept) + several > wanted
+            low, high = np.where(is_high, low, middle), np.where(is_high, middle, high)
+        return np.minimum(high * ratio, 1.0) if which else high
 
-    return normal
+    return reflectance
+
+
+def _once(normal: Floats, dip: Floats, terms: list[float]) -> Floats:
+    """Return what metal reflects once, of what it reflects with each Fresnel term."""
+    return np.asarray(normal * (terms[0] - terms[1]) + terms[1] - dip * terms[2])
 
 
 class _Facets(NamedTuple):

@@ -36,6 +36,10 @@ def blended(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
     }
     for name in {"mirror", "glossy"} & {*one, *other}:
         look[name] = _mixed_paint(one.get(name, 0.0), other.get(name, 0.0), weight, lost)
+    glossy = [part for part in (one, other) if "glossy" in part]
+    if glossy and all("glossy_edge" in part for part in glossy):
+        first, last = (part.get("glossy_edge", 0.0) for part in (one, other))
+        look["glossy_edge"] = _mixed_paint(first, last, weight, lost)
     if "glossy" in look:
         look["roughness"] = _mixed_roughness(one, other, weight, lost)
     alphas = one.get("alpha", 1.0), other.get("alpha", 1.0)

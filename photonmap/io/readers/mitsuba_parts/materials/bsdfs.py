@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -12,12 +13,12 @@ from photonmap.io.readers.mitsuba_parts.colors import as_rgb, combined
 from photonmap.io.readers.mitsuba_parts.context import Context
 from photonmap.io.readers.mitsuba_parts.materials.albedos import (
     base_albedo,
-    metal_normal,
+    metal_reflectance,
     plastic_albedo,
     scaled_normal,
 )
 from photonmap.io.readers.mitsuba_parts.materials.blends import Look, blended
-from photonmap.io.readers.mitsuba_parts.materials.indices import index_of, metal_reflectance
+from photonmap.io.readers.mitsuba_parts.materials.indices import index_of, metal_reflectances
 from photonmap.io.readers.mitsuba_parts.nodes import Node
 from photonmap.io.readers.mitsuba_parts.textures import (
     changed,
@@ -105,7 +106,7 @@ def _diffuse(bsdfs: Bsdfs, node: Node) -> Look:
 def _conductor(bsdfs: Bsdfs, node: Node) -> Look:
     """Return a mirror of the reflectance at normal incidence."""
     specular = read_plain(bsdfs.context, node, "specular_reflectance", 1.0)
-    metal = metal_reflectance(bsdfs.context, node)
+    metal, _ = metal_reflectances(bsdfs.context, node)
     if metal != 1.0:
         bsdfs.context.lose("reflectance of smooth metals that varies with the angle", node)
     return {"reflectance": 0.0, "mirror": combined(np.multiply, specular, metal)}
@@ -113,10 +114,11 @@ def _conductor(bsdfs: Bsdfs, node: Node) -> Look:
 
 def _rough_conductor(bsdfs: Bsdfs, node: Node) -> Look:
     specular = read_plain(bsdfs.context, node, "specular_reflectance", 1.0)
-    metal = metal_reflectance(bsdfs.context, node)
+    metal = metal_reflectances(bsdfs.context, node)
     roughness = _roughness_map(bsdfs.context, node)
-    glossy = combined(metal_normal(mean_number(roughness) ** 2), specular, metal)
-    look = {"reflectance": 0.0, "glossy": glossy, "roughness": roughness}
+    convert = metal_reflectance(mean_number(roughness) ** 2)
+    glossy, edge = (combined(partial(convert, part), specular, *metal) for part in (0, 1))
+    look = {"reflectance": 0.0, "glossy": glossy, "glossy_edge": edge, "roughness": roughness}
     return look | _stretch(bsdfs.context, node)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from photonmap.errors import naming
 from photonmap.io.readers.mitsuba_parts.colors import combined
 from photonmap.io.readers.mitsuba_parts.context import Context
@@ -9,7 +11,7 @@ from photonmap.io.readers.mitsuba_parts.nodes import Node
 from photonmap.io.readers.mitsuba_parts.textures import read_plain
 from photonmap.runtime.wording import shown, suggest
 from photonmap.spectra.curves import Color
-from photonmap.spectra.metals import metal, normal_reflectance
+from photonmap.spectra.metals import EDGE_COSINE, conductor_reflectance, metal
 
 _NAMED = {
     "vacuum": 1.0,
@@ -61,8 +63,8 @@ def index_of(node: Node, name: str, default: str) -> float:
     return _NAMED[wanted]
 
 
-def metal_reflectance(context: Context, node: Node) -> Color:
-    """Return what a metal reflects at normal incidence: 1 if none is named.
+def metal_reflectances(context: Context, node: Node) -> tuple[Color, Color]:
+    """Return what a metal reflects at normal incidence, and at 82°: 1 if none is named.
 
     Raises
     ------
@@ -71,10 +73,16 @@ def metal_reflectance(context: Context, node: Node) -> Color:
     if node.find("eta") or node.find("k"):
         eta = read_plain(context, node, "eta", 0.0, "index")
         k = read_plain(context, node, "k", 1.0, "index")
-        return combined(normal_reflectance, eta, k)
+        normal, edge = (
+            combined(partial(conductor_reflectance, cosine=cosine), eta, k)
+            for cosine in (1.0, EDGE_COSINE)
+        )
+        return normal, edge
     name = node.text("material", _PERFECT)
     if name.lower() == _PERFECT:
-        return 1.0
+        return 1.0, 1.0
     element = node.element
     with naming(f"material {shown(name)}", element.path, element.line):
-        return metal(name)
+        found = metal(name)
+    assert found.edge is not None
+    return found, found.edge

@@ -1,0 +1,192 @@
+"""Metals by their complex index: reflectances at all angles, rough and nearly smooth, and files."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.scenes import quad
+from test_microsurface import METAL, at, evaluate, scatter
+
+import photonmap as pm
+from photonmap.compile.scene_arrays import compile_scene
+from photonmap.errors import InputError
+from photonmap.kernels.bsdf.glossy import DIP_MEAN, SCHLICK_MEAN
+from photonmap.spectra.bands import Bands
+from photonmap.spectra.metals import EDGE_COSINE, SHIPPED, conductor_reflectance, dip_between, metal
+from photonmap.spectra.tables import read_table
+
+RGB = Bands.rgb()
+COSINES = np.linspace(0.0, 1.0, 1001)[1:]
+TABLE = read_table(SHIPPED)
+SYMBOLS = [name.split()[0] for name in TABLE.names[::2]]
+
+
+def born_wolf(n, k, cosine):
+    """Return the reflectance by real arithmetic alone: Born and Wolf, 14.2, with 1.5.2."""
+    sine2 = 1.0 - cosine**2
+    difference = n**2 - k**2 - sine2
+    root = np.sqrt(difference**2 + 4.0 * n**2 * k**2)
+    a, b2 = np.sqrt(0.5 * (root + difference)), 0.5 * (root - difference)
+    across = ((a - cosine) ** 2 + b2) / ((a + cosine) ** 2 + b2)
+    tangent = np.sqrt(sine2) * np.sqrt(sine2) / cosine
+    along = across * ((a - tangent) ** 2 + b2) / ((a + tangent) ** 2 + b2)
+    return 0.5 * (across + along)
+
+
+def approximate(f0, edge, cosines=COSINES):
+    """Return what kernels take for the reflectance at each angle."""
+    dip = dip_between(f0, edge)
+    return f0 + (1.0 - f0) * (1.0 - cosines) ** 5 - dip * cosines * (1.0 - cosines) ** 6
+
+
+def mean_over_angles(values):
+    return np.trapezoid(2.0 * COSINES * values, COSINES)
+
+
+@pytest.mark.parametrize("cosine", [1.0, 0.6, EDGE_COSINE, 0.01])
+def test_fresnels_equations(cosine):
+    for n, k in [(0.14, 3.697), (1.02, 2.577), (3.18, 3.33), (1.5, 0.0)]:
+        found = conductor_reflectance(np.array([n]), np.array([k]), cosine)
+        assert found == pytest.approx([born_wolf(n, k, cosine)], rel=1e-12)
+
+
+def test_what_has_the_index_of_air_reflects_nothing():
+    assert conductor_reflectance(np.array([1.0]), np.array([0.0])) == [0.0]
+
+
+@pytest.mark.parametrize("symbol", SYMBOLS)
+def test_metals_reflect_by_their_table_at_every_angle(symbol):
+    """Within 0.05 at any angle, and 0.9% of all light; by Schlick's formula 0.2 and 3.2%."""
+    n, k = (row.values for row in (TABLE[f"{symbol} n"], TABLE[f"{symbol} k"]))
+    found = metal(symbol)
+    assert found.edge is not None
+    np.testing.assert_allclose(found.edge.values, born_wolf(n, k, EDGE_COSINE), rtol=1e-12)
+    for column in range(len(n)):
+        exact = born_wolf(n[column], k[column], COSINES)
+        ours = approximate(found.values[column], found.edge.values[column])
+        assert np.abs(ours - exact).max() < 0.05
+        assert abs(mean_over_angles(ours - exact)) < 0.009
+
+
+def test_reflectances_stay_between_0_and_1():
+    f0, edge = (values.ravel() for values in np.mgrid[0:1:11j, 0:1:11j])
+    found = np.array([approximate(*pair) for pair in zip(f0, edge, strict=True)])
+    assert found.min() > -1e-5
+    assert found.max() < 1.0 + 1e-5
+    moderate = (f0 >= 0.4) & (edge > f0 - 0.2) & (edge < f0 + 0.4 * (1.0 - f0))
+    at_edge = np.array([approximate(*pair, EDGE_COSINE) for pair in zip(f0, edge, strict=True)])
+    np.testing.assert_allclose(at_edge[moderate], edge[moderate], atol=1e-12)
+
+
+def test_means_of_both_terms():
+    beyond = 1.0 - COSINES
+    assert mean_over_angles(beyond**5) == pytest.approx(SCHLICK_MEAN, abs=1e-5)
+    assert mean_over_angles(COSINES * beyond**6) == pytest.approx(DIP_MEAN, abs=1e-5)
+
+
+@pytest.mark.parametrize("cosine", [0.8, 0.3, 0.1])
+def test_walks_lose_what_the_metal_absorbs(cosine):
+    """On nearly smooth chromium F, and nothing else; the densities of directions add up to it."""
+    f0, edge = np.array([0.56, 0.7, 0.9], np.float32), np.array([0.55, 0.6, 0.8], np.float32)
+    dip = dip_between(f0, edge).astype(np.float32)
+    expected = [approximate(*pair, cosine) for pair in zip(f0, edge, strict=True)]
+    wo, weights = scatter(1e-3, METAL, at(cosine), 20_000, f0, dip)
+    np.testing.assert_allclose(weights.mean(axis=0), expected, atol=2e-3)
+    walked = scatter(0.3, METAL, at(cosine), 100_000, f0, dip)[1]
+    z, phi = np.random.default_rng(3).random((2, 100_000)) * [[1.0], [2.0 * np.pi]]
+    r = np.sqrt(1.0 - z * z)
+    wo = np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1)
+    values = 2.0 * np.pi * evaluate(0.3, METAL, at(cosine), wo, f0, dip)
+    error = np.hypot(values.std(axis=0), walked.std(axis=0)) / np.sqrt(len(wo))
+    assert (np.abs(values.mean(axis=0) - walked.mean(axis=0)) < 5.0 * error).all()
+
+
+def plate(symbol, roughness, degrees):
+    """Return a plate of metal below an even sky, seen from an angle to its normal."""
+    look = pm.Material.metal("plate", pm.reflectance(f"metal:{symbol}"), roughness)
+    corners = (-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)
+    angle = np.radians(degrees)
+    camera = pm.Camera(
+        (0.0, 20.0 * np.cos(angle), 20.0 * np.sin(angle)), (0, 0, 0), (0.0, 1.0, -1.0), 0.05
+    )
+    return pm.Scene([quad(*corners, look, "plate")], [pm.DomeLight(1.0)], camera)
+
+
+@pytest.mark.parametrize(("symbol", "degrees"), [("Cr", 0), ("Cr", 60), ("Cr", 82), ("Al", 82)])
+def test_polished_metals_under_a_sky(symbol, degrees):
+    """Radiance is Fresnel's reflectance, to 0.02; at 82° Schlick's is 0.19 and 0.09 above."""
+    scene = plate(symbol, 0.0, degrees)
+    result = pm.render(scene, bands="box:3", size=(4, 4), passes=8, threads=2)
+    n, k = (TABLE[f"{symbol} {part}"] for part in "nk")
+    for band, middle in enumerate((450.0, 550.0, 650.0)):
+        nm = np.linspace(middle - 50.0, middle + 50.0, 21)
+        expected = born_wolf(n(nm), k(nm), np.cos(np.radians(degrees))).mean()
+        assert abs(result.radiance[..., band].mean() - expected) < 0.02
+
+
+def test_rough_metals_go_over_into_polished_ones():
+    """At α 0.09, where walks follow it, and just above, where its lobe is sampled."""
+    means = []
+    for roughness in (0.31, 0.32):
+        scene = plate("Cr", roughness, 70)
+        result = pm.render(scene, bands="rgb", size=(8, 8), passes=32, threads=2)
+        means.append(result.radiance.mean(axis=(0, 1), dtype=float))
+    np.testing.assert_allclose(*means, rtol=0.01)
+
+
+def test_only_metals_with_an_edge_have_dips():
+    plain = compile_scene(plate("Cr", 0.5, 0), RGB)
+    assert plain.specular is None
+    assert plain.scattering.dip.shape == (1, 3)
+    narrow = compile_scene(plate("Cr", 0.1, 0), RGB)
+    assert narrow.scattering is None
+    assert narrow.specular.dip.min() > 1.0
+    scene = plate("Cr", 0.5, 0)
+    look = replace(scene.meshes[0].material, glossy=0.5)
+    assert compile_scene(scene.with_materials({"plate": look}), RGB).scattering.dip is None
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".glb"])
+def test_files_keep_what_metals_reflect(suffix, tmp_path):
+    scene = plate("Cr", 0.4, 0)
+    pm.save_scene(scene, tmp_path / f"plate{suffix}")
+    read = pm.load_scene(tmp_path / f"plate{suffix}").meshes[0].material
+    own, other = (compile_scene(each, RGB).scattering for each in (scene, _with(scene, read)))
+    np.testing.assert_array_equal(own.dip, other.dip)
+    np.testing.assert_array_equal(own.specular, other.specular)
+
+
+def _with(scene, material):
+    return scene.with_materials({"plate": material})
+
+
+def test_another_metal_in_toml_has_its_own_edge(tmp_path):
+    pm.save_scene(plate("Cr", 0.4, 0), tmp_path / "plate.obj")
+    words = 'mesh = "plate.obj"\n[material.plate]\nglossy = {}\n'
+    for glossy, edge in [('"metal:Al 0.5"', 0.5 * metal("Al").edge), ("0.7", None)]:
+        (tmp_path / "other.toml").write_text(words.format(glossy))
+        assert pm.load_scene(tmp_path / "other.toml").meshes[0].material.edge == edge
+    more = "glossy_edge = [0.5, 0.6, 0.7]\n"
+    (tmp_path / "other.toml").write_text(words.format("0.7") + more)
+    look = pm.load_scene(tmp_path / "other.toml").meshes[0].material
+    found = compile_scene(_with(plate("Cr", 0.4, 0), look), RGB).scattering.dip[0]
+    expected = dip_between(np.full(3, 0.7), np.array([0.5, 0.6, 0.7]))
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"glossy_edge": 1.5}, "glossy_edge is 1.5 in band R; it must lie between 0 and 1"),
+        (
+            {"glossy": pm.Texture.of(np.full((2, 2, 3), 0.5, np.float32)), "glossy_edge": 0.5},
+            "has a glossy_edge; give it one glossy, not a texture",
+        ),
+    ],
+)
+def test_bad_edges(values, message):
+    scene = plate("Cr", 0.4, 0)
+    look = replace(scene.meshes[0].material, **values)
+    scene = replace(scene, meshes=[replace(scene.meshes[0], uv=scene.meshes[0].vertices[:, ::2])])
+    with pytest.raises(InputError, match=message):
+        compile_scene(_with(scene, look), RGB)
