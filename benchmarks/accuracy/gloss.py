@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import photonmap as pm
 from benchmarks.accuracy.cornell import LEVELS, shown, time_to
 from benchmarks.accuracy.gloss_scenes import SCENES, write_scene
-from benchmarks.accuracy.mitsuba_client import SCALAR
+from benchmarks.accuracy.mitsuba_client import SCALAR, start_mitsuba
 from benchmarks.accuracy.rooms import (
     FEW,
     SCALAR_TO_LLVM,
@@ -23,7 +23,6 @@ from benchmarks.accuracy.rooms import (
     measure_mitsuba,
     measure_photons,
     path_cost,
-    start_mitsuba,
 )
 from benchmarks.harness.options import Options
 from benchmarks.harness.table import Cell, Table

@@ -1,11 +1,11 @@
-"""The Cornell box with rough metal, or a glossy floor, as files that Mitsuba and photonmap read."""
+"""The Cornell box with other matter, or by a lens, as files that Mitsuba and photonmap read."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 HEAD = """<scene version="3.0.0">
-<sensor type="perspective">
+<sensor type="{sensor}">{lens}
 <float name="fov" value="39.3077"/><string name="fov_axis" value="smaller"/>
 <float name="near_clip" value="0.001"/><float name="far_clip" value="100"/>
 <transform name="to_world"><lookat origin="0, 0, 3.9" target="0, 0, 0" up="0, 1, 0"/></transform>
@@ -49,6 +49,11 @@ BOXES = {
         "-0.33, -0.4, -0.28",
     ),
 }
+PRINCIPLED = (
+    '<bsdf type="principled"><rgb name="base_color" value="0.6, 0.3, 0.2"/>'
+    '<float name="roughness" value="0.4"/><float name="metallic" value="{metallic}"/></bsdf>'
+)
+LENS = '<float name="aperture_radius" value="0.08"/><float name="focus_distance" value="4.1"/>'
 PAINTED = {"right": "green", "left": "red"}
 
 SCENES = {
@@ -58,19 +63,28 @@ SCENES = {
     "floor, α 0.1": {"floor": PLASTIC.format(alpha=0.1)},
 }
 """What surfaces have in place of paint, by name."""
+MATTER = {
+    "rough plastic": {"large box": PLASTIC.format(alpha=0.1)},
+    "principled": {"large box": PRINCIPLED.format(metallic=0.0)},
+    "principled metal": {"large box": PRINCIPLED.format(metallic=1.0)},
+    "thin lens": {},
+}
+"""Further ones, of `benchmarks.accuracy.matter`."""
 
 
 def write_scene(name: str, size: tuple[int, int], folder: Path) -> Path:
-    """Write one of `SCENES` as a file of Mitsuba 3."""
-    parts = [HEAD.format(width=size[0], height=size[1])]
+    """Write one of `SCENES` or `MATTER` as a file of Mitsuba 3."""
+    surfaces = (SCENES | MATTER)[name]
+    sensor, lens = ("thinlens", LENS) if name == "thin lens" else ("perspective", "")
+    parts = [HEAD.format(width=size[0], height=size[1], sensor=sensor, lens=lens)]
     parts += [
         PAINT.format(name=color, color=COLOR.format(value=value)) for color, value in COLORS.items()
     ]
     for kind, shapes in (("rectangle", WALLS), ("cube", BOXES)):
         for shape, (turn, place) in shapes.items():
             matter = f'<ref id="{PAINTED.get(shape, "white")}"/>'
-            if shape in SCENES[name]:
-                matter = f'<bsdf type="twosided">{SCENES[name][shape]}</bsdf>'
+            if shape in surfaces:
+                matter = f'<bsdf type="twosided">{surfaces[shape]}</bsdf>'
             x, y, z = place.split(", ")
             parts.append(
                 f'<shape type="{kind}" id="{shape}"><transform name="to_world">{turn}'

@@ -12,6 +12,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.harness.options import Options
+
 SERVER = Path(__file__).with_name("mitsuba_server.py")
 LLVM, SCALAR = "llvm_ad_rgb", "scalar_rgb"
 """Variants of Mitsuba: compiled for vectors, and scalar C++."""
@@ -30,6 +32,7 @@ class Mitsuba:
     threads : number of render threads
     case : one of the server's cases, or the file of a scene; None for the plain Cornell box
     variant : LLVM or SCALAR
+    size : width and height of a case; 256 by default
     """
 
     reason = ""
@@ -37,7 +40,12 @@ class Mitsuba:
     """Seconds of processor time that the last render took."""
 
     def __init__(
-        self, interpreter: str, threads: int, case: str | None = None, variant: str = LLVM
+        self,
+        interpreter: str,
+        threads: int,
+        case: str | None = None,
+        variant: str = LLVM,
+        size: int | None = None,
     ) -> None:
         self.variant = variant
         self._folder = tempfile.TemporaryDirectory()
@@ -47,7 +55,14 @@ class Mitsuba:
             environment["DRJIT_LIBLLVM_PATH"] = library
         with self._errors.open("w") as errors:
             self._process = subprocess.Popen(
-                [interpreter, str(SERVER), variant, str(threads), *([case] if case else [])],
+                [
+                    interpreter,
+                    str(SERVER),
+                    variant,
+                    str(threads),
+                    *([case] if case else []),
+                    *([str(size)] if size else []),
+                ],
                 env=environment,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
@@ -91,6 +106,26 @@ class Mitsuba:
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
         return json.loads(line) if line else {}
+
+
+def start_mitsuba(options: Options, scene: Path | str, size: int | None = None) -> Mitsuba | str:
+    """Return Mitsuba, compiled for vectors if that runs here; or the reason why there is none.
+
+    Parameters
+    ----------
+    scene : a file, or one of the server's cases, with its size
+    """
+    for variant in (LLVM, SCALAR):
+        other = Mitsuba(options.mitsuba, options.threads, str(scene), variant, size)
+        if not other.reason:
+            try:
+                other.render(1, 0)
+            except (RuntimeError, BrokenPipeError):
+                other.reason = f"Mitsuba's {variant} ended in {options.mitsuba}"
+            else:
+                return other
+        other.__exit__()
+    return other.reason
 
 
 def find_llvm() -> str:

@@ -1,7 +1,7 @@
-"""Mitsuba 3 as a child process: `python mitsuba_server.py VARIANT THREADS [CASE | FILE]`.
+"""Mitsuba 3 as a child process: `python mitsuba_server.py VARIANT THREADS [CASE [SIZE] | FILE]`.
 
 It knows nothing of photonmap. It renders Mitsuba's own Cornell box in the way the reference was
-made, or a case in which an object or the light is replaced: 256×256, box filter, independent
+made, or a case in which an object or the light is replaced: SIZE×SIZE, box filter, independent
 sampler, path tracer without a depth limit (Russian roulette from depth 5), two-sided surfaces. It
 prints one JSON line when it is ready. Then, for each line `DEPTH SAMPLES SEED FILE` on stdin, it
 renders, writes FILE and prints {"seconds": …, "processor": …}.
@@ -80,7 +80,7 @@ def things(case):
     }[case]
 
 
-def make_scene(case=None):
+def make_scene(case=None, size=SIZE):
     """Return the Cornell box, or a case, as a dictionary for `mi.load_dict`."""
     scene = mi.cornell_box()
     if case:
@@ -88,7 +88,7 @@ def make_scene(case=None):
         left_out = ["small-box", "large-box"] + ["light"] * ("lamp" in added)
         scene = {name: thing for name, thing in scene.items() if name not in left_out} | added
     film = scene["sensor"]["film"]
-    film["width"], film["height"], film["rfilter"] = SIZE, SIZE, {"type": "box"}
+    film["width"], film["height"], film["rfilter"] = size, size, {"type": "box"}
     scene["sensor"]["sampler"] = {"type": "independent"}
     for name in ("white", "red", "green"):
         scene[name] = {"type": "twosided", "bsdf": scene[name]}
@@ -119,7 +119,7 @@ def main():
     elif sys.argv[-1].endswith(".json"):
         scene = mi.load_dict(load_scene(json.loads(Path(sys.argv[-1]).read_text())))
     else:
-        scene = mi.load_dict(make_scene(*sys.argv[3:]))
+        scene = mi.load_dict(make_scene(*sys.argv[3:4], *map(int, sys.argv[4:])))
     integrators = {
         depth: mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 5})
         for depth in (-1, 1, 2)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 import photonmap as pm
 from benchmarks.accuracy.cornell import LEVELS, MARK, Point, shown, time_to
-from benchmarks.accuracy.mitsuba_client import LLVM, SCALAR, Mitsuba
+from benchmarks.accuracy.mitsuba_client import LLVM, SCALAR, Mitsuba, start_mitsuba
 from benchmarks.accuracy.mitsuba_export import export_scene
 from benchmarks.accuracy.room_scenes import scenes
 from benchmarks.harness import ours
@@ -186,21 +186,6 @@ def path_cost(scene: pm.Scene, settings: Settings) -> float:
     ours.warm_up(scene, **settings, method="path")
     result, seconds = _render(scene, **settings, method="path", passes=PATH_PASSES)
     return seconds * result.record["standard_error"] ** 2
-
-
-def start_mitsuba(options: Options, file: Path) -> Mitsuba | str:
-    """Return Mitsuba, compiled for vectors if that runs here; or the reason why there is none."""
-    for variant in (LLVM, SCALAR):
-        other = Mitsuba(options.mitsuba, options.threads, str(file), variant)
-        if not other.reason:
-            try:
-                other.render(1, 0)
-            except (RuntimeError, BrokenPipeError):
-                other.reason = f"Mitsuba's {variant} ended in {options.mitsuba}"
-            else:
-                return other
-        other.__exit__()
-    return other.reason
 
 
 def measure_mitsuba(
