@@ -11,6 +11,9 @@ from photonmap.commands.main import main
 from photonmap.dataset.files.chosen_buffers import ALWAYS, check_chosen
 from photonmap.dataset.jobs.verify import verify
 from photonmap.dataset.jobs.verify_arrays import check_identities
+from photonmap.dataset.publication.samples import usual_names
+from photonmap.errors import InputError
+from photonmap.evaluate.bench.truth import load_truth
 from photonmap.io.exr import list_parts
 
 CHOSEN = (*ALWAYS, "distance", "normal", "object_id", "specular_albedo")
@@ -102,6 +105,15 @@ def test_such_sets_are_published_and_exported(pair, tmp_path, capsys):
         [sample] = dataset.open_shards(out).values()
         assert f"{name}.npy" in sample
         assert "rgb.direct.npy" not in sample
+
+
+def test_what_needs_other_buffers_says_so(pair):
+    _, some = pair
+    assert load_truth(pair[0], "rgb").regions.any()
+    with pytest.raises(InputError, match=r"material_id, which scores need; add it to --buffers"):
+        load_truth(some, "rgb")
+    bare = dataset.Image(some.folder.parent, some.entry | {"buffers": list(ALWAYS)})
+    assert usual_names(bare) == ["rgb.radiance", "rgb.reflectance", "rgb.shading", "valid"]
 
 
 def test_sets_of_other_buffers_are_not_mixed(pair, capsys):

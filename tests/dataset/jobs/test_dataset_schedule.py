@@ -84,6 +84,37 @@ def test_workers_make_what_this_process_makes(tmp_path, cluster):
             np.testing.assert_array_equal(array, second[buffer])
 
 
+def test_tasks_are_handed_out_as_workers_become_free(cluster):
+    """So what is learnt from the first decides on the order of the others."""
+    taken = []
+
+    def numbers():
+        for number in range(12):
+            taken.append(number)
+            yield number
+
+    ahead = []
+    for done, _ in schedule.run_tasks(numbers(), cluster.scheduler_address, work=float):
+        ahead.append(len(taken) - len(ahead))
+        assert done in taken
+    assert len(ahead) == 12
+    assert max(ahead) <= 3, "of one worker"
+
+
+@pytest.mark.parametrize(
+    ("workers", "fault"),
+    [
+        ("many", "'many' is not a whole number"),
+        ("1.5", "'1.5' is not a whole number"),
+        ("0", "workers 0 must be a whole number from 1 to 1024"),
+    ],
+)
+def test_numbers_of_workers(tmp_path, capsys, workers, fault):
+    assert main(["dataset", str(tmp_path / "set"), "--workers", workers]) == 2
+    assert fault in capsys.readouterr().err
+    schedule.check_scheduler(schedule.LOCAL, "auto")
+
+
 def _named(outcomes):
     return ((task.job.name, entry) for task, entry in outcomes)
 
