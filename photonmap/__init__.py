@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from photonmap.scene.camera import Camera
     from photonmap.scene.lens import Lens
     from photonmap.scene.light_parts.area_light import AreaLight
+    from photonmap.scene.light_parts.daylight import SkyLight, SunLight
     from photonmap.scene.lights import (
         DirectionalLight,
         DomeLight,
@@ -93,10 +94,12 @@ __all__ = [
     "SceneWarning",
     "Sellmeier",
     "Sensor",
+    "SkyLight",
     "SpectralTexture",
     "Spectrum",
     "SpectrumSet",
     "SpotLight",
+    "SunLight",
     "Texture",
     "__version__",
     "camera_rays",
@@ -144,6 +147,8 @@ _HOMES = {
     "Mesh": "scene.mesh",
     "Scene": "scene.scene",
     "AreaLight": "scene.light_parts.area_light",
+    "SkyLight": "scene.light_parts.daylight",
+    "SunLight": "scene.light_parts.daylight",
     "DirectionalLight": "scene.lights",
     "DomeLight": "scene.lights",
     "EnvironmentLight": "scene.lights",

@@ -261,7 +261,7 @@ class Environment(NamedTuple):
     """The sky as a map of H rows and W columns: see `environment`."""
 
     texels: np.ndarray
-    """(H, W, 3) float32, linear RGB"""
+    """(H, W, 3) float32: linear RGB, or how much of each of three spectra"""
     basis: np.ndarray
     """(3, N) float32, which makes radiances of RGB"""
     rows: np.ndarray
@@ -322,7 +322,8 @@ class Lights(NamedTuple):
     axis: np.ndarray
     """(K, 3) float64, unit vector in which spot and directional lights shine"""
     cosines: np.ndarray
-    """(K, 2) float64 of the angles up to which a spot is full, and beyond which it is dark"""
+    """(K, 2) float64 of the angles up to which a spot is full, and beyond which it is dark; of the
+    radius of a sun's disc"""
     area: np.ndarray
     """(K,) float64 of triangles"""
     spectrum: np.ndarray

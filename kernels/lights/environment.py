@@ -24,7 +24,7 @@ def texel_at(environment, direction):
 
 @jit
 def radiance_of(environment, texel):
-    """Return the linear RGB of a texel."""
+    """Return what a texel holds, (3,), as in `Environment`."""
     return vec.row(environment.texels[int(texel[0])], int(texel[1]))
 
 

@@ -1,4 +1,4 @@
-"""Lights infinitely far away: suns of one direction, and the dome, even or an environment map."""
+"""Lights infinitely far away: suns, parallel or discs, and the dome, even or an environment map."""
 
 import math
 
@@ -10,8 +10,10 @@ from photonmap.kernels.lights.samples import NOWHERE, LightSample, PhotonStart, 
 
 @jit
 def sun_importance(lights, emitter, ns):
-    """Return the irradiance from a sun of power 1, unless it is occluded."""
-    facing = max(-vec.dot(ns, vec.row(lights.axis, emitter)), 0.0)
+    """Estimate the irradiance from a sun of power 1, unless it is occluded; above it near 0."""
+    edge = lights.cosines[emitter, 0]
+    reach = math.sqrt(1.0 - edge * edge)  # a part of the disc may be above the horizon
+    facing = max(reach - vec.dot(ns, vec.row(lights.axis, emitter)), 0.0)
     return facing * warp.INV_PI / (lights.radius * lights.radius)
 
 
@@ -22,9 +24,18 @@ def dome_importance(lights):
 
 
 @jit
-def sample_sun(lights, emitter):
-    """Return the only `LightSample` there is."""
-    direction = vec.scale(vec.row(lights.axis, emitter), -1.0)
+def _direction_of_sun(lights, emitter, u, v):
+    """Return a direction in which a sun shines, uniform over its disc if it has one."""
+    axis, edge = vec.row(lights.axis, emitter), lights.cosines[emitter, 0]
+    if edge == 1.0:
+        return axis
+    return vec.from_frame(warp.uniform_cone(u, v, edge), axis)
+
+
+@jit
+def sample_sun(lights, emitter, u, v):
+    """Return a `LightSample` of a point of the disc, the only one there is of a parallel sun."""
+    direction = vec.scale(_direction_of_sun(lights, emitter, u, v), -1.0)
     return LightSample(direction, math.inf, direction, 1.0, 0.0, NOWHERE)
 
 
@@ -66,9 +77,10 @@ def _start(lights, direction, point, density, texel):
 
 
 @jit
-def emit_from_sun(lights, emitter, position):
-    """Start a photon, by a point of the unit square; a `PhotonStart`."""
-    return _start(lights, vec.row(lights.axis, emitter), position, 1.0, NOWHERE)
+def emit_from_sun(lights, emitter, position, direction):
+    """Start a photon, by two points of the unit square; a `PhotonStart`."""
+    towards = _direction_of_sun(lights, emitter, direction[0], direction[1])
+    return _start(lights, towards, position, 1.0, NOWHERE)
 
 
 @jit

@@ -59,7 +59,7 @@ def sample_towards(geometry, lights, emitter, surface, u, v):
     if kind == DOME:
         return infinite.sample_dome(lights.environment, surface, u, v)
     if kind == DIRECTIONAL:
-        return infinite.sample_sun(lights, emitter)
+        return infinite.sample_sun(lights, emitter, u, v)
     if kind == SPOT:
         return spot.sample_towards(lights, emitter, surface)
     return _sample_point(lights, lights.profiles, emitter, surface)
@@ -81,7 +81,7 @@ def emit(geometry, lights, emitter, position, direction):
     if kind == DOME:
         return infinite.emit_from_dome(lights, lights.environment, position, direction)
     if kind == DIRECTIONAL:
-        return infinite.emit_from_sun(lights, emitter, position)
+        return infinite.emit_from_sun(lights, emitter, position, direction)
     if kind == SPOT:
         return spot.emit(lights, emitter, direction)
     return _emit_from_point(lights, lights.profiles, emitter, direction)

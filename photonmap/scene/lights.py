@@ -223,25 +223,35 @@ class PhotometricLight(Light):
 
 @dataclass(frozen=True)
 class DirectionalLight(Light):
-    """A sun: parallel light from infinitely far away.
+    """A sun: light from infinitely far away, parallel or of an evenly bright disc.
+
+    The disc lights surfaces and is not seen itself.
 
     Parameters
     ----------
     direction : in which the light travels, of any length
     irradiance : on a surface that faces it, W·m⁻²
+    angle : diameter of the disc, degrees; that of the sun is 0.533
     """
 
     direction: Annotated[Vector, Direction()]
     irradiance: Annotated[Color, Emission("irradiance", "W·m⁻²")] = 1.0
     name: _Name = ""
     group: _Name = ""
+    angle: Annotated[float, Number("angle", "degrees", at_least=0.0, at_most=90.0)] = 0.0
     kind: ClassVar[str] = "directional"
 
     def emitter(self) -> Emitter:
-        """Return parallel light over a disk as large as the scene."""
+        """Return light over a disk as large as the scene."""
         axis = unit(np.array(self.direction))
         assert axis is not None
-        return Emitter("directional", lambda radius: np.pi * radius**2, axis=tuple(axis))
+        edge = float(np.cos(np.radians(0.5 * self.angle)))
+        return Emitter(
+            "directional",
+            lambda radius: np.pi * radius**2,
+            axis=tuple(axis),
+            cosines=(edge, edge),
+        )
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,9 @@
     [extrapolate:] SOURCE [FACTOR]
 
 where SOURCE is a number, `rgb:r,g,b`, `xyz:X,Y,Z`, `xyY:x,y,Y`, `planck:2856`,
-`daylight:6504`, `munsell:5R 5/10`, `metal:Au`, `sfu:NAME`, a FILE.csv, or a name that
-colour-science knows: of a light for an emission, of a ColorChecker patch for a reflectance.
+`daylight:6504`, `sun:3,45` or `sky:3,45` (turbidity and height of the sun, degrees),
+`munsell:5R 5/10`, `metal:Au`, `sfu:NAME`, a FILE.csv, or a name that colour-science knows: of a
+light for an emission, of a ColorChecker patch for a reflectance.
 """
 
 from __future__ import annotations
@@ -34,6 +35,8 @@ from photonmap.spectra.curves import (
 )
 from photonmap.spectra.metals import metal_by_source
 from photonmap.spectra.munsell import munsell
+from photonmap.spectra.observer import normalise_luminance
+from photonmap.spectra.sky import ClearSky
 
 ILLUMINANTS = "PHOTONMAP_ILLUMINANTS"
 """Environment variable that names the file of measured lights."""
@@ -45,8 +48,16 @@ _BY_TEMPERATURE: dict[str, Callable[[float], Spectrum]] = {
     "daylight": names.daylight,
 }
 """Lights that a temperature in K names."""
+_BY_HEIGHT: dict[str, Callable[[ClearSky], Spectrum]] = {
+    "sun": ClearSky.sun,
+    "sky": ClearSky.skylight,
+}
+"""Lights that the turbidity and the height of the sun, degrees, name."""
 
-_UNFINISHED = re.compile(r"\w+:|munsell:( *N|.*/)|(rgb|xyz|xyY):[ ,]*[^ ,]+[ ,]+[^ ,]+[ ,]*", re.I)
+_UNFINISHED = re.compile(
+    r"\w+:|munsell:( *N|.*/)|(rgb|xyz|xyY):[ ,]*[^ ,]+[ ,]+[^ ,]+[ ,]*|(sun|sky):[ ,]*[^ ,]+[ ,]*",
+    re.I,
+)
 """What lacks the number after it, which is then no factor: "munsell:N" of "munsell:N 5"."""
 
 
@@ -145,7 +156,7 @@ def _reflectance_source(body: str, folder: Path) -> Color:
         return munsell(rest)
     if prefix == "metal":
         return metal_by_source(rest.strip(), folder)
-    if prefix in (*_BY_TEMPERATURE, "sfu"):
+    if prefix in (*_BY_TEMPERATURE, *_BY_HEIGHT, "sfu"):
         raise InputError(f"{shown(body)} is a light, not a reflectance; name a reflectance")
     common = _common_source(body, folder, LARGEST_REFLECTANCE, "reflectance")
     return names.patch(body) if common is None else common
@@ -160,6 +171,9 @@ def _emission_source(body: str, folder: Path) -> Color:
         if kelvin is None:
             raise InputError(f"{shown(body)} needs a temperature in K, as in {prefix}:5000")
         return _BY_TEMPERATURE[prefix](kelvin)
+    if prefix in _BY_HEIGHT:
+        haze, height = _several(body, rest, ("3", "45"))
+        return normalise_luminance(_BY_HEIGHT[prefix](ClearSky(haze, height)))
     if prefix == "sfu":
         return measured_illuminants()[rest.strip()]
     if prefix in ("munsell", "metal"):
@@ -200,11 +214,19 @@ def _xyz(prefix: str, rest: str) -> tuple[float, float, float]:
 
 
 def _triple(text: str, numbers: str) -> tuple[float, float, float]:
+    first, second, third = _several(text, numbers, (".2", ".3", ".4"))
+    return first, second, third
+
+
+def _several(text: str, numbers: str, example: tuple[str, ...]) -> list[float]:
+    """Return as many numbers as an example has."""
     values = [_number(word) for word in numbers.replace(",", " ").split()]
-    match values:
-        case [float(first), float(second), float(third)]:
-            return first, second, third
-    raise InputError(f"{shown(text)} needs three numbers, as in {text.partition(':')[0]}:.2,.3,.4")
+    found = [value for value in values if value is not None]
+    if len(found) == len(values) == len(example):
+        return found
+    count = {2: "two", 3: "three"}[len(example)]
+    name = text.partition(":")[0]
+    raise InputError(f"{shown(text)} needs {count} numbers, as in {name}:{','.join(example)}")
 
 
 def _number(text: str) -> float | None:

@@ -16,7 +16,9 @@ from photonmap.kernels.lights.photons import emit_photon
 
 SKY = "environment"
 """A dome with a map, which is a kind of its own here."""
-EMITTERS = (*kinds.KINDS, SKY)
+SUN = "disc"
+"""A sun that is a disc, large for this test."""
+EMITTERS = (*kinds.KINDS, SKY, SUN)
 PHOTONS = 200_000
 UP = (0.0, 1.0, 0.0)
 
@@ -27,8 +29,8 @@ def lamp_table():
     return 0.2 + np.cos(polar / 2.0) ** 4 * (1.5 + np.sin(azimuth + 0.3) * np.sin(polar))
 
 
-def make_scene(sky):
-    """Return the scene; `sky` is a light, the dome or the map."""
+def make_scene(sky, angle):
+    """Return the scene; `sky` is a light, the dome or the map, `angle` of the sun's disc."""
     corners = [(-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)]
     floor = quad(*corners, pm.Material("floor", 0.5), "floor")
     lamp = pm.Mesh([(-0.3, 1.1, 0.2), (0.4, 1.0, -0.5), (0.5, 1.2, 0.3)], [[0, 1, 2]],
@@ -36,7 +38,7 @@ def make_scene(sky):
     lights = [
         pm.PointLight((0.3, 0.6, -0.2), 0.7),
         pm.SpotLight((-0.2, 0.9, 0.1), (0.1, 0.0, 0.2), 3.0, 15.0, 40.0),
-        pm.DirectionalLight((0.4, -1.0, 0.3), 1.5),
+        pm.DirectionalLight((0.4, -1.0, 0.3), 1.5, angle=angle),
         pm.PhotometricLight(
             (0.1, 0.5, 0.3), lamp_table(), 0.9, direction=(0.3, -1.0, 0.1), azimuth=(0.5, 0.2, -1.0)
         ),
@@ -51,9 +53,9 @@ def compiled(emitter):
     texels = np.random.default_rng(8).uniform(0.05, 1.0, (6, 12, 3))
     texels[1, 4] = 20.0
     sky = pm.EnvironmentLight(texels, rotation=30.0) if emitter == SKY else pm.DomeLight(0.4)
-    scene = make_scene(sky)
+    scene = make_scene(sky, 40.0 if emitter == SUN else 0.0)
     arrays = compile_scene(scene, pm.Bands.parse("1"))
-    number = kinds.KINDS["dome" if emitter == SKY else emitter]
+    number = kinds.KINDS[{SKY: "dome", SUN: "directional"}.get(emitter, emitter)]
     return scene, arrays, int(np.flatnonzero(arrays.lights.kind == number)[0])
 
 

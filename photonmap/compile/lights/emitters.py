@@ -19,6 +19,7 @@ from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.core.records import Geometry, Lights, LightTree, Profiles
 from photonmap.kernels.lights.kinds import INFINITE_KINDS, KINDS, POSITION_KINDS, TRIANGLE
 from photonmap.scene.camera import Camera
+from photonmap.scene.light_parts.daylight import SkyLight
 from photonmap.scene.lights import (
     DomeLight,
     EnvironmentLight,
@@ -31,6 +32,8 @@ from photonmap.scene.material import Material
 from photonmap.scene.textures import Paint, mean_color
 from photonmap.spectra.bands import Bands
 
+_MAPPED = EnvironmentLight | SkyLight
+"""Lights that differ by direction all around."""
 DIMMEST, BRIGHTEST = 1e-30, 1e30
 """Power of all lights, W·m⁻²·sr⁻¹ times the square of the scene's size: images are float32."""
 
@@ -163,11 +166,11 @@ def _find_shining(
 ) -> _Shining:
     """Return the lights that are not black, with names; the default light where nothing emits."""
     named = name_lights([check_light(light) for light in lights], area_names)
-    skies = [light for light in named if isinstance(light, DomeLight | EnvironmentLight)]
+    skies = [light for light in named if isinstance(light, DomeLight | _MAPPED)]
     if len(skies) > 1:
         both = f"{skies[0].name!r} and {skies[1].name!r}"
         raise InputError(f"a scene has one dome or environment at most: leave one of {both} out")
-    sky = next((compile_sky(s, bands) for s in skies if isinstance(s, EnvironmentLight)), None)
+    sky = next((compile_sky(s, bands) for s in skies if isinstance(s, _MAPPED)), None)
     shining = [light for light in named if _spectrum(light, sky, bands).any()]
     if not shining and not area_names:
         warn(
@@ -278,6 +281,6 @@ def emission_of(color: Paint, bands: Bands, owner: str) -> NDArray[np.float64]:
 
 def _spectrum(light: Light, sky: Sky | None, bands: Bands) -> NDArray[np.float64]:
     """Return a light's amount in each band, (N,): of an environment the mean."""
-    if isinstance(light, EnvironmentLight) and sky:
+    if isinstance(light, _MAPPED) and sky:
         return sky.mean
     return emission_of(light.color, bands, f"light {light.name!r}")

@@ -1,4 +1,4 @@
-"""Turn a map of the sky into what kernels draw directions from."""
+"""Turn a map of the sky, or a clear sky by its model, into what kernels draw directions from."""
 
 from __future__ import annotations
 
@@ -11,9 +11,13 @@ from numpy.typing import NDArray
 from photonmap.compile.cdf import make_cdf
 from photonmap.errors import naming
 from photonmap.kernels.core.records import Environment
+from photonmap.scene.light_parts.daylight import SkyLight
 from photonmap.scene.lights import EnvironmentLight
 from photonmap.scene.panorama import check_panorama, read_panorama
 from photonmap.spectra.bands import Bands
+from photonmap.spectra.integrals import integrate_products
+from photonmap.spectra.observer import observer
+from photonmap.spectra.sky import daylight_basis
 
 
 @dataclass(frozen=True)
@@ -21,9 +25,9 @@ class Sky:
     """A map, and its colours in bands."""
 
     texels: NDArray[np.float32]
-    """(H, W, 3)"""
+    """(H, W, 3), linear RGB, or how much of each spectrum of daylight"""
     basis: NDArray[np.float64]
-    """(3, N), the light's scale included"""
+    """(3, N), bands of each, the light's scale included"""
     cosines: NDArray[np.float64]
     """(H + 1,)"""
     rotation: float
@@ -44,13 +48,32 @@ class Sky:
         return Environment(self.texels, basis, rows, make_cdf(light), self.cosines, self.rotation)
 
 
-def compile_sky(light: EnvironmentLight, bands: Bands) -> Sky:
-    """Read a checked light's map."""
+def compile_sky(light: EnvironmentLight | SkyLight, bands: Bands) -> Sky:
+    """Read a checked light's map, or compute that of a clear sky."""
+    if isinstance(light, SkyLight):
+        return _clear_sky(light, bands)
     label = f"light {light.name or light.kind!r}"
     if isinstance(light.image, str | PathLike):
         with naming(label):
             texels = read_panorama(light.image)
     else:
         texels = check_panorama(light.image, label)
-    cosines = np.cos(np.linspace(0.0, np.pi, len(texels) + 1))
-    return Sky(texels, bands.emission_basis * light.scale, cosines, light.rotation / 360.0 % 1.0)
+    basis = bands.emission_basis * light.scale
+    return Sky(texels, basis, _row_cosines(texels), light.rotation / 360.0 % 1.0)
+
+
+def _clear_sky(light: SkyLight, bands: Bands) -> Sky:
+    """Return a sky as sums of the three spectra of daylight; in RGB, colours within the gamut."""
+    texels, (wavelengths, curves) = light.weights(), daylight_basis()
+    if not bands.is_rgb:
+        basis = bands.average_all(wavelengths, curves)
+    else:
+        eye = observer()
+        rgb = integrate_products(eye.wavelengths, eye.matching, wavelengths, curves).T
+        texels, basis = np.maximum(texels @ rgb, 0.0).astype(np.float32), np.eye(3)
+    return Sky(texels, basis * light.scale, _row_cosines(texels), 0.0)
+
+
+def _row_cosines(texels: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return the cosines of the zenith angles between the rows of a map, (H + 1,)."""
+    return np.cos(np.linspace(0.0, np.pi, len(texels) + 1))

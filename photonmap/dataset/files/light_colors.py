@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.results.result import Result
+from photonmap.scene.light_parts.daylight import SkyLight
 from photonmap.scene.lights import EnvironmentLight
 from photonmap.scene.scene import Scene
 from photonmap.scene.textures import Paint, Texture
@@ -24,7 +25,7 @@ Colors = Mapping[str, NDArray[np.float64] | None]
 def light_colors(scene: Scene, groups: Iterable[str], bands: Bands) -> Colors:
     """Return the colours that light groups emit in bands.
 
-    A group of lights of several colours, a texture or an environment map has None.
+    A group of lights of several colours, a texture, an environment map or a sky has None.
     """
     paints: dict[str, list[Paint | None]] = {group: [] for group in groups}
     for mesh in scene.meshes:
@@ -33,7 +34,7 @@ def light_colors(scene: Scene, groups: Iterable[str], bands: Bands) -> Colors:
     for light in scene.lights:
         group = light.group or light.name or light.kind
         if group in paints:
-            mapped = isinstance(light, EnvironmentLight)
+            mapped = isinstance(light, EnvironmentLight | SkyLight)
             paints[group].append(None if mapped else light.color)
     return {group: _common_color(found, bands) for group, found in paints.items()}
 

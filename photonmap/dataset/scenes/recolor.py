@@ -14,13 +14,15 @@ from photonmap.dataset.models.shapes import Random
 from photonmap.dataset.scenes.illumination import Illumination, choose_illumination, light_spectrum
 from photonmap.dataset.scenes.random_lights import RandomLights
 from photonmap.errors import InputError, naming
-from photonmap.scene.lights import DomeLight, EnvironmentLight, Light
+from photonmap.scene.light_parts.daylight import SkyLight, SunLight
+from photonmap.scene.lights import DirectionalLight, DomeLight, EnvironmentLight, Light
 from photonmap.scene.material import Material
 from photonmap.scene.panorama import check_panorama, read_panorama
 from photonmap.scene.scene import Scene
 from photonmap.scene.textures import Paint, Texture, mean_color
 from photonmap.spectra.curves import Spectrum
 from photonmap.spectra.observer import luminance, observer, radiance_to_rgb
+from photonmap.spectra.sky import SUN_DIAMETER
 
 _COLORS = ("intensity", "irradiance", "radiance")
 
@@ -146,6 +148,12 @@ def _relit(light: Light, spectrum: Spectrum) -> Light:
         else:
             texels = check_panorama(light.image, light.kind)
         return replace(light, image=(texels @ observer().rgb_to_xyz[1])[..., None] * _rgb(spectrum))
+    if isinstance(light, SkyLight):
+        texels = light.luminance()[..., None] * _rgb(spectrum)
+        return EnvironmentLight(texels, light.scale, name=light.name, group=_group(light))
+    if isinstance(light, SunLight):
+        amount = spectrum * luminance(light.color)
+        return DirectionalLight(light.direction, amount, light.name, _group(light), SUN_DIAMETER)
     described: Any = light
     name = next(field.name for field in fields(described) if field.name in _COLORS)
     return replace(described, **{name: _recolored(light.color, spectrum)})

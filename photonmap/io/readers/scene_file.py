@@ -50,8 +50,8 @@ def load_scene(
     - sections `[object.NAME]` with the `material` of an object, in place of what the mesh file
       gives it: the name of one of its materials, or of a new one with a section `[material.NAME]`;
     - sections `[[light]]`, whose `type` is "point", "spot", "photometric", "directional",
-      "dome", "environment" or "area", and whose other keys are the attributes of the light of this
-      kind in `photonmap.scene`; an area light becomes a mesh; the image of an
+      "dome", "environment", "sun", "sky" or "area", and whose other keys are the attributes of the
+      light of this kind in `photonmap.scene`; an area light becomes a mesh; the image of an
       environment is its `file`. A light replaces the one that has its name in the mesh file.
 
     Parameters
