@@ -105,7 +105,7 @@ def _add_looks(what: argparse._ArgumentGroup) -> None:
     """Add the options that decide how procedural scenes look, and what lights them."""
     what.add_argument(
         "--materials",
-        choices=("lambertian", "mixed"),
+        choices=("lambertian", "mixed", "textured", "glossy", "rich"),
         help="materials of procedural scenes (default: the preset's, or lambertian)",
     )
     what.add_argument(

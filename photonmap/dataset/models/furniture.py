@@ -152,7 +152,8 @@ def cabinet(
 
 def bed(rng: Random, palette: Palette, width: float = 1.5) -> SceneObject:
     """Return a bed with a mattress, a blanket and pillows, its head towards -z."""
-    wood, blanket = palette.wood(), palette.chip(palette.key, (4, 6), (4, 10))
+    wood = palette.wood()
+    blanket = palette.patterned("print", palette.chip(palette.key, (4, 6), (4, 10)))
     long = 2.0
     parts = [
         part_at(box(width + 0.06, 0.26, long, 0.01), 0.0, 0.06, 0.0, wood),
@@ -229,7 +230,7 @@ def stool(palette: Palette) -> SceneObject:
 
 def sofa(rng: Random, palette: Palette, seats: int) -> SceneObject:
     """Return a sofa with cushions, or an armchair if it has one seat."""
-    cloth = palette.chip(None, (4, 6), (4, 8))
+    cloth = palette.patterned("cloth", palette.chip(None, (4, 6), (4, 8)))
     wide, arm, deep = 0.62 * seats, 0.16, 0.82
     whole = wide + 2 * arm
     parts = [part_at(box(whole - 0.02, 0.26, deep - 0.02, 0.03, 3), 0.0, 0.06, 0.0, cloth)]

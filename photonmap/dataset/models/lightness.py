@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-import math
-import re
-import zlib
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 
-from photonmap.dataset.models.palette import COAT, GLAZED, chips
 from photonmap.dataset.models.scene_object import SceneObject
+from photonmap.dataset.models.surfaces import reflectance_of, surface_of, whole_step
 from photonmap.errors import InputError
 from photonmap.scene.material import Material
-from photonmap.spectra.curves import Spectrum
-from photonmap.spectra.munsell import munsell
 
-_GREY = re.compile(r"N(\d)")
-_LIGHTEST, _DARKEST = 9, 2
-"""Munsell values of the grey chips."""
 _MOST_STEPS = 7.0
 """The most steps of Munsell value by which all chips become lighter or darker."""
 _HALVINGS = 14
@@ -79,45 +70,8 @@ def with_lightness(objects: Sequence[SceneObject], mean: float | None) -> Sequen
     ]
 
 
-def reflectance_of(material: Material) -> float:
-    """Return the mean reflectance of a material over its wavelengths, diffuse and mirrored."""
-    paint = material.reflectance
-    diffuse = float(paint.values.mean()) if isinstance(paint, Spectrum) else 0.0
-    mirrored = material.mirror if isinstance(material.mirror, float) else 0.0
-    return diffuse + mirrored
-
-
 def _shifted(material: Material, step: float) -> Material:
     """Return a material whose chip is lighter by a number of values, rounded up or down."""
-    name = material.name.removeprefix(GLAZED)
-    dither = zlib.crc32(name.encode()) / 2.0**32
-    chip = _chip_beside(name, math.floor(step + dither))
-    if chip is None:
-        return material
-    if name == material.name:
-        return _bare(chip)
-    return _glazed(chip)
-
-
-@cache
-def _bare(chip: str) -> Material:
-    return Material(chip, munsell(chip))
-
-
-@cache
-def _glazed(chip: str) -> Material:
-    return Material(f"{GLAZED}{chip}", (1.0 - COAT) * munsell(chip), mirror=COAT)
-
-
-@cache
-def _chip_beside(name: str, shift: int) -> str | None:
-    """Return the chip that is `shift` values lighter; None if the name is not that of a chip."""
-    if grey := _GREY.fullmatch(name):
-        return f"N{min(max(int(grey[1]) + shift, _DARKEST), _LIGHTEST)}"
-    names, rows = chips()
-    if name not in names:
-        return None
-    hue, value, chroma = rows[names.index(name)]
-    turn = np.abs((rows[:, 0] - hue + 50.0) % 100.0 - 50.0)
-    cost = 100.0 * np.abs(rows[:, 1] - value - shift) + turn + 0.5 * np.abs(rows[:, 2] - chroma)
-    return names[int(np.argmin(cost))]
+    surface = surface_of(material.name)
+    lighter = surface.lighter(whole_step(surface.chip, step))
+    return material if lighter is None else lighter.material()

@@ -2,37 +2,21 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.dataset.models.surfaces import GLAZED, GLOSSY, Surface, chips, surface_of
 from photonmap.errors import InputError
 from photonmap.scene.material import Material
-from photonmap.spectra.curves import Spectrum
-from photonmap.spectra.munsell import munsell, shipped_set
 
-_NOTATION = re.compile(r"([\d.]+)([A-Z]+) ([\d.]+)/([\d.]+)")
-HUES = ("R", "YR", "Y", "GY", "G", "BG", "B", "PB", "P", "RP")
-"""Munsell hue families in the order of the hue circle, ten steps each."""
-COAT = 0.05
-"""Specular reflectance of glaze and varnish."""
-GLAZED = "glazed "
-"""What the name of a chip under a coat begins with."""
-MATERIALS = ("lambertian", "mixed")
-
-
-@cache
-def chips() -> tuple[tuple[str, ...], NDArray[np.float64]]:
-    """Return the chromatic chips that are shipped: names, and hue (0 to 100), value and chroma."""
-    found = [match for name in shipped_set().names if (match := _NOTATION.fullmatch(name))]
-    rows = [
-        (10.0 * HUES.index(match[2]) + float(match[1]), float(match[3]), float(match[4]))
-        for match in found
-    ]
-    return tuple(match[0] for match in found), np.array(rows)
+_TEXTURED = ("textured", "rich")
+_METAL, _GLASS = "metal", "glass"
+MATERIALS = ("lambertian", "mixed", "textured", "glossy", "rich")
+"""Chips alone; with mirror coats, metal and glass; with textures; with rough coats and metal, and
+glass; the last two together."""
 
 
 @cache
@@ -52,9 +36,10 @@ class Palette:
     Parameters
     ----------
     rng : draws the chips
-    materials : "lambertian"; or "mixed", where ceramics and varnished wood have a specular coat,
-        metal is a mirror and bottles are glass
-
+    materials : one of `MATERIALS`: where they are "mixed", ceramics and varnished wood have a
+        specular coat, metal is a mirror and bottles are glass; where "glossy", coats and metal are
+        rough, as are floors; where "textured", wood, cloth, stone and walls have patterns;
+        "rich" is both of these
     lightness : mean reflectance of the finished scene, see `photonmap.dataset.models.lightness`;
         None for that of the chips as they are drawn
 
@@ -71,16 +56,17 @@ class Palette:
     ) -> None:
         if materials not in MATERIALS:
             raise InputError(
-                f"materials {materials!r} is neither {' nor '.join(map(repr, MATERIALS))}"
+                f"materials {materials!r} must be one of {', '.join(map(repr, MATERIALS))}"
             )
-        self._rng, self._known = rng, dict[str, Material]()
-        self.mixed, self.lightness = materials == "mixed", lightness
+        self._rng, self.lightness = rng, lightness
+        self.mixed = materials in ("mixed", "glossy", "rich")
+        self._rough, self._textured = materials in ("glossy", "rich"), materials in _TEXTURED
         self.key = float(rng.uniform(0.0, 100.0))
         """The dominant hue, 0 to 100."""
 
     def grey(self, value: int) -> Material:
         """Return the neutral chip of a Munsell value from 2 to 9."""
-        return self._material(f"N{value}")
+        return Surface(f"N{value}").material()
 
     def chip(
         self,
@@ -99,10 +85,10 @@ class Palette:
         """
         names, hues = _chips_within(value, chroma)
         if hue is None:
-            return self._material(names[int(self._rng.integers(len(names)))])
+            return Surface(names[int(self._rng.integers(len(names)))]).material()
         away = np.abs((hues - hue + 50.0) % 100.0 - 50.0)
         fits = np.flatnonzero(away <= max(spread, float(away.min())))
-        return self._material(names[int(fits[self._rng.integers(len(fits))])])
+        return Surface(names[int(fits[self._rng.integers(len(fits))])]).material()
 
     def colors(
         self, count: int, value: tuple[float, float] = (4, 8), chroma: float = 6.0
@@ -118,40 +104,62 @@ class Palette:
         return self.chip(hue, (4, 7), (8, 14), 8.0)
 
     def wood(self) -> Material:
-        """Draw a chip in a colour of wood."""
-        return self.chip(float(self._rng.uniform(14.0, 22.0)), (4, 6), (4, 6))
+        """Draw a chip in a colour of wood, with its grain if materials are textured."""
+        chip = self.chip(float(self._rng.uniform(14.0, 22.0)), (4, 6), (4, 6))
+        return self.patterned("wood", chip)
 
     def fabric(self) -> Material:
-        """Draw a chip of medium chroma."""
-        return self.chip(None, (3, 7), (4, 8))
+        """Draw a chip of medium chroma, woven if materials are textured."""
+        return self.patterned("cloth", self.chip(None, (3, 7), (4, 8)))
 
     def pale(self) -> Material:
         """Draw a light chip of low chroma."""
         return self.chip(None, (7, 8), (2, 4))
 
-    def glazed(self, material: Material) -> Material:
-        """Return a chip under a specular coat; the base receives only what the coat transmits."""
-        if not self.mixed or not isinstance(material.reflectance, Spectrum):
+    def patterned(self, procedure: str, material: Material) -> Material:
+        """Return a chip in a pattern of `photonmap.dataset.models.procedures`, if textured."""
+        if not self._textured:
             return material
-        name = f"{GLAZED}{material.name}"
-        made = Material(name, (1.0 - COAT) * material.reflectance, mirror=COAT)
-        return self._known.setdefault(name, made)
+        return surface_of(material.name)._replace(pattern=procedure).material()
+
+    def varnished(self, material: Material) -> Material:
+        """Return a floor's material, under a rough coat if materials are glossy."""
+        if not self._rough:
+            return material
+        return surface_of(material.name)._replace(finish=GLOSSY).material()
+
+    def glazed(self, material: Material) -> Material:
+        """Return a chip under a coat, if there are coats."""
+        if not self.mixed or material.name in (_METAL, _GLASS):
+            return material
+        finish = GLOSSY if self._rough else GLAZED
+        return surface_of(material.name)._replace(finish=finish).material()
 
     def metal(self) -> Material:
-        """Return polished metal; a grey chip if materials are Lambertian."""
-        made = Material.polished("metal", 0.85)
-        return self._known.setdefault(made.name, made) if self.mixed else self.grey(6)
+        """Return metal, polished or rough; a grey chip where there is none."""
+        if not self.mixed:
+            return self.grey(6)
+        return _rough_metal() if self._rough else _polished_metal()
 
     def glass(self, material: Material) -> Material:
-        """Return clear glass for a closed shape; `material` itself if materials are Lambertian."""
-        made = Material.glass("glass", 1.5, 0.97)
-        return self._known.setdefault(made.name, made) if self.mixed else material
+        """Return clear glass for a closed shape; `material` itself where there is none."""
+        return _clear_glass() if self.mixed else material
 
     def choice(self, materials: Sequence[Material]) -> Material:
         """Draw one of several materials."""
         return materials[int(self._rng.integers(len(materials)))]
 
-    def _material(self, name: str) -> Material:
-        if name not in self._known:
-            self._known[name] = Material(name, munsell(name))
-        return self._known[name]
+
+@cache
+def _polished_metal() -> Material:
+    return Material.polished(_METAL, 0.85)
+
+
+@cache
+def _rough_metal() -> Material:
+    return Material.metal(_METAL, 0.85, 0.35)
+
+
+@cache
+def _clear_glass() -> Material:
+    return Material.glass(_GLASS, 1.5, 0.97)

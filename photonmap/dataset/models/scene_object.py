@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from photonmap.dataset.models.mapping import box_mapped
 from photonmap.dataset.models.shapes import Floats, Shape, joined
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
@@ -31,6 +32,11 @@ class Part:
     shape: Shape
     material: Material
     light_group: str = ""
+
+    def __post_init__(self) -> None:
+        """Lay a texture onto the shape, as it stands before the object is placed."""
+        if self.material.uses_uv and self.shape.uv is None:
+            object.__setattr__(self, "shape", box_mapped(self.shape))
 
 
 @dataclass(frozen=True)
@@ -148,5 +154,7 @@ def to_meshes(obj: SceneObject, emitter_material: Callable[[Part], Material]) ->
     meshes = []
     for material, shapes in by_material.values():
         shape = joined(shapes)
-        meshes.append(Mesh(shape.vertices, shape.faces, material, obj.name, shape.normals))
+        meshes.append(
+            Mesh(shape.vertices, shape.faces, material, obj.name, shape.normals, shape.uv)
+        )
     return meshes

@@ -33,15 +33,18 @@ class Shape:
     vertices : (V, 3) float64, metres
     faces : (F, 3) int64, counter-clockwise seen from outside
     normals : (V, 3) float64, of length 1
+    uv : (V, 2) float64 texture coordinates, metres on the surface; None without a texture
     """
 
     vertices: Floats
     faces: Indices
     normals: Floats
+    uv: Floats | None = None
 
     def moved(self, offset: ArrayLike) -> Shape:
         """Return the shape moved by (x, y, z)."""
-        return Shape(self.vertices + np.asarray(offset, np.float64), self.faces, self.normals)
+        vertices = self.vertices + np.asarray(offset, np.float64)
+        return Shape(vertices, self.faces, self.normals, self.uv)
 
     def turned(self, degrees: float, axis: int = 1) -> Shape:
         """Return the shape rotated about a coordinate axis by the right-hand rule.
@@ -49,13 +52,13 @@ class Shape:
         Multiples of 90 degrees are exact.
         """
         matrix = rotation(degrees, axis)
-        return Shape(self.vertices @ matrix.T, self.faces, self.normals @ matrix.T)
+        return Shape(self.vertices @ matrix.T, self.faces, self.normals @ matrix.T, self.uv)
 
     def scaled(self, factors: ArrayLike) -> Shape:
         """Return the shape scaled along x, y and z by positive factors."""
         factors = np.broadcast_to(np.asarray(factors, np.float64), 3)
         normals = normalised(self.normals / factors)
-        return Shape(self.vertices * factors, self.faces, normals)
+        return Shape(self.vertices * factors, self.faces, normals, self.uv)
 
     def resting(self) -> Shape:
         """Return the shape with its lowest vertex at y = 0."""
@@ -101,7 +104,14 @@ def joined(shapes: Sequence[Shape]) -> Shape:
         np.concatenate([shape.vertices for shape in shapes]),
         np.concatenate(faces),
         np.concatenate([shape.normals for shape in shapes]),
+        _joined_uv(shapes),
     )
+
+
+def _joined_uv(shapes: Sequence[Shape]) -> Floats | None:
+    """Return the texture coordinates of shapes one after another; None unless all have them."""
+    found = [shape.uv for shape in shapes if shape.uv is not None]
+    return np.concatenate(found) if len(found) == len(shapes) else None
 
 
 def smooth_normals(vertices: Floats, faces: Indices) -> Floats:

@@ -65,7 +65,7 @@ def curtain(palette: Palette, rng: Random, width: float, height: float) -> Scene
     vertices = front.reshape(-1, 3)
     faces = lattice(10, steps)
     normals = smooth_normals(vertices, faces)
-    cloth = palette.chip(palette.key, (5, 7), (4, 8))
+    cloth = palette.patterned("cloth", palette.chip(palette.key, (5, 7), (4, 8)))
     return SceneObject("curtain", [Part(Shape(vertices, faces, normals), cloth)])
 
 

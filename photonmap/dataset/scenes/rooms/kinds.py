@@ -52,6 +52,7 @@ class RoomKind:
     floors : one of which is drawn
     hue : of the walls, as `Palette.chip` takes it; None draws one
     chroma : range for the walls; 0 is grey
+    wall : procedure that paints the first wall where materials are textured
     """
 
     width: Range
@@ -63,12 +64,14 @@ class RoomKind:
     lamps: tuple[MakeLamp, ...]
     floors: tuple[Floor, ...] = (planks, plain)
     chroma: Range = (2, 6)
+    wall: str = "print"
 
     def walls(self, rng: Random, palette: Palette) -> tuple[Material, Material]:
         """Draw the materials of one wall and of the others."""
         hue = palette.key if rng.random() < 0.5 else None
         first = palette.chip(hue, (6, 8), self.chroma) if self.chroma[1] else palette.grey(8)
-        return first, palette.pale() if self.chroma[1] and rng.random() < 0.7 else palette.grey(8)
+        others = palette.pale() if self.chroma[1] and rng.random() < 0.7 else palette.grey(8)
+        return palette.patterned(self.wall, first), others
 
 
 def picture(rng: Random, palette: Palette) -> list[SceneObject]:

@@ -54,12 +54,12 @@ def walls(
     for wall, turn in TURNS.items():
         x, z = in_front_of(wall, size, 0.0, 0.0)
         material = materials[0 if wall == BACK else 1]
-        pieces = _wall_pieces(length_of(wall, size), float(size[1]), windows.get(wall, ()))
+        pieces = wall_pieces(length_of(wall, size), float(size[1]), windows.get(wall, ()))
         parts += [Part(piece.turned(turn).moved((x, 0.0, z)), material) for piece in pieces]
     return SceneObject("walls", parts)
 
 
-def _wall_pieces(length: float, tall: float, windows: Sequence[Opening]) -> list[Shape]:
+def wall_pieces(length: float, tall: float, windows: Sequence[Opening]) -> list[Shape]:
     """Return a wall at z = 0 as rectangles around its windows."""
     pieces, at = [], -0.5 * length
     for along, low, width, height in sorted(windows):
@@ -86,7 +86,8 @@ def skirting(palette: Palette, size: Size) -> SceneObject:
 def planks(rng: Random, palette: Palette, size: Size) -> SceneObject:
     """Return a floor of planks in three similar colours, in staggered rows along x or z."""
     hue, value = float(rng.uniform(15.0, 21.0)), int(rng.integers(4, 7))
-    colors = [palette.chip(hue, (value, value + 1), (4, 4), 3.0) for _ in range(3)]
+    chips = [palette.chip(hue, (value, value + 1), (4, 4), 3.0) for _ in range(3)]
+    colors = [palette.varnished(palette.patterned("wood", chip)) for chip in chips]
     across, wide, long = rng.random() < 0.5, rng.uniform(0.1, 0.24), rng.uniform(0.9, 2.0)
     width, depth = (size[2], size[0]) if across else (size[0], size[2])
     rows = math.ceil(width / wide)
@@ -106,7 +107,8 @@ def tiles(rng: Random, palette: Palette, size: Size) -> SceneObject:
     width, _, depth = size
     side, kind = float(rng.uniform(0.2, 0.6)), int(rng.integers(3))
     columns, rows = round(width / side), round(depth / side)
-    colors = (palette.chip(None, (7, 8), (2, 4)), palette.chip(None, (4, 6), (2, 6)))
+    chips = (palette.chip(None, (7, 8), (2, 4)), palette.chip(None, (4, 6), (2, 6)))
+    colors = [palette.varnished(palette.patterned("marble", chip)) for chip in chips]
     wide, deep = width / columns, depth / rows
     sparse = rng.random((columns, rows)) < 0.15
     parts = []
@@ -128,4 +130,5 @@ def plain(rng: Random, palette: Palette, size: Size) -> SceneObject:
         if rng.random() < 0.6
         else palette.grey(value)
     )
-    return SceneObject("floor", [Part(shape, color)])
+    material = palette.varnished(palette.patterned("marble", color))
+    return SceneObject("floor", [Part(shape, material)])
