@@ -11,7 +11,7 @@ from typing import Any
 
 from photonmap.dataset.files.splits import PARTS
 from photonmap.dataset.models.palette import MATERIALS
-from photonmap.dataset.scenes.build import SCENES
+from photonmap.dataset.scenes.build import PAPER_SCENES, SCENES
 from photonmap.dataset.scenes.illumination import (
     ILLUMINATIONS,
     NAMED,
@@ -86,7 +86,7 @@ class Preset:
 
 PRESETS = {
     "small": Preset("small", ("jug", "boulder", "living_room", "pottery")),
-    "icip2013": Preset("icip2013", SCENES),
+    "icip2013": Preset("icip2013", PAPER_SCENES),
     "varied": Preset("varied", SCENES, illuminations=tuple(RANDOM)[1:]),
 }
 """Presets by name; icip2013 has as many objects and rooms as Beigpour et al. 2013."""

@@ -12,16 +12,20 @@ from photonmap.dataset.scenes.illumination import (
     choose_illumination,
     find_illumination,
 )
+from photonmap.dataset.scenes.outdoors.catalogue import OUTDOORS
 from photonmap.dataset.scenes.random_lights import RandomLights
 from photonmap.dataset.scenes.rooms.catalogue import ROOMS
+from photonmap.dataset.scenes.rooms.kinds import KINDS
 from photonmap.dataset.scenes.single_objects import OBJECTS, build_object
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
 from photonmap.errors import InputError
 from photonmap.runtime.wording import suggest
 from photonmap.scene.scene import Scene
 
-SCENES = (*OBJECTS, *ROOMS)
-"""Names of all scenes: single objects, then rooms."""
+SCENES = (*OBJECTS, *ROOMS, *OUTDOORS)
+"""Names of all scenes: single objects, rooms, and places outdoors."""
+PAPER_SCENES = (*OBJECTS, *KINDS)
+"""As many objects and rooms as Beigpour et al. 2013 have."""
 
 SCALES = (0.8, 3.0)
 """Smallest and largest factor of the size of rooms."""
@@ -48,7 +52,9 @@ def build_scene(
     name : one of `SCENES`
     seed : draws shapes, positions, reflectances, and the colours of the illumination
     illumination : one of `photonmap.dataset.scenes.illumination.NAMED`, or your own
-    materials : "lambertian", or "mixed" with glazes, mirrors and glass
+    materials : one of `photonmap.dataset.models.palette.MATERIALS`: "lambertian", or "mixed" with
+        glazes, mirrors and glass, "textured" with wood, cloth, stone and prints, "glossy" with
+        rough varnish and metal, or "rich" with both
     lightness : mean reflectance over the area of all surfaces, from 0 to 1; None for that of the
         chips as they are drawn
     scale : factor of a room's size; single objects have theirs
@@ -87,8 +93,8 @@ def build_unlit_scene(
     check_looks(lightness, scale)
     rng = _random(name, seed)
     palette = Palette(rng.spawn(1)[0], materials, lightness)
-    if name in ROOMS:
-        return ROOMS[name](rng, palette, scale)
+    if build := {**ROOMS, **OUTDOORS}.get(name):
+        return build(rng, palette, scale)
     return build_object(name, rng, palette)
 
 

@@ -1,4 +1,4 @@
-"""What each light group sends to what the camera sees, and the emitters that follow from it."""
+"""What each light group sends to what the camera sees, and how bright lights are by that."""
 
 from __future__ import annotations
 
@@ -9,26 +9,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.dataset.models.lamps import LAMP
-from photonmap.dataset.models.lightness import reflectance_of
 from photonmap.dataset.models.scene_object import SceneObject
 from photonmap.dataset.models.shapes import Floats, joined, normalised
+from photonmap.dataset.models.surfaces import reflectance_of
 from photonmap.dataset.models.wall_fixtures import WINDOW
 from photonmap.dataset.scenes.illumination import (
     MAIN_SHARE,
     Illumination,
     is_sky,
-    light_spectrum,
 )
 from photonmap.dataset.scenes.rooms.camera_search import directions
 from photonmap.errors import InputError
 from photonmap.integrators.ray_caster import RayCaster
 from photonmap.scene.camera import Camera
-from photonmap.scene.material import Material
 
 LEVEL = 1.0
 """Median irradiance of what the camera sees, W·m⁻², to which emitters are set."""
+SKY = "sky"
+"""The light group of the sky outdoors."""
+_OPEN = (WINDOW, SKY)
+"""Groups that show daylight."""
 _SAMPLES = 64
-"""Points on the emitters of a group from which light is traced."""
+"""Points on the emitters of a group, or directions to the sky, from which light is traced."""
 _NEAREST, _ABOVE = 0.1, 1e-3
 """Least distance to an emitter that counts, and how far above surfaces rays begin, metres."""
 
@@ -48,11 +50,11 @@ def light_received(
     -------
     irradiance of the points, (P,) W·m⁻², if a group emits 1 W·m⁻²·sr⁻¹, by group
     """
-    meter = _LightMeter(objects, camera, closed)
+    meter = LightMeter(objects, camera, closed)
     return {group: meter.irradiance(group) for group in groups}
 
 
-class _LightMeter:
+class LightMeter:
     """Measures light with shadow rays.
 
     In a closed room, interreflection adds what it adds in a sphere of the same area A and mean
@@ -89,6 +91,20 @@ class _LightMeter:
         direct = (cosines / square**2 * clear).sum(axis=1) * emitters.area / _SAMPLES
         return direct + math.pi * emitters.area * self._gain()
 
+    def from_sky(self) -> Floats:
+        """Return the irradiance of the points, (P,), from a sky of radiance 1 above the horizon."""
+        number = np.arange(_SAMPLES) + 0.5
+        y, turn = number / _SAMPLES, number * math.pi * (1.0 + math.sqrt(5.0))
+        ring = np.sqrt(1.0 - y * y)
+        ways = np.stack([ring * np.cos(turn), y, ring * np.sin(turn)], axis=1)
+        return 2.0 * math.pi * np.mean([self.from_afar(way) for way in ways], axis=0)
+
+    def from_afar(self, towards: Floats) -> Floats:
+        """Return the irradiance of the points, (P,), from a sun of irradiance 1 in a direction."""
+        ways = np.tile(towards, (len(self._points), 1))
+        hit, _ = self._rays.first_hits(self._points, ways)
+        return np.maximum(self._normals @ towards, 0.0) * (hit < 0)
+
     def _gain(self) -> float:
         """Return the irradiance that interreflection adds for each watt, m⁻²."""
         if not self._closed:
@@ -112,10 +128,10 @@ def _spread(corners: Floats) -> tuple[Floats, Floats]:
     return points, cross[at] / area[at, None]
 
 
-def emitter_materials(
+def set_levels(
     illumination: Illumination, received: Mapping[str, NDArray[np.float64]]
-) -> dict[str, Material]:
-    """Return the emitting material of each light group that is on.
+) -> list[tuple[str, float, list[str]]]:
+    """Return the luminance of each light of an illumination, with its colour and groups.
 
     A light's share is that of the mean irradiance of what the camera sees; the median irradiance
     of all lights together is `LEVEL`. See `deal` for which group takes which colour.
@@ -127,24 +143,25 @@ def emitter_materials(
 
     Raises
     ------
-    InputError : there are more colours than light groups, or a colour is no light
+    InputError : there are more colours than light groups
     """
     dealt = deal(illumination, list(received))
     sums = [np.sum([received[group] for group in groups], axis=0) for _, _, groups in dealt]
     radiances = [share / each.mean() for (_, share, _), each in zip(dealt, sums, strict=True)]
     total = np.sum([level * each for level, each in zip(radiances, sums, strict=True)], axis=0)
-    made = dict[str, Material]()
-    for (color, _, groups), level in zip(dealt, radiances, strict=True):
-        emitted = light_spectrum(color) * float(level * LEVEL / np.median(total))
-        made |= dict.fromkeys(groups, Material(groups[0], 0.0, emitted))
-    return made
+    median = np.median(total)
+    return [
+        (color, float(level * LEVEL / median), groups)
+        for (color, _, groups), level in zip(dealt, radiances, strict=True)
+    ]
 
 
 def deal(illumination: Illumination, groups: Sequence[str]) -> list[tuple[str, float, list[str]]]:
     """Deal the colours of an illumination to light groups, the main one first.
 
-    Windows show daylight: they take the first colour of a sky if there is one, and a single colour
-    that is none is left to the lamps. Lamps without a colour of their own burn with the first lamp.
+    Windows show daylight, as does the sky: they take the first colour of a sky if there is one;
+    colours that are none are left to the lamps as far as there are enough. Lamps without a colour
+    of their own burn with the first lamp.
 
     Returns
     -------
@@ -162,13 +179,15 @@ def deal(illumination: Illumination, groups: Sequence[str]) -> list[tuple[str, f
         )
     places = list(groups)
     sky = next((i for i, color in enumerate(colors) if is_sky(color)), None)
-    if WINDOW in places and len(colors) == 1 and sky is None:
-        places.sort(key=lambda group: group == WINDOW)
-    elif WINDOW in places[: len(colors)] and len(colors) > 1 and sky is not None:
-        places.remove(WINDOW)
-        places.insert(sky, WINDOW)
+    open_ = next((group for group in places if group in _OPEN), None)
+    if open_ and sky is None:
+        places.sort(key=lambda group: group == open_)
+    elif open_ in places[: len(colors)] and len(colors) > 1 and sky is not None:
+        places.remove(open_)
+        places.insert(sky, open_)
     places = places[: len(colors)]
-    shares = illumination.shares or [_usual_share(groups.index(p), len(places)) for p in places]
+    ranks = [sorted(places, key=groups.index).index(place) for place in places]
+    shares = illumination.shares or [_usual_share(rank, len(places)) for rank in ranks]
     spare = [g for g in groups if g.startswith(LAMP) and g not in places]
     return [
         (color, share, [place, *spare] if place == LAMP else [place])
@@ -177,7 +196,7 @@ def deal(illumination: Illumination, groups: Sequence[str]) -> list[tuple[str, f
 
 
 def _usual_share(rank: int, count: int) -> float:
-    """Return the share of a group, the main one having rank 0, if the illumination has none."""
+    """Return the share of a group, the first that is lit having rank 0, if none is given."""
     if count == 1:
         return 1.0
     return MAIN_SHARE if rank == 0 else (1.0 - MAIN_SHARE) / (count - 1)

@@ -13,6 +13,7 @@ from photonmap.errors import InputError
 from photonmap.runtime.wording import suggest
 from photonmap.spectra.color_text import emission
 from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.sky import ClearSky
 
 WHITE = "D65"
 COLORED = ("planck:2200", "planck:20000", "HPS", "H38HT-100 (Mercury)", "LED-RGB1")
@@ -26,10 +27,15 @@ NON_PLANCKIAN = (
 )
 ILLUMINATIONS = ("white", "colored", "two_planckian", "two_mixed")
 """White; one coloured light; a cool and a warm black body; two lights that are not black bodies."""
-NAMED = (*ILLUMINATIONS, *RANDOM)
+CLEAR_SKY = "clear_sky"
+"""A clear sky, of random haze and hour; outdoors with its sun."""
+NAMED = (*ILLUMINATIONS, *RANDOM, CLEAR_SKY)
 """All illuminations that have a name."""
 
-_SKY = re.compile(r"D\d+|daylight:.*|planck:(\d+(?:\.\d+)?)")
+_SKY = re.compile(r"D\d+|daylight:.*|sky:.*|planck:(\d+(?:\.\d+)?)")
+_CLEAR = re.compile(r"sky:\s*([\d.]+)[,\s]+([\d.]+)")
+_HAZE, _HEIGHT = (2.0, 6.0), (12.0, 65.0)
+"""Ranges of the turbidity of clear skies, and of the height of their sun, degrees."""
 _COOLEST = 4500.0
 """Lowest temperature of a black body that may be a sky, kelvins."""
 
@@ -114,6 +120,7 @@ def choose_illumination(
         "colored": (str(rng.choice(COLORED)),),
         "two_planckian": (str(rng.choice(COOL)), str(rng.choice(WARM))),
         "two_mixed": NON_PLANCKIAN[int(rng.integers(len(NON_PLANCKIAN)))],
+        CLEAR_SKY: (f"sky:{rng.uniform(*_HAZE):.1f},{rng.uniform(*_HEIGHT):.0f}",),
     }
     return Illumination(found, pick[found])
 
@@ -140,3 +147,14 @@ def is_sky(color: str) -> bool:
     """Return whether a light, by its name, may be that of a sky: daylight, or a cool black body."""
     found = _SKY.fullmatch(color)
     return found is not None and (found[1] is None or float(found[1]) >= _COOLEST)
+
+
+def clear_sky(color: str) -> ClearSky | None:
+    """Return the sky that a light names, as in "sky:3,45"; None if it is another light.
+
+    Raises
+    ------
+    InputError : its turbidity or elevation is out of range
+    """
+    found = _CLEAR.fullmatch(color)
+    return None if found is None else ClearSky(float(found[1]), float(found[2]))

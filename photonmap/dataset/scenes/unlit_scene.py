@@ -10,9 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.dataset.models.scene_object import SceneObject, to_meshes, with_unique_names
-from photonmap.dataset.scenes.exposure import emitter_materials
-from photonmap.dataset.scenes.illumination import Illumination
+from photonmap.dataset.scenes.exposure import SKY, set_levels
+from photonmap.dataset.scenes.illumination import Illumination, is_sky, light_spectrum
+from photonmap.dataset.scenes.outdoors.open_sky import OpenSky
 from photonmap.scene.camera import Camera
+from photonmap.scene.lights import Light
+from photonmap.scene.material import Material
 from photonmap.scene.scene import Scene
 
 
@@ -28,6 +31,7 @@ class UnlitScene:
     received : irradiance of what the camera sees, (P,), for each light group at a luminance of 1,
         the main group first, see `photonmap.dataset.scenes.exposure`
     backdrop : names of the kinds of objects that form the surroundings, such as walls
+    sky : above a place outdoors, of light group "sky"; None in rooms
     """
 
     name: str
@@ -35,6 +39,7 @@ class UnlitScene:
     camera: Camera
     received: Mapping[str, NDArray[np.float64]]
     backdrop: Collection[str]
+    sky: OpenSky | None = None
 
     @cached_property
     def named_objects(self) -> list[SceneObject]:
@@ -48,11 +53,26 @@ class UnlitScene:
         return [named.name for obj, named in pairs if obj.name not in self.backdrop]
 
     def lit(self, illumination: Illumination) -> Scene:
-        """Return the scene under an illumination."""
-        emitters = emitter_materials(illumination, self.received)
+        """Return the scene under an illumination.
+
+        Raises
+        ------
+        InputError : there are more colours than light groups, or a colour is no light
+        """
+        received, lights = dict(self.received), list[Light]()
+        skies = filter(is_sky, illumination.colors)
+        if self.sky and (first := next(skies, None)):
+            received[SKY] = self.sky.received(first)
+        emitters = dict[str, Material]()
+        for color, level, groups in set_levels(illumination, received):
+            if self.sky and groups[0] == SKY:
+                lights += self.sky.lights(color, level)
+            else:
+                made = Material(groups[0], 0.0, light_spectrum(color) * level)
+                emitters |= dict.fromkeys(groups, made)
         meshes = [
             mesh
             for obj in self.named_objects
             for mesh in to_meshes(obj, lambda part: emitters.get(part.light_group, part.material))
         ]
-        return Scene(meshes, [], self.camera, self.name)
+        return Scene(meshes, lights, self.camera, self.name)

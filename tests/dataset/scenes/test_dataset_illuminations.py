@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from photonmap.dataset.scenes.build import build_unlit_scene, draw_illumination
-from photonmap.dataset.scenes.exposure import LEVEL, deal, emitter_materials
+from photonmap.dataset.scenes.exposure import LEVEL, deal, set_levels
 from photonmap.dataset.scenes.illumination import (
+    CLEAR_SKY,
     ILLUMINATIONS,
     MAIN_SHARE,
     NAMED,
@@ -48,14 +49,14 @@ def test_shares_are_those_of_the_mean_irradiance_and_the_median_is_the_level():
         "second": random(2).uniform(0.0, 1.0, 300),
     }
     for shares, expected in (((), (MAIN_SHARE, 1.0 - MAIN_SHARE)), ((0.2, 0.8), (0.2, 0.8))):
-        made = emitter_materials(Illumination("mine", ("HPS", "A"), shares), received)
-        sent = [luminance(made[group].emission) * received[group] for group in received]
+        set_ = set_levels(Illumination("mine", ("HPS", "A"), shares), received)
+        sent = [level * received[group] for _, level, [group] in set_]
         assert np.median(sum(sent)) == pytest.approx(LEVEL)
         parts = np.array([each.mean() for each in sent])
         np.testing.assert_allclose(parts / parts.sum(), expected, rtol=1e-9)
-    alone = emitter_materials(Illumination("mine", ("D65",)), received)
-    assert set(alone) == {"first"}
-    assert luminance(alone["first"].emission) == pytest.approx(LEVEL / np.median(received["first"]))
+    [(color, level, groups)] = set_levels(Illumination("mine", ("D65",)), received)
+    assert (color, groups) == ("D65", ["first"])
+    assert level == pytest.approx(LEVEL / np.median(received["first"]))
 
 
 @pytest.mark.parametrize(
@@ -66,7 +67,11 @@ def test_shares_are_those_of_the_mean_irradiance_and_the_median_is_the_level():
         (("D65",), ("lamp", "window"), {"lamp": "D65"}),
         (("planck:9000", "A"), ("lamp", "window"), {"lamp": "A", "window": "planck:9000"}),
         (("A", "planck:9000"), ("window", "lamp"), {"lamp": "A", "window": "planck:9000"}),
-        (("planck:2300", "HPS"), ("window", "lamp"), {"window": "planck:2300", "lamp": "HPS"}),
+        (
+            ("planck:2300", "HPS"),
+            ("window", "lamp", "lamp 2"),
+            {"lamp": "planck:2300", "lamp 2": "HPS"},
+        ),
         (("HPS",), ("key light", "side light"), {"key light": "HPS"}),
         (
             ("A", "daylight:5000", "HPS"),
@@ -80,8 +85,21 @@ def test_windows_take_the_colour_of_a_sky(colors, groups, lit):
     assert {named[0]: color for color, _, named in dealt} == lit
     usual = (1.0 - MAIN_SHARE) / (len(colors) - 1) if len(colors) > 1 else 1.0
     for _, share, named in dealt:
-        first = named[0] == groups[0] and len(colors) > 1
+        first = named[0] == min(lit, key=groups.index) and len(colors) > 1
         assert share == pytest.approx(MAIN_SHARE if first else usual)
+
+
+@pytest.mark.parametrize("name", ["living_room", "kitchen"])
+@pytest.mark.parametrize("light", ["two_mixed", "colored"])
+def test_windows_are_dark_where_no_light_is_a_sky(name, light):
+    """Not orange where the room is lit by sodium: with two lamps as with one."""
+    colors = draw_illumination(name, 0, light).colors
+    unlit = build_unlit_scene(name, 0)
+    for sodium in (colors if not any(map(is_sky, colors)) else ("HPS",), ("HPS", "LED-B3")):
+        scene = unlit.lit(Illumination("night", sodium))
+        emitting = {m.name for m in scene.meshes if luminance(m.material.emission) > 0.0}
+        assert emitting
+        assert not any(each.startswith("window") for each in emitting)
 
 
 def test_given_shares_stay_with_their_colours():
@@ -93,12 +111,9 @@ def test_given_shares_stay_with_their_colours():
 def test_spare_lamps_burn_with_the_first():
     [(_, _, groups)] = deal(Illumination("mine", ("HPS",)), ("window", "lamp", "lamp 2", "lamp 3"))
     assert groups == ["lamp", "lamp 2", "lamp 3"]
-    made = emitter_materials(
-        Illumination("mine", ("HPS",)),
-        {"window": np.ones(1), "lamp": np.ones(1), "lamp 2": np.ones(1)},
-    )
-    assert made["lamp"] is made["lamp 2"]
-    assert luminance(made["lamp"].emission) == pytest.approx(0.5 * LEVEL)
+    received = {"window": np.ones(1), "lamp": np.ones(1), "lamp 2": np.ones(1)}
+    [(_, level, _)] = set_levels(Illumination("mine", ("HPS",)), received)
+    assert level == pytest.approx(0.5 * LEVEL)
 
 
 @pytest.mark.parametrize("name", ["castle", "kitchen", "gallery", "bedroom"])
@@ -208,4 +223,4 @@ def test_measured_lights_of_the_user_are_drawn(tmp_path, monkeypatch):
 
 def test_the_fixed_illuminations_stay():
     assert ILLUMINATIONS == ("white", "colored", "two_planckian", "two_mixed")
-    assert set(NAMED) == {*ILLUMINATIONS, *RANDOM}
+    assert set(NAMED) == {*ILLUMINATIONS, *RANDOM, CLEAR_SKY}

@@ -9,12 +9,14 @@ from photonmap.dataset.models.lamps import ceiling_spot
 from photonmap.dataset.models.palette import Palette
 from photonmap.dataset.models.shapes import Random
 from photonmap.dataset.scenes.random_lights import MOST_LIGHTS
+from photonmap.dataset.scenes.rooms.further_kinds import FURTHER_KINDS
 from photonmap.dataset.scenes.rooms.kinds import CORNER, FREE, KINDS, Entry, RoomKind
 from photonmap.dataset.scenes.rooms.room_builder import RoomBuilder
 from photonmap.dataset.scenes.rooms.shell import TURNS
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
 from photonmap.errors import InputError
 
+_ALL_KINDS = {**KINDS, **FURTHER_KINDS}
 _ATTEMPTS = 24
 """Rooms that are furnished until a camera sees enough of one."""
 
@@ -37,7 +39,7 @@ def build_room(name: str, rng: Random, palette: Palette, scale: float = 1.0) -> 
     ------
     InputError : no camera sees enough of a room of this size
     """
-    kind = KINDS[name]
+    kind = _ALL_KINDS[name]
     for _ in range(_ATTEMPTS):
         room = _furnished(kind, rng, palette, scale)
         floor = kind.floors[int(rng.integers(len(kind.floors)))]
@@ -96,6 +98,6 @@ def _place(room: RoomBuilder, entry: Entry, rng: Random, palette: Palette) -> bo
 
 
 ROOMS: dict[str, Callable[[Random, Palette, float], UnlitScene]] = {
-    name: partial(build_room, name) for name in KINDS
+    name: partial(build_room, name) for name in _ALL_KINDS
 }
 """Builders of rooms by name."""

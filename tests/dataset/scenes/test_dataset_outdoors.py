@@ -1,0 +1,92 @@
+"""Gardens, terraces and streets: their lights, and what the sun and the sky bring."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import photonmap as pm
+from photonmap.dataset.report.diversity import appearance_of, nearest_neighbours
+from photonmap.dataset.scenes.build import build_scene, build_unlit_scene, draw_illumination
+from photonmap.dataset.scenes.exposure import LEVEL
+from photonmap.dataset.scenes.illumination import CLEAR_SKY, Illumination, clear_sky, is_sky
+from photonmap.dataset.scenes.outdoors.catalogue import OUTDOORS
+from photonmap.dataset.scenes.random_lights import MOST_LIGHTS
+from photonmap.errors import InputError
+from photonmap.scene.light_parts.daylight import SkyLight, SunLight
+from photonmap.scene.lights import DomeLight
+from photonmap.spectra.observer import luminance
+
+each_place = pytest.mark.parametrize("name", OUTDOORS)
+
+
+@cache
+def setting(name, seed=0):
+    return build_unlit_scene(name, seed)
+
+
+@each_place
+def test_a_clear_sky_has_its_sun(name):
+    """Both of one haze and hour, and at one factor of the model's watts."""
+    chosen = draw_illumination(name, 0, CLEAR_SKY)
+    sky, sun = setting(name).lit(chosen).lights
+    assert isinstance(sky, SkyLight)
+    assert isinstance(sun, SunLight)
+    named = clear_sky(chosen.colors[0])
+    for light in (sky, sun):
+        assert (light.turbidity, light.elevation) == (named.turbidity, named.elevation)
+    assert (sky.azimuth, sky.scale) == (sun.azimuth, sun.scale)
+    assert sky.scale > 0.0
+    assert np.array(sun.direction)[2] < 0.26, "it shines onto the house, or past it"
+
+
+@each_place
+def test_other_skies_are_even_and_lamps_light_the_night(name):
+    unlit = setting(name)
+    white = unlit.lit(Illumination("white", ("D65",)))
+    assert [type(light) for light in white.lights] == [DomeLight]
+    night = unlit.lit(Illumination("night", ("HPS", "LED-B3")))
+    assert not night.lights
+    burning = {m.material.name for m in night.meshes if luminance(m.material.emission) > 0.0}
+    assert burning == {"lamp", "lamp 2"}
+    dusk = unlit.lit(Illumination("dusk", ("planck:2300", "daylight:12000")))
+    assert [light.name for light in dusk.lights] == ["sky"]
+    assert len(unlit.received) >= MOST_LIGHTS
+
+
+def test_hours_and_haze_differ_between_seeds():
+    drawn = [draw_illumination("garden", seed, CLEAR_SKY) for seed in range(12)]
+    assert len({each.colors for each in drawn}) == 12
+    assert drawn == [draw_illumination("garden", seed, CLEAR_SKY) for seed in range(12)]
+    assert all(is_sky(each.colors[0]) for each in drawn)
+    assert len({setting("terrace", seed).sky.azimuth for seed in range(2)}) == 2
+    with pytest.raises(InputError, match="turbidity 1 is out of range; give 2 to 10"):
+        setting("terrace").lit(Illumination("clearest", ("sky:1,40",)))
+
+
+@each_place
+def test_the_sun_and_the_sky_are_measured_before_the_render(name):
+    """The median irradiance of surfaces that the camera sees is what was asked for."""
+    scene = setting(name).lit(draw_illumination(name, 0, CLEAR_SKY))
+    result = pm.render(scene, bands=3, size=(32, 24), passes=2, per_light=True)
+    assert result.record["light_groups"] == ["sky", "sun"]
+    seen = result.coverage == 1.0
+    assert seen.mean() > 0.4
+    irradiance = np.pi * result.shading[seen].mean(axis=-1)
+    assert 0.7 * LEVEL < np.median(irradiance) < 1.6 * LEVEL
+    shares = {group: result.per_light[group]["direct"].sum() for group in ("sky", "sun")}
+    assert min(shares.values()) > 0.02 * sum(shares.values())
+
+
+def test_rooms_show_a_clear_sky_in_their_windows():
+    scene = build_scene("study", 0, CLEAR_SKY)
+    emitting = {m.material.name for m in scene.meshes if luminance(m.material.emission) > 0.0}
+    assert emitting == {"window"}
+    blue = next(m.material.emission for m in scene.meshes if m.material.name == "window")
+    assert blue(450.0) > blue(650.0)
+
+
+def test_seeds_differ():
+    maps = [appearance_of(build_scene("garden", seed)) for seed in range(4)]
+    assert np.median(nearest_neighbours([each.depth for each in maps])) < 0.85
+    assert np.median(nearest_neighbours([each.reflectance for each in maps])) < 0.75
