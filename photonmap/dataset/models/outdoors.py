@@ -67,7 +67,7 @@ def shrub(rng: Random, palette: Palette, size: float) -> SceneObject:
     parts = [Part(leaves, leaf_green(palette))]
     if rng.random() < 0.5:
         bloom, petal = palette.accent(), sphere(0.06 * size + 0.01, 1)
-        chosen = leaves.vertices[rng.integers(0, len(leaves.vertices), 40)]
+        chosen = leaves.vertices[np.unique(rng.integers(0, len(leaves.vertices), 40))]
         chosen = chosen[chosen[:, 1] > 0.5 * leaves.bounds[1, 1]]
         if len(chosen):
             lift = np.array([0.0, 0.03 * size, 0.0])

@@ -116,7 +116,7 @@ def test_light_changes_the_lamps_alone():
     for a, b in zip(white.meshes, mixed.meshes, strict=True):
         np.testing.assert_array_equal(a.vertices, b.vertices)
         if a.material != b.material:
-            assert b.material.name in ("window", "lamp", "lamp 2")
+            assert {a.material.name, b.material.name} & {"window", "lamp", "lamp 2"}
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -240,7 +240,7 @@ def test_two_lights_are_two_groups(name, kind):
         (("vase", -1), "seed -1 must be a whole number from 0 to 9223372036854775807"),
         (("vase", 0.5), "seed 0.5 must be a whole number"),
         (("vase", 0, "wite"), "there is no illumination 'wite'; did you mean 'white'?"),
-        (("vase", 0, "white", "shiny"), "neither 'lambertian' nor 'mixed'"),
+        (("vase", 0, "white", "shiny"), "must be one of 'lambertian', 'mixed', "),
         (("vase", 0, Illumination("x", ("D66",))), "did you mean"),
         (("vase", 0, Illumination("x", ("0.5",))), "'0.5' is not a spectrum of light"),
     ],

@@ -101,7 +101,7 @@ def garden_seats(rng: Random, palette: Palette) -> Group:
 def parasol_seats(rng: Random, palette: Palette) -> Group:
     """Return a cafe table beside a parasol."""
     seats = list(further_groups.cafe_table(rng, palette).objects)
-    return Group([*seats, outdoors.parasol(rng, palette).moved((draw(rng, 0.75, 0.85), 0.0, 0.75))])
+    return Group([*seats, outdoors.parasol(rng, palette).moved((draw(rng, 1.0, 1.1), 0.0, 1.0))])
 
 
 def park_bench(rng: Random, palette: Palette) -> Group:

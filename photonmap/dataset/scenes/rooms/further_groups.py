@@ -73,8 +73,8 @@ def rows_of_desks(rng: Random, palette: Palette) -> Group:
             books = stack_books(rng, palette, table.supports[0], int(rng.integers(0, 3)) + 1, [])
             things = [lambda: vessels.cup(rng, palette)] * int(rng.integers(0, 2))
             group += shifted(furnish(rng, table, things, first=books), x, z)
-            for side in (-0.29, 0.29)[: int(rng.integers(1, 3))]:
-                chair = furniture.chair(palette).turned(180.0 + draw(rng, -12.0, 12.0))
+            for side in (-0.26, 0.26)[: int(rng.integers(1, 3))]:
+                chair = furniture.chair(palette).turned(180.0 + draw(rng, -6.0, 6.0))
                 group += shifted([chair], x + side, z + draw(rng, 0.4, 0.52))
     return Group(group)
 
