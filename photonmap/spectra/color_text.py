@@ -33,10 +33,10 @@ from photonmap.spectra.curves import (
     SpectrumSet,
     check_reflectance,
 )
+from photonmap.spectra.daylight.sky import ClearSky
 from photonmap.spectra.metals import metal_by_source
 from photonmap.spectra.munsell import munsell
 from photonmap.spectra.observer import normalise_luminance
-from photonmap.spectra.sky import ClearSky
 
 ILLUMINANTS = "PHOTONMAP_ILLUMINANTS"
 """Environment variable that names the file of measured lights."""

@@ -5,17 +5,17 @@ import pytest
 
 import photonmap as pm
 from photonmap.errors import InputError
-from photonmap.spectra import solar
 from photonmap.spectra.color_text import emission
 from photonmap.spectra.curves import Spectrum
-from photonmap.spectra.observer import luminance, observer, radiance_to_rgb
-from photonmap.spectra.sky import (
+from photonmap.spectra.daylight import solar
+from photonmap.spectra.daylight.sky import (
     LUMENS,
     SUN_DIAMETER,
     SUN_SOLID_ANGLE,
     ClearSky,
     daylight_basis,
 )
+from photonmap.spectra.observer import luminance, observer, radiance_to_rgb
 
 SKIES = [(2.0, 20.0), (3.0, 45.0), (6.0, 70.0)]
 each_sky = pytest.mark.parametrize("sky", [ClearSky(*each) for each in SKIES], ids=str)

@@ -15,9 +15,9 @@ from photonmap.scene.light_parts.daylight import SkyLight
 from photonmap.scene.lights import EnvironmentLight
 from photonmap.scene.panorama import check_panorama, read_panorama
 from photonmap.spectra.bands import Bands
+from photonmap.spectra.daylight.sky import daylight_basis
 from photonmap.spectra.integrals import integrate_products
 from photonmap.spectra.observer import observer
-from photonmap.spectra.sky import daylight_basis
 
 
 @dataclass(frozen=True)

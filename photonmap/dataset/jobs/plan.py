@@ -15,7 +15,7 @@ import numpy as np
 from photonmap.dataset.files.inputs import CURVES, kept_as, seen_from, with_table
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.presets import Preset
-from photonmap.dataset.models.palette import MATERIALS
+from photonmap.dataset.models.materials.palette import MATERIALS
 from photonmap.dataset.scenes.build import LARGEST_SEED, SCENES, check_looks, draw_illumination
 from photonmap.dataset.scenes.illumination import Illumination, light_spectrum
 from photonmap.dataset.scenes.views import View
@@ -44,7 +44,7 @@ class CommonSettings:
     error : at which a render stops, as `photonmap.render` takes it
     rgb : space of images in RGB, see `photonmap.spectra.rgb_spaces`
     pixel : where samples lie in a pixel, as `photonmap.render` takes it
-    materials : of procedural scenes, one of `photonmap.dataset.models.palette.MATERIALS`
+    materials : of procedural scenes, one of `photonmap.dataset.models.materials.palette.MATERIALS`
     lightness, scale : of procedural scenes, see `photonmap.dataset.scenes.build.build_scene`
     recolor : give the surfaces of the user's scenes random Munsell chips
     munsell, illuminants : paths of measured sets, or None

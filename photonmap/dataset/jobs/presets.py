@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from photonmap.dataset.files.splits import PARTS
-from photonmap.dataset.models.palette import MATERIALS
+from photonmap.dataset.models.materials.palette import MATERIALS
 from photonmap.dataset.scenes.build import PAPER_SCENES, SCENES
 from photonmap.dataset.scenes.illumination import (
     ILLUMINATIONS,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.scene_object import Part, SceneObject
 from photonmap.dataset.models.shapes import (
     Random,

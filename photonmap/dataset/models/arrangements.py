@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from photonmap.dataset.models import accessories, sculptures, toys, vessels
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.placement import Maker, in_row, scatter
 from photonmap.dataset.models.scene_object import SceneObject, Support, overlap
 from photonmap.dataset.models.shapes import Random

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from photonmap.dataset.models.curved_shapes import superquadric, tube
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.scene_object import Part, SceneObject, Support, part_at
 from photonmap.dataset.models.shapes import Random, Shape, box, cylinder, rotation
 from photonmap.scene.material import Material

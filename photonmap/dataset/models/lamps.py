@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from photonmap.dataset.models.curved_shapes import sphere
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.scene_object import Part, SceneObject, part_at
 from photonmap.dataset.models.shapes import (
     box,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from photonmap.dataset.models.curved_shapes import knot, lump, superquadric
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.patterns import (
     checkerboard,
     height,

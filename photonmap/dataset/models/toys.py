@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from photonmap.dataset.models.curved_shapes import sphere
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.patterns import (
     checkerboard,
     dots,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from photonmap.dataset.models.curved_shapes import tube
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.patterns import (
     checkerboard,
     height,

@@ -6,7 +6,7 @@ import zlib
 
 import numpy as np
 
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.scenes.illumination import (
     Illumination,
     choose_illumination,
@@ -52,9 +52,9 @@ def build_scene(
     name : one of `SCENES`
     seed : draws shapes, positions, reflectances, and the colours of the illumination
     illumination : one of `photonmap.dataset.scenes.illumination.NAMED`, or your own
-    materials : one of `photonmap.dataset.models.palette.MATERIALS`: "lambertian", or "mixed" with
-        glazes, mirrors and glass, "textured" with wood, cloth, stone and prints, "glossy" with
-        rough varnish and metal, or "rich" with both
+    materials : one of `photonmap.dataset.models.materials.palette.MATERIALS`: "lambertian", or
+        "mixed" with glazes, mirrors and glass, "textured" with wood, cloth, stone and prints,
+        "glossy" with rough varnish and metal, or "rich" with both
     lightness : mean reflectance over the area of all surfaces, from 0 to 1; None for that of the
         chips as they are drawn
     scale : factor of a room's size; single objects have theirs

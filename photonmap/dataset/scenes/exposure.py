@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.dataset.models.lamps import LAMP
+from photonmap.dataset.models.materials.surfaces import reflectance_of
 from photonmap.dataset.models.scene_object import SceneObject
 from photonmap.dataset.models.shapes import Floats, joined, normalised
-from photonmap.dataset.models.surfaces import reflectance_of
 from photonmap.dataset.models.wall_fixtures import WINDOW
 from photonmap.dataset.scenes.illumination import (
     MAIN_SHARE,

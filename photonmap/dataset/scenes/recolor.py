@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.shapes import Random
 from photonmap.dataset.scenes.illumination import Illumination, choose_illumination, light_spectrum
 from photonmap.dataset.scenes.random_lights import RandomLights
@@ -21,8 +21,8 @@ from photonmap.scene.panorama import check_panorama, read_panorama
 from photonmap.scene.scene import Scene
 from photonmap.scene.textures import Paint, Texture, mean_color
 from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.daylight.sky import SUN_DIAMETER
 from photonmap.spectra.observer import luminance, observer, radiance_to_rgb
-from photonmap.spectra.sky import SUN_DIAMETER
 
 _COLORS = ("intensity", "irradiance", "radiance")
 

@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from photonmap.dataset.models.curved_shapes import knot, lump, superquadric
-from photonmap.dataset.models.lightness import with_lightness
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.lightness import with_lightness
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.patterns import (
     checkerboard,
     dots,

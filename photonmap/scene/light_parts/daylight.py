@@ -12,7 +12,13 @@ from photonmap.scene.lights import DirectionalLight, Emitter, Light
 from photonmap.scene.parameters import Number, Text
 from photonmap.scene.vectors import Vector
 from photonmap.spectra.curves import Color
-from photonmap.spectra.sky import ELEVATION, SUN_DIAMETER, TURBIDITY, ClearSky, basis_luminance
+from photonmap.spectra.daylight.sky import (
+    ELEVATION,
+    SUN_DIAMETER,
+    TURBIDITY,
+    ClearSky,
+    basis_luminance,
+)
 
 ROWS = 256
 """Rows of the map of a sky, half of which lie above the horizon."""
@@ -32,7 +38,7 @@ _Scale = Annotated[float, Number("factor", at_least=0.0)]
 class SkyLight(Light):
     """A clear sky without its sun, black below the horizon; +y is up.
 
-    Radiances are W·m⁻²·sr⁻¹ a nanometre: see `photonmap.spectra.sky`.
+    Radiances are W·m⁻²·sr⁻¹ a nanometre: see `photonmap.spectra.daylight.sky`.
 
     Parameters
     ----------
@@ -83,7 +89,8 @@ class SkyLight(Light):
 class SunLight(Light):
     """The sun of a clear sky, a disc of 0.533 degrees that lights surfaces and is not seen itself.
 
-    Its irradiance on a surface that faces it is W·m⁻² a nanometre, see `photonmap.spectra.sky`.
+    Its irradiance on a surface that faces it is W·m⁻² a nanometre: see
+    `photonmap.spectra.daylight.sky`.
 
     Parameters
     ----------

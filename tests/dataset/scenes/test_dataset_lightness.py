@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from photonmap.dataset.models.surfaces import reflectance_of
+from photonmap.dataset.models.materials.surfaces import reflectance_of
 from photonmap.dataset.scenes.build import build_unlit_scene
 from photonmap.errors import InputError
 from photonmap.spectra.munsell import shipped_set

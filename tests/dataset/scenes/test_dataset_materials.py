@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from photonmap.dataset.models.lightness import with_lightness
-from photonmap.dataset.models.mapping import box_mapped
-from photonmap.dataset.models.palette import MATERIALS, Palette
-from photonmap.dataset.models.procedures import LEVELS, PROCEDURES, paint
+from photonmap.dataset.models.materials.lightness import with_lightness
+from photonmap.dataset.models.materials.mapping import box_mapped
+from photonmap.dataset.models.materials.palette import MATERIALS, Palette
+from photonmap.dataset.models.materials.procedures import LEVELS, PROCEDURES, paint
+from photonmap.dataset.models.materials.surfaces import Surface, reflectance_of, surface_of
 from photonmap.dataset.models.scene_object import single_part
 from photonmap.dataset.models.shapes import box, cylinder
-from photonmap.dataset.models.surfaces import Surface, reflectance_of, surface_of
 from photonmap.dataset.scenes.build import build_unlit_scene
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.spectra.munsell import munsell, shipped_set

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.scene_object import single_part
 from photonmap.dataset.models.shapes import box
 from photonmap.dataset.report.diversity import appearance_of, correlations, nearest_neighbours

@@ -5,9 +5,9 @@ import pytest
 import trimesh
 
 from photonmap.dataset.models import curved_shapes, patterns, shapes, vessels
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
+from photonmap.dataset.models.materials.surfaces import chips
 from photonmap.dataset.models.shapes import Shape, joined
-from photonmap.dataset.models.surfaces import chips
 from photonmap.dataset.models.toys import ring_tower
 from photonmap.errors import InputError
 

@@ -8,9 +8,10 @@ from functools import partial
 
 import numpy as np
 
-from photonmap.dataset.models import furniture, outdoors, public_rooms, vessels
+from photonmap.dataset.models import furniture, vessels
 from photonmap.dataset.models.arrangements import furnish
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
+from photonmap.dataset.models.places import outdoors, public_rooms
 from photonmap.dataset.models.scene_object import SceneObject
 from photonmap.dataset.models.shapes import Random
 from photonmap.dataset.scenes.outdoors.enclosures import (

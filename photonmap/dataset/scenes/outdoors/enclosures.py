@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 
 from photonmap.dataset.models.curved_shapes import Noise
-from photonmap.dataset.models.outdoors import leaf_green
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
+from photonmap.dataset.models.places.outdoors import leaf_green
 from photonmap.dataset.models.scene_object import Part
 from photonmap.dataset.models.shapes import (
     Random,

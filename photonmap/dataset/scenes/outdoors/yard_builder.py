@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from photonmap.dataset.models.lamps import LAMP, numbered
-from photonmap.dataset.models.lightness import with_lightness
-from photonmap.dataset.models.outdoors import wall_lantern
+from photonmap.dataset.models.materials.lightness import with_lightness
+from photonmap.dataset.models.places.outdoors import wall_lantern
 from photonmap.dataset.models.scene_object import Part, SceneObject
 from photonmap.dataset.models.shapes import box
 from photonmap.dataset.scenes.exposure import SKY, LightMeter

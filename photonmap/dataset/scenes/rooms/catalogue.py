@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from photonmap.dataset.models.lamps import ceiling_spot
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.shapes import Random
 from photonmap.dataset.scenes.random_lights import MOST_LIGHTS
 from photonmap.dataset.scenes.rooms.further_kinds import FURTHER_KINDS

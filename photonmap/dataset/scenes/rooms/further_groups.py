@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from photonmap.dataset.models import bathroom, furniture, public_rooms, vessels, workshop
+from photonmap.dataset.models import furniture, vessels
 from photonmap.dataset.models.arrangements import draw_vessels, furnish, stack_books
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.placement import in_row, place_at, scatter
+from photonmap.dataset.models.places import bathroom, public_rooms, workshop
 from photonmap.dataset.models.scene_object import SceneObject, bounds_of
 from photonmap.dataset.models.shapes import Random
 from photonmap.dataset.scenes.rooms.groups import draw, shifted

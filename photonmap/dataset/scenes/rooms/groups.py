@@ -16,7 +16,7 @@ from photonmap.dataset.models.arrangements import (
     row_of_books,
     stack_books,
 )
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.placement import in_row, place_at, scatter
 from photonmap.dataset.models.scene_object import SceneObject, Support, bounds_of
 from photonmap.dataset.models.shapes import Random

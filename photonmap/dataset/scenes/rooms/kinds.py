@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from photonmap.dataset.models import lamps, wall_fixtures
 from photonmap.dataset.models.lamps import LAMP
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.scene_object import SceneObject
 from photonmap.dataset.models.shapes import Random
 from photonmap.dataset.models.wall_fixtures import WINDOW

@@ -9,8 +9,8 @@ import numpy as np
 
 from photonmap.dataset.models import wall_fixtures
 from photonmap.dataset.models.lamps import LAMP, is_lamp, numbered
-from photonmap.dataset.models.lightness import with_lightness
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.lightness import with_lightness
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.scene_object import SceneObject, bounds_of, overlap
 from photonmap.dataset.models.shapes import Floats, Random
 from photonmap.dataset.scenes.exposure import light_received

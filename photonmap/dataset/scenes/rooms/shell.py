@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.scene_object import Part, SceneObject
 from photonmap.dataset.models.shapes import Random, Shape, box, parallelogram, rotation
 from photonmap.scene.material import Material

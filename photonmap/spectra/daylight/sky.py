@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from photonmap.errors import InputError
-from photonmap.spectra import solar
 from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.daylight import solar
 from photonmap.spectra.integrals import integrate_products
 from photonmap.spectra.names import colour_science
 from photonmap.spectra.observer import observer

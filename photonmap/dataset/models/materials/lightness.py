@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from photonmap.dataset.models.materials.surfaces import reflectance_of, surface_of, whole_step
 from photonmap.dataset.models.scene_object import SceneObject
-from photonmap.dataset.models.surfaces import reflectance_of, surface_of, whole_step
 from photonmap.errors import InputError
 from photonmap.scene.material import Material
 

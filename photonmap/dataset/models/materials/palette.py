@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.dataset.models.surfaces import GLAZED, GLOSSY, Surface, chips, surface_of
+from photonmap.dataset.models.materials.surfaces import GLAZED, GLOSSY, Surface, chips, surface_of
 from photonmap.errors import InputError
 from photonmap.scene.material import Material
 
@@ -40,8 +40,8 @@ class Palette:
         specular coat, metal is a mirror and bottles are glass; where "glossy", coats and metal are
         rough, as are floors; where "textured", wood, cloth, stone and walls have patterns;
         "rich" is both of these
-    lightness : mean reflectance of the finished scene, see `photonmap.dataset.models.lightness`;
-        None for that of the chips as they are drawn
+    lightness : mean reflectance of the finished scene, see
+        `photonmap.dataset.models.materials.lightness`; None for that of the chips as they are drawn
 
     Raises
     ------
@@ -117,7 +117,7 @@ class Palette:
         return self.chip(None, (7, 8), (2, 4))
 
     def patterned(self, procedure: str, material: Material) -> Material:
-        """Return a chip in a pattern of `photonmap.dataset.models.procedures`, if textured."""
+        """Return a chip in a pattern of `PROCEDURES`, if materials are textured."""
         if not self._textured:
             return material
         return surface_of(material.name)._replace(pattern=procedure).material()

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.dataset.models.procedures import LEVELS, PROCEDURES, paint
+from photonmap.dataset.models.materials.procedures import LEVELS, PROCEDURES, paint
 from photonmap.scene.material import Material
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import mean_color

@@ -8,7 +8,7 @@ import numpy as np
 
 from photonmap.dataset.models.curved_shapes import Noise, sphere, tube
 from photonmap.dataset.models.lamps import LAMP
-from photonmap.dataset.models.palette import Palette
+from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.scene_object import Part, SceneObject, Support, part_at
 from photonmap.dataset.models.shapes import (
     Random,

@@ -1,0 +1,1 @@
+"""Materials: Munsell chips, patterns and finishes."""

@@ -1,0 +1,1 @@
+"""What stands in particular rooms, and outdoors."""

@@ -1,0 +1,1 @@
+"""The sun and a clear sky as spectra."""
