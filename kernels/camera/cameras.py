@@ -1,17 +1,32 @@
-"""The kinds of cameras, and the ray of each; nothing else asks where the eye is."""
+"""The kinds of cameras: the ray through a film point, and the film point of a point in space.
+
+Nothing else asks where the eye is.
+"""
+
+import math
 
 import numpy as np
 
 from photonmap.kernels.camera.lens import through_lens
-from photonmap.kernels.camera.projections import distorted_ray, fisheye_ray, panorama_ray
+from photonmap.kernels.camera.projections import (
+    UNSEEN,
+    distorted_point,
+    distorted_ray,
+    fisheye_point,
+    fisheye_ray,
+    panorama_point,
+    panorama_ray,
+)
 from photonmap.kernels.camera.ray_map import mapped_ray
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit, outlined
-from photonmap.kernels.core.passes import Hit, Ray
+from photonmap.kernels.core.passes import FilmPoint, Hit, Ray
 from photonmap.kernels.geometry.opacity import intersect
 
 PINHOLE, ORTHOGRAPHIC, DISTORTED, FISHEYE, PANORAMA, RAY_MAP = range(6)
 """Values of `Camera.kind`."""
+WITHOUT_FILM_POINTS = (RAY_MAP,)
+"""Those for which `film_point` finds none."""
 
 
 @jit
@@ -58,6 +73,55 @@ def generate_ray(camera, x, y):
     Its direction is of any length; (0, 0, 0) where no light reaches the film.
     """
     return _ray(camera.optics, camera, x, y)
+
+
+@jit
+def _straight_point(camera, point):
+    """Return the `FilmPoint` of a camera that maps straight lines to straight lines."""
+    across, down = camera.across, camera.down
+    normal = vec.cross(across, down)
+    if camera.kind == PINHOLE:
+        step, height = vec.sub(point, camera.origin), vec.dot(camera.corner, normal)
+        advance = vec.dot(step, normal) / height
+        if advance <= 0.0:
+            return UNSEEN
+        step = vec.scale(step, 1.0 / advance)
+        density = math.sqrt(vec.dot(step, step)) / (advance * advance * abs(height))
+        step = vec.sub(step, camera.corner)
+    else:
+        step, height = vec.sub(point, camera.corner), vec.dot(camera.origin, normal)
+        if vec.dot(step, normal) / height <= 0.0:
+            return UNSEEN
+        density = math.sqrt(vec.dot(camera.origin, camera.origin)) / abs(height)
+    x = vec.dot(step, across) / vec.dot(across, across)
+    y = vec.dot(step, down) / vec.dot(down, down)
+    return FilmPoint(x, y, density)
+
+
+@outlined
+def _curved_point(camera, point):
+    """Return the `FilmPoint` of any other camera."""
+    if camera.kind == FISHEYE:
+        return fisheye_point(camera, point)
+    if camera.kind == PANORAMA:
+        return panorama_point(camera, point)
+    return distorted_point(camera, point)
+
+
+@jit
+def _point(optics, camera, point):
+    if optics is None or camera.kind <= ORTHOGRAPHIC:
+        return _straight_point(camera, point)
+    return UNSEEN if camera.kind in WITHOUT_FILM_POINTS else _curved_point(camera, point)
+
+
+@jit
+def film_point(camera, point):
+    """Return the `FilmPoint` of a point in space: the inverse of `generate_ray`.
+
+    Its density is the determinant by which film and space are compared: light tracing needs it.
+    """
+    return _point(camera.optics, camera, point)
 
 
 @jit

@@ -67,6 +67,8 @@ def _arrive(geometry, hit, direction, photons, row):
         photons.positions[row, axis] = surface.point[axis]
         photons.positions[row, 3 + axis] = surface.ng[axis]
         photons.arrivals[row, axis] = direction[axis]
+    photons.triangles[row] = hit.triangle
+    photons.barycentrics[row, 0], photons.barycentrics[row, 1] = hit.u, hit.v
 
 
 @jit
@@ -133,6 +135,25 @@ def fill_buckets(positions, width, first, last, buckets, out):
         out[photon] = bucket_of(
             math.floor(x / width), math.floor(y / width), math.floor(z / width), buckets
         )
+
+
+@kernel
+def sort_by_key(keys, starts, order):
+    """Sort rows by their keys, (n,) int32, in a stable way; rows of key -1 are left out.
+
+    Fills `order`, (n,) int32, with rows, and `starts`, (K + 2,) int32, zero before, so that those
+    of key k begin at starts[k] and end before starts[k + 1].
+    """
+    for row in range(len(keys)):
+        if keys[row] >= 0:
+            starts[keys[row] + 2] += 1
+    for key in range(2, len(starts)):
+        starts[key] += starts[key - 1]
+    for row in range(len(keys)):
+        key = keys[row]
+        if key >= 0:
+            order[starts[key + 1]] = row
+            starts[key + 1] += 1
 
 
 @jit

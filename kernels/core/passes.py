@@ -18,8 +18,8 @@ a specular chain was truncated."""
 FIRST_CAUSTIC, CAUSTIC_IRRADIANCE, VIA_DIRECT, VIA_INDIRECT, VIA_CAUSTIC = 0, 1, 2, 3, 4
 """Rows of `Estimate.via_specular`, (5, P, N)."""
 RAY_KINDS = ("camera", "specular", "shadow", "gather", "walk")
-"""Rays of a camera pass: to first hits, on along specular chains, to light samples, from first hits
-for indirect light, and on from where these end."""
+"""Rays of a camera pass: to first hits, on along specular chains, to light samples and from caustic
+photons to the camera, from first hits for indirect light, and on from where these end."""
 CAMERA, SPECULAR, SHADOW, GATHER, WALK = range(len(RAY_KINDS))
 MAX_BOUNCES = 1000
 """Bounces after which photons and paths are truncated."""
@@ -32,6 +32,17 @@ class Ray(NamedTuple):
 
     origin: tuple
     direction: tuple
+
+
+class FilmPoint(NamedTuple):
+    """Where a camera sees a point in space: see `camera.cameras`."""
+
+    x: float
+    """pixels from the upper left corner of the image; it may lie beyond its edges"""
+    y: float
+    density: float
+    """pixels of film per unit of area across the ray at the point; 0 where the camera cannot see
+    it"""
 
 
 class Hit(NamedTuple):
@@ -249,6 +260,13 @@ class CausticMap(NamedTuple):
     """(H + 1,) int32, first photon of each bucket"""
     radius: float
     """of the disk over which photons are counted"""
+    triangles: np.ndarray
+    """(n,) int32, where photons lie; (0,) where none is connected to the camera"""
+    barycentrics: np.ndarray
+    """(n, 2) float32, of the second and third corner"""
+    connected: float
+    """pixels per unit of area up to which first hits get their caustics from photons connected to
+    the camera, not from disks"""
 
 
 @by_reference
@@ -260,10 +278,24 @@ class CausticPhotons(NamedTuple):
     emitted: np.ndarray
     """(n,) float32, flux as they left, summed over bands"""
     arrived: np.ndarray
-    """(n,) bool, whether they came to a diffuse surface: only then are the next three defined"""
+    """(n,) bool, whether they came to a diffuse surface: only then is what follows defined"""
     positions: np.ndarray
     arrivals: np.ndarray
     flux: np.ndarray
+    triangles: np.ndarray
+    barycentrics: np.ndarray
+
+
+@by_reference
+class Connections(NamedTuple):
+    """Caustic photons that the camera sees, sorted by pixel."""
+
+    starts: np.ndarray
+    """(P + 2,) int32, first photon of each pixel, in `order`"""
+    order: np.ndarray
+    """(n,) int32, rows of `CausticMap`"""
+    weights: np.ndarray
+    """(n,) float32, of each row: what turns its flux into the irradiance of its pixel"""
 
 
 @by_reference

@@ -70,6 +70,13 @@ def add_reflected(scene, surface, share, pixel, scratch, estimate):
     """Add what a first hit's material makes of its irradiance, (2, N) or (3, N), to a pixel."""
     color = look_up_material(scene.geometry, scene.textures, surface.hit)
     _add_diffuse(scene, color, share, pixel, scratch.irradiance, estimate.pixels)
+    add_beyond_diffuse(scene, surface, share, pixel, scratch, estimate)
+
+
+@jit
+def add_beyond_diffuse(scene, surface, share, pixel, scratch, estimate):
+    """Add the caustics that a first hit reflects, and what its BSDF scatters beyond Lambert's."""
+    color = look_up_material(scene.geometry, scene.textures, surface.hit)
     _add_caustics(scene, color, share, pixel, scratch.irradiance, estimate.via_specular)
     _add_scattered(scene, scene.scattering, surface, share, pixel, scratch, estimate.via_specular)
 

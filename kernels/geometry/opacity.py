@@ -39,6 +39,15 @@ def opacity_at(geometry, alpha, triangle, u, v):
 
 
 @jit
+def opacity_along(geometry, alpha, hit, direction):
+    """Return with which probability a surface stops a ray; alpha may be None."""
+    if alpha is None:
+        return 1.0
+    opacity = opacity_at(geometry, alpha, hit.triangle, hit.u, hit.v)
+    return opacity * pane_opacity(geometry, alpha.panes, hit, direction)
+
+
+@jit
 def divide_by_opacity(geometry, alpha, hit, flux):
     """Divide flux that a surface stopped by its opacity: what an opaque surface would get."""
     if alpha is None:
@@ -54,8 +63,7 @@ def _bits(x):
 @jit
 def _stops(geometry, alpha, hit, direction):
     """Return whether a surface stops a ray."""
-    opacity = opacity_at(geometry, alpha, hit.triangle, hit.u, hit.v)
-    opacity *= pane_opacity(geometry, alpha.panes, hit, direction)
+    opacity = opacity_along(geometry, alpha, hit, direction)
     if opacity >= 1.0:
         return True
     if opacity <= 0.0:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from photonmap.kernels.bsdf.specular import specular_probability
+from photonmap.kernels.caustics.light_tracing import are_caustics_connected
 from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.passes import SampleBudget
 from photonmap.kernels.core.rng import sobol_2d
@@ -24,7 +25,7 @@ from photonmap.kernels.film.pixel import (
 from photonmap.kernels.film.pixels import FLAT, morton, update_plane
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.integrators.final_gather import light_keys
-from photonmap.kernels.integrators.irradiance import estimate_irradiance
+from photonmap.kernels.integrators.irradiance import add_disks, estimate_irradiance
 from photonmap.kernels.integrators.specular_view import Chain, view_specular_chains
 
 CENTRE = (0.5, 0.5)
@@ -45,6 +46,8 @@ def _render_sample(job, keys, pixel, index, share, budget, estimate, scratch):
         pixels.lookups[pixel] |= estimate_irradiance(
             scene, job.maps, surface, index, budget, keys[1], scratch
         )
+        if not are_caustics_connected(job, job.maps.caustics, surface, pixel):
+            add_disks(scene, scene.scattering, job.maps.caustics, surface, scratch)
         add_reflected(scene, surface, share, pixel, scratch, estimate)
     chain = Chain(job.key, index, pixel, share, budget)
     view_specular_chains(job, scene.specular, (hit, direction), chain, estimate, scratch)

@@ -128,8 +128,8 @@ def _gather(scene, scattering, maps, surface, ray, budget, keys, scratch):
 
 
 @jit
-def _add_caustics(scene, scattering, caustics, surface, scratch):
-    """Add what the photon map says of caustics."""
+def add_disks(scene, scattering, caustics, surface, scratch):
+    """Add what disks of the photon map say of caustics, if there is a map, to a surface's light."""
     if caustics is None:
         return
     scratch.throughput[:] = 1.0
@@ -159,7 +159,7 @@ def _add_glossy(scene, scattering, maps, surface, index, budget, key, scratch):
 
 @jit
 def estimate_irradiance(scene, maps, surface, index, budget, keys, scratch):
-    """Estimate the light of a surface by light samples, gather rays and photon maps.
+    """Estimate the light of a surface, without its caustics, by light samples and gather rays.
 
     Fills `scratch.irradiance`, and where the surface is not Lambertian `scratch.scattered`, the
     radiance that it sends to where the ray came from. `index` numbers the surface for
@@ -179,7 +179,6 @@ def estimate_irradiance(scene, maps, surface, index, budget, keys, scratch):
         found |= _gather(
             scene, scene.scattering, maps, surface, (ray, place), budget, keys, scratch
         )
-    _add_caustics(scene, scene.scattering, maps.caustics, surface, scratch)
     _add_glossy(scene, scene.scattering, maps, surface, index, budget, keys.glossy, scratch)
     return found
 

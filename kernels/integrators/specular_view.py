@@ -41,7 +41,11 @@ from photonmap.kernels.core.streams import (
 from photonmap.kernels.core.warp import INV_PI
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.integrators.final_gather import light_keys
-from photonmap.kernels.integrators.irradiance import estimate_irradiance, trace_irradiance
+from photonmap.kernels.integrators.irradiance import (
+    add_disks,
+    estimate_irradiance,
+    trace_irradiance,
+)
 from photonmap.kernels.integrators.rough_chain import (
     Sink,
     add_chain_emission,
@@ -102,6 +106,7 @@ def _light_of(job, caustics, surface, step, chain, state, scratch):
         return trace_irradiance(job.scene, job.maps, surface, MAX_BOUNCES, state, scratch)
     index, keys = chain.index + (np.uint64(step + 1) << STEP), light_keys(chain.key, USES)
     estimate_irradiance(job.scene, job.maps, surface, index, chain.budget, keys, scratch)
+    add_disks(job.scene, job.scene.scattering, caustics, surface, scratch)
     return state
 
 

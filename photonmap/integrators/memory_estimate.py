@@ -24,7 +24,7 @@ PASSING_BYTES_PER_PIXEL = 32
 """What stays in RAM of an image whose arrays are on disk, for moments: luminances, masks."""
 PASSING_BYTES_PER_SPLIT_VALUE = 32
 """The same of each value of a pass that is split by light group."""
-PASSING_BYTES_PER_CAUSTIC = 3 * 40
+PASSING_BYTES_PER_CAUSTIC = 3 * 52
 """The same of caustic photons, one a pixel, while they are sorted."""
 
 

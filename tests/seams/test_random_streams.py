@@ -126,12 +126,18 @@ def places(monkeypatch):
         monkeypatch.setattr(specular_view, "_add_lights_of", lambda *given: given[-2])
         monkeypatch.setattr(specular_view, "_pass", lambda *given: given[-1])
         monkeypatch.setattr(specular_view, "stream", lambda *given: KEY)
-        for name in ("absorb", "_add_radiance", "_add_emission", "_scattering_numbers"):
+        for name in (
+            "absorb",
+            "add_disks",
+            "_add_radiance",
+            "_add_emission",
+            "_scattering_numbers",
+        ):
             monkeypatch.setattr(specular_view, name, nothing)
         for name in ("light_keys", "surface_interaction"):
             monkeypatch.setattr(specular_view, name, nothing)
         specular = SimpleNamespace(kind=[1], probability=[0.5], alpha=None)
-        scene = SimpleNamespace(geometry=SimpleNamespace(material=[0]))
+        scene = SimpleNamespace(geometry=SimpleNamespace(material=[0]), scattering=None)
         maps = SimpleNamespace(caustics=())
         job = SimpleNamespace(scene=scene, maps=maps, key=KEY)
         pixels = SimpleNamespace(emission=None, lookups=np.zeros(1, np.uint8))

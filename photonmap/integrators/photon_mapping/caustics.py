@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.integrators.base import PassSetup
 from photonmap.integrators.path_truncation import fraction_going_on
 from photonmap.integrators.photon_mapping.emission_guide import even_guide, learn
+from photonmap.integrators.photon_mapping.light_tracing import can_connect, densest_connected
 from photonmap.integrators.photon_mapping.specular_bounds import bound_specular_surfaces
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN
-from photonmap.kernels.caustics.photon_map import fill_buckets, trace_caustics
+from photonmap.kernels.caustics.photon_map import fill_buckets, sort_by_key, trace_caustics
 from photonmap.kernels.core.passes import CausticMap, CausticPhotons, Span
 from photonmap.kernels.core.records import SceneArrays
 from photonmap.kernels.core.streams import Domain
@@ -32,6 +35,8 @@ MOST = 4
 """Caustic photons at most, times those of the radiosity cache."""
 LONG = 16
 """Rays of a caustic photon, on average, above which they are fewer."""
+_OF_ARRIVALS = ("positions", "arrivals", "flux", "triangles", "barycentrics")
+"""Arrays of `CausticPhotons` with a row for each photon that arrived."""
 
 
 class CausticTracer:
@@ -44,6 +49,7 @@ class CausticTracer:
 
     def __init__(self, setup: PassSetup) -> None:
         self._setup = setup
+        self._connects = can_connect(setup.view)
         setup.begin_pass(0)
         arrays = setup.compiled.arrays
         lingering = _lingering_fraction(arrays, setup.bands, setup.key(0, Domain.LINGERING))
@@ -62,20 +68,24 @@ class CausticTracer:
 
     def trace(self, index: int, key: np.uint64, wider: int = 0) -> tuple[CausticMap, int]:
         """Return the caustic map of pass `index`, disks `wider` times doubled, and its rays."""
-        radius = self._radius * (1.0 + index) ** (-1.0 / 6.0) * 2.0**wider
+        radius = self._radius * (1.0 + index) ** (-1.0 / 6.0)
+        connected = densest_connected(radius) if self._connects else 0.0
         photons, rays = self._trace(self.photons, key)
-        return _sort(photons, radius), rays
+        return _sort(photons, radius * 2.0**wider, connected), rays
 
     def _trace(self, total: int, key: np.uint64) -> tuple[CausticPhotons, int]:
         """Trace photons in bundles; return them, and the number of rays."""
         bundles, scene = -(-total // BUNDLE), self._setup.compiled.arrays
+        needed = {"positions", "flux"}
+        needed |= {"arrivals"} if scene.scattering is not None else set()
+        needed |= {"triangles", "barycentrics"} if self._connects else set()
 
         def trace(bundle: int) -> tuple[CausticPhotons, int]:
             span = Span(bundle * total // bundles, (bundle + 1) * total // bundles)
             photons = _make_rows(span.last - span.first, self._setup.bands)
             sums = np.empty(len(self._guide.spheres))
             rays = trace_caustics(scene, self._guide, key, span, total, sums, photons)
-            return _leave_out_lost(photons, scene.scattering is not None), rays
+            return _leave_out_lost(photons, needed), rays
 
         traced, rays = zip(*self._setup.workers.map(trace, bundles), strict=True)
         return CausticPhotons(*map(np.concatenate, zip(*traced, strict=True))), sum(rays)
@@ -83,28 +93,36 @@ class CausticTracer:
 
 def _make_rows(count: int, bands: int) -> CausticPhotons:
     """Return rows for photons to be traced."""
-    origins, positions, arrivals, flux = (
-        np.empty((count, width), np.float32) for width in (5, 6, 3, bands)
+    origins, positions, arrivals, flux, barycentrics = (
+        np.empty((count, width), np.float32) for width in (5, 6, 3, bands, 2)
     )
     emitted, arrived = np.empty(count, np.float32), np.empty(count, bool)
-    return CausticPhotons(origins, emitted, arrived, positions, arrivals, flux)
+    triangles = np.empty(count, np.int32)
+    return CausticPhotons(
+        origins, emitted, arrived, positions, arrivals, flux, triangles, barycentrics
+    )
 
 
-def _leave_out_lost(photons: CausticPhotons, scattering: bool) -> CausticPhotons:
-    """Return photons without the arrivals of those that did not, or of all that need none."""
+def _leave_out_lost(photons: CausticPhotons, needed: Collection[str]) -> CausticPhotons:
+    """Return photons without the rows of those that did not arrive, in the arrays needed."""
     arrived = photons.arrived
+    rows = {name: getattr(photons, name) for name in _OF_ARRIVALS}
     return photons._replace(
-        positions=photons.positions[arrived],
-        arrivals=photons.arrivals[arrived] if scattering else photons.arrivals[:0],
-        flux=photons.flux[arrived],
+        **{name: row[arrived] if name in needed else row[:0] for name, row in rows.items()}
     )
 
 
 def no_caustics(bands: int) -> CausticMap:
     """Return a map without photons."""
-    positions, arrivals = np.empty((0, 6), np.float32), np.empty((0, 3), np.float32)
-    flux = np.empty((0, bands), np.float32)
-    return CausticMap(positions, arrivals, flux, np.zeros(1, np.int32), 1.0)
+    nothing = _make_rows(0, bands)
+    return _map_of(nothing, np.zeros(1, np.int32), 1.0, 0.0)
+
+
+def _map_of(
+    photons: CausticPhotons, starts: NDArray[np.int32], radius: float, connected: float
+) -> CausticMap:
+    positions, arrivals, flux, triangles, barycentrics = photons[3:]
+    return CausticMap(positions, arrivals, flux, starts, radius, triangles, barycentrics, connected)
 
 
 def _lingering_fraction(scene: SceneArrays, bands: int, key: np.uint64) -> float:
@@ -144,14 +162,14 @@ def _first_radius(positions: NDArray[np.float32], arriving: float) -> float:
     return float(min(np.median(distances) / np.sqrt(denser), LARGEST))
 
 
-def _sort(photons: CausticPhotons, radius: float) -> CausticMap:
+def _sort(photons: CausticPhotons, radius: float, connected: float) -> CausticMap:
     """Sort photons by buckets of boxes as wide as the disk."""
-    positions, arrivals = photons.positions, photons.arrivals
-    count = max(2 * len(positions), 1)
-    buckets = np.empty(len(positions), np.int32)
-    fill_buckets(positions, 2.0 * radius, 0, len(positions), count, buckets)
-    order = np.argsort(buckets, kind="stable")
-    starts = np.zeros(count + 1, np.int32)
-    np.cumsum(np.bincount(buckets, minlength=count), out=starts[1:])
-    arrivals = arrivals[order] if len(arrivals) else arrivals
-    return CausticMap(positions[order], arrivals, photons.flux[order], starts, radius)
+    arrived = len(photons.positions)
+    count = max(2 * arrived, 1)
+    buckets, order = np.empty((2, arrived), np.int32)
+    fill_buckets(photons.positions, 2.0 * radius, 0, arrived, count, buckets)
+    starts = np.zeros(count + 2, np.int32)
+    sort_by_key(buckets, starts, order)
+    rows = {name: getattr(photons, name) for name in _OF_ARRIVALS}
+    by_bucket = {name: row[order] if len(row) else row for name, row in rows.items()}
+    return _map_of(photons._replace(**by_bucket), starts[:-1], radius, connected)

@@ -26,6 +26,7 @@ from photonmap.integrators.base import (
 from photonmap.integrators.pass_samples import resize
 from photonmap.integrators.photon_mapping.cache_tracer import CacheTracer
 from photonmap.integrators.photon_mapping.caustics import CausticTracer, no_caustics
+from photonmap.integrators.photon_mapping.light_tracing import connect
 from photonmap.integrators.photon_mapping.photon_hit_rate import do_photons_hit
 from photonmap.integrators.sampling_plan import (
     FOOTPRINT_PIXELS,
@@ -109,13 +110,19 @@ class PhotonIntegrator:
         setup = self._setup
         with self._setting_up():
             plan = self._scaled_plan(index)
-        key = setup.key(index, Domain.CAMERA)
-        job = CameraPass(setup.compiled.arrays, maps, setup.view, plan, key)
+        job = self._job(index, maps, plan)
         rays = setup.render_pixels(
             lambda span, scratch: camera_pass(job, span, scratch, self._estimate)
         )
         self.counters.add_rays(**rays)
+        if maps.caustics is not None and maps.caustics.connected > 0.0:
+            self.counters.add_rays(shadow=connect(setup, job, self._estimate))
         return self._estimate
+
+    def _job(self, index: int, maps: PhotonMaps, plan: SamplingPlan) -> CameraPass:
+        setup = self._setup
+        key = setup.key(index, Domain.CAMERA)
+        return CameraPass(setup.compiled.arrays, maps, setup.view, plan, key)
 
     def share(self, index: int, estimate: Estimate, wider: int = 0) -> Estimate:
         """Share indirect irradiance between neighbouring pixels of one surface."""
@@ -186,7 +193,9 @@ class PhotonIntegrator:
     def call_other_kernels(self) -> Estimate:
         """Compile the kernels of the photon pass and of sharing."""
         self.plan = _ONE_SAMPLE
-        self.trace_photons(0)
+        maps = self.trace_photons(0)
+        if maps.caustics is not None:
+            connect(self._setup, self._job(0, maps, self.plan), self._estimate)
         return self.share(0, self._estimate)
 
     def _trace_cache(self, index: int, wider: int) -> RadiosityCache:
