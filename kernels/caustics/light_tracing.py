@@ -2,9 +2,8 @@
 
 A photon adds its flux to the one pixel that sees it, so there is no disk, and no bias (Dutré,
 Lafortune and Willems 1993, "Monte Carlo light tracing with direct computation of pixel
-intensities"). That pays where a pixel covers more of the surface than a disk would: variance is in
-inverse proportion to the area over which photons are counted. Elsewhere disks remain. The choice
-depends on the place, the camera and the number of the pass, never on photons.
+intensities"). Where pixels are small against the disks, disks remain: they average more photons.
+The choice depends on the place, the camera and the number of the pass, never on photons.
 """
 
 import math

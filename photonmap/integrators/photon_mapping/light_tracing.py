@@ -14,6 +14,9 @@ from photonmap.kernels.core.passes import CameraPass, Connections, Estimate, Spa
 
 BUNDLE = 4096
 """Photons that are connected at a time."""
+LARGER_DISKS = 4.0
+"""How many times the variance of disks photons may have where they are connected: disks so much
+larger than a pixel have a bias that weighs more."""
 
 
 def can_connect(view: View) -> bool:
@@ -26,10 +29,9 @@ def can_connect(view: View) -> bool:
 def densest_connected(radius: float) -> float:
     """Return how many pixels see a unit of area, at most, where photons are connected.
 
-    A parabolic disk has the variance of a pixel that covers 3/4 of its area, if that has one camera
-    sample: the choice lies there.
+    There, of pixels with one camera sample. A parabolic disk has the variance of 3/4 of its area.
     """
-    return 1.0 / (0.75 * math.pi * radius * radius)
+    return LARGER_DISKS / (0.75 * math.pi * radius * radius)
 
 
 def connect(setup: PassSetup, job: CameraPass, estimate: Estimate) -> int:
