@@ -154,7 +154,7 @@ def test_resume_makes_what_is_missing_or_damaged(copied, preset, capsys):
     assert command(copied, preset, "--resume") == 0
     captured = capsys.readouterr()
     first, second = (line for line in captured.err.splitlines() if "/2 " in line)
-    assert "; about " in first
+    assert " processor hours, about " in first
     assert " left" not in second
     assert (damaged.folder / "notes" / "mine.txt").read_text() == "keep me"
     assert "2 images rendered, 2 rendered earlier" in captured.out
