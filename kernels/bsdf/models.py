@@ -18,8 +18,10 @@ import numpy as np
 
 from photonmap.kernels.bsdf import coated, glossy, lambert, rough_diffuse
 from photonmap.kernels.bsdf.cover import UNCOVERED, covered
+from photonmap.kernels.bsdf.glass import glass_share
 from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.core import vec, warp
+from photonmap.kernels.core.bands import divide
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.passes import SurfaceInteraction
 from photonmap.kernels.core.warp import INV_PI
@@ -98,20 +100,38 @@ def _evaluate(geometry, scattering, coats, surface, wi, values):
     _evaluate_base(scattering, below, base, cover, surface, wi, values)
 
 
+@jit
+def _evaluate_rest(geometry, scattering, share, surface, wi, values):
+    """Turn the diffuse albedos in values into the BSDF, of the part of a surface that is no glass.
+
+    The albedos are those of all of the surface.
+    """
+    if share is None:
+        _evaluate(geometry, scattering, scattering.coats, surface, wi, values)
+        return
+    rest = 1.0 - glass_share(geometry, share, surface.hit)
+    if rest <= 0.0:
+        values[:] = 0.0
+        return
+    divide(values, rest)
+    _evaluate(geometry, scattering, scattering.coats, surface, wi, values)
+    divide(values, 1.0 / rest)
+
+
 @outlined
 def evaluate(scene, scattering, surface, wi, values):
     """Fill values, (N,), with the BSDF (per steradian) from wi to where a ray came from."""
     color = look_up_material(scene.geometry, scene.textures, surface.hit)
     for band in range(len(values)):
         values[band] = albedo(scene.materials, scene.textures, color, band)
-    _evaluate(scene.geometry, scattering, scattering.coats, surface, wi, values)
+    _evaluate_rest(scene.geometry, scattering, scattering.share, surface, wi, values)
 
 
 @outlined
 def evaluate_lobe(scene, scattering, surface, wi, values):
     """Fill values, (N,), with what the BSDF has beside its diffuse base."""
     values[:] = 0.0
-    _evaluate(scene.geometry, scattering, scattering.coats, surface, wi, values)
+    _evaluate_rest(scene.geometry, scattering, scattering.share, surface, wi, values)
 
 
 @jit

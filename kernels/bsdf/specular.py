@@ -12,6 +12,12 @@ import numpy as np
 
 from photonmap.kernels.bsdf import microsurface
 from photonmap.kernels.bsdf.dispersion import choose_index, index_ratio, keep_index, reflects
+from photonmap.kernels.bsdf.glass import (
+    alpha_at,
+    multiply_remainder,
+    multiply_tint,
+    take_share,
+)
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.bands import divide
 from photonmap.kernels.core.fresnel import mirrored, refracted
@@ -19,7 +25,7 @@ from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.records import MIRROR
 from photonmap.kernels.core.rng import draw, draw_three, stream
 from photonmap.kernels.geometry.interaction import offset, point_at, shading_normal, side_of
-from photonmap.kernels.geometry.pane import is_reflected
+from photonmap.kernels.geometry.pane import clear_at, is_reflected
 
 LONGEST_CHAIN = 256
 """Specular scatterings in a row, after which a path is truncated."""
@@ -62,9 +68,9 @@ def choose_lobe(probability, state, throughput):
 
 
 @jit
-def _multiply(throughput, table, row, factor):
+def _multiply(throughput, table, row):
     for band in range(len(throughput)):
-        throughput[band] *= table[row, band] * np.float32(factor)
+        throughput[band] *= table[row, band]
 
 
 @jit
@@ -106,13 +112,14 @@ def scatter_specular(geometry, specular, hit, direction, numbers, carries_flux, 
     direction, ng, n = arrival.direction, arrival.ng, arrival.n
     xi = numbers[0]
     point, size = point_at(geometry, hit.triangle, hit.u, hit.v)
-    if _crosses_pane(geometry.alpha, specular, material, arrival, xi, throughput):
+    take_share(geometry, specular.share, hit, throughput)
+    if _crosses_pane(geometry, geometry.alpha, specular, hit, arrival, xi, throughput):
         return offset(point, size, vec.scale(ng, -1.0)), direction
     if specular.kind[material] == MIRROR:
-        _multiply(throughput, specular.mirror, material, 1.0)
+        _multiply(throughput, specular.mirror, material)
         return offset(point, size, ng), _on_side(mirrored(direction, n), direction, ng)
     rough, crossed, out = _scatter_rough(
-        specular, specular.alpha, material, arrival, numbers, carries_flux, throughput
+        geometry, specular, specular.alpha, hit, arrival, numbers, carries_flux, throughput
     )
     if rough:
         return offset(point, size, vec.scale(ng, -1.0) if crossed else ng), out
@@ -122,7 +129,8 @@ def scatter_specular(geometry, specular, hit, direction, numbers, carries_flux, 
     )
     if is_reflected:
         return offset(point, size, ng), _on_side(mirrored(direction, n), direction, ng)
-    _multiply(throughput, specular.tint, material, 1.0 if carries_flux else eta * eta)
+    factor = 1.0 if carries_flux else eta * eta
+    multiply_tint(geometry, specular, specular.maps, hit, factor, throughput)
     transmitted = refracted(direction, n, eta)
     if vec.dot(transmitted, ng) >= 0.0:
         transmitted = refracted(direction, ng, eta)
@@ -130,22 +138,24 @@ def scatter_specular(geometry, specular, hit, direction, numbers, carries_flux, 
 
 
 @jit
-def _crosses_pane(alpha, specular, material, arrival, xi, throughput):
+def _crosses_pane(geometry, alpha, specular, hit, arrival, xi, throughput):
     """Return whether light that a pane stopped goes straight on, in the colour of the glass."""
     if alpha is None:
         return False
-    return _crosses(alpha.panes, specular, material, arrival, xi, throughput)
+    return _crosses(geometry, alpha.panes, specular, hit, arrival, xi, throughput)
 
 
 @jit
-def _crosses(panes, specular, material, arrival, xi, throughput):
+def _crosses(geometry, panes, specular, hit, arrival, xi, throughput):
     if panes is None:
         return False
+    material = geometry.material[hit.triangle]
     if panes.ior[material] == 0.0:
         return False
-    if is_reflected(panes, material, vec.dot(arrival.ng, arrival.direction), xi):
+    clear = clear_at(geometry, panes, panes.maps, hit)
+    if is_reflected(panes, material, clear, vec.dot(arrival.ng, arrival.direction), xi):
         return False
-    _multiply(throughput, specular.tint, material, 1.0)
+    multiply_remainder(geometry, specular, specular.maps, hit, clear, throughput)
     return True
 
 
@@ -164,12 +174,13 @@ def metal_of(specular, dip, material):
 
 
 @jit
-def _scatter_rough(specular, alpha, material, arrival, numbers, carries_flux, throughput):
+def _scatter_rough(geometry, specular, alpha, hit, arrival, numbers, carries_flux, throughput):
     """Scatter light at a rough surface; return (whether it is one, transmitted or not, direction).
 
     `throughput` is multiplied as by `scatter_specular`.
     """
     direction, ng, n = arrival.direction, arrival.ng, arrival.n
+    material = geometry.material[hit.triangle]
     if alpha is None:
         return False, False, direction
     if alpha[material] == 0.0:
@@ -182,11 +193,17 @@ def _scatter_rough(specular, alpha, material, arrival, numbers, carries_flux, th
     state = stream(np.uint64(xi * BITS), np.uint64(u * BITS), np.uint64(v * BITS))
     metal = metal_of(specular, specular.dip, material)
     wo, crossed, state = microsurface.scatter(
-        alpha[material], eta, metal, wi, (own, u, v), state, throughput
+        alpha_at(geometry, alpha, specular.maps, hit),
+        eta,
+        metal,
+        wi,
+        (own, u, v),
+        state,
+        throughput,
     )
     if crossed:
         factor = 1.0 if carries_flux else microsurface.radiance_factor(eta)
-        _multiply(throughput, specular.tint, material, factor)
+        multiply_tint(geometry, specular, specular.maps, hit, factor, throughput)
     out = vec.normalize(vec.from_frame(wo, n))
     if (vec.dot(out, ng) < 0.0) != crossed:
         out = mirrored(out, ng)

@@ -45,6 +45,10 @@ class Panes(NamedTuple):
     """(M,) float64, index of refraction of the glass, 0 for other materials"""
     clear: np.ndarray
     """(M,) float64, what the glass transmits in every band: the least of its tint"""
+    image: np.ndarray
+    """(M,) int32, row of `maps` with the same where the tint is textured, -1 for none"""
+    maps: Maps | None
+    """None where no tint is textured"""
 
 
 @by_reference
@@ -182,6 +186,33 @@ class Media(NamedTuple):
 
 
 @by_reference
+class GlassMaps(NamedTuple):
+    """Glass that varies over its surface; a scene without any has None in its place."""
+
+    maps: Maps
+    tint: np.ndarray
+    """(M,) int32, row of `maps`, -1 for none"""
+    roughness: np.ndarray
+    """(M,) int32, likewise"""
+    basis: np.ndarray
+    """(3, N) float32, which makes transmittances of linear RGB"""
+    least: float
+    """smallest α"""
+
+
+@by_reference
+class GlassShare(NamedTuple):
+    """Which fraction of a surface is glass, where some are so in part; else None."""
+
+    value: np.ndarray
+    """(M,) float64, 1 for what is all glass, and for mirrors and metals"""
+    image: np.ndarray
+    """(M,) int32, row of `maps`, -1 for none"""
+    maps: Maps | None
+    """None where no fraction is textured"""
+
+
+@by_reference
 class Specular(NamedTuple):
     """Mirrors, mirror coats, glass, and metals that are nearly mirrors."""
 
@@ -195,7 +226,7 @@ class Specular(NamedTuple):
     """(M, N) float32, what glass transmits at a crossing; of a pane, of light that it stopped"""
     probability: np.ndarray
     """(M,) float64, with which a path takes the specular lobe rather than the diffuse one: 1 for
-    mirrors, metals and glass, 0 where there is no specular lobe"""
+    mirrors, metals and what is all glass, 0 where there is no specular lobe"""
     alpha: np.ndarray | None
     """(M,) float64, GGX's α of rough glass, THIN and METAL, 0 for what is smooth: see
     `bsdf.microsurface`; None where all are smooth"""
@@ -203,6 +234,10 @@ class Specular(NamedTuple):
     """None where glass is clear, and lies in air"""
     dip: np.ndarray | None
     """(M, N) float32, of a METAL, as `Scattering.dip`; None where none has one"""
+    maps: GlassMaps | None
+    """None where glass is the same all over"""
+    share: GlassShare | None
+    """None where no surface is glass in part"""
 
 
 @by_reference
@@ -254,6 +289,8 @@ class Scattering(NamedTuple):
     dip: np.ndarray | None
     """(M, N) float32, by how many times cos (1 - cos)⁶ metals reflect less than Schlick's formula
     says, see `core.fresnel`; None where none does"""
+    share: GlassShare | None
+    """None where no surface is glass in part: the rest of it scatters so"""
 
 
 @by_reference

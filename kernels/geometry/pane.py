@@ -11,6 +11,7 @@ compiled.
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.fresnel import fresnel
 from photonmap.kernels.core.jit import jit
+from photonmap.kernels.geometry.texture import coordinates, look_up_number
 
 
 @jit
@@ -33,16 +34,31 @@ def pane_opacity(geometry, panes, hit, direction):
         return 1.0
     normal = vec.row(geometry.normals, hit.triangle)
     reflected = pane_reflectance(panes.ior[material], vec.dot(normal, vec.normalize(direction)))
-    return _stopped(panes, material, reflected)
+    return _stopped(clear_at(geometry, panes, panes.maps, hit), reflected)
 
 
 @jit
-def _stopped(panes, material, reflected):
-    return 1.0 - (1.0 - reflected) * panes.clear[material]
+def clear_at(geometry, panes, maps, hit):
+    """Return what a pane transmits in every band, where a ray meets it.
+
+    The maps are an argument of their own, None where no tint is textured.
+    """
+    material = geometry.material[hit.triangle]
+    if maps is None:
+        return panes.clear[material]
+    if panes.image[material] < 0:
+        return panes.clear[material]
+    s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
+    return min(look_up_number(maps, panes.image[material], s, t), 1.0)
 
 
 @jit
-def is_reflected(panes, material, cosine, xi):
+def _stopped(clear, reflected):
+    return 1.0 - (1.0 - reflected) * clear
+
+
+@jit
+def is_reflected(panes, material, clear, cosine, xi):
     """Choose, by a uniform number, whether light that a pane stopped is reflected."""
     reflected = pane_reflectance(panes.ior[material], cosine)
-    return xi * _stopped(panes, material, reflected) < reflected
+    return xi * _stopped(clear, reflected) < reflected

@@ -3,6 +3,7 @@
 import math
 
 from photonmap.kernels.bsdf import coated, glossy, models
+from photonmap.kernels.bsdf.glass import alpha_at, glass_share
 from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.camera.cameras import first_hit, generate_ray
 from photonmap.kernels.core import vec
@@ -81,3 +82,23 @@ def look_up_coats(geometry, scattering, maps, triangles, barycentrics, weights):
         if triangles[pixel] >= 0:
             hit = Hit(triangles[pixel], barycentrics[pixel, 0], barycentrics[pixel, 1], 0.0)
             weights[pixel] = coated.weight_at(geometry, scattering, maps, hit)
+
+
+@jit
+def _rough_alpha(geometry, alpha, maps, hit):
+    """Return α of a specular surface, 0 where it is smooth."""
+    if alpha is None:
+        return 0.0
+    if alpha[geometry.material[hit.triangle]] == 0.0:
+        return 0.0
+    return alpha_at(geometry, alpha, maps, hit)
+
+
+@kernel
+def look_up_glass(geometry, specular, triangles, barycentrics, alphas, shares):
+    """Fill α, and the fraction that is glass, of specular surfaces, (P,); rows of the sky stay."""
+    for pixel in range(len(triangles)):
+        if triangles[pixel] >= 0:
+            hit = Hit(triangles[pixel], barycentrics[pixel, 0], barycentrics[pixel, 1], 0.0)
+            alphas[pixel] = _rough_alpha(geometry, specular.alpha, specular.maps, hit)
+            shares[pixel] = glass_share(geometry, specular.share, hit)

@@ -11,6 +11,7 @@ import numpy as np
 
 from photonmap.kernels.bsdf import microsurface
 from photonmap.kernels.bsdf.dispersion import choose_index, column_of, index_ratio, keep_index
+from photonmap.kernels.bsdf.glass import alpha_at, multiply_tint, take_share
 from photonmap.kernels.bsdf.specular import arrive_at, is_folded, metal_of
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit, outlined
@@ -61,23 +62,28 @@ def _local(arrival, direction):
 
 
 @jit
-def _walk_pdf(specular, alpha, material, arrival, column, direction):
+def _walk_pdf(geometry, specular, met, column, direction):
     """Return about the density (per steradian) with which a walk leaves along a direction."""
+    hit, arrival = met
     wi, wo = _local(arrival, direction)
-    eta = index_ratio(specular, material, arrival, column)
-    return microsurface.typical_pdf(alpha[material], eta, wi, wo)
+    eta = index_ratio(specular, geometry.material[hit.triangle], arrival, column)
+    alpha = alpha_at(geometry, specular.alpha, specular.maps, hit)
+    return microsurface.typical_pdf(alpha, eta, wi, wo)
 
 
 @jit
-def _respond(specular, alpha, material, arrival, column, direction, state, scratch):
+def _respond(geometry, specular, met, column, direction, state, scratch):
     """Fill `scratch.response` with the density of a direction, times what crossing it costs."""
+    hit, arrival = met
+    material = geometry.material[hit.triangle]
     response, eta = scratch.response, index_ratio(specular, material, arrival, column)
     pair, metal = _local(arrival, direction), metal_of(specular, specular.dip, material)
-    state = microsurface.evaluate(alpha[material], eta, metal, pair, state, scratch.walk, response)
+    alpha = alpha_at(geometry, specular.alpha, specular.maps, hit)
+    state = microsurface.evaluate(alpha, eta, metal, pair, state, scratch.walk, response)
     if pair[1][2] < 0.0:
-        factor = np.float32(microsurface.radiance_factor(eta))
-        for band in range(len(response)):
-            response[band] *= specular.tint[material, band] * factor
+        factor = microsurface.radiance_factor(eta)
+        multiply_tint(geometry, specular, specular.maps, hit, factor, response)
+    take_share(geometry, specular.share, hit, response)
     return state
 
 
@@ -101,8 +107,7 @@ def _choose_by_draw(specular, media, dispersion, arrival, throughput, state):
 @outlined
 def _add_light_sample(scene, specular, arrived, crossed, point, sink, state, scratch):
     """Add a light sample on one side of a rough surface; return the random state."""
-    alpha, (hit, arrival), throughput = specular.alpha, arrived, sink.throughput
-    material = scene.geometry.material[hit.triangle]
+    (hit, arrival), throughput = arrived, sink.throughput
     surface = _surface_on(scene.geometry, hit, arrival, crossed)
     sample = sample_direct(scene, surface, point[0], point[1], 1)
     count_shadow_ray(sample, scratch.rays)
@@ -111,11 +116,9 @@ def _add_light_sample(scene, specular, arrived, crossed, point, sink, state, scr
     weight = sample.weight / vec.dot(surface.ns, sample.direction)
     choice, state = _choose_index(specular, specular.media, arrival, throughput, state)
     if sample.pdf > 0.0:
-        own = _walk_pdf(specular, alpha, material, arrival, choice[0], sample.direction)
+        own = _walk_pdf(scene.geometry, specular, arrived, choice[0], sample.direction)
         weight *= power_heuristic(sample.pdf, own)
-    state = _respond(
-        specular, alpha, material, arrival, choice[0], sample.direction, state, scratch
-    )
+    state = _respond(scene.geometry, specular, arrived, choice[0], sample.direction, state, scratch)
     keep_index(specular, specular.media, arrival, choice, scratch.response)
     for band in range(len(throughput)):
         scratch.response[band] *= throughput[band]
@@ -167,8 +170,7 @@ def _weigh_walk(scene, specular, column, before, after, seen):
     if is_folded(out, arrival, crossed):
         return 1.0
     surface = _surface_on(scene.geometry, hit, arrival, crossed)
-    material = scene.geometry.material[hit.triangle]
-    own = _walk_pdf(specular, specular.alpha, material, arrival, column, out)
+    own = _walk_pdf(scene.geometry, specular, (hit, arrival), column, out)
     return power_heuristic(own, sampling_pdf(scene, surface, end, seen, out))
 
 

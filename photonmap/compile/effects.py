@@ -17,6 +17,7 @@ from photonmap.kernels.core.records import (
     MIRROR,
     Alpha,
     Environment,
+    GlassShare,
     Lights,
     Media,
     Scattering,
@@ -151,6 +152,9 @@ def _leave_out_holes(alpha: Alpha | None, plan: EffectPlan) -> Alpha | None:
         return None
     if not plan.on("transmission"):
         alpha = alpha._replace(panes=None)
+    elif alpha.panes is not None and not plan.on("textures"):
+        none = np.full_like(alpha.panes.image, -1)
+        alpha = alpha._replace(panes=alpha.panes._replace(image=none, maps=None))
     if plan.on("alpha"):
         return alpha
     whole, none = np.ones_like(alpha.value), np.full_like(alpha.image, -1)
@@ -166,7 +170,8 @@ def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> Specular |
         count = len(compiled.materials.reflectance)
         none = np.zeros_like(compiled.materials.reflectance)
         kind = np.zeros(count, np.uint8)
-        return Specular(kind, none, np.zeros(count), none.copy(), np.zeros(count), None, None, None)
+        black = kind, none, np.zeros(count), none.copy(), np.zeros(count)
+        return Specular(*black, None, None, None, None, None)
     by_kind = {GLASS: plan.on("transmission"), MIRROR: plan.on("specular")}
     kept = np.array([by_kind.get(kind, True) for kind in specular.kind.tolist()])
     kept = np.where(compiled.is_thin, plan.on("transmission"), kept)
@@ -179,8 +184,17 @@ def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> Specular |
         probability=np.where(kept, specular.probability, 0.0),
         alpha=alpha if alpha is not None and alpha.any() else None,
         media=_leave_out_media(compiled, specular.media, plan),
+        maps=specular.maps if plan.on("textures") else None,
+        share=_even(specular.share, plan),
     )
     return specular if specular.kind.any() else None
+
+
+def _even(share: GlassShare | None, plan: EffectPlan) -> GlassShare | None:
+    """Return the fractions of glass, of textures the mean where they are left out."""
+    if share is None or plan.on("textures"):
+        return share
+    return share._replace(image=np.full_like(share.image, -1), maps=None)
 
 
 def _leave_out_media(
@@ -206,7 +220,10 @@ def _leave_out_scattering(scattering: Scattering | None, plan: EffectPlan) -> Sc
     model = _simulated(model, plan)
     maps = scattering.maps if plan.on("textures") and plan.on("glossy") else None
     anisotropy = scattering.anisotropy if plan.on("glossy") else None
-    scattering = scattering._replace(model=model, maps=maps, anisotropy=anisotropy, coats=coats)
+    share = _even(scattering.share, plan)
+    scattering = scattering._replace(
+        model=model, maps=maps, anisotropy=anisotropy, coats=coats, share=share
+    )
     return scattering if model.any() else None
 
 

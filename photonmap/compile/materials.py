@@ -13,7 +13,7 @@ from photonmap.kernels.bsdf.models import GLOSSY, MODELS
 from photonmap.kernels.core import records
 from photonmap.runtime.wording import listed
 from photonmap.scene.material import LEAST_ALPHA, Material, check_material
-from photonmap.scene.textures import Paint, Texture, mean_color
+from photonmap.scene.textures import Paint, Texture, mean_color, mean_number
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
 from photonmap.spectra.metals import dip_between
@@ -53,33 +53,52 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
     glossy = np.stack([_part(m, "glossy", m.glossy, bands) for m in materials])
     tint = np.stack([_part(m, "tint", m.tint, bands) for m in materials])
     ior = np.array([material.ior or 0.0 for material in materials])
+    share = np.array([_even_share(material) for material in materials])
     for index, material in enumerate(materials):
-        if ior[index] > 0.0 and (reflectance[index].any() or mirror[index].any()):
-            raise InputError(
-                f"material {material.name!r} is glass; set its reflectance and mirror to 0"
-            )
+        _check_glass(material, reflectance[index].any(), mirror[index].any())
     _check_lobes(materials)
     _check_even(materials)
-    panes = _compile_panes(materials, mirror, tint)
     dip = _compile_dips(materials, glossy, bands)
+    reflectance *= (1.0 - share)[:, None]
     narrow = np.array([material.is_narrow_metal for material in materials])
     mirror[narrow], glossy[narrow] = glossy[narrow], 0.0
     walks, lobes = (_rows_of(dip, kept) for kept in (narrow, ~narrow))
     divisors = _bound(materials, reflectance, mirror)
+    panes = _compile_panes(materials, mirror, tint)
     return CompiledMaterials(
         records.Materials(reflectance.astype(np.float32)),
         _compile_specular(materials, reflectance, mirror, tint, ior, walks),
         _compile_scattering(materials, reflectance, glossy, lobes),
         panes,
-        divisors,
+        divisors / np.maximum(1.0 - share, 1e-300),
     )
+
+
+def _even_share(material: Material) -> float:
+    """Return which fraction of a material is glass; 0 for a texture, which its reflectance has."""
+    if material.ior is None or isinstance(material.transmission, Texture):
+        return 0.0
+    return material.transmission
+
+
+def _check_glass(material: Material, is_diffuse: bool, is_mirror: bool) -> None:
+    """Refuse glass that is also a mirror, and what reflects diffusely though all of it is glass."""
+    if material.ior is None:
+        return
+    if is_mirror:
+        raise InputError(f"material {material.name!r} is glass; set its mirror to 0")
+    if material.is_all_glass and (is_diffuse or material.is_glossy):
+        name = "reflectance" if is_diffuse else "glossy"
+        raise InputError(
+            f"material {material.name!r} is glass; set its {name} to 0, or its transmission below 1"
+        )
 
 
 def _check_lobes(materials: list[Material]) -> None:
     """Refuse glossy surfaces and clear coats with lobes that they cannot have beside."""
     for material in materials:
         others = {
-            "ior": material.ior is not None,
+            "ior": material.ior is not None and material.is_coated,
             "mirror": isinstance(material.mirror, Spectrum) or np.any(material.mirror),
             "diffuse_roughness": material.diffuse_roughness != 0.0,
         }
@@ -92,7 +111,7 @@ def _check_lobes(materials: list[Material]) -> None:
 
 
 def _check_even(materials: list[Material]) -> None:
-    """Refuse textures of roughness on glass and what is anisotropic, of glossy beside its edge."""
+    """Refuse textures of roughness on what is anisotropic, and of glossy beside its edge."""
     for material in materials:
         if material.is_anisotropic and isinstance(material.roughness, Texture):
             raise InputError(
@@ -102,16 +121,13 @@ def _check_even(materials: list[Material]) -> None:
             raise InputError(
                 f"material {material.name!r} has a glossy_edge; give it one glossy, not a texture"
             )
-        if material.ior is not None and isinstance(material.roughness, Texture):
-            raise InputError(
-                f"material {material.name!r} is glass; give it one roughness, not a texture"
-            )
 
 
 def _compile_panes(materials: list[Material], mirror: Floats, tint: Floats) -> records.Panes | None:
     """Return smooth panes, None where there are none; they stop what does not pass in all bands.
 
     What they stop is reflected as by a mirror, or takes the rest of the tint: both change in place.
+    What is glass in part, or of a textured tint (see `Panes.image`), stops all here.
 
     Raises
     ------
@@ -123,12 +139,13 @@ def _compile_panes(materials: list[Material], mirror: Floats, tint: Floats) -> r
     thin = np.array([material.is_pane for material in materials])
     if not thin.any():
         return None
-    clear = np.where(thin, tint.min(axis=1), 1.0)
+    part = np.array([not m.is_all_glass or isinstance(m.tint, Texture) for m in materials])
+    clear = np.where(thin, np.where(part, 0.0, tint.min(axis=1)), 1.0)
     rest = np.maximum(1.0 - clear, 1e-300)[:, None]
     tint[thin] = ((tint - clear[:, None]) / rest)[thin]
     mirror[thin] = 1.0
     ior = np.array([(material.ior or 0.0) * material.is_pane for material in materials])
-    return records.Panes(ior, clear)
+    return records.Panes(ior, clear, np.full(len(materials), -1, np.int32), None)
 
 
 def _compile_dips(materials: list[Material], glossy: Floats, bands: Bands) -> Floats:
@@ -169,6 +186,9 @@ def _compile_specular(
     specular, diffuse = mirror.mean(axis=1), reflectance.mean(axis=1)
     share = specular / np.maximum(specular + diffuse, 1e-300)
     probability = np.select([kind == records.MIRROR, kind > 0], [share, 1.0], default=0.0)
+    for index, material in enumerate(materials):
+        if material.ior is not None and not material.is_all_glass:
+            probability[index] = mean_number(material.transmission)
     alpha[kind == 0] = 0.0
     return records.Specular(
         kind,
@@ -179,6 +199,8 @@ def _compile_specular(
         alpha if alpha.any() else None,
         None,
         dip,
+        None,
+        None,
     )
 
 
@@ -210,7 +232,7 @@ def _compile_scattering(
     elif any(m.has_textured_lobe or isinstance(m.coat, Texture) for m in materials):
         albedos = np.concatenate([albedos, albedos[:1]])  # a next row for all
     specular = glossy.astype(np.float32)
-    return records.Scattering(model, parameters, specular, albedos, None, None, None, dip)
+    return records.Scattering(model, parameters, specular, albedos, None, None, None, dip, None)
 
 
 def _part(material: Material, name: str, color: Paint, bands: Bands) -> Floats:

@@ -20,6 +20,12 @@ from photonmap.compile.materials import compile_materials
 from photonmap.compile.media.media import plan_media
 from photonmap.compile.surfaces.anisotropy import with_anisotropy
 from photonmap.compile.surfaces.coats import with_coats
+from photonmap.compile.surfaces.glass import (
+    beside_glass,
+    clear_textures,
+    opaque_part,
+    with_glass,
+)
 from photonmap.compile.surfaces.relief import compile_relief
 from photonmap.compile.surfaces.tangents import given_tangents
 from photonmap.compile.textures import compile_textures
@@ -137,13 +143,20 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
     meshes = check_meshes(scene)
     camera, frame = _look(scene, np.concatenate([mesh.vertices for mesh in meshes]), aspect)
     materials = _distinct_materials(meshes)
-    compiled = compile_materials(materials, bands)
+    rows = _material_rows(meshes, materials)
     plan = plan_media(meshes, materials, bands, frame)
+    materials = [opaque_part(material) for material in materials]
+    compiled = compile_materials(materials, bands)
     geometry, owner, media = plan.place(*join_meshes(plan.meshes, frame, plan.ranks), frame)
-    material = _material_rows(meshes, materials)[owner]
+    material = rows[owner]
     geometry = geometry._replace(material=material)
-    table = compile_textures(materials, compiled.divisors)
+    table = compile_textures(materials, compiled.divisors, clear_textures(materials, bands))
+    specular = with_glass(compiled.specular, materials, table, bands)
     lobes, tangents = table.lobes(compiled.scattering, bands), given_tangents(plan.meshes)
+    scattering = with_anisotropy(lobes, materials, geometry, tangents)
+    scattering = beside_glass(
+        with_coats(scattering, materials), materials, specular and specular.share
+    )
     emitters = compile_lights(geometry, materials, scene.lights, bands, frame, table, camera)
     objects = _object_ids(meshes)
     return CompiledScene(
@@ -154,9 +167,9 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
         ),
         materials=compiled.diffuse,
         lights=emitters.lights,
-        specular=compiled.specular and compiled.specular._replace(media=media),
+        specular=specular and specular._replace(media=media),
         textures=table.textures(bands),
-        scattering=with_coats(with_anisotropy(lobes, materials, geometry, tangents), materials),
+        scattering=scattering,
         camera=camera,
         center=frame.center,
         size=frame.size,

@@ -144,8 +144,10 @@ def sides_in_air(compiled: CompiledScene) -> NDArray[np.int32]:
 def _of_images(compiled: CompiledScene) -> dict[str, Effect]:
     alpha, scattering = compiled.geometry.alpha, compiled.scattering
     lobes = None if scattering is None else scattering.maps
-    of_light = compiled.lights.emission_textures
-    textures = any(maps is not None for maps in (compiled.textures, of_light, lobes))
+    of_light, specular = compiled.lights.emission_textures, compiled.specular
+    glass = None if specular is None else specular.maps
+    share = None if specular is None or specular.share is None else specular.share.maps
+    textures = any(maps is not None for maps in (compiled.textures, of_light, lobes, glass, share))
     return {
         "alpha": _if(
             alpha is not None and ((alpha.value < 1.0) | (alpha.image >= 0)).any(),

@@ -126,6 +126,9 @@ def carry(compiled: CompiledScene, columns: SpectralColumns) -> CompiledScene:
             tint=tile(specular.tint),
             dip=None if specular.dip is None else tile(specular.dip),
         )
+        if specular.maps is not None:
+            glass = specular.maps._replace(basis=tile(specular.maps.basis))
+            specular = specular._replace(maps=glass)
         if specular.media is not None:
             specular = specular._replace(media=carrier.carry_media(specular.media))
     return replace(
@@ -206,6 +209,8 @@ def _tables(compiled: CompiledScene) -> list[Array]:
         tables += [compiled.specular.mirror, compiled.specular.tint]
         if compiled.specular.dip is not None:
             tables.append(compiled.specular.dip)
+        if compiled.specular.maps is not None:
+            tables.append(compiled.specular.maps.basis)
         media = compiled.specular.media
         if media is not None and media.absorption is not None:
             tables.append(media.absorption)

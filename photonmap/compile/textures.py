@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -35,6 +35,7 @@ from photonmap.spectra.curves import LARGEST_REFLECTANCE
 Floats = NDArray[np.float64]
 _TEXTURED = (
     "reflectance", "emission", "alpha", "glossy", "roughness", "relief", "anisotropy_map", "coat",
+    "tint", "transmission",
 )  # fmt: skip
 """Attributes of materials that may be, or have, textures."""
 
@@ -46,8 +47,9 @@ class TextureTable:
     Parameters
     ----------
     maps : one row a use
-    reflectance, emission, alpha, glossy, roughness, relief, anisotropy_map, coat : (M,) the row
-        that each material uses, -1 for none
+    reflectance, emission, alpha, glossy, roughness, relief, anisotropy_map, coat, tint,
+    transmission : (M,) the row that each material uses, -1 for none
+    clear : (M,) likewise, of what panes of textured tint let pass in every band
     opacity : (M,) where there is no texture
     uses : which texture each row of `maps` is, and what its reflectances are divided by
     images : keeps the texels alive, of which kernels have the addresses
@@ -62,6 +64,9 @@ class TextureTable:
     relief: NDArray[np.int32]
     anisotropy_map: NDArray[np.int32]
     coat: NDArray[np.int32]
+    tint: NDArray[np.int32]
+    transmission: NDArray[np.int32]
+    clear: NDArray[np.int32]
     opacity: Floats
     uses: list[tuple[Texture, float]] = field(repr=False)
     images: list[Any] = field(repr=False)
@@ -111,6 +116,8 @@ class TextureTable:
         """Return opacities; None where all surfaces are opaque."""
         if panes is None and (self.alpha < 0).all() and (self.opacity == 1.0).all():
             return None
+        if panes is not None and (self.clear >= 0).any():
+            panes = panes._replace(image=self.clear, maps=self.maps)
         return Alpha(self.opacity, self.alpha, self.maps, panes)
 
     def emission_textures(
@@ -136,12 +143,15 @@ class TextureTable:
         )
 
 
-def compile_textures(materials: Sequence[Material], shrink: Floats) -> TextureTable:
+def compile_textures(
+    materials: Sequence[Material], shrink: Floats, clear: Mapping[int, Texture]
+) -> TextureTable:
     """Collect the textures of M materials.
 
     Parameters
     ----------
     shrink : (M,) by which reflectances are divided
+    clear : of materials by their number, see `photonmap.compile.surfaces.glass.clear_textures`
 
     Raises
     ------
@@ -167,9 +177,13 @@ def compile_textures(materials: Sequence[Material], shrink: Floats) -> TextureTa
                     uses.append((paint, shrink[index] if slot == 0 else 1.0))
                 elif name == "alpha":
                     opacity[index] = _opacity(paint)
+    passed = np.full(len(materials), -1, np.int32)
+    for index, texture in clear.items():
+        passed[index] = len(uses)
+        uses.append((texture, 1.0))
     maps, images = _maps(uses)
     rows = dict(zip(_TEXTURED, slots, strict=True))
-    return TextureTable(maps, **rows, opacity=opacity, uses=uses, images=images)
+    return TextureTable(maps, **rows, clear=passed, opacity=opacity, uses=uses, images=images)
 
 
 def _image(material: Material, name: str) -> Texture | None:

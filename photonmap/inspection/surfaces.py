@@ -83,9 +83,9 @@ def name_kind(material: Material) -> str:
 def _describe_attributes(material: Material) -> dict[str, Any]:
     """Return the attributes that differ from the defaults, and the reflectance of what has one."""
     attributes = {}
-    for attribute, parameter in parameters_of(Material).items():
+    for attribute in parameters_of(Material):
         value = getattr(material, attribute)
-        if attribute == "name" or (parameter.only == "opaque" and material.ior is not None):
+        if attribute == "name" or not material.takes(attribute):
             continue
         is_default = value == getattr(Material, attribute)
         if attribute == "reflectance" or not (isinstance(value, float | int) and is_default):

@@ -19,8 +19,13 @@ from photonmap.io.readers.metallic import metallic_fraction
 from photonmap.kernels.bsdf.models import GLOSSY
 from photonmap.kernels.core.lobe_records import Coats
 from photonmap.kernels.core.passes import Film, Span, View
-from photonmap.kernels.core.records import GLASS, METAL, MIRROR, THIN, Scattering, Specular
-from photonmap.kernels.integrators.first_hits import first_hits, look_up_coats, look_up_lobes
+from photonmap.kernels.core.records import GLASS, METAL, MIRROR, Scattering, Specular
+from photonmap.kernels.integrators.first_hits import (
+    first_hits,
+    look_up_coats,
+    look_up_glass,
+    look_up_lobes,
+)
 from photonmap.runtime.storage import RAM, Storage, strips
 from photonmap.runtime.workers import Workers
 
@@ -71,6 +76,21 @@ class Coat(NamedTuple):
         return self.weight * light, 1.0 - self.weight + self.weight * through
 
 
+class Specularity(NamedTuple):
+    """Specular lobes of R surfaces."""
+
+    kind: Array
+    """(R,)"""
+    mirror: Array
+    """(R, N) reflectance of mirrors, of metals at normal incidence"""
+    ior: Array
+    """(R,)"""
+    alpha: Array
+    """(R,) 0 of what is smooth"""
+    share: Array
+    """(R,) fraction that is glass, of glass"""
+
+
 class Surfaces(NamedTuple):
     """What surfaces reflect: R materials, or as many points where textures give their lobes."""
 
@@ -84,8 +104,8 @@ class Surfaces(NamedTuple):
     """(R, 4) its α, and its mean albedos at the Fresnel terms of `Scattering.albedos`"""
     dip: Array
     """(R, N) by which metals among them reflect less, 0 for others: see `kernels.core.fresnel`"""
-    specular: Specular | None
-    """(R, …)"""
+    specular: Specularity | None
+    """None where there is none"""
     is_thin: Array
     """(R,)"""
     coat: Coat | None
@@ -95,6 +115,14 @@ class Surfaces(NamedTuple):
     def is_glossy(self) -> Array:
         """Which have a glossy lobe, (R,), be it below a coat."""
         return np.asarray(self.model == GLOSSY)
+
+    @property
+    def glass_share(self) -> Array:
+        """Which fraction of each is glass that scatters, (R,)."""
+        if self.specular is None:
+            return np.zeros(len(self.model))
+        is_glass = (self.specular.kind == GLASS) | self.is_thin
+        return np.where(is_glass, self.specular.share, 0.0)
 
 
 Compute = Callable[[CompiledScene, FirstHits], Array]
@@ -118,10 +146,10 @@ def of_surface(name: str) -> Callable[[Callable[[Surfaces], Array]], Callable[[S
     def register(compute: Callable[[Surfaces], Array]) -> Callable[[Surfaces], Array]:
         def look_up(compiled: CompiledScene, hits: FirstHits) -> Array:
             material = compiled.geometry.material[hits.triangle]
-            if compiled.scattering is None or compiled.scattering.maps is None:
-                rows = compute(_of_materials(compiled))[material]
-            else:
+            if _vary(compiled):
                 rows = compute(_of_points(compiled, hits, material))
+            else:
+                rows = compute(_of_materials(compiled))[material]
             rows[hits.triangle < 0] = 0
             return rows
 
@@ -229,9 +257,8 @@ def _roughness(surfaces: Surfaces) -> Array:
     roughness = np.sqrt(alpha).astype(np.float32)
     if specular is not None:
         roughness[specular.kind != 0] = 0.0
-        if specular.alpha is not None:
-            rough = specular.alpha > 0.0
-            roughness[rough] = np.sqrt(specular.alpha[rough])
+        rough = specular.alpha > 0.0
+        roughness[rough] = np.sqrt(specular.alpha[rough])
     return roughness
 
 
@@ -248,6 +275,8 @@ def _metallic(surfaces: Surfaces) -> Array:
 def _diffuse_fraction(surfaces: Surfaces) -> Array:
     """Look up base / (base + lobe) of the hemispherical albedos; 1 for what is black."""
     base, specular = surfaces.reflectance.astype(float), surfaces.specular
+    share = surfaces.glass_share[:, None]
+    base /= np.maximum(1.0 - share, 1e-12)
     lobe, glossy = np.zeros_like(base), surfaces.is_glossy
     if glossy.any():
         lobe[glossy] = mean_albedo(
@@ -258,11 +287,11 @@ def _diffuse_fraction(surfaces: Surfaces) -> Array:
         own, passed = surfaces.coat.over(base + lobe, surfaces.coat.mean)
         base, lobe = base * passed, lobe * passed + own
     if specular is not None:
-        lobe += specular.mirror
-    total = base + lobe
-    fraction = np.divide(base, total, out=np.ones_like(base), where=total > 0.0)
-    if specular is not None:
-        fraction[np.isin(specular.kind, (GLASS, THIN))] = 0.0
+        lobe += np.where(surfaces.is_thin[:, None], 0.0, specular.mirror)
+    total = (1.0 - share) * (base + lobe) + share
+    fraction = (1.0 - share) * base
+    np.divide(fraction, total, out=fraction, where=total > 0.0)
+    fraction[total == 0.0] = 1.0
     return fraction.astype(np.float32)
 
 
@@ -279,9 +308,8 @@ def _of_materials(compiled: CompiledScene) -> Surfaces:
             dip = scattering.dip
         if scattering.coats is not None:
             model, coat = scattering.coats.model, _coat(scattering, scattering.coats)
-    return Surfaces(
-        reflectance, model, glossy, lobes, dip, compiled.specular, compiled.is_thin, coat
-    )
+    specular = _specularity(compiled.specular)
+    return Surfaces(reflectance, model, glossy, lobes, dip, specular, compiled.is_thin, coat)
 
 
 def _coat(scattering: Scattering, coats: Coats) -> Coat:
@@ -291,25 +319,46 @@ def _coat(scattering: Scattering, coats: Coats) -> Coat:
     return Coat(coats.weight[:, None], f0, coats.alpha[:, None], mean)
 
 
+def _vary(compiled: CompiledScene) -> bool:
+    """Return whether textures say how some surfaces scatter."""
+    scattering, specular = compiled.scattering, compiled.specular
+    if scattering is not None and scattering.maps is not None:
+        return True
+    if specular is None:
+        return False
+    return specular.maps is not None or (
+        specular.share is not None and specular.share.maps is not None
+    )
+
+
+def _specularity(specular: Specular | None) -> Specularity | None:
+    """Return the specular lobes of materials, textures counting with their means."""
+    if specular is None:
+        return None
+    ones = np.ones(len(specular.kind))
+    alpha = 0.0 * ones if specular.alpha is None else specular.alpha
+    share = ones if specular.share is None else specular.share.value
+    return Specularity(specular.kind, specular.mirror, specular.ior, alpha, share)
+
+
 def _of_points(compiled: CompiledScene, hits: FirstHits, material: Array) -> Surfaces:
-    """Return what the hit points reflect, whose material is given; textures give their lobes."""
+    """Return what the hit points reflect, whose material is given, as textures say."""
     plain, scattering = _of_materials(compiled), compiled.scattering
-    assert scattering is not None
     places = np.ascontiguousarray(hits.triangle), np.ascontiguousarray(hits.barycentrics)
     tables = plain.reflectance, plain.glossy, plain.lobes
     reflectance, glossy, lobes = (np.ascontiguousarray(table[material]) for table in tables)
-    scene, maps = compiled.arrays, scattering.maps
-    look_up_lobes(scene, scattering, maps, *places, reflectance, glossy, lobes)
-    coat = plain.coat
-    if coat is not None:
-        coat = Coat(*(np.ascontiguousarray(rows[material]) for rows in coat))
-        look_up_coats(compiled.geometry, scattering, maps, *places, coat.weight[:, 0])
-    specular = compiled.specular
+    coat, specular = plain.coat, plain.specular
+    if scattering is not None and (maps := scattering.maps) is not None:
+        look_up_lobes(compiled.arrays, scattering, maps, *places, reflectance, glossy, lobes)
+        if coat is not None:
+            coat = Coat(*(np.ascontiguousarray(rows[material]) for rows in coat))
+            look_up_coats(compiled.geometry, scattering, maps, *places, coat.weight[:, 0])
+    elif coat is not None:
+        coat = Coat(*(rows[material] for rows in coat))
     if specular is not None:
-        rows = {name: getattr(specular, name) for name in specular._fields if name != "media"}
-        specular = specular._replace(
-            **{name: None if row is None else row[material] for name, row in rows.items()}
-        )
+        specular = Specularity(*(np.ascontiguousarray(rows[material]) for rows in specular))
+        found = specular.alpha, specular.share
+        look_up_glass(compiled.geometry, compiled.specular, *places, *found)
     return Surfaces(
         reflectance,
         plain.model[material],

@@ -162,6 +162,12 @@ class Channels:
         _check_values(self.path, values[..., None])
         return np.ascontiguousarray(values)
 
+    def opacity(self) -> Image:
+        """Return alpha, 1 if there is none."""
+        alpha = self.alpha()
+        texels = np.ones((1, 1), np.float32) if alpha is None else alpha
+        return Image(np.ascontiguousarray(texels[..., None], np.float32), False)
+
     def data(self) -> Image:
         """Return linear RGB."""
         return self.image(linear=True)

@@ -33,6 +33,10 @@ rays seldom meet its lobe. Variance times processor time were as 1 to 4.1 at α 
 to 1.2 at 0.1, and to 0.95 at 0.15 (Cornell box with a ball of metal)."""
 
 
+BESIDE_GLASS = ("reflectance", "glossy")
+"""Attributes of opaque surfaces that those have, too, which are glass in part"""
+
+
 def normal_reflectance(index: float) -> float:
     """Return what a surface of this index of refraction reflects at normal incidence (Fresnel)."""
     return ((index - 1.0) / (index + 1.0)) ** 2
@@ -60,6 +64,8 @@ class Material:
         equal ones the smaller body
     tint : transmittance of glass at each crossing of its surface, in [0, 1]; of thin glass, beside
         what its two surfaces reflect
+    transmission : fraction of a surface with an `ior` that is glass, in [0, 1]; the rest reflects
+        as `reflectance` and `glossy` say
     attenuation_color, attenuation_distance : what solid glass transmits along so many scene units
         inside, in [0, 1]; more along less, by the Beer–Lambert law
     thin : of glass, whether the mesh is a pane that light passes straight on, not the surface of a
@@ -89,7 +95,7 @@ class Material:
         `kernels.geometry.relief`); None for a surface without
 
     A colour is a number (a constant spectrum), a linear RGB triple, or a `Spectrum`; reflectance,
-    emission, alpha, glossy, roughness and coat may be a `Texture`, but not the roughness of glass.
+    emission, alpha, glossy, roughness, coat, tint and transmission may be a `Texture`.
     The annotations declare ranges and the keys of TOML and MTL files, which checks, readers and
     writers follow (`photonmap.scene.parameters`).
     """
@@ -103,7 +109,15 @@ class Material:
     ior: Annotated[
         float | None, Number("index of refraction", mtl="Ni", above=0.0, such_as="1.5")
     ] = None
-    tint: Annotated[Color, Reflectance("transmittance", mtl="Tf", only="glass")] = 1.0
+    tint: Annotated[Paint, Reflectance("transmittance", mtl="Tf", textured=True, only="glass")] = (
+        1.0
+    )
+    transmission: Annotated[
+        float | Texture,
+        Number(
+            "fraction", mtl="transmission", textured=True, only="glass", at_least=0.0, at_most=1.0
+        ),
+    ] = 1.0
     attenuation_color: Annotated[
         Color, Reflectance("transmittance", mtl="attenuation_color", only="glass")
     ] = 1.0
@@ -184,11 +198,19 @@ class Material:
                 parts.append(f"{each.name}={value!r}")
         return f"Material({', '.join(parts)})"
 
+    def takes(self, attribute: str) -> bool:
+        """Return whether an attribute matters to a material of its kind."""
+        only = parameters_of(Material)[attribute].only
+        if only == "glass" or self.ior is None:
+            return only != "glass" or self.ior is not None
+        is_beside = attribute in BESIDE_GLASS and not self.is_all_glass
+        return only != "opaque" or is_beside
+
     @property
     def is_textured(self) -> bool:
         """Whether a texture lies on it."""
-        paints = (self.reflectance, self.emission, self.alpha, self.coat)
-        is_painted = any(isinstance(paint, Texture) for paint in paints)
+        names = "reflectance", "emission", "alpha", "coat", "tint", "transmission"
+        is_painted = any(isinstance(getattr(self, name), Texture) for name in names)
         return is_painted or self.has_textured_lobe or self.relief is not None or self.is_brushed
 
     @property
@@ -210,6 +232,12 @@ class Material:
     def has_textured_lobe(self) -> bool:
         """Whether the reflectance or the roughness of its glossy lobe is a texture."""
         return isinstance(self.glossy, Texture) or isinstance(self.roughness, Texture)
+
+    @property
+    def is_all_glass(self) -> bool:
+        """Whether all of it is glass."""
+        whole = not isinstance(self.transmission, Texture) and self.transmission == 1.0
+        return self.ior is not None and whole
 
     @property
     def nearest_abbe(self) -> float | None:
@@ -274,6 +302,7 @@ class Material:
     def is_narrow_metal(self) -> bool:
         """Whether it is bare metal whose lobe is so narrow that specular chains follow it."""
         bare = not isinstance(self.reflectance, Spectrum | Texture) and not np.any(self.reflectance)
+        bare = bare and self.ior is None
         even = bare and not (self.has_textured_lobe or self.is_anisotropic or self.is_coated)
         return self.is_glossy and even and self._alpha < NARROW_ALPHA
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from os import PathLike
@@ -155,6 +156,30 @@ def mean_number(value: float | Texture) -> float:
     if isinstance(value, Texture):
         return float(np.dot(LUMINANCE, value.mean))
     return value
+
+
+def lie_alike(one: object, other: object) -> bool:
+    """Return whether two textures lie alike on a surface; what is no texture lies as any does."""
+    if not (isinstance(one, Texture) and isinstance(other, Texture)):
+        return True
+    return (one.scale, one.offset, one.clamp) == (other.scale, other.offset, other.clamp)
+
+
+def resized(texture: Texture, shape: Sequence[int]) -> NDArray[np.float32]:
+    """Return linear RGB at the centres of as many texels as a shape says, (H, W, 3)."""
+    values = texture.image.linear(slice(None), slice(None))
+    for axis, count in enumerate(shape):
+        size = values.shape[axis]
+        if size == count:
+            continue
+        place = (np.arange(count) + 0.5) * size / count - 0.5
+        low = np.floor(place)
+        near = np.array((low, low + 1), np.int64)
+        near = np.clip(near, 0, size - 1) if texture.clamp else near % size
+        weight = (place - low).astype(np.float32).reshape(-1, *(1,) * (2 - axis))
+        first, second = (np.take(values, rows, axis) for rows in near)
+        values = first + weight * (second - first)
+    return np.asarray(values * np.array(texture.factor, np.float32))
 
 
 _images: WeakValueDictionary[tuple[Any, ...], Image] = WeakValueDictionary()

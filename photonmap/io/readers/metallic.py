@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.images import Image
 from photonmap.scene.material import normal_reflectance
-from photonmap.scene.textures import Paint, Texture, Triple, mean_number
+from photonmap.scene.textures import Paint, Texture, Triple, lie_alike, mean_number, resized
 from photonmap.spectra.curves import Color, Spectrum
 from photonmap.spectra.observer import reflectance_to_rgb
 
@@ -46,15 +47,8 @@ def metallic_fraction(base: NDArray[np.float64], lobe: NDArray[np.float64]) -> N
     return np.where(beyond > 0.0, np.clip(fraction, 0.0, 1.0), 0.0)
 
 
-def lie_alike(one: object, other: object) -> bool:
-    """Return whether two textures lie alike on a surface; what is no texture lies as any does."""
-    if not (isinstance(one, Texture) and isinstance(other, Texture)):
-        return True
-    return (one.scale, one.offset, one.clamp) == (other.scale, other.offset, other.clamp)
-
-
 def metallic_gloss(
-    base: Paint, metallic: float | Texture, coat: float, roughness: float | Texture
+    base: Paint, metallic: float | Texture, coat: Paint, roughness: float | Texture
 ) -> Gloss:
     """Return a surface that is a metal in part, and for the rest a diffuse base below a coat.
 
@@ -63,24 +57,37 @@ def metallic_gloss(
     base : colour of the metal, and of the base
     metallic : fraction that is metal; of a texture that lies otherwise than that of the base, the
         mean
-    coat : reflectance of the coat at normal incidence
+    coat : reflectance of the coat at normal incidence; a texture lies like that of the base
     roughness : of both
     """
     if isinstance(metallic, Texture) and (is_even(metallic) or not lie_alike(base, metallic)):
         metallic = mean_number(metallic)
-    if isinstance(metallic, Texture):
-        whole = base if isinstance(base, Texture) else _even(as_triple(base), metallic)
-        return Gloss(*_part(whole, metallic, coat), roughness)
     if metallic == 0.0:
         return Gloss(base, coat, roughness)
-    if not isinstance(base, Texture):
-        glossy = _blend(base, metallic, (1.0 - metallic) * coat)
-        return Gloss(_blend(base, 1.0 - metallic, 0.0), glossy, roughness)
+    like = next((each for each in (base, metallic, coat) if isinstance(each, Texture)), None)
+    if like is None or isinstance(like, float):
+        return Gloss(*_even_gloss(base, metallic, coat), roughness)  # type: ignore[arg-type]
     if metallic == 1.0:
         return Gloss(0.0, base, roughness)
+    whole, share, cover = (_as_texture(each, like) for each in (base, metallic, coat))
+    if isinstance(metallic, Texture):
+        return Gloss(*_part(whole, share, cover), roughness)
+    if not isinstance(base, Texture):
+        return Gloss(_blend(base, 1.0 - metallic, 0.0), _part(whole, share, cover)[1], roughness)
     red, green, blue = ((1.0 - metallic) * part for part in base.factor)
-    metal = _part(base, _even((metallic,) * 3, base), coat)[1]
+    metal = _part(whole, share, cover)[1]
     return Gloss(replace(base, factor=(red, green, blue)), metal, roughness)
+
+
+def _even_gloss(base: Color, metallic: float, coat: Color) -> tuple[Color, Color]:
+    """Return reflectance and reflectance at normal incidence of what is the same all over."""
+    if isinstance(coat, float):
+        glossy = _blend(base, metallic, (1.0 - metallic) * coat)
+    else:
+        pairs = zip(as_triple(base), as_triple(coat), strict=True)
+        red, green, blue = (metallic * a + (1.0 - metallic) * b for a, b in pairs)
+        glossy = red, green, blue
+    return _blend(base, 1.0 - metallic, 0.0), glossy
 
 
 def stretched(along: float, across: float) -> dict[str, float]:
@@ -96,6 +103,16 @@ def is_even(texture: Texture) -> bool:
     return not np.ptp(texture.image.texels, axis=(0, 1)).any()
 
 
+def multiplied(textures: Sequence[Texture], factor: Triple) -> Texture:
+    """Return the product of textures that lie alike, times a factor, 1 at most."""
+    shape = np.max([each.image.texels.shape[:2] for each in textures], axis=0).tolist()
+    texels = np.array(factor, np.float32)
+    for each in textures:
+        texels = texels * resized(each, shape)
+    image = Texture.of(np.minimum(texels, np.float32(1.0))).image
+    return replace(textures[0], image=image, factor=(1.0, 1.0, 1.0))
+
+
 def as_triple(color: Color) -> Triple:
     """Return the linear sRGB of a colour."""
     if isinstance(color, Spectrum):
@@ -104,40 +121,26 @@ def as_triple(color: Color) -> Triple:
     return color if isinstance(color, tuple) else (color,) * 3
 
 
-def _even(color: Triple, like: Texture) -> Texture:
-    """Return a texture of one colour, which lies like another."""
-    return replace(like, image=_WHITE, factor=color)
+def _as_texture(paint: Paint, like: Texture) -> Texture:
+    """Return a texture, of one colour where the paint is one, which lies like another."""
+    if isinstance(paint, Texture):
+        return paint
+    return replace(like, image=_WHITE, factor=as_triple(paint))
 
 
-def _part(base: Texture, metallic: Texture, coat: float) -> tuple[Texture, Texture]:
+def _part(base: Texture, metallic: Texture, coat: Texture) -> tuple[Texture, Texture]:
     """Return diffuse reflectance and reflectance at normal incidence of textures that lie alike.
 
-    Of two images of different sizes, the texels are those of the larger one.
+    Of images of different sizes, the texels are those of the largest one.
     """
-    shape = np.maximum(base.image.texels.shape[:2], metallic.image.texels.shape[:2]).tolist()
+    sizes = [each.image.texels.shape[:2] for each in (base, metallic, coat)]
+    shape = np.max(sizes, axis=0).tolist()
     color = np.minimum(resized(base, shape), np.float32(1.0))
     share = np.minimum(resized(metallic, shape) @ np.array(LUMINANCE, np.float32), 1.0)[..., None]
     rest = np.float32(1.0) - share
-    glossy = Texture.of(share * color + rest * np.float32(coat)).image
+    glossy = Texture.of(share * color + rest * np.minimum(resized(coat, shape), 1.0)).image
     plain = replace(base, factor=(1.0, 1.0, 1.0))
     return replace(plain, image=Texture.of(rest * color).image), replace(plain, image=glossy)
-
-
-def resized(texture: Texture, shape: list[int]) -> NDArray[np.float32]:
-    """Return linear RGB at the centres of as many texels as a shape says, (H, W, 3)."""
-    values = texture.image.linear(slice(None), slice(None))
-    for axis, count in enumerate(shape):
-        size = values.shape[axis]
-        if size == count:
-            continue
-        place = (np.arange(count) + 0.5) * size / count - 0.5
-        low = np.floor(place)
-        near = np.array((low, low + 1), np.int64)
-        near = np.clip(near, 0, size - 1) if texture.clamp else near % size
-        weight = (place - low).astype(np.float32).reshape(-1, *(1,) * (2 - axis))
-        first, second = (np.take(values, rows, axis) for rows in near)
-        values = first + weight * (second - first)
-    return np.asarray(values * np.array(texture.factor, np.float32))
 
 
 def _blend(color: Color, factor: float, more: float) -> Color:

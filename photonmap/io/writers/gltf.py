@@ -23,7 +23,7 @@ from photonmap.io.writers.gltf_parts.differences import (
     is_same_view,
 )
 from photonmap.io.writers.gltf_parts.draft import Draft, pack_glb
-from photonmap.io.writers.gltf_parts.materials import flatten_glass, write_material
+from photonmap.io.writers.gltf_parts.materials import write_material
 from photonmap.io.writers.gltf_parts.nodes import add_cameras, add_lights
 from photonmap.io.writers.gltf_parts.textures import TextureWriter
 from photonmap.io.writers.mtl import name_materials
@@ -61,8 +61,7 @@ def write_gltf(scene: Scene, path: Path, assets: Assets) -> None:
     draft, named = Draft(), name_materials(scene)
     scene = _with_names(scene, named)
     textures = TextureWriter(draft)
-    flat = {name: flatten_glass(material, name, draft) for name, material in named.items()}
-    for name, material in flat.items():
+    for name, material in named.items():
         draft.add("materials", write_material(material, name, draft, textures))
     low = np.min([mesh.vertices.min(axis=0) for mesh in meshes], axis=0)
     high = np.max([mesh.vertices.max(axis=0) for mesh in meshes], axis=0)
@@ -79,7 +78,7 @@ def write_gltf(scene: Scene, path: Path, assets: Assets) -> None:
         path.with_suffix(".bin").write_bytes(data)
         path.write_text(json.dumps(tree, indent=1, ensure_ascii=False), "utf-8")
     read = Gltf(path, tree, memoryview(data), options=ReadOptions(), losses={})
-    if lines := _find_differences(scene, flat, read, assets):
+    if lines := _find_differences(scene, named, read, assets):
         text = "\n".join([f'mesh = "{path.name}"', "", *lines])
         path.with_suffix(".toml").write_text(text, "utf-8")
     draft.warn()

@@ -63,7 +63,7 @@ def _statements(material: Material, name: str, assets: Assets) -> Iterator[str]:
         yield f"abbe {material.nearest_abbe!r}"
     material = material.explicit
     for attribute, parameter in parameters_of(Material).items():
-        if not parameter.mtl or (parameter.only == "glass" and material.ior is None):
+        if not parameter.mtl or not (parameter.mtl == "Kd" or material.takes(attribute)):
             continue
         value = getattr(material, attribute)
         label = name if parameter.mtl == "Kd" else f"{name} {attribute}"

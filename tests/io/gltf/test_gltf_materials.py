@@ -112,8 +112,25 @@ GLASS = {
         ),
         (
             GLASS | {"extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.5}}},
-            Material("material_0", (0.9, 1.0, 1.0), glossy=COAT, roughness=0.4),
-            "KHR_materials_transmission of 'material_0'",
+            Material(
+                "material_0",
+                (0.9, 1.0, 1.0),
+                ior=1.5,
+                tint=(0.9, 1.0, 1.0),
+                transmission=0.5,
+                glossy=COAT,
+                roughness=0.4,
+                thin=True,
+            ),
+            None,
+        ),
+        (
+            {
+                "pbrMetallicRoughness": MATTE,
+                "extensions": {"KHR_materials_specular": {"specularColorFactor": [1, 0.5, 2]}},
+            },
+            Material("material_0", (0.5,) * 3, glossy=(COAT, COAT / 2, 2 * COAT), roughness=1.0),
+            None,
         ),
         ({"name": "a", "otherTexture": {"index": 0}}, Material("a"), "otherTexture of 'a'"),
         ({"name": "a", "occlusionTexture": {"index": 0}}, Material("a"), None),

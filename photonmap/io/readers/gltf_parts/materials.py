@@ -14,8 +14,8 @@ from photonmap.io.readers.metallic import (
     USUAL_INDEX,
     Gloss,
     is_even,
-    lie_alike,
     metallic_gloss,
+    multiplied,
 )
 from photonmap.io.readers.registry import GREY
 from photonmap.runtime.wording import shown
@@ -23,7 +23,7 @@ from photonmap.scene.images import Channels, Image
 from photonmap.scene.material import Material, normal_reflectance
 from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
 from photonmap.scene.surfaces.relief import STEEPEST, NormalMap
-from photonmap.scene.textures import Paint, Texture, Triple, mean_number
+from photonmap.scene.textures import Paint, Texture, Triple, lie_alike, mean_number
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 _READ = (
@@ -83,14 +83,15 @@ class _Source:
             raise self.error(key, value, f"a number from 0 to {largest:g}")
         return float(value)
 
-    def color(self, values: Factors, key: str) -> tuple[float, float, float]:
-        """Return three factors, each from 0 to 1."""
+    def color(self, values: Factors, key: str, largest: float = 1.0) -> tuple[float, float, float]:
+        """Return three factors, each from 0 to `largest`."""
         value = values.get(key, [1, 1, 1])[:3]
+        most = max(largest, LARGEST_REFLECTANCE)
         if len(value) < 3 or not all(
-            type(part) in (int, float) and 0 <= part <= LARGEST_REFLECTANCE for part in value
+            type(part) in (int, float) and 0 <= part <= most for part in value
         ):
-            raise self.error(key, value, "three numbers within [0, 1]")
-        red, green, blue = (min(float(part), 1.0) for part in value)
+            raise self.error(key, value, f"three numbers within [0, {largest:g}]")
+        red, green, blue = (min(float(part), largest) for part in value)
         return red, green, blue
 
     def texture(self, use: Factors) -> Texture | None:
@@ -170,16 +171,37 @@ def _opaque(source: _Source) -> dict[str, Any]:
         return {"reflectance": _base(source)} | _alpha(source)
     if "pbrMetallicRoughness" not in source.item:
         return {"reflectance": source.tint[:3]} if source.tint else {}
-    specular = source.extension("specular")
-    if source.number(source.extension("transmission"), "transmissionFactor", 0.0) > 0.0:
-        source.lose("KHR_materials_transmission")
-    index = source.number(source.extension("ior"), "ior", USUAL_INDEX, 1e3)
-    coat = normal_reflectance(max(index, 1.0)) if index > 0.0 else 1.0  # 0 stands for infinity
-    coat *= source.number(specular, "specularFactor", 1.0)
-    if "specularColorFactor" in specular:
-        source.lose("specularColorFactor")
-    look = _gloss(source, _base(source), coat)._asdict() | _alpha(source)
+    metallic = source.data("metallicFactor", Channels.blue)
+    look = _gloss(source, _base(source), metallic)._asdict() | _alpha(source)
     return look | _anisotropy(source, look["roughness"]) | _clear_coat(source)
+
+
+def _index(source: _Source) -> float:
+    """Return the index of refraction; 0 stands for an infinite one."""
+    return source.number(source.extension("ior"), "ior", USUAL_INDEX, 1e3)
+
+
+def _coat(source: _Source, base: object) -> Paint:
+    """Return what is reflected at normal incidence where there is no metal."""
+    specular, index = source.extension("specular"), _index(source)
+    once = normal_reflectance(max(index, 1.0)) if index > 0.0 else 1.0
+    amount = source.number(specular, "specularFactor", 1.0)
+    tint = source.color(specular, "specularColorFactor", 1e30)
+    red, green, blue = (min(once * part, 1.0) * amount for part in tint)
+    even: Triple = (red, green, blue)
+    images = [
+        source.texture(specular["specularColorTexture"])
+        if "specularColorTexture" in specular
+        else None,
+        source.times(1.0, specular.get("specularTexture"), Channels.opacity),
+    ]
+    for name, image in zip(("specularColorTexture", "specularTexture"), images, strict=True):
+        if isinstance(image, Texture) and not lie_alike(base, image):
+            source.lose(name)
+    kept = [each for each in images if isinstance(each, Texture) and lie_alike(base, each)]
+    if kept and lie_alike(kept[0], kept[-1]):
+        return multiplied(kept, even)
+    return even if len(set(even)) > 1 else even[0]
 
 
 def _specular_gloss(source: _Source) -> dict[str, Any] | None:
@@ -237,12 +259,12 @@ def _base(source: _Source) -> Triple | Texture:
     return replace(texture, factor=factor)
 
 
-def _gloss(source: _Source, base: Triple | Texture, coat: float) -> Gloss:
+def _gloss(source: _Source, base: Triple | Texture, metallic: float | Texture) -> Gloss:
     """Return a surface that is a metal in part."""
     roughness = source.data("roughnessFactor", Channels.green)
-    metallic = source.data("metallicFactor", Channels.blue)
     if not lie_alike(base, metallic):
         source.lose("variation of metallic")
+    coat = _coat(source, base if isinstance(base, Texture) else metallic)
     return metallic_gloss(base, metallic, coat, roughness)
 
 
@@ -263,23 +285,47 @@ def _clear_coat(source: _Source) -> dict[str, Any]:
 
 
 def _glass(source: _Source) -> dict[str, Any] | None:
-    """Return attributes of glass, thin without a volume; None for what is not all glass."""
-    surface, number = source.surface, source.number
-    is_solid = number(source.extension("volume"), "thicknessFactor", 0.0, 1e30) > 0.0
-    is_clear = number(source.extension("transmission"), "transmissionFactor", 0.0) == 1.0
-    roughness = number(surface, "roughnessFactor", 1.0)
-    is_metal = number(surface, "metallicFactor", 1.0) > 0.0
-    is_textured = any(key in surface for key in _TEXTURES)
-    if not is_clear or is_metal or is_textured:
+    """Return attributes of what is glass, at least in part; None for what transmits nothing.
+
+    It is thin without a volume. Metal transmits nothing; of the rest, what is not transmitted is
+    reflected diffusely, below the same surface.
+    """
+    extension = source.extension("transmission")
+    amount = source.number(extension, "transmissionFactor", 0.0)
+    share = source.times(amount, extension.get("transmissionTexture"), Channels.red)
+    metallic = source.data("metallicFactor", Channels.blue)
+    if isinstance(metallic, Texture):
+        source.lose("variation of metallic beside transmission")
+        metallic = mean_number(metallic)
+    if share == 0.0 or metallic == 1.0 or _is_other(source):
         return None
-    index = number(source.extension("ior"), "ior", USUAL_INDEX, 1e3)
+    base, index = _base(source), _index(source)
     if index == 0.0:
         raise source.error("ior", index, "an index of refraction above 0, which glass needs")
-    look: dict[str, Any] = {"reflectance": 0.0, "ior": index, "tint": source.base_color()}
-    look["roughness"] = roughness
-    if not is_solid:
+    if isinstance(share, Texture) and not lie_alike(base, share):
+        source.lose("variation of transmission")
+        share = mean_number(share)
+    if isinstance(share, Texture):
+        red, green, blue = ((1.0 - metallic) * part for part in share.factor)
+        share = replace(share, factor=(red, green, blue))
+    else:
+        share *= 1.0 - metallic
+    look: dict[str, Any] = {"reflectance": 0.0, "ior": index, "tint": base}
+    look["roughness"] = source.data("roughnessFactor", Channels.green)
+    if share != 1.0:
+        rest = max(1.0 - mean_number(share), 1e-9)
+        gloss = _gloss(source, base, min(metallic / rest, 1.0))
+        look |= gloss._asdict() | {"transmission": share}
+    look |= _alpha(source)
+    if source.number(source.extension("volume"), "thicknessFactor", 0.0, 1e30) == 0.0:
         return look | {"thin": True}
     return look | _attenuation(source) | _dispersion(source)
+
+
+def _is_other(source: _Source) -> bool:
+    """Return whether a material is of a model that transmits nothing."""
+    others = {"KHR_materials_pbrSpecularGlossiness", "KHR_materials_unlit"}
+    return bool(others & set(source.item.get("extensions", ())))
 
 
 def _dispersion(source: _Source) -> dict[str, float]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from photonmap.errors import InputError, naming
 from photonmap.io.readers.toml import Toml, parse_value
-from photonmap.scene.material import Material
+from photonmap.scene.material import BESIDE_GLASS, Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import Colored, Part, parameters_of
 from photonmap.scene.surfaces.relative_index import StrandedIndexError, check_relative_indices
@@ -85,6 +85,7 @@ def _change(material: Material, toml: Toml) -> Material:
         given = {"glossy_edge": None, **given}
     if "ior" in given:
         opaque = {name for name, parameter in parameters.items() if parameter.only == "opaque"}
+        opaque -= set(BESIDE_GLASS if given.get("transmission", 1.0) != 1.0 else ())
         black = {name: _neutral(name) for name in opaque}
         smooth = {"roughness": 0.0} if material.ior is None else {}
         given = {**black, **smooth, **given}
@@ -104,10 +105,10 @@ def _neutral(attribute: str) -> float:
 
 def _find_misplaced(material: Material, attribute: str) -> str:
     """Return why a material of its kind cannot have the attribute; nothing if it can."""
-    only, is_glass = parameters_of(Material)[attribute].only, material.ior is not None
-    if only == "glass" and not is_glass:
+    if material.takes(attribute):
+        return ""
+    if material.ior is None:
         return "only glass has one; add ior = 1.5"
-    value = getattr(material, attribute)
-    if only == "opaque" and is_glass and value not in (*_BLACK, _neutral(attribute)):
-        return f"glass has none; leave out {attribute} or ior"
-    return ""
+    if getattr(material, attribute) in (*_BLACK, _neutral(attribute)):
+        return ""
+    return f"glass has none; leave out {attribute} or ior"

@@ -38,7 +38,7 @@ class Draft:
 
     def number(self, keyword: str) -> float | Texture:
         """Return the texture that replaces a number, or else the number."""
-        return self.data.get(keyword, self.numbers[keyword])
+        return self.data[keyword] if keyword in self.data else self.numbers[keyword]
 
 
 def matters(color: Color, neutral: float = 0.0) -> bool:

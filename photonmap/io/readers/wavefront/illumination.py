@@ -60,6 +60,7 @@ def make_material(name: str, draft: Draft) -> Material:
 def _own_maps(draft: Draft) -> dict[str, Texture]:
     """Return the textures of a glossy lobe that statements of its own give."""
     keys = {"glossy": "glossy", "roughness": "roughness", "coat": "Pc"}
+    keys |= {"transmission": "transmission"}
     maps = {attribute: draft.maps.get(f"map_{key}") for attribute, key in keys.items()}
     return {attribute: texture for attribute, texture in maps.items() if texture is not None}
 
@@ -78,17 +79,24 @@ def _note_index(draft: Draft) -> None:
 
 
 def _make_glass(name: str, draft: Draft) -> Material:
-    """Return glass; whatever reflects diffusely or is transparent by `d` is ignored."""
-    colors = draft.colors
+    """Return glass; what is transparent by `d` is ignored, and what reflects beside all glass."""
     _leave_out_coat(draft)
-    draft.ignored += [key for key in ("Kd", "Ks") if matters(colors.get(key, 0.0))]
-    draft.ignored += [key for key in ("map_Kd", "map_d") if key in draft.maps]
     draft.ignored += [key for key in NUMBERS if key in draft.numbers and key != "Pr"]
     draft.ignored += [key for key in ("d", "Tr") if draft.numbers.get(key, 1.0) != 1.0]
-    light = _color_or_texture(draft, "Ke", 0.0)
-    tint = colors.get("Tf", 1.0)
-    others = {"roughness": draft.numbers.get("Pr", 0.0), **_others(draft)}
-    return Material(name, 0.0, light, 0.0, draft.numbers["Ni"], tint, **others)
+    light, tint = _color_or_texture(draft, "Ke", 0.0), _color_or_texture(draft, "Tf", 1.0)
+    roughness = draft.number("Pr") if "Pr" in draft.numbers or "Pr" in draft.data else 0.0
+    look: dict[str, Any] = {
+        "emission": light,
+        "ior": draft.numbers["Ni"],
+        "tint": tint,
+        "roughness": roughness,
+    }
+    look |= _others(draft) | _own_maps(draft)
+    if look.get("transmission", 1.0) == 1.0:
+        draft.ignored += [key for key in ("Kd", "Ks") if matters(draft.colors.get(key, 0.0))]
+        draft.ignored += [key for key in ("map_Kd", "map_d") if key in draft.maps]
+        return Material(name, **{**look, "reflectance": 0.0, "glossy": 0.0})
+    return Material(name, **look, reflectance=_color_or_texture(draft, "Kd", 0.0))
 
 
 def _others(draft: Draft) -> dict[str, Any]:

@@ -16,14 +16,14 @@ from photonmap.io.writers.gltf_parts.textures import TextureWriter
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.material import Material, normal_reflectance
 from photonmap.scene.surfaces.relief import NormalMap
-from photonmap.scene.textures import Texture, is_black, mean_color, mean_number
+from photonmap.scene.textures import Paint, Texture, Triple, is_black, mean_color, mean_number
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Color
 
 _RGB = Bands.rgb()
 _LARGEST_COAT = normal_reflectance(1e3)
 """Of the largest index that the reader takes"""
-_TEXTURED_GLASS = "textures of glass become their mean"
+_ONE_COLOR = "what is glass in part takes the colour of the rest"
 Floats = NDArray[np.float64]
 
 
@@ -37,7 +37,7 @@ def write_material(
     if material.ior is None:
         item = _opaque(material, name, draft, textures)
     else:
-        item = _glass(material, draft)
+        item = _glass(material, name, draft, textures)
     if isinstance(material.relief, NormalMap):
         use = textures.data(_multiplied(material.relief.texture))
         item["normalTexture"] = use | {"scale": material.relief.strength}
@@ -56,30 +56,51 @@ def _multiplied(texture: Texture) -> Texture:
     return replace(texture, image=Texture.of(texels).image, factor=(1.0, 1.0, 1.0))
 
 
-def flatten_glass(material: Material, name: str, draft: Draft) -> Material:
-    """Return a material, of glass without the textures that glTF's does not have, as it is read."""
-    paints = material.emission, material.alpha
-    if material.ior is None or not any(isinstance(paint, Texture) for paint in paints):
-        return material
-    draft.note(_TEXTURED_GLASS, name)
-    emission, alpha = mean_color(material.emission), mean_number(material.alpha)
-    return replace(material, emission=emission, alpha=alpha)
-
-
-def _glass(material: Material, draft: Draft) -> dict[str, Any]:
+def _glass(material: Material, name: str, draft: Draft, textures: TextureWriter) -> dict[str, Any]:
+    """Return the JSON of glass; where only a part is glass, its colour is that of the rest."""
     assert material.ior is not None
-    surface = {
-        "baseColorFactor": [*_RGB.reflectance(material.tint).tolist(), 1.0],
-        "metallicFactor": 0.0,
-        "roughnessFactor": material.roughness,
-    }
-    extensions = draft.use("KHR_materials_transmission", {"transmissionFactor": 1.0})
+    color = material.tint
+    if not material.is_all_glass:
+        color = material.reflectance
+        if color != material.tint:
+            draft.note(_ONE_COLOR, name)
+    surface, mode = _base_color(color, material.alpha, name, textures)
+    surface["metallicFactor"] = 0.0
+    if isinstance(material.roughness, Texture):
+        surface["metallicRoughnessTexture"] = textures.data(_multiplied(material.roughness))
+    else:
+        surface["roughnessFactor"] = material.roughness
+    extensions = draft.use("KHR_materials_transmission", _transmission(material, textures))
     extensions |= draft.use("KHR_materials_ior", {"ior": material.ior})
     if not material.thin:
         extensions |= draft.use("KHR_materials_volume", _volume(material))
         if (abbe := material.nearest_abbe) is not None:
             extensions |= draft.use("KHR_materials_dispersion", {"dispersion": 20.0 / abbe})
-    return {"pbrMetallicRoughness": surface, "extensions": extensions}
+    return {"pbrMetallicRoughness": surface, "extensions": extensions, **mode}
+
+
+def _transmission(material: Material, textures: TextureWriter) -> dict[str, Any]:
+    if not isinstance(material.transmission, Texture):
+        return {"transmissionFactor": material.transmission}
+    texture = textures.data(_multiplied(material.transmission))
+    return {"transmissionFactor": 1.0, "transmissionTexture": texture}
+
+
+def _base_color(
+    color: Paint, alpha: float | Texture, name: str, textures: TextureWriter
+) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return the JSON of a base colour and its opacity, and the mode in which that is used."""
+    surface: dict[str, Any] = {}
+    texture, opacity = (color if isinstance(color, Texture) else None), alpha
+    factor: Triple | list[float] = (1.0, 1.0, 1.0)
+    if isinstance(alpha, Texture):
+        surface["baseColorTexture"], factor, opacity = textures.masked(texture, alpha, name)
+    elif texture is not None:
+        surface["baseColorTexture"], factor = textures.color(texture, name)
+    if texture is None:
+        factor = _RGB.reflectance(mean_color(color)).tolist()
+    surface["baseColorFactor"] = [*factor, opacity]
+    return surface, ({} if alpha == 1.0 else {"alphaMode": "BLEND"})
 
 
 def _volume(material: Material) -> dict[str, Any]:

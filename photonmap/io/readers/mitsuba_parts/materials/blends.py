@@ -26,6 +26,10 @@ def blended(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
     if weight in (0.0, 1.0):
         return (other if weight else one), []
     heavier = other if weight > 0.5 else one
+    if ("ior" in one) != ("ior" in other):
+        pair = (one, other, 1.0 - weight) if "ior" in one else (other, one, weight)
+        if not {"mirror", "diffuse_roughness", "coat", "alpha"} & {*one, *other}:
+            return _partly_glass(*pair)
     if "ior" in one or "ior" in other:
         return heavier, ["the lesser part of a blend with glass"]
     if {"mirror", "glossy"} <= {*one, *other}:
@@ -48,6 +52,16 @@ def blended(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
             lost.append("textures of a blend")
         look["alpha"] = float(np.dot([1.0 - weight, weight], [*map(mean_number, alphas)]))
     return look, lost
+
+
+def _partly_glass(glass: Look, rest: Look, share: float) -> tuple[Look, list[str]]:
+    """Return a surface of which a share is glass, and what is lost of the rest."""
+    look, lost = rest | glass, []
+    if "glossy" in rest and rest["roughness"] != glass.get("roughness", 0.0):
+        lost.append("two degrees of roughness")
+    if "transmission" in glass:
+        return glass, ["the lesser part of a blend with glass"]
+    return look | {"reflectance": rest["reflectance"], "transmission": share}, lost
 
 
 def _mixed_roughness(one: Look, other: Look, weight: float, lost: list[str]) -> float | Texture:

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from photonmap.io.readers.metallic import lie_alike, metallic_gloss, stretched
+from photonmap.io.readers.metallic import metallic_gloss, stretched
 from photonmap.io.readers.mitsuba_parts.colors import as_rgb, combined
 from photonmap.io.readers.mitsuba_parts.context import Context
 from photonmap.io.readers.mitsuba_parts.materials.albedos import (
@@ -30,7 +30,7 @@ from photonmap.io.readers.mitsuba_parts.textures import (
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material, normal_reflectance
 from photonmap.scene.surfaces.relief import BumpMap, NormalMap
-from photonmap.scene.textures import Texture, mean_color, mean_number
+from photonmap.scene.textures import Texture, lie_alike, mean_color, mean_number
 
 _BOTH_SIDES = ("twosided", "dielectric", "roughdielectric", "thindielectric", "null")
 _WRAPPERS = ("mask", "bumpmap", "normalmap", "blendbsdf")
@@ -218,21 +218,25 @@ def _principled(bsdfs: Bsdfs, node: Node) -> Look:
     coat = 0.08 * _fraction(context, node, "specular", 0.5)
     if node.find("eta"):
         coat = normal_reflectance(max(index_of(node, "eta", "bk7"), 1.0))
-    if transmission > 0.5 and mean_number(metallic) < 0.5:
+    share = transmission * (1.0 - mean_number(metallic))
+    glass: Look = {}
+    if share > 0.0:
         if layer:
             context.lose("clearcoat", node)
-        roughness = _fraction(context, node, "roughness", 0.5)
-        tint = combined(np.sqrt, read_plain(context, node, "base_color", 0.5))
+        if isinstance(metallic, Texture):
+            context.lose("texture of metallic", node)
+        tint = changed(paint, np.sqrt)
         index = (1.0 + coat**0.5) / (1.0 - coat**0.5)
-        return {"reflectance": 0.0, "ior": index, "tint": tint, "roughness": roughness}
-    if transmission > 0.0:
-        context.lose("transmission", node)
+        glass = {"ior": index, "tint": tint, "roughness": roughness, "transmission": share}
+        if share == 1.0:
+            return glass | {"reflectance": 0.0}
+        metallic, layer = min(mean_number(metallic) / (1.0 - share), 1.0), {}
     if not lie_alike(paint, metallic):
         context.lose("texture of metallic", node)
     gloss = metallic_gloss(paint, metallic, coat, roughness)
     normal = float(np.mean(as_rgb(mean_color(gloss.glossy))))
     base = changed(gloss.reflectance, lambda albedo: base_albedo(albedo, normal))
-    look = gloss._replace(reflectance=base)._asdict() | layer
+    look = gloss._replace(reflectance=base)._asdict() | layer | glass
     anisotropic = _fraction(context, node, "anisotropic", 0.0)
     if anisotropic == 0.0:
         return look

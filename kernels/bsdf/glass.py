@@ -1,0 +1,101 @@
+"""What glass is like where a ray meets it: its tint, its roughness, and how much of it there is.
+
+Each function takes the textures, or the fractions, as an argument of its own, None in a scene
+without any: then nothing of them is compiled.
+"""
+
+import numpy as np
+
+from photonmap.kernels.core.bands import mix
+from photonmap.kernels.core.jit import jit
+from photonmap.kernels.geometry.texture import coordinates, look_up, look_up_number
+
+
+@jit
+def _number(geometry, maps, image, hit):
+    """Return what an image says at a hit, 1 at most."""
+    s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
+    return min(look_up_number(maps, image, s, t), 1.0)
+
+
+@jit
+def alpha_at(geometry, alpha, maps, hit):
+    """Return GGX's α of a rough specular surface, of a table (M,) or a texture of roughness."""
+    material = geometry.material[hit.triangle]
+    if maps is None:
+        return alpha[material]
+    if maps.roughness[material] < 0:
+        return alpha[material]
+    roughness = _number(geometry, maps.maps, maps.roughness[material], hit)
+    return max(roughness * roughness, maps.least)
+
+
+@jit
+def multiply_tint(geometry, specular, maps, hit, factor, throughput):
+    """Multiply throughput, (N,), by factor · what glass transmits at a crossing."""
+    material, factor = geometry.material[hit.triangle], np.float32(factor)
+    if maps is None:
+        for band in range(len(throughput)):
+            throughput[band] *= specular.tint[material, band] * factor
+        return
+    _multiply_mixed(geometry, specular, maps, hit, 0.0, factor, throughput)
+
+
+@jit
+def multiply_remainder(geometry, specular, maps, hit, clear, throughput):
+    """Multiply throughput, (N,), by what smooth panes transmit of light that they stopped.
+
+    `clear` is what they let pass of all bands; `specular.tint` holds what remains, but for textures
+    the whole tint.
+    """
+    if maps is None:
+        multiply_tint(geometry, specular, maps, hit, 1.0, throughput)
+        return
+    is_textured = maps.tint[geometry.material[hit.triangle]] >= 0
+    passed = clear if is_textured else 0.0
+    _multiply_mixed(geometry, specular, maps, hit, passed, np.float32(1.0), throughput)
+
+
+@jit
+def _multiply_mixed(geometry, specular, maps, hit, passed, factor, throughput):
+    """Multiply throughput by factor · (tint - passed) / (1 - passed)."""
+    material = geometry.material[hit.triangle]
+    image = maps.tint[material]
+    if image < 0:
+        for band in range(len(throughput)):
+            throughput[band] *= specular.tint[material, band] * factor
+        return
+    s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
+    r, g, b = look_up(maps.maps, image, s, t)
+    rgb, rest = (min(r, 1.0), min(g, 1.0), min(b, 1.0)), max(1.0 - passed, 1e-12)
+    for band in range(len(throughput)):
+        tint = max(mix(rgb, maps.basis, band) - passed, 0.0) / rest
+        throughput[band] *= np.float32(tint) * factor
+
+
+@jit
+def glass_share(geometry, share, hit):
+    """Return which fraction of a surface is glass; 1 where no surface is so in part."""
+    if share is None:
+        return 1.0
+    return _share_at(geometry, share, share.maps, hit)
+
+
+@jit
+def _share_at(geometry, share, maps, hit):
+    material = geometry.material[hit.triangle]
+    if maps is None:
+        return share.value[material]
+    if share.image[material] < 0:
+        return share.value[material]
+    return _number(geometry, maps, share.image[material], hit)
+
+
+@jit
+def take_share(geometry, share, hit, throughput):
+    """Multiply throughput, (N,), by the fraction of a surface that is glass."""
+    if share is None:
+        return
+    value = np.float32(glass_share(geometry, share, hit))
+    for band in range(len(throughput)):
+        throughput[band] *= value

@@ -1,0 +1,131 @@
+"""Glass that varies over its surface, and surfaces that are glass in part, as kernels take them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from photonmap.compile.textures import TextureTable
+from photonmap.errors import InputError
+from photonmap.kernels.core import records
+from photonmap.scene.images import Image
+from photonmap.scene.material import LEAST_ALPHA, Material
+from photonmap.scene.surfaces.spectral_texture import SpectralTexture
+from photonmap.scene.textures import Texture, lie_alike, mean_number, resized
+from photonmap.spectra.bands import Bands
+from photonmap.spectra.curves import Color, Spectrum
+from photonmap.spectra.observer import reflectance_to_rgb
+
+STRIP = 256
+"""Rows of an image that are looked at together."""
+
+
+def opaque_part(material: Material) -> Material:
+    """Return a material whose reflectance is that of the part that is no glass, times how much.
+
+    Where the transmission is a number, `compile_materials` multiplies by it.
+
+    Raises
+    ------
+    InputError : both are textures, and lie differently on the surface
+    """
+    share, base = material.transmission, material.reflectance
+    if material.ior is None or not isinstance(share, Texture):
+        return material
+    if isinstance(base, SpectralTexture) or not lie_alike(base, share):
+        raise InputError(
+            f"material {material.name!r}: textures of transmission and reflectance must both be "
+            "Textures of one scale, offset and clamp; give one of them as a number"
+        )
+    shape = share.image.texels.shape[:2]
+    if isinstance(base, Texture):
+        shape = tuple(np.maximum(shape, base.image.texels.shape[:2]).tolist())
+    rest = np.float32(1.0) - np.minimum(resized(share, shape)[..., :1], np.float32(1.0))
+    color = resized(base, shape) if isinstance(base, Texture) else _linear(base)
+    texels = np.broadcast_to(rest * color, (*shape, 3))
+    image = Image(np.ascontiguousarray(texels, np.float32), False)
+    return replace(material, reflectance=replace(share, image=image, factor=(1.0, 1.0, 1.0)))
+
+
+def _linear(color: Color) -> np.ndarray:
+    """Return a reflectance in linear sRGB, (3,) or a number."""
+    rgb = reflectance_to_rgb(color) if isinstance(color, Spectrum) else color
+    return np.clip(np.asarray(rgb, np.float32), 0.0, 1.0)
+
+
+def clear_textures(materials: Sequence[Material], bands: Bands) -> dict[int, Texture]:
+    """Return what panes of textured tint let pass in every band: the least of the tint's bands."""
+    return {
+        index: _least(material.tint, bands)
+        for index, material in enumerate(materials)
+        if material.is_pane and material.is_all_glass and isinstance(material.tint, Texture)
+    }
+
+
+def _least(tint: Texture, bands: Bands) -> Texture:
+    """Return the least over bands of each texel, a texture of one channel."""
+    rows = tint.image.texels.shape[0]
+    parts = []
+    for start in range(0, rows, STRIP):
+        rgb = tint.image.linear(slice(start, start + STRIP), slice(None)) * np.ones(3, np.float32)
+        rgb = np.minimum(rgb * np.array(tint.factor, np.float32), np.float32(1.0))
+        parts.append((rgb @ bands.reflectance_basis).min(axis=2, keepdims=True))
+    texels = np.clip(np.concatenate(parts), 0.0, 1.0)
+    image = Image(np.ascontiguousarray(texels, np.float32), False)
+    return replace(tint, image=image, factor=(1.0, 1.0, 1.0))
+
+
+def with_glass(
+    specular: records.Specular | None,
+    materials: Sequence[Material],
+    table: TextureTable,
+    bands: Bands,
+) -> records.Specular | None:
+    """Return specular lobes with what varies over glass, and where it is only a part of a surface.
+
+    Parameters
+    ----------
+    specular : of M materials
+    materials : (M,)
+    table : of their textures
+    bands : of the render
+    """
+    if specular is None:
+        return None
+    is_glass = np.array([material.ior is not None for material in materials])
+    roughness = np.where(is_glass, table.roughness, np.int32(-1))
+    maps = None
+    if (table.tint >= 0).any() or (roughness >= 0).any():
+        basis = bands.reflectance_basis.astype(np.float32, order="C")
+        maps = records.GlassMaps(table.maps, table.tint, roughness, basis, LEAST_ALPHA)
+    return specular._replace(maps=maps, share=glass_share(materials, table))
+
+
+def glass_share(materials: Sequence[Material], table: TextureTable) -> records.GlassShare | None:
+    """Return which fraction of each material is glass; None where none is so in part."""
+    if all(material.is_all_glass for material in materials if material.ior is not None):
+        return None
+    value = np.array([mean_number(m.transmission) if m.ior is not None else 1.0 for m in materials])
+    maps = table.maps if (table.transmission >= 0).any() else None
+    return records.GlassShare(value, table.transmission, maps)
+
+
+def beside_glass(
+    scattering: records.Scattering | None,
+    materials: Sequence[Material],
+    share: records.GlassShare | None,
+) -> records.Scattering | None:
+    """Return BSDFs that know which fraction of each material is glass, 0 of what is none.
+
+    Parameters
+    ----------
+    scattering : of M materials
+    materials : (M,)
+    share : see `glass_share`
+    """
+    if scattering is None or share is None:
+        return scattering
+    is_glass = np.array([material.ior is not None for material in materials])
+    return scattering._replace(share=share._replace(value=np.where(is_glass, share.value, 0.0)))
