@@ -153,10 +153,7 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
     table = compile_textures(materials, compiled.divisors, clear_textures(materials, bands))
     specular = with_glass(compiled.specular, materials, table, bands)
     lobes, tangents = table.lobes(compiled.scattering, bands), given_tangents(plan.meshes)
-    scattering = with_anisotropy(lobes, materials, geometry, tangents)
-    scattering = beside_glass(
-        with_coats(scattering, materials), materials, specular and specular.share
-    )
+    lobes = with_coats(with_anisotropy(lobes, materials, geometry, tangents), materials)
     emitters = compile_lights(geometry, materials, scene.lights, bands, frame, table, camera)
     objects = _object_ids(meshes)
     return CompiledScene(
@@ -169,7 +166,7 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
         lights=emitters.lights,
         specular=specular and specular._replace(media=media),
         textures=table.textures(bands),
-        scattering=scattering,
+        scattering=beside_glass(lobes, materials, specular),
         camera=camera,
         center=frame.center,
         size=frame.size,

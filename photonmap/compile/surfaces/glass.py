@@ -115,7 +115,7 @@ def glass_share(materials: Sequence[Material], table: TextureTable) -> records.G
 def beside_glass(
     scattering: records.Scattering | None,
     materials: Sequence[Material],
-    share: records.GlassShare | None,
+    specular: records.Specular | None,
 ) -> records.Scattering | None:
     """Return BSDFs that know which fraction of each material is glass, 0 of what is none.
 
@@ -123,8 +123,9 @@ def beside_glass(
     ----------
     scattering : of M materials
     materials : (M,)
-    share : see `glass_share`
+    specular : their specular lobes
     """
+    share = None if specular is None else specular.share
     if scattering is None or share is None:
         return scattering
     is_glass = np.array([material.ior is not None for material in materials])
