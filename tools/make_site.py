@@ -35,6 +35,7 @@ GROUPS = {
     ),
     "Lights": (
         "PointLight", "SpotLight", "PhotometricLight", "DirectionalLight", "DomeLight",
+        "SunLight", "SkyLight",
         "EnvironmentLight", "AreaLight",
     ),
     "Photos": ("expose", "Sensor", "Photo", "load_sensor", "save_photo", "load_photo"),

@@ -143,19 +143,16 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
     meshes = check_meshes(scene)
     camera, frame = _look(scene, np.concatenate([mesh.vertices for mesh in meshes]), aspect)
     materials = _distinct_materials(meshes)
-    rows = _material_rows(meshes, materials)
-    plan = plan_media(meshes, materials, bands, frame)
+    rows, plan = _material_rows(meshes, materials), plan_media(meshes, materials, bands, frame)
     materials = [opaque_part(material) for material in materials]
     compiled = compile_materials(materials, bands)
     geometry, owner, media = plan.place(*join_meshes(plan.meshes, frame, plan.ranks), frame)
-    material = rows[owner]
-    geometry = geometry._replace(material=material)
+    geometry, objects = geometry._replace(material=rows[owner]), _object_ids(meshes)
     table = compile_textures(materials, compiled.divisors, clear_textures(materials, bands))
     specular = with_glass(compiled.specular, materials, table, bands)
     lobes, tangents = table.lobes(compiled.scattering, bands), given_tangents(plan.meshes)
     lobes = with_coats(with_anisotropy(lobes, materials, geometry, tangents), materials)
     emitters = compile_lights(geometry, materials, scene.lights, bands, frame, table, camera)
-    objects = _object_ids(meshes)
     return CompiledScene(
         geometry=geometry._replace(
             emitter=emitters.of_triangle,
@@ -173,7 +170,7 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
         power=emitters.power,
         white=emitters.white,
         object_ids=objects[owner],
-        material_ids=(material + 1).astype(np.uint32),
+        material_ids=(geometry.material + 1).astype(np.uint32),
         light_names=emitters.names,
         light_groups=emitters.groups,
         light_powers=emitters.flux * frame.size**2,

@@ -287,6 +287,8 @@ def test_blends(look):
     varnish = look("blendbsdf", blend(GLOSSY.format("09"), RED_PAINT))
     metal = look("roughconductor", '<float name="alpha" value=".09"/>')
     assert (varnish.glossy, varnish.roughness) == (0.75 * metal.glossy, pytest.approx(0.3))
+    bottle = look("blendbsdf", blend(RED_PAINT, '<bsdf type="dielectric"/>'))
+    assert (bottle.reflectance, bottle.transmission) == ((0.8, 0.2, 0.1), pytest.approx(0.25))
     holes = look("blendbsdf", blend(RED_PAINT, '<bsdf type="null"/>'))
     assert holes.alpha == pytest.approx(0.75)
 
@@ -294,7 +296,7 @@ def test_blends(look):
 @pytest.mark.parametrize(
     ("parts", "lost"),
     [
-        ((RED_PAINT, '<bsdf type="dielectric"/>'), "lesser part of a blend with glass"),
+        ((MIRROR, '<bsdf type="dielectric"/>'), "lesser part of a blend with glass"),
         ((MIRROR, GLOSSY.format("1")), "blend of a mirror and a glossy surface"),
         ((GLOSSY.format("1"), GLOSSY.format("3")), "two degrees of roughness"),
     ],

@@ -294,11 +294,11 @@ def _glass(source: _Source) -> dict[str, Any] | None:
     amount = source.number(extension, "transmissionFactor", 0.0)
     share = source.times(amount, extension.get("transmissionTexture"), Channels.red)
     metallic = source.data("metallicFactor", Channels.blue)
+    if share == 0.0 or metallic == 1.0 or _is_other(source):
+        return None
     if isinstance(metallic, Texture):
         source.lose("variation of metallic beside transmission")
         metallic = mean_number(metallic)
-    if share == 0.0 or metallic == 1.0 or _is_other(source):
-        return None
     base, index = _base(source), _index(source)
     if index == 0.0:
         raise source.error("ior", index, "an index of refraction above 0, which glass needs")

@@ -97,10 +97,13 @@ def _change(material: Material, toml: Toml) -> Material:
     return changed
 
 
-def _neutral(attribute: str) -> float:
+def _neutral(attribute: str) -> float | None:
     """Return the value by which an attribute of opaque surfaces has no effect on glass."""
+    default = getattr(Material, attribute)
+    if default is None:
+        return None
     is_color = isinstance(parameters_of(Material)[attribute], Colored)
-    return 0.0 if is_color else float(getattr(Material, attribute))
+    return 0.0 if is_color else float(default)
 
 
 def _find_misplaced(material: Material, attribute: str) -> str:
