@@ -144,14 +144,15 @@ class TextureTable:
 
 
 def compile_textures(
-    materials: Sequence[Material], shrink: Floats, clear: Mapping[int, Texture]
+    materials: Sequence[Material], shrink: Floats, clear: Mapping[int, Texture] | None = None
 ) -> TextureTable:
     """Collect the textures of M materials.
 
     Parameters
     ----------
     shrink : (M,) by which reflectances are divided
-    clear : of materials by their number, see `photonmap.compile.surfaces.glass.clear_textures`
+    clear : of materials by their number, see `photonmap.compile.surfaces.glass.clear_textures`;
+        None where none is a pane
 
     Raises
     ------
@@ -178,7 +179,7 @@ def compile_textures(
                 elif name == "alpha":
                     opacity[index] = _opacity(paint)
     passed = np.full(len(materials), -1, np.int32)
-    for index, texture in clear.items():
+    for index, texture in (clear or {}).items():
         passed[index] = len(uses)
         uses.append((texture, 1.0))
     maps, images = _maps(uses)

@@ -94,10 +94,9 @@ def make_scene(case):
         parameters,
         specular,
         albedos[None],
-        None,
-        None,
-        None,
+        *(None, None, None),
         _dip(case),
+        None,
     )
     look = _material(case)
     if case.is_brushed:
