@@ -103,7 +103,8 @@ def test_a_scene_of_metal_alone_has_indirect_light():
 
 
 @pytest.mark.parametrize(
-    "other", [{"ior": 1.5, "reflectance": 0.0}, {"mirror": 0.2}, {"diffuse_roughness": 0.5}]
+    "other",
+    [{"ior": 1.5, "transmission": 0.5, "coat": 0.5}, {"mirror": 0.2}, {"diffuse_roughness": 0.5}],
 )
 def test_lobes_that_do_not_go_together_are_refused(other):
     material = replace(pm.Material.plastic("cup"), **other)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from emitter_cases import EMITTERS, PHOTONS, SKY, Samples, compiled, emit, floor_of
+from emitter_cases import EMITTERS, PHOTONS, SKY, SUN, Samples, compiled, emit, floor_of
 from helpers.comparisons import assert_within
 
 from photonmap.kernels.lights import kinds
@@ -122,7 +122,7 @@ def test_only_rays_that_may_hit_an_emitter_have_a_density(emitter):
     samples = Samples(emitter, points_on_floor(emitter, 100))
     is_area = emitter == SKY or kinds.KINDS.get(emitter) in kinds.AREA_KINDS
     assert (samples.pdf > 0.0).any() == is_area
-    far = emitter == SKY or kinds.KINDS[emitter] in kinds.INFINITE_KINDS
+    far = emitter in (SKY, SUN) or kinds.KINDS[emitter] in kinds.INFINITE_KINDS
     np.testing.assert_array_equal(samples.length, np.inf if far else BEFORE_LAMP if is_area else 1)
 
 

@@ -175,7 +175,7 @@ def test_one_chip_is_one_material():
 
 
 def test_unknown_materials_are_refused():
-    with pytest.raises(InputError, match="materials 'shiny' is neither 'lambertian' nor 'mixed'"):
+    with pytest.raises(InputError, match="materials 'shiny' must be one of 'lambertian', 'mixed'"):
         Palette(random(), "shiny")
 
 

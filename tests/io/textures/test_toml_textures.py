@@ -64,7 +64,7 @@ def test_relief(read):
         ('glossy = { file = "a.png", scale = [1, 2, 3] }', r"scale .*; write 2 numbers, or one"),
         ('glossy = { file = "a.png", clamp = 1 }', r"clamp 1; write true or false"),
         ('glossy = { file = "a.png", factor = 3 }', r"the texture reaches 1.8"),
-        ('tint = { file = "a.png" }', r"is not a colour"),
+        ('mirror = { file = "a.png" }', r"is not a colour"),
         ('relief = { file = "a.png" }', r"relief: has no type; add one of"),
         ('relief = { type = "bumps", file = "a.png" }', r"'bumps' is not known; did you mean"),
         ('relief = { type = "bump" }', r"lacks file; add file = "),
