@@ -69,8 +69,9 @@ class Page:
         self._profile.cleanup()
 
     def run(self, script):
-        """Return the value of an expression."""
-        answer = self._call("Runtime.evaluate", expression=script, returnByValue=True)
+        """Return the value of an expression; that of a promise, once it is kept."""
+        how = {"returnByValue": True, "awaitPromise": True}
+        answer = self._call("Runtime.evaluate", expression=script, **how)
         assert "exceptionDetails" not in answer, answer["exceptionDetails"]
         return answer["result"].get("value")
 
