@@ -51,14 +51,12 @@ def multiply_remainder(geometry, specular, maps, hit, clear, throughput):
     if maps is None:
         multiply_tint(geometry, specular, maps, hit, 1.0, throughput)
         return
-    is_textured = maps.tint[geometry.material[hit.triangle]] >= 0
-    passed = clear if is_textured else 0.0
-    _multiply_mixed(geometry, specular, maps, hit, passed, np.float32(1.0), throughput)
+    _multiply_mixed(geometry, specular, maps, hit, clear, np.float32(1.0), throughput)
 
 
 @jit
 def _multiply_mixed(geometry, specular, maps, hit, passed, factor, throughput):
-    """Multiply throughput by factor · (tint - passed) / (1 - passed)."""
+    """Multiply throughput by factor · (tint - passed) / (1 - passed), where tint is textured."""
     material = geometry.material[hit.triangle]
     image = maps.tint[material]
     if image < 0:

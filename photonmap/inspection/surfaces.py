@@ -67,9 +67,15 @@ def describe_materials(meshes: Sequence[Mesh]) -> list[dict[str, Any]]:
 
 def name_kind(material: Material) -> str:
     """Return how a material reflects or transmits, in a few words."""
+    if material.ior is None:
+        return _name_opaque(material)
+    glass = f"{'rough ' * bool(material.roughness)}{'thin ' * bool(material.thin)}glass"
+    return glass if material.is_all_glass else f"part {glass}, part {_name_opaque(material)}"
+
+
+def _name_opaque(material: Material) -> str:
+    """Return how a material reflects, or what of it is no glass."""
     base = "" if is_black(material.reflectance) else " over diffuse"
-    if material.ior is not None:
-        return f"{'rough ' * bool(material.roughness)}{'thin ' * bool(material.thin)}glass"
     if not is_black(material.mirror):
         return f"mirror{base}"
     coated = "coated " if material.is_coated else ""

@@ -33,7 +33,7 @@ rays seldom meet its lobe. Variance times processor time were as 1 to 4.1 at α 
 to 1.2 at 0.1, and to 0.95 at 0.15 (Cornell box with a ball of metal)."""
 
 
-BESIDE_GLASS = ("reflectance", "glossy")
+BESIDE_GLASS = ("reflectance", "glossy", "glossy_edge")
 """Attributes of opaque surfaces that those have, too, which are glass in part"""
 
 

@@ -204,8 +204,28 @@ def same(found, wanted):
 
 def test_glass_in_part_by_toml(tmp_path):
     pm.save_scene(room(pm.Material("ball", 0.8)), tmp_path / "scene.obj")
-    text = "mesh = 'scene.obj'\n[material.ball]\nior = 1.5\ntransmission = 0.25\nglossy = 0.04\n"
-    (tmp_path / "scene.toml").write_text(text)
-    scene = pm.load_scene(tmp_path / "scene.toml")
-    glass = next(mesh.material for mesh in scene.meshes if mesh.name.startswith("ball"))
+    glass = by_toml(tmp_path, "ior = 1.5\ntransmission = 0.25\nglossy = 0.04\n")
     assert (glass.transmission, glass.glossy, glass.reflectance) == (0.25, 0.04, 0.8)
+
+
+def by_toml(folder, section):
+    """Return the material of a ball that a TOML file changes."""
+    (folder / "scene.toml").write_text(f"mesh = 'scene.obj'\n[material.ball]\n{section}")
+    meshes = pm.load_scene(folder / "scene.toml").meshes
+    return next(mesh.material for mesh in meshes if mesh.name.startswith("ball"))
+
+
+@pytest.mark.parametrize("metal", ["'metal:Cu'", "0.9\nglossy_edge = [0.5, 0.6, 0.7]"])
+def test_metal_beside_glass_keeps_its_edge(tmp_path, metal):
+    """As metal by itself, in files of its own and others', and in kernels."""
+    pm.save_scene(room(pm.Material("ball", 0.8)), tmp_path / "scene.obj")
+    section = f"reflectance = 0.0\nroughness = 0.5\nglossy = {metal}\n"
+    alone = by_toml(tmp_path, section)
+    beside = by_toml(tmp_path, section + "ior = 1.5\ntransmission = 0.5\n")
+    wanted = compile_scene(room(alone), RGB).scattering.dip
+    assert wanted.any()
+    np.testing.assert_array_equal(compile_scene(room(beside), RGB).scattering.dip, wanted)
+    pm.save_scene(room(beside), tmp_path / "written.obj")
+    found = {mesh.material.name: mesh for mesh in pm.load_scene(tmp_path / "written.obj").meshes}
+    kept = compile_scene(room(found["ball"].material), RGB).scattering.dip
+    np.testing.assert_allclose(kept, wanted, atol=1e-4)

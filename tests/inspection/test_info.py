@@ -90,6 +90,11 @@ def test_powers_of_lights():
         (pm.Material.polished(), "mirror"),
         (pm.Material("a", 0.5, mirror=0.1), "mirror over diffuse"),
         (pm.Material.glass(), "glass"),
+        (pm.Material("a", 0.8, ior=1.5, transmission=0.5), "part glass, part diffuse"),
+        (
+            pm.Material("a", 0.0, ior=1.5, transmission=0.5, glossy=0.9, roughness=0.3, thin=True),
+            "part rough thin glass, part metal",
+        ),
         (pm.Material.metal(), "metal"),
         (pm.Material.plastic(), "gloss over diffuse"),
         (pm.Material("a", pm.Texture.of(np.zeros((2, 2, 3)))), "black"),
