@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from photonmap.scene.scene import Scene
     from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
     from photonmap.scene.surfaces.dispersion import Cauchy, NamedGlass, Sellmeier
-    from photonmap.scene.surfaces.relief import BumpMap, NormalMap
+    from photonmap.scene.surfaces.relief import BumpMap, NoRelief, NormalMap
     from photonmap.scene.textures import Texture
     from photonmap.spectra.bands import Bands
     from photonmap.spectra.color_text import emission, reflectance
@@ -83,6 +83,7 @@ __all__ = [
     "Material",
     "Mesh",
     "NamedGlass",
+    "NoRelief",
     "NormalMap",
     "Panorama",
     "Photo",
@@ -163,6 +164,7 @@ _HOMES = {
     "NamedGlass": "scene.surfaces.dispersion",
     "Sellmeier": "scene.surfaces.dispersion",
     "BumpMap": "scene.surfaces.relief",
+    "NoRelief": "scene.surfaces.relief",
     "NormalMap": "scene.surfaces.relief",
     "AnisotropyMap": "scene.surfaces.anisotropy_map",
     "SpectralTexture": "scene.surfaces.spectral_texture",

@@ -11,10 +11,16 @@ is the coat's mean albedo, and D = (1 - E) / √(1 - b), where E(θ) is its albe
 angle; over a mirror b = E, and D = √(1 - E). Metals send light near the mirror direction: b² =
 E(i) E(o) for them, and what is metallic in part lies between. The BSDF is reciprocal.
 
+A coat may have a normal of its own, about which all angles above are. Its light then falls by its
+own cosine, for which the caller's is changed: so it is like shading normals, of which light that is
+traced backwards knows which side is the light's. Where the coat leans away from one of the two
+directions, it reflects nothing, and light passes it as at normal incidence.
+
 Scenes without coats have None for `Scattering.coats`: no code of theirs is compiled.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,7 +28,20 @@ from photonmap.kernels.bsdf import glossy
 from photonmap.kernels.bsdf.cover import UNCOVERED, Cover
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit
+from photonmap.kernels.geometry.interaction import interpolated_normal
+from photonmap.kernels.geometry.relief import turned_normal
 from photonmap.kernels.geometry.texture import coordinates, look_up_number
+
+
+class Coat(NamedTuple):
+    """A clear coat at a point."""
+
+    weight: float
+    """fraction of the surface that it covers"""
+    lobe: glossy.Lobe
+    through: int
+    """row of `Coats.through`, of the least rough base"""
+    normal: tuple
 
 
 @jit
@@ -39,11 +58,49 @@ def weight_at(geometry, scattering, maps, hit):
 
 
 @jit
-def _lobe_of(coats, material):
-    """Return the lobe of a coat."""
-    alpha, nothing = coats.alpha[material], (0.0, 0.0, 0.0)
-    row, f0 = np.int64(coats.row[material]), coats.f0[material]
-    return glossy.Lobe(material, alpha, f0, 0.0, row, 0.0, False, nothing, alpha, nothing, 0)
+def coat_at(geometry, scattering, surface):
+    """Return the `Coat` of a surface."""
+    weight = weight_at(geometry, scattering, scattering.maps, surface.hit)
+    lobe, through = lobe_at(geometry, scattering.coats, scattering.coats.maps, surface.hit)
+    normal = _normal_at(geometry, scattering.coats, scattering.coats.relief, surface)
+    return Coat(weight, lobe, through, normal)
+
+
+@jit
+def lobe_at(geometry, coats, maps, hit):
+    """Return the lobe of a coat where a ray meets it, and its row of `Coats.through`.
+
+    `maps` is `coats.maps`.
+    """
+    material = geometry.material[hit.triangle]
+    alpha, row, first = coats.alpha[material], np.int64(coats.row[material]), coats.first[material]
+    if maps is None:
+        return _lobe(coats, material, alpha, row, 0.0), np.int64(first)
+    if maps.coat_roughness[material] < 0:
+        return _lobe(coats, material, alpha, row, 0.0), np.int64(first)
+    s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
+    roughness = min(look_up_number(maps.maps, maps.coat_roughness[material], s, t), 1.0)
+    alpha, place = max(roughness * roughness, maps.least), roughness * (maps.steps - 1)
+    step = min(int(place), maps.steps - 2)
+    lobe = _lobe(coats, material, alpha, np.int64(maps.first + step), place - step)
+    return lobe, np.int64(first + (1 + step) * coats.steps[material])
+
+
+@jit
+def _lobe(coats, material, alpha, row, between):
+    f0, nothing = coats.f0[material], (0.0, 0.0, 0.0)
+    return glossy.Lobe(material, alpha, f0, 0.0, row, between, False, nothing, alpha, nothing, 0)
+
+
+@jit
+def _normal_at(geometry, coats, relief, surface):
+    """Return the shading normal of a coat; `relief` is `coats.relief`."""
+    if relief is None:
+        return surface.ns
+    if coats.own[geometry.material[surface.hit.triangle]] == 0:
+        return surface.ns
+    n = interpolated_normal(geometry, surface.hit, surface.ng, surface.side)
+    return turned_normal(geometry, relief, surface.hit, n, surface.side)
 
 
 @jit
@@ -53,23 +110,38 @@ def _albedo(lobe, multiple, terms):
 
 
 @jit
-def _step(coats, base, kind, cosine):
+def _step(coats, coat, base, kind, cosine):
     """Return D over a white base as rough as this one: 0 what is no metal, 1 metal."""
     last = coats.steps[base.material] - 1
     place = math.sqrt(math.sqrt(base.alpha * base.along)) * last
     step = min(int(place), last - 1)
-    row = coats.first[base.material] + step
+    row = coat.through + step
     low = glossy.interpolate(coats.through[row, kind], cosine)
-    return low + (place - step) * (glossy.interpolate(coats.through[row + 1, kind], cosine) - low)
+    low += (place - step) * (glossy.interpolate(coats.through[row + 1, kind], cosine) - low)
+    return _between_coats(coats, coats.maps, coat, (row, place - step, kind), cosine, low)
 
 
 @jit
-def _through(coats, base, share, cosine):
+def _between_coats(coats, maps, coat, at, cosine, low):
+    """Return D between that of two steps of a coat's roughness, of which one is given."""
+    if maps is None:
+        return low
+    if coat.lobe.between == 0.0:
+        return low
+    row, between, kind = at
+    row += coats.steps[coat.lobe.material]
+    high = glossy.interpolate(coats.through[row, kind], cosine)
+    high += between * (glossy.interpolate(coats.through[row + 1, kind], cosine) - high)
+    return low + coat.lobe.between * (high - low)
+
+
+@jit
+def _through(coats, coat, base, share, cosine):
     """Return D, of a base of which a share is metal."""
     if share == 0.0 or share == 1.0:
-        return _step(coats, base, int(share), cosine)
-    dielectric = _step(coats, base, 0, cosine)
-    return dielectric + share * (_step(coats, base, 1, cosine) - dielectric)
+        return _step(coats, coat, base, int(share), cosine)
+    dielectric = _step(coats, coat, base, 0, cosine)
+    return dielectric + share * (_step(coats, coat, base, 1, cosine) - dielectric)
 
 
 @jit
@@ -80,45 +152,68 @@ def _metallic_share(coats, base):
 
 
 @jit
-def cover_at(scattering, base, weight, wi, wo, n):
-    """Return the `Cover` of a surface, given its base as a `Lobe`, and the weight of its coat."""
-    if weight <= 0.0 or vec.dot(wi, n) <= 0.0 or vec.dot(wo, n) <= 0.0:
+def _above(w, normal):
+    """Return a direction; the normal in place of one that a coat leans away from."""
+    return w if vec.dot(w, normal) > 0.0 else normal
+
+
+@jit
+def _tilt(relief, normal, wi, wo, n):
+    """Return by what a coat's light is multiplied for its own cosine in place of the base's.
+
+    It reflects none to or from where it leans away.
+    """
+    cosine, beside = vec.dot(wi, normal), vec.dot(wi, n)
+    if cosine <= 0.0 or vec.dot(wo, normal) <= 0.0:
+        return 0.0
+    if relief is None:
+        return 1.0
+    return cosine / beside if beside > 0.0 else 0.0
+
+
+@jit
+def cover_at(scattering, base, coat, wi, wo, n):
+    """Return the `Cover` of a surface of normal n, given its base as a `Lobe`, and its coat."""
+    if coat.weight <= 0.0:
         return UNCOVERED
-    coats = scattering.coats
-    lobe = _lobe_of(coats, base.material)
-    found = glossy.between(scattering, None, None, None, lobe, wi, wo, n)
+    coats, weight, lobe, normal = scattering.coats, coat.weight, coat.lobe, coat.normal
+    tilt = _tilt(coats.relief, normal, wi, wo, n)
+    wi, wo = _above(wi, normal), _above(wo, normal)
+    cos_i, cos_o = vec.dot(wi, normal), vec.dot(wo, normal)
+    found = glossy.between(scattering, None, coats.maps, None, lobe, wi, wo, normal)
     multiple = glossy.multiple_fresnel(lobe.f0, 0.0, found.mean[0])
-    own = glossy.reflected(found, lobe.f0, 0.0, multiple)
+    own = glossy.reflected(found, lobe.f0, 0.0, multiple) * tilt
     at_i, at_o = _albedo(lobe, multiple, found.incoming), _albedo(lobe, multiple, found.outgoing)
     mean, share = _albedo(lobe, multiple, found.mean), _metallic_share(coats, base)
     back = mean + share * (math.sqrt(at_i * at_o) - mean)
-    through = weight * (1.0 - back) * _through(coats, base, share, vec.dot(wi, n))
-    through *= _through(coats, base, share, vec.dot(wo, n))
+    through = weight * (1.0 - back) * _through(coats, coat, base, share, cos_i)
+    through *= _through(coats, coat, base, share, cos_o)
     return Cover(weight * own, 1.0 - weight, through, back)
 
 
 @jit
-def probability(scattering, base, weight, cosine):
-    """Return with which probability a sample is drawn by the coat's lobe, for wo of this cosine."""
-    if weight <= 0.0 or cosine <= 0.0:
+def probability(scattering, base, coat, wo):
+    """Return with which probability a sample is drawn by the coat's lobe."""
+    cosine = vec.dot(wo, coat.normal)
+    if coat.weight <= 0.0 or cosine <= 0.0:
         return 0.0
-    lobe, albedos = _lobe_of(scattering.coats, base.material), scattering.albedos
-    single = glossy.look_up_albedo(albedos, None, None, lobe, 0, cosine, 0.0)
-    grazing = glossy.look_up_albedo(albedos, None, None, lobe, 1, cosine, 0.0)
-    once = weight * (lobe.f0 * (single - grazing) + grazing)
+    lobe, albedos, maps = coat.lobe, scattering.albedos, scattering.coats.maps
+    single = glossy.look_up_albedo(albedos, maps, None, lobe, 0, cosine, 0.0)
+    grazing = glossy.look_up_albedo(albedos, maps, None, lobe, 1, cosine, 0.0)
+    once = coat.weight * (lobe.f0 * (single - grazing) + grazing)
     beneath = (1.0 - once) * min(base.f0 + base.base, 1.0)
     return once / max(once + beneath, glossy.TINY)
 
 
 @jit
-def sample(scattering, material, wo, n, u, v):
+def sample(coat, wo, u, v):
     """Return a direction by visible normals of the coat."""
-    return glossy.sample_visible(None, _lobe_of(scattering.coats, material), wo, n, u, v)
+    return glossy.sample_visible(None, coat.lobe, wo, coat.normal, u, v)
 
 
 @jit
-def pdf(scattering, material, wi, wo, n):
+def pdf(coat, wi, wo):
     """Return the density of `sample` (per steradian)."""
-    if vec.dot(wi, n) <= 0.0 or vec.dot(wo, n) <= 0.0:
+    if vec.dot(wi, coat.normal) <= 0.0 or vec.dot(wo, coat.normal) <= 0.0:
         return 0.0
-    return glossy.visible_pdf(None, _lobe_of(scattering.coats, material), wi, wo, n, 0.0)
+    return glossy.visible_pdf(None, coat.lobe, wi, wo, coat.normal, 0.0)

@@ -36,3 +36,9 @@ def covered(cover, f0, albedo, base):
         return base
     again = cover.back * min(f0 + albedo, 1.0)
     return cover.own + base * (cover.bare + cover.through / (1.0 - again))
+
+
+@jit
+def own_of(cover):
+    """Return what a coat itself reflects, where its base, which leans away, reflects nothing."""
+    return 0.0 if cover is None else cover.own

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.bsdf import facets
-from photonmap.kernels.bsdf.cover import covered
+from photonmap.kernels.bsdf.cover import covered, own_of
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import mix
 from photonmap.kernels.core.fresnel import dip_term
@@ -253,7 +253,7 @@ def evaluate(scattering, maps, lobe, wi, wo, n, cover, values):
     `cover` is what lies over the surface: see `cover`.
     """
     if vec.dot(wi, n) <= 0.0 or vec.dot(wo, n) <= 0.0:
-        values[:] = 0.0
+        values[:] = own_of(cover)
         return
     dips = scattering.dip
     found = between(scattering, dips, maps, scattering.anisotropy, lobe, wi, wo, n)

@@ -95,8 +95,8 @@ def _evaluate(geometry, scattering, coats, surface, wi, values):
     base = _base_at(geometry, scattering, below, hit)
     cover = UNCOVERED
     if model == COATED:
-        weight = coated.weight_at(geometry, scattering, scattering.maps, hit)
-        cover = coated.cover_at(scattering, base, weight, wi, _departure(surface), surface.ns)
+        coat = coated.coat_at(geometry, scattering, surface)
+        cover = coated.cover_at(scattering, base, coat, wi, _departure(surface), surface.ns)
     _evaluate_base(scattering, below, base, cover, surface, wi, values)
 
 
@@ -146,23 +146,16 @@ def _sample_base(scattering, model, base, surface, u, v):
 
 
 @jit
-def _coat_probability(geometry, scattering, base, surface):
-    """Return with which probability directions are drawn by a coat."""
-    weight = coated.weight_at(geometry, scattering, scattering.maps, surface.hit)
-    return coated.probability(scattering, base, weight, vec.dot(_departure(surface), surface.ns))
-
-
-@jit
 def _sample(geometry, scattering, coats, surface, u, v):
     if coats is None or surface.model != COATED:
         base = _base_at(geometry, scattering, surface.model, surface.hit)
         return _sample_base(scattering, surface.model, base, surface, u, v)
     below = coats.model[geometry.material[surface.hit.triangle]]
     base = _base_at(geometry, scattering, below, surface.hit)
-    share = _coat_probability(geometry, scattering, base, surface)
+    coat, wo = coated.coat_at(geometry, scattering, surface), _departure(surface)
+    share = coated.probability(scattering, base, coat, wo)
     if u < share:
-        wo = _departure(surface)
-        return coated.sample(scattering, base.material, wo, surface.ns, u / share, v)
+        return coated.sample(coat, wo, u / share, v)
     u = min((u - share) / (1.0 - share), warp.BELOW_ONE)
     return _sample_base(scattering, below, base, surface, u, v)
 
@@ -193,8 +186,8 @@ def _pdf(geometry, scattering, coats, surface, wi):
         return _base_pdf(scattering, surface.model, base, surface, wi)
     below = coats.model[geometry.material[surface.hit.triangle]]
     base = _base_at(geometry, scattering, below, surface.hit)
-    share = _coat_probability(geometry, scattering, base, surface)
-    own = coated.pdf(scattering, base.material, wi, _departure(surface), surface.ns)
+    coat, wo = coated.coat_at(geometry, scattering, surface), _departure(surface)
+    share, own = coated.probability(scattering, base, coat, wo), coated.pdf(coat, wi, wo)
     return share * own + (1.0 - share) * _base_pdf(scattering, below, base, surface, wi)
 
 
@@ -204,6 +197,26 @@ def pdf(geometry, scattering, surface, wi):
     if scattering is None or surface.model == LAMBERTIAN:
         return lambert.pdf(surface, wi)
     return _pdf(geometry, scattering, scattering.coats, surface, wi)
+
+
+@jit
+def _toward_light(coats, surface, direction):
+    """Return the surface that a photon leaves along a direction, as one that light meets, and wi.
+
+    BSDFs are reciprocal, so it stays as it is, but for coats with normals of their own.
+    """
+    if coats is None:
+        return surface, direction
+    return _turned(coats.relief, surface, direction)
+
+
+@jit
+def _turned(relief, surface, direction):
+    if relief is None:
+        return surface, direction
+    point, ng, ns, side, hit, _, model = surface
+    turned = SurfaceInteraction(point, ng, ns, side, hit, vec.scale(direction, -1.0), model)
+    return turned, _departure(surface)
 
 
 @outlined
@@ -219,7 +232,8 @@ def scatter_flux(scene, scattering, surface, point, factor, flux, response):
     if density <= 0.0 or cosine <= 0.0:
         flux[:] = 0.0
         return direction
-    evaluate(scene, scattering, surface, direction, response)
+    surface, toward = _toward_light(scattering.coats, surface, direction)
+    evaluate(scene, scattering, surface, toward, response)
     for band in range(len(flux)):
         flux[band] *= response[band] * (factor * cosine / density)
     return direction

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from photonmap.kernels.core.image_records import LobeMaps, Relief
 from photonmap.kernels.core.record_types import by_reference
 
 
@@ -46,9 +47,16 @@ class Coats(NamedTuple):
     dielectric: np.ndarray
     """(M,) float64, reflectance at normal incidence of the base's lobe, where it is no metal"""
     first: np.ndarray
-    """(M,) int32, row of `through` where those of the coat begin"""
+    """(M,) int32, row of `through` where those of the coat begin; after them, where an image gives
+    its roughness, come those of coats of `LobeMaps.steps` steps of roughness"""
     steps: np.ndarray
     """(M,) int32, number of these rows, of even steps of the roughness of the base"""
     through: np.ndarray
     """(R, 2, K) float64, how a coat lets light pass from each of K - 1 angles: to what is no metal,
     and to metal; see `bsdf.coated`"""
+    maps: LobeMaps | None
+    """None where no image gives the roughness of a coat"""
+    own: np.ndarray
+    """(M,) uint8, 1 where the normals of a coat are not those of what lies below"""
+    relief: Relief | None
+    """what turns these from the interpolated normals; None where all coats lie as their bases do"""

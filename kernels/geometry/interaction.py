@@ -52,7 +52,7 @@ def offset(point, size, normal):
 
 
 @jit
-def _interpolated_normal(geometry, hit, ng, side):
+def interpolated_normal(geometry, hit, ng, side):
     """Return the interpolated normal on the side of ng; ng itself where the mesh is flat."""
     if geometry.shading_normals.shape[0] == 0:
         return ng
@@ -70,7 +70,7 @@ def _interpolated_normal(geometry, hit, ng, side):
 @jit
 def shading_normal(geometry, hit, ng, side):
     """Return the normal on the side of ng that light is reflected by: interpolated, then turned."""
-    n = _interpolated_normal(geometry, hit, ng, side)
+    n = interpolated_normal(geometry, hit, ng, side)
     return turned_normal(geometry, geometry.relief, hit, n, side)
 
 

@@ -76,12 +76,22 @@ def look_up_lobes(scene, scattering, maps, triangles, barycentrics, base, specul
 
 
 @kernel
-def look_up_coats(geometry, scattering, maps, triangles, barycentrics, weights):
-    """Fill which fraction of each surface hit a coat covers, (P,); rows of the sky stay."""
+def look_up_coats(geometry, scattering, maps, triangles, barycentrics, weights, lobes):
+    """Fill which fraction of each surface hit a coat covers, (P,); rows of the sky stay.
+
+    And its lobe, (P, 4), as `look_up_lobes` does.
+    """
+    coats = scattering.coats
     for pixel in range(len(triangles)):
         if triangles[pixel] >= 0:
             hit = Hit(triangles[pixel], barycentrics[pixel, 0], barycentrics[pixel, 1], 0.0)
             weights[pixel] = coated.weight_at(geometry, scattering, maps, hit)
+            lobe, _ = coated.lobe_at(geometry, coats, coats.maps, hit)
+            if weights[pixel] > 0.0:
+                lobes[pixel, 0] = lobe.alpha
+                for term in range(3):
+                    mean = glossy.mean_albedo(scattering.albedos, coats.maps, lobe, term)
+                    lobes[pixel, 1 + term] = mean
 
 
 @jit

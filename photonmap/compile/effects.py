@@ -216,7 +216,11 @@ def _leave_out_scattering(scattering: Scattering | None, plan: EffectPlan) -> Sc
     if coats is not None and not plan.on("glossy"):
         model, coats = coats.model, None
     if coats is not None:
-        coats = coats._replace(model=_simulated(coats.model, plan))
+        coats = coats._replace(
+            model=_simulated(coats.model, plan),
+            maps=coats.maps if plan.on("textures") else None,
+            relief=coats.relief if plan.on("relief") else None,
+        )
     model = _simulated(model, plan)
     maps = scattering.maps if plan.on("textures") and plan.on("glossy") else None
     anisotropy = scattering.anisotropy if plan.on("glossy") else None

@@ -18,6 +18,7 @@ from photonmap.runtime.wording import listed
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
+from photonmap.scene.surfaces.even import without_images
 from photonmap.scene.textures import FARTHEST, Paint, Texture, mean_color, mean_number
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
 
@@ -104,15 +105,12 @@ def _flatten(meshes: list[Mesh]) -> list[Mesh]:
             named[f"{mesh.name} ({material.name})"] = None
             if id(material) not in flat:
                 flat[id(material)] = replace(
-                    material,
+                    without_images(material),
                     reflectance=mean_color(material.reflectance),
                     emission=mean_color(material.emission),
                     alpha=mean_number(material.alpha),
-                    glossy=mean_color(material.glossy),
-                    roughness=mean_number(material.roughness),
-                    coat=mean_number(material.coat),
-                    relief=None,
-                    anisotropy_map=None,
+                    tint=mean_color(material.tint),
+                    transmission=mean_number(material.transmission),
                 )
             mesh = replace(mesh, material=flat[id(material)])
         result.append(mesh)

@@ -26,6 +26,7 @@ COARSE = 64
 SMALLEST_COSINE = 1e-4
 
 
+@cache
 def lobe_albedos(alpha: float) -> NDArray[np.float64]:
     """Return what a GGX lobe reflects, (3, NODES + 1), by `Scattering.albedos`' Fresnel terms.
 

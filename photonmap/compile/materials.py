@@ -227,7 +227,7 @@ def _compile_scattering(
             albedos[index] = lobe_albedos(parameters[index, 0])
         if model[index] == GLOSSY or material.is_coated:
             parameters[index, 1:3] = glossy[index].mean(), reflectance[index].mean()
-    if any(isinstance(material.roughness, Texture) for material in materials):
+    if any(isinstance(m.roughness, Texture) or m.has_textured_coat for m in materials):
         albedos = np.concatenate([albedos, stepped_albedos(LEAST_ALPHA)])
     elif any(m.has_textured_lobe or isinstance(m.coat, Texture) for m in materials):
         albedos = np.concatenate([albedos, albedos[:1]])  # a next row for all

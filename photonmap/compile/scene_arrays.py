@@ -26,7 +26,7 @@ from photonmap.compile.surfaces.glass import (
     opaque_part,
     with_glass,
 )
-from photonmap.compile.surfaces.relief import compile_relief
+from photonmap.compile.surfaces.relief import Reliefs
 from photonmap.compile.surfaces.tangents import given_tangents
 from photonmap.compile.textures import compile_textures
 from photonmap.kernels.core import passes, records
@@ -150,14 +150,14 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
     geometry, objects = geometry._replace(material=rows[owner]), _object_ids(meshes)
     table = compile_textures(materials, compiled.divisors, clear_textures(materials, bands))
     specular = with_glass(compiled.specular, materials, table, bands)
-    lobes, tangents = table.lobes(compiled.scattering, bands), given_tangents(plan.meshes)
-    lobes = with_coats(with_anisotropy(lobes, materials, geometry, tangents), materials)
+    reliefs = Reliefs(geometry, table, frame.size, given_tangents(plan.meshes))
+    lobes = _compile_lobes(compiled.scattering, materials, reliefs, bands)
     emitters = compile_lights(geometry, materials, scene.lights, bands, frame, table, camera)
     return CompiledScene(
         geometry=geometry._replace(
             emitter=emitters.of_triangle,
             alpha=table.holes(compiled.panes),
-            relief=compile_relief(geometry, materials, table, frame.size, tangents),
+            relief=reliefs.of_surfaces(materials),
         ),
         materials=compiled.diffuse,
         lights=emitters.lights,
@@ -180,6 +180,15 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
         embree=None,
         images=table.images,
     )
+
+
+def _compile_lobes(
+    scattering: records.Scattering | None, materials: list[Material], reliefs: Reliefs, bands: Bands
+) -> records.Scattering | None:
+    """Return BSDFs with textures, with lobes that differ along surfaces, and below coats."""
+    lobes = reliefs.table.lobes(scattering, bands)
+    lobes = with_anisotropy(lobes, materials, reliefs.geometry, reliefs.tangents)
+    return with_coats(lobes, materials, reliefs)
 
 
 def _look(scene: Scene, vertices: NDArray[np.float64], aspect: float) -> tuple[Camera, Frame]:

@@ -144,6 +144,7 @@ def sides_in_air(compiled: CompiledScene) -> NDArray[np.int32]:
 def _of_images(compiled: CompiledScene) -> dict[str, Effect]:
     alpha, scattering = compiled.geometry.alpha, compiled.scattering
     lobes = None if scattering is None else scattering.maps
+    coats = None if scattering is None else scattering.coats
     of_light, specular = compiled.lights.emission_textures, compiled.specular
     glass = None if specular is None else specular.maps
     share = None if specular is None or specular.share is None else specular.share.maps
@@ -156,7 +157,8 @@ def _of_images(compiled: CompiledScene) -> dict[str, Effect]:
         ),
         "textures": _if(textures, "surfaces have textures", "no surface has a texture"),
         "relief": _if(
-            compiled.geometry.relief is not None,
+            compiled.geometry.relief is not None
+            or (coats is not None and coats.relief is not None),
             "normal maps or bump maps turn normals",
             "no image turns normals",
         ),

@@ -11,15 +11,11 @@ from numpy.typing import NDArray
 
 from photonmap.compile.glossy import STEPS
 from photonmap.errors import InputError, naming
+from photonmap.kernels.core.image_records import BYTES, FLOATS, SRGB, LobeMaps, Maps
 from photonmap.kernels.core.records import (
-    BYTES,
-    FLOATS,
-    SRGB,
     Alpha,
     EmissionTextures,
     Geometry,
-    LobeMaps,
-    Maps,
     Palettes,
     Panes,
     Scattering,
@@ -35,7 +31,7 @@ from photonmap.spectra.curves import LARGEST_REFLECTANCE
 Floats = NDArray[np.float64]
 _TEXTURED = (
     "reflectance", "emission", "alpha", "glossy", "roughness", "relief", "anisotropy_map", "coat",
-    "tint", "transmission",
+    "coat_roughness", "coat_relief", "tint", "transmission",
 )  # fmt: skip
 """Attributes of materials that may be, or have, textures."""
 
@@ -47,8 +43,8 @@ class TextureTable:
     Parameters
     ----------
     maps : one row a use
-    reflectance, emission, alpha, glossy, roughness, relief, anisotropy_map, coat, tint,
-    transmission : (M,) the row that each material uses, -1 for none
+    reflectance, emission, alpha, glossy, roughness, relief, anisotropy_map, coat, coat_roughness,
+    coat_relief, tint, transmission : (M,) the row that each material uses, -1 for none
     clear : (M,) likewise, of what panes of textured tint let pass in every band
     opacity : (M,) where there is no texture
     uses : which texture each row of `maps` is, and what its reflectances are divided by
@@ -64,6 +60,8 @@ class TextureTable:
     relief: NDArray[np.int32]
     anisotropy_map: NDArray[np.int32]
     coat: NDArray[np.int32]
+    coat_roughness: NDArray[np.int32]
+    coat_relief: NDArray[np.int32]
     tint: NDArray[np.int32]
     transmission: NDArray[np.int32]
     clear: NDArray[np.int32]
@@ -92,7 +90,7 @@ class TextureTable:
 
     def lobes(self, scattering: Scattering | None, bands: Bands) -> Scattering | None:
         """Return BSDFs with the textures of glossy lobes, where there are any."""
-        images = self.glossy, self.roughness, self.anisotropy_map, self.coat
+        images = self.glossy, self.roughness, self.anisotropy_map, self.coat, self.coat_roughness
         if scattering is None or np.less(images, 0).all():
             return scattering
         basis = bands.reflectance_basis.astype(np.float32, order="C")
@@ -105,6 +103,7 @@ class TextureTable:
                 self.reflectance,
                 self.anisotropy_map,
                 self.coat,
+                self.coat_roughness,
                 basis,
                 first,
                 STEPS,
@@ -166,8 +165,10 @@ def compile_textures(
     for index, material in enumerate(materials):
         for slot, name in enumerate(_TEXTURED):
             paint = getattr(material, name)
+            if name == "coat_roughness" and not material.is_coated:
+                continue
             with naming(f"material {material.name!r}: {name}"):
-                if name in ("relief", "anisotropy_map"):
+                if name in ("relief", "coat_relief", "anisotropy_map"):
                     if (image := _image(material, name)) is not None:
                         slots[slot, index] = len(uses)
                         uses.append((image, 1.0))
@@ -191,6 +192,9 @@ def _image(material: Material, name: str) -> Texture | None:
     """Return the image of a relief, or of directions and strengths along the surface."""
     if name == "relief":
         return None if material.relief is None else material.relief.image
+    if name == "coat_relief":
+        relief = material.own_coat_relief
+        return None if relief is None else relief.image
     if not material.is_brushed:
         return None
     assert material.anisotropy_map is not None

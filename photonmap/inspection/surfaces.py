@@ -11,8 +11,9 @@ import numpy as np
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import parameters_of
+from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
 from photonmap.scene.surfaces.dispersion import Cauchy, NamedGlass, Sellmeier
-from photonmap.scene.surfaces.relief import BumpMap, NormalMap
+from photonmap.scene.surfaces.relief import BumpMap, NoRelief, NormalMap
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Texture, is_black
 from photonmap.spectra.curves import Spectrum
@@ -123,6 +124,10 @@ def describe_color(color: Any) -> Any:
         }
     if isinstance(color, NormalMap | BumpMap):
         return {"type": color.kind, "factor": color.factor, **describe_color(color.texture)}
+    if isinstance(color, AnisotropyMap):
+        return describe_color(color.texture)
+    if isinstance(color, NoRelief):
+        return color.kind
     if isinstance(color, Cauchy | Sellmeier | NamedGlass):
         return {"type": color.kind, **asdict(color)}
     return list(color) if isinstance(color, tuple) else color

@@ -54,15 +54,19 @@ class FirstHits(NamedTuple):
 
 
 class Coat(NamedTuple):
-    """Clear coats of R surfaces: each (R, 1)."""
+    """Clear coats of R surfaces: each (R, 1), but for their lobes."""
 
     weight: Array
     """fraction of the surface that is covered"""
     f0: Array
     """reflectance at normal incidence"""
-    alpha: Array
-    mean: Array
-    """reflectance of light from all around"""
+    lobes: Array
+    """(R, 4) as `Surfaces.lobes`"""
+
+    @property
+    def mean(self) -> Array:
+        """Reflectance of light from all around."""
+        return mean_albedo(self.f0, self.lobes[:, 1:])
 
     def over(self, base: Array, light: Array) -> tuple[Array, Array]:
         """Return what the coat reflects, and by what it multiplies what the base does.
@@ -253,7 +257,7 @@ def _roughness(surfaces: Surfaces) -> Array:
     specular, alpha = surfaces.specular, np.where(surfaces.is_glossy, surfaces.lobes[:, 0], 1.0)
     if surfaces.coat is not None:
         bare = ~surfaces.is_glossy & (surfaces.coat.weight[:, 0] > 0.0)
-        alpha = np.where(bare, surfaces.coat.alpha[:, 0], alpha)
+        alpha = np.where(bare, surfaces.coat.lobes[:, 0], alpha)
     roughness = np.sqrt(alpha).astype(np.float32)
     if specular is not None:
         roughness[specular.kind != 0] = 0.0
@@ -314,9 +318,9 @@ def _of_materials(compiled: CompiledScene) -> Surfaces:
 
 def _coat(scattering: Scattering, coats: Coats) -> Coat:
     """Return the clear coats of materials."""
-    f0 = coats.f0[:, None]
-    mean = mean_albedo(f0, scattering.albedos[np.maximum(coats.row, 0), :, -1])
-    return Coat(coats.weight[:, None], f0, coats.alpha[:, None], mean)
+    albedos = scattering.albedos[np.maximum(coats.row, 0), :, -1]
+    lobes = np.column_stack([coats.alpha, albedos])
+    return Coat(coats.weight[:, None], coats.f0[:, None], lobes)
 
 
 def _vary(compiled: CompiledScene) -> bool:
@@ -352,7 +356,8 @@ def _of_points(compiled: CompiledScene, hits: FirstHits, material: Array) -> Sur
         look_up_lobes(compiled.arrays, scattering, maps, *places, reflectance, glossy, lobes)
         if coat is not None:
             coat = Coat(*(np.ascontiguousarray(rows[material]) for rows in coat))
-            look_up_coats(compiled.geometry, scattering, maps, *places, coat.weight[:, 0])
+            found = coat.weight[:, 0], coat.lobes
+            look_up_coats(compiled.geometry, scattering, maps, *places, *found)
     elif coat is not None:
         coat = Coat(*(rows[material] for rows in coat))
     if specular is not None:

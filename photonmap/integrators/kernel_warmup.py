@@ -167,6 +167,8 @@ def _smallest(wanted: CompiledScene) -> Scene:
             roughness=0.5,
             anisotropy=0.5 if "anisotropy" in lobes else 0.0,
             coat=0.5 if "coats" in lobes else 0.0,
+            coat_roughness=_GREY if "coat-maps" in lobes else 0.5,
+            coat_relief=BumpMap(_GREY) if "coat-relief" in lobes else None,
         )
         meshes.append(replace(triangle, vertices=triangle.vertices - 0.5, material=glossy))
     return Scene(meshes, lights, Camera((1.0, 1.0, 1.0), (0.3, 0.3, -0.7), lens=lens))
@@ -180,7 +182,11 @@ def _has_rough_chains(compiled: CompiledScene) -> bool:
 def _kinds_of_lobes(compiled: CompiledScene) -> list[str]:
     """Return which fields of `Scattering` glossy lobes need that are not the same all over."""
     kinds = ("maps", "anisotropy", "coats")
-    return [kind for kind in kinds if getattr(compiled.scattering, kind, None) is not None]
+    found = [kind for kind in kinds if getattr(compiled.scattering, kind, None) is not None]
+    coats = getattr(compiled.scattering, "coats", None)
+    if coats is None:
+        return found
+    return found + [f"coat-{kind}" for kind in ("maps", "relief") if getattr(coats, kind)]
 
 
 def _has_palettes(compiled: CompiledScene) -> bool:

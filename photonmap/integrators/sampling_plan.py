@@ -123,8 +123,10 @@ def _textured_materials(scene: SceneArrays) -> NDArray[np.uint8]:
         textured |= textures.reflectance >= 0
     if scene.scattering is not None and scene.scattering.maps is not None:
         lobes = scene.scattering.maps
-        images = lobes.roughness, lobes.glossy, lobes.coat, lobes.anisotropy
+        images = lobes.roughness, lobes.glossy, lobes.anisotropy, lobes.coat, lobes.coat_roughness
         textured |= np.greater_equal(images, 0).any(axis=0)
+    if (coats := getattr(scene.scattering, "coats", None)) and coats.relief is not None:
+        textured |= coats.relief.image >= 0
     if geometry.relief is not None:
         textured |= geometry.relief.image >= 0
     if geometry.alpha is not None:

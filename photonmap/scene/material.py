@@ -20,7 +20,7 @@ from photonmap.scene.parameters import (
 )
 from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
 from photonmap.scene.surfaces.dispersion import LINES, Cauchy, NamedGlass, Sellmeier, abbe_number
-from photonmap.scene.surfaces.relief import BumpMap, NormalMap
+from photonmap.scene.surfaces.relief import BumpMap, NoRelief, NormalMap
 from photonmap.scene.textures import Paint, Texture, is_black, mean_number
 from photonmap.spectra.curves import Color, Spectrum
 from photonmap.spectra.metals import Metal
@@ -31,8 +31,6 @@ NARROW_ALPHA = 0.1
 """α below which specular chains follow bare metal, as they follow mirrors: light samples and gather
 rays seldom meet its lobe. Variance times processor time were as 1 to 4.1 at α 0.01, to 2.2 at 0.05,
 to 1.2 at 0.1, and to 0.95 at 0.15 (Cornell box with a ball of metal)."""
-
-
 BESIDE_GLASS = ("reflectance", "glossy", "glossy_edge")
 """Attributes of opaque surfaces that those have, too, which are glass in part"""
 
@@ -89,13 +87,16 @@ class Material:
         diffuse or glossy, which reflects by itself and takes from its base what it reflects (see
         `kernels.bsdf.coated`)
     coat_roughness, coat_ior : of the coat, like `roughness`, and its index of refraction
+    coat_relief : a `NormalMap` or a `BumpMap` of the coat, or `NoRelief` for one that is smooth
+        over what has a `relief`; None where it follows that
     diffuse_roughness : of the diffuse reflection in [0, 1], 0 for Lambert's law (energy-preserving
         Oren–Nayar, see `kernels.bsdf.rough_diffuse`)
     relief : a `NormalMap` or a `BumpMap`, which turns shading normals (see
         `kernels.geometry.relief`); None for a surface without
 
     A colour is a number (a constant spectrum), a linear RGB triple, or a `Spectrum`; reflectance,
-    emission, alpha, glossy, roughness, coat, tint and transmission may be a `Texture`.
+    emission, alpha, glossy, roughness, coat, coat_roughness, tint and transmission may be a
+    `Texture`.
     The annotations declare ranges and the keys of TOML and MTL files, which checks, readers and
     writers follow (`photonmap.scene.parameters`).
     """
@@ -150,7 +151,8 @@ class Material:
         Number("weight", mtl="Pc", textured=True, only="opaque", at_least=0.0, at_most=1.0),
     ] = 0.0
     coat_roughness: Annotated[
-        float, Number("roughness", mtl="Pcr", only="opaque", at_least=0.0, at_most=1.0)
+        float | Texture,
+        Number("roughness", mtl="Pcr", textured=True, only="opaque", at_least=0.0, at_most=1.0),
     ] = 0.0
     coat_ior: Annotated[
         float,
@@ -162,6 +164,10 @@ class Material:
         Part("relief", kinds={kind.kind: kind for kind in (NormalMap, BumpMap)}),
     ] = None
 
+    coat_relief: Annotated[
+        NormalMap | BumpMap | NoRelief | None,
+        Part("relief", kinds={kind.kind: kind for kind in (NormalMap, BumpMap, NoRelief)}),
+    ] = None
     anisotropy: Annotated[
         float, Number("anisotropy", mtl="aniso", only="opaque", at_least=0.0, at_most=1.0)
     ] = 0.0
@@ -211,7 +217,9 @@ class Material:
         """Whether a texture lies on it."""
         names = "reflectance", "emission", "alpha", "coat", "tint", "transmission"
         is_painted = any(isinstance(getattr(self, name), Texture) for name in names)
-        return is_painted or self.has_textured_lobe or self.relief is not None or self.is_brushed
+        is_turned = self.relief is not None or self.own_coat_relief is not None
+        is_varied = self.has_textured_lobe or self.has_textured_coat
+        return is_painted or is_turned or is_varied or self.is_brushed
 
     @property
     def uses_uv(self) -> bool:
@@ -279,6 +287,17 @@ class Material:
     def is_coated(self) -> bool:
         """Whether it has a clear coat."""
         return not is_black(self.coat)
+
+    @property
+    def has_textured_coat(self) -> bool:
+        """Whether an image gives the roughness of a clear coat."""
+        return self.is_coated and isinstance(self.coat_roughness, Texture)
+
+    @property
+    def own_coat_relief(self) -> NormalMap | BumpMap | NoRelief | None:
+        """The relief of its coat, where that is another than its own."""
+        is_bare = self.relief is None and isinstance(self.coat_relief, NoRelief)
+        return None if is_bare or not self.is_coated else self.coat_relief
 
     @property
     def chain_alpha(self) -> float:

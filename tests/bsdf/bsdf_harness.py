@@ -12,6 +12,7 @@ import photonmap as pm
 from photonmap.compile.glossy import NODES, lobe_albedos, stepped_albedos
 from photonmap.compile.surfaces.anisotropy import with_anisotropy
 from photonmap.compile.surfaces.coats import with_coats
+from photonmap.compile.surfaces.relief import Reliefs
 from photonmap.compile.textures import compile_textures
 from photonmap.kernels.bsdf import models
 from photonmap.kernels.core import records, rng, vec
@@ -42,6 +43,10 @@ class Case(NamedTuple):
     """whether an image gives directions, here none, and strengths, of which 1 occurs elsewhere"""
     coat: tuple = (0.0, 0.0, 1.5)
     """weight, roughness and index of refraction of a clear coat over it"""
+    is_coat_textured: bool = False
+    """whether an image gives its roughness, the same all over"""
+    coat_lean: tuple = ()
+    """its own normal, by `FRAME`'s x and y and the surface's; none where it is the surface's"""
     edge: tuple = ()
     """reflectance at 82°; none where Schlick's formula gives it"""
 
@@ -58,6 +63,7 @@ CASES = [
     Case("glossy", (0.35,), (0.2, 0.5, 0.8), (0.04, 0.3, 0.5), is_textured=True),
     Case("Lambertian", coat=(1.0, 0.5, 1.5)),
     Case("glossy", (0.5,), specular=(0.04,) * 3, coat=(0.8, 0.45, 1.5)),
+    Case("glossy", (0.3,), specular=(0.04,) * 3, coat=(0.9, 0.53, 1.5), is_coat_textured=True),
     Case("glossy", (0.3,), (0.0,) * 3, (0.5, 0.8, 1.0), coat=(1.0, 0.5, 2.0)),
     Case("glossy", (0.35,), (0.2, 0.5, 0.8), (0.04, 0.3, 0.5), True, coat=(0.4, 0.7, 1.5)),
 ]
@@ -109,8 +115,18 @@ def make_scene(case):
     textures = None
     if case.is_textured:
         textures, scattering = texture(case, scattering)
-    scattering = with_coats(scattering, [look])
+    scattering = _coated(scattering, look, geometry) if case.coat[0] else scattering
     return records.SceneArrays(geometry, materials, None, None, textures, scattering)
+
+
+def _coated(scattering, look, geometry):
+    """Return a scattering below the coat of a material."""
+    table = compile_textures([look], np.ones(1))
+    _IMAGES.extend(table.images)
+    if look.has_textured_coat:
+        albedos = np.concatenate([scattering.albedos, stepped_albedos(LEAST_ALPHA)])
+        scattering = table.lobes(scattering._replace(albedos=albedos), Bands.rgb())
+    return with_coats(scattering, [look], Reliefs(geometry, table, 1.0, np.zeros((3, 4))))
 
 
 def _dip(case):
@@ -126,6 +142,7 @@ def _material(case):
     roughness = np.sqrt(case.parameters[0]) if is_glossy else 0.0
     strength, turns = case.anisotropy
     weight, coat_roughness, coat_ior = case.coat
+    own = [[0.5 + 0.5 * np.array(case.coat_lean)]]
     return pm.Material(
         "m",
         glossy=0.5 if is_glossy else 0.0,
@@ -133,8 +150,9 @@ def _material(case):
         anisotropy=strength,
         anisotropy_rotation=turns,
         coat=weight,
-        coat_roughness=coat_roughness,
+        coat_roughness=_even(coat_roughness) if case.is_coat_textured else coat_roughness,
         coat_ior=coat_ior,
+        coat_relief=pm.NormalMap(_even(own)) if case.coat_lean else None,
     )
 
 

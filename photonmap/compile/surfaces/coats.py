@@ -17,6 +17,8 @@ from photonmap.compile.glossy import (
     multiple_fresnel,
     reflections,
 )
+from photonmap.compile.glossy import STEPS as COATS
+from photonmap.compile.surfaces.relief import Reliefs
 from photonmap.kernels.bsdf.models import COATED
 from photonmap.kernels.core import records
 from photonmap.kernels.core.lobe_records import Coats
@@ -30,7 +32,9 @@ ROUNDS = 60
 
 
 def with_coats(
-    scattering: records.Scattering | None, materials: Sequence[Material]
+    scattering: records.Scattering | None,
+    materials: Sequence[Material],
+    reliefs: Reliefs | None = None,
 ) -> records.Scattering | None:
     """Return BSDFs below clear coats, where any material has one.
 
@@ -38,6 +42,7 @@ def with_coats(
     ----------
     scattering : of M materials
     materials : (M,)
+    reliefs : of the scene; None where no coat has normals of its own
     """
     chosen = [index for index, material in enumerate(materials) if material.is_coated]
     if scattering is None or not chosen:
@@ -50,19 +55,39 @@ def with_coats(
         material = materials[index]
         weight[index] = mean_number(material.coat)
         f0[index] = normal_reflectance(material.coat_ior)
-        alpha[index] = max(material.coat_roughness**2, LEAST_ALPHA)
+        alpha[index] = max(mean_number(material.coat_roughness) ** 2, LEAST_ALPHA)
         dielectric[index] = _dielectric(material, scattering.parameters[index, 1:3].tolist())
         row[index] = len(scattering.albedos) + place
         first[index] = sum(len(rows) for rows in through)
-        coat = float(f0[index]), float(alpha[index])
-        albedos.append(lobe_albedos(coat[1])[None])
-        through.append(_through(coat, material, float(dielectric[index])))
-        steps[index] = len(through[-1])
+        albedos.append(lobe_albedos(float(alpha[index]))[None])
+        alphas = [float(alpha[index])]
+        if isinstance(material.coat_roughness, Texture):
+            alphas += [max(value * value, LEAST_ALPHA) for value in _evenly_from_0_to_1(COATS)]
+        rows = [_through((float(f0[index]), a), material, float(dielectric[index])) for a in alphas]
+        through += rows
+        steps[index] = len(rows[0])
+    varies = any(materials[index].has_textured_coat for index in chosen)
+    albedos += [albedos[-1]] * varies  # a next row for all
     coats = Coats(
-        scattering.model, weight, f0, alpha, row, dielectric, first, steps, np.concatenate(through)
+        scattering.model,
+        weight,
+        f0,
+        alpha,
+        row,
+        dielectric,
+        first,
+        steps,
+        np.concatenate(through),
+        scattering.maps if varies else None,
+        np.array([material.own_coat_relief is not None for material in materials], np.uint8),
+        reliefs and reliefs.of_coats(materials),
     )
     model[chosen] = COATED
     return scattering._replace(model=model, albedos=np.concatenate(albedos), coats=coats)
+
+
+def _evenly_from_0_to_1(count: int) -> list[float]:
+    return list(np.linspace(0.0, 1.0, count).tolist())
 
 
 def _dielectric(material: Material, means: list[float]) -> float:
@@ -75,10 +100,10 @@ def _dielectric(material: Material, means: list[float]) -> float:
 def _through(coat: tuple[float, float], material: Material, dielectric: float) -> Floats:
     """Return rows of `Coats.through` for one material."""
     below = dielectric if material.is_glossy else None
-    steps = np.linspace(0.0, 1.0, STEPS)
+    steps = _evenly_from_0_to_1(STEPS)
     if not isinstance(material.roughness, Texture):
-        steps = np.full(2, material.roughness if material.is_glossy else 1.0)
-    alphas = [max(step * step, LEAST_ALPHA) for step in steps.tolist()]
+        steps = [material.roughness if material.is_glossy else 1.0] * 2
+    alphas = [max(step * step, LEAST_ALPHA) for step in steps]
     rows = [[through_coat(*coat, alpha, f0) for f0 in (below, 1.0)] for alpha in alphas]
     return np.array(rows)
 

@@ -40,7 +40,8 @@ from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
-from photonmap.scene.textures import Texture, is_black, mean_color, mean_number
+from photonmap.scene.surfaces.even import without_images
+from photonmap.scene.textures import Texture, is_black, mean_color
 
 SUFFIXES = (".glb", ".gltf")
 
@@ -50,6 +51,12 @@ _HARMLESS = re.compile(
     "|KHR_mesh_quantization$|KHR_xmp"
 )
 """glTF extensions that a file may require: geometry is the same without them."""
+_IMAGES_OF_DIRECTIONS = {
+    "relief": "normalTexture",
+    "coat_relief": "clearcoatNormalTexture",
+    "anisotropy_map": "anisotropyTexture",
+}
+"""Keys of glTF, by the attributes of `Material` that they give"""
 _Primitive = tuple[Part, dict[str, Any]]
 """Triangles, and the JSON that describes them."""
 
@@ -117,20 +124,7 @@ class Gltf(Document):
 
     def without_textures(self, material: Material) -> Material:
         """Return a material of an even glossy lobe, without relief, the same one each time."""
-        is_even = not (material.has_textured_lobe or isinstance(material.coat, Texture))
-        if is_even and not (material.relief or material.anisotropy_map):
-            return material
-        if id(material) not in self._even:
-            even = replace(
-                material,
-                glossy=mean_color(material.glossy),
-                roughness=mean_number(material.roughness),
-                coat=mean_number(material.coat),
-                relief=None,
-                anisotropy_map=None,
-            )
-            self._even[id(material)] = even
-        return self._even[id(material)]
+        return self._even.setdefault(id(material), without_images(material))
 
     @cached_property
     def _uses(self) -> Counter[int]:
@@ -286,10 +280,9 @@ def _paint(gltf: Gltf, part: Part, index: int | None) -> tuple[Part, Material]:
     if not isinstance(material.reflectance, Texture):
         if material.has_textured_lobe:
             note_loss(gltf.losses, LOBES, material.name)
-        if material.relief is not None:
-            note_loss(gltf.losses, "normalTexture", material.name)
-        if material.anisotropy_map is not None:
-            note_loss(gltf.losses, "anisotropyTexture", material.name)
+        for image, lost in _IMAGES_OF_DIRECTIONS.items():
+            if getattr(getattr(material, image), "texture", None) is not None:
+                note_loss(gltf.losses, lost, material.name)
         material = gltf.without_textures(material)
     if mean_color(white.glossy) != mean_color(material.glossy):
         note_loss(gltf.losses, METAL_COLORS, material.name)

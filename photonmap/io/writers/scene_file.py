@@ -17,6 +17,7 @@ from photonmap.runtime.wording import listed
 from photonmap.scene.scene import Scene
 
 _TOML = ".toml"
+_NOT_IN_MTL = ("anisotropy_map", "coat_relief")
 _COMPANIONS = {".obj": (".mtl", _TOML), ".glb": (_TOML,), ".gltf": (".bin", _TOML)}
 """Suffixes of files that scenes are saved as, and of those that may be written beside them."""
 
@@ -91,11 +92,11 @@ def _write_obj(scene: Scene, path: Path, assets: Assets) -> None:
     """Write an OBJ file, and its MTL and TOML."""
     names = write_mtl(scene, path.with_suffix(".mtl"), assets)
     write_obj(scene, path, names)
-    maps = {
-        name: {"anisotropy_map": material.anisotropy_map}
+    kept = {
+        name: {key: value for key in _NOT_IN_MTL if (value := getattr(material, key)) is not None}
         for name, material in name_materials(scene).items()
-        if material.anisotropy_map is not None
     }
+    maps = {name: values for name, values in kept.items() if values}
     lost = [mesh.name for mesh in scene.meshes if mesh.tangents is not None]
     if lost:
         warn(f"OBJ holds no tangents: those of {listed(lost)} will follow from coordinates")

@@ -107,6 +107,20 @@ class BumpMap:
         return find_conflict(self.texture, np.inf)
 
 
+@dataclass(frozen=True)
+class NoRelief:
+    """Nothing: of a clear coat that is smooth over relief."""
+
+    kind: ClassVar[str] = "none"
+    is_height: ClassVar[bool] = False
+    image: ClassVar[None] = None
+    factor: ClassVar[float] = 0.0
+
+    def find_conflict(self) -> str:
+        """Return that nothing is wrong."""
+        return ""
+
+
 def find_conflict(texture: Texture, most: float = 1.0 + 1e-6) -> str:
     """Return what is wrong with an image, if anything."""
     if not isinstance(texture, Texture):

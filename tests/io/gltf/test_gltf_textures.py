@@ -166,6 +166,31 @@ def test_normal_maps(read, build, png):
     assert not relief.texture.image.srgb
 
 
+@pytest.mark.parametrize(
+    ("normals", "kind"),
+    [
+        ({"index": 0, "scale": 0.5}, type(None)),
+        ({"index": 0}, pm.NormalMap),
+        (None, pm.NoRelief),
+    ],
+)
+def test_clear_coats_have_their_own_images(read, build, png, normals, kind):
+    """Those of roughness, and of normals where the surface does not have the same."""
+    coat = {"clearcoatFactor": 1, "clearcoatRoughnessFactor": 0.5}
+    coat |= {"clearcoatRoughnessTexture": {"index": 0}, "clearcoatNormalTexture": normals}
+    coat = {key: value for key, value in coat.items() if value is not None}
+    bumps = {"index": 0, "scale": 0.5}
+    textured(build, {}, normalTexture=bumps, extensions={"KHR_materials_clearcoat": coat})
+    embed(build, png)
+    (mesh,) = read("a.glb", build.glb())
+    rough = mesh.material.coat_roughness
+    np.testing.assert_array_equal(rough.image.texels, TEXELS[..., 1:2])
+    assert (rough.image.srgb, rough.factor) == (False, (0.5,) * 3)
+    assert type(mesh.material.coat_relief) is kind
+    if kind is pm.NormalMap:
+        assert mesh.material.coat_relief.strength == 1.0
+
+
 @pytest.mark.parametrize("scale", ["much", 1e7])
 def test_bad_scales_of_normal_maps(read, build, png, scale):
     textured(build, {}, normalTexture={"index": 0, "scale": scale})

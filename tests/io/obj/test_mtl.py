@@ -1,8 +1,10 @@
 import math
 
+import numpy as np
 import pytest
 
 from photonmap.errors import InputError, SceneWarning
+from photonmap.io.png import encode_png
 from photonmap.io.readers.wavefront.mtl import read_mtl
 from photonmap.scene.material import Material
 
@@ -68,10 +70,16 @@ def test_what_is_not_simulated_is_named(read, statement):
     assert materials["wood"].reflectance == (0.5, 0.5, 0.5)
 
 
-def test_clear_coats(read):
+def test_clear_coats(read, tmp_path):
     materials = read("newmtl a\nKd 0.5\nPc 0.7\nPcr 0.2\nnewmtl b\nKd 0.5\nPc 0\nPcr 0.1\n")
     assert materials["a"] == Material("a", (0.5,) * 3, coat=0.7, coat_roughness=0.2)
     assert not materials["b"].is_coated
+    (tmp_path / "r.png").write_bytes(encode_png(np.zeros((2, 2, 3), np.uint8)))
+    rough = read("newmtl a\nKd 0.5\nPc 0.7\nmap_Pcr r.png\n")["a"].coat_roughness
+    assert not rough.image.srgb
+    with pytest.warns(SceneWarning, match="'map_Pc' of 'a'; 'map_Pcr' of 'a'"):
+        glass = read("newmtl a\nNi 1.5\nillum 7\nmap_Pc r.png\nmap_Pcr r.png\n")["a"]
+    assert glass == Material("a", 0.0, ior=1.5)
     with pytest.warns(SceneWarning, match="'Pc' of 'a'; 'Pcr' of 'a'"):
         glass = read("newmtl a\nNi 1.5\nillum 7\nPc 0.7\nPcr 0.2\n")["a"]
     assert glass == Material("a", 0.0, ior=1.5)

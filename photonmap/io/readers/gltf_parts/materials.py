@@ -22,7 +22,7 @@ from photonmap.runtime.wording import shown
 from photonmap.scene.images import Channels, Image
 from photonmap.scene.material import Material, normal_reflectance
 from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
-from photonmap.scene.surfaces.relief import STEEPEST, NormalMap
+from photonmap.scene.surfaces.relief import STEEPEST, NoRelief, NormalMap
 from photonmap.scene.textures import Paint, Texture, Triple, lie_alike, mean_number
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
@@ -33,7 +33,7 @@ _READ = (
 """Extensions that are simulated, `KHR_materials_…`"""
 _METALLIC = "metallicRoughnessTexture"
 _TEXTURES = ("baseColorTexture", _METALLIC, "emissiveTexture")
-_NORMALS = "normalTexture"
+_NORMALS, _COAT_NORMALS = "normalTexture", "clearcoatNormalTexture"
 _HARMLESS = "occlusionTexture"
 """It stands for what is simulated anyway."""
 METAL_COLORS = "variation of a metal's colour"
@@ -269,19 +269,18 @@ def _gloss(source: _Source, base: Triple | Texture, metallic: float | Texture) -
 
 
 def _clear_coat(source: _Source) -> dict[str, Any]:
-    """Return the clear coat of a surface, if it has one; it follows the relief of its base."""
+    """Return the clear coat of a surface, if it has one, with normals of its own."""
     extension = source.extension("clearcoat")
     amount = source.number(extension, "clearcoatFactor", 0.0)
     roughness = source.number(extension, "clearcoatRoughnessFactor", 0.0)
     if amount == 0.0:
         return {}
-    if extension.get("clearcoatNormalTexture") != source.item.get(_NORMALS):
-        source.lose("clear coat with normals of its own")
     weight = source.times(amount, extension.get("clearcoatTexture"), Channels.red)
     rough = source.times(roughness, extension.get("clearcoatRoughnessTexture"), Channels.green)
-    if isinstance(rough, Texture):
-        source.lose("variation of the roughness of a clear coat")
-    return {"coat": weight, "coat_roughness": mean_number(rough)}
+    look: dict[str, Any] = {"coat": weight, "coat_roughness": rough}
+    if extension.get(_COAT_NORMALS) == source.item.get(_NORMALS):
+        return look
+    return look | {"coat_relief": _normal_map(source, extension, _COAT_NORMALS) or NoRelief()}
 
 
 def _glass(source: _Source) -> dict[str, Any] | None:
@@ -348,16 +347,20 @@ def _attenuation(source: _Source) -> dict[str, Any]:
 
 def _relief(source: _Source) -> dict[str, NormalMap]:
     """Return the normal map of a material that has one."""
-    use = source.item.get(_NORMALS)
+    found = _normal_map(source, source.item, _NORMALS)
+    return {} if found is None else {"relief": found}
+
+
+def _normal_map(source: _Source, holder: Factors, key: str) -> NormalMap | None:
+    """Return the normal map that a JSON object holds under a key."""
+    use = holder.get(key)
     if use is None:
-        return {}
+        return None
     directions = source.textures.data(use, Channels.data, find_placement(source.item), source.lose)
     scale = use.get("scale", 1.0)
     if type(scale) not in (int, float) or not abs(scale) <= STEEPEST:
-        raise source.error("scale of normalTexture", scale, f"a number up to {STEEPEST:g}")
-    if directions is None or scale == 0.0:
-        return {}
-    return {"relief": NormalMap(directions, float(scale))}
+        raise source.error(f"scale of {key}", scale, f"a number up to {STEEPEST:g}")
+    return None if directions is None or scale == 0.0 else NormalMap(directions, float(scale))
 
 
 def _alpha(source: _Source) -> dict[str, float | Texture]:

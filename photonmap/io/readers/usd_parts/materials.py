@@ -80,10 +80,7 @@ class _Surface:
             look = metallic_gloss(base, self.data("metallic", 0.0), lobe, roughness)._asdict()
         coat = self.data("clearcoat", 0.0)
         if not is_black(coat):
-            rough = self.data("clearcoatRoughness", 0.01)
-            if isinstance(rough, Texture):
-                self.stage.lose("variation of clearcoatRoughness", self.prim)
-            look |= {"coat": coat, "coat_roughness": mean_number(rough)}
+            look |= {"coat": coat, "coat_roughness": self.data("clearcoatRoughness", 0.01)}
         if normal := self._texture("normal", Channels.data):
             look["relief"] = NormalMap(normal)
         emission = self.color("emissiveColor", (0.0, 0.0, 0.0))

@@ -59,7 +59,7 @@ def make_material(name: str, draft: Draft) -> Material:
 
 def _own_maps(draft: Draft) -> dict[str, Texture]:
     """Return the textures of a glossy lobe that statements of its own give."""
-    keys = {"glossy": "glossy", "roughness": "roughness", "coat": "Pc"}
+    keys = {"glossy": "glossy", "roughness": "roughness", "coat": "Pc", "coat_roughness": "Pcr"}
     keys |= {"transmission": "transmission"}
     maps = {attribute: draft.maps.get(f"map_{key}") for attribute, key in keys.items()}
     return {attribute: texture for attribute, texture in maps.items() if texture is not None}
@@ -70,6 +70,8 @@ def _leave_out_coat(draft: Draft) -> None:
     for key in ("Pc", "Pcr"):
         if draft.numbers.pop(key, 0.0) != 0.0:
             draft.ignored.append(key)
+        if draft.maps.pop(f"map_{key}", None) is not None:
+            draft.ignored.append(f"map_{key}")
 
 
 def _note_index(draft: Draft) -> None:

@@ -34,6 +34,11 @@ def find_material_changes(wanted: Material, read: Material) -> dict[str, Any]:
         value, other = getattr(wanted, attribute), getattr(read, attribute)
         if isinstance(parameter, Text) or isinstance(value, Texture):
             continue
+        if attribute == "coat_relief":
+            value, other = wanted.own_coat_relief, read.own_coat_relief
+            if type(value) is not type(other):
+                found[attribute] = value
+            continue
         if isinstance(parameter, Part):
             if isinstance(value, BumpMap) or (attribute == "dispersion" and value != other):
                 found[attribute] = value

@@ -39,13 +39,18 @@ def write_material(
     else:
         item = _glass(material, name, draft, textures)
     if isinstance(material.relief, NormalMap):
-        use = textures.data(_multiplied(material.relief.texture))
-        item["normalTexture"] = use | {"scale": material.relief.strength}
-        if material.is_coated:
-            coat = item["extensions"]["KHR_materials_clearcoat"]
-            coat["clearcoatNormalTexture"] = item["normalTexture"]
+        item["normalTexture"] = _normal_map(material.relief, textures)
+    coat = item["extensions"].get("KHR_materials_clearcoat", {})
+    if isinstance(material.own_coat_relief, NormalMap):
+        coat["clearcoatNormalTexture"] = _normal_map(material.own_coat_relief, textures)
+    elif material.own_coat_relief is None and "normalTexture" in item:
+        coat["clearcoatNormalTexture"] = item["normalTexture"]
     extensions = item.pop("extensions") | _emission(material, name, draft, textures, item)
     return {"name": name, **item, **({"extensions": extensions} if extensions else {})}
+
+
+def _normal_map(relief: NormalMap, textures: TextureWriter) -> dict[str, Any]:
+    return textures.data(_multiplied(relief.texture)) | {"scale": relief.strength}
 
 
 def _multiplied(texture: Texture) -> Texture:
@@ -171,7 +176,11 @@ def _clear_coat(material: Material, draft: Draft, textures: TextureWriter) -> di
         coat["clearcoatTexture"] = textures.data(_multiplied(material.coat))
     else:
         coat["clearcoatFactor"] = material.coat
-    coat["clearcoatRoughnessFactor"] = material.coat_roughness
+    if isinstance(material.coat_roughness, Texture):
+        coat["clearcoatRoughnessFactor"] = 1.0
+        coat["clearcoatRoughnessTexture"] = textures.data(_multiplied(material.coat_roughness))
+    else:
+        coat["clearcoatRoughnessFactor"] = material.coat_roughness
     return draft.use("KHR_materials_clearcoat", coat)
 
 
