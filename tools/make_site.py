@@ -27,7 +27,7 @@ GROUPS = {
     ),
     "Results": ("Result",),
     "Scenes": (
-        "Scene", "Mesh", "Material", "Texture", "SpectralTexture", "NormalMap", "AnisotropyMap",
+        "Scene", "Mesh", "Material", "Texture", "SpectralTexture", "NormalMap", "NoRelief", "AnisotropyMap",
         "BumpMap", "Cauchy", "Sellmeier", "NamedGlass",
     ),
     "Cameras": (

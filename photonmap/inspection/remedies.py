@@ -34,7 +34,8 @@ _REMEDIES = (
     (r"clamped in one|coordinates of a further texture", _BAKE),
     (r"mirrored view", "give the camera's node a scale without minus signs"),
     (r"newmtl is repeated", "give each material its own name"),
-    (r"\b(Ks|Ns|Ni|Tf|illum|Ps|halo)\b", f"give mirror, glossy or ior {_TOML}"),
+    (r"\b(Ks|Ns|Ni|Tf|illum|halo)\b", f"give mirror, glossy or ior {_TOML}"),
+    (r"\bsheen\b", f"give diffuse_roughness {_TOML}: it brightens grazing views, if by less"),
     (r"munsell", "give the measured chips with --munsell, or accept the recovered curve"),
     (r"\b(property|element|texture)\b", "export it as glTF or OBJ with materials, if it matters"),
 )

@@ -21,6 +21,8 @@ from photonmap.spectra.tables import read_bytes
 Losses = dict[str, dict[str, None]]
 """What is read but not simulated, and whose it is, in order of appearance."""
 
+SHEEN = "sheen (which brightens cloth where it is seen at grazing angles)"
+"""What is left out of cloth, in whatever format"""
 Note = Callable[[str], None]
 """Takes what is not simulated."""
 Decoder = Callable[[Path, bytes, Losses], Scene]

@@ -98,11 +98,11 @@ GLASS = {
                 "extensions": {
                     "KHR_materials_ior": {"ior": 2.0},
                     "KHR_materials_specular": {"specularFactor": 0.5},
-                    "KHR_materials_sheen": {},
+                    "KHR_materials_iridescence": {},
                 },
             },
             Material("material_0", (0.5,) * 3, glossy=1 / 18, roughness=1.0),
-            "KHR_materials_sheen of 'material_0'",
+            "KHR_materials_iridescence of 'material_0'",
         ),
         (GLASS, Material("material_0", 0.0, ior=1.4, tint=(0.9, 1.0, 1.0), roughness=0.4), None),
         (
@@ -191,9 +191,17 @@ GLASS = {
             "KHR_materials_clearcoat of 'a'",
         ),
         (
-            {"name": "a", "extensions": {"KHR_materials_sheen": {}}},
+            {"name": "a", "extensions": {"KHR_materials_sheen": {"sheenRoughnessFactor": 1}}},
             Material("a"),
-            "KHR_materials_sheen of 'a'",
+            None,
+        ),
+        (
+            {
+                "name": "a",
+                "extensions": {"KHR_materials_sheen": {"sheenColorFactor": [0, 0.1, 0]}},
+            },
+            Material("a"),
+            "sheen (which brightens cloth where it is seen at grazing angles) of 'a'",
         ),
     ],
 )

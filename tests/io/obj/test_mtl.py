@@ -70,6 +70,12 @@ def test_what_is_not_simulated_is_named(read, statement):
     assert materials["wood"].reflectance == (0.5, 0.5, 0.5)
 
 
+def test_a_warning_says_what_sheen_would_do(read):
+    wanted = r"'Ps' of 'a', 'b': sheen \(which brightens cloth where it is seen at grazing angles\)"
+    with pytest.warns(SceneWarning, match=f"not simulated: {wanted}"):
+        read("newmtl a\nKd 0.5\nPs 0.7\nnewmtl b\nPs 0.1\nnewmtl c\nPs 0\n")
+
+
 def test_clear_coats(read, tmp_path):
     materials = read("newmtl a\nKd 0.5\nPc 0.7\nPcr 0.2\nnewmtl b\nKd 0.5\nPc 0\nPcr 0.1\n")
     assert materials["a"] == Material("a", (0.5,) * 3, coat=0.7, coat_roughness=0.2)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from photonmap.errors import InputError
-from photonmap.io.readers.decoding import Losses, note_loss
+from photonmap.io.readers.decoding import SHEEN, Losses, note_loss
 from photonmap.io.readers.gltf_parts.textures import Textures, find_placement
 from photonmap.io.readers.metallic import (
     USUAL_INDEX,
@@ -153,8 +153,10 @@ def read_material(
         if key.endswith("Texture") and key not in (*_TEXTURES, _NORMALS, _HARMLESS):
             source.lose(key)
     for extension in item.get("extensions", ()):
-        if extension.removeprefix("KHR_materials_") not in _READ:
+        if extension.removeprefix("KHR_materials_") not in (*_READ, "sheen"):
             source.lose(extension)
+    if any(source.extension("sheen").get("sheenColorFactor", ())):
+        source.lose(SHEEN)
     look = _glass(source) or _opaque(source)
     if "coat" not in look and source.extension("clearcoat").get("clearcoatFactor", 0.0):
         source.lose("KHR_materials_clearcoat")

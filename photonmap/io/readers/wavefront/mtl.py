@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from photonmap.errors import InputError, naming, warn
+from photonmap.io.readers.decoding import SHEEN
 from photonmap.io.readers.registry import MissingTextures
 from photonmap.io.readers.wavefront.draft import Draft
 from photonmap.io.readers.wavefront.gloss import NUMBERS, has_exponent
@@ -43,6 +44,8 @@ _OPACITIES = ("d", "Tr")
 _MODEL = "illum"
 _OFTEN_WRONG = ("Ni", "Ns")
 """Statements that exporters without a value for them write as -1, or 0."""
+_MEANING = {"Ps": f": {SHEEN}", "map_Ps": f": {SHEEN}"}
+"""Of statements that are not simulated, what they would do"""
 _NEUTRAL = {"d": 1.0, "Ps": 0.0}
 """Numbers that change nothing, of statements that are not simulated."""
 
@@ -350,7 +353,10 @@ def _warn_of_changes(source: Source, drafts: dict[str, Draft], repeated: list[st
         for keyword in draft.ignored:
             ignored.setdefault(keyword, {})[name] = None
     if ignored:
-        uses = [f"{shown(keyword)} of {listed(names)}" for keyword, names in ignored.items()]
+        uses = [
+            f"{shown(keyword)} of {listed(names)}{_MEANING.get(keyword, '')}"
+            for keyword, names in ignored.items()
+        ]
         warn(f"{source.path}: not simulated: {'; '.join(uses)}")
     for keyword in _PARAMETERS:
         if clamped := [name for name, draft in drafts.items() if keyword in draft.clamped]:

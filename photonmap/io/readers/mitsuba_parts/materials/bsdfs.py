@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from photonmap.io.readers.decoding import SHEEN
 from photonmap.io.readers.metallic import metallic_gloss, stretched
 from photonmap.io.readers.mitsuba_parts.colors import as_rgb, combined
 from photonmap.io.readers.mitsuba_parts.context import Context
@@ -212,7 +213,7 @@ def _principled(bsdfs: Bsdfs, node: Node) -> Look:
     roughness = _fraction_map(context, node, "roughness", 0.5)
     for name in _LOBES:
         if read_scalar(context, node, name, 0.0) != 0.0:
-            context.lose(name, node)
+            context.lose(SHEEN if name == "sheen" else name, node)
     node.read.update(_TINTS)
     layer = _clear_coat(context, node)
     coat = 0.08 * _fraction(context, node, "specular", 0.5)
