@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from photonmap.scene.camera import Camera
     from photonmap.scene.lens import Lens
     from photonmap.scene.light_parts.area_light import AreaLight
-    from photonmap.scene.light_parts.daylight import SkyLight, SunLight
+    from photonmap.scene.light_parts.daylight import OvercastLight, SkyLight, SunLight
     from photonmap.scene.lights import (
         DirectionalLight,
         DomeLight,
@@ -85,6 +85,7 @@ __all__ = [
     "NamedGlass",
     "NoRelief",
     "NormalMap",
+    "OvercastLight",
     "Panorama",
     "Photo",
     "PhotometricLight",
@@ -148,6 +149,7 @@ _HOMES = {
     "Mesh": "scene.mesh",
     "Scene": "scene.scene",
     "AreaLight": "scene.light_parts.area_light",
+    "OvercastLight": "scene.light_parts.daylight",
     "SkyLight": "scene.light_parts.daylight",
     "SunLight": "scene.light_parts.daylight",
     "DirectionalLight": "scene.lights",

@@ -27,15 +27,15 @@ GROUPS = {
     ),
     "Results": ("Result",),
     "Scenes": (
-        "Scene", "Mesh", "Material", "Texture", "SpectralTexture", "NormalMap", "NoRelief", "AnisotropyMap",
-        "BumpMap", "Cauchy", "Sellmeier", "NamedGlass",
+        "Scene", "Mesh", "Material", "Texture", "SpectralTexture", "NormalMap", "NoRelief",
+        "AnisotropyMap", "BumpMap", "Cauchy", "Sellmeier", "NamedGlass",
     ),
     "Cameras": (
         "Camera", "Lens", "Intrinsics", "Fisheye", "FisheyeIntrinsics", "Panorama", "RayMap",
     ),
     "Lights": (
         "PointLight", "SpotLight", "PhotometricLight", "DirectionalLight", "DomeLight",
-        "SunLight", "SkyLight",
+        "SunLight", "SkyLight", "OvercastLight",
         "EnvironmentLight", "AreaLight",
     ),
     "Photos": ("expose", "Sensor", "Photo", "load_sensor", "save_photo", "load_photo"),

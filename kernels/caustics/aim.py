@@ -12,6 +12,7 @@ from photonmap.kernels.core.jit import jit
 from photonmap.kernels.lights.infinite import start_at
 from photonmap.kernels.lights.kinds import DIRECTIONAL, DOME, emit, emitted
 from photonmap.kernels.lights.photons import send
+from photonmap.kernels.lights.portal import position_on
 from photonmap.kernels.lights.samples import PhotonStart
 
 MIDDLE = (0.5, 0.5)
@@ -57,7 +58,9 @@ def _towards(geometry, lights, emitter, guide, sums, start, position, direction)
         elif k == chosen or 1.0 - vec.dot(axis, towards) <= versine:
             density += guide.importance[k]
     weight = intensity * whole / density if density > 0.0 else 0.0
-    return PhotonStart(weight, start.position, start.origin, towards), chosen
+    seen = vec.scale(towards, -1.0)
+    place = position_on(lights, lights.environment, emitter, start.position, seen)
+    return PhotonStart(weight, place, start.origin, towards), chosen
 
 
 @jit

@@ -247,6 +247,8 @@ class Environment(NamedTuple):
     """(H + 1,) float64, y at the edges of the rows, from 1 to -1"""
     rotation: float
     """of the map about +y, counter-clockwise seen from above, 1 for a full turn"""
+    row: int
+    """of `Lights.spectra`, that of the dome, or of the portals that show the map in its place"""
 
 
 NODE_CENTER, NODE_AXIS, NODE_SQUARED_RADIUS, NODE_STRENGTH, NODE_CONE, NODE_REACH = 0, 3, 6, 7, 8, 9
@@ -304,8 +306,7 @@ class Lights(NamedTuple):
     spectrum: np.ndarray
     """(K,) int32, row of `spectra`"""
     spectra: np.ndarray
-    """(R, N) float32: radiance, intensity (POINT and its kin) or irradiance (DIRECTIONAL); of an
-    environment or a texture the mean"""
+    """(R, N) float32: radiance, intensity (POINT …) or irradiance (DIRECTIONAL); of maps, means"""
     cdf: np.ndarray
     """(K,) float64, CDF of the emitters, in proportion to power for the most part"""
     dome: int

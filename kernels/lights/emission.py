@@ -9,6 +9,7 @@ from photonmap.kernels.core.jit import jit
 from photonmap.kernels.geometry.interaction import side_of
 from photonmap.kernels.geometry.texture import coordinates, look_up
 from photonmap.kernels.lights.environment import radiance_of, texel_at
+from photonmap.kernels.lights.portal import position_on
 from photonmap.kernels.lights.samples import NOWHERE
 
 # Numba leaves out a branch on None only where it is an argument of the function itself.
@@ -33,8 +34,10 @@ def visible_emitter(geometry, lights, hit, direction):
     """Return (emitter, position on it) of what a ray hits, (-1, …) for none."""
     if hit.triangle < 0:
         return lights.dome, _position_on_dome(lights.environment, direction)
-    side = side_of(geometry, hit.triangle, direction)
-    return (geometry.emitter[hit.triangle] if side == 0 else -1), (hit.u, hit.v)
+    emitter = geometry.emitter[hit.triangle]
+    if emitter < 0 or side_of(geometry, hit.triangle, direction) != 0:
+        return -1, (hit.u, hit.v)
+    return emitter, position_on(lights, lights.environment, emitter, (hit.u, hit.v), direction)
 
 
 @jit
@@ -51,7 +54,7 @@ def emission_of(lights, emitter, position):
 @jit
 def _emission(lights, environment, textures, emitter, position):
     row = lights.spectrum[emitter]
-    if environment is not None and emitter == lights.dome:
+    if environment is not None and row == environment.row:
         r, g, b = radiance_of(environment, position)
         return Emission(row, np.int64(MAP), (np.float64(r), np.float64(g), np.float64(b)))
     if textures is None or textures.slot[row] < 0:

@@ -22,7 +22,8 @@ class LightSample(NamedTuple):
     pdf: float
     """density per steradian, to weigh against scattered rays; 0 where these cannot hit it"""
     position: tuple
-    """barycentrics on an emitting triangle, or the texel (row, column) of an environment map"""
+    """barycentrics on an emitting triangle; of an environment map, and of portals to it, the texel
+    (row, column)"""
 
 
 class PhotonStart(NamedTuple):
@@ -31,7 +32,8 @@ class PhotonStart(NamedTuple):
     weight: float
     """flux for an emission of 1"""
     position: tuple
-    """barycentrics on an emitting triangle, or the texel (row, column) of an environment map"""
+    """barycentrics on an emitting triangle; of an environment map, and of portals to it, the texel
+    (row, column)"""
     origin: tuple
     direction: tuple
 

@@ -12,6 +12,7 @@ from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.geometry.interaction import offset, point_at
 from photonmap.kernels.geometry.opacity import opacity_at
+from photonmap.kernels.lights.portal import position_on
 from photonmap.kernels.lights.samples import LightSample, PhotonStart, no_sample
 
 TINY = 1e-30
@@ -154,7 +155,8 @@ def sample_towards(geometry, lights, emitter, surface, u, v):
         return no_sample(direction)
     even = warp.uniform_triangle_pdf(lights.area[emitter]) * squared / facing
     weight = opacity / (even * density)
-    return LightSample(segment, BEFORE_LAMP, direction, weight, even, (b1, b2))
+    position = position_on(lights, lights.environment, emitter, (b1, b2), direction)
+    return LightSample(segment, BEFORE_LAMP, direction, weight, even, position)
 
 
 @jit
@@ -173,7 +175,8 @@ def emit(geometry, lights, emitter, position, direction):
     spot = warp.uniform_triangle(position[0], position[1])
     origin, normal, opacity = _emitting_point(geometry, lights.triangle[emitter], spot)
     direction = vec.from_frame(warp.cosine_hemisphere(direction[0], direction[1]), normal)
-    return PhotonStart(math.pi * lights.area[emitter] * opacity, spot, origin, direction)
+    seen = position_on(lights, lights.environment, emitter, spot, vec.scale(direction, -1.0))
+    return PhotonStart(math.pi * lights.area[emitter] * opacity, seen, origin, direction)
 
 
 @jit

@@ -141,7 +141,7 @@ def leave_out(compiled: CompiledScene, plan: EffectPlan) -> CompiledScene:
 def _darken_sky(lights: Lights, environment: Environment) -> Lights:
     """Return the lights with a black sky."""
     spectra = lights.spectra.copy()
-    spectra[lights.spectrum[lights.dome]] = 0.0
+    spectra[environment.row] = 0.0
     dark = environment._replace(basis=np.zeros_like(environment.basis))
     return lights._replace(environment=dark, spectra=spectra)
 

@@ -187,7 +187,7 @@ class _Carrier:
             group_of_row[row] = compiled.light_groups[emitter]
         environment, textures = lights.environment, lights.emission_textures
         if environment is not None:
-            sky = [compiled.light_groups[lights.dome]] * 3
+            sky = [group_of_row[environment.row]] * 3
             environment = environment._replace(basis=self.shine(environment.basis, sky))
         if textures is not None:
             owners = [group_of_row[row] for row in np.flatnonzero(textures.slot >= 0)]

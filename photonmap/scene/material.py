@@ -52,6 +52,7 @@ class Material:
     name : used in warnings and records
     reflectance : diffuse albedo in [0, 1]; glass has none
     emission : radiance leaving the front (counter-clockwise) side, W·m⁻²·sr⁻¹
+    portal : whether its front shows the sky or dome, whose light then comes through portals alone
     mirror : reflectance of a mirror, alone or as a coat; with `reflectance` 1 at most
     ior : index of refraction of the inside relative to air; None for anything but glass. Below 1
         it is relative to what is around
@@ -96,9 +97,8 @@ class Material:
 
     A colour is a number (a constant spectrum), a linear RGB triple, or a `Spectrum`; reflectance,
     emission, alpha, glossy, roughness, coat, coat_roughness, tint and transmission may be a
-    `Texture`.
-    The annotations declare ranges and the keys of TOML and MTL files, which checks, readers and
-    writers follow (`photonmap.scene.parameters`).
+    `Texture`. Annotations declare ranges and the keys of TOML and MTL files, which checks, readers
+    and writers follow (`photonmap.scene.parameters`).
     """
 
     name: str = "grey"
@@ -188,6 +188,7 @@ class Material:
         Cauchy | Sellmeier | NamedGlass | None,
         Part("dispersion", kinds={kind.kind: kind for kind in (Cauchy, Sellmeier, NamedGlass)}),
     ] = None
+    portal: Annotated[bool, Flag(mtl="portal")] = False
 
     def __post_init__(self) -> None:
         """Take the index from the dispersion where it is not given."""

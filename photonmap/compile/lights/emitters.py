@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from photonmap.compile.cdf import make_cdf
 from photonmap.compile.frame import Frame
 from photonmap.compile.lights.default_light import AMBIENT, default_sky
-from photonmap.compile.lights.environment import Sky, compile_sky
+from photonmap.compile.lights.environment import MappedLight, Sky, compile_sky
 from photonmap.compile.lights.light_tree import EmitterBounds, grow_tree
 from photonmap.compile.lights.probabilities import mix_uniform
 from photonmap.compile.textures import TextureTable
@@ -18,8 +18,8 @@ from photonmap.compile.triangles import triangle_areas
 from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.core.records import Geometry, Lights, LightTree, Profiles
 from photonmap.kernels.lights.kinds import INFINITE_KINDS, KINDS, POSITION_KINDS, TRIANGLE
+from photonmap.runtime.wording import listed
 from photonmap.scene.camera import Camera
-from photonmap.scene.light_parts.daylight import SkyLight
 from photonmap.scene.lights import (
     DomeLight,
     EnvironmentLight,
@@ -32,8 +32,6 @@ from photonmap.scene.material import Material
 from photonmap.scene.textures import Paint, mean_color
 from photonmap.spectra.bands import Bands
 
-_MAPPED = EnvironmentLight | SkyLight
-"""Lights that differ by direction all around."""
 DIMMEST, BRIGHTEST = 1e-30, 1e30
 """Power of all lights, W·m⁻²·sr⁻¹ times the square of the scene's size: images are float32."""
 
@@ -66,6 +64,8 @@ class _Shining(NamedTuple):
 
     lights: list[Light]
     sky: Sky | None
+    dome: int
+    """which of them is all around, -1 for none"""
 
 
 class _Layout(NamedTuple):
@@ -107,23 +107,30 @@ def compile_lights(
     """
     material = geometry.material
     emission = np.stack([emission_of(m.emission, bands, f"material {m.name!r}") for m in materials])
-    emitting = np.flatnonzero(emission[material].any(axis=1))
-    area_names = [materials[material[triangle]].name for triangle in emitting]
+    area_names = [materials[k].name for k in material[emission[material].any(axis=1)]]
     shining = _find_shining(lights, area_names, bands, camera)
-    layout = _lay_out(geometry, emitting, shining.lights, frame)
-    row = np.concatenate([material[emitting], len(emission) + np.arange(len(shining.lights))])
+    opens = _find_portals(materials, emission, shining.dome >= 0)
+    emitting = np.flatnonzero((emission.any(axis=1) | opens)[material])
+    rest = [k for k in range(len(shining.lights)) if k != shining.dome or not opens.any()]
+    layout = _lay_out(geometry, emitting, [shining.lights[k] for k in rest], frame)
+    row = np.concatenate([material[emitting], len(emission) + np.array(rest, int)])
+    row[: len(emitting)][opens[material[emitting]]] = len(emission) + shining.dome
     spectra = np.concatenate(
         [emission, *(_spectrum(light, shining.sky, bands)[None] for light in shining.lights)]
     )
     spectra[row[np.isin(layout.kind, POSITION_KINDS)]] /= frame.size * frame.size
-    names = area_names + [light.name for light in shining.lights]
-    record, flux = _record(geometry, layout, names, row, spectra, shining.sky)
+    described = _descriptions(materials, shining.lights)
+    names, groups = ([described[k][part] for k in row] for part in (0, 1))
+    record, flux = _record(geometry, layout, names, row, spectra)
+    if shining.sky and shining.dome >= 0:
+        record = record._replace(
+            environment=shining.sky.record(float(flux.sum()), len(emission) + shining.dome)
+        )
     power = float(flux.sum())
     total = layout.extent @ spectra[row]
     emission_textures = textures.emission_textures(bands, power, len(spectra), geometry)
     of_triangle = np.full(len(material), -1, np.int32)
     of_triangle[emitting] = np.arange(len(emitting))
-    groups = area_names + [light.group or light.name for light in shining.lights]
     record = record._replace(emission_textures=emission_textures)
     return Emitters(record, names, groups, of_triangle, flux, total / total.mean())
 
@@ -134,9 +141,8 @@ def _record(
     names: list[str],
     row: NDArray[np.int64],
     spectra: NDArray[np.float64],
-    sky: Sky | None,
 ) -> tuple[Lights, NDArray[np.float64]]:
-    """Return what kernels take, without textures, and the power of each emitter."""
+    """Return what kernels take, without maps and textures, and the power of each emitter."""
     mean = spectra[row].mean(axis=1)
     flux, power = _measure_power(layout.extent, mean)
     cdf = make_cdf(mix_uniform(flux, names))
@@ -153,7 +159,7 @@ def _record(
         cdf=cdf,
         dome=int(dome[0]) if len(dome) else -1,
         radius=_radius(geometry),
-        environment=sky.record(power) if sky and len(dome) else None,
+        environment=None,
         profiles=layout.profiles,
         emission_textures=None,
         tree=_grow_tree(geometry, layout, mean, cdf),
@@ -161,16 +167,47 @@ def _record(
     return record, flux
 
 
+def _descriptions(materials: Sequence[Material], lights: Sequence[Light]) -> list[tuple[str, str]]:
+    """Return the name and the group of what each row of `Lights.spectra` belongs to."""
+    named = [(material.name, material.name) for material in materials]
+    return named + [(light.name, light.group or light.name) for light in lights]
+
+
+def _find_portals(
+    materials: Sequence[Material], emission: NDArray[np.float64], has_dome: bool
+) -> NDArray[np.bool_]:
+    """Return which materials are portals that let light in, (M,).
+
+    Parameters
+    ----------
+    emission : of the materials by themselves, (M, N)
+    has_dome : whether there is light all around for them to show
+
+    Raises
+    ------
+    InputError : a portal emits by itself, too
+    """
+    portals = np.array([material.portal for material in materials])
+    for index in np.flatnonzero(portals & emission.any(axis=1)).tolist():
+        raise InputError(
+            f"material {materials[index].name!r} is a portal, and has an emission; remove one"
+        )
+    if portals.any() and not has_dome:
+        names = listed(material.name for material in materials if material.portal)
+        warn(f"portals ({names}) are black: there is no sky, environment or dome for them to show")
+    return portals & has_dome
+
+
 def _find_shining(
     lights: Sequence[Light], area_names: Sequence[str], bands: Bands, camera: Camera
 ) -> _Shining:
     """Return the lights that are not black, with names; the default light where nothing emits."""
     named = name_lights([check_light(light) for light in lights], area_names)
-    skies = [light for light in named if isinstance(light, DomeLight | _MAPPED)]
+    skies = [light for light in named if isinstance(light, DomeLight | MappedLight)]
     if len(skies) > 1:
         both = f"{skies[0].name!r} and {skies[1].name!r}"
         raise InputError(f"a scene has one dome or environment at most: leave one of {both} out")
-    sky = next((compile_sky(s, bands) for s in skies if isinstance(s, _MAPPED)), None)
+    sky = next((compile_sky(s, bands) for s in skies if isinstance(s, MappedLight)), None)
     shining = [light for light in named if _spectrum(light, sky, bands).any()]
     if not shining and not area_names:
         warn(
@@ -178,8 +215,9 @@ def _find_shining(
             "a soft key light from above and to the left of the camera"
         )
         sky = default_sky(camera, bands)
-        return _Shining([EnvironmentLight(sky.texels, name="default")], sky)
-    return _Shining(shining, sky)
+        return _Shining([EnvironmentLight(sky.texels, name="default")], sky, 0)
+    around = [k for k, light in enumerate(shining) if isinstance(light, DomeLight | MappedLight)]
+    return _Shining(shining, sky, around[0] if around else -1)
 
 
 def _radius(geometry: Geometry) -> float:
@@ -281,6 +319,7 @@ def emission_of(color: Paint, bands: Bands, owner: str) -> NDArray[np.float64]:
 
 def _spectrum(light: Light, sky: Sky | None, bands: Bands) -> NDArray[np.float64]:
     """Return a light's amount in each band, (N,): of an environment the mean."""
-    if isinstance(light, _MAPPED) and sky:
+    if isinstance(light, MappedLight) and sky and light.color_attribute is None:
         return sky.mean
-    return emission_of(light.color, bands, f"light {light.name!r}")
+    amount = emission_of(light.color, bands, f"light {light.name!r}")
+    return sky.mean if isinstance(light, MappedLight) and sky else amount

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from photonmap.compile.cdf import make_cdf
 from photonmap.errors import naming
 from photonmap.kernels.core.records import Environment
-from photonmap.scene.light_parts.daylight import SkyLight
+from photonmap.scene.light_parts.daylight import OvercastLight, SkyLight
 from photonmap.scene.lights import EnvironmentLight
 from photonmap.scene.panorama import check_panorama, read_panorama
 from photonmap.spectra.bands import Bands
@@ -39,19 +39,27 @@ class Sky:
         rows = self.texels.mean(axis=1, dtype=np.float64)
         return -0.5 * np.diff(self.cosines) @ rows @ self.basis
 
-    def record(self, power: float) -> Environment:
-        """Return what kernels take; radiances are divided by `power`."""
+    def record(self, power: float, row: int) -> Environment:
+        """Return what kernels take; radiances are divided by `power`, `row` has their mean."""
         # Texels of one row cover the same solid angle.
         light = self.texels @ (self.basis.mean(axis=1) / self.basis.max())
         rows = make_cdf(light.sum(axis=1, dtype=np.float64) * -np.diff(self.cosines))
         basis = (self.basis / power).astype(np.float32, order="C")
-        return Environment(self.texels, basis, rows, make_cdf(light), self.cosines, self.rotation)
+        return Environment(
+            self.texels, basis, rows, make_cdf(light), self.cosines, self.rotation, row
+        )
 
 
-def compile_sky(light: EnvironmentLight | SkyLight, bands: Bands) -> Sky:
-    """Read a checked light's map, or compute that of a clear sky."""
+MappedLight = EnvironmentLight | SkyLight | OvercastLight
+"""Lights that differ by direction all around."""
+
+
+def compile_sky(light: MappedLight, bands: Bands) -> Sky:
+    """Read a checked light's map, or compute that of a sky."""
     if isinstance(light, SkyLight):
         return _clear_sky(light, bands)
+    if isinstance(light, OvercastLight):
+        return _overcast(light, bands)
     label = f"light {light.name or light.kind!r}"
     if isinstance(light.image, str | PathLike):
         with naming(label):
@@ -72,6 +80,15 @@ def _clear_sky(light: SkyLight, bands: Bands) -> Sky:
         rgb = integrate_products(eye.wavelengths, eye.matching, wavelengths, curves).T
         texels, basis = np.maximum(texels @ rgb, 0.0).astype(np.float32), np.eye(3)
     return Sky(texels, basis * light.scale, _row_cosines(texels), 0.0)
+
+
+def _overcast(light: OvercastLight, bands: Bands) -> Sky:
+    """Return a sky whose map counts one colour, the zenith's."""
+    amounts = light.amounts()
+    texels = np.stack([amounts, *[np.zeros_like(amounts)] * 2], axis=-1)
+    basis = np.zeros((3, bands.count))
+    basis[0] = bands.emission(light.radiance)
+    return Sky(texels, basis, _row_cosines(texels), 0.0)
 
 
 def _row_cosines(texels: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -34,7 +34,7 @@ def light_colors(scene: Scene, groups: Iterable[str], bands: Bands) -> Colors:
     for light in scene.lights:
         group = light.group or light.name or light.kind
         if group in paints:
-            mapped = isinstance(light, EnvironmentLight | SkyLight)
+            mapped = isinstance(light, EnvironmentLight | SkyLight)  # not under clouds
             paints[group].append(None if mapped else light.color)
     return {group: _common_color(found, bands) for group, found in paints.items()}
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,24 +34,12 @@ _SAMPLES = 64
 _NEAREST, _ABOVE = 0.1, 1e-3
 """Least distance to an emitter that counts, and how far above surfaces rays begin, metres."""
 
+Radiance = Callable[[Floats], Floats]
+"""Returns the radiance seen in directions, (..., 3), as (...)."""
 
-def light_received(
-    objects: Sequence[SceneObject], camera: Camera, groups: Sequence[str], closed: bool = True
-) -> dict[str, Floats]:
-    """Return what light groups send to the points that a camera sees, evenly over its image.
 
-    Parameters
-    ----------
-    objects : of a scene, emitters included
-    groups : of lights
-    closed : whether the scene is a room, where light stays
-
-    Returns
-    -------
-    irradiance of the points, (P,) W·m⁻², if a group emits 1 W·m⁻²·sr⁻¹, by group
-    """
-    meter = LightMeter(objects, camera, closed)
-    return {group: meter.irradiance(group) for group in groups}
+def _evenly(directions: Floats) -> Floats:
+    return np.ones(directions.shape[:-1])
 
 
 class LightMeter:
@@ -79,8 +67,8 @@ class LightMeter:
         self._normals = normals * -np.sign((normals * ways[seen]).sum(axis=1, keepdims=True))
         self._points = origin + distances[seen, None] * ways[seen] + _ABOVE * self._normals
 
-    def irradiance(self, group: str) -> Floats:
-        """Return the irradiance of the points, (P,), if a group has a radiance of 1."""
+    def irradiance(self, group: str, radiance: Radiance = _evenly) -> Floats:
+        """Return the irradiance of the points, (P,), by the radiance seen in the group."""
         emitters = joined([p.shape for p in self._parts if p.light_group == group])
         ends, normals = _spread(emitters.vertices[emitters.faces])
         way = ends - self._points[:, None]
@@ -88,16 +76,17 @@ class LightMeter:
         cosines = np.maximum((way * self._normals[:, None]).sum(axis=2), 0.0)
         cosines *= np.maximum(-(way * normals).sum(axis=2), 0.0)
         clear = self._rays.is_clear(self._points, ends)
-        direct = (cosines / square**2 * clear).sum(axis=1) * emitters.area / _SAMPLES
-        return direct + math.pi * emitters.area * self._gain()
+        seen = cosines / square**2 * clear * radiance(normalised(way))
+        leaving = radiance(_by_cosine(-normals)).mean()
+        direct = seen.sum(axis=1) * emitters.area / _SAMPLES
+        return direct + math.pi * emitters.area * leaving * self._gain()
 
-    def from_sky(self) -> Floats:
-        """Return the irradiance of the points, (P,), from a sky of radiance 1 above the horizon."""
-        number = np.arange(_SAMPLES) + 0.5
-        y, turn = number / _SAMPLES, number * math.pi * (1.0 + math.sqrt(5.0))
-        ring = np.sqrt(1.0 - y * y)
-        ways = np.stack([ring * np.cos(turn), y, ring * np.sin(turn)], axis=1)
-        return 2.0 * math.pi * np.mean([self.from_afar(way) for way in ways], axis=0)
+    def from_sky(self, radiance: Radiance) -> Floats:
+        """Return the irradiance of the points, (P,), by the radiance of the sky."""
+        ways = _fibonacci((np.arange(_SAMPLES) + 0.5) / _SAMPLES)
+        amounts = radiance(ways)
+        received = [a * self.from_afar(way) for a, way in zip(amounts, ways, strict=True)]
+        return 2.0 * math.pi * np.mean(received, axis=0)
 
     def from_afar(self, towards: Floats) -> Floats:
         """Return the irradiance of the points, (P,), from a sun of irradiance 1 in a direction."""
@@ -112,6 +101,22 @@ class LightMeter:
         areas = np.array([part.shape.area for part in self._parts])
         mean = float(areas @ [reflectance_of(part.material) for part in self._parts] / areas.sum())
         return mean / (1.0 - mean) / float(areas.sum())
+
+
+def _fibonacci(heights: Floats) -> Floats:
+    """Return unit vectors of evenly falling heights, y, on a spiral, (M, 3)."""
+    ring = np.sqrt(1.0 - heights * heights)
+    turn = (np.arange(len(heights)) + 0.5) * math.pi * (1.0 + math.sqrt(5.0))
+    return np.stack([ring * np.cos(turn), heights, ring * np.sin(turn)], axis=1)
+
+
+def _by_cosine(normals: Floats) -> Floats:
+    """Return directions about `_SAMPLES` normals, (M, 3), distributed by the cosine.
+
+    The sum of a normal and a point of the unit sphere is; strides mix those of several emitters.
+    """
+    sphere = _fibonacci(1.0 - 2.0 * (np.arange(_SAMPLES) + 0.5) / _SAMPLES)
+    return normalised(normals + sphere[np.arange(_SAMPLES) * 37 % _SAMPLES])
 
 
 def _spread(corners: Floats) -> tuple[Floats, Floats]:

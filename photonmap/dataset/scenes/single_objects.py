@@ -37,7 +37,7 @@ from photonmap.dataset.models.shapes import (
 )
 from photonmap.dataset.models.toys import ring_tower
 from photonmap.dataset.models.vessels import FINE, bowl_shape, cup_shapes, vase_shape
-from photonmap.dataset.scenes.exposure import light_received
+from photonmap.dataset.scenes.exposure import LightMeter
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
 from photonmap.scene.camera import Camera
 
@@ -172,7 +172,8 @@ def build_object(name: str, rng: Random, palette: Palette) -> UnlitScene:
             SceneObject(group, [Part(panel(position, center, side), palette.grey(2), group)])
         )
     objects = with_lightness([backdrop, obj, *panels], palette.lightness)
-    received = light_received(objects, camera, list(_LIGHTS), closed=False)
+    meter = LightMeter(objects, camera, closed=False)
+    received = {group: meter.irradiance(group) for group in _LIGHTS}
     return UnlitScene(name, objects, camera, received, ("backdrop", *_LIGHTS))
 
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.dataset.models.scene_object import SceneObject, to_meshes, with_unique_names
-from photonmap.dataset.scenes.exposure import SKY, set_levels
+from photonmap.dataset.scenes.exposure import set_levels
 from photonmap.dataset.scenes.illumination import Illumination, is_sky, light_spectrum
-from photonmap.dataset.scenes.outdoors.open_sky import OpenSky
+from photonmap.dataset.scenes.open_sky import OpenSky
 from photonmap.scene.camera import Camera
 from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
@@ -31,7 +31,8 @@ class UnlitScene:
     received : irradiance of what the camera sees, (P,), for each light group at a luminance of 1,
         the main group first, see `photonmap.dataset.scenes.exposure`
     backdrop : names of the kinds of objects that form the surroundings, such as walls
-    sky : above a place outdoors, of light group "sky"; None in rooms
+    sky : above a place outdoors, or beyond the windows of a room, whose panes are of its light
+        group; None for single objects
     """
 
     name: str
@@ -62,11 +63,12 @@ class UnlitScene:
         received, lights = dict(self.received), list[Light]()
         skies = filter(is_sky, illumination.colors)
         if self.sky and (first := next(skies, None)):
-            received[SKY] = self.sky.received(first)
+            received[self.sky.group] = self.sky.received(first)
         emitters = dict[str, Material]()
         for color, level, groups in set_levels(illumination, received):
-            if self.sky and groups[0] == SKY:
+            if self.sky and groups[0] == self.sky.group:
                 lights += self.sky.lights(color, level)
+                emitters[groups[0]] = Material(f"{groups[0]} pane", 0.0, portal=True)
             else:
                 made = Material(groups[0], 0.0, light_spectrum(color) * level)
                 emitters |= dict.fromkeys(groups, made)

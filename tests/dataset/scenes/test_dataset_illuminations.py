@@ -89,6 +89,11 @@ def test_windows_take_the_colour_of_a_sky(colors, groups, lit):
         assert share == pytest.approx(MAIN_SHARE if first else usual)
 
 
+def is_lit(mesh):
+    """Return whether it emits, or shows the sky."""
+    return mesh.material.portal or luminance(mesh.material.emission) > 0.0
+
+
 @pytest.mark.parametrize("name", ["living_room", "kitchen"])
 @pytest.mark.parametrize("light", ["two_mixed", "colored"])
 def test_windows_are_dark_where_no_light_is_a_sky(name, light):
@@ -97,8 +102,9 @@ def test_windows_are_dark_where_no_light_is_a_sky(name, light):
     unlit = build_unlit_scene(name, 0)
     for sodium in (colors if not any(map(is_sky, colors)) else ("HPS",), ("HPS", "LED-B3")):
         scene = unlit.lit(Illumination("night", sodium))
-        emitting = {m.name for m in scene.meshes if luminance(m.material.emission) > 0.0}
+        emitting = {m.name for m in scene.meshes if is_lit(m)}
         assert emitting
+        assert not scene.lights
         assert not any(each.startswith("window") for each in emitting)
 
 
@@ -121,12 +127,10 @@ def test_scenes_have_a_group_for_every_light_that_is_drawn(name):
     unlit = build_unlit_scene(name, 3)
     assert len(unlit.received) >= MOST_LIGHTS
     scene = unlit.lit(draw_illumination(name, 3, f"random_{MOST_LIGHTS}"))
-    emitters = {id(m.material) for m in scene.meshes if luminance(m.material.emission) > 0.0}
-    assert len(emitters) == MOST_LIGHTS
+    assert len({id(m.material) for m in scene.meshes if is_lit(m)}) == MOST_LIGHTS
     windows = [m for m in scene.meshes if m.name.startswith("window")]
-    assert len({m.material.name for m in windows if luminance(m.material.emission) > 0.0}) == bool(
-        windows
-    )
+    assert len({m.material.name for m in windows if m.material.portal}) == bool(windows)
+    assert len(scene.lights) == bool(windows)
 
 
 @pytest.mark.parametrize(

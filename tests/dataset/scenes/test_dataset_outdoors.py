@@ -13,8 +13,7 @@ from photonmap.dataset.scenes.illumination import CLEAR_SKY, Illumination, clear
 from photonmap.dataset.scenes.outdoors.catalogue import OUTDOORS
 from photonmap.dataset.scenes.random_lights import MOST_LIGHTS
 from photonmap.errors import InputError
-from photonmap.scene.light_parts.daylight import SkyLight, SunLight
-from photonmap.scene.lights import DomeLight
+from photonmap.scene.light_parts.daylight import OvercastLight, SkyLight, SunLight
 from photonmap.spectra.observer import luminance
 
 each_place = pytest.mark.parametrize("name", OUTDOORS)
@@ -41,10 +40,10 @@ def test_a_clear_sky_has_its_sun(name):
 
 
 @each_place
-def test_other_skies_are_even_and_lamps_light_the_night(name):
+def test_other_skies_are_overcast_and_lamps_light_the_night(name):
     unlit = setting(name)
     white = unlit.lit(Illumination("white", ("D65",)))
-    assert [type(light) for light in white.lights] == [DomeLight]
+    assert [type(light) for light in white.lights] == [OvercastLight]
     night = unlit.lit(Illumination("night", ("HPS", "LED-B3")))
     assert not night.lights
     burning = {m.material.name for m in night.meshes if luminance(m.material.emission) > 0.0}
@@ -86,10 +85,24 @@ def test_the_sun_and_the_sky_are_measured_before_the_render(name):
 
 def test_rooms_show_a_clear_sky_in_their_windows():
     scene = build_scene("study", 0, CLEAR_SKY)
-    emitting = {m.material.name for m in scene.meshes if luminance(m.material.emission) > 0.0}
-    assert emitting == {"window"}
-    blue = next(m.material.emission for m in scene.meshes if m.material.name == "window")
-    assert blue(450.0) > blue(650.0)
+    assert not any(luminance(mesh.material.emission) > 0.0 for mesh in scene.meshes)
+    assert {mesh.name.split()[0] for mesh in scene.meshes if mesh.material.portal} == {"window"}
+    (sky,) = scene.lights
+    assert isinstance(sky, SkyLight)
+    assert sky.group == "window"
+    assert sky.color(450.0) > sky.color(650.0)
+
+
+@pytest.mark.parametrize("light", ["D65", "sky:3,20"])
+def test_light_through_windows_is_measured_before_the_render(light):
+    """The mean direct irradiance of what the camera sees, by shadow rays and by the renderer."""
+    unlit = build_unlit_scene("living_room", 0)
+    scene = unlit.lit(Illumination("day", (light,)))
+    level = scene.lights[0].scale if light != "D65" else luminance(scene.lights[0].radiance)
+    result = pm.render(scene, bands=3, size=(32, 24), passes=4)
+    seen = (result.coverage == 1.0) & ~result.emission.any(axis=-1)
+    found = np.pi * result.shading[seen].mean()
+    assert level * unlit.sky.received(light).mean() == pytest.approx(found, rel=0.2)
 
 
 def test_seeds_differ():

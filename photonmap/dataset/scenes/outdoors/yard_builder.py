@@ -10,8 +10,8 @@ from photonmap.dataset.models.places.outdoors import wall_lantern
 from photonmap.dataset.models.scene_object import Part, SceneObject
 from photonmap.dataset.models.shapes import box
 from photonmap.dataset.scenes.exposure import SKY, LightMeter
+from photonmap.dataset.scenes.open_sky import OpenSky
 from photonmap.dataset.scenes.outdoors.enclosures import MakeGround, MakeSide
-from photonmap.dataset.scenes.outdoors.open_sky import OpenSky
 from photonmap.dataset.scenes.rooms import shell
 from photonmap.dataset.scenes.rooms.camera_search import find_camera
 from photonmap.dataset.scenes.rooms.room_builder import RoomBuilder
@@ -66,7 +66,7 @@ class YardBuilder(RoomBuilder):
         # The sun stands in front of the house, or to a side of it.
         sky = OpenSky.over(meter, float(self._rng.uniform(105.0, 255.0)))
         lamps = [LAMP, *(f"{LAMP} {number}" for number in range(2, self.lamps + 1))]
-        received = {SKY: sky.evenly, **{group: meter.irradiance(group) for group in lamps}}
+        received = {SKY: sky.overcast, **{group: meter.irradiance(group) for group in lamps}}
         return UnlitScene(name, objects, camera, received, BACKDROP, sky)
 
     def _house(self) -> list[Part]:

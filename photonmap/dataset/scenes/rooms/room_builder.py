@@ -13,7 +13,8 @@ from photonmap.dataset.models.materials.lightness import with_lightness
 from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.scene_object import SceneObject, bounds_of, overlap
 from photonmap.dataset.models.shapes import Floats, Random
-from photonmap.dataset.scenes.exposure import light_received
+from photonmap.dataset.scenes.exposure import LightMeter
+from photonmap.dataset.scenes.open_sky import OpenSky
 from photonmap.dataset.scenes.rooms import shell
 from photonmap.dataset.scenes.rooms.camera_search import find_camera
 from photonmap.dataset.scenes.rooms.floor_plan import FloorPlan
@@ -175,8 +176,11 @@ class RoomBuilder:
         objects = with_lightness(objects, self._palette.lightness)
         spare = [f"{LAMP} {number}" for number in range(2, self.lamps + 1)]
         groups = [main, *({wall_fixtures.WINDOW, LAMP} - {main}), *spare]
-        received = light_received(objects, camera, groups)
-        return UnlitScene(name, objects, camera, received, BACKDROP)
+        meter = LightMeter(objects, camera, closed=True)
+        sky = OpenSky.through_windows(meter, float(self._rng.uniform(0.0, 360.0)))
+        received = {group: meter.irradiance(group) for group in groups}
+        received[sky.group] = sky.overcast
+        return UnlitScene(name, objects, camera, received, BACKDROP, sky)
 
     @property
     def lamps(self) -> int:

@@ -1,0 +1,146 @@
+"""Portals against holes that they close, closed forms, and area lights of the same radiance."""
+
+import re
+
+import numpy as np
+import pytest
+from helpers.scenes import quad
+
+import photonmap as pm
+
+BLACK = pm.Material("black", 0.0)
+PANE = pm.Material("pane", 0.0, portal=True)
+LOW, HIGH, SIDE = 0.8, 1.6, 0.5
+"""The opening in the wall at x = 1: its lower and upper edge, and half its width."""
+
+
+def room(lights, pane=None, wall=0.6):
+    """Return a box of 2 with an opening, closed by a pane if there is one."""
+    look = pm.Material("wall", wall)
+    walls = [
+        ((-1, 0, -1), (-1, 0, 1), (1, 0, 1), (1, 0, -1)),
+        ((-1, 2, -1), (1, 2, -1), (1, 2, 1), (-1, 2, 1)),
+        ((-1, 0, -1), (1, 0, -1), (1, 2, -1), (-1, 2, -1)),
+        ((-1, 0, 1), (-1, 2, 1), (1, 2, 1), (1, 0, 1)),
+        ((-1, 0, -1), (-1, 2, -1), (-1, 2, 1), (-1, 0, 1)),
+        ((1, 0, -1), (1, 0, 1), (1, LOW, 1), (1, LOW, -1)),
+        ((1, HIGH, -1), (1, HIGH, 1), (1, 2, 1), (1, 2, -1)),
+        ((1, LOW, -1), (1, LOW, -SIDE), (1, HIGH, -SIDE), (1, HIGH, -1)),
+        ((1, LOW, SIDE), (1, LOW, 1), (1, HIGH, 1), (1, HIGH, SIDE)),
+    ]
+    meshes = [quad(*corners, look, f"wall {k}") for k, corners in enumerate(walls)]
+    if pane:
+        opening = ((1, LOW, -SIDE), (1, LOW, SIDE), (1, HIGH, SIDE), (1, HIGH, -SIDE))
+        meshes.append(quad(*opening, pane, "window"))
+    return pm.Scene(meshes, lights, pm.Camera((-0.9, 1.0, 0.3), (1.0, 0.9, 0.0), fov=70.0))
+
+
+def means(result, name):
+    """Return the mean of a buffer by band, and its standard error from passes."""
+    values, error = getattr(result, name).astype(np.float64), result.standard_error(name)
+    return values.mean(axis=(0, 1)), np.sqrt((error.astype(np.float64) ** 2).sum(axis=(0, 1))) / (
+        error[..., 0].size
+    )
+
+
+@pytest.mark.parametrize("method", ["path", "photon"])
+@pytest.mark.parametrize("bands", ["rgb", "5"])
+def test_a_portal_lets_in_what_a_hole_lets_in(method, bands):
+    """The hole is found by chance: it shares no code with portals but the map's look-up."""
+    sky = pm.SkyLight(3.0, 35.0, 70.0, ground=0.3)
+    settings = {"bands": bands, "size": (24, 18)}
+    hole = pm.render(room([sky]), method="path", passes=256, seed=1, **settings)
+    portal = pm.render(room([sky], PANE), method=method, passes=32, seed=2, **settings)
+    for name in ("direct", "indirect", "emission"):
+        (wanted, spread), (found, error) = means(hole, name), means(portal, name)
+        limit = 4.0 * np.hypot(spread, error) + 0.02 * wanted * (method == "photon")
+        assert (np.abs(found - wanted) < limit).all(), name
+
+
+def test_a_pane_that_shows_a_dome_is_an_area_light():
+    colors = (0.9, 0.5, 0.2)
+    lit = pm.Material("lamp", 0.0, emission=colors)
+    settings = {"bands": "rgb", "size": (16, 12), "passes": 2, "seed": 3}
+    portal = pm.render(room([pm.DomeLight(colors)], PANE), **settings)
+    lamp = pm.render(room([], lit), **settings)
+    for name in ("direct", "indirect", "emission"):
+        np.testing.assert_array_equal(getattr(portal, name), getattr(lamp, name))
+
+
+@pytest.mark.parametrize("towards", [(0.0, 1.0), (0.6, 0.8), (0.8, -0.6)])
+def test_a_small_portal_sends_what_lies_beyond_it(towards):
+    """Of a small pane, E = L cos θ cos θ' A / r²; L is that of the overcast sky in closed form."""
+    ground, zenith, far, half = 0.4, 2.0, 5.0, 0.05
+    way = np.array([towards[0], towards[1], 0.0])
+    across, up = np.array([0.0, 0.0, 1.0]), np.array([-way[1], way[0], 0.0])
+    corners = [far * way + half * (a * across + b * up) for a, b in
+               ((-1, -1), (-1, 1), (1, 1), (1, -1))]  # fmt: skip
+    if np.cross(corners[1] - corners[0], corners[2] - corners[0]) @ way > 0:
+        corners.reverse()
+    floor = [0.01 * (a * across + b * up) for a, b in ((-1, -1), (-1, 1), (1, 1), (1, -1))]
+    meshes = [quad(*corners, PANE, "pane"), quad(*floor, pm.Material("floor", 0.5), "floor")]
+    camera = pm.Camera(tuple(0.2 * way), (0.0, 0.0, 0.0), up=(0.0, 0.0, 1.0), fov=2.0)
+    scene = pm.Scene(meshes, [pm.OvercastLight(zenith, ground)], camera)
+    found = pm.render(scene, bands=1, size=(4, 4), passes=4, method="path").shading.mean() * np.pi
+    rise = towards[1]
+    seen = zenith * (1.0 + 2.0 * rise) / 3.0 if rise > 0 else zenith * ground * 7.0 / 9.0
+    assert found == pytest.approx(seen * (2.0 * half) ** 2 / far**2, rel=0.01)
+
+
+def test_an_overcast_sky_lights_level_ground_and_that_what_is_above():
+    """∫ (1 + 2 cos θ) / 3 cos θ dω = 7 π / 9."""
+    light, ground = pm.OvercastLight((1.0, 2.0, 3.0), 0.5), pm.Material("floor", 1e-3)
+    big = [(-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9)]
+    camera = pm.Camera((0.0, 1.0, 0.001), (0.0, 0.0, 0.0), fov=10.0)
+    scene = pm.Scene([quad(*big, ground, "floor")], [light], camera)
+    settings = {"bands": "rgb", "size": (8, 8), "passes": 16}
+    for side, factor in ((1.0, 1.0), (-1.0, 0.5)):
+        scene.camera = pm.Camera((0.0, side, 0.001), (0.0, 0.0, 0.0), fov=10.0)
+        result = pm.render(scene, **settings)
+        found, error = means(result, "shading")
+        wanted = factor * 7.0 / 9.0 * np.array([1.0, 2.0, 3.0])
+        assert (np.abs(found - wanted) < 5.0 * error + 2e-3 * wanted).all()
+
+
+def test_light_through_portals_is_of_the_group_of_the_sky():
+    lamp = pm.PointLight((-0.5, 1.8, 0.0), 0.3, "lamp")
+    scene = room([pm.OvercastLight(group="window"), lamp], PANE)
+    result = pm.render(scene, bands=2, size=(12, 9), passes=2, per_light=True)
+    assert set(result.per_light) == {"window", "lamp"}
+    whole = sum(buffers["direct"] for buffers in result.per_light.values())
+    np.testing.assert_allclose(whole, result.direct, rtol=1e-5, atol=1e-7)
+    assert all(buffers["direct"].any() for buffers in result.per_light.values())
+
+
+def test_caustics_of_portals_carry_the_light_of_their_direction():
+    """Photons are aimed at the mirror: what the path tracer finds by chance agrees."""
+    mirror = quad((-0.9, 0.05, -0.5), (-0.9, 0.05, 0.5), (0.4, 0.05, 0.5), (0.4, 0.05, -0.5),
+                  pm.Material.polished(), "mirror")  # fmt: skip
+    scene = room([pm.SkyLight(4.0, 20.0, 60.0)], PANE)
+    scene.meshes.append(mirror)
+    settings = {"bands": "rgb", "size": (16, 12)}
+    wanted, spread = means(pm.render(scene, method="path", passes=256, **settings), "radiance")
+    found, error = means(pm.render(scene, passes=48, **settings), "radiance")
+    assert (np.abs(found - wanted) < 4.0 * np.hypot(spread, error) + 0.02 * wanted).all()
+
+
+def test_portals_need_a_sky_and_nothing_of_their_own():
+    lamp = pm.PointLight((0.0, 1.8, 0.0))
+    with pytest.warns(pm.SceneWarning, match=r"portals \('pane'\) are black: there is no sky"):
+        dark = pm.render(room([lamp], PANE), bands=1, size=(8, 6), passes=1)
+    assert not dark.emission.any()
+    both = pm.Material("pane", 0.0, emission=1.0, portal=True)
+    with pytest.raises(pm.InputError, match="'pane' is a portal, and has an emission; remove one"):
+        pm.render(room([pm.DomeLight()], both), bands=1, size=(8, 6), passes=1)
+
+
+def test_files_have_portals_and_overcast_skies(tmp_path):
+    pm.save_scene(room([pm.OvercastLight(pm.emission("D65 2"), 0.2)], PANE), tmp_path / "room.obj")
+    scene = pm.load_scene(tmp_path / "room.obj")
+    assert [mesh.name for mesh in scene.meshes if mesh.material.portal] == ["window"]
+    assert isinstance(scene.lights[0], pm.OvercastLight)
+    assert scene.lights[0].ground == 0.2
+    text = (tmp_path / "room.toml").read_text()
+    (tmp_path / "room.toml").write_text(re.sub(r"ground = 0\.2", "ground = 2", text))
+    with pytest.raises(pm.InputError, match=r"room\.toml:\d+: .*ground"):
+        pm.load_scene(tmp_path / "room.obj")
