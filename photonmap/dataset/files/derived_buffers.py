@@ -26,18 +26,22 @@ PROJECTED = tuple(
 """Buffers that have a colour: not the residual, which is computed again, nor what errors need."""
 
 
-def with_derived(result: Result, scene: Scene | None = None) -> Result:
+def with_derived(
+    result: Result, scene: Scene | None = None, pieces: NDArray[np.bool_] | None = None
+) -> Result:
     """Return a render with the buffers that follow from its own, `photonmap.buffers.ADDED`.
 
     Parameters
     ----------
     scene : that was rendered; without it, no pixel is known to be pure, and the colour of direct
         light is that of direct / reflectance
+    pieces : which pixels show one piece of surface, where it is known, see
+        `photonmap.dataset.files.pure_pixels.one_piece`
     """
     color, pure = None, np.zeros(result.coverage.shape, bool)
     if scene is not None:
         colors = light_colors(scene, result.per_light, result.bands)
-        color, pure = direct_light_color(result, colors), pure_pixels(result, scene)
+        color, pure = direct_light_color(result, colors), pure_pixels(result, scene, pieces)
     emits = result.emission.any(axis=-1)
     background = result.object_id == 0
     buffers = {

@@ -66,9 +66,15 @@ def one_piece(scene: Scene, size: tuple[int, int], at_centre: bool = False) -> M
     return pure
 
 
-def pure_pixels(result: Result, scene: Scene) -> Mask:
-    """Return where `one_piece` holds, no pass saw another reflectance, and surfaces cover it."""
-    centre = result.record["arguments"]["pixel"] == "center"
-    pure = one_piece(scene, result.size, centre) & (result.coverage == 1.0)
+def pure_pixels(result: Result, scene: Scene, pieces: Mask | None = None) -> Mask:
+    """Return where `one_piece` holds, no pass saw another reflectance, and surfaces cover it.
+
+    Parameters
+    ----------
+    pieces : what `one_piece` returns, where it is known
+    """
+    if pieces is None:
+        pieces = one_piece(scene, result.size, result.record["arguments"]["pixel"] == "center")
+    pure = pieces & (result.coverage == 1.0)
     spread = result.errors.get("reflectance")
     return pure if spread is None else pure & (spread == 0.0).all(axis=-1)

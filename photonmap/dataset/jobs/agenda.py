@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections import defaultdict, deque
+from collections import Counter, defaultdict, deque
 from collections.abc import Iterable, Iterator
+from itertools import chain
 from typing import Any
 
 from photonmap.dataset.jobs.plan import Job
@@ -29,8 +30,8 @@ def seconds_of(entry: dict[str, Any]) -> float:
 class Agenda(Iterator[Task]):
     """The images that are left: one of each kind first, whose time tells which kinds take longest.
 
-    Then come those that take longest, so that no worker waits for a long image at the end. Images
-    of a kind follow each other, as scenes that were read stay in memory.
+    Then come the scenes whose images take longest, so that no worker waits for a long image at the
+    end. All images of a scene follow each other, as scenes that were built or read stay in memory.
 
     Parameters
     ----------
@@ -39,31 +40,34 @@ class Agenda(Iterator[Task]):
     """
 
     def __init__(self, tasks: Iterable[Task], entries: Iterable[dict[str, Any]] = ()) -> None:
-        self._waiting: dict[Kind, deque[Task]] = {}
-        for task in tasks:
-            self._waiting.setdefault(kind_of(task.job), deque()).append(task)
         self._known: dict[Kind, list[float]] = defaultdict(list)
         for entry in entries:
             self._known[kind_of(Job.from_description(entry["job"]))].append(seconds_of(entry))
-        self._first = deque(kind for kind in self._waiting if kind not in self._known)
+        self._first, self._waiting = deque[Task](), dict[str, deque[Task]]()
+        seen = {*self._known}
+        for task in tasks:
+            is_new = kind_of(task.job) not in seen
+            seen.add(kind_of(task.job))
+            part = self._waiting.setdefault(task.job.geometry, deque())
+            (self._first if is_new else part).append(task)
+        self._waiting = {scene: part for scene, part in self._waiting.items() if part}
         self._running: dict[str, Kind] = {}
-        self._current: Kind | None = None
+        self._current: str | None = None
         self._begun, self._busy, self._cpu = time.monotonic(), 0.0, 0.0
 
     def __next__(self) -> Task:
         """Return the task that is to begin now."""
         if self._first:
-            kind = self._first.popleft()
-        elif self._current in self._waiting:
-            kind = self._current
+            task = self._first.popleft()
         elif self._waiting:
-            kind = self._current = max(self._waiting, key=self._expected)
+            if self._current not in self._waiting:
+                self._current = max(self._waiting, key=self._longest)
+            task = self._waiting[self._current].popleft()
+            if not self._waiting[self._current]:
+                del self._waiting[self._current]
         else:
             raise StopIteration
-        task = self._waiting[kind].popleft()
-        if not self._waiting[kind]:
-            del self._waiting[kind]
-        self._running[task.job.name] = kind
+        self._running[task.job.name] = kind_of(task.job)
         return task
 
     def learn(self, task: Task, result: dict[str, Any] | str) -> None:
@@ -77,16 +81,22 @@ class Agenda(Iterator[Task]):
     @property
     def seconds_left(self) -> float:
         """Seconds that the rest would take if its images were rendered one by one."""
-        waiting = sum(len(tasks) * self._expected(kind) for kind, tasks in self._waiting.items())
-        return waiting + sum(map(self._expected, self._running.values()))
+        waiting = chain(self._first, *self._waiting.values())
+        kinds = Counter(kind_of(task.job) for task in waiting)
+        left = sum(count * self._expected(kind) for kind, count in kinds.items())
+        return left + sum(map(self._expected, self._running.values()))
 
     def describe(self) -> str:
         """Return what this run has cost so far, and how long the rest will take."""
         cost = f"{self._cpu / 3600.0:.2g} processor hours"
-        if not (self._waiting or self._running):
+        if not (self._first or self._waiting or self._running):
             return cost
         at_once = self._busy / max(time.monotonic() - self._begun, 1e-9)
         return f"{cost}, about {duration(self.seconds_left / max(at_once, 1e-3))} left"
+
+    def _longest(self, scene: str) -> float:
+        """Return the seconds of the longest image of a scene that is left."""
+        return max(self._expected(kind_of(task.job)) for task in self._waiting[scene])
 
     def _expected(self, kind: Kind) -> float:
         """Return the mean seconds of a kind; those of all kinds for one that is not known."""

@@ -13,20 +13,29 @@ from typing import Any
 
 import numpy as np
 
+from photonmap.dataset.files.pure_pixels import Mask, one_piece
 from photonmap.dataset.jobs.plan import CommonSettings, Job, UserScene
-from photonmap.dataset.scenes.build import build_scene
+from photonmap.dataset.scenes.build import build_unlit_scene
 from photonmap.dataset.scenes.illumination import Illumination
 from photonmap.dataset.scenes.recolor import recolor, relight
+from photonmap.dataset.scenes.unlit_scene import UnlitScene
 from photonmap.dataset.scenes.view_search import find_camera
 from photonmap.errors import InputError
 from photonmap.io.readers.scene_file import load_scene
 from photonmap.scene.lights import EnvironmentLight
 from photonmap.scene.scene import Scene
+from photonmap.scene.textures import mean_color
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.rgb_spaces import SPACES, check_space
 
 _DIGITS = 16
 """Digits of a digest."""
+_KEPT = 4
+"""Generated scenes that stay in memory, 5 to 50 MB each: images of a scene follow each other."""
+_PIECES = 16
+"""Masks of surfaces in pixels that stay in memory."""
+
+_pieces: dict[Any, Mask] = {}
 
 
 def make_scene(job: Job) -> Scene:
@@ -41,7 +50,7 @@ def make_scene(job: Job) -> Scene:
     if job.is_procedural:
         common = job.common
         looks = common.materials, common.lightness, common.scale
-        scene = build_scene(job.scene, job.seed, illumination, *looks)
+        scene = _build(job.scene, job.seed, looks, common.munsell).lit(illumination)
     else:
         scene = _load(job.scene)
         if _digest(scene) != job.content:
@@ -51,6 +60,30 @@ def make_scene(job: Job) -> Scene:
     if scene.camera is None:
         raise InputError("has no camera; add one to its TOML file", job.scene)
     return replace(scene, camera=find_camera(job.view, scene, job.geometry))
+
+
+def pieces_in(job: Job, scene: Scene) -> Mask:
+    """Return `one_piece` of an image; found once for all lights that it is rendered under.
+
+    The lights do not matter to it, but for which surfaces are one material and which emit.
+    """
+    size, centre = job.common.size, job.common.pixel == "center"
+    numbers: dict[int, int] = {}
+    surfaces = tuple(
+        (
+            mesh.name,
+            mesh.faces.shape,
+            numbers.setdefault(id(mesh.material), len(numbers)),
+            mean_color(mesh.material.emission) != 0.0,
+        )
+        for mesh in scene.meshes
+    )
+    key = job.geometry, replace(job.common, error=""), scene.camera, surfaces
+    if key not in _pieces:
+        while len(_pieces) >= _PIECES:
+            del _pieces[next(iter(_pieces))]
+        _pieces[key] = one_piece(scene, size, centre)
+    return _pieces[key]
 
 
 def read_user_scenes(paths: Iterable[str]) -> tuple[list[UserScene], dict[str, str]]:
@@ -104,6 +137,15 @@ def _files_of(name: str | None) -> list[Path]:
         return []
     path = Path(name)
     return sorted(p for p in path.iterdir() if p.is_file()) if path.is_dir() else [path]
+
+
+@lru_cache(maxsize=_KEPT)
+def _build(
+    name: str, seed: int, looks: tuple[str, float | None, float], munsell: str | None
+) -> UnlitScene:
+    """Build a scene with its lights off; cached by what it depends on, the chips among them."""
+    del munsell
+    return build_unlit_scene(name, seed, *looks)
 
 
 @lru_cache(maxsize=2)

@@ -26,7 +26,7 @@ from photonmap.dataset.files.image_statistics import summarise
 from photonmap.dataset.files.manifest import check_code
 from photonmap.dataset.files.photos import add_photo
 from photonmap.dataset.files.splits import part_of
-from photonmap.dataset.jobs.job_scene import make_scene
+from photonmap.dataset.jobs.job_scene import make_scene, pieces_in
 from photonmap.dataset.jobs.plan import Job
 from photonmap.errors import InputError
 from photonmap.film.budget import LEAST_PASSES
@@ -96,7 +96,7 @@ def render_image(task: Task) -> dict[str, Any]:
     rendered = time.perf_counter()
     if not result.radiance.any():
         raise InputError(f"{job.name} shows no light; choose another view, or other lights")
-    result = with_derived(result, scene)
+    result = with_derived(result, scene, pieces_in(job, scene))
     rgb = as_rgb(result, job.common.rgb)
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=data_set) as made:
         folder = Path(made) / job.name

@@ -75,7 +75,16 @@ def test_tasks_may_begin_before_others_end():
     running = list(itertools.islice(agenda, 7))
     for task in running:
         agenda.learn(task, entry_of(task.job))
-    assert run(agenda)[0] == "study"
+    assert run(agenda) == ["jug", "study", "study", "bowl", "bowl"]
+
+
+def test_images_of_a_scene_follow_each_other():
+    """Whatever their lights, so that it is built once; those of the first kinds come before."""
+    made = tasks(lights=("white", "two_mixed", "colored"), scenes=("jug", "study"), count=3)
+    order = [task.job.geometry for task in Agenda(made)][4:]
+    assert len(order) == 14
+    changes = sum(a != b for a, b in itertools.pairwise(order))
+    assert changes == len(set(order)) - 1
 
 
 def test_time_left_and_cost(monkeypatch):

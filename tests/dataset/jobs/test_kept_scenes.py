@@ -1,0 +1,77 @@
+"""Scenes that are built once for all of their lights: the same images as when built anew."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from photonmap.dataset.files.pure_pixels import one_piece
+from photonmap.dataset.jobs import job_scene
+from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
+from photonmap.dataset.jobs.presets import Preset
+from photonmap.dataset.jobs.render_image import Task, render_image
+from photonmap.dataset.scenes.build import build_unlit_scene
+
+COMMON = CommonSettings((24, 18), "3", "0.5", inputs="0")
+LIGHTS = ("white", "colored", "two_mixed")
+
+
+@pytest.fixture(autouse=True)
+def _forget():
+    forget()
+    yield
+    forget()
+
+
+def forget():
+    job_scene._build.cache_clear()
+    job_scene._pieces.clear()
+
+
+def jobs_of(*scenes, common=COMMON, count=1):
+    return plan_jobs(Preset("own", scenes, illuminations=LIGHTS), [], common, count=count)
+
+
+def test_images_are_the_same_and_scenes_are_built_once(tmp_path, monkeypatch):
+    built = []
+
+    def build(name, seed, *looks):
+        built.append((name, seed))
+        return build_unlit_scene(name, seed, *looks)
+
+    monkeypatch.setattr(job_scene, "build_unlit_scene", build)
+    for folder in ("kept", "anew"):
+        (tmp_path / folder).mkdir()
+    jobs = jobs_of("study", "jug")
+    kept = [render_image(Task(job, str(tmp_path / "kept"), ("exr",))) for job in jobs]
+    assert built == [("study", 0), ("jug", 0)]
+    for job, entry in zip(jobs, kept, strict=True):
+        forget()
+        anew = render_image(Task(job, str(tmp_path / "anew"), ("exr",)))
+        assert anew["arrays"] == entry["arrays"]
+    assert len(built) == 2 + len(jobs)
+
+
+def test_pieces_of_surface_are_those_of_the_scene():
+    """Also where windows are dark, and where they show the sky."""
+    for job in jobs_of("living_room", "study"):
+        scene = job_scene.make_scene(job)
+        found = job_scene.pieces_in(job, scene)
+        np.testing.assert_array_equal(found, one_piece(scene, COMMON.size))
+    assert len(job_scene._pieces) < 2 * len(LIGHTS)
+
+
+def test_looks_sizes_and_seeds_are_kept_apart():
+    first = jobs_of("jug")[0]
+    others = [
+        jobs_of("jug", common=dataclasses.replace(COMMON, materials="mixed"))[0],
+        jobs_of("jug", common=dataclasses.replace(COMMON, lightness=0.2))[0],
+        jobs_of("jug", common=dataclasses.replace(COMMON, size=(16, 12)))[0],
+        jobs_of("jug", count=2)[-1],
+    ]
+    job_scene.pieces_in(first, job_scene.make_scene(first))
+    for job in others:
+        scene = job_scene.make_scene(job)
+        found = job_scene.pieces_in(job, scene)
+        np.testing.assert_array_equal(found, one_piece(scene, job.common.size))
+    assert len(job_scene._pieces) == 1 + len(others)
