@@ -12,6 +12,13 @@ from photonmap.commands.main import main
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.verify import verify
 from photonmap.dataset.publication.annotations import encode_mask
+from photonmap.dataset.publication.categories import (
+    CATEGORIES,
+    FIRST_OWN,
+    categories_of,
+    kind_of,
+)
+from photonmap.dataset.scenes.build import build_scene
 
 FILES = ["LICENSE", "README.md", "SHA256SUMS", "annotations.json", "cameras.json", "croissant.json"]
 
@@ -72,7 +79,35 @@ def test_masks_are_those_of_the_ids(published):
             assert box[-1].any()
             assert box[:, 0].any()
             assert box[:, -1].any()
-            assert each["object"].startswith(kinds[each["category_id"]])
+            assert kind_of(each["object"]) == kinds[each["category_id"]]
+
+
+def test_categories_have_the_labels_that_vision_knows(published):
+    coco = {each["name"]: each for each in load(published, "annotations.json")["categories"]}
+    assert len({each["id"] for each in coco.values()}) == len(coco)
+    for name, each in coco.items():
+        assert each == CATEGORIES[name].describe(), "as in any other set"
+    chair, walls = CATEGORIES["armchair"].describe(), CATEGORIES["walls"].describe()
+    assert (chair["supercategory"], chair["nyu40"]["id"], chair["coco"]["id"]) == ("seat", 5, 62)
+    assert (walls["nyu40"], walls["coco"]) == ({"id": 1, "name": "wall"}, None)
+    found = categories_of(["chair 2", "my rocket", "my rocket 2", "an engine"])
+    assert [(each.name, each.number) for each in found.values()] == [
+        ("chair", CATEGORIES["chair"].number),
+        ("an engine", FIRST_OWN),
+        ("my rocket", FIRST_OWN + 1),
+    ]
+
+
+def test_numbers_of_categories_stay():
+    """They are published: new kinds come after these, and none changes."""
+    names = ("walls", "chair", "table", "book", "parasol")
+    assert [CATEGORIES[name].number for name in names] == [1, 22, 29, 67, 85]
+
+
+@pytest.mark.parametrize("name", ["study", "bathroom", "workshop", "terrace", "castle"])
+def test_all_objects_of_generated_scenes_have_a_category(name):
+    scene = build_scene(name, 1)
+    assert {kind_of(mesh.name) for mesh in scene.meshes} <= {*CATEGORIES}
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from typing import Any
 
@@ -10,11 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.dataset.files.reader import Dataset, Image
-
-
-def category_of(name: str) -> str:
-    """Return the kind of an object: "vase" of "vase 2"."""
-    return re.sub(r" \d+$", "", name)
+from photonmap.dataset.publication.categories import Category, categories_of, kind_of
 
 
 def encode_mask(mask: NDArray[np.bool_]) -> dict[str, Any]:
@@ -36,35 +31,34 @@ def encode_mask(mask: NDArray[np.bool_]) -> dict[str, Any]:
 def describe_coco(images: Dataset) -> dict[str, Any]:
     """Return boxes and masks of all objects that are seen, as COCO's JSON has them.
 
-    Every object at the centre of a pixel counts, walls and lights included. Categories are the
-    kinds of objects.
+    Every object at the centre of a pixel counts, walls and lights included. Categories are kinds of
+    objects, whose numbers are the same in all sets, with the labels of NYU40 and COCO.
     """
-    kinds = sorted({category_of(name) for entry in images.entries for name in entry["objects"]})
-    numbers = {kind: index for index, kind in enumerate(kinds, 1)}
+    categories = categories_of(name for entry in images.entries for name in entry["objects"])
     listed: list[dict[str, Any]] = []
     annotations: list[dict[str, Any]] = []
     for number, image in enumerate(images, 1):
         width, height = image.entry["size"]
         file = f"{image.name}/radiance.png"
         listed.append({"id": number, "file_name": file, "width": width, "height": height})
-        for annotation in _objects(image, numbers):
+        for annotation in _objects(image, categories):
             annotations.append({"id": len(annotations) + 1, "image_id": number, **annotation})
     return {
         "info": {"description": f"objects of a data set of {len(images)} renders"},
         "images": listed,
         "annotations": annotations,
-        "categories": [{"id": number, "name": kind} for kind, number in numbers.items()],
+        "categories": [each.describe() for each in categories.values()],
     }
 
 
-def _objects(image: Image, numbers: dict[str, int]) -> Iterable[dict[str, Any]]:
+def _objects(image: Image, categories: dict[str, Category]) -> Iterable[dict[str, Any]]:
     ids = image["object_id"]
     for number in np.unique(ids[ids > 0]).tolist():
         mask, name = ids == number, image.entry["objects"][number - 1]
         rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
         left, top = int(columns[0]), int(rows[0])
         yield {
-            "category_id": numbers[category_of(name)],
+            "category_id": categories[kind_of(name)].number,
             "object": name,
             "bbox": [left, top, int(columns[-1]) - left + 1, int(rows[-1]) - top + 1],
             "area": int(mask.sum()),
