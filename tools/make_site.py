@@ -27,8 +27,8 @@ GROUPS = {
     ),
     "Results": ("Result",),
     "Scenes": (
-        "Scene", "Mesh", "Material", "Texture", "SpectralTexture", "NormalMap", "NoRelief",
-        "AnisotropyMap", "BumpMap", "Cauchy", "Sellmeier", "NamedGlass",
+        "Scene", "Mesh", "Material", "Texture", "SpectralTexture", "NormalMap", "BumpMap",
+        "NoRelief", "AnisotropyMap", "Cauchy", "Sellmeier", "NamedGlass",
     ),
     "Cameras": (
         "Camera", "Lens", "Intrinsics", "Fisheye", "FisheyeIntrinsics", "Panorama", "RayMap",

@@ -20,7 +20,7 @@ from photonmap.kernels.bsdf.glass import (
 )
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.bands import divide
-from photonmap.kernels.core.fresnel import mirrored, refracted
+from photonmap.kernels.core.fresnel import dip_term, mirrored, refracted, schlick_term
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.records import MIRROR
 from photonmap.kernels.core.rng import draw, draw_three, stream
@@ -68,9 +68,23 @@ def choose_lobe(probability, state, throughput):
 
 
 @jit
-def _multiply(throughput, table, row):
+def _multiply_by_mirror(specular, grazing, material, cosine, throughput):
+    """Multiply throughput, (N,), by what a mirror reflects of light of this cosine."""
+    if grazing is None:
+        for band in range(len(throughput)):
+            throughput[band] *= specular.mirror[material, band]
+        return
+    _multiply_by_metal(specular, grazing, specular.dip, material, cosine, throughput)
+
+
+@jit
+def _multiply_by_metal(specular, grazing, dips, material, cosine, throughput):
+    rise, fall = np.float32(schlick_term(cosine)), np.float32(dip_term(cosine))
     for band in range(len(throughput)):
-        throughput[band] *= table[row, band]
+        reflected = specular.mirror[material, band] + rise * grazing[material, band]
+        if dips is not None:
+            reflected -= fall * dips[material, band]
+        throughput[band] *= reflected
 
 
 @jit
@@ -116,7 +130,8 @@ def scatter_specular(geometry, specular, hit, direction, numbers, carries_flux, 
     if _crosses_pane(geometry, geometry.alpha, specular, hit, arrival, xi, throughput):
         return offset(point, size, vec.scale(ng, -1.0)), direction
     if specular.kind[material] == MIRROR:
-        _multiply(throughput, specular.mirror, material)
+        cosine = -vec.dot(n, direction)
+        _multiply_by_mirror(specular, specular.grazing, material, cosine, throughput)
         return offset(point, size, ng), _on_side(mirrored(direction, n), direction, ng)
     rough, crossed, out = _scatter_rough(
         geometry, specular, specular.alpha, hit, arrival, numbers, carries_flux, throughput

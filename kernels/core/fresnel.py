@@ -34,6 +34,12 @@ def refracted(direction, normal, eta):
 
 
 @jit
+def schlick_term(cosine):
+    """Return what Schlick's formula multiplies 1 - F₀ by."""
+    return (1.0 - min(cosine, 1.0)) ** 5
+
+
+@jit
 def dip_term(cosine):
     """Return what the dip of metals is multiplied by."""
     return min(cosine, 1.0) * (1.0 - min(cosine, 1.0)) ** 6

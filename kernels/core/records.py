@@ -196,11 +196,14 @@ class Specular(NamedTuple):
     media: Media | None
     """None where glass is clear, and lies in air"""
     dip: np.ndarray | None
-    """(M, N) float32, of a METAL, as `Scattering.dip`; None where none has one"""
+    """(M, N) float32, of metals, as `Scattering.dip`; None where none has one"""
     maps: GlassMaps | None
     """None where glass is the same all over"""
     share: GlassShare | None
     """None where no surface is glass in part"""
+    grazing: np.ndarray | None
+    """(M, N) float32, by how many times (1 - cos)⁵ polished metals reflect more than `mirror`, and
+    with a `dip` less; 0 for mirrors that reflect alike at all angles, None where all do"""
 
 
 @by_reference

@@ -171,7 +171,7 @@ def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> Specular |
         none = np.zeros_like(compiled.materials.reflectance)
         kind = np.zeros(count, np.uint8)
         black = kind, none, np.zeros(count), none.copy(), np.zeros(count)
-        return Specular(*black, None, None, None, None, None)
+        return Specular(*black, None, None, None, None, None, None)
     by_kind = {GLASS: plan.on("transmission"), MIRROR: plan.on("specular")}
     kept = np.array([by_kind.get(kind, True) for kind in specular.kind.tolist()])
     kept = np.where(compiled.is_thin, plan.on("transmission"), kept)

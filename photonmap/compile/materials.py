@@ -12,7 +12,8 @@ from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.bsdf.models import GLOSSY, MODELS
 from photonmap.kernels.core import records
 from photonmap.runtime.wording import listed
-from photonmap.scene.material import LEAST_ALPHA, Material, check_material
+from photonmap.scene.material import LEAST_ALPHA, Material
+from photonmap.scene.surfaces.checks import check_material
 from photonmap.scene.textures import Paint, Texture, mean_color, mean_number
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
@@ -58,16 +59,18 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
         _check_glass(material, reflectance[index].any(), mirror[index].any())
     _check_lobes(materials)
     _check_even(materials)
-    dip = _compile_dips(materials, glossy, bands)
+    dip = _compile_dips(materials, np.maximum(glossy, mirror), bands)
     reflectance *= (1.0 - share)[:, None]
     narrow = np.array([material.is_narrow_metal for material in materials])
     mirror[narrow], glossy[narrow] = glossy[narrow], 0.0
-    walks, lobes = (_rows_of(dip, kept) for kept in (narrow, ~narrow))
+    polished = np.array([material.is_polished_metal for material in materials])
+    walks, lobes = (_rows_of(dip, kept) for kept in (narrow | polished, ~(narrow | polished)))
+    grazing = _rows_of(1.0 - mirror, polished)
     divisors = _bound(materials, reflectance, mirror)
     panes = _compile_panes(materials, mirror, tint)
     return CompiledMaterials(
         records.Materials(reflectance.astype(np.float32)),
-        _compile_specular(materials, reflectance, mirror, tint, ior, walks),
+        _compile_specular(materials, reflectance, mirror, tint, ior, (walks, grazing)),
         _compile_scattering(materials, reflectance, glossy, lobes),
         panes,
         divisors / np.maximum(1.0 - share, 1e-300),
@@ -150,9 +153,9 @@ def _compile_panes(materials: list[Material], mirror: Floats, tint: Floats) -> r
 
 def _compile_dips(materials: list[Material], glossy: Floats, bands: Bands) -> Floats:
     """Return by how much glossy surfaces reflect less than Schlick's formula says, (M, N)."""
-    edges = [material.edge if material.is_glossy else None for material in materials]
     dip = np.zeros_like(glossy)
-    for row, (material, edge) in enumerate(zip(materials, edges, strict=True)):
+    for row, material in enumerate(materials):
+        edge = material.edge if material.is_glossy or material.is_polished_metal else None
         if edge is not None:
             dip[row] = dip_between(glossy[row], _part(material, "glossy_edge", edge, bands))
     return dip
@@ -170,9 +173,12 @@ def _compile_specular(
     mirror: Floats,
     tint: Floats,
     ior: Floats,
-    dip: NDArray[np.float32] | None,
+    of_metals: tuple[NDArray[np.float32] | None, NDArray[np.float32] | None],
 ) -> records.Specular | None:
-    """Return the specular lobes; None where there is none."""
+    """Return the specular lobes; None where there is none.
+
+    The last argument is dip and `grazing` of metals.
+    """
     alpha = np.array([material.chain_alpha for material in materials])
     solid = np.array([not material.thin for material in materials])
     rough, mirrors = alpha > 0.0, mirror.any(axis=1)
@@ -198,9 +204,10 @@ def _compile_specular(
         probability,
         alpha if alpha.any() else None,
         None,
-        dip,
+        of_metals[0],
         None,
         None,
+        of_metals[1],
     )
 
 

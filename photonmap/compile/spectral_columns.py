@@ -125,6 +125,7 @@ def carry(compiled: CompiledScene, columns: SpectralColumns) -> CompiledScene:
             mirror=tile(specular.mirror),
             tint=tile(specular.tint),
             dip=None if specular.dip is None else tile(specular.dip),
+            grazing=None if specular.grazing is None else tile(specular.grazing),
         )
         if specular.maps is not None:
             glass = specular.maps._replace(basis=tile(specular.maps.basis))
@@ -207,8 +208,8 @@ def _tables(compiled: CompiledScene) -> list[Array]:
         tables.append(compiled.lights.environment.basis)
     if compiled.specular is not None:
         tables += [compiled.specular.mirror, compiled.specular.tint]
-        if compiled.specular.dip is not None:
-            tables.append(compiled.specular.dip)
+        optional = compiled.specular.dip, compiled.specular.grazing
+        tables += [table for table in optional if table is not None]
         if compiled.specular.maps is not None:
             tables.append(compiled.specular.maps.basis)
         media = compiled.specular.media

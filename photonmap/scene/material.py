@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from types import NoneType
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
-from photonmap.errors import naming
 from photonmap.scene.parameters import (
     Emission,
     Flag,
     Number,
     Part,
     Reflectance,
-    Text,
     parameters_of,
 )
 from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
@@ -53,7 +51,8 @@ class Material:
     reflectance : diffuse albedo in [0, 1]; glass has none
     emission : radiance leaving the front (counter-clockwise) side, W·m⁻²·sr⁻¹
     portal : whether its front shows the sky or dome, whose light then comes through portals alone
-    mirror : reflectance of a mirror, alone or as a coat; with `reflectance` 1 at most
+    mirror : reflectance of a mirror, alone or as a coat; with `reflectance` 1 at most; alike at all
+        angles, but for a bare metal by name
     ior : index of refraction of the inside relative to air; None for anything but glass. Below 1
         it is relative to what is around
     outside : index of refraction of what is around glass, where no body of glass is; 1 for air
@@ -76,8 +75,8 @@ class Material:
         compared with Schlick's formula; None for what the metal's index says, where `glossy` is one
         by name, and for what the formula says of others
     roughness : of the glossy reflection, or of glass, in [0, 1], as in glTF: GGX's α is its square,
-        at least 1e-3 (see `kernels.bsdf.glossy` and `kernels.bsdf.microsurface`); glass of
-        roughness 0 is smooth
+        at least 1e-3 (see `kernels.bsdf.glossy` and `kernels.bsdf.microsurface`); glass and even
+        bare metal of roughness 0 are smooth
     anisotropy, anisotropy_rotation : how much rougher a glossy surface is along a tangent than
         across it, in [0, 1] as in glTF: there α is its square of the way from what it is across to
         1. The tangent points to where u rises, turned counter-clockwise by so many turns; without
@@ -274,7 +273,9 @@ class Material:
 
     @property
     def edge(self) -> Color | None:
-        """What its glossy lobe reflects at 82°; None where that follows from Schlick's formula."""
+        """What metal reflects at 82°; None where that follows from Schlick's formula."""
+        if self.glossy_edge is None and self.is_metal_mirror:
+            return self.mirror.edge  # type: ignore[union-attr]
         if self.glossy_edge is None and isinstance(self.glossy, Metal):
             return self.glossy.edge
         return self.glossy_edge
@@ -282,6 +283,10 @@ class Material:
     @property
     def explicit(self) -> Material:
         """The same material, with what follows from a metal's index given by itself."""
+        if self.is_metal_mirror:
+            return replace(
+                self, mirror=0.0, glossy=self.mirror, glossy_edge=self.edge, roughness=0.0
+            )
         return replace(self, glossy_edge=self.edge)
 
     @property
@@ -307,7 +312,8 @@ class Material:
         What has the index of air lets light pass as it comes, however rough it is.
         """
         is_glass = self.ior not in (None, 1.0) and mean_number(self.roughness) > 0.0
-        return self._alpha if is_glass or self.is_narrow_metal else 0.0
+        is_metal = self.is_narrow_metal and not self.is_polished_metal
+        return self._alpha if is_glass or is_metal else 0.0
 
     @property
     def is_pane(self) -> bool:
@@ -321,10 +327,24 @@ class Material:
     @property
     def is_narrow_metal(self) -> bool:
         """Whether it is bare metal whose lobe is so narrow that specular chains follow it."""
-        bare = not isinstance(self.reflectance, Spectrum | Texture) and not np.any(self.reflectance)
-        bare = bare and self.ior is None
-        even = bare and not (self.has_textured_lobe or self.is_anisotropic or self.is_coated)
-        return self.is_glossy and even and self._alpha < NARROW_ALPHA
+        even = not (self.has_textured_lobe or self.is_anisotropic or self.is_coated)
+        return self.is_glossy and even and self._is_bare and self._alpha < NARROW_ALPHA
+
+    @property
+    def is_metal_mirror(self) -> bool:
+        """Whether it is a mirror of a metal by name, which reflects as the metal's index says."""
+        return isinstance(self.mirror, Metal) and self._is_bare
+
+    @property
+    def is_polished_metal(self) -> bool:
+        """Whether it is a mirror that reflects as metals do, more at grazing angles."""
+        return self.is_metal_mirror or (self.is_narrow_metal and self.roughness == 0.0)
+
+    @property
+    def _is_bare(self) -> bool:
+        """Whether it is no glass, and nothing of it is diffuse."""
+        diffuse = isinstance(self.reflectance, Spectrum | Texture) or np.any(self.reflectance)
+        return self.ior is None and not diffuse
 
     @property
     def scattering(self) -> tuple[str, tuple[float, ...]] | None:
@@ -376,25 +396,3 @@ class Material:
     ) -> Material:
         """Return thin glass, smooth or frosted."""
         return cls(name, 0.0, ior=ior, tint=tint, roughness=roughness, thin=True)
-
-
-def check_material(material: Material) -> Material:
-    """Check all of a material but the values of its colours and textures.
-
-    Returns
-    -------
-    Material, its numbers as plain floats
-
-    Raises
-    ------
-    InputError : the name is not a text, or a number is out of range
-    """
-    plain: dict[str, Any] = {}
-    with naming(f"material {material.name!r}"):
-        Text().check(material.name)
-    for attribute, parameter in parameters_of(Material).items():
-        value = getattr(material, attribute)
-        if value is not None and not (parameter.textured and isinstance(value, Texture)):
-            with naming(f"material {material.name!r}: {attribute}"):
-                plain[attribute] = parameter.check(value)
-    return replace(material, **plain)

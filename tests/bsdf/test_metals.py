@@ -5,12 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.scenes import quad
+from test_glossy import ball, room
 from test_microsurface import METAL, at, evaluate, scatter
+from test_rough_renders import block_means, excess
 
 import photonmap as pm
 from photonmap.compile.scene_arrays import compile_scene
 from photonmap.errors import InputError
 from photonmap.kernels.bsdf.glossy import DIP_MEAN, SCHLICK_MEAN
+from photonmap.kernels.core.records import MIRROR
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.metals import EDGE_COSINE, SHIPPED, conductor_reflectance, dip_between, metal
 from photonmap.spectra.tables import read_table
@@ -124,6 +127,53 @@ def test_polished_metals_under_a_sky(symbol, degrees):
         assert abs(result.radiance[..., band].mean() - expected) < 0.02
 
 
+@pytest.mark.parametrize("degrees", [0, 60, 82])
+def test_polished_metals_are_mirrors(degrees):
+    """By name as `mirror`, and as `glossy` of roughness 0: by the formula at every angle."""
+    scene = plate("Cr", 0.0, degrees)
+    look = pm.Material("plate", 0.0, mirror=pm.reflectance("metal:Cr"))
+    cosine = np.cos(np.radians(degrees))
+    f0, edge = (RGB.reflectance(color) for color in (metal("Cr"), metal("Cr").edge))
+    for each in (scene, _with(scene, look)):
+        compiled = compile_scene(each, RGB)
+        assert compiled.specular.kind.tolist() == [MIRROR]
+        assert compiled.specular.alpha is None
+        assert compiled.scattering is None
+        names = ("radiance", "roughness", "specular_albedo")
+        result = pm.render(each, bands="rgb", size=(2, 2), passes=2, threads=2, buffers=names)
+        found = result.radiance.mean(axis=(0, 1))
+        np.testing.assert_allclose(found, approximate(f0, edge, cosine), rtol=1e-3)
+        assert (result["roughness"] == 0.0).all()
+        np.testing.assert_allclose(result["specular_albedo"][0, 0], f0, rtol=1e-6)
+
+
+def test_other_mirrors_reflect_alike_at_all_angles():
+    scene = plate("Cr", 0.0, 60)
+    chromium = pm.reflectance("metal:Cr")
+    for look in (
+        pm.Material("plate", 0.0, mirror=0.5),
+        pm.Material("plate", 0.2, mirror=chromium),
+        pm.Material("plate", 0.0, glossy=chromium, roughness=0.1),
+    ):
+        assert compile_scene(_with(scene, look), RGB).specular.grazing is None
+
+
+def test_photons_and_paths_agree_on_polished_metal():
+    look = pm.Material("plate", 0.0, mirror=pm.reflectance("metal:Ni"))
+    scene = room(ball(look))
+    assert excess(block_means(scene, "photon"), block_means(scene, "path")) <= 0.0
+
+
+def test_light_groups_keep_polished_metal():
+    scene = plate("Cr", 0.0, 60)
+    settings = {"bands": "rgb", "size": (2, 2), "passes": 1, "threads": 2}
+    whole = pm.render(scene, **settings)
+    lamp = pm.PointLight((0.0, 1.0, 0.0), 1.0, "lamp")
+    split = pm.render(replace(scene, lights=[*scene.lights, lamp]), per_light=True, **settings)
+    assert len(split.per_light) == 2
+    np.testing.assert_allclose(split.radiance, whole.radiance, rtol=1e-5)
+
+
 def test_rough_metals_go_over_into_polished_ones():
     """At α 0.09, where walks follow it, and just above, where its lobe is sampled."""
     means = []
@@ -144,6 +194,18 @@ def test_only_metals_with_an_edge_have_dips():
     scene = plate("Cr", 0.5, 0)
     look = replace(scene.meshes[0].material, glossy=0.5)
     assert compile_scene(scene.with_materials({"plate": look}), RGB).scattering.dip is None
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".glb"])
+def test_files_keep_polished_metals(suffix, tmp_path):
+    scene = plate("Cr", 0.0, 0)
+    mirror = _with(scene, pm.Material("plate", 0.0, mirror=pm.reflectance("metal:Cr")))
+    for each in (scene, mirror):
+        pm.save_scene(each, tmp_path / f"plate{suffix}")
+        read = pm.load_scene(tmp_path / f"plate{suffix}").meshes[0].material
+        own, other = (compile_scene(one, RGB).specular for one in (each, _with(scene, read)))
+        for name in ("kind", "mirror", "grazing", "dip"):
+            np.testing.assert_array_equal(getattr(own, name), getattr(other, name))
 
 
 @pytest.mark.parametrize("suffix", [".obj", ".glb"])

@@ -135,7 +135,9 @@ def _lingering_fraction(scene: SceneArrays, bands: int, key: np.uint64) -> float
     if textures is not None:
         textures = textures._replace(basis=np.zeros_like(textures.basis))
     lossless = specular._replace(
-        mirror=np.ones_like(specular.mirror), tint=np.ones_like(specular.tint)
+        mirror=np.ones_like(specular.mirror),
+        tint=np.ones_like(specular.tint),
+        grazing=None if specular.grazing is None else np.zeros_like(specular.grazing),
     )
     black = materials._replace(reflectance=np.zeros_like(materials.reflectance))
     specular_alone = scene._replace(

@@ -54,6 +54,7 @@ def _statements(material: Material, name: str, assets: Assets) -> Iterator[str]:
 
     The reflectance is always among them: without it, a mirror in MTL has none.
     """
+    material = material.explicit
     yield f"illum {_illumination_model(material)}"
     if material.relief is not None:
         keyword = "map_Bump" if material.relief.is_height else "norm"
@@ -61,7 +62,6 @@ def _statements(material: Material, name: str, assets: Assets) -> Iterator[str]:
         yield f"{keyword} -bm {material.relief.factor!r} {image}"
     if material.dispersion is not None:
         yield f"abbe {material.nearest_abbe!r}"
-    material = material.explicit
     for attribute, parameter in parameters_of(Material).items():
         if not parameter.mtl or not (parameter.mtl == "Kd" or material.takes(attribute)):
             continue

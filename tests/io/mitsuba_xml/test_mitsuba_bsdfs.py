@@ -50,6 +50,9 @@ def test_mirrors(look):
     material = look("conductor", RED.format("specular_reflectance"))
     assert (material.reflectance, material.mirror) == (0.0, (0.8, 0.2, 0.1))
     assert look("conductor").mirror == 1.0
+    gold = look("conductor", '<string name="material" value="Au"/>')
+    assert gold.is_polished_metal
+    assert (gold.glossy, gold.edge) == (pm.reflectance("metal:Au"), pm.reflectance("metal:Au").edge)
 
 
 def test_metals_reflect_by_their_index(look):

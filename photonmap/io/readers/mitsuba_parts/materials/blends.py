@@ -13,6 +13,7 @@ from photonmap.spectra.curves import Color
 
 Look = dict[str, Any]
 """Attributes of a `Material`, without its name"""
+_OF_METAL = ("glossy", "glossy_edge", "roughness")
 
 
 def blended(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
@@ -25,6 +26,22 @@ def blended(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
     """
     if weight in (0.0, 1.0):
         return (other if weight else one), []
+    (one, lost), (other, more) = _without_angles(one), _without_angles(other)
+    look, losses = _mix(one, other, weight)
+    return look, list(dict.fromkeys(lost + more + losses))
+
+
+def _without_angles(look: Look) -> tuple[Look, list[str]]:
+    """Return polished metal as a mirror, which may lie over what is diffuse, and what is lost."""
+    if "glossy_edge" not in look or look["roughness"] != 0.0:
+        return look, []
+    kept = {name: value for name, value in look.items() if name not in _OF_METAL}
+    lost = "reflectance of smooth metals that varies with the angle"
+    return kept | {"mirror": look["glossy"]}, [lost]
+
+
+def _mix(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
+    """Return what `blended` does of surfaces that both count."""
     heavier = other if weight > 0.5 else one
     if ("ior" in one) != ("ior" in other):
         pair = (one, other, 1.0 - weight) if "ior" in one else (other, one, weight)

@@ -105,12 +105,13 @@ def _diffuse(bsdfs: Bsdfs, node: Node) -> Look:
 
 
 def _conductor(bsdfs: Bsdfs, node: Node) -> Look:
-    """Return a mirror of the reflectance at normal incidence."""
+    """Return polished metal, or a mirror that reflects alike at all angles."""
     specular = read_plain(bsdfs.context, node, "specular_reflectance", 1.0)
-    metal, _ = metal_reflectances(bsdfs.context, node)
-    if metal != 1.0:
-        bsdfs.context.lose("reflectance of smooth metals that varies with the angle", node)
-    return {"reflectance": 0.0, "mirror": combined(np.multiply, specular, metal)}
+    metal = metal_reflectances(bsdfs.context, node)
+    glossy, edge = (combined(np.multiply, specular, part) for part in metal)
+    if metal[0] == 1.0:
+        return {"reflectance": 0.0, "mirror": glossy}
+    return {"reflectance": 0.0, "glossy": glossy, "glossy_edge": edge, "roughness": 0.0}
 
 
 def _rough_conductor(bsdfs: Bsdfs, node: Node) -> Look:
