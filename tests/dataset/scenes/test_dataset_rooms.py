@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.scene_object import single_part
+from photonmap.dataset.models.scene_object import overlap, single_part
 from photonmap.dataset.models.shapes import box
 from photonmap.dataset.report.diversity import appearance_of, correlations, nearest_neighbours
 from photonmap.dataset.scenes.build import build_scene, build_unlit_scene
@@ -106,3 +106,19 @@ def test_what_is_too_large_is_left_out():
     assert not room.add_window("back", (0.9, 4.0, 1.0), False)
     assert room.add_window("back", (0.9, 2.6, 1.0), False)
     assert not room.add_window("back", (0.9, 2.6, 1.0), False)
+
+
+@pytest.mark.parametrize("name", ["corridor", "living_room"])
+def test_nothing_hangs_in_front_of_pictures(name):
+    """Such as coats on a rack: nothing is within 10 cm in front of what hangs on a wall."""
+    hung = 0
+    for seed in range(3):
+        objects = build_unlit_scene(name, seed).objects
+        others = [o for o in objects if o.name not in ("walls", "picture", "ceiling", "window")]
+        for picture in (obj for obj in objects if obj.name == "picture"):
+            bounds = picture.bounds[None].copy()
+            normal = 2 * int(np.ptp(bounds[0, :, 2]) < np.ptp(bounds[0, :, 0]))
+            bounds[0, :, normal] += -0.1, 0.1
+            hung += 1
+            assert not [obj.name for obj in others if overlap(bounds, obj.boxes)]
+    assert hung > 3

@@ -26,6 +26,8 @@ BACKDROP = ("floor", "ceiling", "walls", "skirting", "window")
 """Names of the objects that make up the room itself."""
 _GAP = 0.03
 """Distance between walls and furniture, metres."""
+_CLEAR = 0.1
+"""How far what is in front of windows, pictures and the like is from the wall at least, metres."""
 _ATTEMPTS = 24
 """Positions tried for a group before it is left out."""
 _DOOR_SWING, _WINDOW_REACH = 0.95, 0.4
@@ -123,12 +125,16 @@ class RoomBuilder:
         return False
 
     def hang(self, objects: Sequence[SceneObject], heights: tuple[float, float]) -> bool:
-        """Hang a group of objects on some wall; their backs are at z = 0."""
-        wide = 2.0 * float(np.abs(bounds_of(objects)[:, 0]).max()) + 0.1
+        """Hang a group of objects on some wall, behind nothing; their backs are at z = 0."""
+        low, high = bounds_of(objects)
+        wide = 2.0 * float(max(-low[0], high[0])) + 0.1
         for _ in range(_ATTEMPTS):
             wall, height = self._draw_wall(), float(self._rng.uniform(*heights))
             along = self._along(wall, wide)
-            if along is not None and self._hang(objects, wall, along, height):
+            if along is None:
+                continue
+            place = wide, height + float(low[1]), float(high[1] - low[1])
+            if not self._is_taken(wall, along, place) and self._hang(objects, wall, along, height):
                 return True
         return False
 
@@ -220,7 +226,7 @@ class RoomBuilder:
         self._zones.append(self._zone(wall, along, size, reach))
 
     def _is_taken(self, wall: str, along: float, size: tuple[float, float, float]) -> bool:
-        zone = self._zone(wall, along, size, 0.1)
+        zone = self._zone(wall, along, size, _CLEAR)
         return any(overlap(zone, box) for box in (*self._boxes, *self._zones))
 
     def _hang(self, objects: Sequence[SceneObject], wall: str, along: float, height: float) -> bool:
