@@ -33,7 +33,7 @@ from photonmap.film.bias import BiasProbe
 from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.adaptive_sampling import AdaptiveSampling
 from photonmap.integrators.base import Integrator, PassSetup, stream_key
-from photonmap.integrators.choice import make_integrator
+from photonmap.integrators.choice import check_unbiased, make_integrator
 from photonmap.integrators.first_hits import first_hit_buffers
 from photonmap.integrators.kernel_warmup import compile_kernels, is_compiled
 from photonmap.integrators.light_visibility import warn_of_hidden_lights
@@ -95,9 +95,9 @@ def _render(scene: Scene, options: Options, announce: Announce | None = None) ->
         clock.lap("load")
         if announce is not None:
             announce(scene, setup)
-        first = "" if is_compiled(setup.scene, settings.method) else "first "
+        first = "" if is_compiled(setup.scene, settings.integrator) else "first "
         settings.progress.stage(f"{first}compile")
-        compile_kernels(setup.scene, settings.bands, workers, settings.method)
+        compile_kernels(setup.scene, settings.bands, workers, settings.integrator)
         clock.lap("compile")
         settings.progress.stage("render")
         run = begin(setup, settings, workers)
@@ -214,12 +214,12 @@ def compile_and_plan(scene: Scene, settings: Settings) -> Setup:
 
     Raises
     ------
-    InputError : the scene cannot be rendered, needs more memory than there is, or has nothing of
-        what is asked for
+    InputError : the scene cannot be rendered as it is asked for, or needs too much memory
     """
     film, bands = settings.film, settings.bands
     faces = sum(len(mesh.faces) for mesh in scene.meshes)
-    work = Work(settings.pixels, 1, settings.photons, faces, buffers=settings.buffers)
+    work = Work(settings.pixels, 1, settings.photons, faces, unbiased=settings.unbiased)
+    work = replace(work, buffers=settings.buffers)
     check_memory(work.need, settings.memory)
     compiled = compile_scene(scene, bands, film.width / film.height)
     fingerprint = describe_run(compiled, bands, film, settings.deciding)
@@ -230,6 +230,7 @@ def compile_and_plan(scene: Scene, settings: Settings) -> Setup:
     count = columns.count + settings.per_light * columns.distinct
     work = replace(work, bands=count, specular=carried.has_residual, per_light=settings.per_light)
     storage = check_memory(work.need, settings.memory)
+    check_unbiased(settings.unbiased, carried.specular is not None)
     if not carried.has_residual:
         _check_without_residual(settings)
     return Setup(whole, carried, plan, columns, storage, fingerprint)
@@ -265,7 +266,7 @@ def begin(setup: Setup, settings: Settings, workers: Workers) -> Run:
     hidden = warn_of_hidden_lights(setup.scene, view, key)
     lights = downweight_hidden(setup.carried.lights, setup.carried.light_names, hidden)
     integrator = make_integrator(
-        settings.method,
+        settings.integrator,
         PassSetup(
             replace(setup.carried, lights=lights),
             film,
@@ -284,7 +285,7 @@ def begin(setup: Setup, settings: Settings, workers: Workers) -> Run:
         integrator,
         moments,
         settings.budget,
-        BiasProbe(integrator, film, columns),
+        BiasProbe(integrator, film, columns, settings.unbiased),
         AdaptiveSampling(film, columns, storage) if adapts else None,
         settings.pass_samples,
         None if file is None else Checkpoint(file, setup.fingerprint),

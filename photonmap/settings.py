@@ -7,7 +7,6 @@ fingerprint of the run, and the table in docs/guide.md (`python tools/make_optio
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from numbers import Integral
@@ -24,10 +23,12 @@ from photonmap.film.budget import (
     LEAST_PHOTONS,
     Budget,
     check_pass_samples,
+    usual_photons,
 )
 from photonmap.film.goal import Goal
-from photonmap.integrators.choice import METHODS
+from photonmap.integrators.choice import METHODS, choose_integrator
 from photonmap.runtime.options import (
+    check_bytes,
     check_size,
     list_options,
     option,
@@ -84,12 +85,6 @@ def _check_buffers(names: Iterable[str]) -> frozenset[str]:
     chosen = list(names)
     check_buffers(chosen)
     return frozenset(chosen)
-
-
-def _check_memory(memory: float) -> float:
-    if not 0.0 < memory < math.inf:
-        raise InputError(f"memory {memory} must be a number of bytes above 0")
-    return memory
 
 
 def _check_progress(progress: Progress | bool) -> Progress:
@@ -221,6 +216,15 @@ class Options:
             decides=True,
         ),
     )
+    unbiased: bool = field(
+        default=False,
+        metadata=option(
+            "photon mapping without any bias, for scenes without mirrors and glass: paths correct "
+            "the cache, and pixels share indirect light by its differences",
+            group="sampling",
+            decides=True,
+        ),
+    )
     per_light: bool = field(
         default=False,
         metadata=option(
@@ -271,7 +275,7 @@ class Options:
             group="resources",
             metavar="SIZE",
             read=read_memory,
-            check=_check_memory,
+            check=check_bytes,
         ),
     )
     checkpoint: str | PathLike[str] | None = field(
@@ -320,14 +324,6 @@ def taken_by(command: str) -> list[str]:
     return [name for name, each in OPTIONS.items() if each.group and command in each.commands]
 
 
-def usual_photons(pixels: int) -> int:
-    """Return how many photons are emitted per pass unless a user chooses a number.
-
-    What cells hide does not depend on the pixels: small images need nearly as many as large ones.
-    """
-    return max(pixels, min(4 * pixels, ENOUGH_PHOTONS), LEAST_PHOTONS)
-
-
 @dataclass(frozen=True, kw_only=True)
 class Settings(Options):
     """Options that were checked, in the form in which a render uses them.
@@ -336,6 +332,7 @@ class Settings(Options):
     ----------
     film : the image: its size, and where samples lie within a pixel
     budget : what ends the render: passes, seconds or an error
+    integrator : the name of that of the method
     """
 
     bands: Bands
@@ -346,6 +343,7 @@ class Settings(Options):
     progress: Progress
     film: Film
     budget: Budget
+    integrator: str
 
     @classmethod
     def of(cls, options: Options) -> Settings:
@@ -361,6 +359,7 @@ class Settings(Options):
         values = {name: each.checked(getattr(options, name)) for name, each in OPTIONS.items()}
         if values["resume"] and values["checkpoint"] is None:
             raise InputError("resume needs the checkpoint to continue from: name its file")
+        integrator = choose_integrator(values["method"], values["unbiased"])
         film = Film(*values["size"], values["pixel"] == "box")
         defaults = {
             "photons": usual_photons(film.width * film.height),
@@ -368,7 +367,7 @@ class Settings(Options):
             "progress": Silent(),
         }
         values |= {name: value for name, value in defaults.items() if values[name] is None}
-        return cls(**values, film=film, budget=budget)
+        return cls(**values, film=film, budget=budget, integrator=integrator)
 
     @property
     def pixels(self) -> int:

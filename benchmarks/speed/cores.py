@@ -18,12 +18,12 @@ import photonmap as pm
 from benchmarks.harness.table import Cell, Table
 from photonmap.compile.scene_arrays import compile_scene
 from photonmap.dataset.scenes.build import build_scene
+from photonmap.film.budget import usual_photons
 from photonmap.film.moments import Accumulator
 from photonmap.integrators.base import PassSetup
 from photonmap.integrators.photon_mapping.integrator import PhotonIntegrator
 from photonmap.kernels.core.passes import Film
 from photonmap.runtime.workers import Workers
-from photonmap.settings import usual_photons
 from photonmap.spectra.bands import Bands
 
 CORES = (2, 16, 64)

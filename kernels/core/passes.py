@@ -205,6 +205,9 @@ class Scratch(NamedTuple):
     """(N,) float32, throughput of a walk among facets"""
     rays: np.ndarray
     """(len(RAY_KINDS),) int64, rays cast so far; one through holes counts once"""
+    shifted: np.ndarray
+    """(4, 11) float64, what a camera sample would see in the neighbours of its pixel: see
+    `integrators.irradiance_differences`"""
 
 
 @by_reference
@@ -219,6 +222,9 @@ class SamplingPlan(NamedTuple):
     """(P,) uint8, gather rays of each camera sample"""
     sharing_radius: np.ndarray
     """(P,) float32, distance over which indirect irradiance hardly changes"""
+    links: np.ndarray | None = None
+    """(P,) uint8, bits of the neighbours that show the same flat surface: see `film.linked_pixels`;
+    None where pixels share with footprints"""
 
 
 @by_reference
@@ -244,6 +250,9 @@ class RadiosityCache(NamedTuple):
     cells: CacheCells
     radiosity: np.ndarray
     """(cells, N) float32"""
+    followed: float | None = None
+    """probability with which paths go on past a look-up, to correct it: see `cache.two_level`; None
+    where they never do, and gather rays look up too"""
 
 
 @by_reference
@@ -364,6 +373,10 @@ class Estimate(NamedTuple):
     irradiance there; and direct, indirect and caustic light that is not the Lambertian reflection
     of first hits: all that is seen via specular surfaces, and what other BSDFs add. None where a
     scene has neither."""
+    differences: np.ndarray | None = None
+    """(5, P, N) float32, indirect irradiance that linked pixels share, and what a pixel's samples
+    say of that of each neighbour minus its own: see `integrators.irradiance_differences`. None
+    where pixels share with footprints, or not at all."""
 
 
 @by_reference

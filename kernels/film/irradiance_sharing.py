@@ -34,7 +34,7 @@ class Footprint(NamedTuple):
 
 
 @jit
-def _may_share(footprint, pixel, other):
+def may_share(footprint, pixel, other):
     """Return whether two pixels show one surface, within the sharing radius of both."""
     plane, radius = footprint.plane, footprint.sharing_radius
     if plane[other, FLAT] == 0.0:
@@ -61,8 +61,8 @@ def _add_footprint(film, footprint, pixel, source, target):
             step = y * film.width + x
             if (
                 x * x + y * y <= radius * radius
-                and _may_share(footprint, pixel, pixel + step)
-                and _may_share(footprint, pixel, pixel - step)
+                and may_share(footprint, pixel, pixel + step)
+                and may_share(footprint, pixel, pixel - step)
             ):
                 count += 2
                 for band in range(source.shape[1]):

@@ -26,6 +26,7 @@ from photonmap.kernels.film.pixels import FLAT, morton, update_plane
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.integrators.final_gather import light_keys
 from photonmap.kernels.integrators.irradiance import add_disks, estimate_irradiance
+from photonmap.kernels.integrators.irradiance_differences import begin_shifts
 from photonmap.kernels.integrators.specular_view import Chain, view_specular_chains
 
 CENTRE = (0.5, 0.5)
@@ -43,8 +44,9 @@ def _render_sample(job, keys, pixel, index, share, budget, estimate, scratch):
     surface = surface_interaction(scene.geometry, hit, direction)
     update_plane(pixels.plane, pixel, is_first, surface.point, surface.ns)
     if specular_probability(scene.geometry, scene.specular, hit.triangle) < 1.0:
+        shifts = begin_shifts(job, estimate.differences, position, index, pixel, share, scratch)
         pixels.lookups[pixel] |= estimate_irradiance(
-            scene, job.maps, surface, index, budget, keys[1], scratch
+            scene, job.maps, surface, index, budget, keys[1], shifts, scratch
         )
         if not are_caustics_connected(job, job.maps.caustics, surface, pixel):
             add_disks(scene, scene.scattering, job.maps.caustics, surface, scratch)
@@ -62,6 +64,7 @@ def camera_pass(job, span, scratch, estimate):
     for pixel in range(span.first, span.last):
         clear_pixel(pixels, pixel)
         clear_via_specular(estimate.via_specular, pixel)
+        clear_via_specular(estimate.differences, pixel)
         samples = int(plan.samples[pixel])
         budget = SampleBudget(np.int64(plan.lights[pixel]), np.int64(plan.gathers[pixel]))
         share = np.float32(1.0 / samples)

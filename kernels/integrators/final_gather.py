@@ -10,7 +10,7 @@ from photonmap.kernels.bsdf.specular import specular_probability
 from photonmap.kernels.cache.radiosity_cache import can_look_up, cell_at
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.core.passes import DIRECT, EMPTY, FOUND, GATHER, INDIRECT
+from photonmap.kernels.core.passes import DIRECT, EMPTY, FOUND, GATHER, INDIRECT, Hit
 from photonmap.kernels.core.rng import block_key, sobol_point, stream
 from photonmap.kernels.core.streams import split
 from photonmap.kernels.geometry.interaction import surface_interaction
@@ -75,15 +75,26 @@ def _add_cell(scene, cache, surface, weight, irradiance):
 
 
 @jit
+def _answers(cache, followed, end):
+    """Return whether the cache answers for the end of a gather ray: not where it is corrected.
+
+    There, a path's light sample and next ray cost little, and what they look up counts for less.
+    """
+    return followed is None and can_look_up(cache.cells, end)
+
+
+@jit
 def gather(scene, maps, surface, direction, place, budget, keys, scratch):
     """Add what one of `budget.gathers` cosine-distributed rays sees to `scratch.irradiance`.
 
     Where the ray ends too near for the cache to answer, or on a surface that is not Lambertian, a
-    path goes on from there. `place` numbers the ray. Returns lookup flags.
+    path goes on from there. `place` numbers the ray. Returns lookup flags, and the ray's hit if
+    its end is Lambertian, without a specular part; else the hit's triangle is -1.
     """
+    nothing = Hit(np.int64(-1), 0.0, 0.0, 0.0)
     geometry = scene.geometry
     if vec.dot(surface.ng, direction) <= 0.0:
-        return 0
+        return 0, nothing
     hit = intersect(geometry, surface.point, direction)
     scratch.rays[GATHER] += 1
     emitter, position, weight = seen_emitter(scene, surface, hit, direction, budget)
@@ -92,7 +103,7 @@ def gather(scene, maps, surface, direction, place, budget, keys, scratch):
         weight *= math.pi / budget.gathers
         add_emission(scratch.irradiance, DIRECT, scene.lights, emission, weight)
     if hit.triangle < 0:
-        return 0
+        return 0, nothing
     found, share = 0, np.float32(1.0 / budget.gathers)
     probability = specular_probability(geometry, scene.specular, hit.triangle)
     if probability > 0.0:
@@ -102,11 +113,13 @@ def gather(scene, maps, surface, direction, place, budget, keys, scratch):
         )
         found = FOUND if lit else 0
         if probability == 1.0:
-            return found
+            return found, nothing
     end = surface_interaction(geometry, hit, direction)
     end = models.with_model(geometry, scene.scattering, end)
-    if end.model == models.LAMBERTIAN and can_look_up(maps.cache.cells, end):
-        return found | _add_cell(scene, maps.cache, end, share, scratch.irradiance)
+    if end.model != models.LAMBERTIAN:
+        hit = nothing
+    elif _answers(maps.cache, maps.cache.followed, end):
+        return found | _add_cell(scene, maps.cache, end, share, scratch.irradiance), hit
     scratch.throughput[:] = share
     state = stream(keys.path, place, 0)
-    return found | follow_path(scene, maps, end, state, scratch)
+    return found | follow_path(scene, maps, end, state, scratch), hit

@@ -17,6 +17,7 @@ from photonmap.kernels.core.passes import (
 from photonmap.kernels.core.rng import sobol_2d, sobol_block, stream
 from photonmap.kernels.core.warp import INV_PI
 from photonmap.kernels.integrators.final_gather import fill_directions, gather
+from photonmap.kernels.integrators.irradiance_differences import add_differences
 from photonmap.kernels.integrators.path_walk import PathStart, alone, trace_path, weigh_gather
 from photonmap.kernels.lights.direct import count_shadow_ray, sample_direct, weigh_sample
 from photonmap.kernels.lights.emission import add_attenuated, add_emission, emission_of
@@ -33,6 +34,7 @@ def _onto(scratch, irradiance):
     return Scratch(
         scratch.throughput, scratch.chain, irradiance, scratch.points, scratch.directions,
         scratch.incident, scratch.scattered, scratch.response, scratch.walk, scratch.rays,
+        scratch.shifted,
     )  # fmt: skip
 
 
@@ -108,14 +110,32 @@ def _leave_to_paths(scene, scattering, surface, direction, budget, scratch):
 
 
 @jit
-def _gather(scene, scattering, maps, surface, ray, budget, keys, scratch):
-    """Add a gather ray, (direction, its number), to the irradiance, and to what is scattered."""
+def _gather_diffuse(scene, shifts, maps, surface, ray, budget, keys, scratch):
+    """Add a gather ray to the irradiance, and to differences, if there are any."""
     direction, place = ray
-    if scattering is None or _model(scene, scattering, surface) == models.LAMBERTIAN:
-        return gather(scene, maps, surface, direction, place, budget, keys, scratch)
+    if shifts is None:
+        return gather(scene, maps, surface, direction, place, budget, keys, scratch)[0]
     clear(scratch.incident)
     onto = _onto(scratch, scratch.incident)
-    found = gather(scene, maps, surface, direction, place, budget, keys, onto)
+    found, end = gather(scene, maps, surface, direction, place, budget, keys, onto)
+    for row in range(scratch.incident.shape[0]):
+        for band in range(scratch.incident.shape[1]):
+            scratch.irradiance[row, band] += scratch.incident[row, band]
+    add_differences(scene, shifts, surface, end, direction, scratch.incident, scratch)
+    return found
+
+
+@jit
+def _gather(scene, scattering, maps, surface, ray, budget, keys, scratch):
+    """Add a gather ray, (direction, number, shifts), to the irradiance and what is scattered."""
+    direction, place, shifts = ray
+    if scattering is None or _model(scene, scattering, surface) == models.LAMBERTIAN:
+        of_lambert = direction, place
+        return _gather_diffuse(scene, shifts, maps, surface, of_lambert, budget, keys, scratch)
+    clear(scratch.incident)
+    onto = _onto(scratch, scratch.incident)
+    found, end = gather(scene, maps, surface, direction, place, budget, keys, onto)
+    add_differences(scene, shifts, surface, end, direction, scratch.incident, scratch)
     models.evaluate(scene, scattering, surface, direction, scratch.response)
     first = _leave_to_paths(scene, scattering, surface, direction, budget, scratch)
     for row in range(scratch.incident.shape[0]):
@@ -158,12 +178,13 @@ def _add_glossy(scene, scattering, maps, surface, index, budget, key, scratch):
 
 
 @jit
-def estimate_irradiance(scene, maps, surface, index, budget, keys, scratch):
+def estimate_irradiance(scene, maps, surface, index, budget, keys, shifts, scratch):
     """Estimate the light of a surface, without its caustics, by light samples and gather rays.
 
     Fills `scratch.irradiance`, and where the surface is not Lambertian `scratch.scattered`, the
     radiance that it sends to where the ray came from. `index` numbers the surface for
-    low-discrepancy points. Returns lookup flags.
+    low-discrepancy points. What gather rays say of neighbouring pixels goes to `shifts`, or None.
+    Returns lookup flags.
     """
     clear(scratch.irradiance)
     clear(scratch.scattered)
@@ -177,7 +198,7 @@ def estimate_irradiance(scene, maps, surface, index, budget, keys, scratch):
             fill_directions(surface.ns, place, keys.gather, directions)
         ray = directions[0, lane], directions[1, lane], directions[2, lane]
         found |= _gather(
-            scene, scene.scattering, maps, surface, (ray, place), budget, keys, scratch
+            scene, scene.scattering, maps, surface, (ray, place, shifts), budget, keys, scratch
         )
     _add_glossy(scene, scene.scattering, maps, surface, index, budget, keys.glossy, scratch)
     return found

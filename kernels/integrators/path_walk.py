@@ -8,6 +8,7 @@ import numpy as np
 from photonmap.kernels.bsdf import lambert, models
 from photonmap.kernels.bsdf.material import look_up_material, multiply_albedo
 from photonmap.kernels.cache.radiosity_cache import can_look_up, cell_at
+from photonmap.kernels.cache.two_level import goes_on_from
 from photonmap.kernels.caustics.photon_map import add_caustics, scatter_caustics
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.bands import add_product, copy, largest, total
@@ -233,8 +234,19 @@ def _walk_once(scene, maps, surface, start, state, scratch):
 
 
 @jit
+def _whole(followed, throughput):
+    """Return the throughput against which Russian roulette is played: 1, or that of the start.
+
+    Where nearly all gather rays go on as paths, each brings a small share of the light only.
+    """
+    return np.float32(1.0) if followed is None else largest(throughput)
+
+
+@jit
 def _walk(scene, maps, surface, start, state, scratch):
     row, throughput = start.row, scratch.throughput
+    cache, looks_up = maps.cache, True
+    whole = _whole(cache.followed, throughput)
     for bounce in range(start.bounces):
         if bounce > 0 or not start.is_lit:
             state = _add_light_sample(scene, surface, row, state, scratch)
@@ -246,16 +258,19 @@ def _walk(scene, maps, surface, start, state, scratch):
         surface = surface_interaction(scene.geometry, hit, direction)
         surface = models.with_model(scene.geometry, scene.scattering, surface)
         row = INDIRECT
-        if surface.model == models.LAMBERTIAN and can_look_up(maps.cache.cells, surface):
-            cell = cell_at(maps.cache.cells, hit.triangle, surface.side, hit.u, hit.v)
-            add_product(scratch.irradiance, row, maps.cache.radiosity, cell, throughput, 1.0)
-            break
+        if looks_up and surface.model == models.LAMBERTIAN and can_look_up(cache.cells, surface):
+            cell = cell_at(cache.cells, hit.triangle, surface.side, hit.u, hit.v)
+            add_product(scratch.irradiance, row, cache.radiosity, cell, throughput, 1.0)
+            goes_on, state = goes_on_from(cache, cache.followed, cell, state, scratch)
+            if not goes_on:
+                break
+            looks_up = False
         _arrive(scene, scene.scattering, maps.caustics, surface, scratch)
         survival = largest(throughput)
         if survival == 0.0:
             break
         if bounce >= CERTAIN_BOUNCES:
-            alive, state = russian_roulette(np.float32(1.0), survival, state, throughput)
+            alive, state = russian_roulette(whole, survival, state, throughput)
             if not alive:
                 break
     return state

@@ -105,7 +105,7 @@ def _light_of(job, caustics, surface, step, chain, state, scratch):
     if caustics is None:
         return trace_irradiance(job.scene, job.maps, surface, MAX_BOUNCES, state, scratch)
     index, keys = chain.index + (np.uint64(step + 1) << STEP), light_keys(chain.key, USES)
-    estimate_irradiance(job.scene, job.maps, surface, index, chain.budget, keys, scratch)
+    estimate_irradiance(job.scene, job.maps, surface, index, chain.budget, keys, None, scratch)
     add_disks(job.scene, job.scene.scattering, caustics, surface, scratch)
     return state
 

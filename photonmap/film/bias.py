@@ -95,15 +95,23 @@ class BiasProbe:
     integrator : that runs the passes
     film : the image
     columns : what passes carry
+    unbiased : whether there is none to be estimated
     """
 
-    def __init__(self, integrator: Repeatable, film: Film, columns: SpectralColumns) -> None:
+    def __init__(
+        self,
+        integrator: Repeatable,
+        film: Film,
+        columns: SpectralColumns,
+        unbiased: bool = False,
+    ) -> None:
         self._integrator, self._film, self._columns = integrator, film, columns
         side = min(film.width, film.height) // LEAST_ACROSS
         self._block = min(max(side, 1), LARGEST_BLOCK)
         blocks = block_counts((film.width, film.height), self._block).size
         self.differences = np.zeros((2, blocks, columns.distinct))
         """Sums over the passes of either half"""
+        self._unbiased = unbiased
         self.stated = np.full(1, np.nan)
         """The bias for footprints of width 1; not a number before two passes were probed"""
 
@@ -128,6 +136,8 @@ class BiasProbe:
 
     def bias(self, count: int) -> float | None:
         """Return the estimate after `count` passes, relative as the error is; None if unknown."""
+        if self._unbiased:
+            return 0.0
         known = not math.isnan(self.stated[0])
         return float(self.stated[0]) * footprint_width(np.arange(count)) if known else None
 

@@ -31,6 +31,14 @@ def check_pass_samples(fraction: float) -> float:
     return float(fraction)
 
 
+def usual_photons(pixels: int) -> int:
+    """Return how many photons are emitted per pass unless a user chooses a number.
+
+    What cells hide does not depend on the pixels: small images need nearly as many as large ones.
+    """
+    return max(pixels, min(4 * pixels, ENOUGH_PHOTONS), LEAST_PHOTONS)
+
+
 @dataclass(frozen=True)
 class Budget:
     """Passes; or seconds, an error to reach, or both: what comes first ends a render."""

@@ -53,6 +53,7 @@ class PassSetup:
     workers : that share the work
     effects : which are simulated; None for all
     storage : where the arrays lie
+    unbiased : whether the mean of passes is to be exact
     """
 
     compiled: CompiledScene
@@ -63,6 +64,7 @@ class PassSetup:
     workers: Workers
     effects: EffectPlan | None = None
     storage: Storage = RAM
+    unbiased: bool = False
 
     @property
     def pixels(self) -> int:
@@ -79,6 +81,14 @@ class PassSetup:
         """Whether the camera samples of a pixel differ: over its area, or over a lens."""
         optics = self.view.camera.optics
         return self.film.jitter or (optics is not None and optics.lens.is_open)
+
+    @property
+    def has_differences(self) -> bool:
+        """Whether pixels share by differences: see `kernels.integrators.irradiance_differences`.
+
+        A surface that is partly transparent would be seen by one ray and not by another.
+        """
+        return self.unbiased and self.compiled.arrays.geometry.alpha is None
 
     def simulates(self, effect: str) -> bool:
         """Return whether an effect is simulated."""
@@ -106,7 +116,7 @@ class PassSetup:
         counts = []
 
         def render(span: Span) -> None:
-            scratch = make_scratch(self.compiled, self.bands)
+            scratch = make_scratch(self.compiled, self.bands, self.unbiased)
             task(span, scratch)
             counts.append(scratch.rays)
 
@@ -220,7 +230,7 @@ def stream_key(seed: int, index: int, domain: Domain) -> np.uint64:
     return np.uint64(int.from_bytes(hashlib.blake2b(text, digest_size=8).digest(), "little"))
 
 
-def make_scratch(compiled: CompiledScene, bands: int) -> Scratch:
+def make_scratch(compiled: CompiledScene, bands: int, unbiased: bool = False) -> Scratch:
     """Make what a kernel needs for one sample."""
     throughput, chain, response, walk = np.empty((4, bands), np.float32)
     rows = CAUSTIC + 1 if compiled.specular is not None else CAUSTIC
@@ -231,10 +241,12 @@ def make_scratch(compiled: CompiledScene, bands: int) -> Scratch:
         np.empty((rows, bands), np.float32),
         np.empty((2, LANES)),
         np.empty((3, LANES)),
-        *np.empty((2, scattered, bands), np.float32),
+        np.empty((rows if unbiased else scattered, bands), np.float32),
+        np.empty((scattered, bands), np.float32),
         response,
         walk,
         np.zeros(len(RAY_KINDS), np.int64),
+        np.empty((4, 11)),
     )
 
 
@@ -255,7 +267,8 @@ def empty_estimate(setup: PassSetup) -> Estimate:
         plane=storage.zeros((size, 7)),
     )
     via = storage.zeros((5, size, bands)) if setup.compiled.has_residual else None
-    return Estimate(pixels, via)
+    differences = storage.zeros((5, size, bands)) if setup.has_differences else None
+    return Estimate(pixels, via, differences)
 
 
 def leave_out(setup: PassSetup, estimate: Estimate) -> Estimate:

@@ -8,6 +8,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, NamedTuple
 
+from photonmap.errors import InputError
+
 if TYPE_CHECKING:
     from photonmap.integrators.base import Integrator, PassSetup
 
@@ -27,11 +29,43 @@ METHODS = {
     "photon": Method("photon_mapping.integrator", "PhotonIntegrator", "photon mapping"),
     "path": Method("path", "PathIntegrator", "plain path tracing, its reference"),
 }
+_UNBIASED = "unbiased"
+_INTEGRATORS = METHODS | {
+    _UNBIASED: Method(
+        "photon_mapping.unbiased", "UnbiasedIntegrator", "photon mapping without bias"
+    )
+}
+
+
+def choose_integrator(method: str, unbiased: bool) -> str:
+    """Return the name of the integrator of a method.
+
+    Raises
+    ------
+    InputError : the method has no bias to be without
+    """
+    if unbiased and method != "photon":
+        raise InputError(f"unbiased: method {method} has no bias; leave one of the two out")
+    return _UNBIASED if unbiased else method
+
+
+def check_unbiased(unbiased: bool, specular: bool) -> None:
+    """Refuse to render a scene with specular surfaces without bias.
+
+    Raises
+    ------
+    InputError : that is asked for
+    """
+    if unbiased and specular:
+        raise InputError(
+            "unbiased: mirrors and glass make caustics, which are counted over disks; leave it "
+            "out, or use method path, which has no bias"
+        )
 
 
 def make_integrator(method: str, setup: PassSetup) -> Integrator:
-    """Make the integrator of a method."""
-    chosen = METHODS[method]
+    """Make an integrator by the name that `choose_integrator` returns."""
+    chosen = _INTEGRATORS[method]
     module = import_module(f"photonmap.integrators.{chosen.module}")
     integrator: Integrator = getattr(module, chosen.integrator)(setup)
     return integrator

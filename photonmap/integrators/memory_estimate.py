@@ -14,6 +14,8 @@ PASS_BUFFERS = 7
 """Arrays of a pass with a value a pixel and band: those of `Pixels`, and shared irradiance."""
 SPECULAR_BYTES_PER_VALUE = 44
 """Moments and passes of caustics and of what is seen via specular surfaces."""
+UNBIASED_BUFFERS = 8
+"""Arrays of an unbiased pass besides: differences, rounds of averages, reflectance."""
 BYTES_PER_PIXEL = 92
 """Bytes of a pixel besides bands and the buffers that are kept: sampling plan, planes, counts."""
 BYTES_PER_TRIANGLE = 300
@@ -38,6 +40,7 @@ class Work:
     bands : those of the whole, and of each light group that is split off
     specular : there are mirrors or glass
     per_light : light is split by light group
+    unbiased : pixels share by differences
     buffers : names of those that are kept
     """
 
@@ -47,6 +50,7 @@ class Work:
     triangles: int
     specular: bool = False
     per_light: bool = False
+    unbiased: bool = False
     buffers: Collection[str] = DEFAULT
 
     @property
@@ -72,7 +76,8 @@ class Work:
 
     @property
     def _arrays(self) -> float:
-        per_value = BYTES_PER_VALUE + 4 * PASS_BUFFERS + SPECULAR_BYTES_PER_VALUE * self.specular
+        buffers = PASS_BUFFERS + UNBIASED_BUFFERS * self.unbiased
+        per_value = BYTES_PER_VALUE + 4 * buffers + SPECULAR_BYTES_PER_VALUE * self.specular
         per_pixel = BYTES_PER_PIXEL + self.bands * per_value + 4 * self._kept_values
         cells = 2.0 * self.photons * CELLS_PER_PHOTON
         caches = cells * self.bands * 4 * (bundle_count(self.photons) + 2)

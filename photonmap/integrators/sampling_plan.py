@@ -11,6 +11,7 @@ from photonmap.kernels.core.passes import Film, Prepass, SamplingPlan, Span
 from photonmap.kernels.core.records import Lights, SceneArrays
 from photonmap.kernels.core.streams import Domain
 from photonmap.kernels.film.irradiance_sharing import Footprint, count_footprints
+from photonmap.kernels.film.linked_pixels import link_pixels
 from photonmap.kernels.integrators.prepass import run_prepass
 
 SAMPLES = 4
@@ -23,6 +24,8 @@ MIXED_LIGHT_SAMPLES = 16
 """The same where one sample says little about the whole: a sky, or emitters of several spectra."""
 GATHERS, MOST_GATHERS = 8, 64
 """Gather rays of a pixel, and where few neighbours share their indirect light with it."""
+MOST_LINKED_GATHERS, EDGE_GATHERS = 16, 32
+"""The most of pixels that share by differences, which reach everywhere, and those at edges."""
 SHARED_GATHERS = 256
 """Gather rays of all pixels of a footprint, where a pixel's own are not too many."""
 FOOTPRINT_PIXELS = 6.0
@@ -52,6 +55,8 @@ def plan_sampling(setup: PassSetup) -> SamplingPlan:
     partners, nothing = storage.zeros(pixels, np.int32), np.zeros((pixels, 0), np.float32)
     footprint = Footprint(plane, plan.sharing_radius, 1.0, FOOTPRINT_PIXELS, FOOTPRINT_TURN)
     setup.over_pixels(lambda span: count_footprints(view.film, footprint, span, nothing, partners))
+    if setup.has_differences:
+        plan = plan._replace(links=_link(setup, plane, prepass.flat, plan.sharing_radius))
     planner = _Planner(
         view.film,
         prepass,
@@ -59,9 +64,23 @@ def plan_sampling(setup: PassSetup) -> SamplingPlan:
         1 if scene.specular is None else SAMPLES,  # caustics vary within a pixel
         _light_samples(scene.lights),
         setup.spreads,
+        (MOST_LINKED_GATHERS, EDGE_GATHERS) if setup.has_differences else (MOST_GATHERS,) * 2,
     )
     _over_lines(setup, lambda span: planner.plan(span, plan))
     return plan
+
+
+def _link(
+    setup: PassSetup,
+    plane: NDArray[np.float32],
+    flat: NDArray[np.uint8],
+    radius: NDArray[np.float32],
+) -> NDArray[np.uint8]:
+    """Return which neighbours show the same flat surface, however far away, of each pixel, (P,)."""
+    links, film = setup.storage.zeros(setup.pixels, np.uint8), setup.film
+    footprint = Footprint(plane, radius, 1.0 / FOOTPRINT_REACH, FOOTPRINT_PIXELS, FOOTPRINT_TURN)
+    setup.over_pixels(lambda span: link_pixels(film, footprint, span, flat, links))
+    return links
 
 
 def _over_lines(setup: PassSetup, task: Callable[[Span], None]) -> None:
@@ -86,6 +105,7 @@ class _Planner:
     least : camera samples of an even pixel
     lights : light samples of a pixel outside of penumbrae
     spreads : whether the samples of a pixel differ
+    most_gathers : gather rays at most of pixels of a flat surface, and those of others
     """
 
     film: Film
@@ -94,6 +114,7 @@ class _Planner:
     least: int
     lights: int
     spreads: bool
+    most_gathers: tuple[int, int]
 
     def plan(self, span: Span, plan: SamplingPlan) -> None:
         """Fill the plan of the pixels of a span of lines."""
@@ -104,7 +125,8 @@ class _Planner:
             part[lines] != 0 for part in (prepass.flat, prepass.even, prepass.specular)
         )
         gathers = 2 ** np.ceil(np.log2(SHARED_GATHERS / self.partners[lines])).astype(int)
-        gathers = np.where(specular | ~flat, MOST_GATHERS, np.clip(gathers, GATHERS, MOST_GATHERS))
+        most, others = self.most_gathers
+        gathers = np.where(specular | ~flat, others, np.clip(gathers, GATHERS, most))
         samples = np.where(flat & ~specular, SAMPLES, EDGE_SAMPLES)
         samples[even & ~penumbra & (gathers == GATHERS)] = self.least
         if not self.spreads:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import math
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -116,6 +117,18 @@ def read_size(text: str) -> tuple[int, int]:
     if not (width.strip().isdecimal() and height.strip().isdecimal()):
         raise InputError(f"{shown(text)} is not a size; write it as 640x480")
     return int(width), int(height)
+
+
+def check_bytes(memory: float) -> float:
+    """Return a number of bytes.
+
+    Raises
+    ------
+    InputError : it is not above 0, or not finite
+    """
+    if not 0.0 < memory < math.inf:
+        raise InputError(f"memory {memory} must be a number of bytes above 0")
+    return memory
 
 
 def check_size(size: tuple[int, int] | int) -> tuple[int, int]:

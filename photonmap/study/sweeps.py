@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from photonmap.errors import InputError
+from photonmap.film.budget import usual_photons
 from photonmap.integrators.memory_estimate import Work
 from photonmap.runtime.memory import check_memory
-from photonmap.settings import usual_photons
 from photonmap.spectra.bands import Bands
 from photonmap.study.color_error import REFERENCE_BANDS
 from photonmap.study.measure import Study

@@ -24,6 +24,9 @@ def test_estimate_grows_with_everything():
         assert sum(replace(LEAST, **bigger).need) > least + 10**8
     for bigger in ({"specular": True}, {"per_light": True}):
         assert replace(LARGE, **bigger).need.always > LARGE.need.always
+    assert (
+        replace(LARGE, unbiased=True).need.arrays > LARGE.need.arrays + LARGE.pixels * 31 * 32 - 1
+    )
     assert replace(LARGE, buffers=["radiance"]).need.arrays < 0.8 * LARGE.need.arrays
 
 

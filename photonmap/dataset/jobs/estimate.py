@@ -12,9 +12,8 @@ from photonmap.dataset.jobs.listing import aligned
 from photonmap.dataset.jobs.plan import Job
 from photonmap.dataset.jobs.render_image import Task, render_image
 from photonmap.errors import InputError
-from photonmap.film.budget import LEAST_PHOTONS
+from photonmap.film.budget import LEAST_PHOTONS, usual_photons
 from photonmap.runtime.progress import duration
-from photonmap.settings import usual_photons
 
 _SMALLER = 4
 """By how much a pilot is smaller than its images, in width and height."""

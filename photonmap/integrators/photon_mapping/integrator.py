@@ -45,9 +45,6 @@ from photonmap.kernels.core.streams import Domain
 from photonmap.kernels.film.irradiance_sharing import Footprint, share_irradiance
 from photonmap.kernels.integrators.camera_pass import camera_pass
 
-_ONE_SAMPLE = SamplingPlan(*np.ones((3, 1), np.uint8), np.ones(1, np.float32))
-"""The plan of an image of one pixel."""
-
 
 class PhotonIntegrator:
     """Estimates pixels by photon mapping with final gathering; see `Integrator`."""
@@ -185,14 +182,14 @@ class PhotonIntegrator:
         One sample, on maps that hold nothing.
         """
         plan_sampling(self._setup)
-        self.plan = _ONE_SAMPLE
+        self.plan = _one_sample(self._setup)
         bands = self._setup.bands
         caustics = no_caustics(bands) if self._specular else None
         self.gather(0, PhotonMaps(empty_cache(bands), caustics))
 
     def call_other_kernels(self) -> Estimate:
         """Compile the kernels of the photon pass and of sharing."""
-        self.plan = _ONE_SAMPLE
+        self.plan = _one_sample(self._setup)
         maps = self.trace_photons(0)
         if maps.caustics is not None:
             connect(self._setup, self._job(0, maps, self.plan), self._estimate)
@@ -230,3 +227,9 @@ class PhotonIntegrator:
         start = time.perf_counter()
         yield
         self.setup_seconds += time.perf_counter() - start
+
+
+def _one_sample(setup: PassSetup) -> SamplingPlan:
+    """Return the plan of an image of one pixel."""
+    links = np.zeros(1, np.uint8) if setup.has_differences else None
+    return SamplingPlan(*np.ones((3, 1), np.uint8), np.ones(1, np.float32), links)

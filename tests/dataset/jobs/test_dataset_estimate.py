@@ -9,7 +9,7 @@ from photonmap.dataset.jobs import estimate as module
 from photonmap.dataset.jobs.estimate import Cost, estimate, list_costs
 from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
 from photonmap.dataset.jobs.presets import Preset
-from photonmap.settings import usual_photons
+from photonmap.film.budget import usual_photons
 
 COMMON = CommonSettings((640, 480), "3", "0.5", inputs="0")
 BUILD, RENDER, WRITE = 2.0, 3.0, 0.5

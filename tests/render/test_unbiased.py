@@ -1,0 +1,168 @@
+"""The unbiased mode: its mean is the path tracer's in every buffer and block, whatever is cached.
+
+Renders with different seeds are independent, so their means are compared by Welch's t-test; no seed
+is used by both, since methods share random numbers. All comparisons of a test together reject
+equal means wrongly with a probability of 1 in 1000; seeds are fixed.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+from helpers.scenes import GREY, sky
+from scipy import stats
+
+import photonmap as pm
+from photonmap.integrators.photon_mapping.integrator import PhotonIntegrator
+
+BOX = pm.scenes.cornell_box()
+SIZE, BLOCK = 16, 8
+BUFFERS = ("radiance", "direct", "indirect", "shading", "reflectance")
+SIGNIFICANCE = 1e-3
+
+
+def block_means(scene, seeds, size=SIZE, **options):
+    """Return the means over blocks of 8×8 pixels and the image, (seeds, buffers, blocks + 1, 3)."""
+    rows = []
+    for seed in seeds:
+        result = pm.render(scene, bands="rgb", size=size, seed=seed, threads=1, **options)
+        rows.append([_blocks(result[name]) for name in BUFFERS])
+    return np.array(rows, np.float64)
+
+
+def _blocks(image):
+    height, width, bands = image.shape
+    parts = image.astype(np.float64).reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK, bands)
+    blocks = parts.mean(axis=(1, 3)).reshape(-1, bands)
+    return np.vstack([blocks, blocks.mean(axis=0)])
+
+
+def differ(first, second):
+    """Return whether any of the means differ."""
+    vary = (np.ptp(first, axis=0) > 0) & (np.ptp(second, axis=0) > 0)
+    p = stats.ttest_ind(first[:, vary], second[:, vary], equal_var=False).pvalue
+    return p.min() < SIGNIFICANCE / p.size
+
+
+def under_a_sky():
+    """Return the box, open to a sky, rough and textured in part, with a ball of smooth normals."""
+    rng = np.random.default_rng(0)
+    checks = pm.Texture.of(rng.uniform(0.1, 0.8, (8, 8, 3)))
+    meshes = []
+    for number, mesh in enumerate(BOX.meshes):
+        if number % 3 == 0 and not np.any(mesh.material.emission):
+            mesh = replace(mesh, material=replace(mesh.material, diffuse_roughness=0.6))
+        elif number % 3 == 1 and not np.any(mesh.material.emission):
+            uv = np.random.default_rng(1).uniform(size=(len(mesh.vertices), 2))
+            mesh = replace(mesh, uv=uv, material=replace(mesh.material, reflectance=checks))
+        meshes.append(mesh)
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=0.3)
+    vertices = ball.vertices + [0.1, 0.5, 0.1]
+    meshes.append(pm.Mesh(vertices, ball.faces, GREY, "ball", ball.vertex_normals))
+    lights = [*BOX.lights, pm.EnvironmentLight(sky())]
+    return replace(BOX, meshes=meshes, lights=lights)
+
+
+SCENES = {"box": BOX, "under a sky": under_a_sky()}
+
+
+@pytest.fixture(scope="module", params=SCENES)
+def scene_and_truth(request):
+    """A scene, and what the path tracer says of it."""
+    scene = SCENES[request.param]
+    return scene, block_means(scene, range(100, 124), method="path", passes=96)
+
+
+def test_mean_is_that_of_path_tracing(scene_and_truth):
+    scene, truth = scene_and_truth
+    assert not differ(block_means(scene, range(24), unbiased=True, passes=8), truth)
+
+
+def test_mean_is_exact_whatever_the_cache_holds(scene_and_truth, monkeypatch):
+    scene, truth = scene_and_truth
+    gather = PhotonIntegrator.gather
+
+    def of_wrong_cache(self, index, maps):
+        wrong = 2.0 * maps.cache.radiosity[::-1]  # twice the light, of other cells
+        return gather(self, index, maps._replace(cache=maps.cache._replace(radiosity=wrong)))
+
+    monkeypatch.setattr(PhotonIntegrator, "gather", of_wrong_cache)
+    assert not differ(block_means(scene, range(24), unbiased=True, passes=8), truth)
+    assert differ(block_means(scene, range(24), passes=2), truth)
+
+
+@pytest.mark.parametrize(
+    "options", [{"pixel": "center"}, {"effects": "emission,direct"}], ids=["center", "direct"]
+)
+def test_mean_is_exact_with_other_options(options):
+    truth = block_means(BOX, range(100, 124), method="path", passes=32, **options)
+    assert not differ(block_means(BOX, range(24), unbiased=True, passes=4, **options), truth)
+
+
+def test_surfaces_that_are_partly_transparent_are_left_unshared():
+    panes = [
+        replace(mesh, material=replace(mesh.material, alpha=0.5)) if "box" in mesh.name else mesh
+        for mesh in BOX.meshes
+    ]
+    scene = replace(BOX, meshes=panes)
+    truth = block_means(scene, range(100, 124), method="path", passes=32)
+    assert not differ(block_means(scene, range(24), unbiased=True, passes=4), truth)
+
+
+def test_sharing_takes_noise_away():
+    def variance(**options):
+        result = pm.render(BOX, bands="rgb", size=32, passes=8, threads=1, **options)
+        return np.mean(np.square(result.errors["indirect"], dtype=np.float64))
+
+    assert variance(unbiased=True) < 0.1 * variance(method="path")
+
+
+def test_intervals_hold():
+    results = [
+        pm.render(BOX, bands="rgb", size=SIZE, passes=16, seed=seed, unbiased=True)
+        for seed in range(10)
+    ]
+    for name in ("radiance", "indirect", "shading"):
+        values = np.stack([result[name] for result in results]).astype(np.float64)
+        errors = np.stack([result.standard_error(name) for result in results])
+        others = (values.sum(axis=0) - values) / (len(values) - 1.0)
+        scale = errors * np.sqrt(1.0 + 1.0 / (len(values) - 1.0))
+        held = np.abs(values - others) <= stats.t.ppf(0.975, 15) * scale
+        assert 0.93 <= held[errors > 0.0].mean() <= 0.98, name
+
+
+def test_record_says_that_there_is_no_bias():
+    record = pm.render(BOX, bands="rgb", size=8, passes=2, unbiased=True).record
+    assert record["arguments"]["unbiased"] is True
+    assert record["bias"] == 0.0
+    assert record["error"] == record["standard_error"]
+
+
+def test_threads_do_not_change_the_image():
+    images = [
+        pm.render(
+            BOX, bands="rgb", size=(40, 24), passes=2, unbiased=True, threads=threads
+        ).radiance
+        for threads in (1, 2)
+    ]
+    np.testing.assert_array_equal(*images)
+
+
+def test_what_cannot_be_without_bias_is_refused():
+    with pytest.raises(pm.InputError, match="unbiased: method path has no bias"):
+        pm.render(BOX, size=8, passes=1, unbiased=True, method="path")
+    with pytest.raises(pm.InputError, match=r"unbiased: mirrors and glass .* method path"):
+        pm.render(pm.scenes.cornell_balls(), size=8, passes=1, unbiased=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+def test_mean_is_that_of_path_tracing_to_two_in_ten_thousand(scene):
+    truth = block_means(scene, range(100, 116), method="path", passes=12000)
+    means = block_means(scene, range(16), unbiased=True, passes=1500)
+    whole = np.stack([each[:, 0, -1].mean(axis=1) for each in (truth, means)])
+    error = whole.std(axis=1, ddof=1) / 4.0
+    assert error.max() <= 2e-4 * whole.mean()
+    assert abs(np.diff(whole.mean(axis=1))) <= 3.0 * np.hypot(*error)
+    assert not differ(means, truth)
