@@ -39,7 +39,7 @@ def model_at(geometry, scattering, triangle):
     """Return the model of what a surface scatters beside its specular lobe."""
     if scattering is None:
         return LAMBERTIAN
-    return int(scattering.model[geometry.material[triangle]])
+    return np.int64(scattering.model[geometry.material[triangle]])
 
 
 @jit
@@ -86,12 +86,12 @@ def _evaluate_base(scattering, model, base, cover, surface, wi, values):
 def _evaluate(geometry, scattering, coats, surface, wi, values):
     """Turn the diffuse albedos in values into the BSDF."""
     hit = surface.hit
-    model = scattering.model[geometry.material[hit.triangle]]
+    model = model_at(geometry, scattering, hit.triangle)
     if coats is None:
         base = _base_at(geometry, scattering, model, hit)
         _evaluate_base(scattering, model, base, None, surface, wi, values)
         return
-    below = coats.model[geometry.material[hit.triangle]]
+    below = np.int64(coats.model[geometry.material[hit.triangle]])
     base = _base_at(geometry, scattering, below, hit)
     cover = UNCOVERED
     if model == COATED:
@@ -150,7 +150,7 @@ def _sample(geometry, scattering, coats, surface, u, v):
     if coats is None or surface.model != COATED:
         base = _base_at(geometry, scattering, surface.model, surface.hit)
         return _sample_base(scattering, surface.model, base, surface, u, v)
-    below = coats.model[geometry.material[surface.hit.triangle]]
+    below = np.int64(coats.model[geometry.material[surface.hit.triangle]])
     base = _base_at(geometry, scattering, below, surface.hit)
     coat, wo = coated.coat_at(geometry, scattering, surface), _departure(surface)
     share = coated.probability(scattering, base, coat, wo)
@@ -179,12 +179,12 @@ def _base_pdf(scattering, model, base, surface, wi):
     return rough_diffuse.pdf(scattering.parameters[base.material], wi, wo, n)
 
 
-@jit
+@outlined
 def _pdf(geometry, scattering, coats, surface, wi):
     if coats is None or surface.model != COATED:
         base = _base_at(geometry, scattering, surface.model, surface.hit)
         return _base_pdf(scattering, surface.model, base, surface, wi)
-    below = coats.model[geometry.material[surface.hit.triangle]]
+    below = np.int64(coats.model[geometry.material[surface.hit.triangle]])
     base = _base_at(geometry, scattering, below, surface.hit)
     coat, wo = coated.coat_at(geometry, scattering, surface), _departure(surface)
     share, own = coated.probability(scattering, base, coat, wo), coated.pdf(coat, wi, wo)

@@ -13,7 +13,7 @@ from photonmap.kernels.bsdf import models
 from photonmap.kernels.bsdf.absorption import absorb
 from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN
-from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.passes import (
     CAUSTIC,
     MAX_BOUNCES,
@@ -147,7 +147,7 @@ def _add_lights_of(scene, specular, alpha, arrived, to, state, scratch):
         return state
     chain, step, passed, via_specular = to
     row = VIA_DIRECT if passed == SMOOTH else VIA_INDIRECT
-    sink = Sink(via_specular[row], chain.pixel, chain.share, scratch.chain)
+    sink = Sink(via_specular[row], chain.pixel, np.float64(chain.share), scratch.chain)
     point = _point(chain, CHAIN_ROUGH_LIGHT, step)
     return add_rough_lights(scene, specular, alpha, arrived, point, sink, state, scratch)
 
@@ -159,11 +159,11 @@ def _add_emission(scene, specular, alpha, met, passed, chain, estimate, scratch)
     if alpha is not None:  # noqa: SIM102 - Numba prunes conditions on a single argument
         if passed != SMOOTH:
             target = estimate.via_specular[VIA_DIRECT if passed == ONE_ROUGH else VIA_INDIRECT]
-    sink = Sink(target, chain.pixel, chain.share, scratch.chain)
+    sink = Sink(target, chain.pixel, np.float64(chain.share), scratch.chain)
     add_chain_emission(scene, specular, met[0], met[1], sink)
 
 
-@jit
+@outlined
 def _view_along(job, specular, seen, chain, estimate, scratch):
     """Add all that is seen along one chain."""
     scene = job.scene
@@ -224,7 +224,7 @@ def view_specular_chains(job, specular, seen, chain, estimate, scratch):
         return
     count = _count_chains(job.scene.geometry, specular, seen[0].triangle, chain.budget)
     key, budget = split(chain.key, CHAIN_ROUGH), _shared(chain.budget, count)
-    share, first = chain.share / count, chain.index * np.uint64(count)
+    share, first = np.float32(chain.share / count), chain.index * np.uint64(count)
     for number in range(count):
         part = Chain(key, first + np.uint64(number), chain.pixel, share, budget)
         _view_along(job, specular, seen, part, estimate, scratch)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import pickle
 import shutil
 import subprocess
@@ -12,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numba
 import numpy as np
 
 from photonmap.compile.camera import has_optics
@@ -26,6 +28,7 @@ from photonmap.integrators.first_hits import first_hit_buffers
 from photonmap.integrators.light_visibility import warn_of_hidden_lights
 from photonmap.kernels.core.jit import CACHE_FOLDER
 from photonmap.kernels.core.passes import Film
+from photonmap.kernels.core.records import Scattering, SceneArrays, Specular
 from photonmap.kernels.core.streams import Domain
 from photonmap.runtime.workers import Workers
 from photonmap.scene.camera import Camera
@@ -42,6 +45,8 @@ from photonmap.spectra.bands import Bands
 _FILM = Film(1, 1, True)
 _NEAR = (0.4, 0.4, -0.6)
 """So near the triangle that half of the photons hit it: else paths would take their place."""
+_APART = 2.0
+"""Between stand-ins, so that none lies in the glass of another."""
 _GREY, _BLACK = Texture.of(np.full((1, 1), 0.4)), Texture.of(np.zeros((1, 1)))
 _PALETTE = SpectralTexture.from_palette(np.zeros((1, 1), np.int32), [0.4])
 _LIGHTS: dict[str, Light] = {
@@ -149,72 +154,90 @@ def serve() -> None:
 
 
 def _smallest(wanted: CompiledScene) -> Scene:
-    """Return a scene of one triangle, or two, that needs the same kernels."""
+    """Return a scene of few triangles that needs the same kernels."""
     triangle = Mesh(np.eye(3) - [0.0, 0.0, 1.0], np.array([[0, 1, 2]]), uv=np.zeros((3, 2)))
     lights: list[Light] = [PointLight(_NEAR)]
     if wanted.lights.tree is not None:
         lights *= FEW
     lights += [light for name, light in _LIGHTS.items() if getattr(wanted.lights, name) is not None]
-    material = Material(reflectance=0.4, mirror=0.4) if wanted.specular is not None else Material()
-    triangle = replace(triangle, material=replace(material, **_stand_ins(wanted)))
     lens = Lens(1.0, 0.01) if has_optics(wanted.camera) else None
-    meshes = [triangle]
-    if _has_rough_chains(wanted):
-        meshes.append(Mesh(triangle.vertices + 0.5, triangle.faces, Material.glass(roughness=0.5)))
-    if lobes := _kinds_of_lobes(wanted):
-        glossy = Material(
-            glossy=_GREY if "maps" in lobes else 0.4,
-            roughness=0.5,
-            anisotropy=0.5 if "anisotropy" in lobes else 0.0,
-            coat=0.5 if "coats" in lobes else 0.0,
-            coat_roughness=_GREY if "coat-maps" in lobes else 0.5,
-            coat_relief=BumpMap(_GREY) if "coat-relief" in lobes else None,
-        )
-        meshes.append(replace(triangle, vertices=triangle.vertices - 0.5, material=glossy))
+    meshes = [
+        replace(triangle, vertices=triangle.vertices - _APART * place, material=material)
+        for place, material in enumerate(_stand_ins(wanted))
+    ]
     return Scene(meshes, lights, Camera((1.0, 1.0, 1.0), (0.3, 0.3, -0.7), lens=lens))
 
 
-def _has_rough_chains(compiled: CompiledScene) -> bool:
-    """Return whether specular chains meet rough surfaces."""
-    return compiled.specular is not None and compiled.specular.alpha is not None
+def _stand_ins(wanted: CompiledScene) -> Iterator[Material]:
+    """Yield materials that together need the records that those of a scene need."""
+    yield _painted(wanted)
+    alpha, specular, scattering = wanted.geometry.alpha, wanted.specular, wanted.scattering
+    if alpha is not None and alpha.panes is not None:
+        yield replace(Material.pane(), tint=0.5 if alpha.panes.maps is None else _GREY)
+    if specular is not None:
+        yield from _chained(specular)
+    if scattering is not None:
+        yield from _glossy(scattering)
 
 
-def _kinds_of_lobes(compiled: CompiledScene) -> list[str]:
-    """Return which fields of `Scattering` glossy lobes need that are not the same all over."""
-    kinds = ("maps", "anisotropy", "coats")
-    found = [kind for kind in kinds if getattr(compiled.scattering, kind, None) is not None]
-    coats = getattr(compiled.scattering, "coats", None)
-    if coats is None:
-        return found
-    return found + [f"coat-{kind}" for kind in ("maps", "relief") if getattr(coats, kind)]
-
-
-def _has_palettes(compiled: CompiledScene) -> bool:
-    """Return whether texels are spectra."""
-    return compiled.textures is not None and compiled.textures.palettes is not None
-
-
-def _marker(wanted: CompiledScene, method: str) -> Path:
-    """Return the empty file that says what is in the cache."""
-    parts = [method, *sorted(_stand_ins(wanted))]
-    parts += [name for name in ("tree", *_LIGHTS) if getattr(wanted.lights, name) is not None]
-    parts += ["specular"] * (wanted.specular is not None) + ["optics"] * has_optics(wanted.camera)
-    parts += ["rough-chains"] * _has_rough_chains(wanted)
-    parts += _kinds_of_lobes(wanted)
-    parts += ["palettes"] * _has_palettes(wanted)
-    return CACHE_FOLDER / ("compiled-" + "-".join(parts))
-
-
-def _stand_ins(compiled: CompiledScene) -> dict[str, Any]:
-    """Return attributes of a material that needs the same code as a scene's textures.
+def _painted(wanted: CompiledScene) -> Material:
+    """Return one for all that any surface may have.
 
     It is not an emitter, none of whose own light could be seen.
     """
+    textures, geometry = wanted.textures, wanted.geometry
+    has_palettes = textures is not None and textures.palettes is not None
     needs: tuple[tuple[str, Any, object], ...] = (
-        ("reflectance", compiled.textures, _PALETTE if _has_palettes(compiled) else _GREY),
-        ("emission", compiled.lights.emission_textures, _BLACK),
-        ("alpha", compiled.geometry.alpha, 0.5),
-        ("diffuse_roughness", compiled.scattering, 0.5),
-        ("relief", compiled.geometry.relief, BumpMap(_GREY)),
+        ("reflectance", textures, _PALETTE if has_palettes else _GREY),
+        ("emission", wanted.lights.emission_textures, _BLACK),
+        ("alpha", geometry.alpha, 0.5),
+        ("diffuse_roughness", wanted.scattering, 0.5),
+        ("relief", geometry.relief, BumpMap(_GREY)),
+        ("mirror", wanted.specular, 0.4),
     )
-    return {name: value for name, record, value in needs if record is not None}
+    values: dict[str, Any] = {name: value for name, record, value in needs if record is not None}
+    return replace(Material(reflectance=0.4), **values)
+
+
+def _chained(specular: Specular) -> Iterator[Material]:
+    """Yield one for each record of glass and of metals that are nearly mirrors."""
+    if specular.alpha is not None:
+        yield Material.glass(roughness=0.5)
+    if specular.dip is not None:
+        yield replace(Material.metal(glossy=0.4, roughness=0.1), glossy_edge=0.5)
+    if specular.maps is not None:
+        yield replace(Material.glass(), tint=_GREY)
+    if specular.share is not None:
+        share = 0.5 if specular.share.maps is None else _GREY
+        yield replace(Material.glass(), reflectance=0.4, transmission=share)
+    if (media := specular.media) is not None:
+        glass = replace(Material.glass(), outside=1.2)
+        if media.absorption is not None:
+            glass = replace(glass, attenuation_color=0.5, attenuation_distance=1.0)
+        yield glass if media.dispersion is None else replace(glass, abbe=50.0)
+
+
+def _glossy(scattering: Scattering) -> Iterator[Material]:
+    """Yield one for lobes by image, one for clear coats, and one for the other records."""
+    plastic = Material.plastic(reflectance=0.4)
+    if scattering.maps is not None:
+        yield replace(plastic, glossy=_GREY)
+    if (coats := scattering.coats) is not None:
+        yield replace(
+            plastic,
+            coat=0.5,
+            coat_roughness=0.5 if coats.maps is None else _GREY,
+            coat_relief=None if coats.relief is None else BumpMap(_GREY),
+        )
+    yield replace(
+        plastic,
+        glossy_edge=None if scattering.dip is None else 0.5,
+        anisotropy=0.0 if scattering.anisotropy is None else 0.5,
+    )
+
+
+def _marker(wanted: CompiledScene, method: str) -> Path:
+    """Return the empty file that says what is in the cache: the types of all records name it."""
+    kinds = [str(numba.typeof(getattr(wanted, record))) for record in SceneArrays._fields]
+    digest = hashlib.sha256(f"{kinds} {has_optics(wanted.camera)}".encode()).hexdigest()
+    return CACHE_FOLDER / f"compiled-{method}-{digest[:16]}"

@@ -1,32 +1,103 @@
-"""The scene of one triangle by which kernels are compiled ahead needs what the scene needs."""
+"""The scene of few triangles by which kernels are compiled ahead needs what the scene needs."""
 
+from dataclasses import replace
+
+import numba
+import numpy as np
 import pytest
+import trimesh
 
 import photonmap as pm
 from photonmap.compile.scene_arrays import compile_scene
-from photonmap.integrators.kernel_warmup import _setup, _smallest
+from photonmap.integrators.kernel_warmup import _marker, _setup, _smallest
 from photonmap.integrators.photon_mapping.integrator import PhotonIntegrator
+from photonmap.kernels.core.records import SceneArrays
 from photonmap.runtime.workers import Workers
 from photonmap.spectra.bands import Bands
 
 RGB = Bands.rgb()
+IMAGE = pm.Texture.of(np.linspace(0.1, 0.9, 4 * 4 * 3).reshape(4, 4, 3))
+GREY = pm.Texture.of(np.linspace(0.1, 0.9, 4 * 4).reshape(4, 4))
+GLASS = pm.Material.glass()
+METAL = pm.Material.metal()
+ABSORBING = {"attenuation_color": (0.9, 0.8, 0.7), "attenuation_distance": 0.5}
+MATERIALS = {
+    "painted": [pm.Material(reflectance=IMAGE)],
+    "shining": [pm.Material(emission=IMAGE)],
+    "holes": [pm.Material(alpha=GREY)],
+    "plaster": [pm.Material(diffuse_roughness=0.5)],
+    "mirror coat": [pm.Material(mirror=0.3)],
+    "plastic": [pm.Material.plastic()],
+    "plastic by image": [pm.Material(glossy=0.04, roughness=GREY)],
+    "coat": [pm.Material(coat=GREY)],
+    "coat by image": [pm.Material(coat=0.5, coat_roughness=GREY)],
+    "coat with relief": [pm.Material(coat=0.5, coat_relief=pm.BumpMap(GREY))],
+    "brushed": [replace(METAL, anisotropy=0.5)],
+    "metal with an edge": [replace(METAL, roughness=0.6, glossy_edge=(0.9, 0.7, 0.5))],
+    "narrow metal with an edge": [replace(METAL, roughness=0.2, glossy_edge=(0.9, 0.7, 0.5))],
+    "both metals": [replace(METAL, roughness=r, glossy_edge=(0.9, 0.7, 0.5)) for r in (0.2, 0.6)],
+    "glass": [GLASS],
+    "frosted glass": [replace(GLASS, roughness=0.4)],
+    "stained glass": [replace(GLASS, tint=IMAGE)],
+    "glass in part": [replace(GLASS, reflectance=0.4, transmission=0.5)],
+    "glass by image": [replace(GLASS, reflectance=0.4, transmission=GREY)],
+    "window": [pm.Material.pane()],
+    "absorbing": [replace(GLASS, **ABSORBING)],
+    "flint": [replace(GLASS, abbe=30.0)],
+    "all of it": [
+        replace(GLASS, roughness=0.3, abbe=30.0, **ABSORBING),
+        replace(GLASS, reflectance=0.4, tint=IMAGE, transmission=GREY),
+        replace(METAL, anisotropy=0.5, glossy_edge=(0.9, 0.7, 0.5)),
+        pm.Material(reflectance=IMAGE, glossy=0.04, roughness=GREY, coat=0.5, alpha=0.7),
+        pm.Material.pane(),
+    ],
+}
+
+
+def balls(materials):
+    """Balls of these materials side by side in the Cornell box."""
+    box = pm.scenes.cornell_box()
+    sphere = trimesh.creation.icosphere(subdivisions=1, radius=0.15)
+    meshes = [
+        pm.Mesh(
+            sphere.vertices + (0.35 * place - 0.7, 0.0, 0.0),
+            sphere.faces,
+            replace(material, name=f"material {place}"),
+            f"ball {place}",
+            uv=sphere.vertices[:, :2],
+        )
+        for place, material in enumerate(materials)
+    ]
+    return pm.Scene([*box.meshes, *meshes], camera=box.camera)
+
+
 SCENES = {
-    "box": pm.scenes.cornell_box,
-    "balls": pm.scenes.cornell_balls,
+    "box": pm.scenes.cornell_box(),
+    "balls": pm.scenes.cornell_balls(),
+    **{name: balls(materials) for name, materials in MATERIALS.items()},
 }
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_photons_hit_the_triangle(name):
     """Else paths would take their place, and the cache's kernels be compiled in the first pass."""
-    small = _smallest(compile_scene(SCENES[name](), RGB))
+    small = _smallest(compile_scene(SCENES[name], RGB))
     with Workers(1) as workers:
         assert not PhotonIntegrator(_setup(small, RGB, workers)).traces_paths_instead
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_the_same_records_are_there(name):
-    wanted = compile_scene(SCENES[name](), RGB)
+    """Else the largest kernel would be compiled once ahead, and once more in the first pass."""
+    wanted = compile_scene(SCENES[name], RGB)
     stand_in = compile_scene(_smallest(wanted), RGB)
-    for record in ("specular", "scattering", "textures"):
-        assert (getattr(wanted, record) is None) == (getattr(stand_in, record) is None)
+    for record in SceneArrays._fields:
+        here, there = (numba.typeof(getattr(scene, record)) for scene in (wanted, stand_in))
+        assert here == there, record
+    assert _marker(wanted, "photon") == _marker(stand_in, "photon")
+
+
+def test_scenes_that_need_other_kernels_are_told_apart():
+    markers = {name: _marker(compile_scene(scene, RGB), "photon") for name, scene in SCENES.items()}
+    assert markers["box"] != markers["glass"] != markers["absorbing"] != markers["flint"]
+    assert markers["glass"] == markers["balls"]
