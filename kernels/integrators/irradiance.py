@@ -19,7 +19,12 @@ from photonmap.kernels.core.warp import INV_PI
 from photonmap.kernels.integrators.final_gather import fill_directions, gather
 from photonmap.kernels.integrators.irradiance_differences import add_differences
 from photonmap.kernels.integrators.path_walk import PathStart, alone, trace_path, weigh_gather
-from photonmap.kernels.lights.direct import count_shadow_ray, sample_direct, weigh_sample
+from photonmap.kernels.lights.direct import (
+    count_shadow_ray,
+    prepare_direct,
+    sample_direct,
+    weigh_sample,
+)
 from photonmap.kernels.lights.emission import add_attenuated, add_emission, emission_of
 
 GATHERS_PER_PATH = 2
@@ -33,8 +38,8 @@ def _onto(scratch, irradiance):
     """Return the same scratch with another place for irradiance."""
     return Scratch(
         scratch.throughput, scratch.chain, irradiance, scratch.points, scratch.directions,
-        scratch.incident, scratch.scattered, scratch.response, scratch.walk, scratch.rays,
-        scratch.shifted,
+        scratch.incident, scratch.scattered, scratch.response, scratch.walk, scratch.emitters,
+        scratch.rays, scratch.shifted,
     )  # fmt: skip
 
 
@@ -75,12 +80,13 @@ def _scatter_light(scene, scattering, surface, sample, emission, weight, budget,
 def _add_lights(scene, surface, index, budget, key, scratch):
     """Add all light samples."""
     first = index * np.uint64(budget.lights)
-    points = scratch.points
+    points, cdf = scratch.points, scratch.emitters
+    prepare_direct(scene, surface, cdf)
     for number in range(budget.lights):
         lane = number % points.shape[1]
         if lane == 0:
             sobol_block(first + np.uint64(number), key, points)
-        sample = sample_direct(scene, surface, points[0, lane], points[1, lane], budget.lights)
+        sample = sample_direct(scene, surface, cdf, points[0, lane], points[1, lane], budget.lights)
         count_shadow_ray(sample, scratch.rays)
         if sample.weight > 0.0:
             weight = sample.weight * weigh_sample(scene, None, surface, sample, budget.gathers)

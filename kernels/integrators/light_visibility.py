@@ -9,7 +9,7 @@ from photonmap.kernels.core.rng import draw, stream
 from photonmap.kernels.core.streams import VIEW_PATH, VIEW_POINT, split
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import intersect, occluded
-from photonmap.kernels.lights.direct import sample_direct
+from photonmap.kernels.lights.direct import prepare_direct, sample_direct
 from photonmap.kernels.lights.kinds import emit
 
 
@@ -61,15 +61,19 @@ def _point(points, normals, i):
 
 
 @kernel
-def reaches_view(scene, key, paths, bounces, points, normals):
-    """Return whether any of some paths from the only emitter of a scene reaches a view point."""
+def reaches_view(scene, key, paths, bounces, cdf, points, normals):
+    """Return whether any of some paths from the only emitter of a scene reaches a view point.
+
+    `cdf`, (FEW_EMITTERS,), is scratch.
+    """
     geometry, key = scene.geometry, split(key, VIEW_PATH)
     for index in range(paths):
         state = stream(key, index, 0)
         u, state = draw(state)
         v, state = draw(state)
         viewed = _point(points, normals, index % len(points))
-        if sample_direct(scene, viewed, u, v, 1).weight > 0.0:
+        prepare_direct(scene, viewed, cdf)
+        if sample_direct(scene, viewed, cdf, u, v, 1).weight > 0.0:
             return True
         s, state = draw(state)
         t, state = draw(state)

@@ -31,6 +31,7 @@ from photonmap.kernels.geometry.opacity import intersect
 from photonmap.kernels.integrators.specular_chain import follow_specular_chain
 from photonmap.kernels.lights.direct import (
     count_shadow_ray,
+    prepare_direct,
     sample_direct,
     weigh_hit,
     weigh_sample,
@@ -106,7 +107,8 @@ def _add_light_sample(scene, surface, row, state, scratch):
     """Add a light sample's irradiance to a row; return the random state."""
     u, state = draw(state)
     v, state = draw(state)
-    sample = sample_direct(scene, surface, u, v, 1)
+    prepare_direct(scene, surface, scratch.emitters)
+    sample = sample_direct(scene, surface, scratch.emitters, u, v, 1)
     count_shadow_ray(sample, scratch.rays)
     if sample.weight > 0.0:
         emission = emission_of(scene.lights, sample.emitter, sample.position)

@@ -14,7 +14,7 @@ from photonmap.kernels.core.streams import GATHER, LIGHT, split
 from photonmap.kernels.film.pixels import FLAT, morton, update_plane
 from photonmap.kernels.geometry.interaction import point_at, surface_interaction
 from photonmap.kernels.geometry.opacity import intersect
-from photonmap.kernels.lights.direct import sample_direct
+from photonmap.kernels.lights.direct import prepare_direct, sample_direct
 
 CORNERS = 4
 """Camera rays of a pixel, through its corners: a straight edge always parts them."""
@@ -54,7 +54,7 @@ def _nearness(geometry, surface, u, v):
 
 
 @jit
-def _take(scene, textured, seen, surface, index, keys):
+def _take(scene, textured, seen, surface, index, keys, cdf):
     """Return what is known of a pixel after another corner; `seen` is what was known before."""
     geometry, triangle = scene.geometry, surface.hit.triangle
     material = np.int64(geometry.material[triangle])
@@ -62,7 +62,8 @@ def _take(scene, textured, seen, surface, index, keys):
     of_first, normal = (material, surface.ns) if first else (seen.material, seen.normal)
     even = textured[material] == 0 and vec.dot(surface.ns, normal) > EVEN_COSINE
     u, v = sobol_2d(index, keys[0])
-    sample = sample_direct(scene, surface, u, v, 1)
+    prepare_direct(scene, surface, cdf)
+    sample = sample_direct(scene, surface, cdf, u, v, 1)
     u, v = sobol_2d(index, keys[1])
     specular = specular_probability(geometry, scene.specular, triangle) > 0.0
     return Corners(
@@ -88,10 +89,10 @@ def _corner(film, pixel, corner):
 
 
 @kernel
-def run_prepass(scene, textured, view, key, span, plane, prepass):
+def run_prepass(scene, textured, view, key, span, cdf, plane, prepass):
     """Fill `prepass` and `plane`, (P, 7), of the pixels of a span.
 
-    `textured`, (M,) uint8, says which materials are.
+    `textured`, (M,) uint8, says which materials are; `cdf`, (FEW_EMITTERS,), is scratch.
     """
     keys, film = (split(key, LIGHT), split(key, GATHER)), view.film
     spreads = film.jitter or has_open_lens(view.camera.optics)
@@ -109,7 +110,7 @@ def run_prepass(scene, textured, view, key, span, plane, prepass):
             surface = surface_interaction(scene.geometry, hit, ray.direction)
             first = seen.hits == 0 or not spreads
             update_plane(plane, pixel, first, surface.point, surface.ns)
-            seen = _take(scene, textured, seen, surface, index, keys)
+            seen = _take(scene, textured, seen, surface, index, keys, cdf)
         flat = seen.one_material and seen.hits == CORNERS and plane[pixel, FLAT] != 0.0
         prepass.flat[pixel] = flat
         prepass.even[pixel] = seen.even and flat

@@ -20,7 +20,12 @@ from photonmap.kernels.core.records import METAL
 from photonmap.kernels.core.rng import draw
 from photonmap.kernels.core.warp import power_heuristic
 from photonmap.kernels.geometry.interaction import offset, point_at
-from photonmap.kernels.lights.direct import count_shadow_ray, sample_direct, sampling_pdf
+from photonmap.kernels.lights.direct import (
+    count_shadow_ray,
+    prepare_direct,
+    sample_direct,
+    sampling_pdf,
+)
 from photonmap.kernels.lights.emission import add_attenuated, emission_of, visible_emitter
 
 # Numba leaves out a branch on None only where it is an argument of the function itself.
@@ -109,7 +114,8 @@ def _add_light_sample(scene, specular, arrived, crossed, point, sink, state, scr
     """Add a light sample on one side of a rough surface; return the random state."""
     (hit, arrival), throughput = arrived, sink.throughput
     surface = _surface_on(scene.geometry, hit, arrival, crossed)
-    sample = sample_direct(scene, surface, point[0], point[1], 1)
+    prepare_direct(scene, surface, scratch.emitters)
+    sample = sample_direct(scene, surface, scratch.emitters, point[0], point[1], 1)
     count_shadow_ray(sample, scratch.rays)
     if sample.weight <= 0.0 or is_folded(sample.direction, arrival, crossed):
         return state

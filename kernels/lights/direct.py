@@ -13,7 +13,7 @@ from photonmap.kernels.lights import triangle
 from photonmap.kernels.lights.infinite import dome_pdf
 from photonmap.kernels.lights.kinds import sample_towards
 from photonmap.kernels.lights.samples import NOWHERE
-from photonmap.kernels.lights.selection import select_emitter, selection_probability
+from photonmap.kernels.lights.selection import select_emitter, selection_probability, weigh_emitters
 
 
 class DirectSample(NamedTuple):
@@ -39,16 +39,20 @@ def _cosine(surface, direction):
 
 
 @jit
-def sample_direct(scene, surface, u, v, count):
+def prepare_direct(scene, surface, cdf):
+    """Fill the CDF, (FEW_EMITTERS,), by which `sample_direct` chooses emitters for a point."""
+    weigh_emitters(scene.geometry, scene.lights, scene.lights.tree, surface.point, surface.ns, cdf)
+
+
+@jit
+def sample_direct(scene, surface, cdf, u, v, count):
     """Sample one emitter for the irradiance at a surface point; one `DirectSample` of `count`.
 
-    Their sum estimates irradiance, alone or together with scattered rays: then samples are weighed
-    by `weigh_sample`, and rays by `weigh_hit`.
+    `cdf` is what `prepare_direct` filled. The samples' sum estimates irradiance, alone or together
+    with scattered rays: then samples are weighed by `weigh_sample`, and rays by `weigh_hit`.
     """
     geometry, lights = scene.geometry, scene.lights
-    emitter, probability, u = select_emitter(
-        geometry, lights, lights.tree, surface.point, surface.ns, u
-    )
+    emitter, probability, u = select_emitter(lights, lights.tree, surface.point, surface.ns, cdf, u)
     if emitter < 0:
         return DirectSample(-1, 0.0, 0.0, NOWHERE, surface.ns)
     sample = sample_towards(geometry, lights, emitter, surface, u, v)

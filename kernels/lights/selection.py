@@ -7,39 +7,52 @@ from photonmap.kernels.lights.light_tree import descend, leaf_probability
 
 BY_POWER = 0.1
 """Share of choices made by power alone: an emitter that would send much may be hidden."""
-FEW = 16
+FEW_EMITTERS = 16
 """Number of emitters up to which every one is considered for each point."""
 
 
 @jit
-def _select_of_few(geometry, lights, point, ns, u):
-    """Go through all emitters: (emitter, probability, u renewed)."""
-    cdf = lights.cdf
-    if len(cdf) == 1:
-        return 0, 1.0, u
-    by_power = u < BY_POWER
-    u = u / BY_POWER if by_power else (u - BY_POWER) / (1.0 - BY_POWER)
-    chosen, power, light, powers, lit = -1, 0.0, 0.0, 0.0, 0.0
-    for emitter in range(len(cdf)):
-        own_power = warp.discrete_pdf(cdf, emitter)
-        own = own_power * importance(geometry, lights, emitter, point, ns)
-        if own > 0.0:
-            powers += own_power
-            lit += own
-            share = own_power / powers if by_power else own / lit
-            if u < share:
-                chosen, power, light, u = emitter, own_power, own, u / share
-            else:
-                u = (u - share) / (1.0 - share)
-            u = min(u, warp.BELOW_ONE)
-    if chosen < 0:
+def weigh_emitters(geometry, lights, tree, point, ns, cdf):
+    """Fill `cdf`, (FEW_EMITTERS,), by which `select_emitter` chooses among few for a point.
+
+    Each emitter is chosen in one interval of the random number, so that stratified numbers remain
+    stratified on each. The CDF is 0 where no emitter can reach the point.
+    """
+    count = len(lights.cdf)
+    if tree is not None or count > FEW_EMITTERS:
+        return
+    powers, lit, last = 0.0, 0.0, -1
+    for emitter in range(count):
+        power = warp.discrete_pdf(lights.cdf, emitter)
+        cdf[emitter] = power * importance(geometry, lights, emitter, point, ns)
+        if cdf[emitter] > 0.0:
+            powers += power
+            lit += cdf[emitter]
+            last = emitter
+    total = 0.0
+    for emitter in range(count):
+        if cdf[emitter] > 0.0:
+            power = warp.discrete_pdf(lights.cdf, emitter)
+            total += BY_POWER * power / powers + (1.0 - BY_POWER) * cdf[emitter] / lit
+        cdf[emitter] = 1.0 if 0 <= last <= emitter else total
+
+
+@jit
+def _select_of_few(count, cdf, u):
+    """Invert the CDF of `weigh_emitters`: (emitter, probability, u renewed)."""
+    if cdf[count - 1] == 0.0:
         return -1, 0.0, u
-    return chosen, BY_POWER * power / powers + (1.0 - BY_POWER) * light / lit, u
+    emitter, below = 0, 0.0
+    while cdf[emitter] <= u:
+        below = cdf[emitter]
+        emitter += 1
+    probability = cdf[emitter] - below
+    return emitter, probability, min((u - below) / probability, warp.BELOW_ONE)
 
 
 @jit
 def _probability_of_few(geometry, lights, emitter, point, ns):
-    """Return the probability of `_select_of_few` to return an emitter."""
+    """Return the probability of an emitter by the CDF of `weigh_emitters`."""
     power, light, powers, lit = 0.0, 0.0, 0.0, 0.0
     for other in range(len(lights.cdf)):
         own_power = warp.discrete_pdf(lights.cdf, other)
@@ -55,14 +68,15 @@ def _probability_of_few(geometry, lights, emitter, point, ns):
 
 
 @jit
-def select_emitter(geometry, lights, tree, point, ns, u):
+def select_emitter(lights, tree, point, ns, cdf, u):
     """Choose an emitter for the light at a point; return (emitter, probability, u renewed).
 
-    emitter is -1 where none can reach it. Without a tree (None) more than FEW are chosen by power.
+    emitter is -1 where none can reach it. Without a tree (None) few are chosen by the CDF that
+    `weigh_emitters` filled for the point, and more than FEW_EMITTERS by power.
     """
     if tree is None:
-        if len(lights.cdf) <= FEW:
-            return _select_of_few(geometry, lights, point, ns, u)
+        if len(lights.cdf) <= FEW_EMITTERS:
+            return _select_of_few(len(lights.cdf), cdf, u)
         emitter, u = warp.discrete(lights.cdf, u)
         return emitter, warp.discrete_pdf(lights.cdf, emitter), u
     if u >= tree.near:
@@ -77,7 +91,7 @@ def select_emitter(geometry, lights, tree, point, ns, u):
 @jit
 def selection_probability(geometry, lights, tree, emitter, point, ns):
     """Return the probability of `select_emitter` to return an emitter."""
-    if tree is None and len(lights.cdf) <= FEW:
+    if tree is None and len(lights.cdf) <= FEW_EMITTERS:
         return _probability_of_few(geometry, lights, emitter, point, ns)
     leaf = -1 if tree is None else tree.leaf[emitter]
     if leaf < 0:

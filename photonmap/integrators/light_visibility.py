@@ -8,6 +8,7 @@ from photonmap.errors import warn
 from photonmap.kernels.core.passes import View
 from photonmap.kernels.core.records import Lights
 from photonmap.kernels.integrators.light_visibility import find_view_points, reaches_view
+from photonmap.kernels.lights.selection import FEW_EMITTERS
 from photonmap.runtime.wording import listed
 
 POINTS = 64
@@ -42,7 +43,7 @@ def warn_of_hidden_lights(compiled: CompiledScene, view: View, key: np.uint64) -
     for name, members in emitters.items():
         lights = _only(compiled.lights, np.array(members))
         scene = compiled.arrays._replace(lights=lights)
-        if not reaches_view(scene, key, paths, BOUNCES, points, normals):
+        if not reaches_view(scene, key, paths, BOUNCES, np.empty(FEW_EMITTERS), points, normals):
             hidden.append(name)
     if hidden:
         warn(

@@ -8,20 +8,19 @@ from numpy.typing import NDArray
 
 from photonmap.integrators.base import PassSetup
 from photonmap.kernels.core.passes import Film, Prepass, SamplingPlan, Span
-from photonmap.kernels.core.records import Lights, SceneArrays
+from photonmap.kernels.core.records import SceneArrays
 from photonmap.kernels.core.streams import Domain
 from photonmap.kernels.film.irradiance_sharing import Footprint, count_footprints
 from photonmap.kernels.film.linked_pixels import link_pixels
 from photonmap.kernels.integrators.prepass import run_prepass
+from photonmap.kernels.lights.selection import FEW_EMITTERS
 
 SAMPLES = 4
 """Camera samples of a pixel in a pass; a power of two, as coverage sums to 1."""
 EDGE_SAMPLES = 16
 """The same where a pixel shows several surfaces, or a specular one."""
-LIGHT_SAMPLES, PENUMBRA_SAMPLES = 4, 32
+LIGHT_SAMPLES, PENUMBRA_SAMPLES = 16, 64
 """Light samples of a pixel, and where some are occluded and some are not."""
-MIXED_LIGHT_SAMPLES = 16
-"""The same where one sample says little about the whole: a sky, or emitters of several spectra."""
 GATHERS, MOST_GATHERS = 8, 64
 """Gather rays of a pixel, and where few neighbours share their indirect light with it."""
 MOST_LINKED_GATHERS, EDGE_GATHERS = 16, 32
@@ -49,7 +48,11 @@ def plan_sampling(setup: PassSetup) -> SamplingPlan:
     kinds = np.uint8, np.uint8, np.float32, np.uint8, np.uint8
     prepass = Prepass(*(storage.zeros(pixels, kind) for kind in kinds))
     plane = storage.zeros((pixels, 7))
-    setup.over_pixels(lambda span: run_prepass(scene, textured, view, key, span, plane, prepass))
+
+    def run(span: Span) -> None:
+        run_prepass(scene, textured, view, key, span, np.empty(FEW_EMITTERS), plane, prepass)
+
+    setup.over_pixels(run)
     plan = SamplingPlan(*(storage.zeros(pixels, np.uint8) for _ in range(3)), storage.zeros(pixels))
     _over_lines(setup, lambda span: _plan_sharing(view.film, prepass, span, plan))
     partners, nothing = storage.zeros(pixels, np.int32), np.zeros((pixels, 0), np.float32)
@@ -62,7 +65,6 @@ def plan_sampling(setup: PassSetup) -> SamplingPlan:
         prepass,
         partners,
         1 if scene.specular is None else SAMPLES,  # caustics vary within a pixel
-        _light_samples(scene.lights),
         setup.spreads,
         (MOST_LINKED_GATHERS, EDGE_GATHERS) if setup.has_differences else (MOST_GATHERS,) * 2,
     )
@@ -103,7 +105,6 @@ class _Planner:
     ----------
     partners : (P,) pixels of each footprint
     least : camera samples of an even pixel
-    lights : light samples of a pixel outside of penumbrae
     spreads : whether the samples of a pixel differ
     most_gathers : gather rays at most of pixels of a flat surface, and those of others
     """
@@ -112,7 +113,6 @@ class _Planner:
     prepass: Prepass
     partners: NDArray[np.int32]
     least: int
-    lights: int
     spreads: bool
     most_gathers: tuple[int, int]
 
@@ -131,7 +131,7 @@ class _Planner:
         samples[even & ~penumbra & (gathers == GATHERS)] = self.least
         if not self.spreads:
             samples[:] = 1
-        lights = np.where(penumbra, PENUMBRA_SAMPLES, self.lights)
+        lights = np.where(penumbra, PENUMBRA_SAMPLES, LIGHT_SAMPLES)
         plan.samples[lines] = samples
         plan.lights[lines] = np.maximum(lights // samples, 1)
         plan.gathers[lines] = np.maximum(gathers // samples, 1)
@@ -156,13 +156,6 @@ def _textured_materials(scene: SceneArrays) -> NDArray[np.uint8]:
     if lights.emission_textures is not None:
         textured |= lights.emission_textures.slot[: len(textured)] >= 0
     return textured.astype(np.uint8)
-
-
-def _light_samples(lights: Lights) -> int:
-    """Return how many light samples a pixel gets outside of penumbrae."""
-    many = lights.tree or lights.environment or lights.emission_textures
-    mixed = many or len(np.unique(lights.spectrum)) > 1
-    return MIXED_LIGHT_SAMPLES if mixed else LIGHT_SAMPLES
 
 
 def _neighbours(values: NDArray, film: Film, span: Span) -> NDArray:

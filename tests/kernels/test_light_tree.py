@@ -12,23 +12,39 @@ from photonmap.compile.lights import emitters
 from photonmap.compile.scene_arrays import compile_scene
 from photonmap.kernels.core import rng
 from photonmap.kernels.core.jit import kernel
-from photonmap.kernels.lights.selection import select_emitter, selection_probability
+from photonmap.kernels.lights.selection import (
+    FEW_EMITTERS,
+    select_emitter,
+    selection_probability,
+    weigh_emitters,
+)
 from photonmap.spectra.bands import Bands
 
 SAMPLES = 200_000
 
 
 @kernel
-def count_choices(geometry, lights, point, ns, n, counts, worst):
+def count_choices(geometry, lights, point, ns, n, cdf, counts, worst):
     state = rng.stream(12, 0, 0)
+    weigh_emitters(geometry, lights, lights.tree, point, ns, cdf)
     for _ in range(n):
         u, state = rng.draw(state)
-        emitter, probability, u = select_emitter(geometry, lights, lights.tree, point, ns, u)
+        emitter, probability, u = select_emitter(lights, lights.tree, point, ns, cdf, u)
         counts[emitter] += 1
         if emitter >= 0:
             other = selection_probability(geometry, lights, lights.tree, emitter, point, ns)
             worst[0] = max(worst[0], abs(probability / other - 1.0))
         worst[1] = max(worst[1], u)
+
+
+@kernel
+def count_strata(geometry, lights, point, ns, n, cdf, counts, strata):
+    weigh_emitters(geometry, lights, lights.tree, point, ns, cdf)
+    for i in range(n):
+        emitter, _, u = select_emitter(lights, lights.tree, point, ns, cdf, (i + 0.5) / n)
+        if emitter >= 0:
+            counts[emitter] += 1
+            strata[emitter, int(4.0 * u)] += 1
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +79,7 @@ def test_choices_have_their_chances(lights, request):
         ns /= np.linalg.norm(ns)
         at = tuple(point), tuple(ns)
         counts, worst = np.zeros(len(lights.kind) + 1), np.zeros(2)
-        count_choices(geometry, lights, *at, SAMPLES, counts, worst)
+        count_choices(geometry, lights, *at, SAMPLES, np.empty(FEW_EMITTERS), counts, worst)
         assert worst[0] < 1e-9
         assert worst[1] < 1.0
         emitters = range(len(lights.kind))
@@ -77,6 +93,20 @@ def test_choices_have_their_chances(lights, request):
         seen = np.append(counts[common], rest[0])
         wanted = np.append(probabilities[common] * SAMPLES, max(rest[1][0], 1e-9))
         assert stats.chisquare(seen, wanted * seen.sum() / wanted.sum()).pvalue > 1e-3
+
+
+@pytest.mark.parametrize("lights", ["few", "many"])
+def test_stratified_numbers_stay_stratified(lights, request):
+    """Of evenly spaced numbers each emitter gets its share, and evenly spaced ones again."""
+    compiled = compile_scene(request.getfixturevalue(lights), Bands.parse("rgb"), 1.0)
+    geometry, lights, at = compiled.geometry, compiled.lights, ((0.1, -0.2, 0.2), (0.0, 1.0, 0.0))
+    emitters, n = range(len(lights.kind)), 4096
+    counts, strata = np.zeros(len(emitters)), np.zeros((len(emitters), 4))
+    count_strata(geometry, lights, *at, n, np.empty(FEW_EMITTERS), counts, strata)
+    shares = [selection_probability(geometry, lights, lights.tree, i, *at) for i in emitters]
+    assert np.count_nonzero(counts) > 3
+    assert np.abs(counts - n * np.array(shares)).max() <= 1.0
+    assert np.abs(strata - counts[:, None] / 4).max() <= 1.0
 
 
 def test_no_light_that_shines_on_a_point_has_no_chance(many):
