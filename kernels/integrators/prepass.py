@@ -18,6 +18,8 @@ from photonmap.kernels.lights.direct import prepare_direct, sample_direct
 
 CORNERS = 4
 """Camera rays of a pixel, through its corners: a straight edge always parts them."""
+AROUND = 8
+"""Rays of a corner that look for what is near."""
 NEAREST = 1e-12
 """Distance at least, in sizes of the scene."""
 EVEN_COSINE = 0.999
@@ -43,14 +45,24 @@ class Corners(NamedTuple):
 
 
 @jit
-def _nearness(geometry, surface, u, v):
-    """Return 1 / distance to what a cosine-distributed ray meets, 0 where it meets nothing."""
-    direction = vec.from_frame(warp.cosine_hemisphere(u, v), surface.ns)
+def _nearness_along(geometry, surface, direction):
+    """Return 1 / distance to what a ray meets, 0 where it meets nothing."""
     hit = intersect(geometry, surface.point, direction)
     if hit.triangle < 0:
         return 0.0
     step = vec.sub(point_at(geometry, hit.triangle, hit.u, hit.v)[0], surface.point)
     return 1.0 / max(math.sqrt(vec.dot(step, step)), NEAREST)
+
+
+@jit
+def _nearness(geometry, surface, index, key):
+    """Return the mean of 1 / distance to what cosine-distributed rays meet."""
+    total = 0.0
+    for number in range(AROUND):
+        u, v = sobol_2d(index * np.uint64(AROUND) + np.uint64(number), key)
+        direction = vec.from_frame(warp.cosine_hemisphere(u, v), surface.ns)
+        total += _nearness_along(geometry, surface, direction)
+    return total / AROUND
 
 
 @jit
@@ -64,13 +76,12 @@ def _take(scene, textured, seen, surface, index, keys, cdf):
     u, v = sobol_2d(index, keys[0])
     prepare_direct(scene, surface, cdf)
     sample = sample_direct(scene, surface, cdf, u, v, 1)
-    u, v = sobol_2d(index, keys[1])
     specular = specular_probability(geometry, scene.specular, triangle) > 0.0
     return Corners(
         seen.hits + 1,
         seen.lit + (sample.weight > 0.0),
         seen.occluded + (sample.emitter >= 0 and sample.weight == 0.0),
-        seen.nearness + _nearness(geometry, surface, u, v),
+        seen.nearness + _nearness(geometry, surface, index, keys[1]),
         seen.one_material and material == of_first,
         seen.even and even,
         seen.specular or specular,

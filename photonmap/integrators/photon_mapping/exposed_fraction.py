@@ -20,9 +20,6 @@ FLIGHTS, SURELY = 16, 12
 """Groups of them, and how many must reach an object for a decision of its own."""
 LEAST = 1 / 4
 """Exposed fraction of a cell, at least: it bounds by how much a cell is made brighter."""
-DIVIDED_ROUNDS = 8
-"""Times that points are tested in parts of divided cells, most of which are exposed in part: what
-is wrong about their fractions stays wrong in all passes."""
 PARTS = 16
 """Parts in which triangles are processed, for any number of threads."""
 
@@ -88,25 +85,21 @@ def measure_exposed(
     exposure = Exposure(
         *storage.zeros((2, count), np.uint8), *storage.zeros((2, triangles, 2), np.uint8)
     )
-    tested, exposed = storage.zeros((2, count), np.uint16)
-    for key_index in range(DIVIDED_ROUNDS if cells.finer > 1 else 1):
-        key = setup.key(key_index, Domain.EXPOSURE)
+    key = setup.key(0, Domain.EXPOSURE)
 
-        def probe(part: int, key: np.uint64 = key) -> None:
-            span = Span(part * triangles // PARTS, (part + 1) * triangles // PARTS)
-            probe_exposure(scene, lit_sides, areas, cells, key, span, exposure)
+    def probe(part: int) -> None:
+        span = Span(part * triangles // PARTS, (part + 1) * triangles // PARTS)
+        probe_exposure(scene, lit_sides, areas, cells, key, span, exposure)
 
-        setup.workers.map(probe, PARTS)
-        tested += exposure.tested
-        exposed += exposure.exposed
+    setup.workers.map(probe, PARTS)
     shared = cells.divisions == 1
     for counts, parts in (
-        (tested, exposure.tested_parts),
-        (exposed, exposure.exposed_parts),
+        (exposure.tested, exposure.tested_parts),
+        (exposure.exposed, exposure.exposed_parts),
     ):
         np.add.at(counts, cells.first[shared].ravel(), parts[shared].ravel())
     fraction = storage.zeros((count, 1))
     fraction[:] = 1.0
-    found = exposed > 0
-    np.divide(exposed, tested, out=fraction[:, 0], where=found)
+    found = exposure.exposed > 0
+    np.divide(exposure.exposed, exposure.tested, out=fraction[:, 0], where=found)
     return np.maximum(fraction, LEAST, out=fraction)
