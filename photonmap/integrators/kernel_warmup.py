@@ -205,6 +205,8 @@ def _chained(specular: Specular) -> Iterator[Material]:
         yield Material.glass(roughness=0.5)
     if specular.dip is not None:
         yield replace(Material.metal(glossy=0.4, roughness=0.1), glossy_edge=0.5)
+    if specular.grazing is not None:
+        yield Material.metal(glossy=0.4, roughness=0.0)
     if specular.maps is not None:
         yield replace(Material.glass(), tint=_GREY)
     if specular.share is not None:

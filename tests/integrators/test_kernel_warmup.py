@@ -36,6 +36,7 @@ MATERIALS = {
     "metal with an edge": [replace(METAL, roughness=0.6, glossy_edge=(0.9, 0.7, 0.5))],
     "narrow metal with an edge": [replace(METAL, roughness=0.2, glossy_edge=(0.9, 0.7, 0.5))],
     "both metals": [replace(METAL, roughness=r, glossy_edge=(0.9, 0.7, 0.5)) for r in (0.2, 0.6)],
+    "polished metal": [replace(METAL, roughness=0.0)],
     "glass": [GLASS],
     "frosted glass": [replace(GLASS, roughness=0.4)],
     "stained glass": [replace(GLASS, tint=IMAGE)],

@@ -117,7 +117,7 @@ def places(monkeypatch):
         def step_on(scene, specular, met, numbers, step, before, state, throughput):
             return step + 1 < steps + 1, *met, state
 
-        def add_light(scene, maps, surface, place, budget, keys, scratch):
+        def add_light(scene, maps, surface, place, budget, keys, shifts, scratch):
             seen.append(place)
 
         nothing = lambda *_: None  # noqa: E731
