@@ -157,12 +157,13 @@ def test_what_cannot_be_without_bias_is_refused():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
-def test_mean_is_that_of_path_tracing_to_two_in_ten_thousand(scene):
-    truth = block_means(scene, range(100, 116), method="path", passes=12000)
-    means = block_means(scene, range(16), unbiased=True, passes=1500)
-    whole = np.stack([each[:, 0, -1].mean(axis=1) for each in (truth, means)])
-    error = whole.std(axis=1, ddof=1) / 4.0
-    assert error.max() <= 2e-4 * whole.mean()
-    assert abs(np.diff(whole.mean(axis=1))) <= 3.0 * np.hypot(*error)
+def test_mean_is_that_of_path_tracing_to_two_in_ten_thousand():
+    truth = block_means(BOX, range(100, 116), method="path", passes=12000)
+    means = block_means(BOX, range(16), unbiased=True, passes=1500)
     assert not differ(means, truth)
+    for name in ("indirect", "shading"):
+        row = BUFFERS.index(name)
+        whole = np.stack([each[:, row, -1].mean(axis=1) for each in (truth, means)])
+        error = whole.std(axis=1, ddof=1) / 4.0
+        assert error.max() <= 2e-4 * whole.mean()
+        assert abs(whole[1].mean() - whole[0].mean()) <= 3.0 * np.hypot(*error)
