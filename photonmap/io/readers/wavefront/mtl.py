@@ -330,7 +330,7 @@ def _read_number(line: _Statement, parameter: Parameter | None) -> float:
         raise line.error(f"{line.keyword} {shown(line.rest)}; write a finite number")
     if parameter is not None:
         try:
-            parameter.check(numbers[0])
+            return parameter.check(numbers[0])
         except InputError as error:
             raise line.error(f"{line.keyword} {error}") from None
     return numbers[0]
