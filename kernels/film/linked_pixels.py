@@ -34,7 +34,7 @@ def step_to(number):
 
 @jit
 def neighbour(film, pixel, number):
-    """Return the pixel that is a neighbour, or -1 beyond the edges of the image."""
+    """Return the pixel that is a neighbour, or -1 outside the image."""
     x, y = step_to(number)
     column, row = pixel % film.width + x, pixel // film.width + y
     if 0 <= column < film.width and 0 <= row < film.height:

@@ -33,13 +33,13 @@ def clear_pixel(pixels, pixel):
 
 
 @jit
-def clear_via_specular(via_specular, pixel):
-    """Set all of a pixel's sums of `via_specular` to 0, unless it is None."""
-    if via_specular is None:
+def clear_sums(sums, pixel):
+    """Set all of a pixel's sums, (rows, P, N), to 0, unless there are none (None)."""
+    if sums is None:
         return
-    for row in range(via_specular.shape[0]):
-        for band in range(via_specular.shape[2]):
-            via_specular[row, pixel, band] = 0.0
+    for row in range(sums.shape[0]):
+        for band in range(sums.shape[2]):
+            sums[row, pixel, band] = 0.0
 
 
 @jit

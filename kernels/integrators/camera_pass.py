@@ -19,7 +19,7 @@ from photonmap.kernels.core.streams import (
 from photonmap.kernels.film.pixel import (
     add_reflected,
     clear_pixel,
-    clear_via_specular,
+    clear_sums,
     trace_camera_ray,
 )
 from photonmap.kernels.film.pixels import FLAT, morton, update_plane
@@ -63,8 +63,8 @@ def camera_pass(job, span, scratch, estimate):
     keys = (split(job.key, FILM), light)
     for pixel in range(span.first, span.last):
         clear_pixel(pixels, pixel)
-        clear_via_specular(estimate.via_specular, pixel)
-        clear_via_specular(estimate.differences, pixel)
+        clear_sums(estimate.via_specular, pixel)
+        clear_sums(estimate.differences, pixel)
         samples = int(plan.samples[pixel])
         budget = SampleBudget(np.int64(plan.lights[pixel]), np.int64(plan.gathers[pixel]))
         share = np.float32(1.0 / samples)

@@ -9,7 +9,7 @@ from photonmap.kernels.core.streams import FILM, split
 from photonmap.kernels.film.pixel import (
     add_reflected,
     clear_pixel,
-    clear_via_specular,
+    clear_sums,
     trace_camera_ray,
 )
 from photonmap.kernels.geometry.interaction import surface_interaction
@@ -49,7 +49,7 @@ def path_pass(job, samples, bounces, span, scratch, estimate):
     share, key = np.float32(1.0 / samples), split(job.key, FILM)
     for pixel in range(span.first, span.last):
         clear_pixel(estimate.pixels, pixel)
-        clear_via_specular(estimate.via_specular, pixel)
+        clear_sums(estimate.via_specular, pixel)
         state = stream(key, pixel, 0)
         for sample in range(samples):
             index = np.uint64(pixel) * np.uint64(samples) + np.uint64(sample)

@@ -63,11 +63,8 @@ def expected_in_bins(case, wo):
     return parts.sum(axis=(1, 3)).ravel()
 
 
-@each_view
-@each_case
-def test_samples_follow_the_density(case, cosine):
-    """χ² over bins of the hemisphere, and one for what is sampled below the horizon."""
-    wo = departure(cosine, 0.7)
+def fit_of_samples(case, wo):
+    """Return the p-value of χ² of samples against the density: bins of the hemisphere, and lost."""
     local = sample(case, wo) @ FRAME.T
     np.testing.assert_allclose(np.linalg.norm(local, axis=1), 1.0, atol=1e-9)
     edges = np.linspace(0.0, 1.0, HEIGHTS + 1), np.linspace(-np.pi, np.pi, TURNS + 1)
@@ -75,7 +72,15 @@ def test_samples_follow_the_density(case, cosine):
     share = expected_in_bins(case, wo)
     counts = np.append(counts, SAMPLES - counts.sum())
     expected = SAMPLES * np.append(share, max(1.0 - share.sum(), 0.0))
-    assert chi_squared(counts, expected) > SIGNIFICANCE
+    return chi_squared(counts, expected)
+
+
+@each_view
+@each_case
+def test_samples_follow_the_density(case, cosine):
+    """χ² over bins of the hemisphere, and one for what is sampled below the horizon."""
+    wo = departure(cosine, 0.7)
+    assert fit_of_samples(case, wo) > SIGNIFICANCE
 
 
 @each_view

@@ -17,13 +17,11 @@ from bsdf_harness import (
     sample,
     scatter,
 )
-from helpers.comparisons import assert_within, chi_squared
+from helpers.comparisons import assert_within
 from test_bsdf_models import (
-    HEIGHTS,
     SIGMAS,
     SIGNIFICANCE,
-    TURNS,
-    expected_in_bins,
+    fit_of_samples,
     random_directions,
 )
 from test_coats import BASES
@@ -77,13 +75,7 @@ def test_an_even_image_is_its_number(base):
 def test_samples_of_a_leaning_coat_follow_the_density(case, cosine):
     """χ² over bins of the hemisphere, and one for what is sampled below the horizon."""
     wo = departure(cosine, 0.7)
-    local = sample(case, wo) @ FRAME.T
-    edges = np.linspace(0.0, 1.0, HEIGHTS + 1), np.linspace(-np.pi, np.pi, TURNS + 1)
-    counts = np.histogram2d(local[:, 2], np.arctan2(local[:, 1], local[:, 0]), edges)[0].ravel()
-    share = expected_in_bins(case, wo)
-    counts = np.append(counts, SAMPLES - counts.sum())
-    expected = SAMPLES * np.append(share, max(1.0 - share.sum(), 0.0))
-    assert chi_squared(counts, expected) > SIGNIFICANCE
+    assert fit_of_samples(case, wo) > SIGNIFICANCE
 
 
 @pytest.mark.parametrize("cosine", [1.0, 0.8, 0.35])

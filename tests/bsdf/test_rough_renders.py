@@ -17,7 +17,7 @@ from photonmap.kernels.bsdf.models import MODELS
 from photonmap.kernels.core.passes import Film
 
 SIGNIFICANCE = 1e-4
-"""Of all comparisons of one test together (Bonferroni): its chance to fail where all is well."""
+"""Of all comparisons of one test together (Bonferroni): how probably it fails where all is well."""
 SEEDS = 6
 BIAS = 0.01
 """Of what photons bring, relative: they are averaged over cells."""
@@ -61,7 +61,7 @@ def block_means(scene, method, cost=COST, buffers=("direct", "indirect", "radian
 
 
 def excess(values, others):
-    """Return by how much means over seeds differ beyond chance and bias, at most: 0 or less.
+    """Return by how much means over seeds differ by more than noise and bias, at most: 0 or less.
 
     Welch's t at the significance, shared by all means.
     """

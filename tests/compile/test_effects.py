@@ -147,7 +147,7 @@ BALLS = scene(
 )
 def test_what_is_called_for_is_missed_when_it_is_left_out(effect, buffer, method):
     if method == "path" and effect == "caustics":
-        pytest.skip("a path finds no sun by chance")
+        pytest.skip("no path hits the sun")
     whole = render(BALLS, method=method)
     part = render(BALLS, method=method, effects=[name for name in EFFECTS if name != effect])
     assert part.record["partial"]

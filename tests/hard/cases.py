@@ -11,7 +11,7 @@ ULP = 2.0**-23
 SMALLEST = 1e-36
 """Below, float32 has fewer digits."""
 SIGNIFICANCE = 1e-3
-"""Of one comparison of means: its chance to fail where nothing is wrong."""
+"""Of one comparison of means: the probability that it fails where nothing is wrong."""
 LIGHT = ("radiance", "emission", "direct", "indirect", "shading")
 
 

@@ -69,7 +69,7 @@ def few(many):
 
 
 @pytest.mark.parametrize("lights", ["few", "many"])
-def test_choices_have_their_chances(lights, request):
+def test_choices_have_their_probabilities(lights, request):
     """χ² at p > 1e-3 for each of 8 places; emitters of no probability are never chosen."""
     compiled = compile_scene(request.getfixturevalue(lights), Bands.parse("rgb"), 1.0)
     geometry, lights = compiled.geometry, compiled.lights

@@ -102,7 +102,7 @@ def test_a_divided_cell_is_hit_evenly_and_no_other():
     np.testing.assert_array_equal((after[inside] - count) // FINER**2, owner)
     counts = np.bincount(after[inside] - count, minlength=both - count)
     expected = 100_000 / (49 * FINER**2)
-    assert ((counts - expected) ** 2 / expected).sum() < 90  # 48 cells, chance 2e-4
+    assert ((counts - expected) ** 2 / expected).sum() < 90  # 48 cells, p = 2e-4
 
 
 @pytest.mark.filterwarnings("ignore:the scene has no light")

@@ -134,7 +134,7 @@ def rendered(balls):
 
 @pytest.mark.parametrize("name", ["direct", "indirect", "caustics", "residual", "shading"])
 def test_photons_agree_with_paths(rendered, name):
-    """Means of 8 × 8 blocks; paths find caustics by chance."""
+    """Means of 8 × 8 blocks; paths find caustics at random."""
     blocks = {}
     for method, result in rendered.items():
         image = result.buffers[name].astype(float).reshape(4, 8, 4, 8, 3)

@@ -46,7 +46,7 @@ def means(result, name):
 @pytest.mark.parametrize("method", ["path", "photon"])
 @pytest.mark.parametrize("bands", ["rgb", "5"])
 def test_a_portal_lets_in_what_a_hole_lets_in(method, bands):
-    """The hole is found by chance: it shares no code with portals but the map's look-up."""
+    """Paths find the hole at random: this shares no code with portals but the map's look-up."""
     sky = pm.SkyLight(3.0, 35.0, 70.0, ground=0.3)
     settings = {"bands": bands, "size": (24, 18)}
     hole = pm.render(room([sky]), method="path", passes=256, seed=1, **settings)
@@ -113,7 +113,7 @@ def test_light_through_portals_is_of_the_group_of_the_sky():
 
 
 def test_caustics_of_portals_carry_the_light_of_their_direction():
-    """Photons are aimed at the mirror: what the path tracer finds by chance agrees."""
+    """Photons are aimed at the mirror: what the path tracer finds at random agrees."""
     mirror = quad((-0.9, 0.05, -0.5), (-0.9, 0.05, 0.5), (0.4, 0.05, 0.5), (0.4, 0.05, -0.5),
                   pm.Material.polished(), "mirror")  # fmt: skip
     scene = room([pm.SkyLight(4.0, 20.0, 60.0)], PANE)

@@ -62,7 +62,7 @@ def test_the_uncertainty_of_slopes_is_honest():
     for _ in range(400):
         found = fit_power(x, 0.2 * x**-0.5 * np.exp(rng.normal(0.0, 0.1, 8)))
         missed += abs(found.exponent + 0.5) > 3.707 * found.uncertainty
-    assert missed <= 13  # binomial(400, 0.01) exceeds it with a chance of 1e-4
+    assert missed <= 13  # binomial(400, 0.01) exceeds it with probability 1e-4
 
 
 @pytest.mark.parametrize("x", [[], [1.0], [2.0, 2.0], [1.0, 0.0], [1.0, math.nan]])

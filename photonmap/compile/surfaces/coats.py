@@ -47,27 +47,22 @@ def with_coats(
     chosen = [index for index, material in enumerate(materials) if material.is_coated]
     if scattering is None or not chosen:
         return scattering
-    weight, f0, alpha, dielectric = np.zeros((4, len(materials)))
+    numbers = _numbers(scattering, materials, chosen)
     row, first, steps = np.full((3, len(materials)), -1, np.int32)
     model, albedos = scattering.model.copy(), [scattering.albedos]
     through: list[Floats] = []
     for place, index in enumerate(chosen):
-        material = materials[index]
-        weight[index] = mean_number(material.coat)
-        f0[index] = normal_reflectance(material.coat_ior)
-        alpha[index] = max(mean_number(material.coat_roughness) ** 2, LEAST_ALPHA)
-        dielectric[index] = _dielectric(material, scattering.parameters[index, 1:3].tolist())
+        _, f0, alpha, dielectric = numbers[:, index].tolist()
         row[index] = len(scattering.albedos) + place
         first[index] = sum(len(rows) for rows in through)
-        albedos.append(lobe_albedos(float(alpha[index]))[None])
-        alphas = [float(alpha[index])]
-        if isinstance(material.coat_roughness, Texture):
-            alphas += [max(value * value, LEAST_ALPHA) for value in _evenly_from_0_to_1(COATS)]
-        rows = [_through((float(f0[index]), a), material, float(dielectric[index])) for a in alphas]
+        albedos.append(lobe_albedos(alpha)[None])
+        alphas = [alpha, *_stepped_alphas(materials[index].coat_roughness)]
+        rows = [_through((f0, each), materials[index], dielectric) for each in alphas]
         through += rows
         steps[index] = len(rows[0])
     varies = any(materials[index].has_textured_coat for index in chosen)
     albedos += [albedos[-1]] * varies  # a next row for all
+    weight, f0, alpha, dielectric = numbers
     coats = Coats(
         scattering.model,
         weight,
@@ -84,6 +79,28 @@ def with_coats(
     )
     model[chosen] = COATED
     return scattering._replace(model=model, albedos=np.concatenate(albedos), coats=coats)
+
+
+def _numbers(
+    scattering: records.Scattering, materials: Sequence[Material], chosen: Sequence[int]
+) -> Floats:
+    """Return weight, F₀ and α of the coats of chosen materials, and F₀ of their bases, (4, M)."""
+    numbers = np.zeros((4, len(materials)))
+    for index in chosen:
+        material = materials[index]
+        numbers[:, index] = (
+            mean_number(material.coat),
+            normal_reflectance(material.coat_ior),
+            max(mean_number(material.coat_roughness) ** 2, LEAST_ALPHA),
+            _dielectric(material, scattering.parameters[index, 1:3].tolist()),
+        )
+    return numbers
+
+
+def _stepped_alphas(roughness: float | Texture) -> list[float]:
+    """Return α of even steps of roughness, if an image gives it; else nothing."""
+    steps = _evenly_from_0_to_1(COATS) if isinstance(roughness, Texture) else []
+    return [max(step * step, LEAST_ALPHA) for step in steps]
 
 
 def _evenly_from_0_to_1(count: int) -> list[float]:

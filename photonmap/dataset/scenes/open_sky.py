@@ -1,4 +1,4 @@
-"""The sky above a place outdoors with its sun, or beyond the windows of a room."""
+"""The sky above a place outdoors with its sun, or outside the windows of a room."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class OpenSky:
 
     @classmethod
     def through_windows(cls, meter: LightMeter, azimuth: float) -> OpenSky:
-        """Return the sky beyond the windows of what a meter measures."""
+        """Return the sky outside the windows of what a meter measures."""
 
         def from_sky(radiance: Radiance) -> Floats:
             return meter.irradiance(WINDOW, radiance)

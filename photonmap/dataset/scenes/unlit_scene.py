@@ -31,7 +31,7 @@ class UnlitScene:
     received : irradiance of what the camera sees, (P,), for each light group at a luminance of 1,
         the main group first, see `photonmap.dataset.scenes.exposure`
     backdrop : names of the kinds of objects that form the surroundings, such as walls
-    sky : above a place outdoors, or beyond the windows of a room, whose panes are of its light
+    sky : above a place outdoors, or outside the windows of a room, whose panes are of its light
         group; None for single objects
     """
 

@@ -1,4 +1,4 @@
-"""How many scenes it takes to tell methods apart."""
+"""How many scenes it takes to distinguish methods."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from photonmap.evaluate.experiments.table import Cell, Table
 from photonmap.evaluate.metrics.arrays import Floats
 
 POWER = 0.8
-"""Chance of finding a difference that is there."""
+"""Probability of finding a difference that is there."""
 _LEVEL = 0.05
 _DRAWS = 400
 """Sets of scenes that are drawn for each number of scenes."""

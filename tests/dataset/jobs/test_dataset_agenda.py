@@ -116,7 +116,7 @@ def test_the_list_keeps_its_order_in_the_manifest(tmp_path, capsys):
 
 
 class Slow:
-    """An agenda whose rest takes as long as it is told."""
+    """An agenda whose rest takes a given time."""
 
     def __init__(self, left, seconds):
         self.left, self.seconds_left = iter(left), seconds
