@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import argparse
 
-from photonmap.commands.arguments import number, reader
-from photonmap.commands.options import add_measured_sets, add_options, add_quiet, add_scheduler
+from photonmap.commands.arguments import number
+from photonmap.commands.options import (
+    add_measured_sets,
+    add_options,
+    add_quiet,
+    add_scheduler,
+    add_value,
+)
 from photonmap.dataset.files.chosen_buffers import ALWAYS
 from photonmap.film.budget import DEFAULT_ERROR
 from photonmap.runtime.options import read_list, read_memory
@@ -33,24 +39,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     _add_files(parser)
     _add_work(parser)
     check = parser.add_argument_group("verify")
-    check.add_argument(
-        "--sample",
-        type=reader(int),
-        default=1,
-        metavar="N",
-        help="number of images to render again and compare (default: 1)",
-    )
-    check.add_argument(
-        "--scenes",
-        metavar="DIR",
-        help="where scene files are that are not where the set was made; also for flow",
-    )
-    add = parser.add_argument_group("publish")
-    add.add_argument(
-        "--license",
-        metavar="NAME",
-        help="one of CC0-1.0, CC-BY-4.0, CC-BY-SA-4.0, CC-BY-NC-4.0, or a file with another",
-    )
+    text = "number of images to render again and compare"
+    add_value(check, "sample", "N", text, read=int, default=1)
+    text = "where scene files are that are not where the set was made; also for flow"
+    add_value(check, "scenes", "DIR", text)
+    publish = parser.add_argument_group("publish")
+    text = "one of CC0-1.0, CC-BY-4.0, CC-BY-SA-4.0, CC-BY-NC-4.0, or a file with another"
+    add_value(publish, "license", "NAME", text)
     _add_export(parser)
     add_quiet(parser)
 
@@ -63,40 +58,27 @@ def _add_export(parser: argparse.ArgumentParser) -> None:
         default="webdataset",
         help="tar files with an index, or Parquet tables (default: webdataset)",
     )
-    export.add_argument(
-        "--shard-size",
-        type=reader(read_memory),
-        metavar="SIZE",
-        help="bytes of a file, as in 512M or 1G (default: 512M)",
-    )
-    export.add_argument(
-        "--arrays",
-        type=read_list,
-        metavar="LIST",
-        help="names of arrays, as in rgb.radiance,rgb.shading,shading,depth; rgb.NAME is in the "
-        "set's RGB (default: light, reflectance and shading in RGB, depth, normals, ids, masks)",
+    text = "bytes of a file, as in 512M or 1G"
+    add_value(export, "shard_size", "SIZE", text, read=read_memory, default_text="512M")
+    add_value(
+        export,
+        "arrays",
+        "LIST",
+        "names of arrays, as in rgb.radiance,rgb.shading,shading,depth; rgb.NAME is in the set's "
+        "RGB",
+        read=read_list,
+        default_text="light, reflectance and shading in RGB, depth, normals, ids, masks",
     )
 
 
 def _add_images(parser: argparse.ArgumentParser) -> None:
     """Add the options that decide which scenes are rendered."""
     what = parser.add_argument_group("scenes")
-    what.add_argument(
-        "--preset",
-        default="small",
-        metavar="NAME",
-        help="small, icip2013, varied, or FILE.toml (default: small)",
-    )
-    what.add_argument(
-        "--count",
-        type=reader(int),
-        default=1,
-        metavar="N",
-        help="number of seeds for which each scene is built (default: 1)",
-    )
-    what.add_argument(
-        "--seed", type=reader(int), default=0, metavar="N", help="first of the seeds (default: 0)"
-    )
+    text = "small, icip2013, varied, or FILE.toml"
+    add_value(what, "preset", "NAME", text, default="small")
+    text = "number of seeds for which each scene is built"
+    add_value(what, "count", "N", text, read=int, default=1)
+    add_value(what, "seed", "N", "first of the seeds", read=int, default=0)
     _add_looks(what)
     add_measured_sets(what)
 
@@ -108,61 +90,60 @@ def _add_looks(what: argparse._ArgumentGroup) -> None:
         choices=("lambertian", "mixed", "textured", "glossy", "rich"),
         help="materials of procedural scenes (default: the preset's, or lambertian)",
     )
-    what.add_argument(
-        "--lightness",
-        type=reader(float),
-        metavar="R",
-        help="mean reflectance of procedural scenes (default: the preset's, or as chips are drawn)",
-    )
-    what.add_argument(
-        "--scale",
-        type=reader(float),
-        metavar="F",
-        help="factor of the size of rooms, 0.8 to 3 (default: the preset's, or 1)",
-    )
-    what.add_argument(
-        "--illuminations",
-        type=read_list,
+    text, usual = "mean reflectance of procedural scenes", "the preset's, or as chips are drawn"
+    add_value(what, "lightness", "R", text, read=float, default_text=usual)
+    text = "factor of the size of rooms, 0.8 to 3"
+    add_value(what, "scale", "F", text, read=float, default_text="the preset's, or 1")
+    add_value(
+        what,
+        "illuminations",
+        "LIST",
+        "names separated by commas, such as white,random_3",
+        read=read_list,
         default=[],
-        metavar="LIST",
-        help="names separated by commas, such as white,random_3 (default: the preset's, or white,"
-        "colored,two_planckian,two_mixed)",
+        default_text="the preset's, or white,colored,two_planckian,two_mixed",
     )
 
 
 def _add_files(parser: argparse.ArgumentParser) -> None:
     """Add the options that decide what is written of each image."""
     files = parser.add_argument_group("files")
-    files.add_argument(
-        "--format",
-        type=read_list,
+    add_value(
+        files,
+        "format",
+        "LIST",
+        "file formats, of exr, hdf5 and png, separated by commas",
+        read=read_list,
         default=["exr", "png"],
-        metavar="LIST",
-        help="file formats, of exr, hdf5 and png, separated by commas (default: exr,png)",
+        default_text="exr,png",
     )
     files.add_argument(
         "--full",
         action="store_true",
         help="write everything in single precision, ten times as large, instead of lean files",
     )
-    files.add_argument(
-        "--buffers",
-        type=read_list,
-        metavar="LIST",
-        help="names of the buffers that files hold, with their errors and those of light groups, "
-        f"separated by commas; {', '.join(ALWAYS)} always belong to them (default: all)",
+    add_value(
+        files,
+        "buffers",
+        "LIST",
+        "names of the buffers that files hold, with their errors and those of light groups, "
+        f"separated by commas; {', '.join(ALWAYS)} always belong to them",
+        read=read_list,
+        default_text="all",
     )
-    files.add_argument(
-        "--rgb",
+    add_value(
+        files,
+        "rgb",
+        "SPACE",
+        f"space of the images in RGB: {', '.join(SPACES)}, a camera, or FILE.csv of three "
+        "sensitivities",
         default=REC2020,
-        metavar="SPACE",
-        help=f"space of the images in RGB: {', '.join(SPACES)}, a camera, or FILE.csv of three "
-        f"sensitivities (default: {REC2020})",
     )
-    files.add_argument(
-        "--sensor",
-        metavar="NAME",
-        help="also write what this camera would have recorded: its name, or a FILE.toml that "
+    add_value(
+        files,
+        "sensor",
+        "NAME",
+        "also write what this camera would have recorded: its name, or a FILE.toml that "
         "`photonmap sensor` takes",
     )
 
@@ -170,26 +151,21 @@ def _add_files(parser: argparse.ArgumentParser) -> None:
 def _add_work(parser: argparse.ArgumentParser) -> None:
     """Add the options that decide how and where images are rendered."""
     work = parser.add_argument_group("work")
-    work.add_argument(
-        "--time-limit",
-        type=number(0.001, 1e9, " s"),
-        metavar="S",
-        help="seconds of rendering after which an image stops short of its error, and is marked "
-        "(default: 1 hour)",
+    add_value(
+        work,
+        "time_limit",
+        "S",
+        "seconds of rendering after which an image stops short of its error, and is marked",
+        read=number(0.001, 1e9, " s"),
+        default_text="1 hour",
     )
     add_scheduler(work, may_be_auto=True)
-    work.add_argument(
-        "--resume", action="store_true", help="render only the images that are missing or damaged"
-    )
-    _add_previews(work)
-
-
-def _add_previews(work: argparse._ArgumentGroup) -> None:
-    work.add_argument(
-        "--dry-run", action="store_true", help="list the images without rendering them"
-    )
-    work.add_argument(
-        "--estimate",
-        action="store_true",
-        help="say what the images will cost, by scene, from small pilots, and render nothing else",
-    )
+    for flag, text in (
+        ("--resume", "render only the images that are missing or damaged"),
+        ("--dry-run", "list the images without rendering them"),
+        (
+            "--estimate",
+            "say what the images will cost, by scene, from small pilots, and render nothing else",
+        ),
+    ):
+        work.add_argument(flag, action="store_true", help=text)

@@ -8,8 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from photonmap.commands.arguments import reader
-from photonmap.commands.options import add_quiet
+from photonmap.commands.options import add_quiet, add_value
 from photonmap.errors import InputError
 from photonmap.evaluate.bench.metric_list import METRICS
 from photonmap.evaluate.bench.predictions import ENCODINGS
@@ -38,17 +37,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "dataset", metavar="DATASET", nargs="?", help="folder of a finished data set"
     )
     what = parser.add_argument_group("what is scored")
-    what.add_argument(
-        "--mit",
-        metavar="PATH",
-        help="score on the data set of Grosse et al. 2009 instead: a folder for each object",
-    )
-    what.add_argument(
-        "--method",
-        type=read_list,
-        metavar="NAMES",
-        help=f"methods, separated by commas: {', '.join(BUILT_IN)}, and those that installed "
-        "packages add (default: all, or with --predictions none)",
+    text = "score on the data set of Grosse et al. 2009 instead: a folder for each object"
+    add_value(what, "mit", "PATH", text)
+    add_value(
+        what,
+        "method",
+        "NAMES",
+        f"methods, separated by commas: {', '.join(BUILT_IN)}, and those that installed packages "
+        "add",
+        read=read_list,
+        default_text="all, or with --predictions none",
     )
     what.add_argument(
         "--predictions",
@@ -65,11 +63,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what the values of PNG predictions are (default: srgb)",
     )
     _add_how(parser)
-    parser.add_argument_group("files").add_argument(
-        "--output",
-        metavar="FOLDER",
-        help="where to write the report (default: the data set's name and -evaluation, in the "
-        "current folder)",
+    add_value(
+        parser.add_argument_group("files"),
+        "output",
+        "FOLDER",
+        "where to write the report",
+        default_text="the data set's name and -evaluation, in the current folder",
     )
     add_quiet(parser)
 
@@ -77,12 +76,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _add_how(parser: argparse.ArgumentParser) -> None:
     """Add the options that decide how estimates are scored."""
     how = parser.add_argument_group("how")
-    how.add_argument(
-        "--metrics",
-        type=read_list,
-        metavar="NAMES",
-        help=f"metrics, separated by commas: {', '.join(METRICS)} (default: all that apply)",
-    )
+    text = f"metrics, separated by commas: {', '.join(METRICS)}"
+    add_value(how, "metrics", "NAMES", text, read=read_list, default_text="all that apply")
     how.add_argument(
         "--space",
         choices=SPACES,
@@ -95,26 +90,22 @@ def _add_how(parser: argparse.ArgumentParser) -> None:
         default=LIGHTS[0],
         help="images and their truth in all light, or in direct light alone (default: all)",
     )
-    how.add_argument(
-        "--draws",
-        type=reader(int),
-        default=DRAWS,
-        metavar="N",
-        help="number of times that the truth's own noise is drawn for intervals; 0 for none "
-        f"(default: {DRAWS})",
-    )
+    text = "number of times that the truth's own noise is drawn for intervals; 0 for none"
+    add_value(how, "draws", "N", text, read=int, default=DRAWS)
     how.add_argument(
         "--experiments",
         action="store_true",
         help="also measure what interreflection, coloured light, bands and noise cost each method, "
         "how many scenes tell methods apart, and which metrics order degradations rightly",
     )
-    how.add_argument(
-        "--costs-of",
-        type=read_list,
-        metavar="NAMES",
-        help="the methods that --experiments runs again in direct light and in bands, to leave out "
-        "slow ones (default: all that are scored)",
+    add_value(
+        how,
+        "costs_of",
+        "NAMES",
+        "the methods that --experiments runs again in direct light and in bands, to leave out "
+        "slow ones",
+        read=read_list,
+        default_text="all that are scored",
     )
 
 

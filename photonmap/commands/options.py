@@ -5,15 +5,13 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from photonmap.commands.arguments import direction, limits, reader, vector
 from photonmap.io.scene_source import SceneSource
+from photonmap.runtime.options import Option
 from photonmap.runtime.workers import AUTO
 from photonmap.settings import GROUPS, OPTIONS, RENDER, taken_by
-
-if TYPE_CHECKING:
-    from photonmap.runtime.options import Option
 
 _CAMERA = {
     "origin": "position of the camera, scene units",
@@ -46,7 +44,7 @@ def add_options(
     return groups
 
 
-def add_option(group: argparse._ArgumentGroup, option: Option) -> None:
+def add_option(group: argparse._ActionsContainer, option: Option) -> None:
     """Add one of a list of options."""
     if isinstance(option.default, bool):
         action = "store_false" if option.default else "store_true"
@@ -65,6 +63,21 @@ def add_option(group: argparse._ArgumentGroup, option: Option) -> None:
         help=_escape(option.help + f"; {option.written}" * bool(option.written) + default),
         **stands_alone,
     )
+
+
+def add_value(
+    group: argparse._ActionsContainer, name: str, metavar: str, text: str, **more: Any
+) -> None:
+    """Add an option that takes a value.
+
+    Parameters
+    ----------
+    name : as in Python
+    metavar : placeholder for the value in help texts
+    text : what it does, without a full stop
+    more : further fields of `Option`, such as `default` and `read`
+    """
+    add_option(group, Option(name=name, metavar=metavar, help=text, **more))
 
 
 def _default_text(option: Option) -> str:
@@ -86,24 +99,25 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
     add_scene_options(parser)
     groups = add_options(parser, RENDER)
     add_range(groups["image"])
-    groups["files"].add_argument(
-        "--output",
-        metavar="FILE.exr",
-        help="where to write the result: .exr; .nc or .hdf5 (netCDF); or .hdr or .img (ENVI) "
-        "(default: the scene's name, in the current folder)",
+    add_value(
+        groups["files"],
+        "output",
+        "FILE.exr",
+        "where to write the result: .exr; .nc or .hdf5 (netCDF); or .hdr or .img (ENVI)",
+        default_text="the scene's name, in the current folder",
     )
-    groups["files"].add_argument(
-        "--white",
-        type=_white,
+    add_value(
+        groups["files"],
+        "white",
+        "LIGHT",
+        "light that the preview shows as white: scene, for all of its lights together, or one "
+        "such as D65, which leaves colours as they are",
+        read=_white,
         default="scene",
-        metavar="LIGHT",
-        help="light that the preview shows as white: scene, for all of its lights together, or one "
-        "such as D65, which leaves colours as they are (default: scene)",
     )
     add_quiet(parser)
 
 
-@reader
 def _white(text: str) -> str:
     """Check the name of a light."""
     from photonmap.spectra.color_text import emission
@@ -126,12 +140,8 @@ def add_name(file: str | Path, name: str | None) -> str:
 
 def add_range(group: argparse._ArgumentGroup) -> None:
     """Add the range of the bands."""
-    group.add_argument(
-        "--range",
-        type=limits,
-        metavar="LOW:HIGH",
-        help="wavelengths that the bands cover, nm (default: 400:700, or those of FILE.csv)",
-    )
+    text, usual = "wavelengths that the bands cover, nm", "400:700, or those of FILE.csv"
+    add_value(group, "range", "LOW:HIGH", text, read=limits, default_text=usual)
 
 
 def add_quiet(parser: argparse.ArgumentParser) -> None:
@@ -141,25 +151,25 @@ def add_quiet(parser: argparse.ArgumentParser) -> None:
 
 def add_scheduler(group: argparse._ArgumentGroup, may_be_auto: bool = False) -> None:
     """Add where several renders run; perhaps `auto`, for as many workers as are fastest."""
-    group.add_argument(
-        "--scheduler",
+    add_value(
+        group,
+        "scheduler",
+        "ADDRESS",
+        "local: this machine; or the address of a dask.distributed scheduler, as in "
+        "tcp://host:8786",
         default="local",
-        metavar="ADDRESS",
-        help="local: this machine; or the address of a dask.distributed scheduler, as in "
-        "tcp://host:8786 (default: local)",
     )
-    group.add_argument(
-        "--workers",
-        type=_workers if may_be_auto else reader(int),
+    auto = (
+        "auto: one for each processor, if a trial at the start finds them faster than one for all"
+    )
+    add_value(
+        group,
+        "workers",
+        "N",
+        "processes to start on this machine",
+        written=auto if may_be_auto else "",
+        read=_workers if may_be_auto else int,
         default=AUTO if may_be_auto else 1,
-        metavar="N",
-        help="processes to start on this machine"
-        + (
-            "; auto: one for each processor, if a trial at the start finds them faster than one "
-            "for all (default: auto)"
-            if may_be_auto
-            else " (default: 1)"
-        ),
     )
 
 
@@ -176,21 +186,12 @@ def add_scene_options(parser: argparse.ArgumentParser) -> None:
         help="OBJ, PLY, STL, glTF, OFF, USD or Mitsuba (XML) file; or TOML that describes a scene",
     )
     camera = parser.add_argument_group("camera", "one of the scene's, or in place of its own")
-    camera.add_argument(
-        "--camera",
-        metavar="NAME",
-        help="camera of the scene to look by; all renders by each, into FILE-NAME.exr "
-        "(default: the first)",
-    )
+    text = "camera of the scene to look by; all renders by each, into FILE-NAME.exr"
+    add_value(camera, "camera", "NAME", text, default_text="the first")
     for name, text in _CAMERA.items():
-        read = direction if name == "up" else vector
-        camera.add_argument(f"--{name}", type=read, metavar="x,y,z", help=text)
-    camera.add_argument(
-        "--fov",
-        type=reader(float),
-        metavar="DEG",
-        help="full vertical field of view of a pinhole camera (default: 40)",
-    )
+        add_value(camera, name, "x,y,z", text, read=direction if name == "up" else vector)
+    text = "full vertical field of view of a pinhole camera"
+    add_value(camera, "fov", "DEG", text, read=float, default_text="40")
     add_material_options(parser)
 
 
@@ -209,26 +210,21 @@ def add_material_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="refuse a scene that is read with a warning, as where something is not supported",
     )
-    materials.add_argument(
-        "--root",
-        metavar="FOLDER",
-        help="folder below which all files lie that the scene names (default: the scene's own); "
+    add_value(
+        materials,
+        "root",
+        "FOLDER",
+        "folder below which all files lie that the scene names (default: the scene's own); "
         "others are not opened",
     )
 
 
 def add_measured_sets(group: argparse._ArgumentGroup) -> None:
     """Add the options that name files of measured spectra."""
-    group.add_argument(
-        "--munsell",
-        metavar="PATH",
-        help="measured Munsell chips for colours named munsell:… (default: $PHOTONMAP_MUNSELL)",
-    )
-    group.add_argument(
-        "--illuminants",
-        metavar="PATH",
-        help="measured lights for colours named sfu:… (default: $PHOTONMAP_ILLUMINANTS)",
-    )
+    chips, lights = "chips for colours named munsell:…", "lights for colours named sfu:…"
+    usual = "$PHOTONMAP_MUNSELL", "$PHOTONMAP_ILLUMINANTS"
+    add_value(group, "munsell", "PATH", f"measured Munsell {chips}", default_text=usual[0])
+    add_value(group, "illuminants", "PATH", f"measured {lights}", default_text=usual[1])
 
 
 def choose_scene(options: argparse.Namespace) -> SceneSource:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from photonmap.commands.arguments import whole_number
-from photonmap.commands.options import add_option, add_quiet
+from photonmap.commands.options import add_option, add_quiet, add_value
 from photonmap.errors import InputError, naming
 
 if TYPE_CHECKING:
@@ -30,11 +30,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="IMAGE.exr",
         help="renders in any bands, with radiance among their buffers",
     )
-    parser.add_argument(
-        "--sensor",
-        metavar="FILE.toml",
-        help="what is not given here, by the names of these options with _ for -",
-    )
+    text = "what is not given here, by the names of these options with _ for -"
+    add_value(parser, "sensor", "FILE.toml", text)
     for title in GROUPS:
         group = parser.add_argument_group(title)
         for option in OPTIONS.values():
@@ -42,13 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                 text = option.default_text or f"{option.default}"
                 add_option(group, replace(option, default=None, default_text=text))
     files = parser.add_argument_group("files")
-    files.add_argument(
-        "--seed",
-        type=whole_number(0, _LARGEST_SEED),
-        default=0,
-        metavar="N",
-        help="seed of the noise; of several images, that of the first: it counts up (default: 0)",
-    )
+    text = "seed of the noise; of several images, that of the first: it counts up"
+    add_value(files, "seed", "N", text, read=whole_number(0, _LARGEST_SEED), default=0)
     files.add_argument(
         "-o",
         "--output",

@@ -7,7 +7,7 @@ import os
 from typing import TYPE_CHECKING
 
 from photonmap.commands.arguments import number, whole_number
-from photonmap.commands.options import add_range
+from photonmap.commands.options import add_range, add_value
 from photonmap.errors import InputError
 
 if TYPE_CHECKING:
@@ -27,36 +27,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     _add_spectra(parser)
     _add_study(parser)
     files = parser.add_argument_group("files")
-    files.add_argument(
-        "--csv",
-        metavar="FILE.csv",
-        help="write the errors here, with the columns bands, bounces, mean_percent, max_percent",
-    )
-    files.add_argument(
-        "--plot", metavar="FILE", help="draw the errors: .png, .svg or .pdf; needs matplotlib"
-    )
+    text = "write the errors here, with the columns bands, bounces, mean_percent, max_percent"
+    add_value(files, "csv", "FILE.csv", text)
+    add_value(files, "plot", "FILE", "draw the errors: .png, .svg or .pdf; needs matplotlib")
 
 
 def _add_spectra(parser: argparse.ArgumentParser) -> None:
     """Add which reflectances, light and bands are compared."""
     curves = parser.add_argument_group("spectra")
     sets = curves.add_mutually_exclusive_group()
-    sets.add_argument(
-        "--munsell",
-        metavar="PATH",
-        help="measured Munsell chips (default: $PHOTONMAP_MUNSELL, or the recovered ones shipped)",
-    )
-    sets.add_argument("--reflectances", metavar="FILE.csv", help="another set of reflectances")
-    curves.add_argument(
-        "--illuminant", default="D65", metavar="TEXT", help="colour of the light (default: D65)"
-    )
+    usual = "$PHOTONMAP_MUNSELL, or the recovered ones shipped"
+    add_value(sets, "munsell", "PATH", "measured Munsell chips", default_text=usual)
+    add_value(sets, "reflectances", "FILE.csv", "another set of reflectances")
+    add_value(curves, "illuminant", "TEXT", "colour of the light", default="D65")
     bands = parser.add_argument_group("bands")
-    bands.add_argument(
-        "--bands",
+    add_value(
+        bands,
+        "bands",
+        "LIST",
+        "bands to compare, separated by commas: N, best:N, box:N, FILE.csv, or the name of a "
+        "camera or observer",
         default="3,6,9",
-        metavar="LIST",
-        help="bands to compare, separated by commas: N, best:N, box:N, FILE.csv, or the name of a "
-        "camera or observer (default: 3,6,9)",
     )
     add_range(bands)
 
@@ -64,27 +55,26 @@ def _add_spectra(parser: argparse.ArgumentParser) -> None:
 def _add_study(parser: argparse.ArgumentParser) -> None:
     """Add how they are compared."""
     study = parser.add_argument_group("study")
-    study.add_argument(
-        "--bounces",
-        type=whole_number(1, _MOST_BOUNCES),
-        default=4,
-        metavar="N",
-        help="largest number of bounces (default: 4)",
-    )
-    study.add_argument(
-        "--dark",
-        type=number(0.0, 100.0, "%"),
+    read = whole_number(1, _MOST_BOUNCES)
+    add_value(study, "bounces", "N", "largest number of bounces", read=read, default=4)
+    add_value(
+        study,
+        "dark",
+        "PERCENT",
+        "from 2 bounces on, leave out pairs of reflectances that reflect less of the light than "
+        "this",
+        read=number(0.0, 100.0, "%"),
         default=4.0,
-        metavar="PERCENT",
-        help="from 2 bounces on, leave out pairs of reflectances that reflect less of the light "
-        "than this (default: 4)",
+        default_text="4",
     )
-    study.add_argument(
-        "--step",
-        type=number(*_STEPS, " nm"),
+    add_value(
+        study,
+        "step",
+        "NM",
+        "distance between samples of the curves, nm; 0.5 is as good as exact",
+        read=number(*_STEPS, " nm"),
         default=5.0,
-        metavar="NM",
-        help="distance between samples of the curves, nm; 0.5 is as good as exact (default: 5)",
+        default_text="5",
     )
     study.add_argument(
         "--best", action="store_true", help="also find the best Gaussians for 1 to 31 bands"

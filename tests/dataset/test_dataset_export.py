@@ -15,7 +15,7 @@ import photonmap as pm
 from photonmap import dataset
 from photonmap.commands.main import main
 from photonmap.dataset.publication.export import export
-from photonmap.dataset.publication.samples import halves_among, members_of
+from photonmap.dataset.publication.samples import Samples, members_of
 
 ARRAYS = "rgb.radiance,rgb.shading,shading,object_id,valid"
 NAMES = ("radiance", "direct", "indirect", "reflectance", "shading")
@@ -90,7 +90,8 @@ def test_lean_sets_are_exported_in_half_precision(made, shards):
 def test_an_array_has_one_type_in_all_samples(made, monkeypatch):
     """Where one image needs single precision, so have all."""
     names = ["shading", "rgb.shading", "depth"]
-    assert halves_among(made, names) == {"shading", "rgb.shading"}
+    samples = Samples({"train": list(made)}, names, 0.0, print)
+    assert samples.halves() == {"shading", "rgb.shading"}
     bright = made[1].name
     held = dataset.Image.halves.fget
 
@@ -98,7 +99,7 @@ def test_an_array_has_one_type_in_all_samples(made, monkeypatch):
         return held(image) - ({"shading"} if image.name == bright else set())
 
     monkeypatch.setattr(dataset.Image, "halves", property(without))
-    assert halves_among(made, names) == {"rgb.shading"}
+    assert samples.halves() == {"rgb.shading"}
     [first, *_] = made
     for halves, kind in ((("shading",), np.float16), ((), np.float32)):
         data = members_of(first, ["shading"], halves)["shading.npy"]

@@ -9,7 +9,13 @@ from photonmap.dataset.files.reader import open_dataset
 from photonmap.dataset.publication.card import write_card
 from photonmap.dataset.publication.licenses import find_license
 from photonmap.dataset.publication.publish import CARD, LICENSE, check_complete
-from photonmap.dataset.publication.samples import by_split, new_folder, read_array, usual_names
+from photonmap.dataset.publication.samples import (
+    Samples,
+    by_split,
+    new_folder,
+    read_array,
+    usual_names,
+)
 from photonmap.dataset.publication.shards import write_shards
 from photonmap.dataset.publication.tables import DATA, check_pyarrow, write_tables
 from photonmap.errors import InputError
@@ -92,7 +98,7 @@ def export(
     write = write_shards if layout == WEBDATASET else write_tables
     with new_folder(output) as made:
         parts = by_split(images)
-        write(made, parts, wanted, most, log)
+        write(made, Samples(parts, wanted, most, log))
         head = _configs(list(parts)) if layout == HUGGING_FACE else []
         title = images.folder.resolve().name
         card = write_card(images, license_, title, _READING[layout], head)

@@ -8,11 +8,11 @@ import re
 import shutil
 import tempfile
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,34 @@ DEFAULT = (
 """Arrays that are exported unless others are asked for."""
 _LEFT_OUT = ("files", "arrays", "statistics", "fingerprint")
 """What the manifest says of an image's own files, which samples do not repeat."""
+
+
+class Samples(NamedTuple):
+    """What is exported.
+
+    Parameters
+    ----------
+    parts : images by split
+    names : of the arrays, as `read_array` takes them
+    most : bytes of a file, unless a single sample is larger
+    log : called with a line for each split
+    """
+
+    parts: dict[str, list[Image]]
+    names: Sequence[str]
+    most: float
+    log: Callable[[str], None]
+
+    def halves(self) -> frozenset[str]:
+        """Return the names of the arrays that all images hold in half precision, as lean files do.
+
+        They are exported so, which loses nothing, and an array has one type in all samples.
+        """
+        found = {*self.names}
+        for images in self.parts.values():
+            for image in images:
+                found &= image.halves | {RGB + name for name in image.rgb_halves}
+        return frozenset(found)
 
 
 def key_of(image: Image) -> str:
@@ -61,17 +89,6 @@ def read_array(image: Image, name: str) -> NDArray[Any]:
         known = [*image, *(RGB + each for each in image.rgb)]
         raise InputError(f"{image.name} has no array {name!r}; {suggest(name, known)}")
     return where[bare]
-
-
-def halves_among(images: Iterable[Image], names: Sequence[str]) -> frozenset[str]:
-    """Return the names of the arrays that all images hold in half precision, as lean files do.
-
-    They are exported so, which loses nothing, and an array has one type in all samples.
-    """
-    found = {*names}
-    for image in images:
-        found &= image.halves | {RGB + name for name in image.rgb_halves}
-    return frozenset(found)
 
 
 def members_of(

@@ -6,36 +6,22 @@ import hashlib
 import io
 import json
 import tarfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from photonmap.dataset.files.reader import Image
-from photonmap.dataset.publication.samples import halves_among, key_of, members_of
+from photonmap.dataset.publication.samples import Samples, key_of, members_of
 
 INDEX, SHARDS = "index.jsonl", "shards.json"
 FORMAT = "photonmap shards 1"
 
 
-def write_shards(
-    folder: Path,
-    parts: dict[str, list[Image]],
-    names: Sequence[str],
-    most: float,
-    log: Callable[[str], None],
-) -> None:
+def write_shards(folder: Path, samples: Samples) -> None:
     """Write PART-000000.tar … for each split, index.jsonl and shards.json.
 
     A line of the index has the name, key, split and shard of a sample; its `offset` and `length`,
     bytes; and `members`, those of the contents of each file by its ending.
-
-    Parameters
-    ----------
-    folder : to write to
-    parts : images by split
-    names : of the arrays, as `samples.read_array` takes them
-    most : bytes of a shard, unless a single sample is larger
-    log : called with a line for each shard
 
     Raises
     ------
@@ -43,17 +29,17 @@ def write_shards(
     OSError : a file cannot be written
     """
     shards: list[dict[str, Any]] = []
-    halves = halves_among((image for images in parts.values() for image in images), names)
+    names, halves = list(samples.names), samples.halves()
     with (folder / INDEX).open("w", encoding="utf-8") as index:
-        for part, images in parts.items():
-            writer = _Writer(folder, part, most)
+        for part, images in samples.parts.items():
+            writer = _Writer(folder, part, samples.most)
             for image in images:
                 line = writer.add(image, members_of(image, names, halves))
                 index.write(json.dumps(line, ensure_ascii=False) + "\n")
             writer.close()
             shards += [_describe(path, part) for path in writer.paths]
-            log(f"{part}: {len(images)} images in {len(writer.paths)} shards")
-    head = {"format": FORMAT, "arrays": list(names), "halves": sorted(halves), "shards": shards}
+            samples.log(f"{part}: {len(images)} images in {len(writer.paths)} shards")
+    head = {"format": FORMAT, "arrays": names, "halves": sorted(halves), "shards": shards}
     text = json.dumps(head, indent=2)
     (folder / SHARDS).write_text(text + "\n", encoding="utf-8")
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from photonmap.dataset.files.image_files import PREVIEWED
 from photonmap.dataset.files.reader import Image
-from photonmap.dataset.publication.samples import array_file, describe, halves_among, pictures_of
+from photonmap.dataset.publication.samples import Samples, array_file, describe, pictures_of
 from photonmap.errors import InputError
 
 if TYPE_CHECKING:
@@ -37,14 +37,8 @@ def check_pyarrow() -> None:
         raise InputError("Parquet tables need pyarrow: pip install 'photonmap[publish]'")
 
 
-def write_tables(
-    folder: Path,
-    parts: dict[str, list[Image]],
-    names: Sequence[str],
-    most: float,
-    log: Callable[[str], None],
-) -> None:
-    """Write data/PART-00000.parquet … for each split; parameters as `shards.write_shards`.
+def write_tables(folder: Path, samples: Samples) -> None:
+    """Write data/PART-00000.parquet … for each split.
 
     A row is an image, and a row group of its own, so that it can be read alone. Pictures are
     columns of images; arrays are columns of bytes, as .npy files have them.
@@ -55,16 +49,15 @@ def write_tables(
     OSError : a file cannot be written
     """
     (folder / DATA).mkdir()
-    schema = _schema(names)
-    every = (image for images in parts.values() for image in images)
-    row_of = partial(_row, names=names, halves=halves_among(every, names))
-    for part, images in parts.items():
+    schema = _schema(samples.names)
+    row_of = partial(_row, names=samples.names, halves=samples.halves())
+    for part, images in samples.parts.items():
         files, rest = 0, images
         while rest:
             path = folder / DATA / f"{part}-{files:05}.parquet"
-            rest = _write_table(path, schema, rest, row_of, most)
+            rest = _write_table(path, schema, rest, row_of, samples.most)
             files += 1
-        log(f"{part}: {len(images)} images in {files} files")
+        samples.log(f"{part}: {len(images)} images in {files} files")
 
 
 def _write_table(

@@ -6,13 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
-
 from photonmap.dataset.models import furniture, vessels
 from photonmap.dataset.models.arrangements import furnish
 from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.places import outdoors, public_rooms
-from photonmap.dataset.models.scene_object import SceneObject
 from photonmap.dataset.models.shapes import Random
 from photonmap.dataset.scenes.outdoors.enclosures import (
     MakeGround,
@@ -25,19 +22,17 @@ from photonmap.dataset.scenes.outdoors.enclosures import (
     road,
 )
 from photonmap.dataset.scenes.outdoors.yard_builder import YardBuilder
-from photonmap.dataset.scenes.random_lights import MOST_LIGHTS
 from photonmap.dataset.scenes.rooms import further_groups, groups
-from photonmap.dataset.scenes.rooms.groups import draw, shifted
+from photonmap.dataset.scenes.rooms.furnishing import (
+    add_lamps,
+    build_until_seen,
+    place_entries,
+)
+from photonmap.dataset.scenes.rooms.groups import draw, shifted, side_by_side
 from photonmap.dataset.scenes.rooms.kinds import CORNER, FREE, WALL, Entry, Range
 from photonmap.dataset.scenes.rooms.room_builder import Group
 from photonmap.dataset.scenes.rooms.shell import BACK
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
-from photonmap.errors import InputError
-
-_ATTEMPTS = 24
-"""Places that are furnished until a camera sees enough of one."""
-_LAMPS = MOST_LIGHTS - 1
-"""Least number of lamps."""
 
 
 @dataclass(frozen=True)
@@ -67,12 +62,11 @@ def tree(rng: Random, palette: Palette) -> Group:
 
 def shrub(rng: Random, palette: Palette) -> Group:
     """Return one to three shrubs side by side."""
-    group, at = list[SceneObject](), 0.0
-    for _ in range(int(rng.integers(1, 4))):
-        made = outdoors.shrub(rng, palette, draw(rng, 0.25, 0.5))
-        group.append(made.moved((at - float(made.bounds[0, 0]), 0.0, 0.0)))
-        at += float(np.ptp(made.bounds[:, 0])) + 0.02
-    return Group(shifted(group, -0.5 * at, 0.0))
+    made = (
+        (outdoors.shrub(rng, palette, draw(rng, 0.25, 0.5)), 0.02)
+        for _ in range(int(rng.integers(1, 4)))
+    )
+    return Group(side_by_side(made))
 
 
 def planter(rng: Random, palette: Palette) -> Group:
@@ -173,28 +167,12 @@ YARDS = {
 """Kinds of places outdoors by name."""
 
 
-def build_yard(name: str, rng: Random, palette: Palette, scale: float = 1.0) -> UnlitScene:
-    """Generate a place outdoors: its size, sides, what stands there, camera and colours.
-
-    Parameters
-    ----------
-    scale : factor of the size along all axes; more stands in larger places
-
-    Raises
-    ------
-    InputError : no camera sees enough of a place of this size
-    """
+def _build(name: str, rng: Random, palette: Palette, scale: float) -> UnlitScene | None:
+    """Generate a place outdoors: its size, sides, what stands there, camera and colours."""
     kind = YARDS[name]
-    for _ in range(_ATTEMPTS):
-        yard = _furnished(kind, rng, palette, scale)
-        sides = [kind.sides[int(i)] for i in rng.integers(0, len(kind.sides), 3)]
-        made = yard and yard.build_yard(name, kind.ground, sides)
-        if made:
-            return made
-    raise InputError(
-        f"no camera sees enough of any {name} of scale {scale:g} in {_ATTEMPTS} attempts; choose "
-        "a scale nearer 1"
-    )
+    yard = _furnished(kind, rng, palette, scale)
+    sides = [kind.sides[int(i)] for i in rng.integers(0, len(kind.sides), 3)]
+    return yard.build_yard(name, kind.ground, sides) if yard else None
 
 
 def _furnished(kind: YardKind, rng: Random, palette: Palette, scale: float) -> YardBuilder | None:
@@ -208,23 +186,12 @@ def _furnished(kind: YardKind, rng: Random, palette: Palette, scale: float) -> Y
     for _ in range(int(rng.integers(2, 5))):
         size = 0.9, float(rng.uniform(0.8, 1.6)), float(rng.uniform(1.1, 1.5))
         yard.add_window(BACK, size, False)
-    for index, entry in enumerate(kind.entries):
-        drawn = int(rng.integers(entry.count[0], entry.count[1] + 1))
-        placed = 0
-        for _ in range(max(entry.count[0], round(drawn * scale))):
-            group = entry.make(rng, palette)
-            corner = entry.where == CORNER
-            free = entry.where == FREE
-            placed += yard.place_free(group) if free else yard.place_at_wall(group, corner)
-        if index == 0 and not placed:
-            return None
-    while yard.lamps < _LAMPS:
-        if not yard.add_lantern():
-            return None
-    return yard
+    if not place_entries(yard, kind.entries, rng, palette, scale):
+        return None
+    return yard if add_lamps(yard, yard.add_lantern) else None
 
 
 OUTDOORS: dict[str, Callable[[Random, Palette, float], UnlitScene]] = {
-    name: partial(build_yard, name) for name in YARDS
+    name: partial(build_until_seen, _build, name) for name in YARDS
 }
 """Builders of places outdoors by name."""

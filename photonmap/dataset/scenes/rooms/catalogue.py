@@ -8,48 +8,30 @@ from functools import partial
 from photonmap.dataset.models.lamps import ceiling_spot
 from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.shapes import Random
-from photonmap.dataset.scenes.random_lights import MOST_LIGHTS
+from photonmap.dataset.scenes.rooms.furnishing import (
+    add_lamps,
+    build_until_seen,
+    place_entries,
+)
 from photonmap.dataset.scenes.rooms.further_kinds import FURTHER_KINDS
-from photonmap.dataset.scenes.rooms.kinds import CORNER, FREE, KINDS, Entry, RoomKind
+from photonmap.dataset.scenes.rooms.kinds import KINDS, RoomKind
 from photonmap.dataset.scenes.rooms.room_builder import RoomBuilder
 from photonmap.dataset.scenes.rooms.shell import TURNS
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
-from photonmap.errors import InputError
 
 _ALL_KINDS = {**KINDS, **FURTHER_KINDS}
-_ATTEMPTS = 24
-"""Rooms that are furnished until a camera sees enough of one."""
-
-_LAMPS = MOST_LIGHTS - 1
-"""Least number of lamps in a room; with the windows, they are as many light groups as are drawn."""
 _LOWEST = 2.3
 """Least height of a room, metres."""
 _APART = 0.4
 """How far from the middle of the ceiling lamps hang that make up for missing ones, by its size."""
 
 
-def build_room(name: str, rng: Random, palette: Palette, scale: float = 1.0) -> UnlitScene:
-    """Generate a room of a kind: its size, openings, furniture, camera and colours.
-
-    Parameters
-    ----------
-    scale : factor of the size along all axes; there is more furniture in larger rooms
-
-    Raises
-    ------
-    InputError : no camera sees enough of a room of this size
-    """
+def _build(name: str, rng: Random, palette: Palette, scale: float) -> UnlitScene | None:
+    """Generate a room of a kind: its size, openings, furniture, camera and colours."""
     kind = _ALL_KINDS[name]
-    for _ in range(_ATTEMPTS):
-        room = _furnished(kind, rng, palette, scale)
-        floor = kind.floors[int(rng.integers(len(kind.floors)))]
-        made = room and room.build(name, kind.main, floor, kind.walls(rng, palette))
-        if made:
-            return made
-    raise InputError(
-        f"no camera sees enough of any {name} of scale {scale:g} in {_ATTEMPTS} attempts; choose "
-        "a scale nearer 1"
-    )
+    room = _furnished(kind, rng, palette, scale)
+    floor = kind.floors[int(rng.integers(len(kind.floors)))]
+    return room.build(name, kind.main, floor, kind.walls(rng, palette)) if room else None
 
 
 def _furnished(kind: RoomKind, rng: Random, palette: Palette, scale: float) -> RoomBuilder | None:
@@ -62,20 +44,14 @@ def _furnished(kind: RoomKind, rng: Random, palette: Palette, scale: float) -> R
     lamp = kind.lamps[int(rng.integers(len(kind.lamps)))]
     if not (_open(room, rng, walls, size[2]) and room.suspend(lamp(rng, palette))):
         return None
-    for index, entry in enumerate(kind.entries):
-        drawn = int(rng.integers(entry.count[0], entry.count[1] + 1))
-        count = max(entry.count[0], round(drawn * scale))
-        placed = sum(_place(room, entry, rng, palette) for _ in range(count))
-        if index == 0 and not placed:
-            return None
+    if not place_entries(room, kind.entries, rng, palette, scale):
+        return None
     for make, heights, counts in kind.hung:
         for _ in range(int(rng.integers(counts[0], counts[1] + 1))):
             room.hang(make(rng, palette), heights)
     spot = float(rng.uniform(0.09, 0.17))
-    while room.lamps < _LAMPS:
-        if not room.suspend(ceiling_spot(palette, spot), _APART):
-            return None
-    return room
+    lit = add_lamps(room, lambda: room.suspend(ceiling_spot(palette, spot), _APART))
+    return room if lit else None
 
 
 def _open(room: RoomBuilder, rng: Random, walls: list[str], height: float) -> bool:
@@ -90,14 +66,7 @@ def _open(room: RoomBuilder, rng: Random, walls: list[str], height: float) -> bo
     return room.add_door(walls[2]) and added > 0
 
 
-def _place(room: RoomBuilder, entry: Entry, rng: Random, palette: Palette) -> bool:
-    group = entry.make(rng, palette)
-    if entry.where == FREE:
-        return room.place_free(group)
-    return room.place_at_wall(group, entry.where == CORNER)
-
-
 ROOMS: dict[str, Callable[[Random, Palette, float], UnlitScene]] = {
-    name: partial(build_room, name) for name in _ALL_KINDS
+    name: partial(build_until_seen, _build, name) for name in _ALL_KINDS
 }
 """Builders of rooms by name."""

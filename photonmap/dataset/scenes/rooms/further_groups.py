@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from photonmap.dataset.models import furniture, vessels
 from photonmap.dataset.models.arrangements import draw_vessels, furnish, stack_books
 from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.placement import in_row, place_at, scatter
+from photonmap.dataset.models.placement import place_at, scatter
 from photonmap.dataset.models.places import bathroom, public_rooms, workshop
 from photonmap.dataset.models.scene_object import SceneObject, bounds_of
 from photonmap.dataset.models.shapes import Random
-from photonmap.dataset.scenes.rooms.groups import draw, shifted
+from photonmap.dataset.scenes.rooms.groups import (
+    draw,
+    seats_around,
+    shifted,
+    side_by_side,
+    stocked,
+)
 from photonmap.dataset.scenes.rooms.room_builder import Group
 
 _PASSAGE = 0.6
@@ -56,10 +60,7 @@ def towels(rng: Random, palette: Palette) -> list[SceneObject]:
 def towel_shelf(rng: Random, palette: Palette) -> Group:
     """Return a narrow shelf with towels and bottles."""
     shelf = furniture.shelf(palette, draw(rng, 0.5, 0.8), draw(rng, 1.2, 1.8), 5, 0.34)
-    group = [shelf]
-    for level in shelf.supports:
-        group += in_row(rng, level, bathroom.toiletries(rng, palette, 5), (0.02, 0.08))
-    return Group(group, _PASSAGE)
+    return stocked(rng, shelf, lambda: bathroom.toiletries(rng, palette, 5), (0.02, 0.08))
 
 
 def rows_of_desks(rng: Random, palette: Palette) -> Group:
@@ -106,13 +107,8 @@ def cafe_table(rng: Random, palette: Palette) -> Group:
     makers = [lambda: vessels.cup(rng, palette)] * int(rng.integers(1, 4))
     makers += [lambda: vessels.plate(rng, palette), lambda: vessels.vase(rng, palette, 0.14)]
     group = furnish(rng, table, makers)
-    start, count = draw(rng, 0.0, 360.0), int(rng.integers(2, 4))
-    for index in range(count):
-        turn = start + 360.0 * index / count
-        reach, angle = radius + draw(rng, 0.24, 0.36), np.radians(turn)
-        spot = float(reach * np.sin(angle)), float(reach * np.cos(angle))
-        group += shifted([furniture.chair(palette).turned(turn + 180.0)], *spot)
-    return Group(group)
+    seats = [lambda: furniture.chair(palette)] * 3
+    return Group([*group, *seats_around(rng, radius, (0.24, 0.36), seats)])
 
 
 def bar(rng: Random, palette: Palette) -> Group:
@@ -160,10 +156,7 @@ def tool_bench(rng: Random, palette: Palette) -> Group:
 def tool_shelf(rng: Random, palette: Palette) -> Group:
     """Return a shelf of tins, boxes and crates."""
     shelf = furniture.shelf(palette, draw(rng, 0.9, 1.4), draw(rng, 1.5, 2.0), 5, 0.42)
-    group = [shelf]
-    for level in shelf.supports:
-        group += in_row(rng, level, workshop.shop_things(rng, palette, 7), (0.02, 0.1))
-    return Group(group, _PASSAGE)
+    return stocked(rng, shelf, lambda: workshop.shop_things(rng, palette, 7), (0.02, 0.1))
 
 
 def tool_wall(rng: Random, palette: Palette) -> list[SceneObject]:
@@ -178,12 +171,11 @@ def timber(rng: Random, palette: Palette) -> Group:
 
 def crates(rng: Random, palette: Palette) -> Group:
     """Return one to three crates beside each other, some with things in them."""
-    group, at = list[SceneObject](), 0.0
-    for _ in range(int(rng.integers(1, 4))):
-        made = workshop.crate(rng, palette, draw(rng, 0.35, 0.5))
-        group.append(made.moved((at - float(made.bounds[0, 0]), 0.0, 0.0)))
-        at += float(np.ptp(made.bounds[:, 0])) + draw(rng, 0.02, 0.1)
-    return Group(shifted(group, -0.5 * at, 0.0))
+    made = (
+        (workshop.crate(rng, palette, draw(rng, 0.35, 0.5)), draw(rng, 0.02, 0.1))
+        for _ in range(int(rng.integers(1, 4)))
+    )
+    return Group(side_by_side(made))
 
 
 def coats(rng: Random, palette: Palette) -> Group:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from photonmap.dataset.models.arrangements import (
     stack_books,
 )
 from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.placement import in_row, place_at, scatter
+from photonmap.dataset.models.placement import Maker, in_row, place_at, scatter
 from photonmap.dataset.models.scene_object import SceneObject, Support, bounds_of
 from photonmap.dataset.models.shapes import Random
 from photonmap.dataset.scenes.rooms.room_builder import Group
@@ -40,6 +41,55 @@ def shifted(
 ) -> list[SceneObject]:
     """Return objects moved by x, y and z, metres."""
     return [obj.moved((x, y, z)) for obj in objects]
+
+
+def side_by_side(objects: Iterable[tuple[SceneObject, float]]) -> list[SceneObject]:
+    """Return objects in a row along x that is centred; each with the gap behind it, metres."""
+    row, at = list[SceneObject](), 0.0
+    for obj, gap in objects:
+        row.append(obj.moved((at - float(obj.bounds[0, 0]), 0.0, 0.0)))
+        at += float(np.ptp(obj.bounds[:, 0])) + gap
+    return shifted(row, -0.5 * at, 0.0)
+
+
+def seats_around(
+    rng: Random, radius: float, gap: tuple[float, float], makers: Sequence[Maker]
+) -> list[SceneObject]:
+    """Return seats, two or all of three, that face a round table in the middle.
+
+    Parameters
+    ----------
+    radius : of the table, metres
+    gap : least and greatest distance from its edge to the middle of a seat, metres
+    makers : of the first, second and third seat
+    """
+    placed = list[SceneObject]()
+    start, count = draw(rng, 0.0, 360.0), int(rng.integers(2, 1 + len(makers)))
+    for index, make in enumerate(makers[:count]):
+        turn = start + 360.0 * index / count
+        reach, angle = radius + draw(rng, *gap), np.radians(turn)
+        spot = float(reach * np.sin(angle)), float(reach * np.cos(angle))
+        placed += shifted([make().turned(turn + 180.0)], *spot)
+    return placed
+
+
+def stocked(
+    rng: Random,
+    shelf: SceneObject,
+    draw_things: Callable[[], Sequence[Maker]],
+    gap: tuple[float, float],
+) -> Group:
+    """Return a shelf with a row of things on every board.
+
+    Parameters
+    ----------
+    draw_things : draws makers of what stands on a board
+    gap : least and greatest distance between neighbours, metres
+    """
+    group = [shelf]
+    for level in shelf.supports:
+        group += in_row(rng, level, draw_things(), gap)
+    return Group(group, _PASSAGE)
 
 
 def on_rug(rng: Random, palette: Palette, objects: Sequence[SceneObject]) -> list[SceneObject]:
@@ -178,15 +228,8 @@ def small_table(rng: Random, palette: Palette) -> Group:
     makers = [lambda: vessels.bowl(rng, palette, 0.14), lambda: vessels.plate(rng, palette)]
     makers += [lambda: vessels.cup(rng, palette)] * int(rng.integers(1, 4))
     group = furnish(rng, table, makers)
-    start, count = draw(rng, 0.0, 360.0), int(rng.integers(2, 4))
-    for index in range(count):
-        turn = start + 360.0 * index / count
-        seat = furniture.stool(palette) if index % 2 else furniture.chair(palette)
-        reach = radius + draw(rng, 0.3, 0.42)
-        angle = np.radians(turn)
-        spot = reach * np.sin(angle), reach * np.cos(angle)
-        group += shifted([seat.turned(turn + 180.0)], float(spot[0]), float(spot[1]))
-    return Group(group)
+    seats = [partial(make, palette) for make in (furniture.chair, furniture.stool, furniture.chair)]
+    return Group([*group, *seats_around(rng, radius, (0.3, 0.42), seats)])
 
 
 def kitchen_run(rng: Random, palette: Palette) -> Group:
@@ -258,10 +301,7 @@ def toy_shelf(rng: Random, palette: Palette) -> Group:
     """Return a low shelf of toys."""
     size = draw(rng, 0.9, 1.8), draw(rng, 0.8, 1.2)
     shelf = furniture.shelf(palette, *size, int(rng.integers(3, 5)), 0.34)
-    group = [shelf]
-    for level in shelf.supports:
-        group += in_row(rng, level, draw_toys(rng, palette, 9), (0.03, 0.12))
-    return Group(group, _PASSAGE)
+    return stocked(rng, shelf, lambda: draw_toys(rng, palette, 9), (0.03, 0.12))
 
 
 def toy_table(rng: Random, palette: Palette) -> Group:
