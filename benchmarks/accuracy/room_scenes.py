@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,7 +28,7 @@ def scenes() -> dict[str, tuple[Callable[[], pm.Scene], tuple[int, int]]]:
         f"box-{light}": (lambda light=light: make_scene(light), SQUARE)
         for light in ("point", "sun", "dome", "sky")
     }
-    rooms = {name: (lambda name=name: build_scene(name), WIDE) for name in ROOMS}
+    rooms = {name: (lambda name=name: room(name), WIDE) for name in ROOMS}
     return {
         "box": (pm.scenes.cornell_box, SQUARE),
         **lit,
@@ -36,6 +37,20 @@ def scenes() -> dict[str, tuple[Callable[[], pm.Scene], tuple[int, int]]]:
         "corridor": (corridor, SQUARE),
         **rooms,
     }
+
+
+def room(name: str) -> pm.Scene:
+    """Return a room from the data sets whose windows are area lights as bright as the horizon.
+
+    There they are portals to an overcast sky, for which Mitsuba has no counterpart.
+    """
+    scene = build_scene(name)
+    skies = [light for light in scene.lights if isinstance(light, pm.OvercastLight)]
+    if not skies:
+        return scene
+    pane = pm.Material("pane", 0.0, skies[0].radiance * (1.0 / 3.0))
+    meshes = [replace(m, material=pane) if m.material.portal else m for m in scene.meshes]
+    return replace(scene, meshes=meshes, lights=[])
 
 
 def studio() -> pm.Scene:
