@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from photonmap.integrators.base import PassSetup
 from photonmap.kernels.core.passes import Film, Prepass, SamplingPlan, Span
-from photonmap.kernels.core.records import SceneArrays
+from photonmap.kernels.core.records import Lights, SceneArrays
 from photonmap.kernels.core.streams import Domain
 from photonmap.kernels.film.irradiance_sharing import Footprint, count_footprints
 from photonmap.kernels.film.linked_pixels import link_pixels
@@ -19,8 +19,9 @@ SAMPLES = 4
 """Camera samples of a pixel in a pass; a power of two, as coverage sums to 1."""
 EDGE_SAMPLES = 16
 """The same where a pixel shows several surfaces, or a specular one."""
-LIGHT_SAMPLES, PENUMBRA_SAMPLES = 16, 64
-"""Light samples of a pixel, and where some are occluded and some are not."""
+LIGHT_SAMPLES, SKY_SAMPLES, MANY_LIGHTS_SAMPLES = (16, 64), (64, 128), (32, 64)
+"""Light samples of a pixel, and where some are occluded and some are not; where a sky is among the
+emitters, whose light varies with what hides it, or a light tree is to choose among very many."""
 GATHERS, MOST_GATHERS = 8, 64
 """Gather rays of a pixel, and where few neighbours share their indirect light with it."""
 MOST_LINKED_GATHERS, EDGE_GATHERS = 16, 32
@@ -64,12 +65,20 @@ def plan_sampling(setup: PassSetup) -> SamplingPlan:
         view.film,
         prepass,
         partners,
+        _light_samples(scene.lights),
         1 if scene.specular is None else SAMPLES,  # caustics vary within a pixel
         setup.spreads,
         (MOST_LINKED_GATHERS, EDGE_GATHERS) if setup.has_differences else (MOST_GATHERS,) * 2,
     )
     _over_lines(setup, lambda span: planner.plan(span, plan))
     return plan
+
+
+def _light_samples(lights: Lights) -> tuple[int, int]:
+    """Return the light samples of a pixel, and where some are occluded and some are not."""
+    if lights.environment is not None and lights.dome >= 0:
+        return SKY_SAMPLES
+    return LIGHT_SAMPLES if lights.tree is None else MANY_LIGHTS_SAMPLES
 
 
 def _link(
@@ -104,6 +113,7 @@ class _Planner:
     Parameters
     ----------
     partners : (P,) pixels of each footprint
+    light_samples : of a pixel, and where some are occluded and some are not
     least : camera samples of an even pixel
     spreads : whether the samples of a pixel differ
     most_gathers : gather rays at most of pixels of a flat surface, and those of others
@@ -112,6 +122,7 @@ class _Planner:
     film: Film
     prepass: Prepass
     partners: NDArray[np.int32]
+    light_samples: tuple[int, int]
     least: int
     spreads: bool
     most_gathers: tuple[int, int]
@@ -131,7 +142,7 @@ class _Planner:
         samples[even & ~penumbra & (gathers == GATHERS)] = self.least
         if not self.spreads:
             samples[:] = 1
-        lights = np.where(penumbra, PENUMBRA_SAMPLES, LIGHT_SAMPLES)
+        lights = np.where(penumbra, self.light_samples[1], self.light_samples[0])
         plan.samples[lines] = samples
         plan.lights[lines] = np.maximum(lights // samples, 1)
         plan.gathers[lines] = np.maximum(gathers // samples, 1)
