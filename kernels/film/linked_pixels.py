@@ -23,6 +23,8 @@ NEIGHBOURS = 4
 """Right, lower, left and upper: the bits of links and the rows of differences, in this order."""
 WEIGHT, WEAK_WEIGHT = np.float32(1.0 / 5.0), np.float32(1.0 / 20.0)
 """Of neighbours that show the same flat surface, and of others."""
+UNSEEN = np.float32(-1.0)
+"""In place of a reflectance, where there is no surface."""
 
 
 @jit
@@ -76,9 +78,12 @@ def average_linked(film, links, span, differences, source, target):
 def replace_linked(span, reflectance, own, shared, pixels):
     """Replace a pixel's own irradiance by the shared one, in its sums: all (P, N).
 
-    `reflectance` is independent of both, so the mean stays what it is.
+    `reflectance` is independent of both, so the mean stays what it is; so is where a pixel's centre
+    sees nothing, and it keeps its own.
     """
     for pixel in range(span.first, span.last):
+        if reflectance[pixel, 0] == UNSEEN:
+            continue
         for band in range(shared.shape[1]):
             step = shared[pixel, band] - own[pixel, band]
             pixels.irradiance_indirect[pixel, band] += step
@@ -87,13 +92,13 @@ def replace_linked(span, reflectance, own, shared, pixels):
 
 @kernel
 def fill_centre_reflectance(scene, view, span, reflectance):
-    """Fill reflectance, (P, N), with that at the pixels' centres, 0 where nothing is seen."""
+    """Fill reflectance, (P, N), with that at the pixels' centres, UNSEEN where there is nothing."""
     width = view.film.width
     for pixel in range(span.first, span.last):
         ray = generate_ray(view.camera, pixel % width + 0.5, pixel // width + 0.5)
         hit = first_hit(scene.geometry, ray)
         for band in range(reflectance.shape[1]):
-            reflectance[pixel, band] = 0.0
+            reflectance[pixel, band] = UNSEEN
         if hit.triangle >= 0:
             color = look_up_material(scene.geometry, scene.textures, hit)
             for band in range(reflectance.shape[1]):

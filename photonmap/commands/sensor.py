@@ -95,7 +95,9 @@ def _folders(images: list[Path], output: str | None) -> dict[Path, Path]:
         for image in images
     }
     if len(set(folders.values())) < len(images):
-        raise InputError("two images are of one name and folder; leave out --output")
+        raise InputError(
+            "two images are of one name and folder; give each once, or leave out --output"
+        )
     return folders
 
 

@@ -205,11 +205,14 @@ class Result(Plots):
         Raises
         ------
         ValueError
-            if it is another buffer than radiance, direct and indirect; or was not estimated
+            if it is another buffer than radiance, direct and indirect; or was not estimated, as of
+            renders that have none
         """
         if name not in ("radiance", "direct", "indirect"):
             raise ValueError(f"the bias of {name!r} is not estimated; that of 'indirect' is")
         described = self.record.get("bias_blocks")
+        if described is None and self.record.get("bias") == 0.0:
+            raise ValueError("this render has no bias")
         if described is None:
             raise ValueError("the bias was not estimated; photon mapping of 14 passes or more does")
         blocks = BlockBias.read(described)

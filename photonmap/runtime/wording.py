@@ -9,6 +9,8 @@ from typing import Any
 
 _LENGTH = 60
 """Characters of a text that are shown."""
+_NEAR = 0.5
+"""Similarity from which on a name may have been meant, by `difflib`."""
 
 
 def shown(value: object) -> str:
@@ -42,7 +44,9 @@ def listed(names: Iterable[str], limit: int = 8) -> str:
 
 
 def suggest(name: str, known: Iterable[str]) -> str:
-    """Return the question whether the nearest known name was meant; a remedy if none is known."""
+    """Return the question whether the nearest known name was meant, or which there are."""
     candidates = {candidate[:_LENGTH].lower(): candidate for candidate in list(known)[:1000]}
-    nearest = difflib.get_close_matches(name[:_LENGTH].lower(), candidates, 1, cutoff=0.0)
-    return f"did you mean {shown(candidates[nearest[0]])}?" if nearest else "correct the name"
+    nearest = difflib.get_close_matches(name[:_LENGTH].lower(), candidates, 1, cutoff=_NEAR)
+    if nearest:
+        return f"did you mean {shown(candidates[nearest[0]])}?"
+    return f"choose from {listed(candidates.values())}" if candidates else "correct the name"

@@ -167,3 +167,15 @@ def test_mean_is_that_of_path_tracing_to_two_in_ten_thousand():
         error = whole.std(axis=1, ddof=1) / 4.0
         assert error.max() <= 2e-4 * whole.mean()
         assert abs(whole[1].mean() - whole[0].mean()) <= 3.0 * np.hypot(*error)
+
+
+def test_nothing_is_shared_with_the_background():
+    """Shading is 0 where nothing is seen."""
+    camera = replace(BOX.camera, origin=(0.0, 0.0, 8.0))
+    scene = replace(BOX, camera=camera)
+    result = pm.render(scene, bands="rgb", size=SIZE, passes=4, unbiased=True)
+    unseen = result.coverage == 0.0
+    assert 10 < unseen.sum() < unseen.size - 10
+    assert not result.shading[unseen].any()
+    with pytest.raises(ValueError, match="this render has no bias"):
+        result.bias("indirect")

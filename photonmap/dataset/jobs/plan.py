@@ -279,4 +279,6 @@ def _check(jobs: Sequence[Job]) -> None:
     names, counts = np.unique([job.name for job in jobs], return_counts=True)
     if (counts > 1).any():
         name = names[counts > 1][0]
-        raise InputError(f"the image {name} would be rendered twice; name each scene once")
+        raise InputError(
+            f"the image {name} would be rendered twice; name each scene and each illumination once"
+        )

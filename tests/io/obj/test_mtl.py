@@ -62,7 +62,7 @@ def test_neutral_statements_are_silent(read):
     "statement",
     ["Ks 0.1 0 0", "Ks spectral 0.5", "Ns 10", "Ni 1.5", "Tf 1 0 0", "illum 3"]
     + ["map_Ks -o 1 1 1 my wood.png", "disp a.png"]
-    + ["Pm 1", "Ps 0.5", "refl -type sphere a.png", "sharpness 60"],
+    + ["Ps 0.5", "refl -type sphere a.png", "sharpness 60"],
 )
 def test_what_is_not_simulated_is_named(read, statement):
     with pytest.warns(SceneWarning, match=rf"a.mtl: .*'{statement.split()[0]}' of 'wood'"):
@@ -199,6 +199,10 @@ def test_errors_name_line_value_and_remedy(read, text, message):
         ("Ks 0\nNs 30\n", Material("a")),
         ("Pr 0.3\nKs 0.5\nNs 30\nillum 3\n", Material("a", glossy=(0.5 / 2.5) ** 2, roughness=0.3)),
         ("Pr 0.3\nNi 1.8\n", Material("a", glossy=(0.8 / 2.8) ** 2, roughness=0.3)),
+        (
+            "Pm 1\nKd 0.9 0.6 0.3\n",
+            Material("a", (0.0,) * 3, glossy=(0.9, 0.6, 0.3), roughness=0.5),
+        ),
         ("Pr 0\nPm 1\nKd 0.9 0.6 0.3\n", Material("a", (0.0,) * 3, glossy=(0.9, 0.6, 0.3))),
         (
             "Pr 0.5\nPm 0.5\nKd spectral 0.8\n",

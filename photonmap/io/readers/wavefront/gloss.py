@@ -21,6 +21,8 @@ NUMBERS = {
     "Pm": Number("metallic fraction", at_least=0.0, at_most=1.0),
 }
 """What statements of these keywords hold."""
+USUAL_ROUGHNESS = 0.5
+"""Of a metal that gives none: Blender's default."""
 BLENDER_RANGE = 0.08
 """Reflectance at normal incidence at which Blender's specular is 1."""
 
@@ -35,8 +37,8 @@ def has_exponent(draft: Draft) -> bool:
 def gloss_of(draft: Draft, albedo: Paint) -> Gloss | None:
     """Return the glossy lobe that a draft describes, over a base of this albedo; None if none.
 
-    - With `Pr`, the metallic workflow: `Pm` of the surface is a metal of this colour, and the rest
-      has a coat of index `Ni`.
+    - With `Pr` or `Pm`, the metallic workflow: `Pm` of the surface is a metal of this colour, and
+      the rest has a coat of index `Ni`.
     - From Blender's exporter, likewise: `Ks` is its specular, `Ns` stands for its roughness, and
       under `illum 3` `Ka` for its metallic.
     - Else, under `illum 2`, or none, with `Ks` and `Ns`, and their maps: a coat that reflects `Ks`
@@ -47,13 +49,11 @@ def gloss_of(draft: Draft, albedo: Paint) -> Gloss | None:
     Statements about gloss that have no effect are noted as ignored.
     """
     numbers, model = draft.numbers, draft.numbers.get("illum", 2.0)
-    if "Pr" in numbers:
+    if "Pr" in numbers or numbers.get("Pm", 0.0) != 0.0:
         index = numbers.get("Ni", 1.0)  # 1 is what exporters write that know of no index
         coat = normal_reflectance(index if index > 1.0 else USUAL_INDEX)
         metallic = draft.number("Pm") if "Pm" in numbers else 0.0
-        return _metallic(draft, albedo, metallic, coat, draft.number("Pr"))
-    if numbers.get("Pm", 0.0) != 0.0:
-        draft.ignored.append("Pm")
+        return _metallic(draft, albedo, metallic, coat, _roughness(draft))
     if draft.blender and model >= 2.0 and "Ns" in numbers:
         roughness = 1.0 - math.sqrt(min(numbers["Ns"] / draft.blender, 1.0))
         metallic = numbers.get("Ka", 0.0) if model == 3.0 else 0.0
@@ -88,6 +88,13 @@ def _textured(draft: Draft) -> Paint | None:
         return color if color is not None and matters(color) else None
     factor = as_triple(1.0 if color is None else color)
     return replace(texture, factor=factor) if any(factor) else None
+
+
+def _roughness(draft: Draft) -> float | Texture:
+    """Return that of the metallic workflow."""
+    if "Pr" in draft.numbers:
+        return draft.number("Pr")
+    return _from_exponent(draft) if "Ns" in draft.numbers else USUAL_ROUGHNESS
 
 
 def _from_exponent(draft: Draft) -> float | Texture:
