@@ -230,7 +230,7 @@ def compile_and_plan(scene: Scene, settings: Settings) -> Setup:
     count = columns.count + settings.per_light * columns.distinct
     work = replace(work, bands=count, specular=carried.has_residual, per_light=settings.per_light)
     storage = check_memory(work.need, settings.memory)
-    check_unbiased(settings.unbiased, carried.specular is not None)
+    check_unbiased(settings.unbiased, compiled.specular is not None, carried.specular is not None)
     if not carried.has_residual:
         _check_without_residual(settings)
     return Setup(whole, carried, plan, columns, storage, fingerprint)

@@ -49,17 +49,22 @@ def choose_integrator(method: str, unbiased: bool) -> str:
     return _UNBIASED if unbiased else method
 
 
-def check_unbiased(unbiased: bool, specular: bool) -> None:
-    """Refuse to render a scene with specular surfaces without bias.
+def check_unbiased(unbiased: bool, in_scene: bool, simulated: bool) -> None:
+    """Refuse to render without bias where specular surfaces are in the scene, or simulated anyhow.
 
     Raises
     ------
     InputError : that is asked for
     """
-    if unbiased and specular:
+    if unbiased and in_scene:
         raise InputError(
             "unbiased: mirrors and glass make caustics, which are counted over disks; leave it "
             "out, or use method path, which has no bias"
+        )
+    if unbiased and simulated:
+        raise InputError(
+            "unbiased: the effects of mirrors and glass have a bias, and there are none; leave out "
+            "effects"
         )
 
 

@@ -46,14 +46,26 @@ def warn_of_hidden_lights(compiled: CompiledScene, view: View, key: np.uint64) -
         if not reaches_view(scene, key, paths, BOUNCES, np.empty(FEW_EMITTERS), points, normals):
             hidden.append(name)
     if hidden:
+        single = len(hidden) == 1
+        who = f"light {hidden[0]!r} sends" if single else f"lights {listed(hidden)} send"
         warn(
-            f"light {hidden[0]!r} sends nothing into the view: none of {paths} paths from it "
-            f"reached the view; check its winding, and that it is not inside a wall"
-            if len(hidden) == 1
-            else f"lights {listed(hidden)} send nothing into the view: none of {paths} paths from "
-            f"each reached the view; check their winding, and that they are not inside a wall"
+            f"{who} nothing into the view: none of {paths} paths from {'it' if single else 'each'} "
+            f"reached the view; check {_suspects(compiled, single)}"
         )
     return hidden
+
+
+def _suspects(compiled: CompiledScene, single: bool) -> str:
+    """Return what may keep light from the view."""
+    its, it_is = ("its", "it is") if single else ("their", "they are")
+    lights, materials = compiled.lights, len(compiled.materials.reflectance)
+    if (
+        (lights.triangle >= 0) & (lights.spectrum >= materials)
+    ).any():  # emit by a light's spectrum
+        return (
+            f"the winding of portals, which let in the sky alone, and that {it_is} not behind one"
+        )
+    return f"{its} winding, and that {it_is} not inside a wall"
 
 
 def _only(lights: Lights, members: np.ndarray) -> Lights:

@@ -152,6 +152,10 @@ def test_threads_do_not_change_the_image():
 def test_what_cannot_be_without_bias_is_refused():
     with pytest.raises(pm.InputError, match="unbiased: method path has no bias"):
         pm.render(BOX, size=8, passes=1, unbiased=True, method="path")
+    with pytest.raises(
+        pm.InputError, match=r"mirrors and glass have a bias, and there are none; leave out"
+    ):
+        pm.render(BOX, bands="rgb", size=SIZE, unbiased=True, effects="all")
     with pytest.raises(pm.InputError, match=r"unbiased: mirrors and glass .* method path"):
         pm.render(pm.scenes.cornell_balls(), size=8, passes=1, unbiased=True)
 

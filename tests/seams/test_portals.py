@@ -144,3 +144,9 @@ def test_files_have_portals_and_overcast_skies(tmp_path):
     (tmp_path / "room.toml").write_text(re.sub(r"ground = 0\.2", "ground = 2", text))
     with pytest.raises(pm.InputError, match=r"room\.toml:\d+: .*ground"):
         pm.load_scene(tmp_path / "room.obj")
+
+
+def test_a_sun_behind_a_portal_is_named_with_what_hides_it():
+    sun = pm.DirectionalLight((-1.0, -0.2, 0.0), name="sun")
+    with pytest.warns(pm.SceneWarning, match=r"'sun' sends nothing .* not behind one"):
+        pm.render(room([pm.DomeLight(1.0), sun], PANE), bands="rgb", size=8, passes=1)
