@@ -11,7 +11,7 @@ from typing import Any
 
 from photonmap.dataset.files.splits import PARTS
 from photonmap.dataset.models.materials.palette import MATERIALS
-from photonmap.dataset.scenes.build import PAPER_SCENES, SCENES
+from photonmap.dataset.scenes.build import PAPER_SCENES, SCENES, check_looks
 from photonmap.dataset.scenes.illumination import (
     ILLUMINATIONS,
     NAMED,
@@ -169,9 +169,15 @@ def _surfaces(toml: Toml) -> dict[str, Any]:
 
 
 def _number(toml: Toml, key: str) -> float:
+    """Read the lightness or the scale."""
     value = toml.sections[key]
     if isinstance(value, bool) or not isinstance(value, Real):
         raise toml.error(f"{key} {shown(value)} is not a number", key)
+    usual: dict[str, Any] = {"lightness": None, "scale": 1.0}
+    try:
+        check_looks(**{**usual, key: float(value)})
+    except InputError as error:
+        raise toml.error(str(error), key) from None
     return float(value)
 
 

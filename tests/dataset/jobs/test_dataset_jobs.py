@@ -195,6 +195,7 @@ def test_illuminations_of_a_preset_are_replaced():
         ('scenes = ["vase"]\n[[illumination]]\nname = "a"', "'a' needs colors"),
         ('scenes = ["vase"]\n[[illumination]]\nname = "a"\ncolors = []', "has no colours"),
         ('scenes = ["vase"]\nscale = "large"', "scale 'large' is not a number"),
+        ('scenes = ["vase"]\nlightness = 1.5', "toml:2: lightness 1.5 must be between 0 and 1"),
         (f"{DUSK}colors = ['A', 'D65']\nshares = [1]", "has 2 colours and 1 shares"),
         (f"{DUSK}colors = ['A', 'D65']\nshares = 0.5", "shares 0.5 is not a list"),
         (f"{DUSK}lights = [2, 9]", "give two numbers from 1 to 4, the lower one first"),
