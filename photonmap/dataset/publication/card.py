@@ -111,12 +111,17 @@ def _counts(images: Dataset) -> list[str]:
     columns = {
         "type of scene": Counter(entry["geometry"].rpartition("-")[0] for entry in entries),
         "illumination": Counter(entry["job"]["illumination"] for entry in entries),
+        "view": Counter(name for entry in entries if (name := entry["job"]["view"]["name"])),
         "split": Counter(entry.get("split", "none") for entry in entries),
     }
     lines: list[str] = []
     for name, counts in columns.items():
-        lines += [*_table((name, "images"), sorted(counts.items())), ""]
-    return lines[:-1]
+        if counts:
+            lines += [*_table((name, "images"), sorted(counts.items())), ""]
+    seeds = sorted({entry["job"]["seed"] for entry in entries})
+    photos = sum(entry.get("photo") is not None for entry in entries)
+    also = f"; {photos} images have a photo of a simulated sensor" if photos else ""
+    return [*lines, f"Seeds of scenes: {seeds[0]} to {seeds[-1]}{also}."]
 
 
 def _distributions(entries: Sequence[dict[str, Any]]) -> list[str]:
