@@ -138,7 +138,7 @@ def test_results_are_projected_by_either_method():
     ("call", "message"),
     [
         (lambda: choose_projection(Bands.gaussian(3), "lab", "direct"), "no target 'lab'"),
-        (lambda: choose_projection(Bands.gaussian(3), "rgb", "magic"), "no method 'magic'; did"),
+        (lambda: choose_projection(Bands.gaussian(3), "rgb", "magic"), "'magic'; choose from"),
         (lambda: fit_projection(Bands.rgb(), "rgb", chips(), LIGHTS), "no sensitivities to fit"),
         (lambda: fit_projection(Bands.gaussian(3), "rgb", chips(), []), "at least one illuminant"),
         (lambda: fit_projection(Bands.gaussian(3), Bands.rgb(), chips(), LIGHTS), "has no sens"),
