@@ -59,9 +59,8 @@ def _suspects(compiled: CompiledScene, single: bool) -> str:
     """Return what may keep light from the view."""
     its, it_is = ("its", "it is") if single else ("their", "they are")
     lights, materials = compiled.lights, len(compiled.materials.reflectance)
-    if (
-        (lights.triangle >= 0) & (lights.spectrum >= materials)
-    ).any():  # emit by a light's spectrum
+    portals = (lights.triangle >= 0) & (lights.spectrum >= materials)  # have a light's spectrum
+    if portals.any():
         return (
             f"the winding of portals, which let in the sky alone, and that {it_is} not behind one"
         )
