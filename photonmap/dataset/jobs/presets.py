@@ -173,9 +173,8 @@ def _number(toml: Toml, key: str) -> float:
     value = toml.sections[key]
     if isinstance(value, bool) or not isinstance(value, Real):
         raise toml.error(f"{key} {shown(value)} is not a number", key)
-    usual: dict[str, Any] = {"lightness": None, "scale": 1.0}
     try:
-        check_looks(**{**usual, key: float(value)})
+        check_looks(**{key: float(value)})
     except InputError as error:
         raise toml.error(str(error), key) from None
     return float(value)

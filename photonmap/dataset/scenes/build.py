@@ -98,7 +98,7 @@ def build_unlit_scene(
     return build_object(name, rng, palette)
 
 
-def check_looks(lightness: float | None, scale: float) -> None:
+def check_looks(lightness: float | None = None, scale: float = 1.0) -> None:
     """Check the lightness of a scene and the scale of a room.
 
     Raises
