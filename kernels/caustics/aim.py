@@ -9,10 +9,10 @@ import math
 
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.lights.infinite import start_at
+from photonmap.kernels.lights.infinite import emit_from_sun, start_at
 from photonmap.kernels.lights.kinds import DIRECTIONAL, DOME, emit, emitted
 from photonmap.kernels.lights.photons import send
-from photonmap.kernels.lights.portal import position_on
+from photonmap.kernels.lights.portal import let_in, position_on
 from photonmap.kernels.lights.samples import PhotonStart
 
 MIDDLE = (0.5, 0.5)
@@ -88,6 +88,11 @@ def _from_infinity(lights, guide, sums, start, point):
 
 
 @jit
+def _through_portals(geometry, portals, start):
+    return start if portals is None else let_in(geometry, portals, start)
+
+
+@jit
 def aim_photon(geometry, lights, guide, sums, place, direction, share, flux):
     """Send a photon from an emitter to a specular surface, by two points of the unit square.
 
@@ -96,7 +101,11 @@ def aim_photon(geometry, lights, guide, sums, place, direction, share, flux):
     """
     emitter, u = warp.discrete(lights.cdf, place[0])
     position = (u, place[1])
-    if lights.kind[emitter] == DOME or lights.kind[emitter] == DIRECTIONAL:
+    if lights.kind[emitter] == DIRECTIONAL:
+        start = emit_from_sun(lights, emitter, MIDDLE, position)
+        start, chosen = _from_infinity(lights, guide, sums, start, direction)
+        start = _through_portals(geometry, lights.portals, start)
+    elif lights.kind[emitter] == DOME:
         start = emit(geometry, lights, emitter, MIDDLE, position)
         start, chosen = _from_infinity(lights, guide, sums, start, direction)
     else:

@@ -290,6 +290,24 @@ class Profiles(NamedTuple):
 
 
 @by_reference
+class SunPortals(NamedTuple):
+    """Portals that let suns in: S suns, P triangles. See `lights.portal`."""
+
+    is_portal: np.ndarray
+    """(M,) bool"""
+    triangle: np.ndarray
+    """(P,) int32"""
+    area: np.ndarray
+    """(P,) float64 of the triangles"""
+    row: np.ndarray
+    """(K,) int32, of `cdf` and `extent`, -1 for emitters that are no suns"""
+    cdf: np.ndarray
+    """(S, P) float64, each row rises to 1 in proportion to areas as the sun sees them, about"""
+    extent: np.ndarray
+    """(S,) float64, these areas together"""
+
+
+@by_reference
 class Lights(NamedTuple):
     """Emitters of all kinds, chosen by power, and for direct light by importance."""
 
@@ -324,6 +342,8 @@ class Lights(NamedTuple):
     """None where no emission is textured"""
     tree: LightTree | None
     """None where emitters are few"""
+    portals: SunPortals | None
+    """None where there are no portals, or no suns"""
 
 
 @by_reference

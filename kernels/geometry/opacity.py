@@ -75,7 +75,7 @@ def _stops(geometry, alpha, hit, direction):
 
 
 @jit
-def _behind(geometry, hit, direction):
+def behind(geometry, hit, direction):
     """Return the point where a ray leaves a surface that it passed through."""
     point, size = point_at(geometry, hit.triangle, hit.u, hit.v)
     side = side_of(geometry, hit.triangle, direction)
@@ -91,7 +91,7 @@ def _intersect_layers(geometry, alpha, origin, direction):
         passed += hit.distance
         if hit.triangle < 0 or _stops(geometry, alpha, hit, direction):
             break
-        origin = _behind(geometry, hit, direction)
+        origin = behind(geometry, hit, direction)
     return Hit(hit.triangle, hit.u, hit.v, passed)
 
 
@@ -107,7 +107,7 @@ def _occluded_by_layers(geometry, alpha, origin, direction, length):
             return False
         if _stops(geometry, alpha, hit, direction):
             return True
-        start = _behind(geometry, hit, direction)
+        start = behind(geometry, hit, direction)
         if length < math.inf:
             end = vec.add(origin, vec.scale(direction, length))
             rest = vec.scale(vec.sub(end, start), 1.0 / length)

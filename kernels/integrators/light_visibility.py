@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from photonmap.kernels.camera.cameras import first_hit, generate_ray
+from photonmap.kernels.camera.cameras import first_hit, generate_ray, is_dark
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.rng import draw, stream
@@ -10,6 +10,7 @@ from photonmap.kernels.core.streams import VIEW_PATH, VIEW_POINT, split
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import intersect, occluded
 from photonmap.kernels.lights.direct import prepare_direct, sample_direct
+from photonmap.kernels.lights.emission import visible_emitter
 from photonmap.kernels.lights.kinds import emit
 
 
@@ -22,15 +23,23 @@ class ViewPoint(NamedTuple):
 
 
 @kernel
-def find_view_points(geometry, view, key, points, normals):
-    """Fill points and normals, (n, 3), with random first hits; return how many were found."""
+def find_view_points(geometry, lights, view, key, points, normals, seen):
+    """Fill points and normals, (n, 3), with random first hits; return how many were found.
+
+    Sets `seen`, (K,) bool, of the emitters that the camera itself sees there.
+    """
     count, key, film = 0, split(key, VIEW_POINT), view.film
     for attempt in range(4 * len(points)):
         state = stream(key, attempt, 0)
         x, state = draw(state)
         y, state = draw(state)
         ray = generate_ray(view.camera, x * film.width, y * film.height)
+        if is_dark(ray):
+            continue
         hit = first_hit(geometry, ray)
+        emitter, _ = visible_emitter(geometry, lights, hit, ray.direction)
+        if emitter >= 0:
+            seen[emitter] = True
         if hit.triangle >= 0 and count < len(points):
             surface = surface_interaction(geometry, hit, ray.direction)
             for axis in range(3):
@@ -78,6 +87,8 @@ def reaches_view(scene, key, paths, bounces, cdf, points, normals):
         s, state = draw(state)
         t, state = draw(state)
         start = emit(geometry, scene.lights, 0, (u, v), (s, t))
+        if start.weight == 0.0:
+            continue
         origin, direction = start.origin, start.direction
         for _ in range(bounces):
             hit = intersect(geometry, origin, direction)

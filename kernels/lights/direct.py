@@ -11,7 +11,8 @@ from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import occluded
 from photonmap.kernels.lights import triangle
 from photonmap.kernels.lights.infinite import dome_pdf
-from photonmap.kernels.lights.kinds import sample_towards
+from photonmap.kernels.lights.kinds import DIRECTIONAL, sample_towards
+from photonmap.kernels.lights.portal import shines_in
 from photonmap.kernels.lights.samples import NOWHERE
 from photonmap.kernels.lights.selection import select_emitter, selection_probability, weigh_emitters
 
@@ -45,6 +46,14 @@ def prepare_direct(scene, surface, cdf):
 
 
 @jit
+def _is_hidden(geometry, lights, portals, emitter, point, sample):
+    """Return whether something is in the way from a point to a `LightSample`."""
+    if portals is not None and lights.kind[emitter] == DIRECTIONAL:
+        return not shines_in(geometry, portals, point, sample.direction)
+    return occluded(geometry, point, sample.segment, sample.length)
+
+
+@jit
 def sample_direct(scene, surface, cdf, u, v, count):
     """Sample one emitter for the irradiance at a surface point; one `DirectSample` of `count`.
 
@@ -59,7 +68,7 @@ def sample_direct(scene, surface, cdf, u, v, count):
     cosine = _cosine(surface, sample.direction)
     if sample.weight == 0.0 or cosine == 0.0:
         return DirectSample(-1, 0.0, 0.0, NOWHERE, sample.direction)
-    if occluded(geometry, surface.point, sample.segment, sample.length):
+    if _is_hidden(geometry, lights, lights.portals, emitter, surface.point, sample):
         return DirectSample(emitter, 0.0, 0.0, NOWHERE, sample.direction)
     weight = cosine * sample.weight / (count * probability)
     pdf = count * probability * sample.pdf

@@ -9,11 +9,16 @@ from photonmap.kernels.lights.samples import NOWHERE, LightSample, PhotonStart, 
 
 
 @jit
-def sun_importance(lights, emitter, ns):
-    """Estimate the irradiance from a sun of power 1, unless it is occluded; above it near 0."""
+def sun_importance(lights, portals, emitter, ns):
+    """Estimate the irradiance from a sun of power 1, unless it is occluded; above it near 0.
+
+    The portals, None or those of the lights, are all that the power of suns goes through.
+    """
     edge = lights.cosines[emitter, 0]
     reach = math.sqrt(1.0 - edge * edge)  # a part of the disc may be above the horizon
     facing = max(reach - vec.dot(ns, vec.row(lights.axis, emitter)), 0.0)
+    if portals is not None:
+        return facing / portals.extent[portals.row[emitter]]
     return facing * warp.INV_PI / (lights.radius * lights.radius)
 
 
@@ -24,7 +29,7 @@ def dome_importance(lights):
 
 
 @jit
-def _direction_of_sun(lights, emitter, u, v):
+def direction_of_sun(lights, emitter, u, v):
     """Return a direction in which a sun shines, uniform over its disc if it has one."""
     axis, edge = vec.row(lights.axis, emitter), lights.cosines[emitter, 0]
     if edge == 1.0:
@@ -35,7 +40,7 @@ def _direction_of_sun(lights, emitter, u, v):
 @jit
 def sample_sun(lights, emitter, u, v):
     """Return a `LightSample` of a point of the disc, the only one there is of a parallel sun."""
-    direction = vec.scale(_direction_of_sun(lights, emitter, u, v), -1.0)
+    direction = vec.scale(direction_of_sun(lights, emitter, u, v), -1.0)
     return LightSample(direction, math.inf, direction, 1.0, 0.0, NOWHERE)
 
 
@@ -79,7 +84,7 @@ def _start(lights, direction, point, density, texel):
 @jit
 def emit_from_sun(lights, emitter, position, direction):
     """Start a photon, by two points of the unit square; a `PhotonStart`."""
-    towards = _direction_of_sun(lights, emitter, direction[0], direction[1])
+    towards = direction_of_sun(lights, emitter, direction[0], direction[1])
     return _start(lights, towards, position, 1.0, NOWHERE)
 
 

@@ -7,7 +7,7 @@ what leaves for another direction, where emitters are not infinitely far.
 """
 
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.lights import infinite, photometric, point, spot, triangle
+from photonmap.kernels.lights import infinite, photometric, point, portal, spot, triangle
 
 TRIANGLE, POINT, DOME, SPOT, DIRECTIONAL, PHOTOMETRIC = 0, 1, 2, 3, 4, 5
 """Values of `Lights.kind`; the dome is even, or an environment map."""
@@ -37,7 +37,7 @@ def importance(geometry, lights, emitter, at, ns):
     if kind == DOME:
         return infinite.dome_importance(lights)
     if kind == DIRECTIONAL:
-        return infinite.sun_importance(lights, emitter, ns)
+        return infinite.sun_importance(lights, lights.portals, emitter, ns)
     if kind == SPOT:
         return spot.importance(lights, emitter, at, ns)
     return _importance_of_point(lights, lights.profiles, emitter, at, ns)
@@ -81,10 +81,18 @@ def emit(geometry, lights, emitter, position, direction):
     if kind == DOME:
         return infinite.emit_from_dome(lights, lights.environment, position, direction)
     if kind == DIRECTIONAL:
-        return infinite.emit_from_sun(lights, emitter, position, direction)
+        return _emit_from_sun(geometry, lights, lights.portals, emitter, position, direction)
     if kind == SPOT:
         return spot.emit(lights, emitter, direction)
     return _emit_from_point(lights, lights.profiles, emitter, direction)
+
+
+@jit
+def _emit_from_sun(geometry, lights, portals, emitter, position, direction):
+    if portals is not None:
+        towards = infinite.direction_of_sun(lights, emitter, direction[0], direction[1])
+        return portal.emit_through(geometry, portals, emitter, position, towards)
+    return infinite.emit_from_sun(lights, emitter, position, direction)
 
 
 @jit

@@ -33,7 +33,13 @@ from photonmap.kernels.core.streams import Domain
 from photonmap.runtime.workers import Workers
 from photonmap.scene.camera import Camera
 from photonmap.scene.lens import Lens
-from photonmap.scene.lights import EnvironmentLight, Light, PhotometricLight, PointLight
+from photonmap.scene.lights import (
+    DirectionalLight,
+    EnvironmentLight,
+    Light,
+    PhotometricLight,
+    PointLight,
+)
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
@@ -52,6 +58,7 @@ _PALETTE = SpectralTexture.from_palette(np.zeros((1, 1), np.int32), [0.4])
 _LIGHTS: dict[str, Light] = {
     "environment": EnvironmentLight(np.ones((1, 2, 3))),
     "profiles": PhotometricLight(_NEAR, np.ones((2, 2))),
+    "portals": DirectionalLight((-1.0, -1.0, -1.0)),
 }
 """Lights that need the same code as those of a scene, by the field of `Lights` that holds theirs"""
 _at_hand: set[Path] = set()
@@ -165,7 +172,20 @@ def _smallest(wanted: CompiledScene) -> Scene:
         replace(triangle, vertices=triangle.vertices - _APART * place, material=material)
         for place, material in enumerate(_stand_ins(wanted))
     ]
+    if wanted.lights.portals is not None:
+        meshes.append(_portal(triangle))
     return Scene(meshes, lights, Camera((1.0, 1.0, 1.0), (0.3, 0.3, -0.7), lens=lens))
+
+
+def _portal(triangle: Mesh) -> Mesh:
+    """Return a portal that lets light onto the front of a triangle: hidden light is warned of."""
+    opening = Material("portal", 0.0, portal=True)
+    return replace(
+        triangle,
+        vertices=triangle.vertices + _APART,
+        faces=triangle.faces[:, ::-1],
+        material=opening,
+    )
 
 
 def _stand_ins(wanted: CompiledScene) -> Iterator[Material]:

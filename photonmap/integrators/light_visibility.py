@@ -18,7 +18,7 @@ BOUNCES = 8
 
 
 def warn_of_hidden_lights(compiled: CompiledScene, view: View, key: np.uint64) -> list[str]:
-    """Warn of the lights none of whose probing paths reaches a point that the camera sees.
+    """Warn of the lights that are not seen, and none of whose probing paths reaches what is.
 
     Every light sends up to 256 paths of up to 8 bounces; each of their vertices is joined to 64
     points in view until one connection is free. A light that lights the view costs a few rays.
@@ -31,7 +31,8 @@ def warn_of_hidden_lights(compiled: CompiledScene, view: View, key: np.uint64) -
     if compiled.specular is not None:
         return []
     points, normals = np.zeros((POINTS, 3)), np.zeros((POINTS, 3))
-    count = find_view_points(compiled.geometry, view, key, points, normals)
+    seen = np.zeros(len(compiled.light_names), bool)
+    count = find_view_points(compiled.geometry, compiled.lights, view, key, points, normals, seen)
     points, normals = points[:count], normals[:count]
     if count == 0:
         return []
@@ -41,6 +42,8 @@ def warn_of_hidden_lights(compiled: CompiledScene, view: View, key: np.uint64) -
     paths = int(np.clip(MOST_PATHS // len(emitters), FEWEST_PATHS, PATHS))
     hidden = []
     for name, members in emitters.items():
+        if seen[members].any():
+            continue
         lights = _only(compiled.lights, np.array(members))
         scene = compiled.arrays._replace(lights=lights)
         if not reaches_view(scene, key, paths, BOUNCES, np.empty(FEW_EMITTERS), points, normals):
@@ -50,28 +53,33 @@ def warn_of_hidden_lights(compiled: CompiledScene, view: View, key: np.uint64) -
         who = f"light {hidden[0]!r} sends" if single else f"lights {listed(hidden)} send"
         warn(
             f"{who} nothing into the view: none of {paths} paths from {'it' if single else 'each'} "
-            f"reached the view; check {_suspects(compiled, single)}"
+            f"reached the view; check {_suspects(compiled, hidden)}"
         )
     return hidden
 
 
-def _suspects(compiled: CompiledScene, single: bool) -> str:
-    """Return what may keep light from the view."""
-    its, it_is = ("its", "it is") if single else ("their", "they are")
+def _suspects(compiled: CompiledScene, hidden: list[str]) -> str:
+    """Return what may keep the light of some lights from the view."""
+    its, it_is = ("its", "it is") if len(hidden) == 1 else ("their", "they are")
     lights, materials = compiled.lights, len(compiled.materials.reflectance)
+    if lights.portals is not None:
+        rows = lights.portals.row[np.isin(compiled.light_names, hidden)]
+        if (rows >= 0).all():
+            return f"that {its} direction leads through a portal: suns shine through these alone"
     portals = (lights.triangle >= 0) & (lights.spectrum >= materials)  # have a light's spectrum
     if portals.any():
-        return (
-            f"the winding of portals, which let in the sky alone, and that {it_is} not behind one"
-        )
+        only = "which let in the sky and suns alone"
+        return f"the winding of portals, {only}, and that {it_is} not behind one"
     return f"{its} winding, and that {it_is} not inside a wall"
 
 
 def _only(lights: Lights, members: np.ndarray) -> Lights:
     """Return some emitters of one light alone, chosen in proportion to power."""
-    profiles = lights.profiles
+    profiles, portals = lights.profiles, lights.portals
     if profiles is not None:
         profiles = profiles._replace(row=profiles.row[members])
+    if portals is not None:
+        portals = portals._replace(row=portals.row[members])
     return lights._replace(
         kind=lights.kind[members],
         triangle=lights.triangle[members],
@@ -84,4 +92,5 @@ def _only(lights: Lights, members: np.ndarray) -> Lights:
         dome=int(np.argmax(members == lights.dome)) if lights.dome in members else -1,
         profiles=profiles,
         tree=None,
+        portals=portals,
     )

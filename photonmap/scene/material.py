@@ -50,7 +50,8 @@ class Material:
     name : used in warnings and records
     reflectance : diffuse albedo in [0, 1]; glass has none
     emission : radiance leaving the front (counter-clockwise) side, W·m⁻²·sr⁻¹
-    portal : whether its front shows the sky or dome, whose light then comes through portals alone
+    portal : whether its front shows the sky or dome, whose light, and that of suns, then comes
+        through portals alone
     mirror : reflectance of a mirror, alone or as a coat; with `reflectance` 1 at most; alike at all
         angles, but for a bare metal by name
     ior : index of refraction of the inside relative to air; None for anything but glass. Below 1

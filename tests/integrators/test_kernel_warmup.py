@@ -10,8 +10,10 @@ import trimesh
 import photonmap as pm
 from photonmap.compile.scene_arrays import compile_scene
 from photonmap.integrators.kernel_warmup import _marker, _setup, _smallest
+from photonmap.integrators.light_visibility import warn_of_hidden_lights
 from photonmap.integrators.photon_mapping.integrator import PhotonIntegrator
 from photonmap.kernels.core.records import SceneArrays
+from photonmap.kernels.core.streams import Domain
 from photonmap.runtime.workers import Workers
 from photonmap.spectra.bands import Bands
 
@@ -72,8 +74,15 @@ def balls(materials):
     return pm.Scene([*box.meshes, *meshes], camera=box.camera)
 
 
+def sunlit_room():
+    """The Cornell box with a portal, and a sun."""
+    scene = balls([pm.Material("opening", 0.0, portal=True)])
+    return replace(scene, lights=[pm.DirectionalLight((0.0, -1.0, -1.0))])
+
+
 SCENES = {
     "box": pm.scenes.cornell_box(),
+    "sun through a portal": sunlit_room(),
     "balls": pm.scenes.cornell_balls(),
     **{name: balls(materials) for name, materials in MATERIALS.items()},
 }
@@ -85,6 +94,16 @@ def test_photons_hit_the_triangle(name):
     small = _smallest(compile_scene(SCENES[name], RGB))
     with Workers(1) as workers:
         assert not PhotonIntegrator(_setup(small, RGB, workers)).traces_paths_instead
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_nothing_is_said_of_lights_that_stand_in(name):
+    """They all light the triangle that is in view."""
+    small = _smallest(compile_scene(SCENES[name], RGB))
+    with Workers(1) as workers:
+        setup = _setup(small, RGB, workers)
+    key = setup.key(0, Domain.LIGHT_VISIBILITY)
+    assert warn_of_hidden_lights(setup.compiled, setup.view, key) == []
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -7,7 +7,7 @@ from helpers.scenes import closed_box, quad
 
 import photonmap as pm
 
-LAMP = pm.Material("lamp", 0.5, 1.0)
+LAMP, BLACK = pm.Material("lamp", 0.5, 1.0), pm.Material("black", 0.0)
 
 
 def render(scene):
@@ -43,3 +43,18 @@ def test_a_dome_is_a_light_too():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         render(pm.Scene([closed_box(pm.Material("block", 0.5))], [pm.DomeLight()]))
+
+
+@pytest.mark.parametrize("light", ["lamp", "dome", "portal"])
+def test_a_light_that_fills_the_view_is_not_named(light):
+    """Nothing else is there that it could light."""
+    down = [(-1, 1, 1), (-1, 1, -1), (1, 1, -1), (1, 1, 1)]
+    looks = {"lamp": LAMP, "portal": pm.Material("opening", 0.0, portal=True)}
+    far = [(-1, -9, 1), (-1, -9, -1), (1, -9, -1), (1, -9, 1)]
+    meshes = [quad(*down, looks[light], "ceiling")] if light in looks else [quad(*far, BLACK)]
+    lights = [] if light == "lamp" else [pm.DomeLight()]
+    camera = pm.Camera((0.0, 0.5, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), fov=60.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        result = render(pm.Scene(meshes, lights, camera))
+    assert result.emission == pytest.approx(1.0)

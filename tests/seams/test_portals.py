@@ -146,7 +146,109 @@ def test_files_have_portals_and_overcast_skies(tmp_path):
         pm.load_scene(tmp_path / "room.obj")
 
 
-def test_a_sun_behind_a_portal_is_named_with_what_hides_it():
-    sun = pm.DirectionalLight((-1.0, -0.2, 0.0), name="sun")
-    with pytest.warns(pm.SceneWarning, match=r"'sun' sends nothing .* not behind one"):
-        pm.render(room([pm.DomeLight(1.0), sun], PANE), bands="rgb", size=8, passes=1)
+SUN = pm.DirectionalLight((-1.0, -0.35, 0.2), (3.0, 2.0, 1.0), name="sun", angle=5.0)
+
+
+def compare(found, wanted, names=("direct", "indirect"), slack=0.0):
+    """Compare the means of two renders by the spread of both, and a fraction of the second."""
+    for name in names:
+        (value, error), (true, spread) = means(found, name), means(wanted, name)
+        assert true.any(), name
+        limit = 4.0 * np.hypot(spread, error) + slack * true
+        assert (np.abs(value - true) < limit).all(), name
+
+
+def facing_in(scene):
+    """Have the camera look at where the sun shines in."""
+    scene.camera = pm.Camera((0.9, 1.9, -0.9), (-1.0, 0.4, 0.3), fov=70.0)
+    return scene
+
+
+@pytest.mark.parametrize("method", ["path", "photon"])
+@pytest.mark.parametrize("angle", [0.0, 20.0])
+def test_a_portal_lets_in_the_sun_as_a_hole_does(method, angle):
+    sun = pm.DirectionalLight((-1.0, -0.35, 0.2), (3.0, 2.0, 1.0), angle=angle)
+    settings = {"bands": "rgb", "size": (24, 18)}
+    hole = pm.render(facing_in(room([sun])), method="path", passes=128, seed=1, **settings)
+    found = pm.render(facing_in(room([sun], PANE)), method=method, passes=32, seed=2, **settings)
+    compare(found, hole, slack=0.01 * (method == "photon"))
+    assert not found.record["warnings"]
+
+
+def test_sun_and_sky_add_up_through_a_portal():
+    sky, settings = pm.OvercastLight(0.5), {"bands": "rgb", "size": (24, 18), "passes": 64}
+    alone = [pm.render(facing_in(room([light], PANE)), **settings) for light in (sky, SUN)]
+    both = pm.render(facing_in(room([sky, SUN], PANE)), seed=3, per_light=True, **settings)
+    for name, single in zip(("overcast", "sun"), alone, strict=True):
+        for buffer in ("direct", "indirect"):
+            (wanted, spread) = means(single, buffer)
+            found = both.per_light[name][buffer].mean(axis=(0, 1))
+            np.testing.assert_allclose(found, wanted, atol=6.0 * spread.max(), rtol=0.01)
+
+
+@pytest.mark.parametrize("method", ["path", "photon"])
+def test_a_sun_passes_panes_that_are_boxes_and_the_edges_between_triangles(method):
+    """Both faces of a box are portals; light passes both, and counts once."""
+    scene = facing_in(room([SUN], PANE))
+    outer = ((1.1, LOW, -SIDE), (1.1, HIGH, -SIDE), (1.1, HIGH, SIDE), (1.1, LOW, SIDE))
+    boxed = facing_in(room([SUN], PANE))
+    boxed.meshes.append(quad(*outer, PANE, "outer face"))
+    ring = pm.Material("frame", 0.0)
+    for y, up in ((LOW, (1.0, 1.1)), (HIGH, (1.0, 1.1))):
+        corners = [(up[0], y, -SIDE), (up[1], y, -SIDE), (up[1], y, SIDE), (up[0], y, SIDE)]
+        for each in (scene, boxed):
+            each.meshes.append(quad(*corners, ring, f"frame {y}"))
+    for z in (-SIDE, SIDE):
+        corners = [(1.0, LOW, z), (1.1, LOW, z), (1.1, HIGH, z), (1.0, HIGH, z)]
+        for each in (scene, boxed):
+            each.meshes.append(quad(*corners, ring, f"frame {z}"))
+    settings = {"bands": "rgb", "size": (24, 18), "passes": 48, "method": method}
+    compare(pm.render(boxed, seed=5, **settings), pm.render(scene, **settings), slack=0.002)
+
+
+@pytest.mark.parametrize("method", ["path", "photon"])
+def test_what_stands_before_a_portal_keeps_the_sun_out(method):
+    """A shutter before the upper half of the window: the hole has the same."""
+    middle, far = 0.5 * (LOW + HIGH), 1.02
+    shutter = ((far, middle, -3.0), (far, 3.0, -3.0), (far, 3.0, 3.0), (far, middle, 3.0))
+    scenes = [facing_in(room([SUN])), facing_in(room([SUN], PANE))]
+    for scene in scenes:
+        scene.meshes.append(quad(*shutter, BLACK, "shutter"))
+    settings = {"bands": "rgb", "size": (24, 18)}
+    hole = pm.render(scenes[0], method="path", passes=128, seed=1, **settings)
+    found = pm.render(scenes[1], method=method, passes=48, seed=2, **settings)
+    compare(found, hole, slack=0.01 * (method == "photon"))
+
+
+@pytest.mark.parametrize("look", ["polished", "clear"])
+def test_caustics_of_a_sun_through_a_portal(look):
+    """Photons that are aimed at a mirror and a ball start outside; paths see the sun directly."""
+    scene = facing_in(room([SUN], PANE))
+    hole = facing_in(room([SUN]))
+    for each in (scene, hole):
+        if look == "polished":
+            corners = [(-0.9, 0.3, -0.5), (-0.9, 0.3, 0.9), (0.4, 0.3, 0.9), (0.4, 0.3, -0.5)]
+            each.meshes.append(quad(*corners, pm.Material.polished(), "mirror"))
+        else:
+            glass = pm.Material("glass", 0.0, ior=1.5, thin=True, tint=0.5)
+            corners = [(0.0, 0.0, -0.9), (0.0, 1.9, -0.9), (0.0, 1.9, 0.9), (0.0, 0.0, 0.9)]
+            each.meshes.append(quad(*corners, glass, "glass"))
+    settings = {"bands": "rgb", "size": (16, 12), "passes": 64}
+    wanted, found = pm.render(hole, seed=3, **settings), pm.render(scene, **settings)
+    compare(found, wanted, ("radiance", "direct"), slack=0.01)
+
+
+def test_a_sun_alone_needs_no_sky_and_one_that_misses_the_portals_is_named():
+    settings = {"bands": 1, "size": 8, "passes": 1}
+    lit = pm.render(facing_in(room([SUN], PANE)), **settings)
+    assert lit.radiance.any()
+    assert not lit.record["warnings"]
+    away = pm.DirectionalLight((0.2, -0.3, 1.0), name="sun")
+    with pytest.warns(pm.SceneWarning, match="'sun' sends nothing .* leads through a portal: suns"):
+        pm.render(facing_in(room([pm.DomeLight(1.0), away], PANE)), **settings)
+
+
+def test_a_lamp_behind_a_portal_is_named_with_what_hides_it():
+    lamp = pm.PointLight((3.0, 1.2, 0.0), 5.0, name="street lamp")
+    with pytest.warns(pm.SceneWarning, match=r"'street lamp' sends nothing .* not behind one"):
+        pm.render(room([pm.DomeLight(1.0), lamp], PANE), bands="rgb", size=8, passes=1)

@@ -12,13 +12,13 @@ from photonmap.compile.frame import Frame
 from photonmap.compile.lights.default_light import AMBIENT, default_sky
 from photonmap.compile.lights.environment import MappedLight, Sky, compile_sky
 from photonmap.compile.lights.light_tree import EmitterBounds, grow_tree
+from photonmap.compile.lights.portals import find_portals, open_to_suns, warn_of_black_portals
 from photonmap.compile.lights.probabilities import mix_uniform
 from photonmap.compile.textures import TextureTable
 from photonmap.compile.triangles import triangle_areas
 from photonmap.errors import InputError, naming, warn
-from photonmap.kernels.core.records import Geometry, Lights, LightTree, Profiles
+from photonmap.kernels.core.records import Geometry, Lights, LightTree, Profiles, SunPortals
 from photonmap.kernels.lights.kinds import INFINITE_KINDS, KINDS, POSITION_KINDS, TRIANGLE
-from photonmap.runtime.wording import listed
 from photonmap.scene.camera import Camera
 from photonmap.scene.lights import (
     DomeLight,
@@ -82,6 +82,7 @@ class _Layout(NamedTuple):
     cone: NDArray[np.float64]
     """(K, 2), as in `EmitterBounds`"""
     profiles: Profiles | None
+    portals: SunPortals | None
 
 
 def compile_lights(
@@ -109,10 +110,14 @@ def compile_lights(
     emission = np.stack([emission_of(m.emission, bands, f"material {m.name!r}") for m in materials])
     area_names = [materials[k].name for k in material[emission[material].any(axis=1)]]
     shining = _find_shining(lights, area_names, bands, camera)
-    opens = _find_portals(materials, emission, shining.dome >= 0)
+    portals = find_portals(materials, emission)
+    opens = portals & (shining.dome >= 0)
     emitting = np.flatnonzero((emission.any(axis=1) | opens)[material])
     rest = [k for k in range(len(shining.lights)) if k != shining.dome or not opens.any()]
     layout = _lay_out(geometry, emitting, [shining.lights[k] for k in rest], frame)
+    layout = _let_suns_in(layout, geometry, portals)
+    if layout.portals is None and shining.dome < 0:
+        warn_of_black_portals(materials)
     row = np.concatenate([material[emitting], len(emission) + np.array(rest, int)])
     row[: len(emitting)][opens[material[emitting]]] = len(emission) + shining.dome
     spectra = np.concatenate(
@@ -163,6 +168,7 @@ def _record(
         profiles=layout.profiles,
         emission_textures=None,
         tree=_grow_tree(geometry, layout, mean, cdf),
+        portals=layout.portals,
     )
     return record, flux
 
@@ -171,31 +177,6 @@ def _descriptions(materials: Sequence[Material], lights: Sequence[Light]) -> lis
     """Return the name and the group of what each row of `Lights.spectra` belongs to."""
     named = [(material.name, material.name) for material in materials]
     return named + [(light.name, light.group or light.name) for light in lights]
-
-
-def _find_portals(
-    materials: Sequence[Material], emission: NDArray[np.float64], has_dome: bool
-) -> NDArray[np.bool_]:
-    """Return which materials are portals that let light in, (M,).
-
-    Parameters
-    ----------
-    emission : of the materials by themselves, (M, N)
-    has_dome : whether there is light all around for them to show
-
-    Raises
-    ------
-    InputError : a portal emits by itself, too
-    """
-    portals = np.array([material.portal for material in materials])
-    for index in np.flatnonzero(portals & emission.any(axis=1)).tolist():
-        raise InputError(
-            f"material {materials[index].name!r} is a portal, and has an emission; remove one"
-        )
-    if portals.any() and not has_dome:
-        names = listed(material.name for material in materials if material.portal)
-        warn(f"portals ({names}) are black: there is no sky, environment or dome for them to show")
-    return portals & has_dome
 
 
 def _find_shining(
@@ -255,6 +236,7 @@ def _lay_out(
         extent=np.zeros(count),
         cone=np.ones((count, 2)),
         profiles=None,
+        portals=None,
     )
     layout.triangle[:first] = emitting
     layout.area[:first] = triangle_areas(geometry, emitting)
@@ -273,6 +255,16 @@ def _lay_out(
     return layout._replace(
         profiles=_collect_profiles([emitter.profile for emitter in described], first)
     )
+
+
+def _let_suns_in(layout: _Layout, geometry: Geometry, portals: NDArray[np.bool_]) -> _Layout:
+    """Return the layout with portals, (M,), through which all the power of suns goes, if any."""
+    opened = open_to_suns(geometry, portals, layout.kind, layout.axis, layout.cosines)
+    if opened is None:
+        return layout
+    sun = opened.row >= 0
+    layout.extent[sun] = opened.extent[opened.row[sun]]
+    return layout._replace(portals=opened)
 
 
 def _collect_profiles(tables: Sequence[Profile | None], first: int) -> Profiles | None:
