@@ -20,6 +20,7 @@ class InputError(ValueError):
     def __init__(
         self, message: str, path: str | PathLike[str] | None = None, line: int | None = None
     ) -> None:
+        self.has_place = path is not None
         location = "" if path is None else f"{path}: " if line is None else f"{path}:{line}: "
         super().__init__(location + " ".join(message.split()))
 
@@ -33,6 +34,17 @@ def naming(
         yield
     except InputError as error:
         raise InputError(f"{owner}: {error}", path, line) from None
+
+
+@contextmanager
+def naming_file(path: str | PathLike[str] | None) -> Iterator[None]:
+    """Prefix an `InputError` that names no file with this one, if there is one."""
+    try:
+        yield
+    except InputError as error:
+        if path is None or error.has_place:
+            raise
+        raise InputError(str(error), path) from None
 
 
 class SceneWarning(UserWarning):

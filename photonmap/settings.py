@@ -36,7 +36,7 @@ from photonmap.runtime.options import (
     read_memory,
     read_size,
 )
-from photonmap.runtime.progress import Progress, Silent, choose_progress
+from photonmap.runtime.progress import CompileNotice, Progress, choose_progress
 
 if TYPE_CHECKING:
     from photonmap.kernels.core.passes import Film
@@ -301,8 +301,9 @@ class Options:
     progress: Progress | bool | None = field(
         default=None,
         metadata=option(
-            "True shows it on stderr: a bar on a terminal, lines elsewhere; or an object that is "
-            "notified of every stage and pass",
+            "True shows it on stderr: a bar on a terminal, lines elsewhere; None says there only "
+            "that kernels are compiled, False nothing; or an object that is notified of every "
+            "stage and pass",
             check=_check_progress,
         ),
     )
@@ -364,7 +365,7 @@ class Settings(Options):
         defaults = {
             "photons": usual_photons(film.width * film.height),
             "buffers": frozenset(DEFAULT),
-            "progress": Silent(),
+            "progress": CompileNotice(),
         }
         values |= {name: value for name, value in defaults.items() if values[name] is None}
         return cls(**values, film=film, budget=budget, integrator=integrator)

@@ -13,12 +13,12 @@ FOLDER = Path(__file__).parent
 
 def cornell_box() -> Scene:
     """Return the Cornell box in its common form: 2 units wide, camera at z = 3.9."""
-    return load_scene(FOLDER / "cornell_box.obj")
+    return _load("cornell_box.obj")
 
 
 def cornell_box_measured() -> Scene:
     """Return the Cornell box with measured spectra of its walls and of its light."""
-    return load_scene(FOLDER / "cornell_box_measured.toml")
+    return _load("cornell_box_measured.toml")
 
 
 def cornell_balls() -> Scene:
@@ -40,9 +40,14 @@ def ball(center: tuple[float, float, float], material: Material) -> Mesh:
 
 def furnace() -> Scene:
     """Return a closed box that emits 0.5 and reflects 0.75: radiance is 2 everywhere."""
-    return load_scene(FOLDER / "furnace.obj")
+    return _load("furnace.obj")
 
 
 def two_rooms() -> Scene:
     """Return two rooms joined by a doorway: the light in one, the camera in the other."""
-    return load_scene(FOLDER / "two_rooms.obj")
+    return _load("two_rooms.obj")
+
+
+def _load(name: str) -> Scene:
+    """Return a scene; what a user makes of it is not the fault of its file."""
+    return replace(load_scene(FOLDER / name), file=None)

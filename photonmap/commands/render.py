@@ -121,8 +121,9 @@ def _announce(progress: Progress, scene: Scene, setup: Setup) -> None:
             f"no camera given: seen from the front right, above, at {x:.6g},{y:.6g},{z:.6g}; "
             "where z is up, add --up z"
         )
+    width = max(map(len, setup.plan.effects))
     for name, effect in setup.plan.effects.items():
-        print(f"{name:<13} {'on ' if effect.on else 'off'}  {effect.why}", flush=True)
+        print(f"{name:<{width}} {'on ' if effect.on else 'off'}  {effect.why}", flush=True)
 
 
 def _report(record: dict[str, Any], output: str) -> None:
@@ -143,5 +144,5 @@ def _error_text(record: dict[str, Any]) -> str:
     kind = "" if goal["buffer"] == "radiance" else f" of {goal['buffer']}"
     if goal["percentile"] is not None:
         kind += f" at {goal['percentile']:g}% of pixels and bands"
-    left = f", {record['unresolved']} pixels unresolved" if record["unresolved"] else ""
-    return f"error {error}{kind}{left}"
+    left = record["unresolved"]
+    return f"error {error}{kind}" + f", {left} pixel{'s' * (left > 1)} unresolved" * (left > 0)

@@ -14,7 +14,7 @@ from photonmap.compile.mesh_cleanup import find_single, without_strays
 from photonmap.compile.triangles import winding_normals
 from photonmap.errors import InputError, warn
 from photonmap.kernels.core import records
-from photonmap.runtime.wording import listed
+from photonmap.runtime.wording import enumerated, shown
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
@@ -102,7 +102,7 @@ def _flatten(meshes: list[Mesh]) -> list[Mesh]:
     for mesh in meshes:
         material = mesh.material
         if mesh.uv is None and material.is_textured:
-            named[f"{mesh.name} ({material.name})"] = None
+            named[f"{shown(mesh.name)} of material {shown(material.name)}"] = None
             if id(material) not in flat:
                 flat[id(material)] = replace(
                     without_images(material),
@@ -115,10 +115,7 @@ def _flatten(meshes: list[Mesh]) -> list[Mesh]:
             mesh = replace(mesh, material=flat[id(material)])
         result.append(mesh)
     if named:
-        warn(
-            f"no texture coordinates in meshes (of material) {listed(named)}: "
-            "the mean of their textures is used"
-        )
+        warn(f"no texture coordinates in {enumerated(named)}: the mean of their textures is used")
     return result
 
 
@@ -163,7 +160,7 @@ def _find_sound(length: NDArray[np.float64]) -> NDArray[np.bool_]:
     if count := int((~sound).sum()):
         warn(f"{count} degenerate triangle{'s' * (count > 1)} (no area) left out")
     if not sound.any():
-        raise InputError("every triangle is degenerate (no area): there is nothing to render")
+        raise InputError("no triangle has an area: there is nothing to render; export it again")
     return sound
 
 

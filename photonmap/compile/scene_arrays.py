@@ -29,6 +29,7 @@ from photonmap.compile.surfaces.glass import (
 from photonmap.compile.surfaces.relief import Reliefs
 from photonmap.compile.surfaces.tangents import given_tangents
 from photonmap.compile.textures import compile_textures
+from photonmap.errors import naming_file
 from photonmap.kernels.core import passes, records
 from photonmap.kernels.geometry.embree import EmbreeScene
 from photonmap.scene.camera import Camera, check_camera
@@ -140,6 +141,11 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
     ------
     InputError : nothing to render, or a mesh, material, light or camera that is not valid
     """
+    with naming_file(scene.file):
+        return _compile(scene, bands, aspect)
+
+
+def _compile(scene: Scene, bands: Bands, aspect: float) -> CompiledScene:
     meshes = check_meshes(scene)
     camera, frame = _look(scene, np.concatenate([mesh.vertices for mesh in meshes]), aspect)
     materials = _distinct_materials(meshes)

@@ -37,13 +37,16 @@ _REMEDIES = (
     (r"\b(Ks|Ns|Ni|Tf|illum|halo)\b", f"give mirror, glossy or ior {_TOML}"),
     (r"\bsheen\b", f"give diffuse_roughness {_TOML}: it brightens grazing views, if by less"),
     (r"munsell", "give the measured chips with --munsell, or accept the recovered curve"),
-    (r"\b(property|element|texture)\b", "export it as glTF or OBJ with materials, if it matters"),
 )
 """A pattern in a warning, and what to do."""
+_OTHER_FORMAT = r"^(?!.*\.(gltf|glb): ).*\b(property|element|texture)\b"
+_EXPORT = "export it as glTF or OBJ with materials, if it matters"
 _OTHERWISE = "compare a render with what it should show"
 
 
 def find_remedy(message: str) -> str:
     """Return what to do about a warning, for each part of it that is known."""
     found = [remedy for pattern, remedy in _REMEDIES if re.search(pattern, message)]
+    if not found and re.search(_OTHER_FORMAT, message):
+        return _EXPORT
     return "; ".join(dict.fromkeys(found)) or _OTHERWISE

@@ -55,6 +55,15 @@ class Silent:
         """Do nothing."""
 
 
+class CompileNotice(Silent):
+    """One line on stderr where kernels are compiled, which may take a minute; else nothing."""
+
+    def stage(self, name: str) -> None:
+        """Print the line."""
+        if name == "first compile":
+            _print(f"photonmap: {STAGES[name]}")
+
+
 class Lines:
     """Plain lines on stderr, one a stage and one every few seconds."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import fields
 from typing import Any
 
@@ -38,9 +38,13 @@ def _brief_value(value: Any) -> str:
 
 def listed(names: Iterable[str], limit: int = 8) -> str:
     """Return names quoted, the first few of them."""
-    quoted = [shown(name) for name in names]
-    more = f" and {len(quoted) - limit} more" if len(quoted) > limit else ""
-    return ", ".join(quoted[:limit]) + more
+    return enumerated([shown(name) for name in names], limit)
+
+
+def enumerated(texts: Collection[str], limit: int = 8) -> str:
+    """Return texts as they are, the first few of them."""
+    more = f" and {len(texts) - limit} more" if len(texts) > limit else ""
+    return ", ".join(list(texts)[:limit]) + more
 
 
 def suggest(name: str, known: Iterable[str]) -> str:

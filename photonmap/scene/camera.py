@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Annotated, Any
@@ -194,21 +194,27 @@ def check_camera(
     assert up is not None
     if np.linalg.norm(np.cross(view, up)) < _PARALLEL:
         raise error("up", f"{shown(camera.up)} is parallel to the view; choose another direction")
-    if conflict := _find_conflict(checked):
+    if conflict := _find_conflict(checked, lines or {}):
         raise error(*conflict)
     return checked
 
 
-def _find_conflict(camera: Camera) -> tuple[str, str] | None:
-    """Return an attribute at odds with the others, and the problem; None if there is none."""
+def _find_conflict(camera: Camera, given: Collection[str]) -> tuple[str, str] | None:
+    """Return an attribute at odds with the others, and the problem; None if there is none.
+
+    `given` are those that a file has, also where the value is the usual one.
+    """
     if camera.name == ALL or set(camera.name) & set(NOT_IN_FILES):
         problem = f"{shown(camera.name)} cannot be part of a file's name; choose another"
         return "name", problem
-    if camera.projection is not None:
+    has_fov = camera.fov != _FOV or "fov" in given
+    has_height = camera.height is not None
+    if camera.projection is not None and (has_fov or has_height):
         kind = camera.projection.kind
-        for attribute, default in (("fov", _FOV), ("height", None)):
-            if getattr(camera, attribute) != default:
-                return attribute, f"is given besides the projection, {kind}; leave one of them out"
+        problem = f"is given besides the projection, {kind}; leave one of them out"
+        return "fov" if has_fov else "height", problem
+    if has_fov and has_height:
+        return "fov", "is given besides the height of parallel rays; leave one of them out"
     if camera.lens is not None and not camera.model.takes_lens:
         return "lens", f"does not go with the projection, {camera.model.kind}; leave it out"
     return None

@@ -129,13 +129,14 @@ class Number(Parameter):
     @property
     def range(self) -> str:
         """The range in words."""
+        joined = "to " * math.isfinite(self.at_least) + "and " * math.isfinite(self.above)
         limits = [
             f"{word} {limit:g}"
             for word, limit in (
                 ("above", self.above),
                 ("from", self.at_least),
                 ("to", self.at_most),
-                ("below" if math.isinf(self.at_least) else "to below", self.below),
+                (f"{joined}below", self.below),
             )
             if math.isfinite(limit)
         ]

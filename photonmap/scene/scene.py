@@ -33,6 +33,7 @@ class Scene:
     name : used in records
     cameras : all of the scene, if there are several, with names that differ
     up : direction that is up where there is no camera; (0, 0, 1) for many files of CAD
+    file : from which it was loaded, named in errors; None for a scene of your own
     """
 
     meshes: list[Mesh] = field(default_factory=list)
@@ -41,6 +42,7 @@ class Scene:
     name: str = "scene"
     cameras: list[Camera] = field(default_factory=list)
     up: Vector = (0.0, 1.0, 0.0)
+    file: str | None = field(default=None, compare=False)
 
     if TYPE_CHECKING:
 
@@ -52,6 +54,7 @@ class Scene:
             name: str = "scene",
             cameras: Sequence[Camera] = ...,
             up: Vector = ...,
+            file: str | None = None,
         ) -> None:
             """Take a mesh or a light where there is but one."""
 

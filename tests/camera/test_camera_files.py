@@ -62,6 +62,22 @@ def test_a_baseline_makes_a_parallel_pair(tmp_path):
     )
 
 
+def test_panoramas_and_fisheyes_make_pairs_too(tmp_path):
+    text = ONE + "projection = { type = 'panorama' }\nname = 'around'\nbaseline = 0.2\n"
+    left, right = load(tmp_path, text).cameras
+    assert (left.model.kind, right.model.kind) == ("panorama", "panorama")
+    assert (left.origin, right.origin) == ((-0.1, 0.0, 0.9), (0.1, 0.0, 0.9))
+
+
+def test_a_fisheye_sees_half_of_all_directions_unless_told_otherwise(tmp_path):
+    assert load(tmp_path, ONE + "projection = { type = 'fisheye' }\n").camera.model.fov == 180.0
+
+
+def test_an_angle_beside_a_height_is_refused_in_code():
+    with pytest.raises(pm.InputError, match="camera fov is given besides the height"):
+        check_camera(pm.Camera((0, 0, 1), (0, 0, 0), fov=50.0, height=1.0))
+
+
 def test_tables_may_be_sections(tmp_path):
     table = "type = 'fisheye'\nfov = {}\n"
     text = "[[camera]]\n" + AT + "name = 'a'\n[camera.projection]\n" + table + "[[camera]]\n" + AT
@@ -106,6 +122,9 @@ TURNS = "{ type = 'fisheye intrinsics', fx = 90, size = [640, 480], distortion =
         (ONE + f"projection = {TURNS}\n", ":4: camera projection folds inside the image, at 73.97"),
         (ONE + "projection = { type = 'ray map', file = 'no.npz' }\n", "no.npz.*no such file"),
         (ONE + "fov = 50\nprojection = { type = 'panorama' }\n", ":4: camera fov is given besides"),
+        (ONE + "projection = { type = 'panorama' }\nfov = 40\n", ":5: camera fov is given besides"),
+        (ONE + "height = 1\nprojection = { type = 'panorama' }\n", ":4: camera height is given b"),
+        (ONE + "height = 1\nfov = 40\n", ":5: camera fov is given besides the height .* leave one"),
         (ONE + "projection = { type = 'panorama' }\nlens = { focus = 1, radius = 1 }\n",
          ":5: camera lens does not go with the projection, panorama"),
         (ONE + "baseline = 0\n", ":4: camera baseline 0 is not a baseline; give .* above 0"),

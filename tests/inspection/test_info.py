@@ -235,3 +235,25 @@ def test_no_kernel_is_compiled():
         "assert not compiled, compiled"
     )
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+def test_remedies_fit_the_format():
+    """A file of glTF need not be exported as glTF."""
+    uv = "no texture coordinates in 'n' of material 'a': the mean of their textures is used"
+    assert find_remedy(uv) == "unwrap the meshes, and export texture coordinates"
+    lost = "{}: not simulated: texture of metallic of 'gold'"
+    assert find_remedy(lost.format("a.xml")).startswith("export it as glTF")
+    assert "glTF" not in find_remedy(lost.format("a.gltf"))
+
+
+def test_errors_of_a_scene_name_its_file(capsys, tmp_path):
+    """Also those that are found when all of it is read; but not those of what code adds to it."""
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    both = 2 * "[[light]]\ntype = 'dome'\n"
+    (tmp_path / "a.toml").write_text(both)
+    assert main(["info", str(tmp_path / "a.obj")]) == 2
+    assert "a.obj: a scene has one dome or environment at most" in capsys.readouterr().err
+    scene = pm.scenes.cornell_box()
+    scene.lights += [pm.DomeLight(), pm.DomeLight()]
+    with pytest.raises(pm.InputError, match=r"^a scene has one dome or environment at most"):
+        describe_scene(scene, pm.Bands.rgb())

@@ -313,7 +313,9 @@ def test_coats_and_textures():
 def test_meshes_without_coordinates_take_the_mean():
     texture = pm.Texture.of(BYTES)
     scene = pm.Scene([wall(texture, uv=None)], [pm.DomeLight()])
-    with pytest.warns(SceneWarning, match=r"no texture coordinates .*'wall \(wall\)'.* mean"):
+    with pytest.warns(
+        SceneWarning, match=r"no texture coordinates in 'wall' of material 'wall': the mean"
+    ):
         compiled = compile_scene(scene, Bands.rgb())
     assert compiled.textures is None
     np.testing.assert_allclose(compiled.materials.reflectance[0], texture.mean, rtol=1e-6)

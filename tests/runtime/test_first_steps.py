@@ -93,7 +93,7 @@ def test_the_plan_comes_before_the_passes(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(sys, "stderr", sys.stdout)
     assert main([str(BOX), "--size", "4", "--passes", "1", "--photons", "100"]) == 0
     text = capfd.readouterr().out
-    assert text.index("caustics      off  there is no mirror") < text.index("pass 1, ")
+    assert text.index("caustics       off  there is no mirror") < text.index("pass 1, ")
 
 
 @pytest.mark.parametrize(

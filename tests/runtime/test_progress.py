@@ -3,6 +3,7 @@
 import math
 
 from photonmap.runtime import progress
+from photonmap.settings import Options, Settings
 
 
 def test_lines(capsys):
@@ -18,6 +19,17 @@ def test_lines(capsys):
         "rendering",
         "pass 1, error unknown yet, unknown time left, 8.0 Mrays/s",
     ]
+
+
+def test_without_a_choice_only_compiling_is_told(capsys):
+    notice = progress.CompileNotice()
+    for stage in progress.STAGES:
+        notice.stage(stage)
+    notice.update(1, 0.1, 0.5, 1.0, 8e6)
+    notice.close()
+    assert capsys.readouterr().err == "photonmap: compiling kernels (first run only)\n"
+    assert isinstance(Settings.of(Options()).progress, progress.CompileNotice)
+    assert isinstance(Settings.of(Options(progress=False)).progress, progress.Silent)
 
 
 def test_bar():

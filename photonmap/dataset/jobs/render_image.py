@@ -149,7 +149,8 @@ def render_job(
     options |= {"seconds": seconds, "buffers": rendered_for(buffers)}
     if passes is not None:
         options |= {"passes": passes, "pass_samples": pass_samples, "error": None}
-    result = render(scene, **options, seed=job.render_seed, threads=threads, per_light=True)
+    options |= {"seed": job.render_seed, "per_light": True, "progress": False}
+    result = render(scene, **options, threads=threads)
     if result.record["interrupted"]:
         raise KeyboardInterrupt
     sets = result.record["measured_sets"]

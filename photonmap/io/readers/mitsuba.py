@@ -7,7 +7,7 @@ from pathlib import Path
 
 from photonmap.io.readers.decoding import Losses, decode_file
 from photonmap.io.readers.mitsuba_parts.context import Context, Files
-from photonmap.io.readers.mitsuba_parts.emitters import read_emitter
+from photonmap.io.readers.mitsuba_parts.emitters import read_emitters
 from photonmap.io.readers.mitsuba_parts.load import load_nodes
 from photonmap.io.readers.mitsuba_parts.materials.bsdfs import Bsdfs
 from photonmap.io.readers.mitsuba_parts.sensors import read_sensor
@@ -33,10 +33,10 @@ def read(path: Path, options: ReadOptions) -> Scene:
 
 
 def _decode(options: ReadOptions, path: Path, data: bytes, losses: Losses) -> Scene:
-    context = Context(Files(path.parent, allowed_folder(path)), options.missing_textures, losses)
+    context = Context(Files(path, allowed_folder(path)), options.missing_textures, losses)
     scene = load_nodes(path, data, context.files)
     shapes = Shapes(Bsdfs(context))
     meshes = [mesh for shape in scene.parts("shape") for mesh in shapes.meshes(shape)]
-    lights = [read_emitter(context, emitter) for emitter in scene.parts("emitter")]
+    lights = read_emitters(context, scene.parts("emitter"))
     cameras = [read_sensor(context, sensor) for sensor in scene.parts("sensor")]
     return Scene(meshes, lights, name=path.stem, cameras=cameras)

@@ -96,7 +96,7 @@ def read(path: Path, options: ReadOptions) -> Scene:
     lights = read_lights(toml)
     named = {light.name for light in lights if light.name}
     others = [light for light in scene.lights if light.name not in named]
-    return Scene(meshes, others + lights, camera, path.stem, several)
+    return Scene(meshes, others + lights, camera, path.stem, several, file=str(path))
 
 
 def scene_files(path: str | PathLike[str]) -> list[Path]:

@@ -62,12 +62,13 @@ def write_lights(lights: Sequence[Light], assets: Assets) -> Iterator[str]:
 
 def _camera_keys(camera: Camera, assets: Assets) -> Iterator[str]:
     """Yield the attributes of a camera as lines `key = value`."""
+    is_pinhole = camera.projection is None and camera.height is None
     for attribute, parameter in parameters_of(Camera).items():
         value = getattr(camera, attribute)
         if isinstance(parameter, Part) and value is not None:
             table = _table(parameter, value, assets, camera.name or attribute)
             yield f"{attribute} = {table}"
-        elif value not in (None, "") and not (attribute == "fov" and camera.projection):
+        elif value not in (None, "") and (attribute != "fov" or is_pinhole):
             yield f"{attribute} = {_text(value)}"
 
 

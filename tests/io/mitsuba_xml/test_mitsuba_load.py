@@ -41,6 +41,23 @@ def test_included_files(load):
     assert scene.meshes[2].material.reflectance == 0.2
 
 
+def test_messages_name_the_included_file(load):
+    """The scene's own lines are named alone."""
+    sky = '<emitter type="constant"/>'
+    around = {"parts.xml": f'<scene version="3.0.0">\n{BALL}{sky}</scene>'}
+    with pytest.raises(InputError, match=r"parts\.xml:2: there is light all around from line 1 of"):
+        load(f'{sky}<include filename="parts.xml"/>', files=around)
+    part = {"parts.xml": '<scene version="3.0.0"><shape type="cube" id="a"/></scene>'}
+    again = r"parts\.xml:1: the id 'a' is that of line 1 of scene\.xml"
+    with pytest.raises(InputError, match=again):
+        load('<shape type="sphere" id="a"/><include filename="parts.xml"/>', files=part)
+    odd = '<shape type="cube"><float name="odd" value="1"/></shape>'
+    part = {"parts.xml": f'<scene version="3.0.0">\n{odd}</scene>'}
+    wanted = r"odd of 'cube in line 1', 'cube in line 2 of parts\.xml'$"
+    with pytest.warns(SceneWarning, match=wanted):
+        load(f'{odd}<include filename="parts.xml"/>', files=part)
+
+
 def test_files_are_found_in_further_folders(load):
     inside = '<path value="paints"/><shape type="sphere"><include filename="paint.xml"/></shape>'
     paint = '<bsdf type="diffuse" version="3.0.0"><float name="reflectance" value=".2"/></bsdf>'

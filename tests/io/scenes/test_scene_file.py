@@ -74,7 +74,7 @@ def test_unknown_kind(load, name):
         (CAMERA + "fov = " + "9" * 5000 + "\n", r": is not valid TOML"),
         (CAMERA + "fov = 0x" + "f" * 5000 + "\n", r":4: camera fov a number of thousands"),
         (CAMERA.encode() + b"# T\xfcr\n", r":4: is not in UTF-8"),
-        (CAMERA + "fov = 180\n", r":4: camera fov 180 .*above 0 below 180"),
+        (CAMERA + "fov = 180\n", r":4: camera fov 180 .*degrees above 0 and below 180$"),
         (CAMERA + "fov = 0\n", r":4: camera fov 0 "),
         (CAMERA + "fov = nan\n", r":4: camera fov nan "),
         (CAMERA + "fov = true\n", r":4: camera fov True "),

@@ -21,12 +21,12 @@ class Files:
 
     Parameters
     ----------
-    root : the folder of the scene
+    scene : the file of the scene, in whose folder files are looked for
     allowed : the folder outside of which nothing is opened
     folders : further ones, in which `<path>` has files looked up
     """
 
-    root: Path
+    scene: Path
     allowed: Path
     folders: list[Path] = field(default_factory=list)
 
@@ -37,7 +37,7 @@ class Files:
         ------
         InputError : it lies outside of the scene's folder, or does not exist
         """
-        places = (element.path.parent, *self.folders, self.root)
+        places = (element.path.parent, *self.folders, self.scene.parent)
         found = [self.inside(element, place, name) for place in places]
         for path in found:
             try:
@@ -74,7 +74,7 @@ class Context:
 
     def lose(self, what: str, node: Node) -> None:
         """Note what is not simulated of a node."""
-        note_loss(self.losses, what, node.label)
+        note_loss(self.losses, what, node.label(self.files.scene))
 
     def lose_unread(self, node: Node) -> None:
         """Note the parameters that nothing asked for."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -29,13 +29,26 @@ _NARROW = 2.0
 _D65 = 1.0, 1.0, 1.0
 
 
-def read_emitter(context: Context, node: Node) -> Light:
-    """Return the light of an emitter.
+def read_emitters(context: Context, nodes: Iterable[Node]) -> list[Light]:
+    """Return the lights of emitters.
 
     Raises
     ------
-    InputError : it is of an unknown type, or a value is not valid
+    InputError : one is of an unknown type, a value is not valid, or two are all around
     """
+    lights, around = [], None
+    for node in nodes:
+        if node.type in _AROUND:
+            if around is not None:
+                place = around.element.place(node.element.path)
+                raise node.error(f"there is light all around from {place} too; remove one of them")
+            around = node
+        lights.append(_read_emitter(context, node))
+    return lights
+
+
+def _read_emitter(context: Context, node: Node) -> Light:
+    """Return the light of an emitter."""
     if node.type not in _TYPES:
         raise node.unknown(_TYPES)
     name = context.name("light", node) if node.id else ""
@@ -97,3 +110,4 @@ _TYPES: dict[str, Callable[[Context, Node, str], Light]] = {
     "constant": _constant,
     "envmap": read_environment,
 }
+_AROUND = ("constant", "envmap")

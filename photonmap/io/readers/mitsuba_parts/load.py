@@ -123,8 +123,8 @@ def _step(loader: _Loader, step: Element, old: bool) -> Element:
 def _enter(loader: _Loader, node: Node) -> None:
     """Enter a node under its id."""
     if node.id in loader.named:
-        line = loader.named[node.id].element.line
-        raise node.error(f"the id {shown(node.id)} is that of line {line} too; change one of them")
+        place = loader.named[node.id].element.place(node.element.path)
+        raise node.error(f"the id {shown(node.id)} is that of {place} too; change one of them")
     if node.id:
         loader.named[node.id] = node
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,10 +47,9 @@ class Node:
         """The name by which others refer to it; "" if it has none."""
         return self.element.attributes.get("id", "")
 
-    @property
-    def label(self) -> str:
-        """What it is called in warnings."""
-        return self.id or f"{self.type or self.tag} in line {self.element.line}"
+    def label(self, file: Path) -> str:
+        """Return what it is called in warnings about a file, which may include its own."""
+        return self.id or f"{self.type or self.tag} in {self.element.place(file)}"
 
     def error(self, message: str) -> InputError:
         """Return an error about this node."""

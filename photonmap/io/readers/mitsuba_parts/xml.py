@@ -28,6 +28,10 @@ class Element:
         """Return an error about this element."""
         return InputError(message, self.path, self.line)
 
+    def place(self, file: Path) -> str:
+        """Return its line, as it is told in a message about a file."""
+        return f"line {self.line}" + f" of {self.path.name}" * (self.path != file)
+
     def attribute(self, name: str) -> str:
         """Return an attribute.
 
