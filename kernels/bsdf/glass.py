@@ -4,11 +4,25 @@ Each function takes the textures, or the fractions, as an argument of its own, N
 without any: then nothing of them is compiled.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
+from photonmap.kernels.bsdf.facets import brush_at, brush_of, tangent_of
 from photonmap.kernels.core.bands import mix
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.geometry.texture import coordinates, look_up, look_up_number
+
+
+class Roughness(NamedTuple):
+    """How rough a specular surface is at a point: a lobe for `facets`."""
+
+    along: float | None
+    """GGX's α along the tangent; None in a scene whose specular surfaces have none"""
+    alpha: float
+    """across it, or in all directions"""
+    tangent: tuple
+    """see `facets`"""
 
 
 @jit
@@ -28,6 +42,27 @@ def alpha_at(geometry, alpha, maps, hit):
         return alpha[material]
     roughness = _number(geometry, maps.maps, maps.roughness[material], hit)
     return max(roughness * roughness, maps.least)
+
+
+@jit
+def _brush_at(geometry, anisotropy, maps, hit):
+    """Return the `Brush` of a specular surface at a hit."""
+    material = geometry.material[hit.triangle]
+    if maps is None:
+        return brush_of(anisotropy, material)
+    s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
+    return brush_at(anisotropy, maps, material, s, t)
+
+
+@jit
+def roughness_at(geometry, specular, anisotropy, hit):
+    """Return the `Roughness` of a rough specular surface."""
+    alpha = alpha_at(geometry, specular.alpha, specular.maps, hit)
+    if anisotropy is None:
+        return Roughness(None, alpha, (0.0, 0.0, 0.0))
+    brush = _brush_at(geometry, anisotropy, specular.maps, hit)
+    tangent = tangent_of(geometry, anisotropy, brush, hit)
+    return Roughness(alpha + (1.0 - alpha) * brush.stretch, alpha, tangent)
 
 
 @jit

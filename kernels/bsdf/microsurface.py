@@ -10,8 +10,10 @@ All directions are unit vectors in the frame whose third axis is the normal: wi 
 comes from, above the surface, and wo to where it goes, above or below. `eta` is the index of the
 side of wi over that of the other, or `METAL`, or minus the index of a thin pane: each facet of one
 reflects as both sides of a smooth pane do together, and sends the rest to the other side as the
-mirror image of that. A height is given as the fraction of the surface
-below it, on which alone the walk depends: 1 at the top. Inside, everything is turned upside down.
+mirror image of that. `alpha` is the pair of GGX's α along the first axis and along the second; the
+first is None where facets are alike in all directions, so that nothing of them is compiled that
+differ along the surface. A height is given as the fraction of the surface below it, on which alone
+the walk depends: 1 at the top. Inside, everything is turned upside down.
 """
 
 import math
@@ -36,25 +38,44 @@ STRAIGHT = 1e60
 
 
 @jit
+def _along(along, across):
+    """Return α along the first axis, which is `across` where facets are alike in all directions."""
+    return across if along is None else along
+
+
+@jit
+def _spread(along, across, w):
+    """Return the square of what w has along the surface, times that of α in its azimuth."""
+    if along is None:
+        return across * across * (w[0] * w[0] + w[1] * w[1])
+    x, y = along * w[0], across * w[1]
+    return x * x + y * y
+
+
+@jit
 def _smith(alpha, w):
     """Return Smith's Λ; below the horizon it is -1 at most."""
     z = w[2]
-    root = math.sqrt(1.0 + alpha * alpha * (w[0] * w[0] + w[1] * w[1]) / max(z * z, TINY))
+    root = math.sqrt(1.0 + _spread(alpha[0], alpha[1], w) / max(z * z, TINY))
     return 0.5 * (math.copysign(root, z) - 1.0)
 
 
 @jit
 def _projected_area(alpha, w):
     """Return the area of the facets that w sees, projected along w, over that of the surface."""
-    x, y, z = w
-    return 0.5 * (z + math.sqrt(z * z + alpha * alpha * (x * x + y * y)))
+    z = w[2]
+    return 0.5 * (z + math.sqrt(z * z + _spread(alpha[0], alpha[1], w)))
 
 
 @jit
-def _distribution(alpha, h):
+def _distribution(along, across, h):
     """Return the density of facet normals (per steradian)."""
-    spread = h[0] * h[0] + h[1] * h[1] + alpha * alpha * h[2] * h[2]
-    return alpha * alpha * INV_PI / (spread * spread)
+    if along is None:
+        spread = h[0] * h[0] + h[1] * h[1] + across * across * h[2] * h[2]
+        return across * across * INV_PI / (spread * spread)
+    x, y, z = h[0] / along, h[1] / across, h[2]
+    spread = x * x + y * y + z * z
+    return INV_PI / (along * across * spread * spread)
 
 
 @jit
@@ -117,7 +138,8 @@ def _scatter_at_facet(alpha, eta, metal, w, numbers, throughput):
     chooses between reflection and transmission, the others the facet.
     """
     xi, u, v = numbers
-    h = visible_normal(alpha, alpha, vec.scale(w, -1.0), u, v)
+    along = _along(alpha[0], alpha[1])
+    h = visible_normal(along, alpha[1], vec.scale(w, -1.0), u, v)
     cosine = -vec.dot(w, h)
     if eta == METAL:
         for band in range(len(throughput)):
@@ -173,7 +195,7 @@ def _facet_density(alpha, eta, wi, wo, h):
     B. Walter et al., "Microfacet models for refraction through rough surfaces", 2007.
     """
     along, beyond = vec.dot(wi, h), vec.dot(wo, h)
-    density = _distribution(alpha, h) / max(_projected_area(alpha, wi), TINY)
+    density = _distribution(alpha[0], alpha[1], h) / max(_projected_area(alpha, wi), TINY)
     reflectance = 1.0 if eta == METAL else _reflectance(eta, along)
     if wo[2] > 0.0:
         return 0.25 * reflectance * density
@@ -213,7 +235,8 @@ def typical_pdf(alpha, eta, wi, wo):
         return STRAIGHT
     if wo[2] < 0.0 and eta == METAL:
         return 0.0
-    return single(alpha, eta, wi, wo)[0] + SPREAD * alpha * alpha * INV_PI * abs(wo[2])
+    spread = SPREAD * _along(alpha[0], alpha[1]) * alpha[1]
+    return single(alpha, eta, wi, wo)[0] + spread * INV_PI * abs(wo[2])
 
 
 @jit
@@ -247,7 +270,9 @@ def _weigh_ends(alpha, eta, first, last):
     """
     if eta != METAL:
         return 1.0
-    return power_heuristic(_distribution(alpha, first), _distribution(alpha, last))
+    along, across = alpha
+    there = _distribution(along, across, first)
+    return power_heuristic(there, _distribution(along, across, last))
 
 
 @outlined

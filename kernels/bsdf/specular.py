@@ -12,10 +12,11 @@ import numpy as np
 
 from photonmap.kernels.bsdf import microsurface
 from photonmap.kernels.bsdf.dispersion import choose_index, index_ratio, keep_index, reflects
+from photonmap.kernels.bsdf.facets import from_local, to_local
 from photonmap.kernels.bsdf.glass import (
-    alpha_at,
     multiply_remainder,
     multiply_tint,
+    roughness_at,
     take_share,
 )
 from photonmap.kernels.core import vec
@@ -204,11 +205,12 @@ def _scatter_rough(geometry, specular, alpha, hit, arrival, numbers, carries_flu
     column, probability, own = choose_index(specular, specular.media, arrival, throughput, xi)
     keep_index(specular, specular.media, arrival, (column, probability), throughput)
     eta = index_ratio(specular, material, arrival, column)
-    wi = vec.to_frame(vec.scale(direction, -1.0), n)
+    rough = roughness_at(geometry, specular, specular.anisotropy, hit)
+    wi = to_local(specular.anisotropy, rough, vec.scale(direction, -1.0), n)
     state = stream(np.uint64(xi * BITS), np.uint64(u * BITS), np.uint64(v * BITS))
     metal = metal_of(specular, specular.dip, material)
     wo, crossed, state = microsurface.scatter(
-        alpha_at(geometry, alpha, specular.maps, hit),
+        (rough.along, rough.alpha),
         eta,
         metal,
         wi,
@@ -219,7 +221,7 @@ def _scatter_rough(geometry, specular, alpha, hit, arrival, numbers, carries_flu
     if crossed:
         factor = 1.0 if carries_flux else microsurface.radiance_factor(eta)
         multiply_tint(geometry, specular, specular.maps, hit, factor, throughput)
-    out = vec.normalize(vec.from_frame(wo, n))
+    out = vec.normalize(from_local(specular.anisotropy, rough, wo, n))
     if (vec.dot(out, ng) < 0.0) != crossed:
         out = mirrored(out, ng)
     return True, crossed, out

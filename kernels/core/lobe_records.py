@@ -1,4 +1,4 @@
-"""What kernels know of glossy lobes that differ along a surface, and of clear coats."""
+"""What kernels know of facets that differ along a surface, and of clear coats."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from photonmap.kernels.core.record_types import by_reference
 
 @by_reference
 class Anisotropy(NamedTuple):
-    """Glossy lobes that are wider along a tangent than across; a scene without has None instead."""
+    """Facets that are rougher along a tangent than across; a scene without has None instead."""
 
     stretch: np.ndarray
     """(M,) float64, how far α along the tangent is on the way from what it is across to 1; 0 where
@@ -18,7 +18,7 @@ class Anisotropy(NamedTuple):
     turn: np.ndarray
     """(M, 2) float64, cosine and sine of the angle from where u rises to the tangent"""
     first: np.ndarray
-    """(M,) int32, row of `Scattering.albedos` where those of the material's azimuths begin, evenly
+    """(M,) int32, row of `Scattering.albedos` where those of a lobe's azimuths begin, evenly
     in the square of the sine from the tangent; before them stand, where an image gives the
     strength, those of lesser strengths, and before all the means over azimuths of each"""
     azimuths: int

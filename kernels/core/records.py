@@ -157,6 +157,8 @@ class GlassMaps(NamedTuple):
     """(M,) int32, row of `maps`, -1 for none"""
     roughness: np.ndarray
     """(M,) int32, likewise"""
+    anisotropy: np.ndarray
+    """(M,) int32, likewise, of direction and strength along the surface"""
     basis: np.ndarray
     """(3, N) float32, which makes transmittances of linear RGB"""
     least: float
@@ -204,6 +206,9 @@ class Specular(NamedTuple):
     grazing: np.ndarray | None
     """(M, N) float32, by how many times (1 - cos)⁵ polished metals reflect more than `mirror`, and
     with a `dip` less; 0 for mirrors that reflect alike at all angles, None where all do"""
+    anisotropy: Anisotropy | None
+    """of rough glass, whose `alpha` is that across the tangent; None where none differs along the
+    surface"""
 
 
 @by_reference

@@ -11,7 +11,8 @@ import numpy as np
 
 from photonmap.kernels.bsdf import microsurface
 from photonmap.kernels.bsdf.dispersion import choose_index, column_of, index_ratio, keep_index
-from photonmap.kernels.bsdf.glass import alpha_at, multiply_tint, take_share
+from photonmap.kernels.bsdf.facets import to_local
+from photonmap.kernels.bsdf.glass import multiply_tint, roughness_at, take_share
 from photonmap.kernels.bsdf.specular import arrive_at, is_folded, metal_of
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit, outlined
@@ -60,20 +61,20 @@ def _surface_on(geometry, hit, arrival, crossed):
 
 
 @jit
-def _local(arrival, direction):
-    """Return (wi, wo) of a walk that leaves along `direction`, in the frame of the normal."""
-    wi = vec.to_frame(vec.scale(arrival.direction, -1.0), arrival.n)
-    return wi, vec.to_frame(direction, arrival.n)
+def _local(specular, rough, arrival, direction):
+    """Return (wi, wo) of a walk that leaves along `direction`, in the frame of its facets."""
+    wi = to_local(specular.anisotropy, rough, vec.scale(arrival.direction, -1.0), arrival.n)
+    return wi, to_local(specular.anisotropy, rough, direction, arrival.n)
 
 
 @jit
 def _walk_pdf(geometry, specular, met, column, direction):
     """Return about the density (per steradian) with which a walk leaves along a direction."""
     hit, arrival = met
-    wi, wo = _local(arrival, direction)
+    rough = roughness_at(geometry, specular, specular.anisotropy, hit)
+    wi, wo = _local(specular, rough, arrival, direction)
     eta = index_ratio(specular, geometry.material[hit.triangle], arrival, column)
-    alpha = alpha_at(geometry, specular.alpha, specular.maps, hit)
-    return microsurface.typical_pdf(alpha, eta, wi, wo)
+    return microsurface.typical_pdf((rough.along, rough.alpha), eta, wi, wo)
 
 
 @jit
@@ -82,8 +83,9 @@ def _respond(geometry, specular, met, column, direction, state, scratch):
     hit, arrival = met
     material = geometry.material[hit.triangle]
     response, eta = scratch.response, index_ratio(specular, material, arrival, column)
-    pair, metal = _local(arrival, direction), metal_of(specular, specular.dip, material)
-    alpha = alpha_at(geometry, specular.alpha, specular.maps, hit)
+    rough = roughness_at(geometry, specular, specular.anisotropy, hit)
+    pair = _local(specular, rough, arrival, direction)
+    alpha, metal = (rough.along, rough.alpha), metal_of(specular, specular.dip, material)
     state = microsurface.evaluate(alpha, eta, metal, pair, state, scratch.walk, response)
     if pair[1][2] < 0.0:
         factor = microsurface.radiance_factor(eta)

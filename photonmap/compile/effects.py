@@ -171,7 +171,7 @@ def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> Specular |
         none = np.zeros_like(compiled.materials.reflectance)
         kind = np.zeros(count, np.uint8)
         black = kind, none, np.zeros(count), none.copy(), np.zeros(count)
-        return Specular(*black, None, None, None, None, None, None)
+        return Specular(*black, None, None, None, None, None, None, None)
     by_kind = {GLASS: plan.on("transmission"), MIRROR: plan.on("specular")}
     kept = np.array([by_kind.get(kind, True) for kind in specular.kind.tolist()])
     kept = np.where(compiled.is_thin, plan.on("transmission"), kept)
@@ -179,10 +179,12 @@ def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> Specular |
     if alpha is not None:
         kept = np.where(alpha > 0.0, kept & plan.on("glossy"), kept)
         alpha = np.where(kept, alpha, 0.0)
+    has_rough = alpha is not None and bool(alpha.any())
     specular = specular._replace(
         kind=np.where(kept, specular.kind, 0).astype(np.uint8),
         probability=np.where(kept, specular.probability, 0.0),
-        alpha=alpha if alpha is not None and alpha.any() else None,
+        alpha=alpha if has_rough else None,
+        anisotropy=specular.anisotropy if has_rough else None,
         media=_leave_out_media(compiled, specular.media, plan),
         maps=specular.maps if plan.on("textures") else None,
         share=_even(specular.share, plan),

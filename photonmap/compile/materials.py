@@ -114,9 +114,10 @@ def _check_lobes(materials: list[Material]) -> None:
 
 
 def _check_even(materials: list[Material]) -> None:
-    """Refuse textures of roughness on what is anisotropic, and of glossy beside its edge."""
+    """Refuse textures of roughness on anisotropic gloss, and of glossy beside its edge."""
     for material in materials:
-        if material.is_anisotropic and isinstance(material.roughness, Texture):
+        is_brushed = material.is_glossy and material.is_anisotropic
+        if is_brushed and isinstance(material.roughness, Texture):
             raise InputError(
                 f"material {material.name!r} is anisotropic; give it one roughness, not a texture"
             )
@@ -208,6 +209,7 @@ def _compile_specular(
         None,
         None,
         of_metals[1],
+        None,
     )
 
 
@@ -236,7 +238,7 @@ def _compile_scattering(
             parameters[index, 1:3] = glossy[index].mean(), reflectance[index].mean()
     if any(isinstance(m.roughness, Texture) or m.has_textured_coat for m in materials):
         albedos = np.concatenate([albedos, stepped_albedos(LEAST_ALPHA)])
-    elif any(m.has_textured_lobe or isinstance(m.coat, Texture) for m in materials):
+    elif any(m.has_textured_lobe or m.is_brushed or isinstance(m.coat, Texture) for m in materials):
         albedos = np.concatenate([albedos, albedos[:1]])  # a next row for all
     specular = glossy.astype(np.float32)
     return records.Scattering(model, parameters, specular, albedos, None, None, None, dip, None)

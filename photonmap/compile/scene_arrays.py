@@ -18,7 +18,7 @@ from photonmap.compile.geometry import check_meshes, join_meshes
 from photonmap.compile.lights.emitters import Emitters, compile_lights
 from photonmap.compile.materials import compile_materials
 from photonmap.compile.media.media import plan_media
-from photonmap.compile.surfaces.anisotropy import with_anisotropy
+from photonmap.compile.surfaces.anisotropy import with_anisotropic_chains, with_anisotropy
 from photonmap.compile.surfaces.coats import with_coats
 from photonmap.compile.surfaces.glass import (
     beside_glass,
@@ -155,8 +155,9 @@ def _compile(scene: Scene, bands: Bands, aspect: float) -> CompiledScene:
     geometry, owner, media = plan.place(*join_meshes(plan.meshes, frame, plan.ranks), frame)
     geometry, objects = geometry._replace(material=rows[owner]), _object_ids(meshes)
     table = compile_textures(materials, compiled.divisors, clear_textures(materials, bands))
-    specular = with_glass(compiled.specular, materials, table, bands)
     reliefs = Reliefs(geometry, table, frame.size, given_tangents(plan.meshes))
+    specular = with_glass(compiled.specular, materials, table, bands)
+    specular = with_anisotropic_chains(specular, materials, geometry, reliefs.tangents)
     lobes = _compile_lobes(compiled.scattering, materials, reliefs, bands)
     emitters = compile_lights(geometry, materials, scene.lights, bands, frame, table, camera)
     return CompiledScene(

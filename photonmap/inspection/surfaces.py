@@ -70,7 +70,8 @@ def name_kind(material: Material) -> str:
     """Return how a material reflects or transmits, in a few words."""
     if material.ior is None:
         return _name_opaque(material)
-    glass = f"{'rough ' * bool(material.roughness)}{'thin ' * bool(material.thin)}glass"
+    is_rough = bool(material.roughness) or material.is_anisotropic
+    glass = f"{'rough ' * is_rough}{'thin ' * bool(material.thin)}glass"
     return glass if material.is_all_glass else f"part {glass}, part {_name_opaque(material)}"
 
 

@@ -222,7 +222,8 @@ def _painted(wanted: CompiledScene) -> Material:
 def _chained(specular: Specular) -> Iterator[Material]:
     """Yield one for each record of glass and of metals that are nearly mirrors."""
     if specular.alpha is not None:
-        yield Material.glass(roughness=0.5)
+        anisotropy = 0.0 if specular.anisotropy is None else 0.5
+        yield replace(Material.glass(roughness=0.5), anisotropy=anisotropy)
     if specular.dip is not None:
         yield replace(Material.metal(glossy=0.4, roughness=0.1), glossy_edge=0.5)
     if specular.grazing is not None:

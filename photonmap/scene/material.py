@@ -76,12 +76,12 @@ class Material:
         compared with Schlick's formula; None for what the metal's index says, where `glossy` is one
         by name, and for what the formula says of others
     roughness : of the glossy reflection, or of glass, in [0, 1], as in glTF: GGX's α is its square,
-        at least 1e-3 (see `kernels.bsdf.glossy` and `kernels.bsdf.microsurface`); glass and even
+        at least 1e-3 (see `kernels.bsdf.glossy` and `kernels.bsdf.microsurface`); even glass and
         bare metal of roughness 0 are smooth
-    anisotropy, anisotropy_rotation : how much rougher a glossy surface is along a tangent than
-        across it, in [0, 1] as in glTF: there α is its square of the way from what it is across to
-        1. The tangent points to where u rises, turned counter-clockwise by so many turns; without
-        texture coordinates it goes around the y axis
+    anisotropy, anisotropy_rotation : how much rougher a glossy surface, or glass, is along a
+        tangent than across it, in [0, 1] as in glTF: there α is its square of the way from what it
+        is across to 1. The tangent points to where u rises, turned counter-clockwise by so many
+        turns; without texture coordinates it goes around the y axis
     anisotropy_map : an `AnisotropyMap`, whose strengths multiply `anisotropy`, and whose directions
         turn the tangent
     coat : fraction in [0, 1] of a surface that a clear coat covers: a colourless layer over what is
@@ -168,11 +168,9 @@ class Material:
         NormalMap | BumpMap | NoRelief | None,
         Part("relief", kinds={kind.kind: kind for kind in (NormalMap, BumpMap, NoRelief)}),
     ] = None
-    anisotropy: Annotated[
-        float, Number("anisotropy", mtl="aniso", only="opaque", at_least=0.0, at_most=1.0)
-    ] = 0.0
+    anisotropy: Annotated[float, Number("anisotropy", mtl="aniso", at_least=0.0, at_most=1.0)] = 0.0
     anisotropy_rotation: Annotated[
-        float, Number("rotation", "turns", mtl="anisor", only="opaque", at_least=-1.0, at_most=1.0)
+        float, Number("rotation", "turns", mtl="anisor", at_least=-1.0, at_most=1.0)
     ] = 0.0
     anisotropy_map: Annotated[
         AnisotropyMap | None, Part("anisotropy map", kinds={AnisotropyMap.kind: AnisotropyMap})
@@ -229,12 +227,12 @@ class Material:
 
     @property
     def is_anisotropic(self) -> bool:
-        """Whether its glossy lobe differs along the surface."""
-        return self.is_glossy and self.anisotropy > 0.0
+        """Whether its glossy lobe, or its glass, differs along the surface."""
+        return self.anisotropy > 0.0 and (self.is_glossy or self._bends)
 
     @property
     def is_brushed(self) -> bool:
-        """Whether an image says how its glossy lobe differs along the surface."""
+        """Whether an image says how it differs along the surface."""
         return self.is_anisotropic and self.anisotropy_map is not None
 
     @property
@@ -308,11 +306,8 @@ class Material:
 
     @property
     def chain_alpha(self) -> float:
-        """GGX's α of a surface that specular chains pass; 0 where it is smooth, or there is none.
-
-        What has the index of air lets light pass as it comes, however rough it is.
-        """
-        is_glass = self.ior not in (None, 1.0) and mean_number(self.roughness) > 0.0
+        """GGX's α of a surface that specular chains pass; 0 where it is smooth, or for others."""
+        is_glass = self._bends and (mean_number(self.roughness) > 0.0 or self.anisotropy > 0.0)
         is_metal = self.is_narrow_metal and not self.is_polished_metal
         return self._alpha if is_glass or is_metal else 0.0
 
@@ -320,6 +315,11 @@ class Material:
     def is_pane(self) -> bool:
         """Whether it is smooth thin glass, or as good as air: light passes it straight on."""
         return self.thin and self.chain_alpha == 0.0
+
+    @property
+    def _bends(self) -> bool:
+        """Whether it is glass; that of the index of air lets light pass, however rough it is."""
+        return self.ior not in (None, 1.0)
 
     @property
     def _alpha(self) -> float:

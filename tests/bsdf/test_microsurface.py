@@ -17,6 +17,8 @@ BELOW = [1.0, 1.0, -1.0]
 PANE = -1.5
 INDICES = [METAL, 1 / 1.5, 1 / 2.5, 1.5, PANE]
 """Of the side of wi over that of the other; of a pane minus its own."""
+UNEVEN = [(0.6, 0.15), (0.1, 0.9)]
+"""α along the first axis and the second"""
 
 
 @kernel
@@ -42,18 +44,28 @@ def _single_all(alpha, eta, wi, wo, values):
         values[i] = microsurface.single(alpha, eta, wi, vec.row(wo, i))[0]
 
 
+def pair_of(alpha):
+    """Return α along both axes, as kernels take it."""
+    return alpha if isinstance(alpha, tuple) else (None, alpha)
+
+
+def width_of(alpha):
+    """Return about how wide a lobe is."""
+    return max(np.broadcast_to(alpha, 2))
+
+
 def scatter(alpha, eta, wi, count=200_000, f0=GOLD, dip=None):
     """Return directions, (n, 3), and what is left of a throughput of 1, (n, 3)."""
     wo, weights = np.empty((count, 3)), np.ones((count, 3), np.float32)
-    _scatter_all(alpha, eta, (f0, dip), wi, np.uint64(7), wo, weights)
+    _scatter_all(pair_of(alpha), eta, (f0, dip), wi, np.uint64(7), wo, weights)
     return wo, weights.astype(float)
 
 
 def evaluate(alpha, eta, wi, wo, f0=GOLD, dip=None):
     """Return unbiased estimates of the density of each wo, (n, 3)."""
     wo = np.ascontiguousarray(wo, float)
-    values = np.empty((len(wo), 3), np.float32)
-    _evaluate_all(alpha, eta, (f0, dip), wi, wo, np.uint64(3), np.empty(3, np.float32), values)
+    values, weights = np.empty((len(wo), 3), np.float32), np.empty(3, np.float32)
+    _evaluate_all(pair_of(alpha), eta, (f0, dip), wi, wo, np.uint64(3), weights, values)
     return values.astype(float)
 
 
@@ -61,7 +73,7 @@ def single(alpha, eta, wi, wo):
     """Return the density of each wo after one facet, (n,)."""
     wo = np.ascontiguousarray(wo, float)
     values = np.empty(len(wo))
-    _single_all(alpha, eta, wi, wo, values)
+    _single_all(pair_of(alpha), eta, wi, wo, values)
     return values
 
 
@@ -94,7 +106,7 @@ def spread(axis, width, wo):
 
 def where_light_goes(alpha, eta, wi, count, seed=5):
     """Return directions, (n, 3), and their densities: everywhere, and more where lobes are."""
-    x, y, z = wi
+    (x, y, z), alpha = wi, width_of(alpha)
     lobes = [(np.array([-x, -y, z]), alpha)]
     squared = 1.0 - eta**2 * (1.0 - z**2)
     if eta == PANE:
@@ -127,7 +139,7 @@ def share_of_cells(wo, values):
 
 @pytest.mark.parametrize("cosine", [0.95, 0.4])
 @pytest.mark.parametrize("eta", INDICES)
-@pytest.mark.parametrize("alpha", [0.3, 1.0])
+@pytest.mark.parametrize("alpha", [0.3, 1.0, *UNEVEN])
 def test_walks_follow_their_density(alpha, eta, cosine):
     """χ² over cells of the sphere, of walks and of the mean density at random directions."""
     wi = at(cosine)
@@ -146,7 +158,7 @@ def test_walks_follow_their_density(alpha, eta, cosine):
 
 
 @pytest.mark.parametrize("eta", [METAL, 1 / 1.1, 1 / 1.5, 1 / 2.5, 1.1, 2.5, -1.1, PANE, -2.5])
-@pytest.mark.parametrize("alpha", [1e-3, 0.01, 0.1, 0.4, 1.0])
+@pytest.mark.parametrize("alpha", [1e-3, 0.01, 0.1, 0.4, 1.0, (1.0, 1e-3), (0.05, 0.3), *UNEVEN])
 @pytest.mark.parametrize("cosine", [1.0, 0.6, 0.2, 0.05])
 def test_white_furnace(alpha, eta, cosine):
     """All light leaves, on unit vectors; and none by giving up the walk."""
@@ -158,7 +170,7 @@ def test_white_furnace(alpha, eta, cosine):
 
 
 @pytest.mark.parametrize("eta", INDICES)
-@pytest.mark.parametrize("alpha", [1e-3, 0.05, 0.2, 0.6, 1.0])
+@pytest.mark.parametrize("alpha", [1e-3, 0.05, 0.2, 0.6, 1.0, *UNEVEN])
 def test_densities_add_up_to_all_light(alpha, eta):
     """Within half a percent, with nothing of the walk but its densities."""
     for cosine in (0.9, 0.3):
@@ -178,7 +190,12 @@ def fresnel(cosine, eta):
     return np.where(beyond > 0.0, 0.5 * (s**2 + p**2), 1.0)
 
 
-def smith(alpha, z):
+def smith(alpha, w):
+    """Return Smith's Λ by α in the azimuth of w, (n, 3)."""
+    along, across = np.broadcast_to(alpha, 2)
+    x, y, z = np.moveaxis(w, -1, 0)
+    azimuth = np.arctan2(y, x)
+    alpha = np.hypot(along * np.cos(azimuth), across * np.sin(azimuth))
     return 0.5 * (np.sqrt(1.0 + alpha**2 * (1.0 / z**2 - 1.0)) - 1.0)
 
 
@@ -191,9 +208,10 @@ def walter(alpha, eta, wi, wo):
     h /= np.linalg.norm(h, axis=1, keepdims=True)
     h *= np.sign(h[:, 2:])
     i_h, o_h = h @ wi, (wo * h).sum(axis=1)
-    tangent = 1.0 / h[:, 2] ** 2 - 1.0
-    d = alpha**2 / (np.pi * h[:, 2] ** 4 * (alpha**2 + tangent) ** 2)
-    a, b = smith(alpha, wi[2]), smith(alpha, np.abs(wo[:, 2]))
+    along, across = np.broadcast_to(alpha, 2)
+    slopes = (h[:, 0] / h[:, 2] / along) ** 2 + (h[:, 1] / h[:, 2] / across) ** 2
+    d = 1.0 / (np.pi * along * across * h[:, 2] ** 4 * (1.0 + slopes) ** 2)
+    a, b = smith(alpha, wi), smith(alpha, wo * np.where(reflects, 1.0, -1.0)[:, None])
     f = fresnel(i_h, eta)
     reflected = f * d / (1.0 + a + b) / (4.0 * wi[2])
     sent = np.abs(i_h * o_h) / wi[2] * n_o**2 * (1.0 - f) * beta_function(1 + a, 1 + b) * d
@@ -203,7 +221,7 @@ def walter(alpha, eta, wi, wo):
 
 
 @pytest.mark.parametrize("eta", [1 / 1.1, 1 / 1.5, 1 / 2.5, 1.5, 2.5])
-@pytest.mark.parametrize("alpha", [0.01, 0.2, 0.5, 1.0])
+@pytest.mark.parametrize("alpha", [0.01, 0.2, 0.5, 1.0, (1.0, 0.01), *UNEVEN])
 def test_single_scattering_is_walters(alpha, eta):
     for cosine in (1.0, 0.7, 0.1):
         wo = on_the_sphere(2000)
@@ -211,10 +229,11 @@ def test_single_scattering_is_walters(alpha, eta):
         np.testing.assert_allclose(single(alpha, eta, at(cosine), wo), expected, 1e-8, 1e-13)
 
 
+@pytest.mark.parametrize("alpha", [0.7, (0.8, 0.3)])
 @pytest.mark.parametrize("eta", [PANE, 1 / 1.5, 1.5, METAL])
-def test_reciprocity(eta):
+def test_reciprocity(eta, alpha):
     """BSDF · n² of the side that light comes from is the same when light is turned round."""
-    alpha, rng_ = 0.7, np.random.default_rng(2)
+    rng_ = np.random.default_rng(2)
     for wi, wo in zip(on_the_sphere(6, 3), on_the_sphere(6, 4), strict=True):
         wi, wo = wi * np.sign(wi[2]) * [1, 1, 1], wo * (rng_.choice([-1, 1]) if eta else 1)
         wi[2], wo[2] = abs(wi[2]), abs(wo[2]) if eta == METAL else wo[2]
@@ -277,3 +296,31 @@ def test_light_that_metal_scatters_twice_leaves_no_specks(above, toward):
     wi, wo = (math.sin(above), 0.0, math.cos(above)), (0.0, math.sin(toward), math.cos(toward))
     found = evaluate(0.05, METAL, wi, np.tile(wo, (100_000, 1)))[:, 0]
     assert found.std() < 6.0 * found.mean()
+
+
+@pytest.mark.parametrize("eta", INDICES)
+@pytest.mark.parametrize("alpha", [0.05, 0.4, 1.0])
+def test_the_same_roughness_along_both_axes_is_that_in_all_directions(alpha, eta):
+    """Walks of the same random numbers, but for a few that rounding sends elsewhere."""
+    wi, wo = at(0.5), on_the_sphere(2000)
+    np.testing.assert_allclose(
+        single((alpha, alpha), eta, wi, wo), single(alpha, eta, wi, wo), 1e-9, 1e-13
+    )
+    walked, weights = scatter((alpha, alpha), eta, wi, 5000)
+    others, rests = scatter(alpha, eta, wi, 5000)
+    near = np.isclose(walked, others, atol=1e-7).all(axis=1)
+    assert near.mean() > 0.999
+    np.testing.assert_allclose(weights[near], rests[near], 1e-5)
+    near = np.isclose(evaluate((alpha, alpha), eta, wi, wo), evaluate(alpha, eta, wi, wo), 1e-4)
+    assert near.mean() > 0.99
+
+
+@pytest.mark.parametrize("eta", INDICES)
+def test_axes_may_be_exchanged(eta):
+    """With light turned by 90 degrees."""
+    wi, wo = np.array(at(0.5)), on_the_sphere(2000)
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    here = single((0.6, 0.15), eta, tuple(wi), wo)
+    there = single((0.15, 0.6), eta, tuple(turn @ wi), wo @ turn.T)
+    np.testing.assert_allclose(there, here, 1e-9, 1e-13)
+    assert not np.allclose(single((0.15, 0.6), eta, tuple(wi), wo), here)

@@ -167,6 +167,23 @@ BSDFS = {
         SKY,
     ),
     "dielectric": scene(ball('<bsdf type="dielectric"/>'), LAMP, SKY),
+    "rough dielectric": scene(
+        ball(
+            '<bsdf type="roughdielectric"><string name="distribution" value="ggx"/>'
+            '<float name="alpha" value=".1"/></bsdf>'
+        ),
+        LAMP,
+        SKY,
+    ),
+    "brushed dielectric": scene(
+        body(
+            "cube",
+            bsdf='<bsdf type="roughdielectric"><string name="distribution" value="ggx"/>'
+            '<float name="alpha_u" value=".25"/><float name="alpha_v" value=".03"/></bsdf>',
+        ),
+        LAMP,
+        SKY,
+    ),
     "thin dielectric": scene(ball('<bsdf type="thindielectric"/>'), LAMP, SKY),
     "mask": scene(
         ball(

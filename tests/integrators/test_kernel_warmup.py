@@ -20,6 +20,7 @@ from photonmap.spectra.bands import Bands
 RGB = Bands.rgb()
 IMAGE = pm.Texture.of(np.linspace(0.1, 0.9, 4 * 4 * 3).reshape(4, 4, 3))
 GREY = pm.Texture.of(np.linspace(0.1, 0.9, 4 * 4).reshape(4, 4))
+BRUSH = pm.AnisotropyMap(IMAGE)
 GLASS = pm.Material.glass()
 METAL = pm.Material.metal()
 ABSORBING = {"attenuation_color": (0.9, 0.8, 0.7), "attenuation_distance": 0.5}
@@ -41,6 +42,9 @@ MATERIALS = {
     "polished metal": [replace(METAL, roughness=0.0)],
     "glass": [GLASS],
     "frosted glass": [replace(GLASS, roughness=0.4)],
+    "brushed glass": [replace(GLASS, roughness=0.4, anisotropy=0.5)],
+    "brushed glass by image": [replace(GLASS, anisotropy=0.5, anisotropy_map=BRUSH)],
+    "brushed glass and metal": [replace(GLASS, anisotropy=0.5), replace(METAL, anisotropy=0.5)],
     "stained glass": [replace(GLASS, tint=IMAGE)],
     "glass in part": [replace(GLASS, reflectance=0.4, transmission=0.5)],
     "glass by image": [replace(GLASS, reflectance=0.4, transmission=GREY)],
@@ -121,3 +125,4 @@ def test_scenes_that_need_other_kernels_are_told_apart():
     markers = {name: _marker(compile_scene(scene, RGB), "photon") for name, scene in SCENES.items()}
     assert markers["box"] != markers["glass"] != markers["absorbing"] != markers["flint"]
     assert markers["glass"] == markers["balls"]
+    assert markers["frosted glass"] != markers["brushed glass"]

@@ -1,4 +1,4 @@
-"""Glossy lobes that differ along a surface, as kernels take them."""
+"""Facets of gloss and of rough glass that differ along a surface, as kernels take them."""
 
 from __future__ import annotations
 
@@ -31,13 +31,12 @@ def with_anisotropy(
     geometry : with materials, and texture coordinates where there are any
     given : tangents of vertices, see `given_tangents`
     """
-    chosen = [index for index, material in enumerate(materials) if material.is_anisotropic]
-    if scattering is None or not chosen:
+    chosen = np.array([each.is_glossy and each.is_anisotropic for each in materials])
+    if scattering is None or not chosen.any():
         return scattering
-    stretch = np.array([_largest(material) ** 2 for material in materials])
-    angles = 2.0 * np.pi * np.array([material.anisotropy_rotation for material in materials])
-    albedos, first = scattering.albedos.copy(), np.full(len(materials), -1, np.int32)
-    for index in chosen:
+    anisotropy = _anisotropy(materials, chosen, geometry, given)
+    albedos, first = scattering.albedos.copy(), anisotropy.first
+    for index in np.flatnonzero(chosen):
         across = float(scattering.parameters[index, 0])
         rows = _rows(materials[index], across)
         albedos[index] = rows[-1, 0]
@@ -45,14 +44,44 @@ def with_anisotropy(
             albedos = np.concatenate([albedos, rows[:, 0]])
         albedos = np.concatenate([albedos, *rows[:, 1:]])
         first[index] = len(albedos) - AZIMUTHS
-    tangents = vertex_tangents(geometry, (stretch > 0.0)[geometry.material], given)
-    turn = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    anisotropy = Anisotropy(stretch, turn, first, AZIMUTHS, STRENGTHS, tangents)
     return scattering._replace(albedos=albedos, anisotropy=anisotropy)
 
 
+def with_anisotropic_chains(
+    specular: records.Specular | None,
+    materials: Sequence[Material],
+    geometry: records.Geometry,
+    given: NDArray[np.float64],
+) -> records.Specular | None:
+    """Return specular lobes with what tells how rough ones differ along surfaces, where any do.
+
+    Parameters
+    ----------
+    materials, geometry, given : as of `with_anisotropy`
+    """
+    chosen = np.array([each.is_anisotropic and each.chain_alpha > 0.0 for each in materials])
+    if specular is None or not chosen.any():
+        return specular
+    return specular._replace(anisotropy=_anisotropy(materials, chosen, geometry, given))
+
+
+def _anisotropy(
+    materials: Sequence[Material],
+    chosen: NDArray[np.bool_],
+    geometry: records.Geometry,
+    given: NDArray[np.float64],
+) -> Anisotropy:
+    """Return how the chosen materials, (M,), differ along surfaces, with no rows of albedos."""
+    stretch = np.array([_largest(material) ** 2 for material in materials]) * chosen
+    angles = 2.0 * np.pi * np.array([material.anisotropy_rotation for material in materials])
+    turn = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    tangents = vertex_tangents(geometry, (stretch > 0.0)[geometry.material], given)
+    first = np.full(len(materials), -1, np.int32)
+    return Anisotropy(stretch, turn, first, AZIMUTHS, STRENGTHS, tangents)
+
+
 def _largest(material: Material) -> float:
-    """Return the largest anisotropy of a material; 0 where its lobe is alike in all directions."""
+    """Return the largest anisotropy of a material; 0 where it is alike in all directions."""
     if not material.is_brushed:
         return material.is_anisotropic * material.anisotropy
     assert material.anisotropy_map is not None

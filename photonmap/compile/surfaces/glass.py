@@ -95,11 +95,16 @@ def with_glass(
     if specular is None:
         return None
     is_glass = np.array([material.ior is not None for material in materials])
-    roughness = np.where(is_glass, table.roughness, np.int32(-1))
+    none = np.int32(-1)
+    images = (
+        table.tint,
+        np.where(is_glass, table.roughness, none),
+        np.where(is_glass, table.anisotropy_map, none),
+    )
     maps = None
-    if (table.tint >= 0).any() or (roughness >= 0).any():
+    if np.greater_equal(images, 0).any():
         basis = bands.reflectance_basis.astype(np.float32, order="C")
-        maps = records.GlassMaps(table.maps, table.tint, roughness, basis, LEAST_ALPHA)
+        maps = records.GlassMaps(table.maps, *images, basis, LEAST_ALPHA)
     return specular._replace(maps=maps, share=glass_share(materials, table))
 
 

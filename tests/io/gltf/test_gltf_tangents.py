@@ -83,6 +83,25 @@ def test_images_of_anisotropy(read, build):
     assert not image.srgb
 
 
+@pytest.mark.parametrize("thickness", [0.0, 0.1])
+def test_anisotropy_of_what_transmits(read, build, recwarn, thickness):
+    build.tree["materials"] = [
+        {
+            "pbrMetallicRoughness": {"roughnessFactor": 0.4, "metallicFactor": 0.0},
+            "extensions": {
+                "KHR_materials_anisotropy": {"anisotropyStrength": 0.6, "anisotropyRotation": 0.5},
+                "KHR_materials_transmission": {"transmissionFactor": 1.0},
+                "KHR_materials_volume": {"thicknessFactor": thickness},
+            },
+        }
+    ]
+    material = part(read, build, more={"material": 0}).material
+    assert not recwarn.list
+    assert (material.thin, material.is_anisotropic) == (thickness == 0.0, True)
+    assert (material.roughness, material.anisotropy) == (0.4, 0.6)
+    assert material.anisotropy_rotation == pytest.approx(0.25 / np.pi)
+
+
 def test_obj_keeps_images_and_names_what_it_lacks(tmp_path):
     image = pm.Texture.of(np.full((2, 2, 3), [1.0, 0.5, 0.25], np.float32))
     look = {"roughness": 0.4, "anisotropy": 0.5, "anisotropy_map": pm.AnisotropyMap(image)}

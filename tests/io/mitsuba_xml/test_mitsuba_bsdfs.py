@@ -115,25 +115,33 @@ def test_other_distributions(look):
         look("roughconductor", name)
 
 
-def test_anisotropic_metals(look):
+def alphas_of(material):
+    """Return GGX's α across the tangent and along it."""
+    across = material.roughness**2
+    return across, across + (1.0 - across) * material.anisotropy**2
+
+
+@pytest.mark.parametrize("kind", ["roughconductor", "roughdielectric"])
+def test_anisotropic_metals_and_glass(look, kind):
     alphas = '<float name="alpha_u" value=".1"/><float name="alpha_v" value=".4"/>'
-    metal = look("roughconductor", f"{GGX}{alphas}")
-    across = metal.roughness**2
-    along = across + (1.0 - across) * metal.anisotropy**2
-    assert (across, along) == pytest.approx((0.1, 0.4))
-    assert metal.anisotropy_rotation == 0.25  # wider along v
-    with pytest.warns(SceneWarning, match="anisotropy of 'paint'"):
-        assert look("roughdielectric", f"{GGX}{alphas}").roughness == pytest.approx(math.sqrt(0.2))
+    material = look(kind, f"{GGX}{alphas}")
+    assert material.is_anisotropic
+    assert alphas_of(material) == pytest.approx((0.1, 0.4))
+    assert material.anisotropy_rotation == 0.25  # wider along v
+    wide = alphas.replace(".4", "1.6")
+    with pytest.warns(SceneWarning, match="anisotropy with an alpha above 1 of 'paint'"):
+        material = look(kind, f"{GGX}{wide}")
+    assert (material.anisotropy, material.roughness) == (0.0, pytest.approx(0.16**0.25))
 
 
-def test_anisotropic_principled(look):
-    metal = look(
-        "principled", '<float name="metallic" value="1"/><float name="anisotropic" value="0.5"/>'
-    )
-    across, aspect = metal.roughness**2, math.sqrt(0.55)
-    along = across + (1.0 - across) * metal.anisotropy**2
-    assert (across, along) == pytest.approx((0.25 * aspect, 0.25 / aspect))
-    assert metal.anisotropy_rotation == 0.0
+@pytest.mark.parametrize("kind", ["metallic", "spec_trans"])
+def test_anisotropic_principled(look, kind):
+    stretch = '<float name="anisotropic" value="0.5"/>'
+    material = look("principled", f'<float name="{kind}" value="1"/>{stretch}')
+    aspect = math.sqrt(0.55)
+    assert alphas_of(material) == pytest.approx((0.25 * aspect, 0.25 / aspect))
+    assert material.anisotropy_rotation == 0.0
+    assert (material.ior is None) == (kind == "metallic")
 
 
 @pytest.mark.parametrize(
@@ -277,6 +285,7 @@ def blend(one, other, weight=0.25):
 RED_PAINT = f'<bsdf type="diffuse">{RED.format("reflectance")}</bsdf>'
 MIRROR = '<bsdf type="conductor"/>'
 GLOSSY = f'<bsdf type="roughconductor"><float name="alpha" value=".{{}}"/>{GGX}</bsdf>'
+BRUSHED = GLOSSY.format("1").replace("/>", '/><float name="alpha_v" value=".4"/>', 1)
 
 
 def test_blends(look):
@@ -302,6 +311,8 @@ def test_blends(look):
         ((MIRROR, '<bsdf type="dielectric"/>'), "lesser part of a blend with glass"),
         ((MIRROR, GLOSSY.format("1")), "blend of a mirror and a glossy surface"),
         ((GLOSSY.format("1"), GLOSSY.format("3")), "two degrees of roughness"),
+        ((BRUSHED, GLOSSY.format("1")), "anisotropy of a blend"),
+        ((BRUSHED, '<bsdf type="dielectric"/>'), "two degrees of anisotropy"),
     ],
 )
 def test_blends_that_are_not_simulated(look, parts, lost):

@@ -175,7 +175,7 @@ def _opaque(source: _Source) -> dict[str, Any]:
         return {"reflectance": source.tint[:3]} if source.tint else {}
     metallic = source.data("metallicFactor", Channels.blue)
     look = _gloss(source, _base(source), metallic)._asdict() | _alpha(source)
-    return look | _anisotropy(source, look["roughness"]) | _clear_coat(source)
+    return look | _anisotropy(source, look) | _clear_coat(source)
 
 
 def _index(source: _Source) -> float:
@@ -226,20 +226,22 @@ def _renamed(model: Factors) -> dict[str, Any]:
     return {new: model[old] for old, new in names.items() if old in model}
 
 
-def _anisotropy(source: _Source, roughness: float | Texture) -> dict[str, Any]:
-    """Return how a lobe differs along the surface; where it does, its roughness is even."""
+def _anisotropy(source: _Source, look: dict[str, Any]) -> dict[str, Any]:
+    """Return how a surface differs along itself; where it does, the roughness of gloss is even."""
     extension = source.extension("anisotropy")
     strength = source.number(extension, "anisotropyStrength", 0.0)
     if strength == 0.0:
         return {}
-    if isinstance(roughness, Texture):
+    even = {}
+    if "glossy" in look and isinstance(look["roughness"], Texture):
         source.lose(LOBES)
+        even = {"roughness": mean_number(look["roughness"])}
     angle = extension.get("anisotropyRotation", 0.0)
     if type(angle) not in (int, float) or not math.isfinite(angle):
         raise source.error("anisotropyRotation", angle, "a finite number")
     turns = math.remainder(angle / (2.0 * math.pi), 1.0)
-    look = {"roughness": mean_number(roughness), "anisotropy": strength}
-    return look | {"anisotropy_rotation": turns} | _brush(source, extension)
+    stretch = {"anisotropy": strength, "anisotropy_rotation": turns}
+    return even | stretch | _brush(source, extension)
 
 
 def _brush(source: _Source, extension: Factors) -> dict[str, AnisotropyMap]:
@@ -317,7 +319,7 @@ def _glass(source: _Source) -> dict[str, Any] | None:
         rest = max(1.0 - mean_number(share), 1e-9)
         gloss = _gloss(source, base, min(metallic / rest, 1.0))
         look |= gloss._asdict() | {"transmission": share}
-    look |= _alpha(source)
+    look |= _anisotropy(source, look) | _alpha(source)
     if source.number(source.extension("volume"), "thicknessFactor", 0.0, 1e30) == 0.0:
         return look | {"thin": True}
     return look | _attenuation(source) | _dispersion(source)

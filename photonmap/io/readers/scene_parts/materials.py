@@ -87,7 +87,7 @@ def _change(material: Material, toml: Toml) -> Material:
         opaque = {name for name, parameter in parameters.items() if parameter.only == "opaque"}
         opaque -= set(BESIDE_GLASS if given.get("transmission", 1.0) != 1.0 else ())
         black = {name: _neutral(name) for name in opaque}
-        smooth = {"roughness": 0.0} if material.ior is None else {}
+        smooth = {"roughness": 0.0, "anisotropy": 0.0} if material.ior is None else {}
         given = {**black, **smooth, **given}
     changed = replace(material, **given)
     for attribute in given:

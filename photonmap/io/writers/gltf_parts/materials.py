@@ -81,6 +81,7 @@ def _glass(material: Material, name: str, draft: Draft, textures: TextureWriter)
         extensions |= draft.use("KHR_materials_volume", _volume(material))
         if (abbe := material.nearest_abbe) is not None:
             extensions |= draft.use("KHR_materials_dispersion", {"dispersion": 20.0 / abbe})
+    extensions |= _stretch(material, draft, textures)
     return {"pbrMetallicRoughness": surface, "extensions": extensions, **mode}
 
 
@@ -155,7 +156,7 @@ def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter
 
 
 def _stretch(material: Material, draft: Draft, textures: TextureWriter) -> dict[str, Any]:
-    """Return the extension that says how a lobe differs along the surface, if it does."""
+    """Return the extension that says how a material differs along the surface, if it does."""
     if not material.is_anisotropic:
         return {}
     stretch: dict[str, Any] = {

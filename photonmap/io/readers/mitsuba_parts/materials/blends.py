@@ -14,6 +14,7 @@ from photonmap.spectra.curves import Color
 Look = dict[str, Any]
 """Attributes of a `Material`, without its name"""
 _OF_METAL = ("glossy", "glossy_edge", "roughness")
+_STRETCH = ("anisotropy", "anisotropy_rotation")
 
 
 def blended(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
@@ -63,6 +64,8 @@ def _mix(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
         look["glossy_edge"] = _mixed_paint(first, last, weight, lost)
     if "glossy" in look:
         look["roughness"] = _mixed_roughness(one, other, weight, lost)
+    if _STRETCH[0] in {*one, *other}:
+        lost.append("anisotropy of a blend")
     alphas = one.get("alpha", 1.0), other.get("alpha", 1.0)
     if alphas != (1.0, 1.0):
         if any(isinstance(alpha, Texture) for alpha in alphas):
@@ -73,12 +76,15 @@ def _mix(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
 
 def _partly_glass(glass: Look, rest: Look, share: float) -> tuple[Look, list[str]]:
     """Return a surface of which a share is glass, and what is lost of the rest."""
-    look, lost = rest | glass, []
+    lost: list[str] = []
     if "glossy" in rest and rest["roughness"] != glass.get("roughness", 0.0):
         lost.append("two degrees of roughness")
+    if "glossy" in rest and any(rest.get(name) != glass.get(name) for name in _STRETCH):
+        lost.append("two degrees of anisotropy")
+    rest = {name: value for name, value in rest.items() if name not in _STRETCH}
     if "transmission" in glass:
         return glass, ["the lesser part of a blend with glass"]
-    return look | {"reflectance": rest["reflectance"], "transmission": share}, lost
+    return rest | glass | {"reflectance": rest["reflectance"], "transmission": share}, lost
 
 
 def _mixed_roughness(one: Look, other: Look, weight: float, lost: list[str]) -> float | Texture:

@@ -125,12 +125,17 @@ def _rough_conductor(bsdfs: Bsdfs, node: Node) -> Look:
 
 
 def _stretch(context: Context, node: Node) -> Look:
-    """Return roughness and anisotropy of two α that differ."""
+    """Return roughness and anisotropy of two α that differ, and are 1 at most."""
     if node.find("alpha_u") is None and node.find("alpha_v") is None:
         return {}
-    alpha = _fraction(context, node, "alpha", 0.1)
-    along, across = (_fraction(context, node, f"alpha_{axis}", alpha) for axis in "uv")
-    return {} if along == across else {**stretched(along, across)}
+    alpha = read_scalar(context, node, "alpha", 0.1)
+    along, across = (read_scalar(context, node, f"alpha_{axis}", alpha) for axis in "uv")
+    if along == across:
+        return {}
+    if not 0.0 <= min(along, across) <= max(along, across) <= 1.0:
+        context.lose("anisotropy with an alpha above 1", node)
+        return {}
+    return {**stretched(along, across)}
 
 
 def _roughness_map(context: Context, node: Node) -> float | Texture:
@@ -155,9 +160,9 @@ def _roughness(context: Context, node: Node) -> float:
     _note_distribution(context, node)
     alpha = read_scalar(context, node, "alpha", 0.1)
     along, across = (read_scalar(context, node, f"alpha_{axis}", alpha) for axis in "uv")
-    if along != across and node.type != "roughconductor":
+    if along != across and node.type not in ("roughconductor", "roughdielectric"):
         context.lose("anisotropy", node)
-    if not 0.0 <= along * across <= 1.0:
+    if min(along, across) < 0.0 or along * across > 1.0:
         raise node.error(f"alpha {shown(alpha)} is not a roughness from 0 to 1; correct it")
     return float((along * across) ** 0.25)
 
@@ -168,6 +173,7 @@ def _dielectric(bsdfs: Bsdfs, node: Node) -> Look:
     look = {"reflectance": 0.0, **_indices(node), "tint": tint}
     if node.type == "roughdielectric":
         look["roughness"] = _roughness(bsdfs.context, node)
+        look |= _stretch(bsdfs.context, node)
     return look
 
 
@@ -231,7 +237,7 @@ def _principled(bsdfs: Bsdfs, node: Node) -> Look:
         index = (1.0 + coat**0.5) / (1.0 - coat**0.5)
         glass = {"ior": index, "tint": tint, "roughness": roughness, "transmission": share}
         if share == 1.0:
-            return glass | {"reflectance": 0.0}
+            return glass | {"reflectance": 0.0} | _brush(context, node, roughness)
         metallic, layer = min(mean_number(metallic) / (1.0 - share), 1.0), {}
     if not lie_alike(paint, metallic):
         context.lose("texture of metallic", node)
@@ -239,14 +245,19 @@ def _principled(bsdfs: Bsdfs, node: Node) -> Look:
     normal = float(np.mean(as_rgb(mean_color(gloss.glossy))))
     base = changed(gloss.reflectance, lambda albedo: base_albedo(albedo, normal))
     look = gloss._replace(reflectance=base)._asdict() | layer | glass
+    return look | _brush(context, node, roughness)
+
+
+def _brush(context: Context, node: Node, roughness: float | Texture) -> Look:
+    """Return roughness and anisotropy of a principled surface that is anisotropic."""
     anisotropic = _fraction(context, node, "anisotropic", 0.0)
     if anisotropic == 0.0:
-        return look
-    if isinstance(gloss.roughness, Texture):
+        return {}
+    if isinstance(roughness, Texture):
         context.lose("anisotropy with a texture of roughness", node)
-        return look
-    alpha, aspect = gloss.roughness**2, (1.0 - 0.9 * anisotropic) ** 0.5
-    return look | stretched(min(alpha / aspect, 1.0), alpha * aspect)
+        return {}
+    alpha, aspect = roughness**2, (1.0 - 0.9 * anisotropic) ** 0.5
+    return {**stretched(min(alpha / aspect, 1.0), alpha * aspect)}
 
 
 def _clear_coat(context: Context, node: Node) -> Look:
