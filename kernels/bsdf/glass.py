@@ -17,10 +17,10 @@ from photonmap.kernels.geometry.texture import coordinates, look_up, look_up_num
 class Roughness(NamedTuple):
     """How rough a specular surface is at a point: a lobe for `facets`."""
 
-    along: float | None
-    """GGX's α along the tangent; None in a scene whose specular surfaces have none"""
+    along: float
+    """GGX's α along the tangent"""
     alpha: float
-    """across it, or in all directions"""
+    """across it"""
     tangent: tuple
     """see `facets`"""
 
@@ -59,7 +59,7 @@ def roughness_at(geometry, specular, anisotropy, hit):
     """Return the `Roughness` of a rough specular surface."""
     alpha = alpha_at(geometry, specular.alpha, specular.maps, hit)
     if anisotropy is None:
-        return Roughness(None, alpha, (0.0, 0.0, 0.0))
+        return Roughness(alpha, alpha, (0.0, 0.0, 0.0))
     brush = _brush_at(geometry, anisotropy, specular.maps, hit)
     tangent = tangent_of(geometry, anisotropy, brush, hit)
     return Roughness(alpha + (1.0 - alpha) * brush.stretch, alpha, tangent)

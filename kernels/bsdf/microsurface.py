@@ -10,10 +10,11 @@ All directions are unit vectors in the frame whose third axis is the normal: wi 
 comes from, above the surface, and wo to where it goes, above or below. `eta` is the index of the
 side of wi over that of the other, or `METAL`, or minus the index of a thin pane: each facet of one
 reflects as both sides of a smooth pane do together, and sends the rest to the other side as the
-mirror image of that. `alpha` is the pair of GGX's α along the first axis and along the second; the
-first is None where facets are alike in all directions, so that nothing of them is compiled that
-differ along the surface. A height is given as the fraction of the surface below it, on which alone
-the walk depends: 1 at the top. Inside, everything is turned upside down.
+mirror image of that. `alpha` is GGX's α along the first axis and along the second, after what is
+None in a scene whose facets are alike in all directions: then the second stands for both, and
+nothing is compiled for facets that differ along the surface. A height is given as the fraction of
+the surface below it, on which alone the walk depends: 1 at the top. Inside, everything is turned
+upside down.
 """
 
 import math
@@ -38,15 +39,9 @@ STRAIGHT = 1e60
 
 
 @jit
-def _along(along, across):
-    """Return α along the first axis, which is `across` where facets are alike in all directions."""
-    return across if along is None else along
-
-
-@jit
-def _spread(along, across, w):
+def _spread(uneven, along, across, w):
     """Return the square of what w has along the surface, times that of α in its azimuth."""
-    if along is None:
+    if uneven is None:
         return across * across * (w[0] * w[0] + w[1] * w[1])
     x, y = along * w[0], across * w[1]
     return x * x + y * y
@@ -56,7 +51,7 @@ def _spread(along, across, w):
 def _smith(alpha, w):
     """Return Smith's Λ; below the horizon it is -1 at most."""
     z = w[2]
-    root = math.sqrt(1.0 + _spread(alpha[0], alpha[1], w) / max(z * z, TINY))
+    root = math.sqrt(1.0 + _spread(alpha[0], alpha[1], alpha[2], w) / max(z * z, TINY))
     return 0.5 * (math.copysign(root, z) - 1.0)
 
 
@@ -64,18 +59,23 @@ def _smith(alpha, w):
 def _projected_area(alpha, w):
     """Return the area of the facets that w sees, projected along w, over that of the surface."""
     z = w[2]
-    return 0.5 * (z + math.sqrt(z * z + _spread(alpha[0], alpha[1], w)))
+    return 0.5 * (z + math.sqrt(z * z + _spread(alpha[0], alpha[1], alpha[2], w)))
 
 
 @jit
-def _distribution(along, across, h):
+def _distribution(uneven, along, across, h):
     """Return the density of facet normals (per steradian)."""
-    if along is None:
+    if uneven is None:
         spread = h[0] * h[0] + h[1] * h[1] + across * across * h[2] * h[2]
         return across * across * INV_PI / (spread * spread)
     x, y, z = h[0] / along, h[1] / across, h[2]
     spread = x * x + y * y + z * z
     return INV_PI / (along * across * spread * spread)
+
+
+@jit
+def _density_of(alpha, h):
+    return _distribution(alpha[0], alpha[1], alpha[2], h)
 
 
 @jit
@@ -138,8 +138,7 @@ def _scatter_at_facet(alpha, eta, metal, w, numbers, throughput):
     chooses between reflection and transmission, the others the facet.
     """
     xi, u, v = numbers
-    along = _along(alpha[0], alpha[1])
-    h = visible_normal(along, alpha[1], vec.scale(w, -1.0), u, v)
+    h = visible_normal(alpha[1], alpha[2], vec.scale(w, -1.0), u, v)
     cosine = -vec.dot(w, h)
     if eta == METAL:
         for band in range(len(throughput)):
@@ -195,7 +194,7 @@ def _facet_density(alpha, eta, wi, wo, h):
     B. Walter et al., "Microfacet models for refraction through rough surfaces", 2007.
     """
     along, beyond = vec.dot(wi, h), vec.dot(wo, h)
-    density = _distribution(alpha[0], alpha[1], h) / max(_projected_area(alpha, wi), TINY)
+    density = _density_of(alpha, h) / max(_projected_area(alpha, wi), TINY)
     reflectance = 1.0 if eta == METAL else _reflectance(eta, along)
     if wo[2] > 0.0:
         return 0.25 * reflectance * density
@@ -225,6 +224,22 @@ def single(alpha, eta, wi, wo):
     return seen * _facet_density(alpha, eta, wi, wo, h), vec.dot(wi, h)
 
 
+@jit
+def _typical_multiple(uneven, alpha, eta, wi, wo):
+    """Return about the density of wo (per steradian) after several facets.
+
+    Where these are smooth along an axis, they leave what light carries along it, times the index,
+    as it is: it stays near a cone about the axis.
+    """
+    along, across = alpha[1], alpha[2]
+    if uneven is None:
+        return SPREAD * across * across * INV_PI * abs(wo[2])
+    index = eta if eta > 0.0 and wo[2] < 0.0 else 1.0
+    off = wo[1] + index * wi[1] if across < along else wo[0] + index * wi[0]
+    wide, narrow = max(along, across), min(along, across)
+    return 0.5 * SPREAD * wide * wide * INV_PI * narrow**2 / (narrow**2 + off * off) ** 1.5
+
+
 @outlined
 def typical_pdf(alpha, eta, wi, wo):
     """Return about the density of `scatter` (per steradian), by which samples are weighed.
@@ -235,8 +250,7 @@ def typical_pdf(alpha, eta, wi, wo):
         return STRAIGHT
     if wo[2] < 0.0 and eta == METAL:
         return 0.0
-    spread = SPREAD * _along(alpha[0], alpha[1]) * alpha[1]
-    return single(alpha, eta, wi, wo)[0] + spread * INV_PI * abs(wo[2])
+    return single(alpha, eta, wi, wo)[0] + _typical_multiple(alpha[0], alpha, eta, wi, wo)
 
 
 @jit
@@ -270,9 +284,7 @@ def _weigh_ends(alpha, eta, first, last):
     """
     if eta != METAL:
         return 1.0
-    along, across = alpha
-    there = _distribution(along, across, first)
-    return power_heuristic(there, _distribution(along, across, last))
+    return power_heuristic(_density_of(alpha, first), _density_of(alpha, last))
 
 
 @outlined

@@ -210,7 +210,7 @@ def _scatter_rough(geometry, specular, alpha, hit, arrival, numbers, carries_flu
     state = stream(np.uint64(xi * BITS), np.uint64(u * BITS), np.uint64(v * BITS))
     metal = metal_of(specular, specular.dip, material)
     wo, crossed, state = microsurface.scatter(
-        (rough.along, rough.alpha),
+        (specular.anisotropy, rough.along, rough.alpha),
         eta,
         metal,
         wi,

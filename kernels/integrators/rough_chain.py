@@ -74,7 +74,8 @@ def _walk_pdf(geometry, specular, met, column, direction):
     rough = roughness_at(geometry, specular, specular.anisotropy, hit)
     wi, wo = _local(specular, rough, arrival, direction)
     eta = index_ratio(specular, geometry.material[hit.triangle], arrival, column)
-    return microsurface.typical_pdf((rough.along, rough.alpha), eta, wi, wo)
+    alpha = specular.anisotropy, rough.along, rough.alpha
+    return microsurface.typical_pdf(alpha, eta, wi, wo)
 
 
 @jit
@@ -85,7 +86,8 @@ def _respond(geometry, specular, met, column, direction, state, scratch):
     response, eta = scratch.response, index_ratio(specular, material, arrival, column)
     rough = roughness_at(geometry, specular, specular.anisotropy, hit)
     pair = _local(specular, rough, arrival, direction)
-    alpha, metal = (rough.along, rough.alpha), metal_of(specular, specular.dip, material)
+    alpha = specular.anisotropy, rough.along, rough.alpha
+    metal = metal_of(specular, specular.dip, material)
     state = microsurface.evaluate(alpha, eta, metal, pair, state, scratch.walk, response)
     if pair[1][2] < 0.0:
         factor = microsurface.radiance_factor(eta)

@@ -44,20 +44,20 @@ def _single_all(alpha, eta, wi, wo, values):
         values[i] = microsurface.single(alpha, eta, wi, vec.row(wo, i))[0]
 
 
-def pair_of(alpha):
+def widths(alpha):
     """Return α along both axes, as kernels take it."""
-    return alpha if isinstance(alpha, tuple) else (None, alpha)
+    return (True, *alpha) if isinstance(alpha, tuple) else (None, alpha, alpha)
 
 
 def width_of(alpha):
     """Return about how wide a lobe is."""
-    return max(np.broadcast_to(alpha, 2))
+    return float(np.sqrt(np.prod(np.broadcast_to(alpha, 2))))
 
 
 def scatter(alpha, eta, wi, count=200_000, f0=GOLD, dip=None):
     """Return directions, (n, 3), and what is left of a throughput of 1, (n, 3)."""
     wo, weights = np.empty((count, 3)), np.ones((count, 3), np.float32)
-    _scatter_all(pair_of(alpha), eta, (f0, dip), wi, np.uint64(7), wo, weights)
+    _scatter_all(widths(alpha), eta, (f0, dip), wi, np.uint64(7), wo, weights)
     return wo, weights.astype(float)
 
 
@@ -65,7 +65,7 @@ def evaluate(alpha, eta, wi, wo, f0=GOLD, dip=None):
     """Return unbiased estimates of the density of each wo, (n, 3)."""
     wo = np.ascontiguousarray(wo, float)
     values, weights = np.empty((len(wo), 3), np.float32), np.empty(3, np.float32)
-    _evaluate_all(pair_of(alpha), eta, (f0, dip), wi, wo, np.uint64(3), weights, values)
+    _evaluate_all(widths(alpha), eta, (f0, dip), wi, wo, np.uint64(3), weights, values)
     return values.astype(float)
 
 
@@ -73,7 +73,7 @@ def single(alpha, eta, wi, wo):
     """Return the density of each wo after one facet, (n,)."""
     wo = np.ascontiguousarray(wo, float)
     values = np.empty(len(wo))
-    _single_all(pair_of(alpha), eta, wi, wo, values)
+    _single_all(widths(alpha), eta, wi, wo, values)
     return values
 
 
@@ -229,10 +229,13 @@ def test_single_scattering_is_walters(alpha, eta):
         np.testing.assert_allclose(single(alpha, eta, at(cosine), wo), expected, 1e-8, 1e-13)
 
 
-@pytest.mark.parametrize("alpha", [0.7, (0.8, 0.3)])
+@pytest.mark.parametrize(("alpha", "many"), [(0.7, 100_000), ((0.8, 0.3), 1_000_000)])
 @pytest.mark.parametrize("eta", [PANE, 1 / 1.5, 1.5, METAL])
-def test_reciprocity(eta, alpha):
-    """BSDF · n² of the side that light comes from is the same when light is turned round."""
+def test_reciprocity(eta, alpha, many):
+    """BSDF · n² of the side that light comes from is the same when light is turned round.
+
+    Few walks make most of what facets of two widths scatter to grazing angles, so it takes many.
+    """
     rng_ = np.random.default_rng(2)
     for wi, wo in zip(on_the_sphere(6, 3), on_the_sphere(6, 4), strict=True):
         wi, wo = wi * np.sign(wi[2]) * [1, 1, 1], wo * (rng_.choice([-1, 1]) if eta else 1)
@@ -240,7 +243,6 @@ def test_reciprocity(eta, alpha):
         through = wo[2] < 0.0
         other = 1.0 / eta if through and eta > 0.0 else eta
         there, back = (wo * BELOW, wi * BELOW) if through else (wo, wi)
-        many = 100_000
         forth = evaluate(alpha, eta, tuple(wi), np.tile(wo, (many, 1)))
         back = evaluate(alpha, other, tuple(there), np.tile(back, (many, 1)))
         forth *= (eta**2 if through and eta > 0.0 else 1.0) / abs(wo[2])

@@ -73,7 +73,7 @@ def test_balls_vanish_in_an_even_sky(method):
     """Light samples and walks add up to all of the sky, inside and out."""
     white = [
         replace(each, tint=1.0, ior=ior)
-        for each, ior in zip(MATERIALS, (1.1, 1.5, 2.5), strict=True)
+        for each, ior in zip(MATERIALS, (1.4, 1.5, 2.5), strict=True)
     ]
     camera = pm.Camera((0.0, -0.4, 3.0), (0.0, -0.4, 0.0), fov=11.4)
     scene = pm.Scene(balls(*white), [pm.DomeLight(0.7)], camera)

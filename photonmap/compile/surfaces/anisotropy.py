@@ -36,7 +36,7 @@ def with_anisotropy(
         return scattering
     anisotropy = _anisotropy(materials, chosen, geometry, given)
     albedos, first = scattering.albedos.copy(), anisotropy.first
-    for index in np.flatnonzero(chosen):
+    for index in np.flatnonzero(chosen).tolist():
         across = float(scattering.parameters[index, 0])
         rows = _rows(materials[index], across)
         albedos[index] = rows[-1, 0]
