@@ -156,8 +156,7 @@ def _compile(scene: Scene, bands: Bands, aspect: float) -> CompiledScene:
     geometry, objects = geometry._replace(material=rows[owner]), _object_ids(meshes)
     table = compile_textures(materials, compiled.divisors, clear_textures(materials, bands))
     reliefs = Reliefs(geometry, table, frame.size, given_tangents(plan.meshes))
-    specular = with_glass(compiled.specular, materials, table, bands)
-    specular = with_anisotropic_chains(specular, materials, geometry, reliefs.tangents)
+    specular = _compile_chains(compiled.specular, materials, reliefs, bands)
     lobes = _compile_lobes(compiled.scattering, materials, reliefs, bands)
     emitters = compile_lights(geometry, materials, scene.lights, bands, frame, table, camera)
     return CompiledScene(
@@ -196,6 +195,14 @@ def _compile_lobes(
     lobes = reliefs.table.lobes(scattering, bands)
     lobes = with_anisotropy(lobes, materials, reliefs.geometry, reliefs.tangents)
     return with_coats(lobes, materials, reliefs)
+
+
+def _compile_chains(
+    specular: records.Specular | None, materials: list[Material], reliefs: Reliefs, bands: Bands
+) -> records.Specular | None:
+    """Return specular lobes with what varies over glass, and with facets that differ along it."""
+    specular = with_glass(specular, materials, reliefs.table, bands)
+    return with_anisotropic_chains(specular, materials, reliefs.geometry, reliefs.tangents)
 
 
 def _look(scene: Scene, vertices: NDArray[np.float64], aspect: float) -> tuple[Camera, Frame]:
