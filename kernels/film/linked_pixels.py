@@ -78,8 +78,8 @@ def average_linked(film, links, span, differences, source, target):
 def replace_linked(span, reflectance, own, shared, pixels):
     """Replace a pixel's own irradiance by the shared one, in its sums: all (P, N).
 
-    `reflectance` is independent of both, so the mean stays what it is; so is where a pixel's centre
-    sees nothing, and it keeps its own.
+    `reflectance`, that of `fill_centre_reflectance`, is independent of both, so the mean is kept. A
+    pixel whose centre sees nothing keeps its own irradiance.
     """
     for pixel in range(span.first, span.last):
         if reflectance[pixel, 0] == UNSEEN:
