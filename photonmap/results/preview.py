@@ -13,6 +13,10 @@ from photonmap.scene.images import encode_srgb
 
 _LUMINANCE = np.array(LUMINANCE)
 _PERCENTILE, _SHOWN_AS = 99.0, 0.8  # of the luminance, and the linear value a preview gives it
+_KNEE, _BRIGHTEST = 0.5, 25.0
+"""Where highlights begin to be compressed, and what is shown as 1, linear."""
+_STEEPNESS = 5.62216
+"""Root a of a = ln(1 + a (`_BRIGHTEST` - `_KNEE`) / (1 - `_KNEE`)): the slope at the knee is 1."""
 
 
 def choose_exposure(lines: Iterable[NDArray[Any]], emission: NDArray[Any] | None) -> float:
@@ -38,3 +42,16 @@ def as_bytes(lines: Iterable[NDArray[Any]], exposure: float) -> NDArray[np.uint8
         scaled = np.nan_to_num(line) * np.float64(exposure)
         shown.append(np.rint(255.0 * encode_srgb(np.clip(scaled, 0.0, 1.0))).astype(np.uint8))
     return np.stack(shown)
+
+
+def with_highlights(image: NDArray[Any]) -> NDArray[np.float64]:
+    """Return linear RGB, (H, W, 3), with what is brighter than 0.5 compressed as its logarithm.
+
+    So a window, 5 to 20 times as bright as the wall beside it, shows the sky behind. The largest
+    channel decides, so hues stay, and nothing below 25 is clipped.
+    """
+    largest = np.max(np.nan_to_num(image), axis=-1, keepdims=True)
+    above = np.maximum(largest - _KNEE, 0.0) / (1.0 - _KNEE)
+    shown = np.minimum(largest, _KNEE)
+    shown = shown + (1.0 - _KNEE) * np.log1p(_STEEPNESS * above) / _STEEPNESS
+    return image * np.divide(shown, largest, out=np.ones_like(shown), where=largest > 0.0)

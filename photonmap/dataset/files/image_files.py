@@ -19,6 +19,7 @@ from photonmap.errors import InputError
 from photonmap.io.exr import read_exr, sort_parts
 from photonmap.io.png import write_png
 from photonmap.kernels.core.color import LUMINANCE
+from photonmap.results.preview import as_bytes, with_highlights
 from photonmap.results.result import Result
 from photonmap.runtime.wording import suggest
 from photonmap.spectra.bands import Bands
@@ -124,7 +125,8 @@ def _without_times(result: Result) -> Result:
 def previews(result: Result, rgb: Result) -> dict[str, NDArray[np.uint8]]:
     """Return 8-bit sRGB images: light as a light meter exposes it, shading at its own exposure.
 
-    Those of buffers that are not there are left out.
+    Highlights of light are compressed, see `photonmap.results.preview.with_highlights`.
+    Buffers that are not there are left out.
     """
     exposure = _metered(rgb, result.buffers["valid"])
     luminance = rgb.buffers["scalar_shading"][result.buffers["valid"]]
@@ -132,9 +134,9 @@ def previews(result: Result, rgb: Result) -> dict[str, NDArray[np.uint8]]:
     of_shading = _SHADING_SHOWN_AS / shown if shown > 0.0 else 1.0
     exposures = {"reflectance": 1.0, "shading": of_shading}
     return {
-        name: Result({"radiance": rgb.buffers[name]}, {}, rgb.bands, {}).preview(
-            exposures.get(name, exposure)
-        )
+        name: as_bytes(rgb.buffers[name], exposures[name])
+        if name in exposures
+        else as_bytes(with_highlights(rgb.buffers[name] * exposure), 1.0)
         for name in PREVIEWED
         if name in rgb.buffers
     }
