@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 import tempfile
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from photonmap.dataset.jobs.job_scene import make_scene
 from photonmap.dataset.jobs.listing import aligned
 from photonmap.dataset.jobs.plan import Job
 from photonmap.dataset.jobs.render_image import Task, render_image
@@ -52,7 +54,8 @@ def estimate(task: Callable[[Job, str], Task], jobs: Sequence[Job]) -> dict[str,
 
     One image of each scene, number of lights and size is rendered to the same error, a quarter as
     wide and high but of 16384 pixels at least, and written. Files and writing grow with the pixels,
-    rendering half with them and half with the photons of a pass, and building the scene does not.
+    rendering half with them and half with the photons of a pass, and building the scene does not:
+    it counts once for all images of a scene and seed.
 
     Parameters
     ----------
@@ -64,23 +67,29 @@ def estimate(task: Callable[[Job, str], Task], jobs: Sequence[Job]) -> dict[str,
     InputError : no scene can be rendered
     """
     pilots: dict[Key, Cost] = {}
+    buildings: dict[str, Cost] = {}
+    built = set[str]()
     costs: dict[str, Cost] = {}
     failure: InputError | None = None
     for job in jobs:
         key = (job.stem, len(job.colors), job.common.size)
         if key not in pilots:
             try:
-                pilots[key] = _pilot(task, job)
+                pilots[key], building = _pilot(task, job)
+                buildings.setdefault(job.stem, building)
             except InputError as error:  # as in the set, it is left out
                 failure, pilots[key] = error, Cost()
         costs[job.stem] = costs.get(job.stem, Cost()) + pilots[key]
+        if job.geometry not in built:
+            built.add(job.geometry)
+            costs[job.stem] += buildings.get(job.stem, Cost())
     if failure and not any(cost.images for cost in costs.values()):
         raise failure
     return costs
 
 
-def _pilot(task: Callable[[Job, str], Task], job: Job) -> Cost:
-    """Return the cost of an image, from a smaller one."""
+def _pilot(task: Callable[[Job, str], Task], job: Job) -> tuple[Cost, Cost]:
+    """Return the cost of an image, from a smaller one, and what building its scene first adds."""
     width, height = job.common.size
     size = _reduced(job.common.size)
     scale = width * height / (size[0] * size[1])
@@ -90,14 +99,17 @@ def _pilot(task: Callable[[Job, str], Task], job: Job) -> Cost:
         entry = render_image(work)
         files = [Path(folder) / small.name / name for name in entry["files"]]
         size_of_files = sum(path.stat().st_size for path in files)
+    start = time.perf_counter()
+    make_scene(small)  # again, as for the next light
+    again = min(time.perf_counter() - start, entry["seconds"]["build"])
     seconds = entry["seconds"]
     limit = work.time_limit or math.inf
     photons = usual_photons(width * height) / usual_photons(size[0] * size[1])
     rendering = min(seconds["render"] * (scale + photons) / 2.0, limit)
-    growing = rendering + seconds["write"] * scale
     busy = entry["cpu_seconds"] / max(sum(seconds.values()), 1e-9)
-    total = seconds["build"] + growing
-    return Cost(1, total, total * busy, size_of_files * scale)
+    total = again + rendering + seconds["write"] * scale
+    building = seconds["build"] - again
+    return Cost(1, total, total * busy, size_of_files * scale), Cost(0, building, building * busy)
 
 
 def _reduced(size: tuple[int, int]) -> tuple[int, int]:
