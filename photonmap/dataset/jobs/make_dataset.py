@@ -160,6 +160,8 @@ def make_dataset(
         try:
             _run(tasks, scheduler, workers, outcome, log)
         finally:
+            if scheduler == LOCAL:
+                remove_leftovers(folder)  # of workers that were killed
             outcome.entries = _in_order(outcome.entries, jobs)
             write_lines(folder, outcome.entries.values())
     return outcome

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator
@@ -26,6 +27,8 @@ _CONNECT = 10.0
 """Seconds to wait for a connection to a scheduler, or to the worker that holds a result."""
 _POLL, _PATIENCE = 1.0, 60.0
 """Seconds between checks for workers, and without any before the remaining jobs fail."""
+_LAST = 0.5
+"""Seconds to wait for what is left of a local worker after Ctrl-C."""
 _RERUNNING = object()
 """Stands for a result that was lost with its worker; the scheduler runs the job again."""
 _NO_WORKERS = "the scheduler has no workers; start some, and continue with --resume"
@@ -190,17 +193,34 @@ def start_local_cluster(workers: int) -> LocalCluster:
     )
 
 
+async def _kill_workers(cluster: LocalCluster) -> None:
+    """End the processes of a local cluster without waiting for what they are at."""
+    for each in ("distributed.nanny", "distributed.scheduler"):
+        logging.getLogger(each).setLevel(logging.ERROR)  # they warn of workers that are gone
+    nannies = list(cluster.workers.values())
+    for nanny in nannies:
+        nanny.auto_restart = False
+        if nanny.process is not None and nanny.process.process is not None:
+            await nanny.process.process.kill()
+    await asyncio.gather(*(nanny.close(timeout=_LAST) for nanny in nannies))
+
+
 @contextmanager
 def connect(scheduler: str, workers: int) -> Iterator[Client]:
     """Start local worker processes, or connect to a scheduler.
 
-    A client that is the default one stays so where connecting fails, and others wait for it.
+    After Ctrl-C local workers are killed at once, as their images would be thrown away. A client
+    that is the default one stays so where connecting fails, and others wait for it.
     """
     from distributed import Client
 
     if scheduler == LOCAL:
         with start_local_cluster(workers) as cluster, Client(cluster) as client:
-            yield client
+            try:
+                yield client
+            except BaseException:
+                cluster.sync(_kill_workers, cluster)
+                raise
         return
     try:
         client = Client(scheduler, timeout=_CONNECT, set_as_default=False)

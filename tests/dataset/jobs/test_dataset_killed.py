@@ -48,6 +48,27 @@ def start_and_kill(folder, preset, *more):
 
 
 @pytest.mark.slow
+def test_workers_end_with_the_run(tmp_path, preset):
+    """They do not wait for their images, but end at once, and leave no temporary folders."""
+    pytest.importorskip("distributed")
+    folder = tmp_path / "set"
+    command = [sys.executable, "-m", "photonmap", "dataset", str(folder), "--preset", preset]
+    large = ["--size", "640x480", "--error", "0.005", "--bands", "3", "--workers", "2"]
+    process = subprocess.Popen([*command, *large], stderr=subprocess.PIPE, text=True)
+    try:
+        time.sleep(30.0)  # workers are at work, and far from the end
+        start = time.monotonic()
+        process.send_signal(signal.SIGTERM)
+        _, said = process.communicate(timeout=PATIENCE)
+        assert time.monotonic() - start < 3.0
+    finally:
+        process.kill()
+    assert process.returncode == -signal.SIGTERM
+    assert said.splitlines()[-1].endswith("continue with --resume")
+    assert not [path.name for path in folder.iterdir() if path.name.startswith(".photonmap-")]
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", ["1", "2"])
 def test_a_killed_run_goes_on_with_what_is_missing(tmp_path, preset, workers):
     if workers != "1":
