@@ -49,13 +49,17 @@ def test_parts_by_type_share_no_kind_of_room():
     images = made_of([f"room_{n}" for n in range(40)], range(3))
     kinds = [{g.rpartition("-")[0] for g in p.geometries} for p in images.splits(by="type")]
     assert sum(map(len, kinds)) == len(set.union(*kinds)) == 40
-    with pytest.raises(pm.InputError, match="not split by 'types'; did you mean 'type'"):
+    with pytest.raises(pm.InputError, match=r"not split by 'types', but .*; did you mean 'type'"):
         images.splits(by="types")
 
 
 def test_an_empty_part_is_an_error():
-    with pytest.raises(pm.InputError, match=r"would be empty, as the set has only 2 scenes by lay"):
-        made_of(("study",), range(2)).splits(0.4, 0.3, 0.3)
+    two = made_of(("study",), range(2))
+    message = r"would be empty: .* none of the set's 2 scenes \(names with seeds, such as study-3\)"
+    with pytest.raises(pm.InputError, match=message):
+        two.splits(0.4, 0.3, 0.3)
+    with pytest.raises(pm.InputError, match=r"none of the set's 1 types of scenes \(names alone"):
+        two.splits(0.4, 0.3, 0.3, by="type")
     for wrong in ((0.5, 0.1, 0.1), (1.5, -0.5, 0.0), (np.nan, 0.5, 0.5)):
         with pytest.raises(pm.InputError, match="must not be negative and must add up to 1"):
             made_of(("study",), range(2)).splits(*wrong)

@@ -16,6 +16,18 @@ LAYOUT, TYPE = "layout", "type"
 WAYS = (LAYOUT, TYPE)
 """What the parts do not share: scenes of one name and seed, or scenes of one name."""
 
+_DRAWN = {
+    LAYOUT: (
+        "scenes (names with seeds, such as study-3)",
+        "add scenes with --count and --resume",
+    ),
+    TYPE: (
+        "types of scenes (names alone, such as study)",
+        'make a set of more types, split by "layout"',
+    ),
+}
+"""What is drawn for the parts by each way, and how to get more of it."""
+
 
 def check_fractions(fractions: tuple[float, float, float]) -> None:
     """Check fractions of the parts.
@@ -37,7 +49,11 @@ def identity(geometry: str, by: str) -> str:
     InputError : there is no such way to split
     """
     if by not in WAYS:
-        raise InputError(f"data sets are not split by {by!r}; {suggest(str(by), WAYS)}")
+        raise InputError(
+            f"data sets are not split by {by!r}, but by {LAYOUT!r}, so that no scene (name with "
+            f"seed) is in two parts, or by {TYPE!r}, so that no type (name) is; "
+            f"{suggest(str(by), WAYS)}"
+        )
     return geometry if by == LAYOUT else geometry.rpartition("-")[0]
 
 
@@ -65,6 +81,10 @@ def part_of(
 def check_filled(counts: Mapping[str, int], fractions: tuple[float, ...], by: str) -> None:
     """Check that no part that was asked for is empty.
 
+    Parameters
+    ----------
+    counts : by part, of scenes that differ in name or seed, or of names, as `by` says
+
     Raises
     ------
     InputError : one is
@@ -72,8 +92,8 @@ def check_filled(counts: Mapping[str, int], fractions: tuple[float, ...], by: st
     for part, fraction in zip(PARTS, fractions, strict=True):
         if fraction > 0.0 and not counts.get(part):
             total: Any = sum(counts.values())
+            what, more = _DRAWN[by]
             raise InputError(
-                f"the split {part!r} of {fraction:g} would be empty, as the set has only {total} "
-                f"scenes by {by}: add some with --count and --resume, or choose other fractions or "
-                f"another seed"
+                f"the split {part!r} of {fraction:g} would be empty: by hash, none of the set's "
+                f"{total} {what} belongs to it; {more}, or choose other fractions or another seed"
             )

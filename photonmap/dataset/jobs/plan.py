@@ -19,7 +19,7 @@ from photonmap.dataset.models.materials.palette import MATERIALS
 from photonmap.dataset.scenes.build import LARGEST_SEED, SCENES, check_looks, draw_illumination
 from photonmap.dataset.scenes.illumination import Illumination, light_spectrum
 from photonmap.dataset.scenes.views import View
-from photonmap.errors import InputError
+from photonmap.errors import InputError, warn
 from photonmap.spectra.rgb_spaces import REC2020
 
 MAX_IMAGES = 1_000_000
@@ -252,6 +252,7 @@ def plan_jobs(
         for view in preset.views
     ]
     _check(jobs)
+    _warn_of_unused(preset, jobs)
     return jobs
 
 
@@ -263,6 +264,17 @@ def _as_split(job: Job, preset: Preset) -> Job:
     size = job.common.size if look.size is None else look.size
     fov = look.fov if job.view.fov is None else job.view.fov
     return replace(job, common=replace(job.common, size=size), view=replace(job.view, fov=fov))
+
+
+def _warn_of_unused(preset: Preset, jobs: Sequence[Job]) -> None:
+    """Warn of the looks of splits to which no scene belongs."""
+    scenes = {job.geometry for job in jobs}
+    for part in sorted(set(preset.splits) - set(map(part_of, scenes))):
+        warn(
+            f"{preset.name}: [split.{part}] is not used, as by hash none of the set's "
+            f"{len(scenes)} scenes (names with seeds) belongs to {part!r}; add scenes with "
+            "--count, or remove the section"
+        )
 
 
 def _illuminations(preset: Preset, scene: str, content: str, seed: int) -> Iterator[Illumination]:

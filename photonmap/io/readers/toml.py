@@ -247,7 +247,20 @@ def read_toml(path: Path) -> Toml:
         reason, _, at = str(error).partition(" (at ")
         found = re.match(r"line (\d+)", at)
         line = int(found[1]) if found else len(text.splitlines()) if at else None
-        raise InputError(f"is not valid TOML: {reason}; correct it", path, line) from None
+        reason = _why_twice(text) or f"is not valid TOML: {reason}; correct it"
+        raise InputError(reason, path, line) from None
+
+
+def _why_twice(text: str) -> str | None:
+    """Return what is wrong with sections of one name, at least one of which stands alone."""
+    headers = re.findall(r"^[ \t]*(\[\[?)[ \t]*([\w.-]+)[ \t]*\]", text, re.MULTILINE)
+    for name in dict.fromkeys(name for bracket, name in headers if bracket == "["):
+        count = sum(other == name for _, other in headers)
+        if count > 1:
+            both = ("[[", name) in headers
+            written = f"both [{name}] and [[{name}]]" if both else f"[{name}] {count} times"
+            return f"has {written}; write [[{name}]] above each of several, or remove all but one"
+    return None
 
 
 def _read_text(path: Path) -> str:

@@ -35,6 +35,8 @@ size = [20, 16]
 fov = 40
 """
 
+PLAIN = PRESET.partition("[split")[0]
+
 
 def write(folder, text):
     (folder / "preset.toml").write_text(text)
@@ -48,7 +50,7 @@ def cameras_of(jobs):
 def test_pairs_and_paths(tmp_path):
     """Cameras of a pair are parallel and as far apart as asked for; frames are evenly spaced on a
     free path, the same for every light."""
-    jobs = plan_jobs(write(tmp_path, PRESET.replace("frames = 3", "frames = 9")), [], COMMON)
+    jobs = plan_jobs(write(tmp_path, PLAIN.replace("frames = 3", "frames = 9")), [], COMMON)
     assert len(jobs) == 2 * (2 + 9)
     found = cameras_of(jobs[:11])
     assert list(found) == ["pair_left", "pair_right", *(f"walk-{i:04}" for i in range(9))]
@@ -71,7 +73,7 @@ def test_pairs_and_paths(tmp_path):
 @pytest.mark.parametrize("seed", [1, 2])
 def test_paths_in_rooms(tmp_path, seed):
     """Through free space, and within the room: from each frame the next one can be seen."""
-    preset = write(tmp_path, PRESET.replace("jug", "study").replace('"white", ', ""))
+    preset = write(tmp_path, PLAIN.replace("jug", "study").replace('"white", ', ""))
     jobs = plan_jobs(preset, [], COMMON, seed=seed)
     scene = make_scene(jobs[-1])
     path = [np.array(camera.origin) for camera in cameras_of(jobs[2:]).values()]
@@ -127,6 +129,11 @@ def test_bad_presets(tmp_path, text, message):
         write(tmp_path, f'scenes = ["jug"]\n{text}\n')
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_split_without_scenes_is_named(tmp_path):
+    with pytest.warns(pm.SceneWarning, match=r"\[split.test\] is not used, .* 1 scenes"):
+        plan_jobs(write(tmp_path, PRESET), [], COMMON)
 
 
 def test_a_baseline_that_does_not_fit(tmp_path):
