@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
+
+import numpy as np
 
 from photonmap.dataset.models.curved_shapes import sphere
 from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.scene_object import Part, SceneObject, part_at
 from photonmap.dataset.models.shapes import (
+    arc,
     box,
     cone,
     cylinder,
@@ -19,6 +23,8 @@ from photonmap.dataset.models.shapes import (
 
 LAMP = "lamp"
 """The light group of a lamp, until `numbered` tells the lamps of a scene apart."""
+_RIBS, _RIB_EVERY = 70.0, 10.0
+"""Greatest latitude of the ribs of a lantern, and the angle between them, degrees."""
 
 
 def is_lamp(obj: SceneObject) -> bool:
@@ -42,12 +48,19 @@ def numbered(objects: Iterable[SceneObject]) -> list[SceneObject]:
 
 
 def pendant(palette: Palette, radius: float, cord: float) -> SceneObject:
-    """Return a paper lantern on a cord; the ceiling is at y = 0."""
+    """Return a paper lantern with ribs of wire on a cord; the ceiling is at y = 0."""
+    middle, wire = -cord - radius, palette.grey(5)
     parts = [
         part_at(cylinder(0.004, cord, 0.001, 12), 0.0, -cord, 0.0, palette.grey(3)),
         part_at(cylinder(0.05, 0.025, 0.008, 32), 0.0, -0.025, 0.0, palette.grey(8)),
-        Part(sphere(radius, 2).moved((0.0, -cord - 2 * radius, 0.0)), palette.grey(9), LAMP),
+        Part(sphere(radius, 2).moved((0.0, middle - radius, 0.0)), palette.grey(9), LAMP),
     ]
+    for degrees in np.linspace(-_RIBS, _RIBS, 2 * round(_RIBS / _RIB_EVERY) + 1):
+        # Thicker ones hold the paper at the top and at the bottom.
+        thick = 0.006 if abs(degrees) == _RIBS else 0.0018
+        wide, high = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+        rib = lathe(arc((radius * wide, 0.0), thick, -90.0, 270.0, 7), segments=48)
+        parts.append(part_at(rib, 0.0, middle + radius * high, 0.0, wire))
     return SceneObject("pendant lamp", parts)
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from photonmap.dataset.models.artwork import artwork, printed, rectangle
 from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.patterns import mondrian
 from photonmap.dataset.models.scene_object import Part, SceneObject, part_at
 from photonmap.dataset.models.shapes import (
     Random,
@@ -69,8 +69,10 @@ def curtain(palette: Palette, rng: Random, width: float, height: float) -> Scene
     return SceneObject("curtain", [Part(Shape(vertices, faces, normals), cloth)])
 
 
-def picture(rng: Random, palette: Palette, width: float, height: float) -> SceneObject:
-    """Return a framed picture of coloured rectangles, its back at z = 0."""
+def picture(
+    rng: Random, palette: Palette, width: float, height: float, mount: float = 0.0
+) -> SceneObject:
+    """Return a framed picture, its back at z = 0, perhaps in a white mount of some breadth."""
     frame, bar, deep = palette.wood(), 0.03, 0.025
     parts = [
         part_at(box(width, bar, deep), 0.0, 0.0, 0.5 * deep, frame),
@@ -78,13 +80,21 @@ def picture(rng: Random, palette: Palette, width: float, height: float) -> Scene
     ]
     side = box(bar, height - 2 * bar, deep)
     parts += [part_at(side, i * 0.5 * (width - bar), bar, 0.5 * deep, frame) for i in (-1, 1)]
-    colors = [*palette.colors(5, (4, 8)), palette.grey(9), palette.grey(3)]
     wide, tall = width - 2 * bar, height - 2 * bar
-    for x, y, w, h in mondrian(rng, wide, tall, 0.2 * min(wide, tall)):
-        corner = (x - 0.5 * wide, y + bar, 0.3 * deep)
-        parts.append(
-            Part(parallelogram(corner, (w, 0.0, 0.0), (0.0, h, 0.0)), palette.choice(colors))
-        )
+    if mount:
+        board = rectangle(-0.5 * wide, bar, wide, tall).moved((0.0, 0.0, 0.2 * deep))
+        parts.append(Part(board, palette.grey(9)))
+    shown = artwork(rng, palette, wide - 2 * mount, tall - 2 * mount)
+    parts += [part_at(p.shape, 0.0, bar + mount, 0.3 * deep, p.material) for p in shown]
+    return SceneObject("picture", parts)
+
+
+def poster(rng: Random, palette: Palette, width: float, height: float) -> SceneObject:
+    """Return a poster with a design and lines of type, its back at z = 0."""
+    thick = 0.004
+    parts = [part_at(box(width, height, thick, 0.001, 1), 0.0, 0.0, 0.5 * thick, palette.grey(9))]
+    shown = printed(rng, palette, width - 0.01, height - 0.01)
+    parts += [part_at(p.shape, 0.0, 0.005, thick + 0.001, p.material) for p in shown]
     return SceneObject("picture", parts)
 
 

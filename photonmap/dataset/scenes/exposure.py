@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,7 +80,7 @@ class LightMeter:
         seen = cosines / square**2 * clear * radiance(normalised(way))
         leaving = radiance(_by_cosine(-normals)).mean()
         direct = seen.sum(axis=1) * emitters.area / _SAMPLES
-        return direct + math.pi * emitters.area * leaving * self._gain()
+        return direct + math.pi * emitters.area * leaving * self._gain
 
     def from_sky(self, radiance: Radiance) -> Floats:
         """Return the irradiance of the points, (P,), by the radiance of the sky."""
@@ -94,8 +95,9 @@ class LightMeter:
         hit, _ = self._rays.first_hits(self._points, ways)
         return np.maximum(self._normals @ towards, 0.0) * (hit < 0)
 
+    @cached_property
     def _gain(self) -> float:
-        """Return the irradiance that interreflection adds for each watt, m⁻²."""
+        """The irradiance that interreflection adds for each watt, m⁻²."""
         if not self._closed:
             return 0.0
         areas = np.array([part.shape.area for part in self._parts])

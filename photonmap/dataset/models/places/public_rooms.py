@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from photonmap.dataset.models.curved_shapes import Noise, sphere, superquadric
+from photonmap.dataset.models.curved_shapes import sphere, superquadric
 from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.patterns import patches
+from photonmap.dataset.models.places.garments import SPACING, garment
 from photonmap.dataset.models.scene_object import Part, SceneObject, Support, part_at
 from photonmap.dataset.models.shapes import (
     Random,
-    Shape,
     box,
     cylinder,
     parallelogram,
@@ -90,23 +90,17 @@ def bar_stool(palette: Palette) -> SceneObject:
 
 
 def coat_rack(rng: Random, palette: Palette, width: float) -> SceneObject:
-    """Return a board with hooks and coats on some, its back at z = 0 and its foot at y = 0."""
+    """Return a board with hooks and garments on most, its back at z = 0 and its foot at y = 0."""
     high, metal = 1.2, palette.metal()
     parts = [part_at(box(width, 0.12, 0.02), 0.0, high, 0.01, palette.wood())]
-    count = max(2, round(width / 0.22))
+    count = max(2, int(width / SPACING))
     for index in range(count):
         x = (index + 0.5) * width / count - 0.5 * width
-        hook = box(0.02, 0.03, 0.07, 0.006)
-        parts.append(part_at(hook, x, high + 0.05, 0.055, metal))
-        if rng.random() < 0.55:
-            long = float(rng.uniform(0.7, 1.1))
-            cloth = palette.fabric()
-            coat = superquadric((0.17, long, 0.12), 0.35, 0.5, 40, 56)
-            folds = Noise(rng, 7.0, octaves=1)(coat.vertices * (1.0, 0.15, 1.0))
-            bent = coat.vertices + 0.006 * folds[:, None] * coat.normals * (1.0, 0.0, 1.0)
-            bent[:, 2] = np.clip(bent[:, 2], -0.064, 0.064)
-            made = Shape(bent, coat.faces, coat.normals)
-            parts.append(part_at(made, x, high + 0.07 - long, 0.085, cloth))
+        hook = box(0.02, 0.03, 0.09, 0.006)
+        parts.append(part_at(hook, x, high + 0.05, 0.065, metal))
+        if rng.random() < 0.75:
+            place = x, high + 0.07, 0.085
+            parts += [part_at(p.shape, *place, p.material) for p in garment(rng, palette)]
     return SceneObject("coat rack", parts)
 
 

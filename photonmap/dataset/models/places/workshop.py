@@ -56,9 +56,9 @@ _TOOLS: tuple[tuple[Callable[[Random, Palette], list[Part]], float], ...] = (
 """Makers of tools and the widths that they take."""
 
 
-def tool_board(rng: Random, palette: Palette) -> SceneObject:
+def tool_board(rng: Random, palette: Palette, wide: float) -> SceneObject:
     """Return a board with tools in one or two rows, its back at z = 0 and its foot at y = 0."""
-    rows, wide = int(rng.integers(1, 3)), float(rng.uniform(0.9, 1.8))
+    rows = int(rng.integers(1, 3))
     tall = 0.62 * rows
     board = palette.chip(None, (5, 7), (2, 6))
     parts = [part_at(box(wide, tall, 0.018), 0.0, 0.0, 0.009, board)]

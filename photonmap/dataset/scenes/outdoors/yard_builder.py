@@ -13,7 +13,6 @@ from photonmap.dataset.scenes.exposure import SKY, LightMeter
 from photonmap.dataset.scenes.open_sky import OpenSky
 from photonmap.dataset.scenes.outdoors.enclosures import MakeGround, MakeSide
 from photonmap.dataset.scenes.rooms import shell
-from photonmap.dataset.scenes.rooms.camera_search import find_camera
 from photonmap.dataset.scenes.rooms.room_builder import RoomBuilder
 from photonmap.dataset.scenes.rooms.shell import BACK, TURNS
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
@@ -48,20 +47,16 @@ class YardBuilder(RoomBuilder):
         ground : makes the ground
         sides : makers of the left, the front and the right side
         """
-        places = self._plan.standing_places()
-        camera = find_camera(
-            self._rng, [*self._frames, *self._objects], self._subject, places, self._size
-        )
-        if camera is None:
-            return None
-        objects: Sequence[SceneObject] = [
+        surroundings = [
             SceneObject("ground", ground(self._rng, self._palette, self._size)),
             SceneObject("walls", [*self._house(), *self._sides(sides)]),
             self._eaves(),
-            *self._frames,
-            *numbered(self._objects),
         ]
-        objects = with_lightness(objects, self._palette.lightness)
+        camera = self._find_camera(surroundings)
+        if camera is None:
+            return None
+        made = [*surroundings, *self._frames, *numbered(self._objects)]
+        objects = with_lightness(made, self._palette.lightness)
         meter = LightMeter(objects, camera, closed=False)
         # The sun stands in front of the house, or to a side of it.
         sky = OpenSky.over(meter, float(self._rng.uniform(105.0, 255.0)))

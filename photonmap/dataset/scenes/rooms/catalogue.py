@@ -49,6 +49,7 @@ def _furnished(kind: RoomKind, rng: Random, palette: Palette, scale: float) -> R
     for make, heights, counts in kind.hung:
         for _ in range(int(rng.integers(counts[0], counts[1] + 1))):
             room.hang(make(rng, palette), heights)
+    room.dress(kind.dressing)
     spot = float(rng.uniform(0.09, 0.17))
     lit = add_lamps(room, lambda: room.suspend(ceiling_spot(palette, spot), _APART))
     return room if lit else None

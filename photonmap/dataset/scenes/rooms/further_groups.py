@@ -161,7 +161,7 @@ def tool_shelf(rng: Random, palette: Palette) -> Group:
 
 def tool_wall(rng: Random, palette: Palette) -> list[SceneObject]:
     """Return a board with tools."""
-    return [workshop.tool_board(rng, palette)]
+    return [workshop.tool_board(rng, palette, draw(rng, 0.9, 1.8))]
 
 
 def timber(rng: Random, palette: Palette) -> Group:

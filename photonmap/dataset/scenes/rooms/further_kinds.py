@@ -5,17 +5,24 @@ from __future__ import annotations
 from photonmap.dataset.models.lamps import LAMP
 from photonmap.dataset.models.wall_fixtures import WINDOW
 from photonmap.dataset.scenes.rooms import further_groups, groups
+from photonmap.dataset.scenes.rooms.hangings import (
+    board,
+    clock,
+    framed,
+    mirror,
+    picture,
+    posters,
+    row_of_pictures,
+    tools,
+)
 from photonmap.dataset.scenes.rooms.kinds import (
     CORNER,
     FREE,
     WALL,
     Entry,
     RoomKind,
-    clock,
-    mirror,
     panel,
     pendant,
-    picture,
     shade,
 )
 from photonmap.dataset.scenes.rooms.shell import plain, planks, tiles
@@ -46,6 +53,7 @@ FURTHER_KINDS = {
         (tiles, plain),
         (2, 4),
         "tiles",
+        (framed, board),
     ),
     "classroom": RoomKind(
         (5.2, 7.2),
@@ -66,6 +74,7 @@ FURTHER_KINDS = {
         ),
         (panel,),
         (plain, planks, tiles),
+        dressing=(posters, posters, framed, row_of_pictures, board),
     ),
     "cafe": RoomKind(
         (4.8, 7.0),
@@ -85,6 +94,7 @@ FURTHER_KINDS = {
         ),
         (shade, pendant),
         (tiles, planks, plain),
+        dressing=(framed, row_of_pictures, posters),
     ),
     "workshop": RoomKind(
         (4.2, 6.2),
@@ -107,6 +117,7 @@ FURTHER_KINDS = {
         (panel, pendant),
         (plain, planks),
         (2, 4),
+        dressing=(tools, tools, board, posters),
     ),
     "corridor": RoomKind(
         (2.2, 2.9),

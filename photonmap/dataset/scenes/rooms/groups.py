@@ -343,9 +343,10 @@ def books_on_floor(rng: Random, palette: Palette) -> Group:
     return Group(stack_books(rng, palette, floor, int(rng.integers(3, 8)), []))
 
 
-def wall_board(rng: Random, palette: Palette) -> list[SceneObject]:
-    """Return a wall shelf with vessels or books, its back at z = 0."""
-    board = furniture.wall_board(palette, draw(rng, 0.8, 2.2), draw(rng, 0.2, 0.28))
+def wall_board(rng: Random, palette: Palette, wide: float | None = None) -> list[SceneObject]:
+    """Return a wall shelf with vessels or books, its back at z = 0, of some width or any."""
+    wide = wide or draw(rng, 0.8, 2.2)
+    board = furniture.wall_board(palette, wide, draw(rng, 0.2, 0.28))
     level = board.supports[0]
     if rng.random() < 0.3:
         return [board, *row_of_books(rng, palette, level, draw(rng, 0.4, 0.9))]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
-from photonmap.dataset.models import lamps, wall_fixtures
+from photonmap.dataset.models import lamps
 from photonmap.dataset.models.lamps import LAMP
 from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.scene_object import SceneObject
@@ -13,12 +13,22 @@ from photonmap.dataset.models.shapes import Random
 from photonmap.dataset.models.wall_fixtures import WINDOW
 from photonmap.dataset.scenes.rooms import groups
 from photonmap.dataset.scenes.rooms.groups import MakeGroup, draw
+from photonmap.dataset.scenes.rooms.hangings import (
+    MakeHung,
+    board,
+    clock,
+    framed,
+    mirror,
+    picture,
+    posters,
+    row_of_pictures,
+)
+from photonmap.dataset.scenes.rooms.room_builder import Dressing
 from photonmap.dataset.scenes.rooms.shell import Floor, plain, planks, tiles
 from photonmap.scene.material import Material
 
 WALL, CORNER, FREE = "wall", "corner", "free"
 Range = tuple[float, float]
-MakeHung = Callable[[Random, Palette], Sequence[SceneObject]]
 MakeLamp = Callable[[Random, Palette], SceneObject]
 
 
@@ -53,6 +63,7 @@ class RoomKind:
     hue : of the walls, as `Palette.chip` takes it; None draws one
     chroma : range for the walls; 0 is grey
     wall : procedure that paints the first wall where materials are textured
+    dressing : makers of what hangs where walls would be bare, drawn equally often
     """
 
     width: Range
@@ -65,29 +76,18 @@ class RoomKind:
     floors: tuple[Floor, ...] = (planks, plain)
     chroma: Range = (2, 6)
     wall: str = "print"
+    dressing: tuple[Dressing, ...] = (framed, framed, row_of_pictures)
 
     def walls(self, rng: Random, palette: Palette) -> tuple[Material, Material]:
         """Draw the materials of one wall and of the others."""
         hue = palette.key if rng.random() < 0.5 else None
-        first = palette.chip(hue, (6, 8), self.chroma) if self.chroma[1] else palette.grey(8)
-        others = palette.pale() if self.chroma[1] and rng.random() < 0.7 else palette.grey(8)
+        if not self.chroma[1]:
+            return palette.patterned(self.wall, palette.grey(8)), palette.grey(8)
+        first = palette.chip(hue, (5, 8), self.chroma)
+        kind = rng.random()
+        others = palette.chip(hue, (5, 7), (2, 4)) if kind < 0.25 else palette.pale()
+        others = palette.grey(8) if kind > 0.75 else others
         return palette.patterned(self.wall, first), others
-
-
-def picture(rng: Random, palette: Palette) -> list[SceneObject]:
-    """Return a picture."""
-    size = draw(rng, 0.4, 1.3), draw(rng, 0.4, 1.0)
-    return [wall_fixtures.picture(rng, palette, *size)]
-
-
-def clock(rng: Random, palette: Palette) -> list[SceneObject]:
-    """Return a clock."""
-    return [wall_fixtures.clock(palette)]
-
-
-def mirror(rng: Random, palette: Palette) -> list[SceneObject]:
-    """Return a mirror."""
-    return [wall_fixtures.wall_mirror(palette, draw(rng, 0.22, 0.4))]
 
 
 def pendant(rng: Random, palette: Palette) -> SceneObject:
@@ -124,6 +124,7 @@ KINDS = {
         ),
         (_PICTURES,),
         (pendant, shade),
+        dressing=(framed, framed, row_of_pictures, board),
     ),
     "study": RoomKind(
         (3.4, 4.8),
@@ -140,6 +141,7 @@ KINDS = {
         ),
         (_PICTURES, (clock, (1.6, 1.8), (0, 1)), (groups.wall_board, (1.2, 1.5), (0, 1))),
         (pendant, panel),
+        dressing=(framed, row_of_pictures, posters, board),
     ),
     "dining_room": RoomKind(
         (3.8, 5.6),
@@ -175,6 +177,7 @@ KINDS = {
         ),
         (panel, shade),
         (tiles, planks),
+        dressing=(framed, row_of_pictures, board, board),
     ),
     "bedroom": RoomKind(
         (3.6, 5.0),
@@ -209,6 +212,7 @@ KINDS = {
         (pendant, panel),
         (plain, planks, tiles),
         (4, 8),
+        dressing=(framed, row_of_pictures, posters, board),
     ),
     "gallery": RoomKind(
         (4.6, 7.5),
@@ -224,6 +228,7 @@ KINDS = {
         (panel,),
         (planks, plain, tiles),
         (0, 0),
+        dressing=(framed,),
     ),
     "library": RoomKind(
         (3.8, 5.6),
@@ -257,6 +262,7 @@ KINDS = {
         ((groups.wall_board, (0.95, 1.8), (2, 5)),),
         (pendant, panel),
         (tiles, plain, planks),
+        dressing=(board, board, posters),
     ),
 }
 """Kinds of rooms by name."""

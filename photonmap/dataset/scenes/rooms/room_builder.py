@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,7 @@ from photonmap.dataset.scenes.rooms.camera_search import find_camera
 from photonmap.dataset.scenes.rooms.floor_plan import FloorPlan
 from photonmap.dataset.scenes.rooms.shell import TURNS, Floor, Opening
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
+from photonmap.scene.camera import Camera
 from photonmap.scene.material import Material
 
 BACKDROP = ("floor", "ceiling", "walls", "skirting", "window")
@@ -28,6 +29,12 @@ _GAP = 0.03
 """Distance between walls and furniture, metres."""
 _CLEAR = 0.1
 """How far what is in front of windows, pictures and the like is from the wall at least, metres."""
+_EYE_LEVEL, _AROUND_EYES = (1.45, 1.65), 0.3
+"""Heights of the middle of pictures, and how far above and below a wall has to be bare, metres."""
+_DRESSED_BY, _LEFT_BARE = (1.2, 2.4), 0.06
+"""Lengths of a bare wall that one group of pictures is for, metres; how often it stays bare."""
+_SHORTEST, _DRESSINGS = 0.5, 3
+"""Length of the shortest bare wall that is dressed, metres, and the most things tried for it."""
 _ATTEMPTS = 24
 """Positions tried for a group before it is left out."""
 _DOOR_SWING, _WINDOW_REACH = 0.95, 0.4
@@ -46,6 +53,10 @@ class Group:
 
     objects: Sequence[SceneObject]
     access: float = 0.0
+
+
+Dressing = Callable[[Random, Palette, float], Sequence[SceneObject]]
+"""Makes what hangs on a stretch of wall of some length, metres, around x = 0, its back at z = 0."""
 
 
 class RoomBuilder:
@@ -138,6 +149,41 @@ class RoomBuilder:
                 return True
         return False
 
+    def dress(self, makers: Sequence[Dressing]) -> None:
+        """Hang something on the bare stretches of all walls, at the height of eyes, but on a few.
+
+        Parameters
+        ----------
+        makers : drawn equally often
+        """
+        middle = float(self._rng.uniform(*_EYE_LEVEL))
+        for wall in TURNS:
+            for start, end in self._bare_stretches(wall, middle):
+                count = max(1, round((end - start) / self._rng.uniform(*_DRESSED_BY)))
+                wide = (end - start) / count
+                for index in range(count if wide >= _SHORTEST else 0):
+                    if self._rng.random() >= _LEFT_BARE:
+                        self._dress(makers, wall, start + (index + 0.5) * wide, wide, middle)
+
+    def _dress(
+        self, makers: Sequence[Dressing], wall: str, along: float, wide: float, middle: float
+    ) -> None:
+        """Hang something on a stretch of a wall, or nothing if some makers make what is too large.
+
+        Parameters
+        ----------
+        along, wide, middle : the middle of the stretch along the wall, its length, and the height
+            of the middle of what hangs there, metres
+        """
+        for _ in range(_DRESSINGS):
+            make = makers[int(self._rng.integers(len(makers)))]
+            made = make(self._rng, self._palette, wide)
+            low, high = bounds_of(made)
+            height = middle - 0.5 * float(low[1] + high[1])
+            place = float(high[0] - low[0]), height + float(low[1]), float(high[1] - low[1])
+            if not self._is_taken(wall, along, place) and self._hang(made, wall, along, height):
+                return
+
     def suspend(self, obj: SceneObject, reach: float = 0.1) -> bool:
         """Hang an object from the ceiling; its top is at y = 0.
 
@@ -166,20 +212,17 @@ class RoomBuilder:
         floor : makes the floor
         walls : materials of one wall and of the others
         """
-        places = self._plan.standing_places()
-        seen = [*self._frames, *self._objects]
-        camera = find_camera(self._rng, seen, self._subject, places, self._size)
-        if camera is None:
-            return None
-        objects: Sequence[SceneObject] = [
+        surroundings = [
             floor(self._rng, self._palette, self._size),
             shell.ceiling(self._palette, self._size),
             shell.walls(walls, self._size, self._windows),
             shell.skirting(self._palette, self._size),
-            *self._frames,
-            *numbered(self._objects),
         ]
-        objects = with_lightness(objects, self._palette.lightness)
+        camera = self._find_camera(surroundings)
+        if camera is None:
+            return None
+        made = [*surroundings, *self._frames, *numbered(self._objects)]
+        objects = with_lightness(made, self._palette.lightness)
         spare = [f"{LAMP} {number}" for number in range(2, self.lamps + 1)]
         groups = [main, *({wall_fixtures.WINDOW, LAMP} - {main}), *spare]
         meter = LightMeter(objects, camera, closed=True)
@@ -192,6 +235,11 @@ class RoomBuilder:
     def lamps(self) -> int:
         """The number of lamps."""
         return sum(map(is_lamp, self._objects))
+
+    def _find_camera(self, surroundings: Sequence[SceneObject]) -> Camera | None:
+        """Return a camera that sees enough of what has been added; None if there is none."""
+        around, places = [*surroundings, *self._frames], self._plan.standing_places()
+        return find_camera(self._rng, self._objects, around, self._subject, places)
 
     def _draw_wall(self) -> str:
         return list(TURNS)[int(self._rng.integers(len(TURNS)))]
@@ -228,6 +276,25 @@ class RoomBuilder:
     def _is_taken(self, wall: str, along: float, size: tuple[float, float, float]) -> bool:
         zone = self._zone(wall, along, size, _CLEAR)
         return any(overlap(zone, box) for box in (*self._boxes, *self._zones))
+
+    def _bare_stretches(self, wall: str, height: float) -> list[tuple[float, float]]:
+        """Return from where to where along a wall nothing stands or hangs at a height, metres."""
+        edge = 0.5 * shell.length_of(wall, self._size)
+        tall = 2.0 * _AROUND_EYES
+        zone = self._zone(wall, 0.0, (2.0 * edge, height - 0.5 * tall, tall), _CLEAR)
+        along = np.array(shell.in_front_of(wall, self._size, 1.0, 0.0))
+        along -= shell.in_front_of(wall, self._size, 0.0, 0.0)
+        taken = list[tuple[float, float]]()
+        for box in np.concatenate([*self._boxes, *self._zones]):
+            if overlap(zone, box[None]):
+                first, last = sorted((box[:, ::2] @ along).tolist())
+                taken.append((first, last))
+        stretches, start = [], -edge
+        for first, last in [*sorted(taken), (edge, edge)]:
+            if first > start:
+                stretches.append((start, first))
+            start = max(start, last)
+        return stretches
 
     def _hang(self, objects: Sequence[SceneObject], wall: str, along: float, height: float) -> bool:
         x, z = shell.in_front_of(wall, self._size, along, 0.0)
