@@ -259,10 +259,11 @@ class Environment(NamedTuple):
     """of `Lights.spectra`, that of the dome, or of the portals that show the map in its place"""
 
 
-NODE_CENTER, NODE_AXIS, NODE_SQUARED_RADIUS, NODE_STRENGTH, NODE_CONE, NODE_REACH = 0, 3, 6, 7, 8, 9
-"""Columns of a light tree's nodes: center (3) and squared radius of a sphere around its emitters;
-axis (3) of a cone of their normals; the sum of their intensities; and the cosines of the cone's
-half angle and of that to which an emitter shines from its normal."""
+NODE_CENTER, NODE_AXIS, NODE_RADIUS, NODE_STRENGTH = 0, 3, 6, 7
+NODE_CONE, NODE_CONE_SINE, NODE_REACH = 8, 9, 10
+"""Rows of a light tree's blocks, of each node: center (3) and radius of a sphere around its
+emitters; axis (3) of a cone of their normals; the sum of their intensities; cosine and sine of the
+cone's half angle; and the cosine of the angle to which an emitter shines from its normal."""
 
 
 @by_reference
@@ -270,9 +271,9 @@ class LightTree(NamedTuple):
     """Emitters by place and direction, to choose among for a point: see `light_tree`."""
 
     nodes: np.ndarray
-    """(2S, 10) float64, columns NODE_…; row 0 is unused, S is a power of two"""
+    """(B, 11, 8) float64, rows NODE_…: the eight nodes that each of B blocks chooses among"""
     emitter: np.ndarray
-    """(S,) int32, of each leaf"""
+    """(7 B + 1,) int32, of each leaf; any where its strength is 0"""
     leaf: np.ndarray
     """(K,) int32, of each emitter, -1 if it is infinitely far"""
     near: float

@@ -3,23 +3,27 @@
 from photonmap.kernels.core import warp
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.lights.kinds import importance
-from photonmap.kernels.lights.light_tree import descend, leaf_probability
+from photonmap.kernels.lights.light_tree import descend, leaf_probability, weigh_nodes
 
 BY_POWER = 0.1
 """Share of choices made by power alone: an emitter that would send much may be hidden."""
 FEW_EMITTERS = 16
-"""Number of emitters up to which every one is considered for each point."""
+"""Number of emitters up to which every one is considered for each point; twice a tree's width."""
 
 
 @jit
 def weigh_emitters(geometry, lights, tree, point, ns, cdf):
-    """Fill `cdf`, (FEW_EMITTERS,), by which `select_emitter` chooses among few for a point.
+    """Fill `cdf`, (FEW_EMITTERS,), by which `select_emitter` chooses for a point.
 
-    Each emitter is chosen in one interval of the random number, so that stratified numbers remain
+    That is the CDF of few emitters, or with a tree the sums of its first block. Of few, each
+    emitter is chosen in one interval of the random number, so that stratified numbers remain
     stratified on each. The CDF is 0 where no emitter can reach the point.
     """
     count = len(lights.cdf)
-    if tree is not None or count > FEW_EMITTERS:
+    if tree is not None:
+        weigh_nodes(tree.nodes, 0, point, ns, cdf)
+        return
+    if count > FEW_EMITTERS:
         return
     powers, lit, last = 0.0, 0.0, -1
     for emitter in range(count):
@@ -71,8 +75,8 @@ def _probability_of_few(geometry, lights, emitter, point, ns):
 def select_emitter(lights, tree, point, ns, cdf, u):
     """Choose an emitter for the light at a point; return (emitter, probability, u renewed).
 
-    emitter is -1 where none can reach it. Without a tree (None) few are chosen by the CDF that
-    `weigh_emitters` filled for the point, and more than FEW_EMITTERS by power.
+    emitter is -1 where none can reach it. `cdf` is what `weigh_emitters` filled for the point.
+    Without a tree (None) more than FEW_EMITTERS are chosen by power.
     """
     if tree is None:
         if len(lights.cdf) <= FEW_EMITTERS:
@@ -82,7 +86,7 @@ def select_emitter(lights, tree, point, ns, cdf, u):
     if u >= tree.near:
         emitter, u = warp.discrete(tree.far, (u - tree.near) / (1.0 - tree.near))
         return emitter, warp.discrete_pdf(lights.cdf, emitter), u
-    leaf, probability, u = descend(tree.nodes, point, ns, u / tree.near)
+    leaf, probability, u = descend(tree.nodes, point, ns, cdf, u / tree.near)
     if leaf < 0:
         return -1, 0.0, u
     return tree.emitter[leaf], tree.near * probability, u

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 from helpers.comparisons import assert_within
 from scipy import stats
 
@@ -126,6 +127,29 @@ def test_no_light_that_shines_on_a_point_has_no_chance(many):
             if lit:
                 at = tuple(point), tuple(ns)
                 assert selection_probability(geometry, lights, lights.tree, emitter, *at) > 0.0
+
+
+def test_no_triangle_that_shines_on_a_point_has_no_chance(cornell):
+    """The same of the triangles of a sphere and of a rod, from near, from far and from inside."""
+    meshes = [trimesh.creation.icosphere(2, 0.3), trimesh.creation.cylinder(0.01, 2.0, sections=16)]
+    glow = pm.Material("glow", 0.0, emission=1.0)
+    lamps = [pm.Mesh(m.vertices, m.faces, glow, f"lamp {i}") for i, m in enumerate(meshes)]
+    compiled = compile_scene(pm.Scene(lamps, [], cornell.camera, "lamps"), Bands.parse("rgb"), 1.0)
+    geometry, lights = compiled.geometry, compiled.lights
+    assert lights.tree is not None
+    corners = geometry.vertices.astype(float)[geometry.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    random, seen = np.random.default_rng(7), 0
+    for point in random.normal(size=(60, 3)) * np.geomspace(0.02, 20.0, 60)[:, None]:
+        ns = random.normal(size=3)
+        ns /= np.linalg.norm(ns)
+        in_front = ((point - corners[:, 0]) * normals).sum(axis=1) > 1e-9
+        above = ((corners - point) @ ns).max(axis=1) > 1e-9
+        for emitter in np.flatnonzero((in_front & above)[lights.triangle]):
+            at = tuple(point), tuple(ns)
+            assert selection_probability(geometry, lights, lights.tree, emitter, *at) > 0.0
+            seen += 1
+    assert seen > 1000
 
 
 def test_the_tree_changes_the_error_alone(many, monkeypatch):

@@ -12,14 +12,19 @@ from photonmap.kernels.core.records import (
     NODE_AXIS,
     NODE_CENTER,
     NODE_CONE,
+    NODE_CONE_SINE,
+    NODE_RADIUS,
     NODE_REACH,
-    NODE_SQUARED_RADIUS,
     NODE_STRENGTH,
     LightTree,
 )
+from photonmap.kernels.lights.light_tree import WIDTH
 
 FEW = 8
 """Emitters at a finite distance below which a choice by power costs less than it loses."""
+
+_HALVINGS = WIDTH.bit_length() - 1
+"""Levels of a binary tree that become one."""
 
 Array = NDArray[np.float64]
 
@@ -50,12 +55,15 @@ def grow_tree(bounds: EmitterBounds, cdf: Array, far: NDArray[np.bool_]) -> Ligh
     near = np.flatnonzero(~far)
     if len(near) < FEW:
         return None
-    leaves = 1 << (len(near) - 1).bit_length()
-    emitter = np.full(leaves, near[0], np.int32)
-    emitter[: len(near)] = near[_order(0.5 * (bounds.low + bounds.high)[near], leaves)]
+    halvings = (len(near) - 1).bit_length()
+    depth = -(-halvings // _HALVINGS)
+    slots = np.arange(len(near)) << depth * _HALVINGS - halvings  # the lowest nodes are not full
+    emitter = np.full(WIDTH**depth, near[0], np.int32)
+    emitter[slots] = near[_order(0.5 * (bounds.low + bounds.high)[near], 1 << halvings)]
     leaf = np.full(len(far), -1, np.int32)
-    leaf[emitter[: len(near)]] = np.arange(len(near))
-    empty = np.arange(leaves) >= len(near)
+    leaf[emitter[slots]] = slots
+    empty = np.ones(len(emitter), bool)
+    empty[slots] = False
     level = EmitterBounds(
         np.where(empty[:, None], np.inf, bounds.low[emitter]),
         np.where(empty[:, None], -np.inf, bounds.high[emitter]),
@@ -63,34 +71,44 @@ def grow_tree(bounds: EmitterBounds, cdf: Array, far: NDArray[np.bool_]) -> Ligh
         np.where(empty[:, None], 2.0, bounds.cosines[emitter]),
         np.where(empty, 0.0, bounds.strength[emitter]),
     )
-    nodes = np.zeros((2 * leaves, 10))
-    while True:
+    nodes = np.zeros((_blocks_above(len(emitter)), NODE_REACH + 1, WIDTH))
+    while len(level.strength) > 1:
         _write(nodes, level)
-        if len(level.strength) == 1:
-            break
-        level = _join(level)
+        for _ in range(_HALVINGS):
+            level = _join(level)
     return LightTree(nodes, emitter, leaf, *_share_out(cdf, far))
 
 
 def reweigh(tree: LightTree, weights: Array, cdf: Array) -> LightTree:
-    """Recone a tree whose emitters' strengths are multiplied by weights, (K,)."""
-    nodes, leaves = tree.nodes.copy(), len(tree.emitter)
-    strength = nodes[:, NODE_STRENGTH]
-    strength[leaves:] *= weights[tree.emitter]
-    for node in range(leaves - 1, 0, -1):
-        strength[node] = strength[2 * node] + strength[2 * node + 1]
+    """Return a tree whose emitters' strengths are multiplied by weights, (K,)."""
+    nodes = tree.nodes.copy()
+    strength = _of_level(nodes, len(tree.emitter))[:, NODE_STRENGTH].ravel()
+    strength *= weights[tree.emitter]
+    while len(strength) > 1:
+        _of_level(nodes, len(strength))[:, NODE_STRENGTH] = strength.reshape(-1, WIDTH)
+        strength = strength.reshape(-1, WIDTH).sum(axis=1)
     near, far = _share_out(cdf, tree.leaf < 0)
     return tree._replace(nodes=nodes, near=near, far=far)
 
 
+def _blocks_above(count: int) -> int:
+    """Return how many blocks are above a level of so many nodes, its own blocks among them."""
+    return (count - 1) // (WIDTH - 1)
+
+
+def _of_level(nodes: Array, count: int) -> Array:
+    """Return the blocks of a level of so many nodes, (count / WIDTH, 11, WIDTH), as a view."""
+    return nodes[_blocks_above(count // WIDTH) : _blocks_above(count)]
+
+
 def _share_out(cdf: Array, far: NDArray[np.bool_]) -> tuple[float, Array]:
-    """Recone the probability of all near emitters, and the CDF of the far ones."""
+    """Return the probability of all near emitters, and the CDF of the far ones."""
     probabilities = probabilities_of(cdf)
     return float(probabilities[~far].sum()), make_cdf(np.where(far, probabilities, 0.0))
 
 
 def _order(center: Array, leaves: int) -> NDArray[np.int64]:
-    """Recone emitters in the order of a complete tree's leaves, the empty ones last."""
+    """Return emitters in the order of a complete tree's leaves, the empty ones last."""
     order, width = np.arange(len(center)), leaves
     while width > 1:
         part = np.arange(len(order)) // width
@@ -104,16 +122,22 @@ def _order(center: Array, leaves: int) -> NDArray[np.int64]:
 
 
 def _write(nodes: Array, level: EmitterBounds) -> None:
-    """Write a level of the tree to its rows of nodes."""
-    strength = level.strength
-    rows = nodes[len(strength) : 2 * len(strength)]
-    full = (strength > 0.0)[:, None]
+    """Write a level of the tree to its blocks of nodes."""
+    blocks = _of_level(nodes, len(level.strength))
+    full = (level.strength > 0.0)[:, None]
     low, high = np.where(full, level.low, 0.0), np.where(full, level.high, 0.0)
-    rows[:, NODE_CENTER : NODE_CENTER + 3] = 0.5 * (low + high)
-    rows[:, NODE_AXIS : NODE_AXIS + 3] = level.axis
-    rows[:, NODE_SQUARED_RADIUS] = 0.25 * ((high - low) ** 2).sum(axis=1)
-    rows[:, NODE_STRENGTH] = strength
-    rows[:, [NODE_CONE, NODE_REACH]] = level.cosines
+    columns = {
+        NODE_CENTER: 0.5 * (low + high),
+        NODE_AXIS: level.axis,
+        NODE_RADIUS: 0.5 * np.linalg.norm(high - low, axis=1),
+        NODE_STRENGTH: level.strength,
+        NODE_CONE: level.cosines[:, 0],
+        NODE_CONE_SINE: np.sqrt(np.maximum(1.0 - level.cosines[:, 0] ** 2, 0.0)),
+        NODE_REACH: level.cosines[:, 1],
+    }
+    for first, values in columns.items():
+        values = values.reshape(len(blocks), WIDTH, -1).swapaxes(1, 2)
+        blocks[:, first : first + values.shape[1]] = values
 
 
 def _join(level: EmitterBounds) -> EmitterBounds:
@@ -130,7 +154,7 @@ def _join(level: EmitterBounds) -> EmitterBounds:
 
 
 def _join_cones(axis: Array, cosine: Array) -> tuple[Array, Array]:
-    """Recone cones around pairs of cones, as axes and cosines; a cosine above 1 is no cone.
+    """Return cones around pairs of cones, as axes and cosines; a cosine above 1 is no cone.
 
     pbrt-v4, 3.8.4.
     """
