@@ -213,7 +213,7 @@ def _find_conflict(camera: Camera, given: Collection[str]) -> tuple[str, str] | 
         kind = camera.projection.kind
         problem = f"is given besides the projection, {kind}; leave one of them out"
         return "fov" if has_fov else "height", problem
-    if has_fov and has_height:
+    if "fov" in given and has_height:
         return "fov", "is given besides the height of parallel rays; leave one of them out"
     if camera.lens is not None and not camera.model.takes_lens:
         return "lens", f"does not go with the projection, {camera.model.kind}; leave it out"

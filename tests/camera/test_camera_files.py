@@ -1,6 +1,7 @@
 """Cameras in files and commands: round trips, several of them, ray maps, and what is refused."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import OpenImageIO
@@ -73,9 +74,9 @@ def test_a_fisheye_sees_half_of_all_directions_unless_told_otherwise(tmp_path):
     assert load(tmp_path, ONE + "projection = { type = 'fisheye' }\n").camera.model.fov == 180.0
 
 
-def test_an_angle_beside_a_height_is_refused_in_code():
-    with pytest.raises(pm.InputError, match="camera fov is given besides the height"):
-        check_camera(pm.Camera((0, 0, 1), (0, 0, 0), fov=50.0, height=1.0))
+def test_a_pinhole_in_code_is_orthographic_when_it_is_given_a_height():
+    pinhole = pm.Camera((0, 0, 1), (0, 0, 0), fov=50.0)
+    assert check_camera(replace(pinhole, height=1.0)).model.kind == "orthographic"
 
 
 def test_tables_may_be_sections(tmp_path):
