@@ -28,10 +28,12 @@ from photonmap.kernels.lights.photons import emit_photon
 
 
 @jit
-def _scatter_if_specular(scene, specular, hit, direction, flux, state):
+def _scatter_if_specular(scene, specular, hit, direction, before, flux, state):
     """Send a photon on from a surface if it takes the specular lobe.
 
-    Returns (whether it did, origin, direction, state); a photon of no flux is lost.
+    `before` is its largest flux over bands, against which Russian roulette is played: the choice of
+    a lobe is no loss, though it divides by a probability. Returns (whether it did, origin,
+    direction, state); a photon of no flux is lost.
     """
     probability = specular_probability(scene.geometry, specular, hit.triangle)
     if specular is None or probability == 0.0:
@@ -39,7 +41,6 @@ def _scatter_if_specular(scene, specular, hit, direction, flux, state):
     is_specular, state = choose_lobe(probability, state, flux)
     if not is_specular:
         return False, direction, direction, state
-    before = largest(flux)
     numbers, state = draw_scattering(specular.alpha, state)
     origin, direction = scatter_specular(
         scene.geometry, specular, hit, direction, numbers, True, flux
@@ -74,18 +75,17 @@ def _store(cache, surface, flux):
 def _reflect(scene, scattering, surface, point, flux, response):
     """Reflect a photon that does not take the specular lobe, by a point of the unit square.
 
-    Returns its largest flux over bands (before, after), and the direction in which it leaves.
+    Returns its largest flux over bands, and the direction in which it leaves.
     """
     factor = adjoint_factor(surface, surface.arrival)
     surface = models.with_model(scene.geometry, scattering, surface)
     if scattering is not None and surface.model != models.LAMBERTIAN:
-        before = largest(flux)
         direction = models.scatter_flux(scene, scattering, surface, point, factor, flux, response)
-        return before, largest(flux), direction
+        return largest(flux), direction
     color = look_up_material(scene.geometry, scene.textures, surface.hit)
-    before, after = multiply_albedo(flux, scene.materials, scene.textures, color, factor)
+    _, after = multiply_albedo(flux, scene.materials, scene.textures, color, factor)
     direction = vec.from_frame(warp.cosine_hemisphere(point[0], point[1]), surface.ng)
-    return before, after, direction
+    return after, direction
 
 
 @jit
@@ -103,8 +103,9 @@ def _trace(scene, cache, index, key, ray, bounces, flux, response):
         if hit.triangle < 0:
             return stores, bounce + 1, 0
         absorb(scene.geometry, scene.specular, hit, direction, passed, flux)
+        before = largest(flux)
         passed, origin, direction, state = _scatter_if_specular(
-            scene, scene.specular, hit, direction, flux, state
+            scene, scene.specular, hit, direction, before, flux, state
         )
         if passed:
             if largest(flux) == 0.0:
@@ -112,7 +113,7 @@ def _trace(scene, cache, index, key, ray, bounces, flux, response):
             continue
         surface = surface_interaction(scene.geometry, hit, direction)
         point = sobol_2d(index, stream(bounce_key, bounce, 0))
-        before, after, direction = _reflect(scene, scene.scattering, surface, point, flux, response)
+        after, direction = _reflect(scene, scene.scattering, surface, point, flux, response)
         _store(cache, surface, flux)
         stores += 1
         alive, state = russian_roulette(before, after, state, flux)
