@@ -170,7 +170,8 @@ def _feed(digest: Any, value: Any) -> None:
     elif is_dataclass(value):
         digest.update(type(value).__name__.encode() + b"(")
         for each in fields(value):
-            _feed(digest, getattr(value, each.name))
+            if each.compare:  # where a scene was loaded from does not make it another
+                _feed(digest, getattr(value, each.name))
     elif isinstance(value, list | tuple):
         digest.update(f"{len(value)}[".encode())
         for part in value:
