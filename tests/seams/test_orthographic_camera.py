@@ -137,12 +137,14 @@ def test_bad_heights_in_files_are_refused_with_their_line(tmp_path, value):
         pm.load_scene(tmp_path / "room.obj")
 
 
-@pytest.mark.parametrize("height", [None, 2.0, 0.1 + 0.2])
-def test_what_is_saved_is_loaded(tmp_path, height):
-    camera = pm.Camera((1.0, 2.0, 3.0), (0.0, 0.5, 0.0), (0.1, 1.0, 0.0), 33.0, height)
+@pytest.mark.parametrize("size", [{"fov": 33.0}, {"height": 2.0}, {"height": 0.1 + 0.2}])
+def test_what_is_saved_is_loaded(tmp_path, size):
+    """The angle of a pinhole, or the height of an orthographic camera: not both."""
+    camera = pm.Camera((1.0, 2.0, 3.0), (0.0, 0.5, 0.0), (0.1, 1.0, 0.0), **size)
     pm.save_scene(pm.Scene([sheet(1.0)], camera=camera), tmp_path / "room.obj")
     assert pm.load_scene(tmp_path / "room.obj").camera == camera
-    assert ("height" in (tmp_path / "room.toml").read_text()) == (height is not None)
+    text = (tmp_path / "room.toml").read_text()
+    assert ("height" in text, "fov" in text) == ("height" in size, "fov" in size)
 
 
 def test_the_record_describes_the_camera():
