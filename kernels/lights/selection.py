@@ -3,12 +3,13 @@
 from photonmap.kernels.core import warp
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.lights.kinds import importance
-from photonmap.kernels.lights.light_tree import descend, leaf_probability, weigh_nodes
+from photonmap.kernels.lights.light_tree import WIDTH, descend, leaf_probability, weigh_nodes
 
 BY_POWER = 0.1
 """Share of choices made by power alone: an emitter that would send much may be hidden."""
-FEW_EMITTERS = 16
-"""Number of emitters up to which every one is considered for each point; twice a tree's width."""
+FEW_EMITTERS = 2 * WIDTH
+"""Number of emitters up to which every one is considered for each point; `descend` needs as much
+scratch."""
 
 
 @jit

@@ -144,5 +144,7 @@ def _error_text(record: dict[str, Any]) -> str:
     kind = "" if goal["buffer"] == "radiance" else f" of {goal['buffer']}"
     if goal["percentile"] is not None:
         kind += f" at {goal['percentile']:g}% of pixels and bands"
-    left = record["unresolved"]
-    return f"error {error}{kind}" + f", {left} pixel{'s' * (left > 1)} unresolved" * (left > 0)
+    text = f"error {error}{kind}"
+    if left := record["unresolved"]:
+        text += f", {left} pixel{'s' * (left > 1)} unresolved"
+    return text

@@ -29,7 +29,7 @@ class Element:
         return InputError(message, self.path, self.line)
 
     def place(self, file: Path) -> str:
-        """Return its line, as it is told in a message about a file."""
+        """Return its line, and its file where a message about `file` has to name it."""
         return f"line {self.line}" + f" of {self.path.name}" * (self.path != file)
 
     def attribute(self, name: str) -> str:
