@@ -45,14 +45,14 @@ def _keyword(name: str, default: Any) -> str:
 
 
 def _invocation(action: Action) -> str:
-    """Return how an argument is written: `--size WxH`, `--checkpoint [FILE]`, `SCENE`."""
-    flags, metavar = action.option_strings, action.metavar
+    """Return how an argument is written: `--size WxH`, `-o, --output FILE`, `SCENE`."""
+    flags, metavar = ", ".join(action.option_strings), action.metavar
     if action.choices:
         metavar = "\\|".join(action.choices)
     if action.nargs == 0 or metavar is None:
-        return flags[0]
+        return flags
     value = f"[{metavar}]" if action.nargs == "?" else metavar
-    return " ".join([*flags[:1], value])
+    return f"{flags} {value}".strip()
 
 
 def insert(text: str, table: str) -> str:

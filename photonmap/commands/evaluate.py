@@ -69,6 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "FOLDER",
         "where to write the report",
         default_text="the data set's name and -evaluation, in the current folder",
+        short="o",
     )
     add_quiet(parser)
 

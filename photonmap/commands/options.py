@@ -53,7 +53,9 @@ def add_option(group: argparse._ActionsContainer, option: Option) -> None:
         return
     default = _default_text(option)
     stands_alone = {} if option.bare is None else {"nargs": "?", "const": option.bare}
+    letter = [f"-{option.short}"] if option.short else []
     group.add_argument(
+        *letter,
         option.flag,
         dest=option.name,
         type=reader(option.read or str),
@@ -105,6 +107,7 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
         "FILE.exr",
         "where to write the result: .exr; .nc or .hdf5 (netCDF); or .hdr or .img (ENVI)",
         default_text="the scene's name, in the current folder",
+        short="o",
     )
     add_value(
         groups["files"],

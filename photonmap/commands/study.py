@@ -64,6 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     files = parser.add_argument_group("files")
     files.add_argument(
+        "-o",
         "--output",
         metavar="FOLDER",
         help="where to write the report (default: the scene's name and -study, in the current "

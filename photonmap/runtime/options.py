@@ -38,6 +38,7 @@ class Option:
     help : what it does, without a full stop
     name, default : its keyword in Python, and the value where it is left out
     default_text : the default in words, where the value does not say it
+    short : letter that stands for its flag on the command line, if any
     written : what is special about it on the command line
     group : heading under which the command line lists it; None if it cannot be given there
     metavar : placeholder for its value in help texts
@@ -54,6 +55,7 @@ class Option:
     name: str = ""
     default: Any = None
     default_text: str = ""
+    short: str = ""
     written: str = ""
     group: str | None = None
     metavar: str | None = None

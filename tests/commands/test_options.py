@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+import re
 import runpy
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -169,3 +170,12 @@ def test_strict_refuses_what_is_read_with_a_warning(tmp_path, monkeypatch, capsy
         assert SceneSource("room.obj").load().meshes
     Path("room.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     assert SceneSource("room.obj", strict=True).load().meshes
+
+
+@pytest.mark.parametrize(
+    "command", [[], ["evaluate"], ["inspect"], ["merge"], ["sensor"], ["study"]]
+)
+def test_o_stands_for_output_in_every_command(command, capsys):
+    with pytest.raises(SystemExit):
+        main([*command, "--help"])
+    assert re.search(r"-o [\w.-]+, --output", capsys.readouterr().out)
