@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from photonmap.compile.colors import paint_meshes
 from photonmap.compile.frame import Frame
 from photonmap.compile.media.bodies import UNRANKED
+from photonmap.compile.media.sides import medium_of
 from photonmap.compile.mesh_cleanup import find_single, without_strays
 from photonmap.compile.triangles import winding_normals
 from photonmap.errors import InputError, warn
@@ -175,7 +176,7 @@ def _find_single(
     emitting = np.array([_may_emit(mesh.material.emission) for mesh in meshes])
     numbers: dict[object, int] = {}
     media = [
-        numbers.setdefault(mesh.material.medium, len(numbers) + 1) if mesh.material.ior else 0
+        numbers.setdefault(medium_of(mesh.material), len(numbers) + 1) if mesh.material.ior else 0
         for mesh in meshes
     ]
     kept = find_single(vertices, triangles, owner, (emitting, np.array(media), ranks))

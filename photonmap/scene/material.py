@@ -252,20 +252,6 @@ class Material:
         return self.abbe if self.dispersion is None else abbe_number(self.dispersion.index)
 
     @property
-    def medium(self) -> tuple[object, ...]:
-        """What its inside does with light: equal for equal insides of glass."""
-        color, distance = self.attenuation_color, self.attenuation_distance
-        if isinstance(color, Spectrum):
-            return self.ior, self.abbe, self.dispersion, id(color), distance
-        clear = bool(np.all(np.equal(color, 1.0)))
-        return (
-            self.ior,
-            self.abbe,
-            self.dispersion,
-            *((1.0, None) if clear else (tuple(np.ravel(color).tolist()), distance)),
-        )
-
-    @property
     def is_glossy(self) -> bool:
         """Whether it has a glossy lobe."""
         return not is_black(self.glossy)

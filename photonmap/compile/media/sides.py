@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from photonmap.compile.media.bodies import TOUCHING, UNRANKED, Body, is_solid, near, ranks_of
 from photonmap.kernels.core.records import Geometry
+from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
+from photonmap.spectra.curves import Spectrum
 
 Ints = NDArray[np.int32]
 Bools = NDArray[np.bool_]
@@ -64,5 +66,15 @@ def find_sides(
 def _distinct_media(meshes: Sequence[Mesh]) -> Ints:
     """Return a number for what each mesh is made of, and last one for air."""
     numbers: dict[object, int] = {}
-    media = [numbers.setdefault(mesh.material.medium, len(numbers)) for mesh in meshes]
+    media = [numbers.setdefault(medium_of(mesh.material), len(numbers)) for mesh in meshes]
     return np.array([*media, -1], np.int32)
+
+
+def medium_of(material: Material) -> tuple[object, ...]:
+    """Return what the inside of a material does with light: equal for equal insides of glass."""
+    color, distance = material.attenuation_color, material.attenuation_distance
+    index = material.ior, material.abbe, material.dispersion
+    if isinstance(color, Spectrum):
+        return *index, id(color), distance
+    clear = bool(np.all(np.equal(color, 1.0)))
+    return *index, *((1.0, None) if clear else (tuple(np.ravel(color).tolist()), distance))
