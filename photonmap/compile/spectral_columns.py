@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from photonmap.buffers import names_where
 from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.kernels.core.passes import Pixels
-from photonmap.kernels.core.records import Lights, Media
+from photonmap.kernels.core.records import Lights, Media, Scattering
 
 Array = NDArray[np.float32]
 
@@ -107,14 +107,6 @@ def carry(compiled: CompiledScene, columns: SpectralColumns) -> CompiledScene:
     carrier = _Carrier(columns)
     tile = carrier.tile
     specular, textures = compiled.specular, compiled.textures
-    scattering = compiled.scattering
-    if scattering is not None:
-        lobes = scattering.maps
-        scattering = scattering._replace(
-            specular=tile(scattering.specular),
-            dip=None if scattering.dip is None else tile(scattering.dip),
-            maps=None if lobes is None else lobes._replace(basis=tile(lobes.basis)),
-        )
     if textures is not None:
         palettes = textures.palettes
         if palettes is not None:
@@ -138,7 +130,7 @@ def carry(compiled: CompiledScene, columns: SpectralColumns) -> CompiledScene:
         lights=carrier.carry_lights(compiled),
         specular=specular,
         textures=textures,
-        scattering=scattering,
+        scattering=compiled.scattering and carrier.carry_scattering(compiled.scattering),
     )
 
 
@@ -165,6 +157,15 @@ class _Carrier:
                 index = columns.groups.index(group) if count > 1 else 0
                 blocks[row, index] = table[row, self._first]
         return blocks.reshape(len(table), -1)
+
+    def carry_scattering(self, scattering: Scattering) -> Scattering:
+        """Return the BSDFs of a scene."""
+        tile, lobes = self.tile, scattering.maps
+        return scattering._replace(
+            specular=tile(scattering.specular),
+            dip=None if scattering.dip is None else tile(scattering.dip),
+            maps=None if lobes is None else lobes._replace(basis=tile(lobes.basis)),
+        )
 
     def carry_media(self, media: Media) -> Media:
         """Return the media of a scene."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from types import NoneType
 from typing import Annotated
 
@@ -264,15 +264,6 @@ class Material:
         if self.glossy_edge is None and isinstance(self.glossy, Metal):
             return self.glossy.edge
         return self.glossy_edge
-
-    @property
-    def explicit(self) -> Material:
-        """The same material, with what follows from a metal's index given by itself."""
-        if self.is_metal_mirror:
-            return replace(
-                self, mirror=0.0, glossy=self.mirror, glossy_edge=self.edge, roughness=0.0
-            )
-        return replace(self, glossy_edge=self.edge)
 
     @property
     def is_coated(self) -> bool:

@@ -10,6 +10,7 @@ from photonmap.io.writers.assets import Assets, check_name
 from photonmap.scene.material import Material
 from photonmap.scene.parameters import Colored, Number, parameters_of
 from photonmap.scene.scene import Scene
+from photonmap.scene.surfaces.explicit import explicit
 from photonmap.scene.textures import Texture
 
 
@@ -54,7 +55,7 @@ def _statements(material: Material, name: str, assets: Assets) -> Iterator[str]:
 
     The reflectance is always among them: without it, a mirror in MTL has none.
     """
-    material = material.explicit
+    material = explicit(material)
     yield f"illum {_illumination_model(material)}"
     if material.relief is not None:
         keyword = "map_Bump" if material.relief.is_height else "norm"

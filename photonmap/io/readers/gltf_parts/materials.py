@@ -3,128 +3,38 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from photonmap.errors import InputError
-from photonmap.io.readers.decoding import SHEEN, Losses, note_loss
+from photonmap.io.readers.decoding import SHEEN, Losses
+from photonmap.io.readers.gltf_parts.source import METALLIC_TEXTURE, WHITE, Factors, Source, Tint
 from photonmap.io.readers.gltf_parts.textures import Textures, find_placement
 from photonmap.io.readers.metallic import (
     USUAL_INDEX,
     Gloss,
-    is_even,
     metallic_gloss,
     multiplied,
 )
 from photonmap.io.readers.registry import GREY
 from photonmap.runtime.wording import shown
-from photonmap.scene.images import Channels, Image
+from photonmap.scene.images import Channels
 from photonmap.scene.material import Material, normal_reflectance
 from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
 from photonmap.scene.surfaces.relief import STEEPEST, NoRelief, NormalMap
 from photonmap.scene.textures import Paint, Texture, Triple, lie_alike, mean_number
-from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 _READ = (
     "ior", "specular", "emissive_strength", "transmission", "volume", "dispersion",
     "anisotropy", "clearcoat", "pbrSpecularGlossiness",
 )  # fmt: skip
 """Extensions that are simulated, `KHR_materials_…`"""
-_METALLIC = "metallicRoughnessTexture"
-_TEXTURES = ("baseColorTexture", _METALLIC, "emissiveTexture")
+_TEXTURES = ("baseColorTexture", METALLIC_TEXTURE, "emissiveTexture")
 _NORMALS, _COAT_NORMALS = "normalTexture", "clearcoatNormalTexture"
 _HARMLESS = "occlusionTexture"
 """It stands for what is simulated anyway."""
 METAL_COLORS = "variation of a metal's colour"
 LOBES = "variation of roughness and metallic"
-Factors = Mapping[str, Any]
-Tint = tuple[float, float, float, float]
-WHITE = (1.0, 1.0, 1.0, 1.0)
-
-
-@dataclass(frozen=True)
-class _Source:
-    """A material: its JSON, and where what is wrong or not simulated is said.
-
-    Parameters
-    ----------
-    name : of the material
-    item : its JSON
-    textures : those of the file
-    losses : takes what is not simulated
-    tint : RGBA that multiplies the base colour; None for none
-    """
-
-    name: str
-    item: Factors
-    textures: Textures
-    losses: Losses
-    tint: Tint | None = None
-
-    @property
-    def surface(self) -> Factors:
-        """The metallic-roughness model."""
-        return self.item.get("pbrMetallicRoughness") or {}
-
-    def extension(self, name: str) -> Factors:
-        """Return the content of an extension, empty if there is none."""
-        found: Factors = self.item.get("extensions", {}).get(f"KHR_materials_{name}") or {}
-        return found
-
-    def lose(self, what: str) -> None:
-        """Note what is not simulated."""
-        note_loss(self.losses, what, self.name)
-
-    def number(self, values: Factors, key: str, default: float, largest: float = 1.0) -> float:
-        """Return a factor from 0 to `largest`."""
-        value = values.get(key, default)
-        if type(value) not in (int, float) or not 0.0 <= value <= largest:
-            raise self.error(key, value, f"a number from 0 to {largest:g}")
-        return float(value)
-
-    def color(self, values: Factors, key: str, largest: float = 1.0) -> tuple[float, float, float]:
-        """Return three factors, each from 0 to `largest`."""
-        value = values.get(key, [1, 1, 1])[:3]
-        most = max(largest, LARGEST_REFLECTANCE)
-        if len(value) < 3 or not all(
-            type(part) in (int, float) and 0 <= part <= most for part in value
-        ):
-            raise self.error(key, value, f"three numbers within [0, {largest:g}]")
-        red, green, blue = (min(float(part), largest) for part in value)
-        return red, green, blue
-
-    def texture(self, use: Factors) -> Texture | None:
-        """Return a colour texture; None if it is missing."""
-        return self.textures.color(use, find_placement(self.item), self.lose)
-
-    def data(self, factor: str, channel: Callable[[Channels], Image]) -> float | Texture:
-        """Return a factor of the surface times a channel of the texture beside it, if any."""
-        number = self.number(self.surface, factor, 1.0)
-        return self.times(number, self.surface.get(_METALLIC), channel)
-
-    def times(
-        self, number: float, use: Factors | None, channel: Callable[[Channels], Image]
-    ) -> float | Texture:
-        """Return a number times a channel of a texture, if there is one."""
-        if use is None or number == 0.0:
-            return number
-        texture = self.textures.data(use, channel, find_placement(self.item), self.lose)
-        if texture is None:
-            return number
-        texture = replace(texture, factor=(number,) * 3)
-        return mean_number(texture) if is_even(texture) else texture
-
-    def base_color(self) -> Triple:
-        """Return the factor of the base colour, tinted."""
-        red, green, blue = self.color(self.surface, "baseColorFactor")
-        r, g, b, _ = self.tint or WHITE
-        return r * red, g * green, b * blue
-
-    def error(self, key: str, value: Any, wanted: str) -> InputError:
-        """Return the error that a value is not what is wanted."""
-        message = f"material {shown(self.name)}: {key} {shown(value)} is not {wanted}"
-        return InputError(f"{message}; correct it", self.textures.path)
 
 
 def read_material(
@@ -148,7 +58,7 @@ def read_material(
     ------
     InputError : a factor is out of range, or a texture cannot be read
     """
-    source = _Source(str(item.get("name") or f"material_{index}"), item, textures, losses, tint)
+    source = Source(str(item.get("name") or f"material_{index}"), item, textures, losses, tint)
     for key in (*item, *source.surface):
         if key.endswith("Texture") and key not in (*_TEXTURES, _NORMALS, _HARMLESS):
             source.lose(key)
@@ -165,7 +75,7 @@ def read_material(
     return Material(source.name, **(look if emission is None else look | {"emission": emission}))
 
 
-def _opaque(source: _Source) -> dict[str, Any]:
+def _opaque(source: Source) -> dict[str, Any]:
     """Return attributes of a surface that transmits nothing."""
     if (older := _specular_gloss(source)) is not None:
         return older
@@ -178,12 +88,12 @@ def _opaque(source: _Source) -> dict[str, Any]:
     return look | _anisotropy(source, look) | _clear_coat(source)
 
 
-def _index(source: _Source) -> float:
+def _index(source: Source) -> float:
     """Return the index of refraction; 0 stands for an infinite one."""
     return source.number(source.extension("ior"), "ior", USUAL_INDEX, 1e3)
 
 
-def _coat(source: _Source, base: object) -> Paint:
+def _coat(source: Source, base: object) -> Paint:
     """Return what is reflected at normal incidence where there is no metal."""
     specular, index = source.extension("specular"), _index(source)
     once = normal_reflectance(max(index, 1.0)) if index > 0.0 else 1.0
@@ -206,7 +116,7 @@ def _coat(source: _Source, base: object) -> Paint:
     return even if len(set(even)) > 1 else even[0]
 
 
-def _specular_gloss(source: _Source) -> dict[str, Any] | None:
+def _specular_gloss(source: Source) -> dict[str, Any] | None:
     """Return attributes of the older model of a base below a specular coat, if it is used."""
     model = source.extension("pbrSpecularGlossiness")
     if not model:
@@ -226,7 +136,7 @@ def _renamed(model: Factors) -> dict[str, Any]:
     return {new: model[old] for old, new in names.items() if old in model}
 
 
-def _anisotropy(source: _Source, look: dict[str, Any]) -> dict[str, Any]:
+def _anisotropy(source: Source, look: dict[str, Any]) -> dict[str, Any]:
     """Return how a surface differs along itself; where it does, the roughness of gloss is even."""
     extension = source.extension("anisotropy")
     strength = source.number(extension, "anisotropyStrength", 0.0)
@@ -244,7 +154,7 @@ def _anisotropy(source: _Source, look: dict[str, Any]) -> dict[str, Any]:
     return even | stretch | _brush(source, extension)
 
 
-def _brush(source: _Source, extension: Factors) -> dict[str, AnisotropyMap]:
+def _brush(source: Source, extension: Factors) -> dict[str, AnisotropyMap]:
     """Return the image of directions and strengths, if there is one."""
     if (use := extension.get("anisotropyTexture")) is None:
         return {}
@@ -252,7 +162,7 @@ def _brush(source: _Source, extension: Factors) -> dict[str, AnisotropyMap]:
     return {} if image is None else {"anisotropy_map": AnisotropyMap(image)}
 
 
-def _base(source: _Source) -> Triple | Texture:
+def _base(source: Source) -> Triple | Texture:
     """Return the base colour."""
     red, green, blue = factor = source.base_color()
     if "baseColorTexture" not in source.surface:
@@ -263,7 +173,7 @@ def _base(source: _Source) -> Triple | Texture:
     return replace(texture, factor=factor)
 
 
-def _gloss(source: _Source, base: Triple | Texture, metallic: float | Texture) -> Gloss:
+def _gloss(source: Source, base: Triple | Texture, metallic: float | Texture) -> Gloss:
     """Return a surface that is a metal in part."""
     roughness = source.data("roughnessFactor", Channels.green)
     if not lie_alike(base, metallic):
@@ -272,7 +182,7 @@ def _gloss(source: _Source, base: Triple | Texture, metallic: float | Texture) -
     return metallic_gloss(base, metallic, coat, roughness)
 
 
-def _clear_coat(source: _Source) -> dict[str, Any]:
+def _clear_coat(source: Source) -> dict[str, Any]:
     """Return the clear coat of a surface, if it has one, with normals of its own."""
     extension = source.extension("clearcoat")
     amount = source.number(extension, "clearcoatFactor", 0.0)
@@ -287,7 +197,7 @@ def _clear_coat(source: _Source) -> dict[str, Any]:
     return look | {"coat_relief": _normal_map(source, extension, _COAT_NORMALS) or NoRelief()}
 
 
-def _glass(source: _Source) -> dict[str, Any] | None:
+def _glass(source: Source) -> dict[str, Any] | None:
     """Return attributes of what is glass, at least in part; None for what transmits nothing.
 
     It is thin without a volume. Metal transmits nothing; of the rest, what is not transmitted is
@@ -325,19 +235,19 @@ def _glass(source: _Source) -> dict[str, Any] | None:
     return look | _attenuation(source) | _dispersion(source)
 
 
-def _is_other(source: _Source) -> bool:
+def _is_other(source: Source) -> bool:
     """Return whether a material is of a model that transmits nothing."""
     others = {"KHR_materials_pbrSpecularGlossiness", "KHR_materials_unlit"}
     return bool(others & set(source.item.get("extensions", ())))
 
 
-def _dispersion(source: _Source) -> dict[str, float]:
+def _dispersion(source: Source) -> dict[str, float]:
     """Return the Abbe number, of which the extension has 20 / V."""
     dispersion = source.number(source.extension("dispersion"), "dispersion", 0.0, 1e30)
     return {"abbe": 20.0 / dispersion} if dispersion > 0.0 else {}
 
 
-def _attenuation(source: _Source) -> dict[str, Any]:
+def _attenuation(source: Source) -> dict[str, Any]:
     """Return what a volume absorbs; nothing along an infinite distance, the default."""
     volume = source.extension("volume")
     color = source.color(volume, "attenuationColor")
@@ -349,13 +259,13 @@ def _attenuation(source: _Source) -> dict[str, Any]:
     return {"attenuation_color": color, "attenuation_distance": distance}
 
 
-def _relief(source: _Source) -> dict[str, NormalMap]:
+def _relief(source: Source) -> dict[str, NormalMap]:
     """Return the normal map of a material that has one."""
     found = _normal_map(source, source.item, _NORMALS)
     return {} if found is None else {"relief": found}
 
 
-def _normal_map(source: _Source, holder: Factors, key: str) -> NormalMap | None:
+def _normal_map(source: Source, holder: Factors, key: str) -> NormalMap | None:
     """Return the normal map that a JSON object holds under a key."""
     use = holder.get(key)
     if use is None:
@@ -367,7 +277,7 @@ def _normal_map(source: _Source, holder: Factors, key: str) -> NormalMap | None:
     return None if directions is None or scale == 0.0 else NormalMap(directions, float(scale))
 
 
-def _alpha(source: _Source) -> dict[str, float | Texture]:
+def _alpha(source: Source) -> dict[str, float | Texture]:
     """Return the opacity where the material has one: blended, or cut off."""
     mode = source.item.get("alphaMode", "OPAQUE")
     if mode == "OPAQUE":
@@ -381,7 +291,7 @@ def _alpha(source: _Source) -> dict[str, float | Texture]:
     return {"alpha": alpha if cutoff is None else float(alpha >= cutoff)}
 
 
-def _emission(source: _Source) -> Paint | None:
+def _emission(source: Source) -> Paint | None:
     """Return the radiance; None for a surface that does not emit."""
     item = source.item
     if not any(item.get("emissiveFactor", ())):

@@ -17,6 +17,7 @@ from photonmap.scene.parameters import (
     Text,
     parameters_of,
 )
+from photonmap.scene.surfaces.explicit import explicit
 from photonmap.scene.surfaces.relief import BumpMap
 from photonmap.scene.textures import Texture
 from photonmap.spectra.curves import Spectrum
@@ -29,7 +30,7 @@ def _close(a: Any, b: Any) -> bool:
 
 def find_material_changes(wanted: Material, read: Material) -> dict[str, Any]:
     """Return the attributes of a material that were read otherwise; textures stay as they are."""
-    found, wanted = {}, wanted.explicit
+    found, wanted = {}, explicit(wanted)
     for attribute, parameter in parameters_of(Material).items():
         value, other = getattr(wanted, attribute), getattr(read, attribute)
         if isinstance(parameter, Text) or isinstance(value, Texture):
