@@ -16,7 +16,7 @@ where there are none, and what the material is at the point.
 
 import numpy as np
 
-from photonmap.kernels.bsdf import coated, glossy, lambert, rough_diffuse
+from photonmap.kernels.bsdf import coated, glossy, lambert, rough_diffuse, sheen
 from photonmap.kernels.bsdf.cover import UNCOVERED, covered
 from photonmap.kernels.bsdf.glass import glass_share
 from photonmap.kernels.bsdf.material import albedo, look_up_material
@@ -26,12 +26,14 @@ from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.passes import SurfaceInteraction
 from photonmap.kernels.core.warp import INV_PI
 
-LAMBERTIAN, ROUGH_DIFFUSE, GLOSSY, COATED = 0, 1, 2, 3
+LAMBERTIAN, ROUGH_DIFFUSE, GLOSSY, COATED, SHEEN = 0, 1, 2, 3, 4
 """Models; `Scattering.model` holds one for each material."""
 MODELS = {"rough diffuse": ROUGH_DIFFUSE, "glossy": GLOSSY}
-"""By the names that materials give them; those below a clear coat are `COATED`."""
-NARROW = (GLOSSY, COATED)
-"""Those with lobes that cosine-distributed rays and light samples may miss."""
+"""By the names that materials give them; those below a clear coat are `COATED`, those below sheen
+`SHEEN`."""
+NARROW = (GLOSSY, COATED, SHEEN)
+"""Those with lobes that cosine-distributed rays and light samples may miss, or that may cover some
+of them."""
 
 
 @jit
@@ -57,8 +59,14 @@ def _departure(surface):
 
 
 @jit
+def model_below(geometry, scattering, triangle):
+    """Return the model of a surface, or of what lies below its coat or sheen."""
+    return np.int64(scattering.below[geometry.material[triangle]])
+
+
+@jit
 def _base_at(geometry, scattering, model, hit):
-    """Return what scatters below a coat, if there is one, as a `Lobe`: black where it has none."""
+    """Return what scatters below a cover, if there is one, as a `Lobe`: black where it has none."""
     if model == GLOSSY:
         return glossy.lobe_at(geometry, scattering, scattering.maps, hit)
     material = geometry.material[hit.triangle]
@@ -83,21 +91,36 @@ def _evaluate_base(scattering, model, base, cover, surface, wi, values):
 
 
 @jit
+def _cover_at(geometry, scattering, coats, base, surface, wi):
+    """Return the `Cover` of a surface; None in scenes without coats."""
+    if coats is None:
+        return None
+    if model_at(geometry, scattering, surface.hit.triangle) != COATED:
+        return UNCOVERED
+    coat = coated.coat_at(geometry, scattering, surface)
+    return coated.cover_at(scattering, base, coat, wi, _departure(surface), surface.ns)
+
+
+@jit
+def _lay_sheen(geometry, scattering, sheens, surface, wi, values):
+    """Turn the BSDF of a base in values into that with a sheen over it, if there is one."""
+    if sheens is None:
+        return
+    if model_at(geometry, scattering, surface.hit.triangle) != SHEEN:
+        return
+    over = sheen.sheen_at(geometry, sheens, sheens.maps, surface.hit)
+    sheen.cover(sheens, sheens.maps, over, (wi, _departure(surface)), surface.ns, values)
+
+
+@jit
 def _evaluate(geometry, scattering, coats, surface, wi, values):
     """Turn the diffuse albedos in values into the BSDF."""
     hit = surface.hit
-    model = model_at(geometry, scattering, hit.triangle)
-    if coats is None:
-        base = _base_at(geometry, scattering, model, hit)
-        _evaluate_base(scattering, model, base, None, surface, wi, values)
-        return
-    below = np.int64(coats.model[geometry.material[hit.triangle]])
+    below = model_below(geometry, scattering, hit.triangle)
     base = _base_at(geometry, scattering, below, hit)
-    cover = UNCOVERED
-    if model == COATED:
-        coat = coated.coat_at(geometry, scattering, surface)
-        cover = coated.cover_at(scattering, base, coat, wi, _departure(surface), surface.ns)
+    cover = _cover_at(geometry, scattering, coats, base, surface, wi)
     _evaluate_base(scattering, below, base, cover, surface, wi, values)
+    _lay_sheen(geometry, scattering, scattering.sheens, surface, wi, values)
 
 
 @jit
@@ -146,17 +169,27 @@ def _sample_base(scattering, model, base, surface, u, v):
 
 
 @jit
-def _sample(geometry, scattering, coats, surface, u, v):
-    if coats is None or surface.model != COATED:
-        base = _base_at(geometry, scattering, surface.model, surface.hit)
-        return _sample_base(scattering, surface.model, base, surface, u, v)
-    below = np.int64(coats.model[geometry.material[surface.hit.triangle]])
-    base = _base_at(geometry, scattering, below, surface.hit)
-    coat, wo = coated.coat_at(geometry, scattering, surface), _departure(surface)
-    share = coated.probability(scattering, base, coat, wo)
-    if u < share:
-        return coated.sample(coat, wo, u / share, v)
-    u = min((u - share) / (1.0 - share), warp.BELOW_ONE)
+def _left_of(u, share):
+    """Return a uniform number that is not below the share, as one in [0, 1)."""
+    return min((u - share) / (1.0 - share), warp.BELOW_ONE)
+
+
+@jit
+def _sample(geometry, scattering, coats, sheens, surface, u, v):
+    below = model_below(geometry, scattering, surface.hit.triangle)
+    base, wo = _base_at(geometry, scattering, below, surface.hit), _departure(surface)
+    if coats is not None and surface.model == COATED:
+        coat = coated.coat_at(geometry, scattering, surface)
+        share = coated.probability(scattering, base, coat, wo)
+        if u < share:
+            return coated.sample(coat, wo, u / share, v)
+        u = _left_of(u, share)
+    if sheens is not None and surface.model == SHEEN:
+        over = sheen.sheen_at(geometry, sheens, sheens.maps, surface.hit)
+        share = sheen.probability(sheens, over, base, vec.dot(wo, surface.ns))
+        if u < share:
+            return sheen.sample(surface.ns, u / share, v)
+        u = _left_of(u, share)
     return _sample_base(scattering, below, base, surface, u, v)
 
 
@@ -165,7 +198,8 @@ def sample(geometry, scattering, surface, u, v):
     """Return a unit vector wi of density `pdf`; `surface.model` says by which BSDF."""
     if scattering is None or surface.model == LAMBERTIAN:
         return lambert.sample(surface, u, v)
-    return _sample(geometry, scattering, scattering.coats, surface, u, v)
+    coats, sheens = scattering.coats, scattering.sheens
+    return _sample(geometry, scattering, coats, sheens, surface, u, v)
 
 
 @jit
@@ -180,15 +214,19 @@ def _base_pdf(scattering, model, base, surface, wi):
 
 
 @outlined
-def _pdf(geometry, scattering, coats, surface, wi):
-    if coats is None or surface.model != COATED:
-        base = _base_at(geometry, scattering, surface.model, surface.hit)
-        return _base_pdf(scattering, surface.model, base, surface, wi)
-    below = np.int64(coats.model[geometry.material[surface.hit.triangle]])
-    base = _base_at(geometry, scattering, below, surface.hit)
-    coat, wo = coated.coat_at(geometry, scattering, surface), _departure(surface)
-    share, own = coated.probability(scattering, base, coat, wo), coated.pdf(coat, wi, wo)
-    return share * own + (1.0 - share) * _base_pdf(scattering, below, base, surface, wi)
+def _pdf(geometry, scattering, coats, sheens, surface, wi):
+    below = model_below(geometry, scattering, surface.hit.triangle)
+    base, wo = _base_at(geometry, scattering, below, surface.hit), _departure(surface)
+    density = _base_pdf(scattering, below, base, surface, wi)
+    if coats is not None and surface.model == COATED:
+        coat = coated.coat_at(geometry, scattering, surface)
+        share, own = coated.probability(scattering, base, coat, wo), coated.pdf(coat, wi, wo)
+        return share * own + (1.0 - share) * density
+    if sheens is not None and surface.model == SHEEN:
+        over = sheen.sheen_at(geometry, sheens, sheens.maps, surface.hit)
+        share = sheen.probability(sheens, over, base, vec.dot(wo, surface.ns))
+        return share * sheen.pdf(wi, surface.ns) + (1.0 - share) * density
+    return density
 
 
 @jit
@@ -196,7 +234,7 @@ def pdf(geometry, scattering, surface, wi):
     """Return the density of `sample` (per steradian) for the unit vector wi."""
     if scattering is None or surface.model == LAMBERTIAN:
         return lambert.pdf(surface, wi)
-    return _pdf(geometry, scattering, scattering.coats, surface, wi)
+    return _pdf(geometry, scattering, scattering.coats, scattering.sheens, surface, wi)
 
 
 @jit

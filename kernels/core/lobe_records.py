@@ -1,10 +1,10 @@
-"""What kernels know of facets that differ along a surface, and of clear coats."""
+"""What kernels know of facets that differ along a surface, of clear coats, and of sheen."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from photonmap.kernels.core.image_records import LobeMaps, Relief
+from photonmap.kernels.core.image_records import LobeMaps, Maps, Relief
 from photonmap.kernels.core.record_types import by_reference
 
 
@@ -34,8 +34,6 @@ class Anisotropy(NamedTuple):
 class Coats(NamedTuple):
     """Clear coats over other surfaces: see `bsdf.coated`. A scene without has None instead."""
 
-    model: np.ndarray
-    """(M,) uint8, which BSDF lies below"""
     weight: np.ndarray
     """(M,) float64, fraction of the surface that is covered; 0 where there is no coat"""
     f0: np.ndarray
@@ -60,3 +58,32 @@ class Coats(NamedTuple):
     """(M,) uint8, 1 where the normals of a coat are not those of what lies below"""
     relief: Relief | None
     """what turns these from the interpolated normals; None where all coats lie as their bases do"""
+
+
+@by_reference
+class Sheens(NamedTuple):
+    """Sheen over other surfaces: see `bsdf.sheen`. A scene without has None instead."""
+
+    color: np.ndarray
+    """(M, N) float32, its reflectance; 0 where there is no sheen"""
+    mean: np.ndarray
+    """(M,) float64, the mean of that over bands"""
+    alpha: np.ndarray
+    """(M,) float64, its α"""
+    row: np.ndarray
+    """(M,) int32, row of the tables"""
+    kept: np.ndarray
+    """(R, K) float64, how much of its lobe is kept at each of K - 1 angles, lest it make
+    light"""
+    albedo: np.ndarray
+    """(R, K) float64, what it reflects of light from these for a colour of 1, and the
+    cosine-weighted mean over all"""
+    through: np.ndarray
+    """(R, C, K) float64, how it lets light pass to the base from each angle, for C even steps of
+    its colour from 0 to 1"""
+    maps: Maps | None
+    """None where no image gives the colour of a sheen"""
+    image: np.ndarray
+    """(M,) int32, row of `maps`, -1 for none"""
+    basis: np.ndarray
+    """(3, N) float32, which makes reflectances of linear RGB"""

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.core.image_records import LobeMaps, Maps, Relief
-from photonmap.kernels.core.lobe_records import Anisotropy, Coats
+from photonmap.kernels.core.lobe_records import Anisotropy, Coats, Sheens
 from photonmap.kernels.core.record_types import by_reference
 
 MIRROR, GLASS, METAL, THIN = 1, 2, 3, 4
@@ -237,6 +237,10 @@ class Scattering(NamedTuple):
     says, see `core.fresnel`; None where none does"""
     share: GlassShare | None
     """None where no surface is glass in part: the rest of it scatters so"""
+    below: np.ndarray
+    """(M,) uint8, `model` of what lies below a coat or sheen, or of what has none"""
+    sheens: Sheens | None
+    """None where no surface has a sheen"""
 
 
 @by_reference

@@ -2,7 +2,7 @@
 
 import math
 
-from photonmap.kernels.bsdf import coated, glossy, models
+from photonmap.kernels.bsdf import coated, glossy, models, sheen
 from photonmap.kernels.bsdf.glass import alpha_at, glass_share
 from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.camera.cameras import first_hit, generate_ray
@@ -41,14 +41,6 @@ def first_hits(geometry, view, span, triangles, barycentrics, distance, depth, n
             normal[pixel, axis] = ns[axis]
 
 
-@jit
-def _base_model(geometry, scattering, coats, triangle):
-    """Return the model of a surface, or of what lies below its coat."""
-    if coats is None:
-        return models.model_at(geometry, scattering, triangle)
-    return int(coats.model[geometry.material[triangle]])
-
-
 @kernel
 def look_up_lobes(scene, scattering, maps, triangles, barycentrics, base, specular, lobes):
     """Fill what first hits reflect where textures give their glossy lobes: one row a hit.
@@ -62,7 +54,7 @@ def look_up_lobes(scene, scattering, maps, triangles, barycentrics, base, specul
         triangle = triangles[pixel]
         if triangle < 0:
             continue
-        if _base_model(geometry, scattering, scattering.coats, triangle) != models.GLOSSY:
+        if models.model_below(geometry, scattering, triangle) != models.GLOSSY:
             continue
         hit = Hit(triangle, barycentrics[pixel, 0], barycentrics[pixel, 1], 0.0)
         color = look_up_material(geometry, scene.textures, hit)
@@ -92,6 +84,19 @@ def look_up_coats(geometry, scattering, maps, triangles, barycentrics, weights, 
                 for term in range(3):
                     mean = glossy.mean_albedo(scattering.albedos, coats.maps, lobe, term)
                     lobes[pixel, 1 + term] = mean
+
+
+@kernel
+def look_up_sheens(geometry, sheens, maps, triangles, barycentrics, colors):
+    """Fill the colour of the sheen of each surface hit, (P, N), where an image gives it."""
+    for pixel in range(len(triangles)):
+        if triangles[pixel] < 0:
+            continue
+        if sheens.image[geometry.material[triangles[pixel]]] >= 0:
+            hit = Hit(triangles[pixel], barycentrics[pixel, 0], barycentrics[pixel, 1], 0.0)
+            over = sheen.sheen_at(geometry, sheens, maps, hit)
+            for band in range(colors.shape[1]):
+                colors[pixel, band] = sheen.color_of(sheens, maps, over, band)
 
 
 @jit

@@ -116,8 +116,9 @@ def leave_out(compiled: CompiledScene, plan: EffectPlan) -> CompiledScene:
     """Return the scene without what a plan leaves out.
 
     Mirrors, glass and the sky turn black, textures become their mean (of the strength of
-    anisotropy, the largest), reliefs flat, cut-outs opaque, glossy surfaces their bare base, and
-    other BSDFs Lambertian. What is forced on gets its code, though nothing calls for it.
+    anisotropy, the largest), reliefs flat, cut-outs opaque, glossy surfaces and those with a sheen
+    their bare base, and other BSDFs Lambertian. What is forced on gets its code, though nothing
+    calls for it.
     """
     lights, geometry = compiled.lights, compiled.geometry
     if lights.environment is not None and not plan.on("environment"):
@@ -214,21 +215,29 @@ def _leave_out_scattering(scattering: Scattering | None, plan: EffectPlan) -> Sc
     """Return the BSDFs that are simulated; None where all are Lambertian or specular."""
     if scattering is None:
         return None
-    model, coats = scattering.model, scattering.coats
-    if coats is not None and not plan.on("glossy"):
-        model, coats = coats.model, None
+    coats, sheens = scattering.coats, scattering.sheens
+    if not plan.on("glossy"):
+        coats = sheens = None
     if coats is not None:
         coats = coats._replace(
-            model=_simulated(coats.model, plan),
             maps=coats.maps if plan.on("textures") else None,
             relief=coats.relief if plan.on("relief") else None,
         )
-    model = _simulated(model, plan)
+    if sheens is not None and not plan.on("textures"):
+        sheens = sheens._replace(maps=None)
+    below = _simulated(scattering.below, plan)
+    model = _simulated(scattering.model, plan) if plan.on("glossy") else below
     maps = scattering.maps if plan.on("textures") and plan.on("glossy") else None
     anisotropy = scattering.anisotropy if plan.on("glossy") else None
     share = _even(scattering.share, plan)
     scattering = scattering._replace(
-        model=model, maps=maps, anisotropy=anisotropy, coats=coats, share=share
+        model=model,
+        maps=maps,
+        anisotropy=anisotropy,
+        coats=coats,
+        share=share,
+        below=below,
+        sheens=sheens,
     )
     return scattering if model.any() else None
 

@@ -14,7 +14,7 @@ from photonmap.kernels.core import records
 from photonmap.runtime.wording import listed
 from photonmap.scene.material import LEAST_ALPHA, Material
 from photonmap.scene.surfaces.checks import check_material
-from photonmap.scene.textures import Paint, Texture, mean_color, mean_number
+from photonmap.scene.textures import Paint, Texture, is_black, mean_color, mean_number
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
 from photonmap.spectra.metals import dip_between
@@ -49,15 +49,18 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
         roughness is outside [0, 1]
     """
     materials = [check_material(material) for material in materials]
-    reflectance = np.stack([_part(m, "reflectance", m.reflectance, bands) for m in materials])
-    mirror = np.stack([_part(m, "mirror", m.mirror, bands) for m in materials])
-    glossy = np.stack([_part(m, "glossy", m.glossy, bands) for m in materials])
-    tint = np.stack([_part(m, "tint", m.tint, bands) for m in materials])
+    reflectance = np.stack(
+        [reflectance_of(m, "reflectance", m.reflectance, bands) for m in materials]
+    )
+    mirror = np.stack([reflectance_of(m, "mirror", m.mirror, bands) for m in materials])
+    glossy = np.stack([reflectance_of(m, "glossy", m.glossy, bands) for m in materials])
+    tint = np.stack([reflectance_of(m, "tint", m.tint, bands) for m in materials])
     ior = np.array([material.ior or 0.0 for material in materials])
     share = np.array([_even_share(material) for material in materials])
     for index, material in enumerate(materials):
         _check_glass(material, reflectance[index].any(), mirror[index].any())
     _check_lobes(materials)
+    _check_sheen(materials)
     _check_even(materials)
     dip = _compile_dips(materials, np.maximum(glossy, mirror), bands)
     reflectance *= (1.0 - share)[:, None]
@@ -113,6 +116,21 @@ def _check_lobes(materials: list[Material]) -> None:
             )
 
 
+def _check_sheen(materials: list[Material]) -> None:
+    """Refuse sheen over what it cannot lie over."""
+    for material in materials:
+        others = {
+            "ior": material.ior is not None,
+            "mirror": not is_black(material.mirror),
+            "coat": material.is_coated,
+        }
+        found = [name for name, there in others.items() if there]
+        if material.has_sheen and found:
+            raise InputError(
+                f"material {material.name!r} has a sheen and {listed(found)}; remove one of them"
+            )
+
+
 def _check_even(materials: list[Material]) -> None:
     """Refuse textures of roughness on anisotropic gloss, and of glossy beside its edge."""
     for material in materials:
@@ -158,7 +176,9 @@ def _compile_dips(materials: list[Material], glossy: Floats, bands: Bands) -> Fl
     for row, material in enumerate(materials):
         edge = material.edge if material.is_glossy or material.is_polished_metal else None
         if edge is not None:
-            dip[row] = dip_between(glossy[row], _part(material, "glossy_edge", edge, bands))
+            dip[row] = dip_between(
+                glossy[row], reflectance_of(material, "glossy_edge", edge, bands)
+            )
     return dip
 
 
@@ -221,8 +241,8 @@ def _compile_scattering(
 ) -> records.Scattering | None:
     """Return which BSDFs are not Lambertian; None where there is none."""
     described = [material.scattering for material in materials]
-    coated = any(material.is_coated for material in materials)
-    if not coated and all(scattering is None for scattering in described):
+    covered = [material.is_coated or material.has_sheen for material in materials]
+    if not any(covered) and all(scattering is None for scattering in described):
         return None
     model, parameters = np.zeros(len(materials), np.uint8), np.zeros((len(materials), 4))
     for index, scattering in enumerate(described):
@@ -231,21 +251,27 @@ def _compile_scattering(
             model[index] = MODELS[name]
             parameters[index, : len(values)] = values
     albedos = np.zeros((len(materials), 3, NODES + 1))
-    for index, material in enumerate(materials):
+    for index in range(len(materials)):
         if model[index] == GLOSSY:
             albedos[index] = lobe_albedos(parameters[index, 0])
-        if model[index] == GLOSSY or material.is_coated:
+        if model[index] == GLOSSY or covered[index]:
             parameters[index, 1:3] = glossy[index].mean(), reflectance[index].mean()
     if any(isinstance(m.roughness, Texture) or m.has_textured_coat for m in materials):
         albedos = np.concatenate([albedos, stepped_albedos(LEAST_ALPHA)])
     elif any(m.has_textured_lobe or m.is_brushed or isinstance(m.coat, Texture) for m in materials):
         albedos = np.concatenate([albedos, albedos[:1]])  # a next row for all
     specular = glossy.astype(np.float32)
-    return records.Scattering(model, parameters, specular, albedos, None, None, None, dip, None)
+    nothing = (None, None, None, dip, None)
+    return records.Scattering(model, parameters, specular, albedos, *nothing, model, None)
 
 
-def _part(material: Material, name: str, color: Paint, bands: Bands) -> Floats:
-    """Return the bands of one of a material's reflectances, (N,), cut to 1."""
+def reflectance_of(material: Material, name: str, color: Paint, bands: Bands) -> Floats:
+    """Return the bands of one of a material's reflectances, (N,), cut to 1.
+
+    Raises
+    ------
+    InputError : it is outside [0, 1]
+    """
     with naming(f"material {material.name!r}: {name}"):
         values = bands.reflectance(mean_color(color))
     bad = ~((values >= 0.0) & (values <= LARGEST_REFLECTANCE))

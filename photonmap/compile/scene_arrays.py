@@ -27,6 +27,7 @@ from photonmap.compile.surfaces.glass import (
     with_glass,
 )
 from photonmap.compile.surfaces.relief import Reliefs
+from photonmap.compile.surfaces.sheens import with_sheens
 from photonmap.compile.surfaces.tangents import given_tangents
 from photonmap.compile.textures import compile_textures
 from photonmap.errors import naming_file
@@ -191,9 +192,10 @@ def _compile(scene: Scene, bands: Bands, aspect: float) -> CompiledScene:
 def _compile_lobes(
     scattering: records.Scattering | None, materials: list[Material], reliefs: Reliefs, bands: Bands
 ) -> records.Scattering | None:
-    """Return BSDFs with textures, with lobes that differ along surfaces, and below coats."""
+    """Return BSDFs with textures, with lobes that differ along surfaces, below coats and sheen."""
     lobes = reliefs.table.lobes(scattering, bands)
     lobes = with_anisotropy(lobes, materials, reliefs.geometry, reliefs.tangents)
+    lobes = with_sheens(lobes, materials, reliefs.table, bands)
     return with_coats(lobes, materials, reliefs)
 
 
@@ -237,7 +239,7 @@ def _colors(scene: Scene) -> Iterator[Paint]:
     for mesh in scene.meshes:
         material = mesh.material
         yield from (material.reflectance, material.emission, material.mirror, material.tint)
-        yield from (material.glossy, material.attenuation_color)
+        yield from (material.glossy, material.sheen, material.attenuation_color)
     for light in scene.lights:
         yield light.color
 

@@ -89,7 +89,7 @@ def _of_surfaces(compiled: CompiledScene) -> dict[str, Effect]:
         ),
         "glossy": _if(
             np.isin(models, NARROW).any() or (specular is not None and specular.alpha is not None),
-            "some surfaces are glossy",
+            "some surfaces are glossy, or have a sheen",
             "no surface is glossy",
         ),
         "non_lambertian": _if(
@@ -101,12 +101,8 @@ def _of_surfaces(compiled: CompiledScene) -> dict[str, Effect]:
 
 
 def _has_rough_diffuse(scattering: Scattering | None) -> bool:
-    """Return whether a surface, or what lies below a coat, is diffuse but not Lambertian."""
-    if scattering is None:
-        return False
-    coats = scattering.coats
-    models = scattering.model if coats is None else np.append(scattering.model, coats.model)
-    return bool((models == ROUGH_DIFFUSE).any())
+    """Return whether a surface, or what lies below a sheen, is diffuse but not Lambertian."""
+    return scattering is not None and bool((scattering.below == ROUGH_DIFFUSE).any())
 
 
 def _of_transparency(compiled: CompiledScene) -> dict[str, Effect]:
@@ -145,10 +141,13 @@ def _of_images(compiled: CompiledScene) -> dict[str, Effect]:
     alpha, scattering = compiled.geometry.alpha, compiled.scattering
     lobes = None if scattering is None else scattering.maps
     coats = None if scattering is None else scattering.coats
+    sheens = getattr(getattr(scattering, "sheens", None), "maps", None)
     of_light, specular = compiled.lights.emission_textures, compiled.specular
     glass = None if specular is None else specular.maps
     share = None if specular is None or specular.share is None else specular.share.maps
-    textures = any(maps is not None for maps in (compiled.textures, of_light, lobes, glass, share))
+    textures = any(
+        maps is not None for maps in (compiled.textures, of_light, lobes, sheens, glass, share)
+    )
     return {
         "alpha": _if(
             alpha is not None and ((alpha.value < 1.0) | (alpha.image >= 0)).any(),

@@ -160,11 +160,14 @@ class _Carrier:
 
     def carry_scattering(self, scattering: Scattering) -> Scattering:
         """Return the BSDFs of a scene."""
-        tile, lobes = self.tile, scattering.maps
+        tile, lobes, sheens = self.tile, scattering.maps, scattering.sheens
+        if sheens is not None:
+            sheens = sheens._replace(color=tile(sheens.color), basis=tile(sheens.basis))
         return scattering._replace(
             specular=tile(scattering.specular),
             dip=None if scattering.dip is None else tile(scattering.dip),
             maps=None if lobes is None else lobes._replace(basis=tile(lobes.basis)),
+            sheens=sheens,
         )
 
     def carry_media(self, media: Media) -> Media:
@@ -225,6 +228,10 @@ def _tables(compiled: CompiledScene) -> list[Array]:
             tables.append(compiled.scattering.dip)
         if compiled.scattering.maps is not None:
             tables.append(compiled.scattering.maps.basis)
+        if (sheens := compiled.scattering.sheens) is not None:
+            tables.append(sheens.color)
+            if sheens.maps is not None:
+                tables.append(sheens.basis)
     if compiled.textures is not None:
         tables.append(compiled.textures.basis)
         if compiled.textures.palettes is not None:

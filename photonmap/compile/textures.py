@@ -31,7 +31,7 @@ from photonmap.spectra.curves import LARGEST_REFLECTANCE
 Floats = NDArray[np.float64]
 _TEXTURED = (
     "reflectance", "emission", "alpha", "glossy", "roughness", "relief", "anisotropy_map", "coat",
-    "coat_roughness", "coat_relief", "tint", "transmission",
+    "coat_roughness", "coat_relief", "tint", "transmission", "sheen",
 )  # fmt: skip
 """Attributes of materials that may be, or have, textures."""
 
@@ -44,7 +44,7 @@ class TextureTable:
     ----------
     maps : one row a use
     reflectance, emission, alpha, glossy, roughness, relief, anisotropy_map, coat, coat_roughness,
-    coat_relief, tint, transmission : (M,) the row that each material uses, -1 for none
+    coat_relief, tint, transmission, sheen : (M,) the row that each material uses, -1 for none
     clear : (M,) likewise, of what panes of textured tint let pass in every band
     opacity : (M,) where there is no texture
     uses : which texture each row of `maps` is, and what its reflectances are divided by
@@ -64,6 +64,7 @@ class TextureTable:
     coat_relief: NDArray[np.int32]
     tint: NDArray[np.int32]
     transmission: NDArray[np.int32]
+    sheen: NDArray[np.int32]
     clear: NDArray[np.int32]
     opacity: Floats
     uses: list[tuple[Texture, float]] = field(repr=False)

@@ -35,7 +35,8 @@ _REMEDIES = (
     (r"mirrored view", "give the camera's node a scale without minus signs"),
     (r"newmtl is repeated", "give each material its own name"),
     (r"\b(Ks|Ns|Ni|Tf|illum|halo)\b", f"give mirror, glossy or ior {_TOML}"),
-    (r"\bsheen\b", f"give diffuse_roughness {_TOML}: it brightens grazing views, if by less"),
+    (r"\bsheen\b", f"give sheen {_TOML}, without coat, ior and mirror"),
+    (r"\bsheenRoughnessTexture\b", f"give sheen_roughness {_TOML}: one number stands for it"),
     (r"munsell", "give the measured chips with --munsell, or accept the recovered curve"),
 )
 """A pattern in a warning, and what to do."""

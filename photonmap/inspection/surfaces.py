@@ -81,11 +81,17 @@ def _name_opaque(material: Material) -> str:
     if not is_black(material.mirror):
         return f"mirror{base}"
     coated = "coated " if material.is_coated else ""
+    sheen = "sheen over " if material.has_sheen else ""
+    return f"{sheen}{coated}{_name_base(material, base)}"
+
+
+def _name_base(material: Material, base: str) -> str:
+    """Return how a material reflects below what covers it; `base` says what gloss lies over."""
     if material.is_glossy:
-        return f"{coated}gloss{base}" if base else f"{coated}metal"
+        return f"gloss{base}" if base else "metal"
     if not base:
-        return f"{coated}black"
-    return "rough diffuse" if material.diffuse_roughness else f"{coated}diffuse"
+        return "black"
+    return "rough diffuse" if material.diffuse_roughness else "diffuse"
 
 
 def _describe_attributes(material: Material) -> dict[str, Any]:

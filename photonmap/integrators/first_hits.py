@@ -15,7 +15,7 @@ from photonmap.buffers import BY_NAME, DEFAULT, names_where
 from photonmap.compile.glossy import mean_albedo
 from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.integrators.base import TILE
-from photonmap.integrators.seen_surfaces import Coat, Specularity, Surfaces
+from photonmap.integrators.seen_surfaces import Coat, Sheen, Specularity, Surfaces
 from photonmap.io.readers.metallic import metallic_fraction
 from photonmap.kernels.core.lobe_records import Coats
 from photonmap.kernels.core.passes import Film, Span, View
@@ -25,6 +25,7 @@ from photonmap.kernels.integrators.first_hits import (
     look_up_coats,
     look_up_glass,
     look_up_lobes,
+    look_up_sheens,
 )
 from photonmap.runtime.storage import RAM, Storage, strips
 from photonmap.runtime.workers import Workers
@@ -214,6 +215,9 @@ def _diffuse_fraction(surfaces: Surfaces) -> Array:
     if surfaces.coat is not None:
         own, passed = surfaces.coat.over(base + lobe, surfaces.coat.mean)
         base, lobe = base * passed, lobe * passed + own
+    if surfaces.sheen is not None:
+        own = surfaces.sheen.color * surfaces.sheen.albedo
+        base, lobe = base * (1.0 - own), lobe * (1.0 - own) + own
     if specular is not None:
         lobe += np.where(surfaces.is_thin[:, None], 0.0, specular.mirror)
     total = (1.0 - share) * (base + lobe) + share
@@ -228,16 +232,19 @@ def _of_materials(compiled: CompiledScene) -> Surfaces:
     reflectance, scattering = compiled.materials.reflectance, compiled.scattering
     count = len(reflectance)
     model, glossy = np.zeros(count, np.uint8), np.zeros_like(reflectance)
-    lobes, coat, dip = np.zeros((count, 4)), None, np.zeros_like(reflectance)
+    lobes, dip = np.zeros((count, 4)), np.zeros_like(reflectance)
+    coat = sheen = None
     if scattering is not None:
-        model, glossy = scattering.model, scattering.specular
+        model, glossy = scattering.below, scattering.specular
         lobes[:, 0], lobes[:, 1:] = scattering.parameters[:, 0], scattering.albedos[:count, :, -1]
         if scattering.dip is not None:
             dip = scattering.dip
         if scattering.coats is not None:
-            model, coat = scattering.coats.model, _coat(scattering, scattering.coats)
+            coat = _coat(scattering, scattering.coats)
+        if (sheens := scattering.sheens) is not None:
+            sheen = Sheen(sheens.color, sheens.albedo[sheens.row, -1:])
     specular = _specularity(compiled.specular)
-    return Surfaces(reflectance, model, glossy, lobes, dip, specular, compiled.is_thin, coat)
+    return Surfaces(reflectance, model, glossy, lobes, dip, specular, compiled.is_thin, coat, sheen)
 
 
 def _coat(scattering: Scattering, coats: Coats) -> Coat:
@@ -250,8 +257,10 @@ def _coat(scattering: Scattering, coats: Coats) -> Coat:
 def _vary(compiled: CompiledScene) -> bool:
     """Return whether textures say how some surfaces scatter."""
     scattering, specular = compiled.scattering, compiled.specular
-    if scattering is not None and scattering.maps is not None:
-        return True
+    if scattering is not None:
+        sheens = scattering.sheens
+        if scattering.maps is not None or (sheens is not None and sheens.maps is not None):
+            return True
     if specular is None:
         return False
     return specular.maps is not None or (
@@ -275,7 +284,13 @@ def _of_points(compiled: CompiledScene, hits: FirstHits, material: Array) -> Sur
     places = np.ascontiguousarray(hits.triangle), np.ascontiguousarray(hits.barycentrics)
     tables = plain.reflectance, plain.glossy, plain.lobes
     reflectance, glossy, lobes = (np.ascontiguousarray(table[material]) for table in tables)
-    coat, specular = plain.coat, plain.specular
+    coat, specular, sheen = plain.coat, plain.specular, plain.sheen
+    if sheen is not None:
+        assert scattering is not None
+        assert scattering.sheens is not None
+        sheen = Sheen(*(np.ascontiguousarray(rows[material]) for rows in sheen))
+        if (maps := scattering.sheens.maps) is not None:
+            look_up_sheens(compiled.geometry, scattering.sheens, maps, *places, sheen.color)
     if scattering is not None and (maps := scattering.maps) is not None:
         look_up_lobes(compiled.arrays, scattering, maps, *places, reflectance, glossy, lobes)
         if coat is not None:
@@ -297,4 +312,5 @@ def _of_points(compiled: CompiledScene, hits: FirstHits, material: Array) -> Sur
         specular,
         plain.is_thin[material],
         coat,
+        sheen,
     )

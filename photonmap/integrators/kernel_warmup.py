@@ -241,7 +241,7 @@ def _chained(specular: Specular) -> Iterator[Material]:
 
 
 def _glossy(scattering: Scattering) -> Iterator[Material]:
-    """Yield one for lobes by image, one for clear coats, and one for the other records."""
+    """Yield one each for lobes by image, clear coats and sheen, and one for the other records."""
     plastic = Material.plastic(reflectance=0.4)
     if scattering.maps is not None:
         yield replace(plastic, glossy=_GREY)
@@ -252,6 +252,8 @@ def _glossy(scattering: Scattering) -> Iterator[Material]:
             coat_roughness=0.5 if coats.maps is None else _GREY,
             coat_relief=None if coats.relief is None else BumpMap(_GREY),
         )
+    if (sheens := scattering.sheens) is not None:
+        yield Material(reflectance=0.4, sheen=0.5 if sheens.maps is None else _GREY)
     yield replace(
         plastic,
         glossy_edge=None if scattering.dip is None else 0.5,

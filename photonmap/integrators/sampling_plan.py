@@ -160,6 +160,8 @@ def _textured_materials(scene: SceneArrays) -> NDArray[np.uint8]:
         textured |= np.greater_equal(images, 0).any(axis=0)
     if (coats := getattr(scene.scattering, "coats", None)) and coats.relief is not None:
         textured |= coats.relief.image >= 0
+    if (sheens := getattr(scene.scattering, "sheens", None)) and sheens.maps is not None:
+        textured |= sheens.image >= 0
     if geometry.relief is not None:
         textured |= geometry.relief.image >= 0
     if geometry.alpha is not None:

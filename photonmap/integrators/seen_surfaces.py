@@ -41,6 +41,15 @@ class Coat(NamedTuple):
         return self.weight * light, 1.0 - self.weight + self.weight * through
 
 
+class Sheen(NamedTuple):
+    """Sheen of R surfaces."""
+
+    color: Array
+    """(R, N), 0 where there is none"""
+    albedo: Array
+    """(R, 1) reflectance of light from all around for a colour of 1"""
+
+
 class Specularity(NamedTuple):
     """Specular lobes of R surfaces."""
 
@@ -75,10 +84,12 @@ class Surfaces(NamedTuple):
     """(R,)"""
     coat: Coat | None
     """None where no surface has one"""
+    sheen: Sheen | None
+    """likewise"""
 
     @property
     def is_glossy(self) -> Array:
-        """Which have a glossy lobe, (R,), be it below a coat."""
+        """Which have a glossy lobe, (R,), be it below a coat or a sheen."""
         return np.asarray(self.model == GLOSSY)
 
     @property

@@ -90,13 +90,17 @@ class Material:
     coat_roughness, coat_ior : of the coat, like `roughness`, and its index of refraction
     coat_relief : a `NormalMap` or a `BumpMap` of the coat, or `NoRelief` for one that is smooth
         over what has a `relief`; None where it follows that
+    sheen : reflectance of the fibres of a cloth in [0, 1], which shine at grazing angles, over what
+        is diffuse or glossy, which gets what they let pass (see `kernels.bsdf.sheen`)
+    sheen_roughness : of the fibres, from 0 (a thin rim) to 1 (a broad glow), as in glTF: α of
+        Charlie is its square, at least 0.01
     diffuse_roughness : of the diffuse reflection in [0, 1], 0 for Lambert's law (energy-preserving
         Oren–Nayar, see `kernels.bsdf.rough_diffuse`)
     relief : a `NormalMap` or a `BumpMap`, which turns shading normals (see
         `kernels.geometry.relief`); None for a surface without
 
     A colour is a number (a constant spectrum), a linear RGB triple, or a `Spectrum`; reflectance,
-    emission, alpha, glossy, roughness, coat, coat_roughness, tint and transmission may be a
+    emission, alpha, glossy, roughness, coat, coat_roughness, sheen, tint and transmission may be a
     `Texture`. Annotations declare ranges and the keys of TOML and MTL files, which checks, readers
     and writers follow (`photonmap.scene.parameters`).
     """
@@ -159,6 +163,14 @@ class Material:
         Number("index of refraction", mtl="coat_ior", only="opaque", at_least=1.0, such_as="1.5"),
     ] = 1.5
 
+    sheen: Annotated[Paint, Reflectance("reflectance", mtl="Ps", textured=True, only="opaque")] = (
+        0.0
+    )
+    sheen_roughness: Annotated[
+        float,
+        Number("roughness", mtl="sheen_roughness", only="opaque", at_least=0.0, at_most=1.0),
+    ] = 0.5
+
     relief: Annotated[
         NormalMap | BumpMap | None,
         Part("relief", kinds={kind.kind: kind for kind in (NormalMap, BumpMap)}),
@@ -214,7 +226,7 @@ class Material:
     @property
     def is_textured(self) -> bool:
         """Whether a texture lies on it."""
-        names = "reflectance", "emission", "alpha", "coat", "tint", "transmission"
+        names = "reflectance", "emission", "alpha", "coat", "sheen", "tint", "transmission"
         is_painted = any(isinstance(getattr(self, name), Texture) for name in names)
         is_turned = self.relief is not None or self.own_coat_relief is not None
         is_varied = self.has_textured_lobe or self.has_textured_coat
@@ -271,6 +283,11 @@ class Material:
         return not is_black(self.coat)
 
     @property
+    def has_sheen(self) -> bool:
+        """Whether it has a sheen."""
+        return not is_black(self.sheen)
+
+    @property
     def has_textured_coat(self) -> bool:
         """Whether an image gives the roughness of a clear coat."""
         return self.is_coated and isinstance(self.coat_roughness, Texture)
@@ -305,8 +322,9 @@ class Material:
     @property
     def is_narrow_metal(self) -> bool:
         """Whether it is bare metal whose lobe is so narrow that specular chains follow it."""
-        even = not (self.has_textured_lobe or self.is_anisotropic or self.is_coated)
-        return self.is_glossy and even and self._is_bare and self._alpha < NARROW_ALPHA
+        even = not (self.has_textured_lobe or self.is_anisotropic)
+        alone = not (self.is_coated or self.has_sheen)
+        return self.is_glossy and even and alone and self._is_bare and self._alpha < NARROW_ALPHA
 
     @property
     def is_metal_mirror(self) -> bool:
@@ -328,7 +346,7 @@ class Material:
     def scattering(self) -> tuple[str, tuple[float, ...]] | None:
         """The BSDF model of what is not specular, and its parameters; None for Lambert's law.
 
-        Of what lies below a clear coat, if there is one.
+        Of what lies below a clear coat or a sheen, if there is one.
         """
         if self.is_narrow_metal:
             return None

@@ -13,6 +13,7 @@ from photonmap.compile.glossy import NODES, lobe_albedos, stepped_albedos
 from photonmap.compile.surfaces.anisotropy import with_anisotropy
 from photonmap.compile.surfaces.coats import with_coats
 from photonmap.compile.surfaces.relief import Reliefs
+from photonmap.compile.surfaces.sheens import with_sheens
 from photonmap.compile.textures import compile_textures
 from photonmap.kernels.bsdf import models
 from photonmap.kernels.core import records, rng, vec
@@ -47,6 +48,8 @@ class Case(NamedTuple):
     """whether an image gives its roughness, the same all over"""
     coat_lean: tuple = ()
     """its own normal, by `FRAME`'s x and y and the surface's; none where it is the surface's"""
+    sheen: tuple = (0.0, 0.5)
+    """colour and roughness of a sheen over it"""
     edge: tuple = ()
     """reflectance at 82°; none where Schlick's formula gives it"""
 
@@ -66,6 +69,10 @@ CASES = [
     Case("glossy", (0.3,), specular=(0.04,) * 3, coat=(0.9, 0.53, 1.5), is_coat_textured=True),
     Case("glossy", (0.3,), (0.0,) * 3, (0.5, 0.8, 1.0), coat=(1.0, 0.5, 2.0)),
     Case("glossy", (0.35,), (0.2, 0.5, 0.8), (0.04, 0.3, 0.5), True, coat=(0.4, 0.7, 1.5)),
+    *(Case("Lambertian", sheen=(0.9, roughness)) for roughness in (0.2, 0.5, 1.0)),
+    Case("rough diffuse", (0.8,), sheen=(0.3, 0.4)),
+    Case("glossy", (0.5,), specular=(0.04,) * 3, sheen=(0.6, 0.3)),
+    Case("glossy", (0.3,), (0.0,) * 3, (0.5, 0.8, 1.0), sheen=(0.5, 0.7)),
 ]
 
 _N = np.array([0.48, -0.6, 0.64])
@@ -90,20 +97,7 @@ def make_scene(case):
         alpha=None,
         relief=None,
     )
-    parameters = np.zeros((1, 4))
-    parameters[0, : len(case.parameters)] = case.parameters
-    albedos = lobe_albedos(parameters[0, 0]) if case.model == "glossy" else np.zeros((3, NODES + 1))
-    specular = np.array([case.specular], np.float32)
-    parameters[0, 1:3] = np.mean(case.specular), np.mean(case.albedo)
-    scattering = records.Scattering(
-        np.array([models.MODELS.get(case.model, models.LAMBERTIAN)], np.uint8),
-        parameters,
-        specular,
-        albedos[None],
-        *(None, None, None),
-        _dip(case),
-        None,
-    )
+    scattering = _bare(case)
     look = _material(case)
     if case.is_brushed:
         look = replace(look, anisotropy=1.0, anisotropy_map=brushed(case.anisotropy[0]))
@@ -116,7 +110,30 @@ def make_scene(case):
     if case.is_textured:
         textures, scattering = texture(case, scattering)
     scattering = _coated(scattering, look, geometry) if case.coat[0] else scattering
+    table = compile_textures([look], np.ones(1))
+    scattering = with_sheens(scattering, [look], table, Bands.rgb())
     return records.SceneArrays(geometry, materials, None, None, textures, scattering)
+
+
+def _bare(case):
+    """Return the scattering of a case, without textures, covers and anisotropy."""
+    parameters = np.zeros((1, 4))
+    parameters[0, : len(case.parameters)] = case.parameters
+    albedos = lobe_albedos(parameters[0, 0]) if case.model == "glossy" else np.zeros((3, NODES + 1))
+    specular = np.array([case.specular], np.float32)
+    parameters[0, 1:3] = np.mean(case.specular), np.mean(case.albedo)
+    model = np.array([models.MODELS.get(case.model, models.LAMBERTIAN)], np.uint8)
+    return records.Scattering(
+        model,
+        parameters,
+        specular,
+        albedos[None],
+        *(None, None, None),
+        _dip(case),
+        None,
+        model,
+        None,
+    )
 
 
 def _coated(scattering, look, geometry):
@@ -153,6 +170,9 @@ def _material(case):
         coat_roughness=_even(coat_roughness) if case.is_coat_textured else coat_roughness,
         coat_ior=coat_ior,
         coat_relief=pm.NormalMap(_even(own)) if case.coat_lean else None,
+        diffuse_roughness=case.parameters[0] if case.model == "rough diffuse" else 0.0,
+        sheen=case.sheen[0],
+        sheen_roughness=case.sheen[1],
     )
 
 
@@ -192,6 +212,8 @@ def number_of(case):
     """Return the number of a case's model."""
     if case.coat[0]:
         return models.COATED
+    if case.sheen[0]:
+        return models.SHEEN
     return models.MODELS.get(case.model, models.LAMBERTIAN)
 
 

@@ -32,14 +32,16 @@ each_case = pytest.mark.parametrize(
     "case",
     CASES,
     ids=lambda case: (
-        f"{case.model}{case.parameters}" + (f"-coat{case.coat}" if case.coat[0] else "")
+        f"{case.model}{case.parameters}"
+        + (f"-coat{case.coat}" if case.coat[0] else "")
+        + (f"-sheen{case.sheen}" if case.sheen[0] else "")
     ),
 )
 each_view = pytest.mark.parametrize("cosine", COSINES)
 
 
 def test_every_model_has_a_case():
-    every = {models.LAMBERTIAN, models.COATED, *models.MODELS.values()}
+    every = {models.LAMBERTIAN, models.COATED, models.SHEEN, *models.MODELS.values()}
     assert {number_of(case) for case in CASES} == every
 
 

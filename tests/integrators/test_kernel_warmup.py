@@ -35,6 +35,8 @@ MATERIALS = {
     "coat": [pm.Material(coat=GREY)],
     "coat by image": [pm.Material(coat=0.5, coat_roughness=GREY)],
     "coat with relief": [pm.Material(coat=0.5, coat_relief=pm.BumpMap(GREY))],
+    "sheen": [pm.Material(sheen=0.5)],
+    "sheen by image": [pm.Material(sheen=IMAGE)],
     "brushed": [replace(METAL, anisotropy=0.5)],
     "metal with an edge": [replace(METAL, roughness=0.6, glossy_edge=(0.9, 0.7, 0.5))],
     "narrow metal with an edge": [replace(METAL, roughness=0.2, glossy_edge=(0.9, 0.7, 0.5))],

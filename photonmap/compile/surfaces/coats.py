@@ -64,7 +64,6 @@ def with_coats(
     albedos += [albedos[-1]] * varies  # a next row for all
     weight, f0, alpha, dielectric = numbers
     coats = Coats(
-        scattering.model,
         weight,
         f0,
         alpha,
@@ -139,7 +138,7 @@ def through_coat(f0: float, alpha: float, below: float, base_f0: float | None) -
         white diffuse one; None where it has no lobe
     """
     passed = np.maximum(1.0 - _whole_albedos(alpha, f0), 1e-9)
-    base, through = _white_base(below, base_f0), np.sqrt(passed)
+    base, through = white_base(below, base_f0), np.sqrt(passed)
     for _ in range(ROUNDS):
         through = np.sqrt(through * passed / (base @ through))
     return np.append(through, 0.0)
@@ -153,20 +152,20 @@ def _whole_albedos(alpha: float, f0: float) -> Floats:
 
 
 @cache
-def _white_base(alpha: float, f0: float | None) -> Floats:
+def white_base(alpha: float, f0: float | None) -> Floats:
     """Return where a white base sends light from each node's angle: rows add up to 1."""
     if f0 is None:
-        return _evenly(np.ones(NODES))
+        return evenly(np.ones(NODES))
     single, grazing, _ = lobe_albedos(alpha)
     cosines = np.maximum(np.linspace(0.0, 1.0, NODES) ** 2, SMALLEST_COSINE).tolist()
     once = np.array([_once(alpha, f0, cosine) for cosine in cosines])
     once *= ((f0 * (single - grazing) + grazing)[:-1] / once.sum(axis=1))[:, None]
-    several = multiple_fresnel(f0, single[-1]) * _evenly(1.0 - single[:-1])
-    diffuse = 0.0 if f0 == 1.0 else _evenly(1.0 - _whole_albedos(alpha, f0))
+    several = multiple_fresnel(f0, single[-1]) * evenly(1.0 - single[:-1])
+    diffuse = 0.0 if f0 == 1.0 else evenly(1.0 - _whole_albedos(alpha, f0))
     return np.asarray(once + several + diffuse)
 
 
-def _evenly(missing: Floats) -> Floats:
+def evenly(missing: Floats) -> Floats:
     """Return where light goes that leaves by missing(i) · missing(o), of which so much goes."""
     nodes = np.linspace(0.0, 1.0, NODES)
     spread = missing * nodes**3  # of 2 μ dμ = 4 t³ dt, for μ = t²

@@ -12,7 +12,9 @@ def without_images(material: Material) -> Material:
 
     It is the same one if it has none.
     """
-    even: dict[str, Any] = {"glossy": mean_color(material.glossy)}
+    even: dict[str, Any] = {
+        name: mean_color(getattr(material, name)) for name in ("glossy", "sheen")
+    }
     for name in ("roughness", "coat", "coat_roughness"):
         even[name] = mean_number(getattr(material, name))
     even |= dict.fromkeys(("relief", "coat_relief", "anisotropy_map"))

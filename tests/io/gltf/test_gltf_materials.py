@@ -200,7 +200,41 @@ GLASS = {
                 "name": "a",
                 "extensions": {"KHR_materials_sheen": {"sheenColorFactor": [0, 0.1, 0]}},
             },
-            Material("a"),
+            Material("a", sheen=(0.0, 0.1, 0.0), sheen_roughness=0.0),
+            None,
+        ),
+        (
+            {
+                "name": "a",
+                "pbrMetallicRoughness": {"metallicFactor": 0, "baseColorFactor": [0.5, 0.2, 0, 1]},
+                "extensions": {
+                    "KHR_materials_sheen": {
+                        "sheenColorFactor": [0.9, 0.8, 0.7],
+                        "sheenRoughnessFactor": 0.6,
+                        "sheenRoughnessTexture": {"index": 7},
+                    }
+                },
+            },
+            Material(
+                "a",
+                (0.5, 0.2, 0.0),
+                glossy=COAT,
+                roughness=1.0,
+                sheen=(0.9, 0.8, 0.7),
+                sheen_roughness=0.6,
+            ),
+            "sheenRoughnessTexture of 'a'",
+        ),
+        (
+            {
+                "name": "a",
+                "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0.4},
+                "extensions": {
+                    "KHR_materials_sheen": {"sheenColorFactor": [0, 0.1, 0]},
+                    "KHR_materials_clearcoat": {"clearcoatFactor": 0.5},
+                },
+            },
+            Material("a", (1.0,) * 3, glossy=COAT, roughness=0.4, coat=0.5),
             "sheen (which brightens cloth where it is seen at grazing angles) of 'a'",
         ),
     ],

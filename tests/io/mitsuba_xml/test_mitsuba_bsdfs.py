@@ -7,6 +7,7 @@ import pytest
 
 import photonmap as pm
 from photonmap.compile.glossy import lobe_albedos, mean_albedo
+from photonmap.compile.surfaces.sheens import sheen_lobe
 from photonmap.errors import InputError, SceneWarning
 from photonmap.io.readers.mitsuba_parts.materials.albedos import base_albedo, plastic_albedo
 from photonmap.scene.textures import Texture
@@ -263,9 +264,34 @@ def test_principled(look):
 def test_parameters_that_are_not_simulated_are_named(look):
     with pytest.warns(SceneWarning, match="not simulated: bsdf parameter gloss of 'paint'$"):
         look("diffuse", '<float name="gloss" value=".3"/>')
-    look("principled", '<float name="sheen" value="0"/><float name="sheen_tint" value=".5"/>')
+
+
+SHEEN = '<float name="sheen" value="{}"/><float name="sheen_tint" value="{}"/>'
+
+
+def test_sheen_is_charlie_s_that_reflects_as_much(look):
+    assert not look("principled", SHEEN.format(0, 0.5)).has_sheen
+    plain = look("principled", SHEEN.format(0.5, 0))
+    np.testing.assert_allclose(plain.sheen, 0.055)
+    red = look("principled", RED.format("base_color") + SHEEN.format(0.5, 1))
+    assert np.dot(red.sheen, [0.2126, 0.7152, 0.0722]) == pytest.approx(0.055, rel=1e-3)
+    assert red.sheen[0] / red.sheen[1] == pytest.approx(4.0)
+    metal = look("principled", SHEEN.format(0.5, 0) + '<float name="metallic" value="0.6"/>')
+    np.testing.assert_allclose(metal.sheen, 0.022)
+    nodes, weights = np.polynomial.legendre.leggauss(64)
+    cosines, weights = 0.5 * (nodes + 1.0), weights * 0.25 * (nodes + 1.0)
+    out, into, turn = np.ix_(cosines, cosines, np.pi * (np.arange(64) + 0.5) / 64)
+    between = np.sqrt((1 - out**2) * (1 - into**2)) * np.cos(turn) + out * into
+    lobe = ((1.0 - np.sqrt(0.5 * (1.0 + between))) ** 5).mean(axis=2)
+    ours = sheen_lobe(plain.sheen_roughness**2).albedo[-1] * 0.11
+    assert 4.0 * np.pi * (weights @ lobe @ weights) == pytest.approx(ours, rel=0.01)
+
+
+@pytest.mark.parametrize("other", ["spec_trans", "clearcoat"])
+def test_sheen_that_is_left_out_is_named(look, other):
     with pytest.warns(SceneWarning, match="not simulated: sheen .which .* of 'paint'$"):
-        look("principled", '<float name="sheen" value=".3"/>')
+        found = look("principled", SHEEN.format(0.3, 0) + f'<float name="{other}" value="0.4"/>')
+    assert not found.has_sheen
 
 
 def test_masks(look, png):

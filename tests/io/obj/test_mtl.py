@@ -62,7 +62,7 @@ def test_neutral_statements_are_silent(read):
     "statement",
     ["Ks 0.1 0 0", "Ks spectral 0.5", "Ns 10", "Ni 1.5", "Tf 1 0 0", "illum 3"]
     + ["map_Ks -o 1 1 1 my wood.png", "disp a.png"]
-    + ["Ps 0.5", "refl -type sphere a.png", "sharpness 60"],
+    + ["refl -type sphere a.png", "sharpness 60"],
 )
 def test_what_is_not_simulated_is_named(read, statement):
     with pytest.warns(SceneWarning, match=rf"a.mtl: .*'{statement.split()[0]}' of 'wood'"):
@@ -70,10 +70,32 @@ def test_what_is_not_simulated_is_named(read, statement):
     assert materials["wood"].reflectance == (0.5, 0.5, 0.5)
 
 
-def test_a_warning_says_what_sheen_would_do(read):
-    wanted = r"'Ps' of 'a', 'b': sheen \(which brightens cloth where it is seen at grazing angles\)"
-    with pytest.warns(SceneWarning, match=f"not simulated: {wanted}"):
-        read("newmtl a\nKd 0.5\nPs 0.7\nnewmtl b\nPs 0.1\nnewmtl c\nPs 0\n")
+def test_sheen(read, tmp_path):
+    text = "newmtl a\nKd 0.5\nPs 0.7\nnewmtl b\nPs 0.1 0.2 0.3\nsheen_roughness 0.4\n"
+    materials = read(text + "newmtl c\nPs 0\nnewmtl d\nPr 0.5\nPs 0.3\n")
+    assert materials["a"] == Material("a", (0.5,) * 3, sheen=(0.7,) * 3)
+    assert materials["b"] == Material("b", sheen=(0.1, 0.2, 0.3), sheen_roughness=0.4)
+    assert materials["c"] == Material("c")
+    assert materials["d"].sheen == (0.3,) * 3
+    assert materials["d"].is_glossy
+    (tmp_path / "s.png").write_bytes(encode_png(np.full((2, 2, 3), 200, np.uint8)))
+    sheen = read("newmtl a\nKd 0.5\nPs 0.5\nmap_Ps s.png\n")["a"].sheen
+    assert sheen.image.srgb
+    assert sheen.factor == (0.5,) * 3
+    assert read("newmtl a\nKd 0.5\nmap_Ps s.png\n")["a"].sheen.factor == (1.0,) * 3
+
+
+@pytest.mark.parametrize(
+    ("cover", "statement"),
+    [("Pc 0.5", "Ps 0.7"), ("Ni 1.5\nillum 7", "Ps 0.7"), ("Ni 1.5\nillum 7", "map_Ps s.png")]
+    + [("Ks 0.5\nillum 3", "Ps 0.7")],
+)
+def test_sheen_that_is_left_out_is_named(read, tmp_path, cover, statement):
+    (tmp_path / "s.png").write_bytes(encode_png(np.full((2, 2, 3), 200, np.uint8)))
+    wanted = r" of 'a': sheen \(which brightens cloth where it is seen at grazing angles\)"
+    with pytest.warns(SceneWarning, match=f"not simulated: '{statement.split()[0]}'{wanted}"):
+        found = read(f"newmtl a\n{cover}\n{statement}\nsheen_roughness 0.3\n")["a"]
+    assert not found.has_sheen
 
 
 def test_clear_coats(read, tmp_path):

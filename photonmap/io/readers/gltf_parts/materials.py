@@ -26,7 +26,7 @@ from photonmap.scene.textures import Paint, Texture, Triple, lie_alike, mean_num
 
 _READ = (
     "ior", "specular", "emissive_strength", "transmission", "volume", "dispersion",
-    "anisotropy", "clearcoat", "pbrSpecularGlossiness",
+    "anisotropy", "clearcoat", "sheen", "pbrSpecularGlossiness",
 )  # fmt: skip
 """Extensions that are simulated, `KHR_materials_…`"""
 _TEXTURES = ("baseColorTexture", METALLIC_TEXTURE, "emissiveTexture")
@@ -63,13 +63,13 @@ def read_material(
         if key.endswith("Texture") and key not in (*_TEXTURES, _NORMALS, _HARMLESS):
             source.lose(key)
     for extension in item.get("extensions", ()):
-        if extension.removeprefix("KHR_materials_") not in (*_READ, "sheen"):
+        if extension.removeprefix("KHR_materials_") not in _READ:
             source.lose(extension)
-    if any(source.extension("sheen").get("sheenColorFactor", ())):
-        source.lose(SHEEN)
     look = _glass(source) or _opaque(source)
     if "coat" not in look and source.extension("clearcoat").get("clearcoatFactor", 0.0):
         source.lose("KHR_materials_clearcoat")
+    if "sheen" not in look and _sheen(source):
+        source.lose(SHEEN)
     look |= _relief(source)
     emission = _emission(source)
     return Material(source.name, **(look if emission is None else look | {"emission": emission}))
@@ -82,10 +82,12 @@ def _opaque(source: Source) -> dict[str, Any]:
     if "KHR_materials_unlit" in source.item.get("extensions", {}):
         return {"reflectance": _base(source)} | _alpha(source)
     if "pbrMetallicRoughness" not in source.item:
-        return {"reflectance": source.tint[:3]} if source.tint else {}
+        tint: dict[str, Any] = {"reflectance": source.tint[:3]} if source.tint else {}
+        return tint | _sheen(source)
     metallic = source.data("metallicFactor", Channels.blue)
     look = _gloss(source, _base(source), metallic)._asdict() | _alpha(source)
-    return look | _anisotropy(source, look) | _clear_coat(source)
+    coat = _clear_coat(source)
+    return look | _anisotropy(source, look) | (coat or _sheen(source))
 
 
 def _index(source: Source) -> float:
@@ -195,6 +197,22 @@ def _clear_coat(source: Source) -> dict[str, Any]:
     if extension.get(_COAT_NORMALS) == source.item.get(_NORMALS):
         return look
     return look | {"coat_relief": _normal_map(source, extension, _COAT_NORMALS) or NoRelief()}
+
+
+def _sheen(source: Source) -> dict[str, Any]:
+    """Return the sheen of a surface, if it has one."""
+    extension = source.extension("sheen")
+    roughness = source.number(extension, "sheenRoughnessFactor", 0.0)
+    if not any(extension.get("sheenColorFactor", ())):
+        return {}
+    factor = source.color(extension, "sheenColorFactor")
+    color: Paint = factor
+    if (use := extension.get("sheenColorTexture")) is not None:
+        texture = source.texture(use)
+        color = factor if texture is None else replace(texture, factor=factor)
+    if "sheenRoughnessTexture" in extension:
+        source.lose("sheenRoughnessTexture")
+    return {"sheen": color, "sheen_roughness": roughness}
 
 
 def _glass(source: Source) -> dict[str, Any] | None:

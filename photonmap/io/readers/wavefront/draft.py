@@ -16,7 +16,7 @@ class Draft:
     Parameters
     ----------
     blender : 0; of a file by Blender's exporter, the `Ns` that it writes for roughness 0
-    colors : `Kd`, `Ke`, `Ks`, `Tf`
+    colors : `Kd`, `Ke`, `Ks`, `Tf`, `Ps`
     maps : `map_Kd`, `map_Ke`, `map_d`; None for a missing file
     data : `map_Pr` and `map_Pm`, which replace `Pr` and `Pm`, and `map_Ns`, which multiplies `Ns`
     numbers : `illum`, `Ni`, `Ns`, `Pr`, `Pm`, `d`, and `Tr` as 1 - Tr

@@ -13,7 +13,7 @@ from photonmap.io.readers.wavefront.draft import Draft, matters
 from photonmap.io.readers.wavefront.gloss import NUMBERS, gloss_of
 from photonmap.scene.material import Material
 from photonmap.scene.parameters import parameters_of
-from photonmap.scene.textures import Paint, Texture
+from photonmap.scene.textures import Paint, Texture, is_black
 from photonmap.spectra.curves import Color, Spectrum
 from photonmap.spectra.observer import radiance_to_rgb, reflectance_to_rgb
 
@@ -40,12 +40,13 @@ def make_material(name: str, draft: Draft) -> Material:
         draft.ignored.append("Tf")
     if model in _MIRRORS and "Ks" in colors and not (draft.blender or "Pr" in draft.numbers):
         _note_index(draft)
-        _leave_out_coat(draft)
+        _leave_out_covers(draft)
         draft.ignored += [key for key in NUMBERS if key in draft.numbers]
         return Material(name, albedo, light, colors["Ks"], alpha=_alpha(draft), **_others(draft))
     is_given = "Kd" in colors or "map_Kd" in draft.maps
     reflectance = albedo if is_given else Material.reflectance
-    others = {"emission": light, "alpha": _alpha(draft), **_others(draft), **_own_maps(draft)}
+    others = {"emission": light, "alpha": _alpha(draft), **_sheen(draft)}
+    others |= _others(draft) | _own_maps(draft)
     gloss = gloss_of(draft, reflectance)
     if gloss is not None:
         return Material(name, **{**gloss._asdict(), **others})
@@ -65,13 +66,32 @@ def _own_maps(draft: Draft) -> dict[str, Texture]:
     return {attribute: texture for attribute, texture in maps.items() if texture is not None}
 
 
-def _leave_out_coat(draft: Draft) -> None:
-    """Note that a mirror, or glass, gets no clear coat."""
+def _leave_out_covers(draft: Draft) -> None:
+    """Note that a mirror, or glass, gets no clear coat and no sheen."""
     for key in ("Pc", "Pcr"):
         if draft.numbers.pop(key, 0.0) != 0.0:
             draft.ignored.append(key)
         if draft.maps.pop(f"map_{key}", None) is not None:
             draft.ignored.append(f"map_{key}")
+    _leave_out_sheen(draft)
+
+
+def _leave_out_sheen(draft: Draft) -> None:
+    """Note that what is no cloth gets no sheen."""
+    draft.numbers.pop("sheen_roughness", None)
+    has_map = "map_Ps" in draft.maps
+    draft.maps.pop("map_Ps", None)
+    if matters(draft.colors.pop("Ps", 1.0 if has_map else 0.0)):
+        draft.ignored.append("map_Ps" if has_map else "Ps")
+
+
+def _sheen(draft: Draft) -> dict[str, Any]:
+    """Return the sheen, if there is one; below a clear coat it is left out."""
+    if draft.numbers.get("Pc", 0.0) != 0.0 or "map_Pc" in draft.maps:
+        _leave_out_sheen(draft)
+    sheen = _color_or_texture(draft, "Ps", 1.0 if "map_Ps" in draft.maps else 0.0)
+    draft.colors.pop("Ps", None)
+    return {} if is_black(sheen) else {"sheen": sheen}
 
 
 def _note_index(draft: Draft) -> None:
@@ -82,7 +102,7 @@ def _note_index(draft: Draft) -> None:
 
 def _make_glass(name: str, draft: Draft) -> Material:
     """Return glass; what is transparent by `d` is ignored, and what reflects beside all glass."""
-    _leave_out_coat(draft)
+    _leave_out_covers(draft)
     draft.ignored += [key for key in NUMBERS if key in draft.numbers and key != "Pr"]
     draft.ignored += [key for key in ("d", "Tr") if draft.numbers.get(key, 1.0) != 1.0]
     light, tint = _color_or_texture(draft, "Ke", 0.0), _color_or_texture(draft, "Tf", 1.0)

@@ -46,7 +46,7 @@ _OFTEN_WRONG = ("Ni", "Ns")
 """Statements that exporters without a value for them write as -1, or 0."""
 _MEANING = {"Ps": f": {SHEEN}", "map_Ps": f": {SHEEN}"}
 """Of statements that are not simulated, what they would do"""
-_NEUTRAL = {"d": 1.0, "Ps": 0.0}
+_NEUTRAL = {"d": 1.0}
 """Numbers that change nothing, of statements that are not simulated."""
 
 
@@ -75,8 +75,9 @@ def read_mtl(
     given. `d`, or 1 - `Tr`, times `map_d` is the opacity. `illum` says what becomes of `Ks`, `Ni`
     and `Tf`, see `make_material`; `Ns`, `Pr` and `Pm` make a surface glossy, see `gloss_of`, and
     so do `map_Pr` and `map_Pm`, which replace them, and `map_Ns` and `map_Ks`, which multiply
-    them. `Pc` or `map_Pc` is a clear coat, and `Pcr` its roughness. `Ka` is ignored: ambient light
-    is not physical. Whatever else would change the picture is named in one warning.
+    them. `Pc` or `map_Pc` is a clear coat, and `Pcr` its roughness; `Ps` or `map_Ps` is a sheen.
+    `Ka` is ignored: ambient light is not physical. Whatever else would change the picture is named
+    in one warning.
 
     Parameters
     ----------

@@ -138,6 +138,7 @@ def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter
     }
     item["extensions"] |= _stretch(material, draft, textures)
     item["extensions"] |= _clear_coat(material, draft, textures)
+    item["extensions"] |= _sheen(material, name, draft, textures)
     factor, opacity = whole.tolist(), material.alpha
     color = material.reflectance if isinstance(material.reflectance, Texture) else None
     color = color if base.any() or textured is not None else None
@@ -183,6 +184,19 @@ def _clear_coat(material: Material, draft: Draft, textures: TextureWriter) -> di
     else:
         coat["clearcoatRoughnessFactor"] = material.coat_roughness
     return draft.use("KHR_materials_clearcoat", coat)
+
+
+def _sheen(material: Material, name: str, draft: Draft, textures: TextureWriter) -> dict[str, Any]:
+    """Return the extension of a sheen, if there is one."""
+    if not material.has_sheen:
+        return {}
+    sheen: dict[str, Any] = {"sheenRoughnessFactor": material.sheen_roughness}
+    if isinstance(material.sheen, Texture):
+        sheen["sheenColorTexture"], factor = textures.color(material.sheen, f"{name} sheen")
+        sheen["sheenColorFactor"] = list(factor)
+    else:
+        sheen["sheenColorFactor"] = _RGB.reflectance(material.sheen).tolist()
+    return draft.use("KHR_materials_sheen", sheen)
 
 
 def _lobe(material: Material) -> tuple[Floats, float]:

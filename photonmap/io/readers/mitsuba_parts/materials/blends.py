@@ -15,6 +15,7 @@ Look = dict[str, Any]
 """Attributes of a `Material`, without its name"""
 _OF_METAL = ("glossy", "glossy_edge", "roughness")
 _STRETCH = ("anisotropy", "anisotropy_rotation")
+_SHEEN = ("sheen", "sheen_roughness")
 
 
 def blended(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
@@ -66,6 +67,8 @@ def _mix(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
         look["roughness"] = _mixed_roughness(one, other, weight, lost)
     if _STRETCH[0] in {*one, *other}:
         lost.append("anisotropy of a blend")
+    if _SHEEN[0] in {*one, *other}:
+        lost.append("sheen of a blend")
     alphas = one.get("alpha", 1.0), other.get("alpha", 1.0)
     if alphas != (1.0, 1.0):
         if any(isinstance(alpha, Texture) for alpha in alphas):
@@ -81,7 +84,9 @@ def _partly_glass(glass: Look, rest: Look, share: float) -> tuple[Look, list[str
         lost.append("two degrees of roughness")
     if "glossy" in rest and any(rest.get(name) != glass.get(name) for name in _STRETCH):
         lost.append("two degrees of anisotropy")
-    rest = {name: value for name, value in rest.items() if name not in _STRETCH}
+    if _SHEEN[0] in rest:
+        lost.append("sheen of a blend")
+    rest = {name: value for name, value in rest.items() if name not in (*_STRETCH, *_SHEEN)}
     if "transmission" in glass:
         return glass, ["the lesser part of a blend with glass"]
     return rest | glass | {"reflectance": rest["reflectance"], "transmission": share}, lost

@@ -28,17 +28,20 @@ from photonmap.io.readers.mitsuba_parts.textures import (
     read_scalar,
     read_texture,
 )
+from photonmap.kernels.core.color import LUMINANCE
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material, normal_reflectance
 from photonmap.scene.surfaces.relief import BumpMap, NormalMap
-from photonmap.scene.textures import Texture, lie_alike, mean_color, mean_number
+from photonmap.scene.textures import Paint, Texture, lie_alike, mean_color, mean_number
 
 _BOTH_SIDES = ("twosided", "dielectric", "roughdielectric", "thindielectric", "null")
 _WRAPPERS = ("mask", "bumpmap", "normalmap", "blendbsdf")
-_LOBES = ("diff_trans", "flatness", "sheen", "spec_tint")
+_LOBES = ("diff_trans", "flatness", "spec_tint")
 """Of principled surfaces, not simulated where they are not 0"""
-_TINTS = ("sheen_tint",)
-"""What matters only together with them"""
+_SHEEN, _SHEEN_ROUGHNESS = 0.11, 0.4
+"""Colour and roughness of the sheen here that comes nearest a principled one of 1, which is
+(1 - cos)⁵ of the angle to the half vector: it reflects as much of the light from all around, 1.2%,
+and at angles of light about as much, but for 9% of that (root mean square)"""
 LIKE_AIR = 1e-3
 """By how much an index of refraction may differ from 1 for air"""
 _SAMPLING = "sample_visible"
@@ -220,16 +223,19 @@ def _principled(bsdfs: Bsdfs, node: Node) -> Look:
     roughness = _fraction_map(context, node, "roughness", 0.5)
     for name in _LOBES:
         if read_scalar(context, node, name, 0.0) != 0.0:
-            context.lose(SHEEN if name == "sheen" else name, node)
-    node.read.update(_TINTS)
-    layer = _clear_coat(context, node)
+            context.lose(name, node)
+    layer, sheen = _clear_coat(context, node), _sheen(context, node, paint, metallic)
+    if sheen and (layer or transmission > 0.0):
+        context.lose(SHEEN, node)
+    elif sheen:
+        layer = sheen
     coat = 0.08 * _fraction(context, node, "specular", 0.5)
     if node.find("eta"):
         coat = normal_reflectance(max(index_of(node, "eta", "bk7"), 1.0))
     share = transmission * (1.0 - mean_number(metallic))
     glass: Look = {}
     if share > 0.0:
-        if layer:
+        if "coat" in layer:
             context.lose("clearcoat", node)
         if isinstance(metallic, Texture):
             context.lose("texture of metallic", node)
@@ -266,6 +272,19 @@ def _clear_coat(context: Context, node: Node) -> Look:
     shine = _fraction(context, node, "clearcoat_gloss", 0.0)
     alpha = 0.1 + shine * (0.001 - 0.1)
     return {"coat": weight, "coat_roughness": alpha**0.5} if weight else {}
+
+
+def _sheen(context: Context, node: Node, base: Paint, metallic: float | Texture) -> Look:
+    """Return the sheen of a principled surface that is no metal, in the mean tint of its base."""
+    amount = _fraction(context, node, "sheen", 0.0) * (1.0 - mean_number(metallic))
+    tint = _fraction(context, node, "sheen_tint", 0.0)
+    if amount == 0.0:
+        return {}
+    color = np.asarray(as_rgb(mean_color(base)), float)
+    level = float(color @ np.array(LUMINANCE))
+    hue = color / level if level > 0.0 else np.ones(3)
+    red, green, blue = np.clip(_SHEEN * amount * (1.0 + tint * (hue - 1.0)), 0.0, 1.0).tolist()
+    return {"sheen": (red, green, blue), "sheen_roughness": _SHEEN_ROUGHNESS}
 
 
 def _fraction(context: Context, node: Node, name: str, default: float) -> float:
