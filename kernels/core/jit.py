@@ -9,13 +9,16 @@ from collections.abc import Callable
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numba
 import platformdirs
 from numba import config
-from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.registry import CPUDispatcher
+from numba.core.sigutils import normalize_signature
 from numba.core.types import unliteral
+
+from photonmap.kernels.core.linking import IS_KNOWN, KernelCompiler, only_linked
 
 
 def source_hash(folder: Path) -> str:
@@ -89,54 +92,21 @@ class _Inner(CPUDispatcher):
         return super().get_call_template(tuple(map(unliteral, args)), kinds)
 
     def compile(self, signature: object) -> object:
-        """Compile for linking alone: callers optimise what they inline, and emit machine code."""
-        codegen = self.targetctx.codegen()
-        if not _IS_KNOWN:
+        """Compile for linking alone: callers optimise what they inline, and emit machine code.
+
+        Numba's own would look for a file, and start two timers for every function on the way in,
+        each of which hears of every step further in.
+        """
+        if not IS_KNOWN:
             return super().compile(signature)
-        before = codegen._library_class
-        codegen._library_class = _LinkedLibrary
-        try:
-            return super().compile(signature)
-        finally:
-            codegen._library_class = before
-
-
-class _LinkedLibrary(JITCodeLibrary):
-    """Code that is only linked into its callers: compiling it further took half of all time."""
-
-    def _optimize_final_module(self) -> None:
-        pass
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._finalized = True
-
-    def get_pointer_to_function(self, name: str) -> int:
-        return 0
-
-    @property
-    def codegen(self) -> "_NoEnvironments":
-        return _NoEnvironments(self._codegen)
-
-
-_IS_KNOWN = all(
-    hasattr(JITCodeLibrary, name)
-    for name in ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals")
-) and hasattr(JITCPUCodegen, "_library_class")
-"""Whether Numba's inside is as it was: else functions are compiled in full, which takes longer."""
-
-
-class _NoEnvironments:
-    """A code generator for code that has no address: its Python environment is not set."""
-
-    def __init__(self, codegen: object) -> None:
-        self._codegen = codegen
-
-    def __getattr__(self, name: str) -> object:
-        return getattr(self._codegen, name)
-
-    def set_env(self, name: str, environment: object) -> None:
-        pass
+        arguments, result = normalize_signature(signature)
+        known = self.overloads.get(tuple(arguments))
+        if known is not None:
+            return known.entry_point
+        with only_linked(self.targetctx.codegen()), self._compiling_counter:
+            compiled = self._compiler.compile(arguments, result)
+            self.add_overload(compiled)
+        return compiled.entry_point
 
 
 @cache
@@ -154,6 +124,8 @@ def _inner(compiled: Callable) -> Callable:
     return compiled
 
 
-def _compile(function: Callable, **options: bool) -> Callable:
+def _compile(function: Callable, **options: Any) -> Callable:
+    if IS_KNOWN:
+        options["pipeline_class"] = KernelCompiler
     with _cached_in(CACHE_FOLDER):
         return numba.njit(nogil=True, error_model="numpy", _nrt=False, **options)(function)

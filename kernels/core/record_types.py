@@ -4,6 +4,7 @@ Numba holds a NamedTuple by value, and passes it as all the numbers in it: hundr
 each takes instructions on both sides of every call, which take time to compile.
 """
 
+import hashlib
 from typing import Any, TypeVar
 
 from llvmlite import ir
@@ -22,6 +23,27 @@ Record = TypeVar("Record", bound=type)
 
 class RecordType(types.NamedTuple):
     """A NamedTuple that Python makes and kernels only read."""
+
+    _hash: int | None = None
+
+    def __hash__(self) -> int:
+        """Return the hash of all fields, which compiling asks for all the time; computed once."""
+        if self._hash is None:
+            self._hash = super().__hash__()
+        return self._hash
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is saved: hashes are of one process."""
+        return {name: value for name, value in vars(self).items() if name != "_hash"}
+
+    @property
+    def mangling_args(self) -> tuple[str, tuple[()]]:
+        """What stands for the type in the names of functions.
+
+        With all fields, names had thousands of letters, in every line that calls one.
+        """
+        digest = hashlib.sha256(self.name.encode()).hexdigest()
+        return f"{self.instance_class.__name__}.{digest[:16]}", ()
 
 
 def by_reference(record: Record) -> Record:
