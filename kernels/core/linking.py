@@ -77,6 +77,9 @@ class _LinkedLibrary(JITCodeLibrary):
 
     def _optimize_functions(self, module: ModuleRef) -> None:
         """Simplify what is defined: Numba's own makes a list of passes for each declaration too."""
+        if not _MAKES_LISTS:
+            super()._optimize_functions(module)
+            return
         module.data_layout = self._codegen._data_layout
         passes, builder = self._codegen._function_pass_manager()
         for function in module.functions:
@@ -118,12 +121,14 @@ def only_linked(codegen: JITCPUCodegen) -> Iterator[None]:
             codegen._library_class = before
 
 
+_MAKES_LISTS = hasattr(JITCPUCodegen, "_pass_builder")
+"""Whether it does, as since LLVM's new pass managers; before, one list served a module."""
 _INSIDE: tuple[tuple[Any, tuple[str, ...]], ...] = (
     (
         JITCodeLibrary,
         ("_get_module_for_linking", "_optimize_functions", "_raise_if_finalized", "add_ir_module"),
     ),
-    (JITCPUCodegen, ("_library_class", "_function_pass_manager")),
+    (JITCPUCodegen, ("_library_class",)),
     (CPUDispatcher, ("add_overload",)),
 )
 _STEPS = {*vars(typed_passes), *vars(untyped_passes)}

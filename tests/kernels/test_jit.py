@@ -1,13 +1,19 @@
 """Kernels run without the JIT, and an edit anywhere among them is noticed."""
 
 import os
+import pickle
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
+from numba.core.itanium_mangler import mangle_type
+
+from photonmap.kernels.core import linking
+from photonmap.kernels.core.records import Materials
 
 ROOT = Path(__file__).parents[2]
 
@@ -32,6 +38,26 @@ from photonmap.kernels.core.jit import kernel
 @kernel
 def pdf_times_pi():
     return warp.cosine_hemisphere_pdf(1.0) * math.pi
+"""
+
+THEIRS = """
+import numba
+import numpy as np
+from photonmap.kernels.core.jit import jit, kernel
+
+@jit
+def rounded(x, y):
+    return np.round(x, 1) + y
+
+@kernel
+def ours(x, y):
+    return rounded(x, y)
+
+@numba.njit
+def theirs(x, y):
+    return np.round(x, 1) + y
+
+print(ours(3.11, 1.0), theirs(7.0, 8.0))
 """
 
 
@@ -80,6 +106,44 @@ def test_an_edit_of_a_callee_is_noticed(checkout):
         source.read_text().replace("INV_PI = 1.0 / math.pi", "INV_PI = 2.0 / math.pi")
     )
     assert run(code, checkout, **options).split() == ["False", "2.0"]
+
+
+def test_numba_goes_on_in_anyones_code(tmp_path):
+    """NumPy's functions, compiled as parts of a kernel, are linked into other functions too."""
+    (tmp_path / "theirs.py").write_text(THEIRS)
+    options = {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": f"{tmp_path}:{ROOT}"}
+    assert run("import theirs", tmp_path, **options).split() == ["4.1", "15.0"]
+
+
+def test_kernels_take_fewer_steps_than_other_functions():
+    """With this Numba: it would also work in full, in twice the time."""
+    assert linking.IS_KNOWN
+
+
+def test_types_of_records_are_the_same_in_every_process():
+    """Their hash is not, which is kept, but not saved: the cache is found by types from a file."""
+    box = numba.typeof(Materials(np.ones((2, 3), np.float32)))
+    other = numba.typeof(Materials(np.ones((2, 3), np.float64)))
+    code = "import pickle, sys; kind = pickle.load(sys.stdin.buffer); print({kind: 7}[kind], %s)"
+    there = "hash(kind) == hash(kind.key)"
+    hash(box)
+    done = subprocess.run(
+        [sys.executable, "-c", code % there],
+        input=pickle.dumps(box),
+        capture_output=True,
+        cwd=ROOT,
+        env={**os.environ, "PYTHONHASHSEED": "1"},
+        check=True,
+    )
+    assert done.stdout.split() == [b"7", b"True"]
+    assert mangle_type(box) != mangle_type(other)
+    assert len(mangle_type(box)) < 64
+
+
+@pytest.mark.slow
+def test_fewer_steps_give_the_same_bits(tmp_path):
+    in_full = "from photonmap.kernels.core import linking; linking.IS_KNOWN = False\n"
+    assert run(in_full + TINY, NUMBA_CACHE_DIR=str(tmp_path)) == run(TINY)
 
 
 @pytest.mark.slow
