@@ -120,7 +120,7 @@ def _add_files(parser: argparse.ArgumentParser) -> None:
     files.add_argument(
         "--full",
         action="store_true",
-        help="write everything in single precision, ten times as large, instead of lean files",
+        help="write everything in single precision, 3 to 7 times as large, not as lean files",
     )
     add_value(
         files,

@@ -12,6 +12,7 @@ from photonmap.dataset.models.scene_object import single_part
 from photonmap.dataset.models.shapes import box, cylinder
 from photonmap.dataset.scenes.build import build_unlit_scene
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
+from photonmap.spectra.bands import Bands
 from photonmap.spectra.munsell import munsell, shipped_set
 
 each_procedure = pytest.mark.parametrize("name", PROCEDURES)
@@ -55,6 +56,17 @@ def test_colours_are_mixtures_of_two_chips(name):
     assert len(other) == 1
     assert other[0] != CHIP
     np.testing.assert_allclose(texture.spectra[5], first + (last - first) / 3.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("finish", ["", "glazed "])
+def test_cameras_that_see_beyond_a_chip_can_be_bands(finish):
+    """Its last value holds there: recovered chips end at 730 nm, this camera's curves at 780 nm."""
+    bands = Bands.parse("Nikon 5100 (NPL)")
+    assert bands.limits[1] > munsell(CHIP).wavelengths[-1]
+    seen = bands.average(Surface(CHIP, finish=finish).material().reflectance)
+    within = Bands.parse("Nikon 5100 (NPL)", (400.0, 700.0)).average(munsell(CHIP))
+    share = 1.0 - (0.05 if finish else 0.0)
+    np.testing.assert_allclose(seen, share * within, rtol=5e-3)
 
 
 @pytest.mark.parametrize("finish", ["", "glazed ", "glossy "])

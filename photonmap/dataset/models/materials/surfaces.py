@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 import zlib
+from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
@@ -101,7 +102,7 @@ def chip_beside(name: str, shift: int) -> str | None:
 
 @cache
 def _material(surface: Surface) -> Material:
-    paint_ = _texture(surface) if surface.pattern else munsell(surface.chip)
+    paint_ = _texture(surface) if surface.pattern else _chip(surface.chip)
     if surface.finish == GLAZED and isinstance(paint_, Spectrum):
         return Material(surface.name, (1.0 - COAT) * paint_, mirror=COAT)
     if surface.finish == GLOSSY:
@@ -109,6 +110,14 @@ def _material(surface: Surface) -> Material:
         rough = low + (high - low) * _fraction(surface.chip)
         return Material.plastic(surface.name, paint_, roughness=round(rough, 2))
     return Material(surface.name, paint_)
+
+
+def _chip(notation: str) -> Spectrum:
+    """Return a chip's reflectance; the outer values hold beyond, where cameras still see a trace.
+
+    Recovered chips end at 730 nm, while curves of cameras and observers lead to 780 nm or more.
+    """
+    return replace(munsell(notation), extrapolate=True)
 
 
 def _texture(surface: Surface) -> SpectralTexture:
