@@ -39,9 +39,9 @@ def test_files_hold_what_was_chosen(pair):
     _, some = pair
     for name in ("bands.exr", "rgb.exr"):
         held = {split_name(part.partition(".")[0])[0] for part in list_parts(some.folder / name)}
-        assert held <= {*CHOSEN}
+        assert held <= {*CHOSEN, "pure"}
         assert {*ALWAYS} - held <= {"valid"}
-    assert {split_name(name)[0] for name in some} >= {*CHOSEN}
+    assert {split_name(name)[0] for name in some} >= {*CHOSEN, "pure"}
     assert any(name.startswith("shading@") for name in some)
     assert "radiance.error" in some
     sizes = [sum(p.stat().st_size for p in image.folder.glob("*.exr")) for image in pair]
@@ -143,6 +143,6 @@ def test_what_is_needed_is_asked_for(tmp_path, capsys, names, more, fault):
 def test_the_choice_has_the_usual_order():
     assert check_chosen([*reversed(CHOSEN)], ["exr"]) == tuple(
         name for name in ("radiance", "reflectance", "shading", "distance", "normal", "object_id",
-                          "specular_albedo", "valid")
+                          "specular_albedo", "valid", "pure")
     )  # fmt: skip
     assert check_chosen(None, ["exr"]) is None

@@ -3,7 +3,9 @@
 import json
 import shutil
 import subprocess
+import warnings
 
+import mlcroissant
 import numpy as np
 import pytest
 
@@ -19,6 +21,7 @@ from photonmap.dataset.publication.categories import (
     kind_of,
 )
 from photonmap.dataset.scenes.build import build_scene
+from photonmap.errors import SceneWarning
 
 FILES = ["LICENSE", "README.md", "SHA256SUMS", "annotations.json", "cameras.json", "croissant.json"]
 
@@ -30,7 +33,9 @@ def published(tmp_path_factory):
     arguments = ["--preset", str(folder / "two.toml"), "--size", "16x12", "--bands", "3"]
     made = folder / "set"
     assert main(["dataset", str(made), *arguments, "--error", "0.5", "--quiet"]) == 0
-    assert main(["dataset", "publish", str(made), "--license", "CC-BY-4.0", "--quiet"]) == 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)  # of splits without scenes
+        assert main(["dataset", "publish", str(made), "--license", "CC-BY-4.0", "--quiet"]) == 0
     return made
 
 
@@ -145,15 +150,32 @@ def test_the_card_says_what_is_there(published):
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
 def test_croissant_reads_the_metadata(published):
-    mlcroissant = pytest.importorskip("mlcroissant")
     found = mlcroissant.Dataset(jsonld=str(published / "croissant.json"))
     records = [record["images/name"] for record in found.records("images")]
     names = [name.decode() if isinstance(name, bytes) else name for name in records]
     assert names == [image.name for image in dataset.open(published)]
 
 
+def test_licences_are_named(published):
+    """The set's for each image in COCO's JSON; in the card, those of what it is made from."""
+    described = load(published, "annotations.json")
+    [license_] = described["licenses"]
+    assert license_["name"].startswith("CC-BY-4.0")
+    assert license_["url"] == "https://creativecommons.org/licenses/by/4.0/"
+    assert {image["license"] for image in described["images"]} == {license_["id"]}
+    card = (published / "README.md").read_text()
+    assert "renotation of Newhall, Nickerson and Judd" in card
+    assert "colour-science (BSD-3-Clause)" in card
+    assert "not part of this set" not in card
+
+
+@pytest.mark.filterwarnings("always::photonmap.SceneWarning")
+def test_splits_without_scenes_are_warned_of(published, capsys):
+    assert main(["dataset", "publish", str(published), "--license", "CC-BY-4.0"]) == 0
+    assert "no scene is in val and test; a larger --count adds some" in capsys.readouterr().err
+
+
 def test_croissant_describes_fields_that_exist(published):
-    """Also where mlcroissant is not installed."""
     described = load(published, "croissant.json")
     [records] = described["recordSet"]
     entry = dataset.open(published)[0].entry
@@ -163,6 +185,7 @@ def test_croissant_describes_fields_that_exist(published):
     assert described["license"] == "https://creativecommons.org/licenses/by/4.0/"
 
 
+@pytest.mark.filterwarnings("ignore::photonmap.SceneWarning")
 def test_what_cannot_be_published(published, tmp_path, capsys):
     assert main(["dataset", "publish", str(published)]) == 2
     assert "add --license CC-BY-4.0" in capsys.readouterr().err

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 ALWAYS = ("radiance", "reflectance", "shading", "valid")
 """Buffers that every image holds, as readers, scores and `verify` need them."""
+ADDED_TO_ALL = "pure"
+"""Mask that every image holds besides: without it nobody can tell where light is exact."""
 _NEEDED_BY = {
     "hdf5": ("distance", "normal", "object_id"),
     "sensor": ("emission",),
@@ -26,7 +28,7 @@ _KNOWN = (*BUFFERS, *(row.name for row in ADDED))
 def check_chosen(
     names: Sequence[str] | None, formats: Collection[str], has_sensor: bool = False
 ) -> tuple[str, ...] | None:
-    """Return the buffers that files are to hold in the usual order; None for all.
+    """Return the buffers that files are to hold in the usual order, `pure` included; None for all.
 
     Raises
     ------
@@ -43,7 +45,7 @@ def check_chosen(
         _refuse_without(names, _NEEDED_BY["hdf5"], "Hypersim's files of the format hdf5")
     if has_sensor:
         _refuse_without(names, _NEEDED_BY["sensor"], "a photo by --sensor")
-    return tuple(name for name in _KNOWN if name in names)
+    return tuple(name for name in _KNOWN if name in (*names, ADDED_TO_ALL))
 
 
 def _refuse_without(names: Sequence[str], needed: Sequence[str], what: str) -> None:

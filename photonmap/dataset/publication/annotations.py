@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from photonmap.dataset.files.reader import Dataset, Image
 from photonmap.dataset.publication.categories import Category, categories_of, kind_of
+from photonmap.dataset.publication.licenses import License
 
 
 def encode_mask(mask: NDArray[np.bool_]) -> dict[str, Any]:
@@ -28,7 +29,7 @@ def encode_mask(mask: NDArray[np.bool_]) -> dict[str, Any]:
     return {"size": list(mask.shape), "counts": [0, *runs] if flat.size and flat[0] else runs}
 
 
-def describe_coco(images: Dataset) -> dict[str, Any]:
+def describe_coco(images: Dataset, license_: License) -> dict[str, Any]:
     """Return boxes and masks of all objects that are seen, as COCO's JSON has them.
 
     Every object at the centre of a pixel counts, walls and lights included. Categories are kinds of
@@ -40,11 +41,13 @@ def describe_coco(images: Dataset) -> dict[str, Any]:
     for number, image in enumerate(images, 1):
         width, height = image.entry["size"]
         file = f"{image.name}/radiance.png"
-        listed.append({"id": number, "file_name": file, "width": width, "height": height})
+        size = {"width": width, "height": height}
+        listed.append({"id": number, "file_name": file, **size, "license": 1})
         for annotation in _objects(image, categories):
             annotations.append({"id": len(annotations) + 1, "image_id": number, **annotation})
     return {
         "info": {"description": f"objects of a data set of {len(images)} renders"},
+        "licenses": [{"id": 1, "name": license_.name, "url": license_.url}],
         "images": listed,
         "annotations": annotations,
         "categories": [each.describe() for each in categories.values()],

@@ -177,13 +177,25 @@ def _origin(images: Dataset) -> list[str]:
     ]
 
 
+_INCLUDED = {
+    "munsell": "Munsell chips are spectra that photonmap (MIT) recovered from the renotation of "
+    "Newhall, Nickerson and Judd (1943), as colour-science (BSD-3-Clause) has it.",
+    "illuminants": "Spectra of lights are the CIE's, as colour-science (BSD-3-Clause) has them, or "
+    "follow formulas.",
+}
+"""Sources of the spectra that photonmap includes, and their licences, by the option for others."""
+
+
 def _licence(images: Dataset, license_: License) -> list[str]:
     common = images.head["common"]
     sets = {"munsell": "Munsell chips", "illuminants": "spectra of lights"}
     given = [f"{label} of `{common[name]}`" for name, label in sets.items() if common.get(name)]
-    source = " and ".join(given) or "the spectra that photonmap includes"
+    own = [text for name, text in _INCLUDED.items() if not common.get(name)]
+    measured = (
+        f"The images were made from {' and '.join(given)}; those measurements have licences of "
+        "their own, and are not part of this set. "
+    )
     return [
-        f"{license_.name}{f' ({license_.url})' if license_.url else ''}, see `LICENSE`. The images "
-        f"were made from {source}; those measurements have licences of their own, and are not part "
-        "of this set.",
+        f"{license_.name}{f' ({license_.url})' if license_.url else ''}, see `LICENSE`. "
+        f"{measured if given else ''}{' '.join(own)}".strip(),
     ]

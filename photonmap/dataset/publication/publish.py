@@ -17,6 +17,7 @@ from photonmap.dataset.publication.annotations import describe_cameras, describe
 from photonmap.dataset.publication.card import describe_reading, write_card
 from photonmap.dataset.publication.croissant import describe_croissant
 from photonmap.dataset.publication.licenses import find_license
+from photonmap.dataset.publication.samples import by_split
 from photonmap.errors import InputError, warn
 from photonmap.runtime.wording import listed
 
@@ -29,8 +30,8 @@ _IDS = "object_id"
 def publish(folder: str | PathLike[str], license_name: str) -> list[Path]:
     """Write the data card, licence, checksums, Croissant metadata, annotations and cameras.
 
-    Without the ids of objects in the images, there are no annotations. Files of these names are
-    replaced, all of them or none.
+    Without the ids of objects in the images, there are no annotations; a split without any scene is
+    warned of. Files of these names are replaced, all of them or none.
 
     Parameters
     ----------
@@ -45,6 +46,7 @@ def publish(folder: str | PathLike[str], license_name: str) -> list[Path]:
     license_, folder = find_license(license_name), Path(folder)
     images = open_dataset(folder)
     check_complete(images)
+    by_split(images)
     title = folder.resolve().name
     has_ids = all(_IDS in image for image in images)
     if not has_ids:
@@ -57,7 +59,7 @@ def publish(folder: str | PathLike[str], license_name: str) -> list[Path]:
         (part / LICENSE).write_text(license_.text, encoding="utf-8")
         (part / CARD).write_text(card, encoding="utf-8")
         if has_ids:
-            _write(part / COCO, describe_coco(images))
+            _write(part / COCO, describe_coco(images, license_))
         _write(part / CAMERAS, describe_cameras(images))
         _write(part / CROISSANT, describe_croissant(images, license_, title, digests))
         names = sorted(path.name for path in part.iterdir())
