@@ -24,9 +24,20 @@ def files_in(folder):
     return sorted(path.name for path in folder.iterdir())
 
 
+def heed_signals():
+    """Undo what a test run that was started under `nohup`, or in the background, ignores."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
 def start(*command, cwd, **streams):
     return subprocess.Popen(
-        [*map(str, command)], cwd=cwd, stderr=subprocess.PIPE, text=True, **streams
+        [*map(str, command)],
+        cwd=cwd,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=heed_signals,
+        **streams,
     )
 
 
