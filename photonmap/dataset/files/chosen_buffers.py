@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 ALWAYS = ("radiance", "reflectance", "shading", "valid")
 """Buffers that every image holds, as readers, scores and `verify` need them."""
-ADDED_TO_ALL = "pure"
+_KEPT = "pure"
 """Mask that every image holds besides: without it nobody can tell where light is exact."""
 _NEEDED_BY = {
     "hdf5": ("distance", "normal", "object_id"),
@@ -45,7 +45,7 @@ def check_chosen(
         _refuse_without(names, _NEEDED_BY["hdf5"], "Hypersim's files of the format hdf5")
     if has_sensor:
         _refuse_without(names, _NEEDED_BY["sensor"], "a photo by --sensor")
-    return tuple(name for name in _KNOWN if name in (*names, ADDED_TO_ALL))
+    return tuple(name for name in _KNOWN if name in (*names, _KEPT))
 
 
 def _refuse_without(names: Sequence[str], needed: Sequence[str], what: str) -> None:

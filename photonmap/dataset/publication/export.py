@@ -15,6 +15,7 @@ from photonmap.dataset.publication.samples import (
     new_folder,
     read_array,
     usual_names,
+    warn_of_empty,
 )
 from photonmap.dataset.publication.shards import write_shards
 from photonmap.dataset.publication.tables import DATA, check_pyarrow, write_tables
@@ -98,6 +99,7 @@ def export(
     write = write_shards if layout == WEBDATASET else write_tables
     with new_folder(output) as made:
         parts = by_split(images)
+        warn_of_empty(parts)
         write(made, Samples(parts, wanted, most, log))
         head = _configs(list(parts)) if layout == HUGGING_FACE else []
         title = images.folder.resolve().name

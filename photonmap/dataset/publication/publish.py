@@ -17,7 +17,7 @@ from photonmap.dataset.publication.annotations import describe_cameras, describe
 from photonmap.dataset.publication.card import describe_reading, write_card
 from photonmap.dataset.publication.croissant import describe_croissant
 from photonmap.dataset.publication.licenses import find_license
-from photonmap.dataset.publication.samples import by_split
+from photonmap.dataset.publication.samples import by_split, warn_of_empty
 from photonmap.errors import InputError, warn
 from photonmap.runtime.wording import listed
 
@@ -46,7 +46,7 @@ def publish(folder: str | PathLike[str], license_name: str) -> list[Path]:
     license_, folder = find_license(license_name), Path(folder)
     images = open_dataset(folder)
     check_complete(images)
-    by_split(images)
+    warn_of_empty(by_split(images))
     title = folder.resolve().name
     has_ids = all(_IDS in image for image in images)
     if not has_ids:

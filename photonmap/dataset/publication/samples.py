@@ -144,13 +144,17 @@ def _file_name(name: str) -> str:
 
 
 def by_split(images: Dataset) -> dict[str, list[Image]]:
-    """Return the images of each split that has any, and warn about those that have none."""
+    """Return the images of each split that has any."""
     parts: dict[str, list[Image]] = defaultdict(list)
     for image in images:
         parts[image.entry.get("split") or part_of(image.geometry)].append(image)
+    return {part: parts[part] for part in PARTS if part in parts}
+
+
+def warn_of_empty(parts: Collection[str]) -> None:
+    """Warn of the splits that are not among those that have images."""
     if missing := [part for part in PARTS if part not in parts]:
         warn(f"no scene is in {' and '.join(missing)}; a larger --count adds some")
-    return {part: parts[part] for part in PARTS if part in parts}
 
 
 @contextmanager
