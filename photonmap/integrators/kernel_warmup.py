@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import pickle
 import shutil
@@ -65,6 +66,9 @@ _at_hand: set[Path] = set()
 """Markers of the kernels that this process has called"""
 _PHOTONS = 1024
 """Photons: enough that some hit, as paths would take their place."""
+_RARELY = (100_000, 50, 100)
+"""Thresholds of the garbage collector: a compiler makes millions of objects that stay, and looking
+through them all again and again took a sixth of its time."""
 
 
 def is_compiled(wanted: CompiledScene, method: str) -> bool:
@@ -72,6 +76,17 @@ def is_compiled(wanted: CompiledScene, method: str) -> bool:
     return _marker(wanted, method).exists()
 
 
+@contextmanager
+def _rare_collections() -> Iterator[None]:
+    before = gc.get_threshold()
+    gc.set_threshold(*_RARELY)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
+
+
+@_rare_collections()
 def compile_kernels(wanted: CompiledScene, bands: Bands, workers: Workers, method: str) -> None:
     """Call every kernel that `wanted` needs; once more if the cache cannot be read.
 
@@ -153,6 +168,7 @@ def _aside(small: Scene, bands: Bands, method: str) -> Iterator[None]:
         process.wait()
 
 
+@_rare_collections()
 def serve() -> None:
     """Compile what `_aside` sends to standard input."""
     small, bands, method = pickle.load(sys.stdin.buffer)
