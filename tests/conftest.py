@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import time
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -56,13 +57,16 @@ def pytest_xdist_make_scheduler(config, log):
 
 
 @pytest.fixture(scope="session", autouse=True)
-def one_compiles_at_a_time():
-    """Let a process that needs kernels wait while another compiles: they may be the same."""
+def each_kernel_compiled_once():
+    """Let a process wait while another compiles the same kernels, and compile its own alone.
+
+    Both cores have work as it is: helpers of each process would start Python and compile the
+    functions that kernels share once more.
+    """
     if "PYTEST_XDIST_WORKER" not in os.environ:
         yield
         return
     from photonmap.integrators import kernel_warmup
-    from photonmap.kernels.core.jit import CACHE_FOLDER
 
     render = importlib.import_module("photonmap.render")
     compile_kernels = render.compile_kernels
@@ -70,13 +74,15 @@ def one_compiles_at_a_time():
     def wait_and_compile(wanted, bands, workers, method):
         if kernel_warmup.is_compiled(wanted, method):
             return compile_kernels(wanted, bands, workers, method)
-        CACHE_FOLDER.mkdir(parents=True, exist_ok=True)
-        with (CACHE_FOLDER / "tests.lock").open("a") as file:
+        marker = kernel_warmup._marker(wanted, method)
+        marker.parent.mkdir(parents=True, exist_ok=True)
+        with marker.with_suffix(".lock").open("a") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
             return compile_kernels(wanted, bands, workers, method)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(render, "compile_kernels", wait_and_compile)
+        patch.setattr(kernel_warmup, "_aside", lambda *arguments: nullcontext())
         yield
 
 
