@@ -5,7 +5,7 @@ INSTALLED := .venv/installed
 # Runs a command without its output, which is shown if it fails.
 QUIETLY := sh -c 'log=$$(mktemp); "$$@" > $$log 2>&1 || { code=$$?; cat $$log; rm $$log; exit $$code; }; rm $$log' quietly
 
-.PHONY: docs gallery golden demo dataset-demo test test-all test-slow lint fuzz kernels-checked bench study examples wheel clean
+.PHONY: docs gallery golden demo dataset-demo test test-all test-slow lint fuzz kernels-checked kernels-bounds kernels-plain bench study examples wheel clean
 
 demo: $(INSTALLED)  ## render the Cornell box into out/
 	@mkdir -p out
@@ -49,8 +49,12 @@ fuzz: $(INSTALLED)  ## random scenes and damaged files: COUNT of each, from SEED
 	PHOTONMAP_SEED=$(SEED) PHOTONMAP_EXAMPLES=$(COUNT) PHOTONMAP_TRIANGLES=5000000 PHOTONMAP_SIDE=8192 \
 		$(BIN)/python -m pytest tests/hard
 
-kernels-checked: $(INSTALLED)  ## every kernel once with bounds checked, and once as plain Python
+kernels-checked: kernels-bounds kernels-plain  ## every kernel once with bounds checked, and as plain Python
+
+kernels-bounds: $(INSTALLED)
 	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=out/kernels-checked $(BIN)/python tests/hard/checked.py
+
+kernels-plain: $(INSTALLED)
 	NUMBA_DISABLE_JIT=1 $(BIN)/python tests/hard/checked.py
 
 golden: $(INSTALLED)  ## record the golden images anew, after a change of arithmetic on purpose

@@ -18,102 +18,86 @@ from photonmap.scene.images import Image
 
 TINY = {"size": (4, 3), "passes": 2, "photons": 20, "threads": 1, "seed": 4}
 GREY = pm.Material("grey", 0.5)
+BALL = trimesh.creation.icosphere(subdivisions=1, radius=0.5)
 
 
-def with_body(material, lights=(), **mesh):
-    """The Cornell box with a ball in it."""
-    ball = trimesh.creation.icosphere(subdivisions=1, radius=0.5)
-    mesh = {"normals": ball.vertices / 0.5, **mesh}
-    box = pm.scenes.cornell_box()
-    body = pm.Mesh(ball.vertices, ball.faces, material, "ball", **mesh)
-    return pm.Scene([*box.meshes, body], list(lights), box.camera)
-
-
-def cut_out():
-    """A ball that is there in stripes, painted, and that glows."""
-    ball = trimesh.creation.icosphere(subdivisions=1, radius=0.5)
-    image = np.linspace(0.0, 1.0, 48).reshape(4, 4, 3)
-    uv = ball.vertices[:, :2]
-    paint = texture(image)
-    material = pm.Material("paint", paint, paint, alpha=texture(image[:, ::-1]))
-    return with_body(material, uv=uv)
-
-
-def inlaid():
-    """A ball whose gloss varies, and whose normals a map turns."""
-    ball = trimesh.creation.icosphere(subdivisions=1, radius=0.5)
-    image = np.linspace(0.0, 1.0, 48).reshape(4, 4, 3)
-    relief = pm.NormalMap(texture(0.4 + 0.6 * image), 0.5)
-    material = pm.Material(
-        "inlay", 0.3, glossy=texture(image), roughness=texture(image), relief=relief
-    )
-    return with_body(material, uv=ball.vertices[:, :2])
-
-
-def lacquered():
-    """Metal below a coat that varies."""
-    ball = trimesh.creation.icosphere(subdivisions=1, radius=0.5)
-    weight = texture(np.linspace(0.0, 1.0, 48).reshape(4, 4, 3))
-    material = pm.Material("car", 0.0, glossy=0.8, roughness=0.5, coat=weight)
-    return with_body(material, uv=ball.vertices[:, :2])
-
-
-def woven():
-    """A ball whose texels are spectra, beside one of colours."""
-    ball = trimesh.creation.icosphere(subdivisions=1, radius=0.5)
-    palette = pm.SpectralTexture.from_palette([[0, 1], [1, 0]], [0.2, (0.9, 0.5, 0.1)])
-    woven = with_body(pm.Material("woven", palette), uv=ball.vertices[:, :2])
-    image = np.linspace(0.0, 1.0, 12).reshape(2, 2, 3)
-    painted = pm.Material("painted", texture(image))
-    beside = pm.Mesh(0.3 * ball.vertices + 0.6, ball.faces, painted, uv=ball.vertices[:, :2])
-    return pm.Scene([*woven.meshes, beside], [], woven.camera)
-
-
-def bumpy():
-    """A coat over paint, and glass, with bumps."""
-    ball = trimesh.creation.icosphere(subdivisions=1, radius=0.5)
-    relief = pm.BumpMap(texture(np.linspace(0.0, 1.0, 48).reshape(4, 4, 3)), 0.1)
-    coat = pm.Material("coat", 0.4, mirror=0.4, relief=relief)
-    return with_body(coat, uv=ball.vertices[:, :2])
+def with_balls(materials, lights=()):
+    """The Cornell box with a ball of each material before its camera, from left to right."""
+    box, count = pm.scenes.cornell_box(), len(materials)
+    balls = []
+    for place, material in enumerate(materials):
+        center = (1.6 * (place + 0.5) / count - 0.8, 0.0, 0.0)
+        vertices = BALL.vertices * min(1.0, 1.5 / count) + center
+        ball = pm.Mesh(
+            vertices,
+            BALL.faces,
+            material,
+            f"ball {place}",
+            normals=BALL.vertices / 0.5,
+            uv=BALL.vertices[:, :2],
+        )
+        balls.append(ball)
+    return pm.Scene([*box.meshes, *balls], list(lights), box.camera)
 
 
 def texture(image):
     return pm.Texture(Image(np.ascontiguousarray(image, np.float32), srgb=False))
 
 
+IMAGE = texture(np.linspace(0.0, 1.0, 48).reshape(4, 4, 3))
+PALETTE = pm.SpectralTexture.from_palette([[0, 1], [1, 0]], [0.2, (0.9, 0.5, 0.1)])
+PANE = pm.Material("pane", 0.0, ior=1.5, thin=True)
+CHAINED = [
+    pm.Material("coat", 0.4, mirror=0.4),
+    pm.Material.glass(),
+    pm.Material.glass(roughness=0.5),
+    replace(pm.Material.glass(tint=IMAGE, roughness=IMAGE), anisotropy=0.5),
+    pm.Material("wine", 0.0, ior=1.3, attenuation_color=0.2, attenuation_distance=0.1, abbe=40.0),
+    pm.Material("glass in part", 0.4, ior=1.5, transmission=IMAGE),
+    pm.Material.pane(tint=(0.9, 0.5, 0.2)),
+    replace(PANE, roughness=0.5),
+    pm.Material.metal("polished", roughness=0.0),
+    replace(pm.Material.metal("narrow", roughness=0.2), glossy_edge=0.9),
+]
+"""Smooth ones, glass, and what is nearly smooth"""
+SCATTERING = [
+    pm.Material.metal(),
+    replace(pm.Material.metal("brushed", roughness=0.6), anisotropy=0.5, glossy_edge=0.9),
+    pm.Material("plaster", 0.5, diffuse_roughness=0.7),
+    pm.Material.plastic(roughness=0.4),
+    pm.Material("inlay", 0.3, glossy=IMAGE, roughness=IMAGE, relief=pm.NormalMap(IMAGE, 0.5)),
+    pm.Material("lacquer", 0.0, glossy=0.8, roughness=0.5, coat=IMAGE),
+    pm.Material("felt", 0.3, sheen=IMAGE),
+    pm.Material("bumps", 0.4, mirror=0.4, relief=pm.BumpMap(IMAGE, 0.1)),
+]
+"""Rough ones"""
+PAINTED = [
+    pm.Material("stripes that glow", IMAGE, IMAGE, alpha=IMAGE),
+    pm.Material("woven", PALETTE),
+]
+"""Images"""
+
+
 def scenes():
-    """All kinds of surfaces and of lights."""
+    """All kinds of surfaces, of lights and of cameras, in few scenes: each compiles its kernels."""
     lights = [
         pm.PointLight((0.2, 0.1, 0.3), (1.0, 1.0, 1.0)),
         pm.SpotLight((0.3, 0.8, 0.5), (-0.2, -1, -0.2)),
         pm.DirectionalLight((0.1, -1.0, -0.3)),
     ]
+    lamp = pm.PhotometricLight((0.2, 0.1, 0.3), np.ones((3, 4)))
     sky = pm.EnvironmentLight(np.linspace(0.0, 1.0, 24).reshape(2, 4, 3))
     low = pm.Mesh([[-1, 0, -1], [-1, 0, 1], [1, 0, 1]], [[0, 1, 2]], GREY)
     camera = pm.Camera((0.5, 1.0, 2.0), (0, 0, 0))
     lens = replace(camera, lens=pm.Lens(2.0, 0.1, blades=5))
     fisheye = pm.Camera((0.5, 1.0, 2.0), (0, 0, 0), projection=pm.Fisheye(170.0))
-    lamp = pm.PhotometricLight((0.2, 0.1, 0.3), np.ones((3, 4)))
-    wine = pm.Material("wine", 0.0, ior=1.3, attenuation_color=0.2, attenuation_distance=0.1)
     return {
-        "mirror": with_body(pm.Material("coat", 0.4, mirror=0.4)),
-        "glass": with_body(pm.Material.glass(), lights[:1]),
-        "frost": with_body(pm.Material.glass(roughness=0.5), lights[:1]),
-        "pane": with_body(pm.Material.pane(tint=(0.9, 0.5, 0.2)), lights),
-        "wine": with_body(wine, lights[:1]),
-        "lights": with_body(GREY, lights),
-        "textures": cut_out(),
+        "lights": with_balls([GREY], lights),
+        "mirrors and glass": with_balls(CHAINED, lights[:1]),
+        "rough matter": with_balls(SCATTERING, [lamp]),
+        "images": with_balls(PAINTED),
         "sky": pm.Scene([low], [sky], camera),
-        "dome": pm.Scene([low], [pm.DomeLight()], camera),
-        "metal": with_body(pm.Material.metal(), [lamp]),
-        "narrow": with_body(pm.Material.metal(roughness=0.2)),
-        "plaster": with_body(pm.Material("plaster", 0.5, diffuse_roughness=0.7)),
-        "inlay": inlaid(),
-        "lacquer": lacquered(),
-        "frosted pane": with_body(pm.Material("pane", 0.0, ior=1.5, thin=True, roughness=0.5)),
-        "woven": woven(),
-        "bumps": bumpy(),
-        "lens": pm.Scene([low], lights, lens),
+        "dome, through a lens": pm.Scene([low], [pm.DomeLight()], lens),
         "fisheye": pm.Scene([low], lights, fisheye),
     }
 
