@@ -84,6 +84,18 @@ def test_the_sheet_shows_every_image_in_its_place(made):
     assert (sheet[:6] == 255).all()
 
 
+def test_scenes_of_one_illumination_fill_a_square(made):
+    """One below the other they would make a strip."""
+    entry = dataset.open(made).entries[0]
+    sheet = report.draw_sheet(made, [{**entry, "geometry": str(number)} for number in range(9)])
+    one = report.draw_sheet(made, [entry])[6:-6, 6:-6]
+    tall, wide = np.array(one.shape[:2]) + 6
+    assert sheet.shape == (3 * tall + 6, 3 * wide + 6, 3)
+    for row, column in np.ndindex(3, 3):
+        place = sheet[6 + row * tall :, 6 + column * wide :]
+        np.testing.assert_array_equal(place[: one.shape[0], : one.shape[1]], one)
+
+
 def test_a_set_without_pictures_has_a_page(made, tmp_path):
     images = dataset.open(made)
     entries = [{**entry, "files": {}} for entry in images.entries]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Iterable, Sequence
 from importlib.util import find_spec
@@ -141,6 +142,8 @@ def _histograms(entries: Sequence[Entry]) -> list[dict[str, Any]]:
 def draw_sheet(folder: Path, entries: Sequence[Entry]) -> Bytes:
     """Draw the contact sheet: a row a scene, a column an illumination, buffers below radiance.
 
+    Scenes go on beside the first ones where the sheet would be higher than wide.
+
     Returns
     -------
     (H, W, 3) uint8, sRGB, white where there is no image
@@ -151,15 +154,20 @@ def draw_sheet(folder: Path, entries: Sequence[Entry]) -> Bytes:
     small_width, small = _WIDTH // 2, max(tall // 2, 1)
     cell = np.array([tall + 2 * small, 2 * small_width])
     step = cell + _GAP
-    sheet = np.full((*(step * (len(scenes), len(columns)) + _GAP), 3), 255, np.uint8)
-    for row, of in enumerate(scenes.values()):
+    side = np.sqrt(len(scenes) * step[0] / (len(columns) * step[1]))
+    rows = math.ceil(len(scenes) / max(round(side), 1))
+    blocks = math.ceil(len(scenes) / rows)
+    sheet = np.full((*(step * (rows, blocks * len(columns)) + _GAP), 3), 255, np.uint8)
+    for number, of in enumerate(scenes.values()):
+        block, row = divmod(number, rows)
         for entry in of:
-            top, left = step * (row, columns.index(column(entry))) + _GAP
-            place = folder / entry["name"]
-            _draw(sheet, place / f"{PREVIEWED[0]}.png", top, left, tall, 2 * small_width)
+            place = row, block * len(columns) + columns.index(column(entry))
+            top, left = step * place + _GAP
+            images = folder / entry["name"]
+            _draw(sheet, images / f"{PREVIEWED[0]}.png", top, left, tall, 2 * small_width)
             for i, name in enumerate(PREVIEWED[1:]):
                 down, right = top + tall + i // 2 * small, left + i % 2 * small_width
-                _draw(sheet, place / f"{name}.png", down, right, small, small_width)
+                _draw(sheet, images / f"{name}.png", down, right, small, small_width)
     return sheet
 
 
