@@ -12,6 +12,7 @@ from photonmap.integrators.path_truncation import fraction_going_on
 from photonmap.integrators.photon_mapping.emission_guide import even_guide, learn
 from photonmap.integrators.photon_mapping.light_tracing import can_connect, densest_connected
 from photonmap.integrators.photon_mapping.specular_bounds import bound_specular_surfaces
+from photonmap.kernels.bsdf.models import LAMBERTIAN
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN
 from photonmap.kernels.caustics.photon_map import fill_buckets, sort_by_key, trace_caustics
 from photonmap.kernels.core.passes import CausticMap, CausticPhotons, Span
@@ -131,9 +132,12 @@ def _lingering_fraction(scene: SceneArrays, bands: int, key: np.uint64) -> float
     Of photons that lose nothing by them, and end at the first surface of another kind.
     """
     specular, textures, materials = scene.specular, scene.textures, scene.materials
+    scattering = scene.scattering
     assert specular is not None
     if textures is not None:
         textures = textures._replace(basis=np.zeros_like(textures.basis))
+    if scattering is not None:  # None would call for a kernel of its own
+        scattering = scattering._replace(model=np.full_like(scattering.model, LAMBERTIAN))
     lossless = specular._replace(
         mirror=np.ones_like(specular.mirror),
         tint=np.ones_like(specular.tint),
@@ -141,7 +145,7 @@ def _lingering_fraction(scene: SceneArrays, bands: int, key: np.uint64) -> float
     )
     black = materials._replace(reflectance=np.zeros_like(materials.reflectance))
     specular_alone = scene._replace(
-        specular=lossless, textures=textures, materials=black, scattering=None
+        specular=lossless, textures=textures, materials=black, scattering=scattering
     )
     return fraction_going_on(specular_alone, bands, SCOUTS, LINGERING, key)
 
