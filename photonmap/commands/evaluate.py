@@ -15,6 +15,7 @@ from photonmap.evaluate.bench.predictions import ENCODINGS
 from photonmap.evaluate.bench.run import DRAWS
 from photonmap.evaluate.bench.truth import SPACES
 from photonmap.evaluate.bench.views import LIGHTS
+from photonmap.evaluate.intervals import ENOUGH_SCENES
 from photonmap.evaluate.methods.registry import BUILT_IN
 from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import suggest
@@ -68,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "output",
         "FOLDER",
         "where to write the report",
-        default_text="the data set's name and -evaluation, in the current folder",
+        default_text="NAME-evaluation in the current folder, not beside the data set NAME",
         short="o",
     )
     add_quiet(parser)
@@ -144,7 +145,7 @@ def run(options: argparse.Namespace) -> int:
         tables += run_experiments(
             Path(options.dataset), evaluation, costed, gallery.disagreements, log
         )
-    summaries, notes = evaluation.summaries(), _notes(options)
+    summaries, notes = evaluation.summaries(), _notes(options, evaluation)
     write_report(folder, evaluation, summaries, gallery, notes, tables)
     _report_failures(evaluation)
     if not options.quiet:
@@ -214,11 +215,19 @@ def _name(method: str | Method) -> str:
     return method if isinstance(method, str) else method.name
 
 
-def _notes(options: argparse.Namespace) -> list[str]:
-    """Return how estimates and images came about."""
+def _notes(options: argparse.Namespace, evaluation: Evaluation) -> list[str]:
+    """Return how estimates and images came about, and where there are few scenes for intervals."""
     notes = [_PNG_NOTES[options.png]] if options.predictions else []
     if options.light == "direct":
         notes.append("Images and shading are those of direct light alone.")
+    count = len(set(evaluation.scenes))
+    if count == 1:
+        notes.append("There are no intervals over scenes, as there is one scene.")
+    elif count < ENOUGH_SCENES:
+        notes.append(
+            f"Intervals in brackets are too narrow: they are over {count} scenes, fewer than "
+            f"{ENOUGH_SCENES}."
+        )
     return notes
 
 

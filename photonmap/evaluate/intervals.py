@@ -16,6 +16,8 @@ from photonmap.evaluate.metrics.arrays import Floats
 
 LEVEL = 0.95
 """Confidence of intervals."""
+ENOUGH_SCENES = 10
+"""Scenes; over fewer, intervals of a bootstrap are too narrow."""
 RESAMPLES = 1999
 """Samples of scenes that a bootstrap draws."""
 _SWAPS = 9999
@@ -55,7 +57,8 @@ def scene_interval(
     """Return the bootstrap interval of a statistic of all scores when scenes are drawn anew.
 
     The percentile interval of B. Efron and R. J. Tibshirani, "An Introduction to the Bootstrap",
-    1993, chapter 13, of clusters. It is too narrow for fewer than ten scenes or so.
+    1993, chapter 13, of clusters. It is too narrow for fewer than `ENOUGH_SCENES` scenes
+    or so.
 
     Parameters
     ----------

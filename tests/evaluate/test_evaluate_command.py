@@ -80,6 +80,7 @@ def test_the_default_folder_and_the_text(known, in_tmp, capsys):
     assert re.fullmatch(r"constant-shading(  [\d.]+ \[[\d.]+, [\d.]+\]){3}  6 of 6", line)
     assert out.splitlines()[-1].endswith("known-evaluation/report.html")
     assert "6/6 scene-2-colored" in err
+    assert "too narrow: they are over 3 scenes, fewer than 10." in out.splitlines()[-2]
     names = {"report.html", "scores.csv", "summary.csv", "table.tex"}
     assert {path.name for path in (in_tmp / "known-evaluation").iterdir()} == names
     assert command(known[0], "--method", "constant-shading", "--metrics", "lmse", "--quiet") == 0
