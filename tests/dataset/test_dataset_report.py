@@ -96,6 +96,22 @@ def test_scenes_of_one_illumination_fill_a_square(made):
         np.testing.assert_array_equal(place[: one.shape[0], : one.shape[1]], one)
 
 
+def job(name, geometry, seed, view=""):
+    described = {"seed": seed, "illumination": "white", "view": {"name": view}}
+    return {"name": name, "geometry": geometry, "job": described}
+
+
+def test_columns_of_one_illumination():
+    """Seeds make columns where a scene has several images that differ by them alone."""
+    once = [job("a", "jug-0", 0), job("b", "jug-1", 1), job("c", "room-5e", 0)]
+    assert report.columns_of(once) == dict.fromkeys("abc", "white")
+    assert report.columns_of([*once, job("d", "room-5e", 0, "left")])["d"] == "white, left"
+    seeds = dict(zip("abcd", (0, 1, 0, 1), strict=True))
+    assert report.columns_of([*once, job("d", "room-5e", 1)]) == {
+        name: f"white, seed {seed}" for name, seed in seeds.items()
+    }
+
+
 def test_a_set_without_pictures_has_a_page(made, tmp_path):
     images = dataset.open(made)
     entries = [{**entry, "files": {}} for entry in images.entries]

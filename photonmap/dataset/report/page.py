@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -61,14 +62,14 @@ def write_page(entries: Sequence[Entry]) -> str:
 
     loader = PackageLoader("photonmap.dataset.report")
     templates = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    columns = column_names(entries)
+    columns = columns_of(entries)
     seconds = {
         stage: sum(entry["seconds"][stage] for entry in entries)
         for stage in ("build", "compile", "render", "write")
     }
     return templates.get_template("report.html").render(
         count=len(entries),
-        columns=columns,
+        columns=list(dict.fromkeys(columns.values())),
         rows=[_row(scene, of, columns) for scene, of in by_scene(entries).items()],
         buffers=PREVIEWED,
         mean=mean_share(entries),
@@ -85,17 +86,25 @@ def by_scene(entries: Iterable[Entry]) -> dict[str, list[Entry]]:
     return scenes
 
 
-def column(entry: Entry) -> str:
-    """Return the title of an image's column: its illumination, view if named, and seed if relit."""
-    job = entry["job"]
-    seed = f", seed {job['seed']}" if job["content"] else ""
+def columns_of(entries: Sequence[Entry]) -> dict[str, str]:
+    """Return the titles of the images' columns by the names of images, in order of appearance.
+
+    A title is an illumination, the view if it is named, and the seed where a scene has several
+    images under these.
+    """
+    titles = {entry["name"]: _lit_from(entry["job"]) for entry in entries}
+    counts = Counter((entry["geometry"], titles[entry["name"]]) for entry in entries)
+    several = {title for (_, title), count in counts.items() if count > 1}
+    for entry in entries:
+        if titles[entry["name"]] in several:
+            titles[entry["name"]] += f", seed {entry['job']['seed']}"
+    return titles
+
+
+def _lit_from(job: dict[str, Any]) -> str:
+    """Return the illumination of a job, and its view if it is named."""
     view = f", {job['view']['name']}" if job["view"]["name"] else ""
-    return f"{job['illumination']}{view}{seed}"
-
-
-def column_names(entries: Iterable[Entry]) -> list[str]:
-    """Return the titles of all columns, in order of appearance."""
-    return list(dict.fromkeys(map(column, entries)))
+    return f"{job['illumination']}{view}"
 
 
 def mean_share(entries: Iterable[Entry]) -> float | None:
@@ -105,18 +114,18 @@ def mean_share(entries: Iterable[Entry]) -> float | None:
     return sum(known) / len(known) if known else None
 
 
-def _row(scene: str, entries: Sequence[Entry], columns: Sequence[str]) -> dict[str, Any]:
+def _row(scene: str, entries: Sequence[Entry], columns: Mapping[str, str]) -> dict[str, Any]:
     """Return the table row of a scene: a cell for each column, None where there is no image."""
-    cells: list[dict[str, Any] | None] = [None] * len(columns)
+    cells: dict[str, dict[str, Any] | None] = dict.fromkeys(columns.values())
     for entry in entries:
-        cells[columns.index(column(entry))] = {
+        cells[columns[entry["name"]]] = {
             "name": entry["name"],
             "lights": " + ".join(entry["job"]["colors"]),
             "share": entry["statistics"]["direct_share"],
             "error": entry["error"],
             "pictures": f"{PREVIEWED[0]}.png" in entry["files"],
         }
-    return {"scene": scene, "share": mean_share(entries), "cells": cells}
+    return {"scene": scene, "share": mean_share(entries), "cells": list(cells.values())}
 
 
 def _histograms(entries: Sequence[Entry]) -> list[dict[str, Any]]:
@@ -148,7 +157,8 @@ def draw_sheet(folder: Path, entries: Sequence[Entry]) -> Bytes:
     -------
     (H, W, 3) uint8, sRGB, white where there is no image
     """
-    columns, scenes = column_names(entries), by_scene(entries)
+    column, scenes = columns_of(entries), by_scene(entries)
+    columns = list(dict.fromkeys(column.values()))
     width, height = entries[0]["size"]
     tall = max(round(_WIDTH * height / width), 1)
     small_width, small = _WIDTH // 2, max(tall // 2, 1)
@@ -161,7 +171,7 @@ def draw_sheet(folder: Path, entries: Sequence[Entry]) -> Bytes:
     for number, of in enumerate(scenes.values()):
         block, row = divmod(number, rows)
         for entry in of:
-            place = row, block * len(columns) + columns.index(column(entry))
+            place = row, block * len(columns) + columns.index(column[entry["name"]])
             top, left = step * place + _GAP
             images = folder / entry["name"]
             _draw(sheet, images / f"{PREVIEWED[0]}.png", top, left, tall, 2 * small_width)
