@@ -73,7 +73,7 @@ def test_a_set_has_one_sensor(made, capsys):
     (made / "day.toml").write_text("iso = 100\n")
     assert make(made, "--resume", sensor="day.toml") == 2
     error = capsys.readouterr().err
-    assert "holds another data set: sensor" in error
+    assert "it was begun with another --sensor; choose" in error
     assert error.count("\n") == 1
     assert make(made, "--resume") == 0
 

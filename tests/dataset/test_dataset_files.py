@@ -211,7 +211,7 @@ def test_other_measured_sets_make_another_set(tmp_path, preset, capsys, monkeypa
     assert command(folder, preset, *more, "--resume") == 0
     (lights / "even.csv").write_text(f"nm,even\n{rows}\n".replace("400,1.0", "400,1.1"))
     assert command(folder, preset, *more, "--resume") == 2
-    assert "curves of bands or measured sets others there, these here" in capsys.readouterr().err
+    assert "begun with other curves of bands or measured sets; choose" in capsys.readouterr().err
 
 
 @pytest.mark.slow
@@ -320,7 +320,9 @@ def test_dry_run_lists_and_writes_nothing(tmp_path, preset, capsys):
         (["--format", "exr,jpg"], "there is no format 'jpg'; did you mean"),
         (["--format", "png"], "needs exr or hdf5 among its formats"),
         (["--workers", "0"], "workers 0 must be a whole number from 1"),
-        (["--resume", "--size", "8x8"], "holds another data set: size [16, 12] there, [8, 8] here"),
+        (["--resume", "--size", "8x8"], ": it was begun with --size 16x12, not 8x8; choose"),
+        (["--resume", "--full"], "another data set: it was begun without --full; choose"),
+        (["--resume", "--format", "exr"], "begun with --format exr,hdf5,png, not exr; choose"),
         (["--resume", "--seed", "7"], "other seeds"),
         ([], "holds a data set already; add --resume"),
     ],

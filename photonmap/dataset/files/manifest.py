@@ -12,17 +12,14 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from photonmap.dataset.files.inputs import CURVES
+from photonmap.dataset.files.differences import describe_difference, describe_differences
 from photonmap.errors import InputError
 from photonmap.runtime.file_checks import check_output_folder
-from photonmap.spectra.sensor_curves import table_of
 
 HEAD, LINES = "manifest.json", "manifest.jsonl"
 FORMAT = "photonmap data set 2"
 READABLE = (FORMAT, "photonmap data set 1")
 """Formats that can be read; the first version's images are full, and have no digests."""
-_FILES = ("format", "formats", "full", "sensor", "buffers")
-"""Keys of the head that decide what files hold, apart from what decides the arrays."""
 _KEYS = {"name", "geometry", "job", "files"}
 """Some of the keys that the entry of every image has."""
 
@@ -74,48 +71,9 @@ def _check_contents(folder: Path, head: dict[str, Any], resume: bool) -> None:
     there = read_head(folder)
     if not resume:
         raise InputError("holds a data set already; add --resume, or choose another folder", folder)
-    if difference := _difference(there, head):
+    if difference := describe_difference(there, head):
         remedy = "choose another folder, or restore what the data set was begun with"
         raise InputError(f"holds another data set: {difference}; {remedy}", folder)
-
-
-def _difference(there: dict[str, Any], here: dict[str, Any]) -> str:
-    """Describe how two heads differ in what the images of one set share; "" if they do not."""
-    pairs = {
-        **{key: (there.get(key), here[key]) for key in _FILES},
-        **{key: (there["common"].get(key), value) for key, value in here["common"].items()},
-        **{key: (there["versions"].get(key), value) for key, value in here["versions"].items()},
-    }
-    for name in ("munsell", "illuminants", "identity"):
-        pairs.pop(name, None)
-    if here["common"].get("identity"):
-        tables = (name for name in CURVES if all(map(table_of, pairs[name])))
-        pairs |= dict.fromkeys(tables, ("", ""))  # `inputs` tells whether their curves differ
-    pairs["sensor"] = (_sensor(there), _sensor(here))
-    if pairs["inputs"][0] != pairs["inputs"][1]:
-        pairs["curves of bands or measured sets"] = ("others", "these")
-    del pairs["inputs"]
-    differences = describe_differences(pairs)
-    if not differences and not set(there["images"]) & set(here["images"]):
-        return f"preset {there['preset']} and other seeds there, {here['preset']} here"
-    return differences
-
-
-def _sensor(head: dict[str, Any]) -> dict[str, Any] | None:
-    """Return what a head says of its sensor, but for the name of its file of sensitivities."""
-    sensor = head.get("sensor")
-    if sensor is None or table_of(sensor["camera"]) is None:
-        return sensor
-    return {**sensor, "camera": "a file"}
-
-
-def describe_differences(pairs: dict[str, tuple[Any, Any]]) -> str:
-    """Describe the pairs whose values, there and here, differ; "" if none does."""
-    return ", ".join(
-        f"{name} {there} there, {here} here"
-        for name, (there, here) in pairs.items()
-        if there != here
-    )
 
 
 def read_head(folder: str | PathLike[str]) -> dict[str, Any]:
