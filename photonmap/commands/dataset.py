@@ -119,8 +119,10 @@ def _render(
 
 def _tell(faults: dict[str, str]) -> int:
     """Print why scene files cannot be read; return the exit code."""
-    for fault in faults.values():
-        print(f"photonmap: failed: {fault}", file=sys.stderr)
+    from photonmap.dataset.files.left_out import as_line
+
+    for fault in faults.items():
+        print(f"photonmap: failed: {as_line(*fault)}", file=sys.stderr)
     return FAILED if faults else 0
 
 
@@ -128,6 +130,7 @@ def _plan(
     options: argparse.Namespace, identity: str
 ) -> tuple[CommonSettings, list[Job], dict[str, str]]:
     """Check the options; list the images, and why scene files cannot be read."""
+    from photonmap.dataset.files.left_out import as_line
     from photonmap.dataset.jobs.job_scene import describe_inputs, read_user_scenes
     from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
     from photonmap.dataset.jobs.presets import load_preset, with_illuminations
@@ -158,7 +161,7 @@ def _plan(
     )
     files, faults = read_user_scenes(preset.files)
     if faults and not (files or preset.scenes):
-        raise InputError(next(iter(faults.values())))
+        raise InputError(as_line(*next(iter(faults.items()))))
     jobs = plan_jobs(preset, files, common, options.seed, options.count)
     return common, jobs, faults
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from photonmap.dataset.files.left_out import reason_of
 from photonmap.dataset.files.pure_pixels import Mask, one_piece
 from photonmap.dataset.jobs.plan import CommonSettings, Job, UserScene
 from photonmap.dataset.scenes.build import build_unlit_scene
@@ -91,14 +92,14 @@ def read_user_scenes(paths: Iterable[str]) -> tuple[list[UserScene], dict[str, s
 
     Returns
     -------
-    Those that can be read; and why others cannot, by path
+    Those that can be read; and why others cannot, by path, as `reason_of` says it
     """
     scenes, faults = [], {}
     for path in paths:
         try:
             scenes.append(UserScene(str(Path(path).resolve()), digest_of(path)))
         except InputError as error:
-            faults[path] = str(error)
+            faults[path] = reason_of(path, error)
     return scenes, faults
 
 

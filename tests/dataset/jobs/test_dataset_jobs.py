@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import photonmap as pm
+from photonmap.dataset.files.left_out import as_line
 from photonmap.dataset.jobs.job_scene import describe_inputs, make_scene, read_user_scenes
 from photonmap.dataset.jobs.plan import CommonSettings, Job, plan_jobs
 from photonmap.dataset.jobs.presets import load_preset, with_illuminations
@@ -243,3 +244,19 @@ def test_new_settings_leave_the_names_of_images_as_they_were():
     for changed in ({"lightness": 0.5}, {"scale": 1.2}):
         other = dataclasses.replace(common, **changed)
         assert Job("vase", 0, "white", ("D65",), View(), other).name != "vase-0-white-4858ceded9"
+
+
+def test_a_scene_that_cannot_be_read_is_named_once(tmp_path):
+    """Also where its materials or their images are at fault; and so is its folder."""
+    folder = tmp_path / "scenes of mine"
+    folder.mkdir()
+    pm.save_scene(pm.scenes.cornell_box(), folder / "room.obj")
+    with (folder / "room.mtl").open("a") as file:
+        file.write("map_Kd wood.png\n")
+    (folder / "broken.obj").write_text("v 0 0\nf 1 2 3\n")
+    _, faults = read_user_scenes([str(folder / name) for name in ("room.obj", "broken.obj")])
+    room, broken = (as_line(*fault) for fault in faults.items())
+    assert room.startswith(f"{folder}/room.obj: room.mtl:")
+    assert ": map_Kd: wood.png: cannot be read (" in room
+    assert broken.startswith(f"{folder}/broken.obj:1: ")
+    assert [line.count("scenes of mine") for line in (room, broken)] == [1, 1]
