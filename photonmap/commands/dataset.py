@@ -59,6 +59,7 @@ def run(options: argparse.Namespace) -> int:
 def _make(folder: Path, options: argparse.Namespace) -> int:
     from photonmap.dataset.files.chosen_buffers import check_chosen
     from photonmap.dataset.files.image_files import check_formats
+    from photonmap.dataset.files.left_out import describe_left_out
     from photonmap.dataset.files.manifest import check_dataset_folder
     from photonmap.dataset.files.photos import choose_sensor
     from photonmap.dataset.jobs.make_dataset import Extra, describe_dataset, read_identity
@@ -71,6 +72,7 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
     sensor, described = choose_sensor(options.sensor)
     chosen = check_chosen(options.buffers, formats, sensor is not None)
     head = describe_dataset(options.preset, common, formats, jobs, options.full, described, chosen)
+    head["left_out"] = describe_left_out(folder, faults)
     check_dataset_folder(folder, head, options.resume or options.dry_run or options.estimate)
     extra = Extra(sensor, options.time_limit, chosen)
     if options.dry_run or options.estimate:
@@ -114,7 +116,7 @@ def _render(
             file=sys.stderr,
         )
         return INTERRUPTED
-    return _report(folder, outcome, options)
+    return _report(folder, head, outcome, options)
 
 
 def _tell(faults: dict[str, str]) -> int:
@@ -170,11 +172,15 @@ def _print_progress(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
-def _report(folder: Path, outcome: Outcome, options: argparse.Namespace) -> int:
+def _report(
+    folder: Path, head: dict[str, Any], outcome: Outcome, options: argparse.Namespace
+) -> int:
     """Write the report, and print what came out; return the exit code."""
+    from photonmap.dataset.files.left_out import lines_of
     from photonmap.dataset.report.page import has_jinja, mean_share, write_report
 
-    written = write_report(folder, list(outcome.entries.values())) if outcome.entries else []
+    entries = list(outcome.entries.values())
+    written = write_report(folder, entries, lines_of(head)) if entries else []
     if not has_jinja():
         warn("the report's page needs jinja2: pip install 'photonmap[dataset]'")
     for reason in dict.fromkeys(outcome.failures.values()):

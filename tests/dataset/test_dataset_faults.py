@@ -3,9 +3,11 @@
 import dataclasses
 import hashlib
 import json
+import re
 import shutil
 import subprocess
 import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ import photonmap as pm
 from photonmap import dataset
 from photonmap.commands.main import main
 from photonmap.dataset.files.image_files import BANDS_EXR
+from photonmap.dataset.files.left_out import lines_of
 from photonmap.dataset.files.manifest import locked
 from photonmap.dataset.jobs import render_image, schedule
 from photonmap.dataset.jobs import verify as verify_module
@@ -52,6 +55,41 @@ def test_a_file_that_cannot_be_read_is_left_out(tmp_path, capsys):
     path.write_text('files = ["broken.obj"]')
     assert main(["dataset", str(tmp_path / "none"), "--preset", str(path), *SIZE]) == 2
     assert not (tmp_path / "none").exists()
+
+
+def test_what_is_left_out_is_named_until_it_is_mended(tmp_path, capsys):
+    folder = tmp_path / "set"
+    pm.save_scene(pm.scenes.cornell_box(), tmp_path / "room.obj")
+    broken = [tmp_path / "broken-1.obj", tmp_path / "broken-2.obj"]
+    for each in broken:
+        each.write_text("v 0 0\nf 1 2 3\n")
+    path = tmp_path / "own.toml"
+    path.write_text('files = ["."]\nilluminations = ["white"]')
+    make = ["dataset", str(folder), "--preset", str(path), *SIZE]
+    publish = ["dataset", "publish", str(folder), "--license", "CC0-1.0"]
+    warning = r"2 files are missing from the set, as \.\./broken-1\.obj and 1 more could"
+    assert main(make) == 1
+    with pytest.warns(pm.SceneWarning, match=warning):
+        assert verify(folder, sample=0) == []
+    capsys.readouterr()
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", pm.SceneWarning)  # which are errors in tests
+        assert main([*publish, "--quiet"]) == 0
+    assert re.search(warning, capsys.readouterr().err)
+    for name in ("manifest.json", "report.html", "README.md"):
+        assert "broken-2.obj" in (folder / name).read_text()
+    first, second = lines_of(dataset.open(folder).head)
+    assert first.startswith("../broken-1.obj:1: ")
+    assert f"- {second}" in (folder / "README.md").read_text()
+    pm.save_scene(pm.scenes.cornell_box(), broken[0])
+    broken[1].unlink()
+    assert main([*make, "--resume"]) == 0
+    head = json.loads((folder / "manifest.json").read_text())
+    assert lines_of(head) == []
+    assert len(dataset.open(folder)) == 2
+    assert "broken-2" not in (folder / "report.html").read_text()
+    del head["left_out"]  # as in sets of before
+    assert lines_of(head) == []
 
 
 def test_a_set_names_no_folder_of_its_machine(tmp_path):

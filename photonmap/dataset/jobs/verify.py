@@ -13,6 +13,7 @@ from photonmap.dataset.files.chosen_buffers import held_in
 from photonmap.dataset.files.differences import describe_differences
 from photonmap.dataset.files.image_files import hash_files, list_files
 from photonmap.dataset.files.lean import as_lean
+from photonmap.dataset.files.left_out import warn_of_left_out
 from photonmap.dataset.files.reader import Image, open_dataset
 from photonmap.dataset.jobs.inputs import Find, input_finder
 from photonmap.dataset.jobs.job_scene import make_scene
@@ -42,7 +43,7 @@ def verify(
     seed: int | None = None,
     scenes: str | PathLike[str] | None = None,
 ) -> list[str]:
-    """Check every image of a data set, and render a sample again.
+    """Check every image of a data set, and render a sample again; warn of scenes left out.
 
     Parameters
     ----------
@@ -65,6 +66,7 @@ def verify(
         raise InputError(f"sample {sample} must be a number of images, 0 or more")
     log = log or (lambda line: None)
     images = open_dataset(folder)
+    warn_of_left_out(images.head)
     find = input_finder(images.folder, scenes)
     names = {image.name for image in images}
     faults = [f"{name}: is missing" for name in images.head["images"] if name not in names]

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from photonmap.dataset.files.image_statistics import BINS
+from photonmap.dataset.files.left_out import lines_of
 from photonmap.dataset.files.reader import Dataset
 from photonmap.dataset.publication.licenses import License
 
@@ -67,7 +68,7 @@ def write_card(
             "intrinsic images: radiance, direct and indirect light, reflectance and shading, each "
             "with depth, normals, ids and standard errors.",
             "",
-            *_section("Images", _counts(images)),
+            *_section("Images", [*_counts(images), *_left_out(images)]),
             *_section("Distributions", _distributions(entries)),
             *_section("Errors and cost", _errors(entries)),
             *_section("How it was made", _origin(images)),
@@ -122,6 +123,12 @@ def _counts(images: Dataset) -> list[str]:
     photos = sum(entry.get("photo") is not None for entry in entries)
     also = f"; {photos} images have a photo of a simulated sensor" if photos else ""
     return [*lines, f"Seeds of scenes: {seeds[0]} to {seeds[-1]}{also}."]
+
+
+def _left_out(images: Dataset) -> list[str]:
+    """Return a list of the scene files that could not be read, with a head; nothing if none."""
+    lines = [f"- {line}" for line in lines_of(images.head)]
+    return ["", "Left out, as they could not be read:", "", *lines] if lines else []
 
 
 def _distributions(entries: Sequence[dict[str, Any]]) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from os import PathLike
 
+from photonmap.dataset.files.left_out import warn_of_left_out
 from photonmap.dataset.files.reader import open_dataset
 from photonmap.dataset.publication.card import write_card
 from photonmap.dataset.publication.licenses import find_license
@@ -93,6 +94,7 @@ def export(
         check_pyarrow()
     license_, images = find_license(license_name), open_dataset(folder)
     check_complete(images)
+    warn_of_left_out(images.head)
     wanted = list(dict.fromkeys(usual_names(images[0]) if names is None else names))
     for name in wanted:
         read_array(images[0], name)

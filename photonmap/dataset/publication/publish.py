@@ -11,6 +11,7 @@ from typing import Any
 
 from photonmap.dataset.files.image_files import hash_files, list_files
 from photonmap.dataset.files.inputs import INPUTS
+from photonmap.dataset.files.left_out import warn_of_left_out
 from photonmap.dataset.files.manifest import HEAD, LINES, locked
 from photonmap.dataset.files.reader import Dataset, open_dataset
 from photonmap.dataset.publication.annotations import describe_cameras, describe_coco
@@ -30,8 +31,8 @@ _IDS = "object_id"
 def publish(folder: str | PathLike[str], license_name: str) -> list[Path]:
     """Write the data card, licence, checksums, Croissant metadata, annotations and cameras.
 
-    Without the ids of objects in the images, there are no annotations; a split without any scene is
-    warned of. Files of these names are replaced, all of them or none.
+    Without the ids of objects in the images, there are no annotations; scenes that are left out and
+    splits without any scene are warned of. Files of these names are replaced, all of them or none.
 
     Parameters
     ----------
@@ -46,6 +47,7 @@ def publish(folder: str | PathLike[str], license_name: str) -> list[Path]:
     license_, folder = find_license(license_name), Path(folder)
     images = open_dataset(folder)
     check_complete(images)
+    warn_of_left_out(images.head)
     warn_of_empty(by_split(images))
     title = folder.resolve().name
     has_ids = all(_IDS in image for image in images)

@@ -32,13 +32,16 @@ def has_jinja() -> bool:
     return find_spec("jinja2") is not None
 
 
-def write_report(folder: Path, entries: Sequence[Entry]) -> list[Path]:
+def write_report(
+    folder: Path, entries: Sequence[Entry], left_out: Sequence[str] = ()
+) -> list[Path]:
     """Write the page and, where images have a PNG, the contact sheet; return their paths.
 
     Parameters
     ----------
     folder : of the data set
     entries : of its images in the manifest
+    left_out : a line for each scene file that could not be read
 
     Raises
     ------
@@ -48,7 +51,7 @@ def write_report(folder: Path, entries: Sequence[Entry]) -> list[Path]:
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=folder) as made:
         part = Path(made)
         if has_jinja():
-            (part / PAGE).write_text(write_page(entries), encoding="utf-8")
+            (part / PAGE).write_text(write_page(entries, left_out), encoding="utf-8")
         if shown:
             from photonmap.io.png import write_png
 
@@ -56,7 +59,7 @@ def write_report(folder: Path, entries: Sequence[Entry]) -> list[Path]:
         return [file.replace(folder / file.name) for file in sorted(part.iterdir())]
 
 
-def write_page(entries: Sequence[Entry]) -> str:
+def write_page(entries: Sequence[Entry], left_out: Sequence[str] = ()) -> str:
     """Return the page as HTML; its pictures are the files of the images."""
     from jinja2 import Environment, PackageLoader
 
@@ -75,6 +78,7 @@ def write_page(entries: Sequence[Entry]) -> str:
         mean=mean_share(entries),
         histograms=_histograms(entries),
         seconds=seconds,
+        left_out=left_out,
     )
 
 
