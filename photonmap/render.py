@@ -134,6 +134,7 @@ def render_file(source: SceneSource, options: Options, announce: Announce | None
     InputError, KeyboardInterrupt : as `SceneSource.load` and `render`
     """
     start = time.perf_counter()
+    Settings.of(options)  # what cannot be done is refused before a large file is read
     with listening() as messages:
         if not isinstance(options.progress, bool | None):
             options.progress.stage("load")
@@ -324,7 +325,7 @@ def warn_of_truncated_paths(run: Run) -> None:
 def finish(run: Run) -> Images:
     """Return the buffers to be kept, in their usual order, with their standard errors.
 
-    Warns where photons were too few to resolve the image.
+    Warns where photons were too few to resolve the image, and where it shows nothing.
     """
     setup, film, kept = run.setup, run.settings.film, run.settings.buffers
     moments, power = run.moments, run.setup.scene.power
@@ -335,6 +336,8 @@ def finish(run: Run) -> Images:
     buffers = in_order(light | {name: rows for name, rows in rest.items() if name in kept})
     if set(run.hidden_lights) != set(setup.scene.light_names):
         warn_of_few_photons(unresolved)
+    if moments.whole.shows_nothing():
+        warn("the camera sees nothing; check where it stands and looks, or give none")
     blocks = moments.block_errors(power, kept)
     return Images(_as_images(buffers, film), _as_images(errors, film), blocks, unresolved)
 

@@ -36,6 +36,11 @@ class _Parser(argparse.ArgumentParser):
     """A parser whose errors are one line."""
 
     def error(self, message: str) -> Any:
+        unknown = re.match(r"unrecognized arguments: (--[^\s=]+)", message)
+        if unknown:
+            known = (name for name in self._option_string_actions if name.startswith("--"))
+            meant = suggest(unknown[1], known)
+            message = f"there is no option {unknown[1]}; {meant}" if "?" in meant else message
         raise InputError(f"{message} (see {self.prog} --help)")
 
 

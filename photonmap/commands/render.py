@@ -130,8 +130,9 @@ def _report(record: dict[str, Any], output: str) -> None:
     """Print what came out, and where it is."""
     state = "interrupted after " if record["interrupted"] else ""
     earlier = f" ({record['resumed']} of them earlier)" if record["resumed"] else ""
+    passes = f"{record['passes']} pass{'es' * (record['passes'] != 1)}{earlier}"
     print(
-        f"{state}{record['passes']} passes{earlier} in {record['seconds']['render']:.1f} s, "
+        f"{state}{passes} in {record['seconds']['render']:.1f} s, "
         f"{_error_text(record)}: {output}, {Path(output).with_suffix('.png')}, "
         f"{Path(output).with_suffix('.json')}"
     )

@@ -128,6 +128,10 @@ class Accumulator:
         unresolved = self.unresolved() & lit
         return valid_pixels(self._moments.coverage, self._moments.emission, unresolved)
 
+    def shows_nothing(self) -> bool:
+        """Return whether no pixel shows a surface or the sky."""
+        return not (self._moments.coverage.any() or self._moments.emission.any())
+
     def reflected(self, part: slice) -> NDArray[np.float32]:
         """Return the light that surfaces send to some pixels: radiance where none emits."""
         return (self._moments.direct[part] + self._moments.indirect[part]).astype(np.float32)

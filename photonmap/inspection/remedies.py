@@ -46,8 +46,10 @@ _OTHERWISE = "compare a render with what it should show"
 
 
 def find_remedy(message: str) -> str:
-    """Return what to do about a warning, for each part of it that is known."""
-    found = [remedy for pattern, remedy in _REMEDIES if re.search(pattern, message)]
+    """Return what to do about a warning, for each part of it that is known, in their order."""
+    matches = [(re.search(pattern, message), remedy) for pattern, remedy in _REMEDIES]
+    places = sorted((match.start(), remedy) for match, remedy in matches if match)
+    found = [remedy for _, remedy in places]
     if not found and re.search(_OTHER_FORMAT, message):
         return _EXPORT
     return "; ".join(dict.fromkeys(found)) or _OTHERWISE

@@ -35,7 +35,7 @@ def _lines(description: dict[str, Any]) -> Iterator[str]:
     yield from _section("cameras", _rows(description["cameras"], ("name", "kind")))
     if description["framed_camera"]:
         origin = _show(description["framed_camera"]["origin"])
-        yield f"no camera given: shown from three quarters, at {origin}"
+        yield f"no camera given: seen from the front right, above, at {origin} in a square image"
     effects = [
         (name, "on" if effect["on"] else "off", effect["why"])
         for name, effect in description["effects"].items()

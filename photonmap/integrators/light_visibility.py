@@ -15,6 +15,8 @@ POINTS = 64
 PATHS, FEWEST_PATHS, MOST_PATHS = 256, 16, 1 << 14
 """From a light; where there are many, as few as this; and from all, about."""
 BOUNCES = 8
+_OR_CAMERA = "; or the camera is within or behind something"
+"""What may keep all light from the view"""
 
 
 def warn_of_hidden_lights(compiled: CompiledScene, view: View, key: np.uint64) -> list[str]:
@@ -54,6 +56,7 @@ def warn_of_hidden_lights(compiled: CompiledScene, view: View, key: np.uint64) -
         warn(
             f"{who} nothing into the view: none of {paths} paths from {'it' if single else 'each'} "
             f"reached the view; check {_suspects(compiled, hidden)}"
+            f"{_OR_CAMERA if len(hidden) == len(emitters) else ''}"
         )
     return hidden
 

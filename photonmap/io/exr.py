@@ -179,8 +179,7 @@ def read_exr(path: str | PathLike[str], names: Collection[str] | None = None) ->
         raise InputError("there is no such file", path)
     file = OpenImageIO.ImageInput.open(str(path))
     if file is None:
-        reason = OpenImageIO.geterror().partition("\n")[0]
-        raise InputError(f"this is not an OpenEXR file, or it is damaged: {reason}", path)
+        raise _no_exr(path)
     with closing(file):
         head = file.spec()
         if _RECORD not in head or _BANDS not in head:
@@ -199,6 +198,15 @@ def read_exr(path: str | PathLike[str], names: Collection[str] | None = None) ->
     return Contents(buffers, errors, bands, record, block_errors)
 
 
+def _no_exr(path: str | PathLike[str]) -> InputError:
+    import OpenImageIO
+
+    reason = OpenImageIO.geterror().partition("\n")[0]
+    if not str(path).lower().endswith(".exr"):
+        return InputError("this is not a render; give the FILE.exr of one", path)
+    return InputError(f"this is not an OpenEXR file, or it is damaged: {reason}", path)
+
+
 def list_parts(path: str | PathLike[str], half: bool = False) -> list[str]:
     """Return the names of a file's parts, or of those in half precision; no image is read.
 
@@ -213,8 +221,7 @@ def list_parts(path: str | PathLike[str], half: bool = False) -> list[str]:
         raise InputError("there is no such file", path)
     file = OpenImageIO.ImageInput.open(str(path))
     if file is None:
-        reason = OpenImageIO.geterror().partition("\n")[0]
-        raise InputError(f"this is not an OpenEXR file, or it is damaged: {reason}", path)
+        raise _no_exr(path)
     with closing(file):
         names = _part_names(file)
         if not half:

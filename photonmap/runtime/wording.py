@@ -9,6 +9,8 @@ from typing import Any
 
 _LENGTH = 60
 """Characters of a text that are shown."""
+_CHOICES = 12
+"""Names that are listed where none is near."""
 _NEAR = 0.5
 """Similarity from which on a name may have been meant, by `difflib`."""
 
@@ -53,4 +55,5 @@ def suggest(name: str, known: Iterable[str]) -> str:
     nearest = difflib.get_close_matches(name[:_LENGTH].lower(), candidates, 1, cutoff=_NEAR)
     if nearest:
         return f"did you mean {shown(candidates[nearest[0]])}?"
-    return f"choose from {listed(candidates.values())}" if candidates else "correct the name"
+    choice = listed(candidates.values(), _CHOICES)
+    return f"choose from {choice}" if candidates else "correct the name"

@@ -127,7 +127,7 @@ class Texture:
     @cached_property
     def largest(self) -> float:
         """The largest linear value."""
-        most = self.values.max(axis=(0, 1))
+        most = self.values.max(axis=0).max(axis=0)  # over both at once takes ten times as long
         return max(self._triple(self.image.table[most] if most.dtype == np.uint8 else most))
 
     def _triple(self, channels: NDArray[Any]) -> Triple:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -189,6 +190,8 @@ class Bands:
             if limits is not None:
                 raise InputError(f"{body} takes no range; leave it out or choose a number of bands")
             return cls.steps(*map(float, body.split(":"))) if ":" in body else cls.rgb()
+        if re.fullmatch(r"\d{3,}:\d{3,}", body):
+            raise InputError(f"bands {body} lack a step; write {body}:10 for bands 10 nm apart")
         kind, _, number = body.rpartition(":")
         makers: dict[str, Callable[..., Bands]] = {"": cls.gaussian, "box": cls.box}
         if kind in makers and number.strip().lstrip("+-").replace(".", "", 1).isdecimal():

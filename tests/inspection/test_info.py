@@ -174,6 +174,14 @@ def test_an_unknown_warning_has_one_too():
     assert find_remedy("something new") == "compare a render with what it should show"
 
 
+def test_remedies_stand_in_the_order_of_what_they_mend():
+    message = "room.gltf: not simulated: sheen of 'cloth'; range of 'lamp'; KHR_materials_x of 'a'"
+    sheen, falls_off, extension = find_remedy(message).split("; ")
+    assert sheen.startswith("give sheen")
+    assert falls_off.startswith("nothing: light falls off")
+    assert extension.startswith("describe the surface")
+
+
 def test_text(capsys, sloppy):
     assert main(["info", str(sloppy)]) == 0
     out, err = capsys.readouterr()
@@ -183,7 +191,7 @@ def test_text(capsys, sloppy):
         "probably metres, a guess: the longest side would be 1 m",
         "room  a  1 triangle  3 vertices  no uv  flat, no normals",
         "a  coated diffuse  1 triangle  reflectance (0.5, 0.5, 0.5), coat 1",
-        "no camera given: shown from three quarters",
+        "no camera given: seen from the front right",
         "warnings: 5",
         "what to do: model the relief",
     ):

@@ -31,6 +31,22 @@ def test_buried_in_a_wall(cornell):
         render(pm.Scene([*cornell.meshes[:4], wall], [light], cornell.camera))
 
 
+def test_a_camera_behind_a_wall_is_suspected_too(cornell):
+    """Where one light of two reaches the view, it is not."""
+    camera = pm.Camera((-1.0005, 0.2, 0.0), (1.0, 0.2, 0.0))
+    with pytest.warns(pm.SceneWarning, match="or the camera is within or behind something"):
+        render(pm.Scene(cornell.meshes, camera=camera))
+    bulb = pm.PointLight((-3.0, 0.0, 0.0), 1.0, "bulb")
+    with pytest.warns(pm.SceneWarning, match="not inside a wall$"):
+        render(pm.Scene(cornell.meshes, [bulb], cornell.camera))
+
+
+def test_a_camera_that_sees_nothing(cornell):
+    away = pm.Camera((0.0, 0.0, -5.0), (0.0, 0.0, -9.0))
+    with pytest.warns(pm.SceneWarning, match="the camera sees nothing; check where it stands"):
+        render(pm.Scene(cornell.meshes, camera=away))
+
+
 @pytest.mark.parametrize("name", ["cornell_box", "furnace", "two_rooms"])
 def test_lights_that_work_are_not_named(name):
     with warnings.catch_warnings():

@@ -109,6 +109,19 @@ def test_misspelt_commands(word, message, capsys, tmp_path, monkeypatch):
     assert message in capsys.readouterr().err
 
 
+def test_misspelt_options(capsys):
+    assert main([str(BOX), "--pases", "3"]) == 2
+    assert "there is no option --pases; did you mean '--passes'?" in capsys.readouterr().err
+    assert main([str(BOX), "--zzzzzzzz"]) == 2
+    assert "unrecognized arguments: --zzzzzzzz (see python -m" in capsys.readouterr().err
+
+
+def test_options_are_checked_before_the_scene_is_read(tmp_path, capsys):
+    (tmp_path / "broken.obj").write_text("garbage")
+    assert main([str(tmp_path / "broken.obj"), "--effects", "direct,indirct"]) == 2
+    assert "did you mean 'indirect'?" in capsys.readouterr().err
+
+
 def test_help_begins_with_what_there_is(capsys):
     with pytest.raises(SystemExit):
         main(["--help"])

@@ -67,6 +67,11 @@ def test_other_bands_are_refused(text):
         Bands.parse(text)
 
 
+def test_a_range_without_a_step_is_told_so():
+    with pytest.raises(InputError, match="bands 400:700 lack a step; write 400:700:10 for"):
+        Bands.parse("400:700")
+
+
 @pytest.mark.parametrize("make", [Bands.gaussian, Bands.box])
 @pytest.mark.parametrize(
     ("count", "low", "high", "message"),
