@@ -87,13 +87,16 @@ def _preview(
     """Print the images, or what they will cost."""
     from photonmap.dataset.jobs.estimate import estimate, list_costs
     from photonmap.dataset.jobs.listing import list_jobs
+    from photonmap.dataset.jobs.notices import hearing
     from photonmap.dataset.jobs.render_image import Task
 
     if options.dry_run:
         print("\n".join(list_jobs(jobs)))
         return
     task = partial(Task, formats=formats, full=options.full, **vars(extra))
-    print("\n".join(list_costs(estimate(task, jobs))))
+    with hearing((lambda line: None) if options.quiet else _print_progress):
+        costs = estimate(task, jobs)
+    print("\n".join(list_costs(costs)))
 
 
 def _render(

@@ -22,6 +22,7 @@ from photonmap.dataset.files.manifest import (
 )
 from photonmap.dataset.jobs.agenda import Agenda
 from photonmap.dataset.jobs.inputs import copy_inputs
+from photonmap.dataset.jobs.notices import hearing
 from photonmap.dataset.jobs.plan import CONTENT, TEXT, CommonSettings, Job
 from photonmap.dataset.jobs.render_image import ENTRY, Task, read_entry
 from photonmap.dataset.jobs.schedule import LOCAL, run_tasks
@@ -134,7 +135,7 @@ def make_dataset(
     formats : of the files
     scheduler, workers : where to render, see `photonmap.dataset.jobs.schedule`; with `AUTO`, in
         as many processes of this machine as are fastest
-    log : called with a line for each image
+    log : called with a line for each image, and once where kernels are compiled
     extra : what is asked of each image beside its arrays
 
     Raises
@@ -158,7 +159,8 @@ def make_dataset(
             for job in missing
         ]
         try:
-            _run(tasks, scheduler, workers, outcome, log)
+            with hearing(log):
+                _run(tasks, scheduler, workers, outcome, log)
         finally:
             if scheduler == LOCAL:
                 remove_leftovers(folder)  # of workers that were killed

@@ -27,6 +27,7 @@ from photonmap.dataset.files.manifest import check_code
 from photonmap.dataset.files.photos import add_photo
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.job_scene import make_scene, pieces_in
+from photonmap.dataset.jobs.notices import SpokenStages
 from photonmap.dataset.jobs.plan import Job
 from photonmap.errors import InputError
 from photonmap.film.budget import LEAST_PASSES
@@ -149,7 +150,7 @@ def render_job(
     options |= {"seconds": seconds, "buffers": rendered_for(buffers)}
     if passes is not None:
         options |= {"passes": passes, "pass_samples": pass_samples, "error": None}
-    options |= {"seed": job.render_seed, "per_light": True, "progress": False}
+    options |= {"seed": job.render_seed, "per_light": True, "progress": SpokenStages()}
     result = render(scene, **options, threads=threads)
     if result.record["interrupted"]:
         raise KeyboardInterrupt

@@ -13,6 +13,7 @@ from itertools import chain, islice
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
+from photonmap.dataset.jobs.notices import hear_workers
 from photonmap.dataset.jobs.render_image import render_image
 from photonmap.errors import InputError, warn
 from photonmap.runtime.workers import AUTO, default_threads
@@ -216,6 +217,7 @@ def connect(scheduler: str, workers: int) -> Iterator[Client]:
 
     if scheduler == LOCAL:
         with start_local_cluster(workers) as cluster, Client(cluster) as client:
+            hear_workers(client)
             try:
                 yield client
             except BaseException:
@@ -234,6 +236,7 @@ def connect(scheduler: str, workers: int) -> Iterator[Client]:
         logging.CRITICAL
     )  # `_SCHEDULER_GONE` reports it
     with client:
+        hear_workers(client)
         yield client
 
 
