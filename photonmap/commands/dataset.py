@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
 def _make(folder: Path, options: argparse.Namespace) -> int:
     from photonmap.dataset.files.chosen_buffers import check_chosen
     from photonmap.dataset.files.image_files import check_formats
-    from photonmap.dataset.files.left_out import describe_left_out
+    from photonmap.dataset.files.inputs import describe_left_out
     from photonmap.dataset.files.manifest import check_dataset_folder
     from photonmap.dataset.files.photos import choose_sensor
     from photonmap.dataset.jobs.make_dataset import Extra, describe_dataset, read_identity
@@ -124,7 +124,7 @@ def _render(
 
 def _tell(faults: dict[str, str]) -> int:
     """Print why scene files cannot be read; return the exit code."""
-    from photonmap.dataset.files.left_out import as_line
+    from photonmap.dataset.files.inputs import as_line
 
     for fault in faults.items():
         print(f"photonmap: failed: {as_line(*fault)}", file=sys.stderr)
@@ -135,7 +135,7 @@ def _plan(
     options: argparse.Namespace, identity: str
 ) -> tuple[CommonSettings, list[Job], dict[str, str]]:
     """Check the options; list the images, and why scene files cannot be read."""
-    from photonmap.dataset.files.left_out import as_line
+    from photonmap.dataset.files.inputs import as_line
     from photonmap.dataset.jobs.job_scene import describe_inputs, read_user_scenes
     from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
     from photonmap.dataset.jobs.presets import load_preset, with_illuminations
@@ -179,7 +179,7 @@ def _report(
     folder: Path, head: dict[str, Any], outcome: Outcome, options: argparse.Namespace
 ) -> int:
     """Write the report, and print what came out; return the exit code."""
-    from photonmap.dataset.files.left_out import lines_of
+    from photonmap.dataset.files.inputs import lines_of
     from photonmap.dataset.report.page import has_jinja, mean_share, write_report
 
     entries = list(outcome.entries.values())

@@ -1,11 +1,15 @@
-"""How a data set names the files that it was made from: copies in its folder, or near it."""
+"""The files that a data set is made from: copies in its folder, near it, or left out of it."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
+from photonmap.errors import warn
+from photonmap.runtime.wording import enumerated
 from photonmap.spectra.curves import EXTRAPOLATE
 from photonmap.spectra.sensor_curves import table_of
 
@@ -41,3 +45,51 @@ def seen_from(folder: Path, path: str) -> str:
     """
     near = Path(os.path.relpath(path, folder))
     return Path(path).name if near.parts[:2] == ("..", "..") else near.as_posix()
+
+
+def reason_of(path: str, error: Exception) -> str:
+    """Return why a scene file cannot be read, with files named as seen from its folder."""
+    folders = (Path(path).parent, Path(path).resolve().parent)
+    names = "|".join(re.escape(f"{folder}{os.sep}") for folder in folders)
+    return re.sub(rf"(?<![^\s'\"(])(?:{names})", "", str(error))
+
+
+def as_line(scene: str, reason: str) -> str:
+    """Return a scene file and its reason.
+
+    >>> as_line("mine/a.obj", "a.obj:1: no number"), as_line("mine/a.obj", "a.mtl: no name")
+    ('mine/a.obj:1: no number', 'mine/a.obj: a.mtl: no name')
+    """
+    rest = reason.removeprefix(Path(scene).name)
+    return f"{scene}{rest}" if rest != reason and rest.startswith(":") else f"{scene}: {reason}"
+
+
+def describe_left_out(folder: Path, faults: Mapping[str, str]) -> list[dict[str, str]]:
+    """Return what the head of a data set says of scene files that it leaves out.
+
+    Parameters
+    ----------
+    folder : of the data set, from which files near it are named
+    faults : why they cannot be read, by path, as `reason_of` returns it
+    """
+    here = folder.resolve()
+    return [
+        {"scene": seen_from(here, str(Path(path).resolve())), "reason": reason}
+        for path, reason in faults.items()
+    ]
+
+
+def lines_of(head: Mapping[str, Any]) -> list[str]:
+    """Return a line for each scene file that a data set leaves out; none of older sets."""
+    return [as_line(**each) for each in head.get("left_out", ())]
+
+
+def warn_of_left_out(head: Mapping[str, Any]) -> None:
+    """Warn of scene files that a data set leaves out."""
+    scenes = [each["scene"] for each in head.get("left_out", ())]
+    if scenes:
+        count, them = ("1 file", "it") if len(scenes) == 1 else (f"{len(scenes)} files", "them")
+        warn(
+            f"scenes of {count} are missing from the set, as {enumerated(scenes, 1)} could not be "
+            f"read; mend {them}, and run the data set again with --resume"
+        )

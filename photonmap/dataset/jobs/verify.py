@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from photonmap.dataset.files.chosen_buffers import held_in
-from photonmap.dataset.files.differences import describe_differences
 from photonmap.dataset.files.image_files import hash_files, list_files
+from photonmap.dataset.files.inputs import warn_of_left_out
 from photonmap.dataset.files.lean import as_lean
-from photonmap.dataset.files.left_out import warn_of_left_out
+from photonmap.dataset.files.manifest import describe_differences
 from photonmap.dataset.files.reader import Image, open_dataset
 from photonmap.dataset.jobs.inputs import Find, input_finder
 from photonmap.dataset.jobs.job_scene import make_scene

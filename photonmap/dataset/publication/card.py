@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from photonmap.dataset.files.image_statistics import BINS
-from photonmap.dataset.files.left_out import lines_of
+from photonmap.dataset.files.inputs import lines_of
 from photonmap.dataset.files.reader import Dataset
 from photonmap.dataset.publication.licenses import License
 

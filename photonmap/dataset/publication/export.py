@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from os import PathLike
 
-from photonmap.dataset.files.left_out import warn_of_left_out
+from photonmap.dataset.files.inputs import warn_of_left_out
 from photonmap.dataset.files.reader import open_dataset
 from photonmap.dataset.publication.card import write_card
 from photonmap.dataset.publication.licenses import find_license

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from photonmap.dataset.files.image_files import hash_files, list_files
-from photonmap.dataset.files.inputs import INPUTS
-from photonmap.dataset.files.left_out import warn_of_left_out
+from photonmap.dataset.files.inputs import INPUTS, warn_of_left_out
 from photonmap.dataset.files.manifest import HEAD, LINES, locked
 from photonmap.dataset.files.reader import Dataset, open_dataset
 from photonmap.dataset.publication.annotations import describe_cameras, describe_coco
