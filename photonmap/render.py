@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.buffers import in_order, is_omitted
+from photonmap.buffers import in_order
 from photonmap.compile.effects import EffectPlan, leave_out, plan_effects
 from photonmap.compile.lights.probabilities import downweight_hidden
 from photonmap.compile.run_fingerprint import describe_run
@@ -28,8 +28,9 @@ from photonmap.compile.spectral_columns import (
     choose_columns,
     count_distinct,
 )
-from photonmap.errors import InputError, listening, warn
+from photonmap.errors import listening, warn
 from photonmap.film.bias import BiasProbe
+from photonmap.film.goal import refuse_omitted
 from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.adaptive_sampling import AdaptiveSampling
 from photonmap.integrators.base import Integrator, PassSetup, stream_key
@@ -233,23 +234,8 @@ def compile_and_plan(scene: Scene, settings: Settings) -> Setup:
     storage = check_memory(work.need, settings.memory)
     check_unbiased(settings.unbiased, compiled.specular is not None, carried.specular is not None)
     if not carried.has_residual:
-        _check_without_residual(settings)
+        refuse_omitted(settings.budget.goal, settings.buffers)
     return Setup(whole, carried, plan, columns, storage, fingerprint)
-
-
-def _check_without_residual(settings: Settings) -> None:
-    """Refuse a goal and a choice of buffers that need mirrors, glass or rough surfaces."""
-    goal, kept = settings.budget.goal, settings.buffers
-    if goal is not None and is_omitted(goal.buffer):
-        raise InputError(
-            f"error {goal}: without mirrors, glass or rough surfaces {goal.buffer} is exactly "
-            f"0; choose another buffer"
-        )
-    if all(is_omitted(name) for name in kept):
-        raise InputError(
-            f"buffers {', '.join(sorted(kept))}: without mirrors, glass or rough surfaces there "
-            f"may be none of them; ask for another buffer too"
-        )
 
 
 def begin(setup: Setup, settings: Settings, workers: Workers) -> Run:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 
-from photonmap.buffers import names_where
+from photonmap.buffers import is_omitted, names_where
 from photonmap.errors import InputError
 from photonmap.runtime.wording import shown, suggest
 
@@ -77,3 +78,17 @@ def _number(text: str) -> float | None:
         return float(text)
     except ValueError:
         return None
+
+
+def refuse_omitted(goal: Goal | None, kept: Collection[str]) -> None:
+    """Refuse a goal and a choice of buffers that need mirrors, glass or rough surfaces."""
+    if goal is not None and is_omitted(goal.buffer):
+        raise InputError(
+            f"error {goal}: without mirrors, glass or rough surfaces {goal.buffer} is exactly "
+            f"0; choose another buffer"
+        )
+    if all(is_omitted(name) for name in kept):
+        raise InputError(
+            f"buffers {', '.join(sorted(kept))}: without mirrors, glass or rough surfaces there "
+            f"may be none of them; ask for another buffer too"
+        )
