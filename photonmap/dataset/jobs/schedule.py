@@ -194,10 +194,14 @@ def start_local_cluster(workers: int) -> LocalCluster:
     )
 
 
+def _expect_ends() -> None:
+    """Let no one warn of workers that are gone, or slow to go."""
+    for each in ("distributed.nanny", "distributed.scheduler"):
+        logging.getLogger(each).setLevel(logging.ERROR)
+
+
 async def _kill_workers(cluster: LocalCluster) -> None:
     """End the processes of a local cluster without waiting for what they are at."""
-    for each in ("distributed.nanny", "distributed.scheduler"):
-        logging.getLogger(each).setLevel(logging.ERROR)  # they warn of workers that are gone
     nannies = list(cluster.workers.values())
     for nanny in nannies:
         nanny.auto_restart = False
@@ -220,7 +224,9 @@ def connect(scheduler: str, workers: int) -> Iterator[Client]:
             hear_workers(client)
             try:
                 yield client
+                _expect_ends()
             except BaseException:
+                _expect_ends()
                 cluster.sync(_kill_workers, cluster)
                 raise
         return
