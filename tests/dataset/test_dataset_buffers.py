@@ -118,7 +118,7 @@ def test_what_needs_other_buffers_says_so(pair):
 
 def test_sets_of_other_buffers_are_not_mixed(pair, capsys):
     assert make(pair[0].folder.parent, "--resume", "--buffers", ",".join(CHOSEN)) == 2
-    assert "buffers None there" in capsys.readouterr().err
+    assert "it was begun without --buffers" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

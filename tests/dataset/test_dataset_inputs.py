@@ -87,7 +87,7 @@ def test_a_file_of_another_name_resumes(sets, capsys):
     other.write_text(f"nm,r,g,b\n{ROWS}\n".replace("400,10,", "400,11,"))
     changed = [str(other) if option.endswith(".csv") else option for option in options]
     assert main(["dataset", str(folder), *changed, *SIZE, "--resume", "--dry-run"]) == 2
-    assert "curves of bands or measured sets others there" in capsys.readouterr().err
+    assert "with other curves of bands or measured sets" in capsys.readouterr().err
 
 
 def test_an_old_set_keeps_its_names(sets):

@@ -13,6 +13,7 @@ VIEW = pm.Camera((0.3, 0.2, 0.8), (-0.2, -0.1, -1.0), fov=70.0)
 
 
 @pytest.mark.filterwarnings("ignore:[0-9]* of [0-9]* photons were truncated")
+@pytest.mark.filterwarnings("ignore:the camera sees nothing")  # 4096 times as wide as high
 @pytest.mark.parametrize("size", [(1, 1), (1, 4096), (4096, 1), (2, 3)])
 @pytest.mark.parametrize("scene", [BOX, BALLS], ids=["box", "balls"])
 @pytest.mark.parametrize("pixel", ["box", "center"])
@@ -61,7 +62,8 @@ def test_an_empty_view():
     away = pm.Camera((0, 0, 5), (0, 0, 9))
     result = rendered(pm.Scene([closed_box(GREY)], [pm.DomeLight(2.0)], away))
     np.testing.assert_allclose(result.radiance, 2.0, rtol=1e-6)
-    nothing = rendered(pm.Scene([closed_box(GREY)], [pm.PointLight((0, 0, 3))], away))
+    with pytest.warns(pm.SceneWarning, match="the camera sees nothing"):
+        nothing = rendered(pm.Scene([closed_box(GREY)], [pm.PointLight((0, 0, 3))], away))
     assert not nothing.radiance.any()
 
 
