@@ -323,7 +323,7 @@ def finish(run: Run) -> Images:
     if set(run.hidden_lights) != set(setup.scene.light_names):
         warn_of_few_photons(unresolved)
     if moments.whole.shows_nothing():
-        warn("the camera sees nothing; check where it stands and looks, or give none")
+        warn("the camera sees nothing; check its origin and target, or give no camera")
     blocks = moments.block_errors(power, kept)
     return Images(_as_images(buffers, film), _as_images(errors, film), blocks, unresolved)
 

@@ -67,8 +67,8 @@ _at_hand: set[Path] = set()
 _PHOTONS = 1024
 """Photons: enough that some hit, as paths would take their place."""
 _RARELY = (100_000, 50, 100)
-"""Thresholds of the garbage collector: a compiler makes millions of objects that stay, and looking
-through them all again and again took a sixth of its time."""
+"""Thresholds of the garbage collector: compiling makes millions of objects that stay alive, and
+scanning them over and over took a seventh of its time."""
 
 
 def is_compiled(wanted: CompiledScene, method: str) -> bool:

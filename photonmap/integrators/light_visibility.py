@@ -15,7 +15,7 @@ POINTS = 64
 PATHS, FEWEST_PATHS, MOST_PATHS = 256, 16, 1 << 14
 """From a light; where there are many, as few as this; and from all, about."""
 BOUNCES = 8
-_OR_CAMERA = "; or the camera is within or behind something"
+_OR_CAMERA = "; or the camera is inside or behind an object"
 """What may keep all light from the view"""
 
 

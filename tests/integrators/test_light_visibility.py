@@ -34,7 +34,7 @@ def test_buried_in_a_wall(cornell):
 def test_a_camera_behind_a_wall_is_suspected_too(cornell):
     """Where one light of two reaches the view, it is not."""
     camera = pm.Camera((-1.0005, 0.2, 0.0), (1.0, 0.2, 0.0))
-    with pytest.warns(pm.SceneWarning, match="or the camera is within or behind something"):
+    with pytest.warns(pm.SceneWarning, match="or the camera is inside or behind an object"):
         render(pm.Scene(cornell.meshes, camera=camera))
     bulb = pm.PointLight((-3.0, 0.0, 0.0), 1.0, "bulb")
     with pytest.warns(pm.SceneWarning, match="not inside a wall$"):
@@ -43,7 +43,7 @@ def test_a_camera_behind_a_wall_is_suspected_too(cornell):
 
 def test_a_camera_that_sees_nothing(cornell):
     away = pm.Camera((0.0, 0.0, -5.0), (0.0, 0.0, -9.0))
-    with pytest.warns(pm.SceneWarning, match="the camera sees nothing; check where it stands"):
+    with pytest.warns(pm.SceneWarning, match="the camera sees nothing; check its origin"):
         render(pm.Scene(cornell.meshes, camera=away))
 
 
