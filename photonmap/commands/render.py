@@ -68,7 +68,7 @@ def run(options: argparse.Namespace) -> int | None:
     check_output(output, options.buffers)
     if options.camera != ALL:
         return _render(options, source, output)
-    for view in replace(source, view=None).views():
+    for view in replace(source, view=None).views(options.size):
         if code := _render(options, view, add_name(output, view.view)):
             return code
     return None

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.compile.frame import Frame
-from photonmap.errors import InputError
 from photonmap.kernels.camera.cameras import (
     DISTORTED,
     FISHEYE,
@@ -20,7 +19,7 @@ from photonmap.kernels.camera.cameras import (
 )
 from photonmap.kernels.camera.rays import fill_rays
 from photonmap.kernels.core import passes
-from photonmap.scene.camera import Camera, check_camera, frame_of
+from photonmap.scene.camera import Camera, check_camera, check_image_size, frame_of
 from photonmap.scene.distortion import undistorted_grid, widest_angle
 from photonmap.scene.lens import Lens
 from photonmap.scene.projections import (
@@ -87,6 +86,7 @@ def compile_camera(camera: Camera, frame: Frame, size: tuple[int, int]) -> passe
     ------
     InputError : the camera is a ray map of another size
     """
+    check_image_size(camera, size)
     width, height = size
     origin = frame.into(np.array(camera.origin))
     view, right, up = frame_of(camera)
@@ -129,7 +129,7 @@ def _project(
                 focal=(0.5 * width / math.pi, height / math.pi), center=(0.5 * width, 0.5 * height)
             )
         case RayMap():
-            return RAY_MAP, _LINEAR._replace(table=_compile_rays(model, frame, size))
+            return RAY_MAP, _LINEAR._replace(table=_compile_rays(model, frame))
         case Fisheye(fov):
             widest = math.radians(fov) / 2.0
             return FISHEYE, plain._replace(reach=(widest, widest))
@@ -150,14 +150,8 @@ def _calibrated(matrix: NDArray[np.float64]) -> passes.Projection:
     return _LINEAR._replace(focal=(fx, fy), center=(cx, cy))
 
 
-def _compile_rays(model: RayMap, frame: Frame, size: tuple[int, int]) -> NDArray[np.float64]:
-    """Return the rays of a map of this size, in the kernels' units."""
-    height, width = model.array.shape[:2]
-    if (width, height) != size:
-        raise InputError(
-            f"the camera's ray map is of {width}x{height} pixels, and the image of "
-            f"{size[0]}x{size[1]}; render with --size {width}x{height}"
-        )
+def _compile_rays(model: RayMap, frame: Frame) -> NDArray[np.float64]:
+    """Return the rays of a map, in the kernels' units."""
     rays = np.array(model.array)
     rays[..., :3] = frame.into(rays[..., :3])
     return rays

@@ -63,15 +63,23 @@ class SceneSource:
             scene.camera = self._choose_camera(scene.camera)
         return scene
 
-    def views(self) -> list[SceneSource]:
+    def views(self, size: tuple[int, int]) -> list[SceneSource]:
         """Return the source once for each of its cameras; for its one view if it has not several.
+
+        Parameters
+        ----------
+        size : width and height of the images, pixels
 
         Raises
         ------
-        InputError : as `load`
+        InputError : as `load`; or one of the cameras cannot take an image of this size
         """
-        names = [camera.name for camera in self.load().every_camera if camera.name]
-        return [replace(self, view=name) for name in names] or [self]
+        from photonmap.scene.camera import check_image_size
+
+        cameras = [camera for camera in self.load().every_camera if camera.name]
+        for camera in cameras:
+            check_image_size(camera.changed(**self.camera), size)
+        return [replace(self, view=camera.name) for camera in cameras] or [self]
 
     def _choose_camera(self, own: Camera | None) -> Camera | None:
         from photonmap.scene.camera import Camera

@@ -199,6 +199,24 @@ def check_camera(
     return checked
 
 
+def check_image_size(camera: Camera, size: tuple[int, int]) -> None:
+    """Check that a camera can take an image of this width and height, pixels.
+
+    Raises
+    ------
+    InputError : it is a ray map of another size
+    """
+    if not isinstance(camera.model, RayMap):
+        return
+    height, width = camera.model.array.shape[:2]
+    if (width, height) != size:
+        whose = f"camera {shown(camera.name)}: its" if camera.name else "the camera's"
+        raise InputError(
+            f"{whose} ray map is of {width}x{height} pixels, and the image of "
+            f"{size[0]}x{size[1]}; render with --size {width}x{height}"
+        )
+
+
 def _find_conflict(camera: Camera, given: Collection[str]) -> tuple[str, str] | None:
     """Return an attribute at odds with the others, and the problem; None if there is none.
 

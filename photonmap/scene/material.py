@@ -8,6 +8,7 @@ from typing import Annotated
 
 import numpy as np
 
+from photonmap.errors import naming
 from photonmap.scene.parameters import (
     Emission,
     Flag,
@@ -376,7 +377,9 @@ class Material:
         ior: float = 1.5,
         roughness: float | Texture = 0.3,
     ) -> Material:
-        """Return a diffuse base below a rough coat of this index of refraction."""
+        """Return a diffuse base below a rough coat of this index of refraction, at least 1."""
+        with naming(f"material {name!r}: ior"):
+            ior = parameters_of(cls)["coat_ior"].check(ior)
         return cls(name, reflectance, glossy=normal_reflectance(ior), roughness=roughness)
 
     @classmethod

@@ -63,8 +63,8 @@ class Scene:
 
         Raises
         ------
-        InputError : there are other things than meshes among the meshes, there is no list, or an
-            area light is not valid
+        InputError : there are other things than meshes among the meshes, there is no list, an
+            area light is not valid, or several cameras do not have different names
         """
         self.meshes = _listed(self.meshes, Mesh)
         self.lights = _listed(self.lights, Light)
@@ -75,6 +75,8 @@ class Scene:
         if areas := [light for light in self.lights if isinstance(light, AreaLight)]:
             self.meshes = [*self.meshes, *area_meshes(areas, self.meshes)]
             self.lights = [light for light in self.lights if not isinstance(light, AreaLight)]
+        if len(self.cameras) > 1:
+            check_names(self.cameras)
         if self.camera is None and self.cameras:
             self.camera = self.cameras[0]
 

@@ -184,6 +184,27 @@ def test_rough_metals_go_over_into_polished_ones():
     np.testing.assert_allclose(*means, rtol=0.01)
 
 
+def test_narrow_metals_go_over_into_mirrors():
+    """In a room; at the least α, 0.001, which all roughness up to 0.0316 has."""
+
+    def pictures(roughness, seeds=8):
+        scene = room(ball(pm.Material.metal(glossy=(0.9, 0.8, 0.5), roughness=roughness)))
+        settings = {"bands": "rgb", "size": (12, 12), "passes": 16, "threads": 2}
+        return [pm.render(scene, **settings, seed=seed) for seed in range(seeds)]
+
+    mirrors, narrow, least = pictures(0.0), pictures(0.03), pictures(0.001, 1)
+    assert mirrors[0].record["effects"]["glossy"]["on"] is False
+    assert narrow[0].record["effects"]["glossy"]["on"] is True
+    np.testing.assert_array_equal(narrow[0].radiance, least[0].radiance)
+    means = [[one.radiance.mean(dtype=float) for one in each] for each in (mirrors, narrow)]
+    apart, value = np.subtract(*means), np.mean(means)
+    error = apart.std(ddof=1) / np.sqrt(len(apart))  # of pairs, which share random numbers
+    assert error < 0.002 * value
+    assert abs(apart.mean()) < 4.0 * error + 1e-4 * value
+    pixels = [np.mean([one.radiance for one in each], 0, float) for each in (mirrors, narrow)]
+    assert np.abs(np.subtract(*pixels)).mean() < 0.005 * value
+
+
 def test_only_metals_with_an_edge_have_dips():
     plain = compile_scene(plate("Cr", 0.5, 0), RGB)
     assert plain.specular is None

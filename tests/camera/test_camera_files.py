@@ -98,6 +98,7 @@ def load(folder, text):
     return pm.load_scene(folder / "room.obj")
 
 
+FEW = ["--size", "6x4", "--passes", "1", "--photons", "100", "--bands", "1", "--quiet"]
 AT = "origin = [0, 0, 0.9]\ntarget = [0, 0, 0]\n"
 ONE = "[camera]\n" + AT
 FOLDS = "{ type = 'intrinsics', fx = 300, size = [640, 480], distortion = [-0.6, 0, 0, 0] }"
@@ -165,6 +166,27 @@ def test_ray_maps_of_another_size_are_refused():
         camera.stereo(0.1)
 
 
+def test_nothing_is_written_if_one_of_all_cameras_is_refused(tmp_path, capsys):
+    cameras = [pm.Camera(**POSE, name="a"), pm.Camera(**POSE, **KINDS["ray map"], name="b")]
+    pm.save_scene(pm.Scene([ROOM], [LAMP], cameras=cameras), tmp_path / "room.obj")
+    command = [str(tmp_path / "room.obj"), *FEW, "--camera", "all"]
+    assert main([*command, "--output", str(tmp_path / "out.exr")]) == 2
+    error = capsys.readouterr().err
+    assert error.endswith(
+        "camera 'b': its ray map is of 4x3 pixels, and the image of 6x4; render with --size 4x3\n"
+    )
+    assert error.count("\n") == 1
+    assert not list(tmp_path.glob("out*"))
+
+
+def test_cameras_of_one_name_are_refused_in_code():
+    camera = pm.Camera(**POSE, name="a")
+    with pytest.raises(pm.InputError, match=r"^two cameras are named 'a'; name each differently$"):
+        pm.Scene([ROOM], [LAMP], cameras=[camera, camera])
+    with pytest.raises(pm.InputError, match=r"^one of several cameras has no name; name each$"):
+        pm.Scene([ROOM], [LAMP], cameras=[camera, pm.Camera(**POSE)])
+
+
 def test_ray_maps_are_read_from_npz_and_openexr(tmp_path):
     rays = pm.camera_rays(pm.Camera(**POSE), (5, 4)).astype(np.float32)
     save_rays(rays, tmp_path / "rays.npz")
@@ -179,9 +201,6 @@ def test_ray_maps_are_read_from_npz_and_openexr(tmp_path):
     (tmp_path / "bad.npz").write_bytes(b"nothing")
     with pytest.raises(pm.InputError, match=r"bad\.npz: is not an NPZ file"):
         pm.RayMap(tmp_path / "bad.npz")
-
-
-FEW = ["--size", "6x4", "--passes", "1", "--photons", "100", "--bands", "1", "--quiet"]
 
 
 def test_the_command_chooses_a_camera_or_renders_by_all(tmp_path, capsys):

@@ -225,6 +225,11 @@ def test_errors_name_line_value_and_remedy(read, text, message):
             "Pm 1\nKd 0.9 0.6 0.3\n",
             Material("a", (0.0,) * 3, glossy=(0.9, 0.6, 0.3), roughness=0.5),
         ),
+        (
+            "illum 3\nPm 1\nKs 0.5\nKd 0.9 0.6 0.3\n",
+            Material("a", (0.0,) * 3, glossy=(0.9, 0.6, 0.3), roughness=0.5),
+        ),
+        ("illum 7\nNi 1.5\nPm 0\n", Material("a", 0.0, ior=1.5)),
         ("Pr 0\nPm 1\nKd 0.9 0.6 0.3\n", Material("a", (0.0,) * 3, glossy=(0.9, 0.6, 0.3))),
         (
             "Pr 0.5\nPm 0.5\nKd spectral 0.8\n",
@@ -242,10 +247,13 @@ def test_illumination_models(read, statements, material):
         ("illum 3\nNi 1.5\nKs 0.5\n", "'Ni' of 'a'"),
         ("illum 3\n", "'illum' of 'a'"),
         ("illum 7\n", "'illum' of 'a'"),
-        ("illum 9\n", "'illum' of 'a'"),
+        *((f"illum {model}\n", "'illum' of 'a'") for model in (-1, 8, 9, 10, 11)),
         ("illum 7\nNi 1.5\nKd 0.5\nKs 0.1\n", "'Kd' of 'a'; 'Ks' of 'a'"),
         ("illum 1\nKs 0.5\nNs 30\n", "'Ns' of 'a'; 'Ks' of 'a'"),
-        ("illum 3\nKs 0.5\nNs 30\n", "'Ns' of 'a'"),
+        ("illum 3\nKs 0.5\nNs 30\nPm 0\n", "'Ns' of 'a'"),
+        ("illum 3\nKs 0.5\naniso 0.5\nanisor 0.1\n", "'aniso' of 'a'"),
+        ("aniso 0.5\nanisor 0.1\n", "'aniso' of 'a'"),
+        ("Pr 0.3\nNi 0.5\n", "'Ni' of 'a'"),
     ],
 )
 def test_what_an_illumination_model_leaves_out_is_named(read, statements, named):

@@ -138,6 +138,17 @@ def test_a_metallic_texture_that_lies_otherwise_than_the_colour_has_its_mean(rea
     np.testing.assert_allclose(material.reflectance.factor, 0.7)
 
 
+@pytest.mark.parametrize("keyword", ["bump", "map_Bump"])
+@pytest.mark.parametrize("is_first", [True, False])
+def test_a_normal_map_replaces_heights_in_either_order(read, tmp_path, keyword, is_first):
+    write_image(tmp_path / "normals.png", np.full((2, 2, 3), [128, 128, 255], np.uint8))
+    write_image(tmp_path / "heights.png", np.full((2, 2, 3), 60, np.uint8))
+    lines = ["norm normals.png\n", f"{keyword} heights.png\n"]
+    with pytest.warns(SceneWarning, match=f"not simulated: '{keyword}' of 'a'$"):
+        material = read("Kd 0.5\n" + "".join(lines if is_first else lines[::-1]))
+    assert isinstance(material.relief, pm.NormalMap)
+
+
 def test_textures_of_exponents_and_of_glossy_colours(read, tmp_path):
     write_image(tmp_path / "data.png", DATA)
     text = "illum 2\nNs 100\nKs 0.5 0.5 1\nmap_Ns data.png\nmap_Ks my wood.png\n"

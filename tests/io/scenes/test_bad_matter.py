@@ -24,6 +24,7 @@ TOML = {
     "ior = 0": r"m\.toml:2: \[material.m\] ior: 0 is not .* above 0, such as 1.5",
     "alpha = 1\nior = 0.5": r"m\.toml:3: material 'm': ior 0.5 is below 1, .* give it rel",
     "thin = true\nior = 0.9": r"m\.toml:3: material 'm': ior 0.9 is below 1, .* give it rel",
+    "dispersion = { type = 'cauchy', a = 0.5, b = 0.001 }": r"m\.toml:2: .* ior 0.50.* is below 1",
     "dispersion = { type = 'cauchy', a = -1, b = 0 }": (
         r"m\.toml:2: \[material.m\] dispersion: a -1 is not .* above 0, such as 1.5"
     ),
@@ -97,6 +98,13 @@ def test_gltf(tmp_path, capsys, index):
     tree["materials"][0]["extensions"]["KHR_materials_ior"] = {"ior": index}
     (tmp_path / "m.gltf").write_text(json.dumps(tree))
     refused(tmp_path / "m.gltf", rf"m\.gltf: material 'm': ior {index:g}", capsys)
+
+
+@pytest.mark.parametrize("index", [0.5, -1.0])
+def test_the_coat_of_plastic_is_denser_than_air(index):
+    message = rf"^material 'cup': ior: {index} is not an index .*; give a number from 1, such as"
+    with pytest.raises(pm.InputError, match=message):
+        pm.Material.plastic("cup", ior=index)
 
 
 def test_an_index_below_1_needs_glass_around_it():

@@ -46,7 +46,7 @@ def read_sensor(context: Context, node: Node) -> Camera:
     else:
         look = _perspective(node, size)
     if node.type == _THIN_LENS and (radius := node.number("aperture_radius", 0.0)) != 0.0:
-        look["lens"] = Lens(node.number("focus_distance", 0.0), radius)
+        look["lens"] = Lens(_focus(node), radius)
     node.read.update(("", *_IGNORED))
     context.lose_unread(node)
     name = re.sub(f"[{re.escape(NOT_IN_FILES)}]", "_", context.name("camera", node))
@@ -54,6 +54,13 @@ def read_sensor(context: Context, node: Node) -> Camera:
         return check_camera(Camera(origin, _target(matrix), up, name=name, **look))
     except InputError as invalid:
         raise node.error(str(invalid)) from None
+
+
+def _focus(node: Node) -> float:
+    focus = node.number("focus_distance", 0.0)
+    if focus == 0.0:
+        raise node.error("aperture_radius is given and no focus_distance; add one above 0")
+    return focus
 
 
 def _target(matrix: np.ndarray) -> Vector:

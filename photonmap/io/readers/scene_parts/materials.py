@@ -57,8 +57,10 @@ def check_indices(meshes: list[Mesh], toml: Toml, path: Path) -> None:
         check_relative_indices(meshes)
     except StrandedIndexError as error:
         name = error.mesh.material.name
-        if "ior" in toml.sections.get(SECTION, {}).get(name, {}):
-            raise toml.error(str(error), SECTION, name, "ior") from None
+        section = toml.sections.get(SECTION, {}).get(name, {})
+        for key in ("dispersion", "ior"):
+            if key in section:
+                raise toml.error(str(error), SECTION, name, key) from None
         raise InputError(str(error), path) from None
 
 

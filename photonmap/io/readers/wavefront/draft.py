@@ -23,7 +23,7 @@ class Draft:
     clamped : keywords of colours that were lowered to 1
     ignored : keywords of what is not simulated
     averaged : keywords of maps whose mean stands for them
-    relief : of `norm` or `bump`
+    relief, relief_keyword : of `norm` or `bump`, and which of them
     """
 
     blender: float = 0.0
@@ -35,6 +35,12 @@ class Draft:
     ignored: list[str] = field(default_factory=list)
     averaged: list[str] = field(default_factory=list)
     relief: NormalMap | BumpMap | None = None
+    relief_keyword: str = ""
+
+    @property
+    def is_metallic(self) -> bool:
+        """Whether `Pr` or `Pm` makes it glossy, whatever `Ks` and `Ns` say."""
+        return "Pr" in self.numbers or self.numbers.get("Pm", 0.0) != 0.0
 
     def number(self, keyword: str) -> float | Texture:
         """Return the texture that replaces a number, or else the number."""

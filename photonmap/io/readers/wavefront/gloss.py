@@ -49,8 +49,10 @@ def gloss_of(draft: Draft, albedo: Paint) -> Gloss | None:
     Statements about gloss that have no effect are noted as ignored.
     """
     numbers, model = draft.numbers, draft.numbers.get("illum", 2.0)
-    if "Pr" in numbers or numbers.get("Pm", 0.0) != 0.0:
+    if draft.is_metallic:
         index = numbers.get("Ni", 1.0)  # 1 is what exporters write that know of no index
+        if index < 1.0:
+            draft.ignored.append("Ni")
         coat = normal_reflectance(index if index > 1.0 else USUAL_INDEX)
         metallic = draft.number("Pm") if "Pm" in numbers else 0.0
         return _metallic(draft, albedo, metallic, coat, _roughness(draft))

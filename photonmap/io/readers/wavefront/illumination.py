@@ -38,24 +38,40 @@ def make_material(name: str, draft: Draft) -> Material:
     light, albedo = _color_or_texture(draft, "Ke", 0.0), _color_or_texture(draft, "Kd", 0.0)
     if matters(colors.get("Tf", 1.0), 1.0):
         draft.ignored.append("Tf")
-    if model in _MIRRORS and "Ks" in colors and not (draft.blender or "Pr" in draft.numbers):
+    if model in _MIRRORS and "Ks" in colors and not (draft.blender or draft.is_metallic):
         _note_index(draft)
         _leave_out_covers(draft)
-        draft.ignored += [key for key in NUMBERS if key in draft.numbers]
+        draft.ignored += _numbers(draft)
+        _leave_out_anisotropy(draft)
         return Material(name, albedo, light, colors["Ks"], alpha=_alpha(draft), **_others(draft))
     is_given = "Kd" in colors or "map_Kd" in draft.maps
     reflectance = albedo if is_given else Material.reflectance
+    gloss = gloss_of(draft, reflectance)
+    if gloss is None and "glossy" not in colors and "map_glossy" not in draft.maps:
+        _leave_out_anisotropy(draft)
     others = {"emission": light, "alpha": _alpha(draft), **_sheen(draft)}
     others |= _others(draft) | _own_maps(draft)
-    gloss = gloss_of(draft, reflectance)
     if gloss is not None:
         return Material(name, **{**gloss._asdict(), **others})
     if matters(colors.get("Ks", 0.0)):
         draft.ignored.append("Ks")
     _note_index(draft)
-    if model > 2 and not draft.blender:
+    if not (0 <= model <= 2 or draft.blender):
         draft.ignored.append("illum")
     return Material(name, reflectance, **others)
+
+
+def _numbers(draft: Draft) -> list[str]:
+    """Return the statements about gloss that say more than that there is no metal."""
+    numbers = draft.numbers
+    return [key for key in NUMBERS if key in numbers and (key, numbers[key]) != ("Pm", 0.0)]
+
+
+def _leave_out_anisotropy(draft: Draft) -> None:
+    """Note that what is neither glossy nor glass is alike in all directions."""
+    draft.numbers.pop("anisor", None)
+    if draft.numbers.pop("aniso", 0.0) != 0.0:
+        draft.ignored.append("aniso")
 
 
 def _own_maps(draft: Draft) -> dict[str, Texture]:
@@ -103,7 +119,7 @@ def _note_index(draft: Draft) -> None:
 def _make_glass(name: str, draft: Draft) -> Material:
     """Return glass; what is transparent by `d` is ignored, and what reflects beside all glass."""
     _leave_out_covers(draft)
-    draft.ignored += [key for key in NUMBERS if key in draft.numbers and key != "Pr"]
+    draft.ignored += [key for key in _numbers(draft) if key != "Pr"]
     draft.ignored += [key for key in ("d", "Tr") if draft.numbers.get(key, 1.0) != 1.0]
     light, tint = _color_or_texture(draft, "Ke", 0.0), _color_or_texture(draft, "Tf", 1.0)
     roughness = draft.number("Pr") if "Pr" in draft.numbers or "Pr" in draft.data else 0.0

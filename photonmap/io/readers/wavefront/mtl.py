@@ -310,7 +310,9 @@ def _read_relief(line: _Statement, draft: Draft, textures: _Textures) -> None:
     if isinstance(draft.relief, NormalMap) and not is_directions:
         draft.ignored.append(line.keyword)
         return
-    draft.relief = relief
+    if isinstance(draft.relief, BumpMap) and is_directions:
+        draft.ignored.append(draft.relief_keyword)
+    draft.relief, draft.relief_keyword = relief, line.keyword
 
 
 def _read_opacity(line: _Statement) -> float:
