@@ -222,9 +222,9 @@ TABLE = (
     ),
     Buffer(
         "roughness",
-        "roughness of what the material at the pixel's centre reflects: of a glossy surface "
-        "or rough glass its own, 0 for mirrors, coats and smooth glass, 1 for diffuse "
-        "surfaces; 0 for the background",
+        "roughness of what the material at the pixel's centre reflects: of a glossy surface, "
+        "rough glass or a clear coat over a diffuse surface its own, at least 0.0316; 0 for "
+        "mirrors, mirror coats and smooth glass, 1 for diffuse surfaces; 0 for the background",
         "fraction", "first hit", "same", ("Y",), default=False,
     ),
     Buffer(

@@ -80,6 +80,18 @@ def test_toml(tmp_path, capsys, key):
     refused(write(tmp_path, "", f"[material.m]\n{key}\n"), TOML[key], capsys)
 
 
+@pytest.mark.parametrize("line", ["roughness = 0.3", "anisotropy = 0.5"])
+def test_a_roughness_of_what_is_not_glossy_is_named(tmp_path, line):
+    message = (
+        rf"m\.toml:2: \[material.m\] {line.split()[0]} has no effect on what is not glossy; add"
+    )
+    with pytest.warns(pm.SceneWarning, match=message):
+        pm.load_scene(write(tmp_path, "", f"[material.m]\n{line}\n"))
+    for more in ("glossy = 0.04", "ior = 1.5", "glossy = 'metal:Au'\nreflectance = 0"):
+        pm.load_scene(write(tmp_path, "", f"[material.m]\n{line}\n{more}\n"))
+    pm.load_scene(write(tmp_path, "", f"[material.m]\n{line.split()[0]} = 0\n"))
+
+
 @pytest.mark.parametrize(("kind", "inside"), XML)
 def test_mitsuba(tmp_path, capsys, kind, inside):
     path = tmp_path / "m.xml"

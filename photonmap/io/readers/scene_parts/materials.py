@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from photonmap.errors import InputError, naming
+from photonmap.errors import InputError, naming, warn
 from photonmap.io.readers.toml import Toml, parse_value
 from photonmap.scene.material import BESIDE_GLASS, Material
 from photonmap.scene.mesh import Mesh
@@ -96,6 +96,11 @@ def _change(material: Material, toml: Toml) -> Material:
         if problem := _find_misplaced(changed, attribute):
             key = parameters[attribute].key or attribute
             raise toml.error(f"{label} {key}: {problem}", *at, key)
+    for key in ("roughness", "anisotropy"):
+        if given.get(key, 0.0) != 0.0 and not changed.is_glossy and changed.ior is None:
+            remedy = "add glossy = 0.04 for plastic, or glossy = 'metal:Au'"
+            problem = f"{label} {key} has no effect on what is not glossy; {remedy}"
+            warn(str(toml.error(problem, *at, key)))
     return changed
 
 
