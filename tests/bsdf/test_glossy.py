@@ -43,14 +43,15 @@ def test_white_furnace(alpha, cosine, f0):
     assert abs(mean - 1.0) < 0.005 + 4.0 * error
 
 
-@pytest.mark.parametrize(
-    "material",
-    [
-        pm.Material.metal(glossy=(0.95, 0.8, 0.5), roughness=0.5),
-        pm.Material.plastic(reflectance=0.6, roughness=0.4),
-    ],
-    ids=lambda material: material.name,
-)
+GOLD = (0.95, 0.8, 0.5)
+SWEEP = [pm.Material.metal("metal", GOLD, roughness) for roughness in (0.35, 0.5, 0.7, 1.0)]
+SWEEP += [
+    pm.Material.plastic("plastic", 0.6, 1.5, roughness) for roughness in (0.0, 0.1, 0.4, 0.7, 1.0)
+]
+"""Narrower metal is followed by chains: see `test_rough_chains`."""
+
+
+@pytest.mark.parametrize("material", SWEEP, ids=lambda m: f"{m.name}-{m.roughness}")
 def test_photons_and_paths_agree(material):
     scene = room(ball(material))
     assert excess(block_means(scene, "photon"), block_means(scene, "path")) <= 0.0
