@@ -131,7 +131,7 @@ def parse_value(parameter: Parameter, value: Any, folder: Path) -> Any:
 
 
 def _parse_texture(parameter: Parameter, table: dict[str, Any], folder: Path) -> Texture:
-    """Return the texture that a table describes; those of roughness are linear."""
+    """Return the texture that a table describes; those of roughness and of metal are linear."""
     if not isinstance(table.get("file"), str):
         raise InputError(f'{shown(table)} names no file; write {{ file = "IMAGE" }}')
     path = named_file(folder, table["file"])
@@ -139,7 +139,7 @@ def _parse_texture(parameter: Parameter, table: dict[str, Any], folder: Path) ->
         return _parse_spectral(parameter, table, path)
     _check_keys(table, ("file", *_PLACED, "factor", "linear"))
     placed, is_mask = _placement(table), parameter.noun == "opacity"
-    linear = _flag(table, "linear", parameter.noun == "roughness")
+    linear = _flag(table, "linear", parameter.noun in ("roughness", "metallic fraction"))
     red, green, blue = _numbers(table, "factor", [1, 1, 1])
     image = shared_image(path, linear=linear, mask=is_mask)
     texture = Texture(image, **placed, factor=(red, green, blue))

@@ -22,6 +22,8 @@ TOML = {
     "roughness = 1.5": r"m\.toml:2: \[material.m\] roughness: 1.5 is not .* from 0 to 1",
     "glossy = -1": r"m\.toml:2: \[material.m\] glossy: '-1' is not .* between 0 and 1",
     "ior = 0": r"m\.toml:2: \[material.m\] ior: 0 is not .* above 0, such as 1.5",
+    "metallic = 1.5": r"m\.toml:2: \[material.m\] metallic: 1.5 is not a metallic .* 0 to 1",
+    "ior = 1.5\nmetallic = 1": r"m\.toml:3: \[material.m\] metallic: glass has none; leave out",
     "alpha = 1\nior = 0.5": r"m\.toml:3: material 'm': ior 0.5 is below 1, .* give it rel",
     "thin = true\nior = 0.9": r"m\.toml:3: material 'm': ior 0.9 is below 1, .* give it rel",
     "dispersion = { type = 'cauchy', a = 0.5, b = 0.001 }": r"m\.toml:2: .* ior 0.50.* is below 1",

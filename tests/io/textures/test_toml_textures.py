@@ -43,6 +43,33 @@ def test_textures(read):
     np.testing.assert_array_equal(reflectance.image.texels, TEXELS)
 
 
+def test_metallic_is_that_of_mtl_and_gltf(read, tmp_path):
+    """A share of metal of the surface's colour; the rest is a base of it, below a coat."""
+    half = read("reflectance = [0.8, 0.4, 0.2]\nroughness = 0.3\nmetallic = 0.5")
+    assert half.reflectance == (0.4, 0.2, 0.1)
+    np.testing.assert_allclose(half.glossy, np.array((0.4, 0.2, 0.1)) + 0.5 * 0.04, rtol=1e-12)
+    whole = read("reflectance = [0.8, 0.4, 0.2]\nroughness = 0.3\nmetallic = 1\nglossy = 0.1")
+    assert (whole.reflectance, whole.glossy) == ((0.0,) * 3, (0.8, 0.4, 0.2))
+    plastic = read("roughness = 0.3\nmetallic = 0")
+    assert (plastic.reflectance, plastic.roughness) == ((0.5,) * 3, 0.3)
+    assert plastic.glossy == pytest.approx(0.04)
+    image = 'file = "a.png"'
+    found = read(f"reflectance = {{ {image} }}\nroughness = 0.3\nmetallic = {{ {image} }}")
+    mtl = tmp_path / "a.mtl"
+    mtl.write_text("newmtl wall\nmap_Kd a.png\nPr 0.3\nmap_Pm a.png\n")
+    wanted = read("")
+    assert found.roughness == wanted.roughness == 0.3
+    for name in ("reflectance", "glossy"):
+        ours, theirs = (getattr(look, name).image.texels for look in (found, wanted))
+        np.testing.assert_array_equal(ours, theirs)
+
+
+def test_what_has_a_spectrum_in_every_texel_is_no_metal_in_part(read, tmp_path):
+    (tmp_path / "index.png").write_bytes(encode_png(np.zeros((1, 2, 1), np.uint8)))
+    with pytest.raises(InputError, match=r"a\.toml:2: .* metallic: a reflectance of many spectra"):
+        read('metallic = 1\nreflectance = { file = "index.png", palette = [0.1, 0.2] }')
+
+
 def test_opacity_is_a_mask(read):
     assert read('alpha = { file = "a.png", linear = true }').alpha.image.texels.shape == (1, 2, 1)
 
