@@ -121,6 +121,23 @@ def test_smooth_code_changes_nothing_where_nothing_is_smooth():
     assert "caustics" not in auto.buffers
 
 
+JELLY = pm.Material("jelly", 0, ior=1.4, attenuation_color=0.5, attenuation_distance=1)
+
+
+@pytest.mark.parametrize(
+    ("material", "effect"), [(pm.Material.plastic(), "glossy"), (JELLY, "media")]
+)
+def test_auto_equals_all_where_matter_calls_for_it(material, effect):
+    made = scene(PANEL, body(ball((0, 0.5, 0)), material))
+    auto, full = render(made), render(made, effects="all")
+    assert auto.record["effects"][effect]["on"]
+    if effect == "media":
+        np.testing.assert_array_equal(auto.radiance, full.radiance)
+    for name in ("radiance", "direct", "indirect", "residual"):
+        error = np.hypot(auto.standard_error(name), full.standard_error(name))
+        assert (np.abs(auto.buffers[name] - full.buffers[name]) <= 6.0 * error + 1e-6).all()
+
+
 def ball(center):
     return SPHERE.copy().apply_scale(0.3).apply_translation(center)
 
