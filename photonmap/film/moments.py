@@ -25,6 +25,8 @@ from photonmap.runtime.storage import RAM, Storage
 from photonmap.runtime.workers import Workers
 
 RANGE = 8192
+ROUNDING = 1e-9
+"""Of sums of light, relative."""
 MEANS, SPREADS = 5, 8
 BYTES_PER_VALUE = 8 * MEANS + 4 * SPREADS
 
@@ -212,6 +214,9 @@ class Accumulator:
         for name, (mean, _, factor) in table.items():
             if name in buffers:
                 buffers[name][part] = mean[part] * factor
+        if "residual" in buffers:
+            light = moments.direct[part] + moments.indirect[part]
+            np.copyto(buffers["residual"][part], light * scale, where=self._is_missed(part))
         if "radiance" in buffers:
             emission, direct, indirect = (
                 (table[name][0][part] * scale).astype(np.float32)
@@ -227,13 +232,29 @@ class Accumulator:
     def _fill_errors(self, part: slice, scale: float, table: Finished, errors: Buffers) -> None:
         """Fill a part of the standard errors of all buffers but shading."""
         spreads = {name: (spread, factor) for name, (_, spread, factor) in table.items()}
-        spreads["radiance"] = self._moments.radiance_spread, scale
+        moments = self._moments
+        spreads["radiance"] = moments.radiance_spread, scale
         for name, (spread, factor) in spreads.items():
             if name in errors:
                 factors = (factor / np.sqrt(self._divisor(part))).astype(np.float32)
-                error = np.sqrt(spread[part]) * factors[:, None]
+                spread = spread[part]
+                if name == "residual":
+                    spread = np.where(self._is_missed(part), moments.radiance_spread[part], spread)
+                error = np.sqrt(spread) * factors[:, None]
                 error[self.counts[part] < 2] = np.inf
                 errors[name][part] = error
+
+    def _is_missed(self, part: slice) -> Mask:
+        """Return where light comes from surfaces that no camera sample has met yet, (p, N).
+
+        Photons that are connected to the camera meet them at the edge of a pixel. Its reflectance
+        is 0, so that no shading accounts for that light: the residual does.
+        """
+        assert self._specular is not None
+        moments = self._moments
+        light = moments.direct[part] + moments.indirect[part]
+        missed = light - self._specular.residual[part] > ROUNDING * light
+        return np.asarray(missed & (moments.reflectance[part] == 0.0))
 
     def _fill_shading(
         self,

@@ -5,7 +5,7 @@ import pytest
 from helpers.estimates import empty_pixels
 
 from photonmap.film.moments import Accumulator
-from photonmap.kernels.core.passes import EMPTY, FOUND
+from photonmap.kernels.core.passes import EMPTY, FIRST_CAUSTIC, FOUND, VIA_CAUSTIC
 from photonmap.kernels.film.moments import GOAL_BUFFERS, add_pass
 from photonmap.runtime.workers import Workers
 
@@ -148,7 +148,9 @@ def test_errors_of_any_buffer(stacked, name, weights):
     with Workers(2) as workers:
         moments = Accumulator(SIZE, BANDS, workers, True, np.array(weights))
         for pixels in passes:
-            moments.add(pixels, rng.random((5, SIZE, BANDS), dtype=np.float32))
+            seen = rng.random((5, SIZE, BANDS), dtype=np.float32)
+            seen[FIRST_CAUSTIC, 40:] = 0.0  # where nothing is reflected
+            moments.add(pixels, seen)
         buffers, errors = moments.finish(1.0)
         valid = np.arange(SIZE) >= 10
         value, error = buffers[name][valid].astype(float), errors[name][valid].astype(float)
@@ -174,3 +176,22 @@ def test_pixels_without_photons_are_left_out(stacked):
             mean = radiance.mean(axis=0)
             relative = standard_error(radiance) ** 2 / (mean**2 + 0.01 * mean.mean(axis=0) ** 2)
             assert moments.error(lit=lit) == pytest.approx(np.sqrt(relative.mean()), rel=1e-5)
+
+
+def test_light_of_surfaces_that_no_sample_met_is_residual(stacked):
+    """Photons connected to the camera may add it to a pixel whose reflectance is still 0."""
+    passes, _ = stacked
+    rng = np.random.default_rng(5)
+    with Workers(1) as workers:
+        moments = Accumulator(SIZE, BANDS, workers, specular=True)
+        for pixels in passes:
+            seen = rng.random((VIA_CAUSTIC + 1, SIZE, BANDS)).astype(np.float32)
+            seen[:, 30:] = 0.0
+            pixels.indirect[45:] = rng.random((5, BANDS))
+            moments.add(pixels, seen)
+        buffers, errors = moments.finish(2.0)
+    rest = buffers["radiance"] - buffers["emission"] - buffers["residual"]
+    np.testing.assert_allclose(rest, buffers["reflectance"] * buffers["shading"], atol=1e-5)
+    np.testing.assert_array_equal(buffers["residual"][45:], buffers["indirect"][45:])
+    np.testing.assert_array_equal(errors["residual"][45:], errors["radiance"][45:])
+    assert (buffers["residual"][30:45] == 0.0).all()
