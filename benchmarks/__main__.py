@@ -11,6 +11,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from benchmarks.accuracy.mitsuba_client import start_mitsuba
 from benchmarks.harness.options import ROOT, Options
 from benchmarks.harness.table import markdown, show
 from photonmap.runtime.options import read_size
@@ -51,6 +52,8 @@ def main() -> int:
         tuple(arguments.scenes.split(",")) if arguments.scenes else (),
         arguments.size,
     )
+    if arguments.mitsuba:
+        _check_mitsuba(options)
     report: dict[str, Any] = {"machine": describe_machine(), "benchmarks": {}}
     pages = []
     begin = time.perf_counter()
@@ -75,6 +78,15 @@ def main() -> int:
     arguments.output.with_suffix(".md").write_text("\n".join(pages))
     print(f"{time.perf_counter() - begin:.0f} s in total: {arguments.output}")
     return 0
+
+
+def _check_mitsuba(options: Options) -> None:
+    """End before anything is measured if the Mitsuba that was asked for does not run."""
+    other = start_mitsuba(options)
+    if isinstance(other, str):
+        raise SystemExit(other)
+    with other:
+        pass
 
 
 def _load(name: str) -> ModuleType:

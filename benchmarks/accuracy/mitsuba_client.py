@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import tempfile
 from pathlib import Path
@@ -17,8 +18,10 @@ from benchmarks.harness.options import Options
 SERVER = Path(__file__).with_name("mitsuba_server.py")
 LLVM, SCALAR = "llvm_ad_rgb", "scalar_rgb"
 """Variants of Mitsuba: compiled for vectors, and scalar C++."""
-LLVM_PLACES = ("*/libLLVM*19*", "llvm-*/lib/libLLVM*.so*")
-"""Patterns below /usr/lib for names that Dr.Jit does not look for itself."""
+LLVM_PLACES = ("*/libLLVM*.so*", "llvm-*/lib/libLLVM*.so*")
+"""Patterns below /usr/lib: Dr.Jit takes what it finds first, even if it is too old for it."""
+OLDEST_LLVM = 16
+"""With 15, it ends where conductors are."""
 UNLIMITED, ONLY_LAMPS, ONE_BOUNCE = -1, 1, 2
 """Maximum path depths."""
 
@@ -108,15 +111,17 @@ class Mitsuba:
         return json.loads(line) if line else {}
 
 
-def start_mitsuba(options: Options, scene: Path | str, size: int | None = None) -> Mitsuba | str:
+def start_mitsuba(
+    options: Options, scene: Path | str | None = None, size: int | None = None
+) -> Mitsuba | str:
     """Return Mitsuba, compiled for vectors if that runs here; or the reason why there is none.
 
     Parameters
     ----------
-    scene : a file, or one of the server's cases, with its size
+    scene : a file, or one of the server's cases, with its size; None for the plain Cornell box
     """
     for variant in (LLVM, SCALAR):
-        other = Mitsuba(options.mitsuba, options.threads, str(scene), variant, size)
+        other = Mitsuba(options.mitsuba, options.threads, scene and str(scene), variant, size)
         if not other.reason:
             try:
                 other.render(1, 0)
@@ -129,6 +134,12 @@ def start_mitsuba(options: Options, scene: Path | str, size: int | None = None) 
 
 
 def find_llvm() -> str:
-    """Return the LLVM library for Dr.Jit to load in case it finds none itself, or ""."""
-    found = (file for place in LLVM_PLACES for file in sorted(Path("/usr/lib").glob(place)))
-    return str(next(found, ""))
+    """Return the newest LLVM library that Dr.Jit can load, or ""."""
+    found = [file for place in LLVM_PLACES for file in sorted(Path("/usr/lib").glob(place))]
+    newest = max(found, key=_version, default=Path())
+    return str(newest) if _version(newest) >= OLDEST_LLVM else ""
+
+
+def _version(library: Path) -> int:
+    number = re.search(r"\d+", library.name)
+    return int(number[0]) if number else 0

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.glossy import NODES, lobe_albedos, stepped_albedos
+from photonmap.compile.surfaces.glossy import NODES, lobe_albedos, stepped_albedos
 from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.bsdf.models import GLOSSY, MODELS
 from photonmap.kernels.core import records

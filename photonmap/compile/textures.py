@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.glossy import STEPS
+from photonmap.compile.surfaces.glossy import STEPS
 from photonmap.errors import InputError, naming
 from photonmap.kernels.core.image_records import BYTES, FLOATS, SRGB, LobeMaps, Maps
 from photonmap.kernels.core.records import (

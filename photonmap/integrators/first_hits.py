@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.buffers import BY_NAME, DEFAULT, names_where
-from photonmap.compile.glossy import mean_albedo
 from photonmap.compile.scene_arrays import CompiledScene
+from photonmap.compile.surfaces.glossy import mean_albedo
 from photonmap.integrators.base import TILE
 from photonmap.integrators.seen_surfaces import Coat, Sheen, Specularity, Surfaces
 from photonmap.io.readers.metallic import metallic_fraction

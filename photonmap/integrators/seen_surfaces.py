@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.glossy import mean_albedo
+from photonmap.compile.surfaces.glossy import mean_albedo
 from photonmap.kernels.bsdf.models import GLOSSY
 from photonmap.kernels.core.records import GLASS
 

@@ -7,7 +7,7 @@ from bsdf_harness import FRAME, Case, departure, evaluate, hemisphere, sample
 from scipy import stats
 
 import photonmap as pm
-from photonmap.compile.glossy import azimuth_albedos, lobe_albedos
+from photonmap.compile.surfaces.glossy import azimuth_albedos, lobe_albedos
 
 METAL = {"albedo": (0.0,) * 3, "specular": (1.0, 1.0, 1.0)}
 """That loses nothing."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.glossy import AZIMUTHS, COARSE, GRID, azimuth_albedos
+from photonmap.compile.surfaces.glossy import AZIMUTHS, COARSE, GRID, azimuth_albedos
 from photonmap.compile.surfaces.tangents import vertex_tangents
 from photonmap.kernels.core import records
 from photonmap.kernels.core.lobe_records import Anisotropy

@@ -7,18 +7,18 @@ from functools import cache
 
 import numpy as np
 
-from photonmap.compile.glossy import (
+from photonmap.compile.surfaces.glossy import (
     GRID,
     NODES,
     SMALLEST_COSINE,
-    Floats,
     lobe_albedo,
     lobe_albedos,
     multiple_fresnel,
     reflections,
 )
-from photonmap.compile.glossy import STEPS as COATS
+from photonmap.compile.surfaces.glossy import STEPS as COATS
 from photonmap.compile.surfaces.relief import Reliefs
+from photonmap.compile.table_cache import Floats, kept_on_disk
 from photonmap.kernels.bsdf.models import COATED
 from photonmap.kernels.core import records
 from photonmap.kernels.core.lobe_records import Coats
@@ -151,7 +151,7 @@ def _whole_albedos(alpha: float, f0: float) -> Floats:
     return np.asarray(whole[:-1])
 
 
-@cache
+@kept_on_disk
 def white_base(alpha: float, f0: float | None) -> Floats:
     """Return where a white base sends light from each node's angle: rows add up to 1."""
     if f0 is None:

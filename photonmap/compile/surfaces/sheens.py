@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from photonmap.compile.glossy import NODES, SMALLEST_COSINE, Floats
 from photonmap.compile.materials import reflectance_of
 from photonmap.compile.surfaces.coats import ROUNDS, evenly, white_base
+from photonmap.compile.surfaces.glossy import NODES, SMALLEST_COSINE
+from photonmap.compile.table_cache import Floats, kept_on_disk
 from photonmap.compile.textures import TextureTable
 from photonmap.kernels.bsdf.models import SHEEN
 from photonmap.kernels.bsdf.rough_diffuse import DARKENING
@@ -107,9 +108,15 @@ def _cosines() -> Floats:
     return np.asarray(np.maximum(np.linspace(0.0, 1.0, NODES) ** 2, SMALLEST_COSINE))
 
 
-@cache
 def sheen_lobe(alpha: float) -> Lobe:
-    """Return how much of a lobe is kept at each angle, and what it then reflects.
+    """Return how much of a lobe is kept at each angle, and what it then reflects."""
+    kept, albedo = _lobe_rows(alpha)
+    return Lobe(kept[:-1], albedo)
+
+
+@kept_on_disk
+def _lobe_rows(alpha: float) -> Floats:
+    """Return K and E of a lobe, (2, NODES + 1); the last K is unused.
 
     K starts as 1, and is lowered where more is reflected than arrives, until that is so nowhere.
     """
@@ -126,7 +133,7 @@ def sheen_lobe(alpha: float) -> Lobe:
         kept /= np.sqrt(np.maximum(albedo, 1.0))
     albedo = np.minimum(kept * (table @ np.interp(roots, places, kept)), 1.0)
     mean = float(np.interp(roots, places, albedo) @ (4.0 * weights * roots**3))
-    return Lobe(kept, np.append(albedo, mean))
+    return np.array([np.append(kept, 0.0), np.append(albedo, mean)])
 
 
 def _white_clay(roughness: float) -> Floats:

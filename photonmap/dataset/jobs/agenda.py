@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import Counter, defaultdict, deque
 from collections.abc import Iterable, Iterator
@@ -95,8 +96,14 @@ class Agenda(Iterator[Task]):
         return f"{cost}, about {duration(self.seconds_left / max(at_once, 1e-3))} left"
 
     def _longest(self, scene: str) -> float:
-        """Return the seconds of the longest image of a scene that is left."""
-        return max(self._expected(kind_of(task.job)) for task in self._waiting[scene])
+        """Return the seconds of the longest image of a scene that is left.
+
+        While the first of its kind is still being rendered, it may be the longest of all.
+        """
+        kinds = {kind_of(task.job) for task in self._waiting[scene]}
+        if kinds & {*self._running.values()} - self._known.keys():
+            return math.inf
+        return max(map(self._expected, kinds))
 
     def _expected(self, kind: Kind) -> float:
         """Return the mean seconds of a kind; those of all kinds for one that is not known."""

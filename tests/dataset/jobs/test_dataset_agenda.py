@@ -78,6 +78,14 @@ def test_tasks_may_begin_before_others_end():
     assert run(agenda) == ["jug", "study", "study", "bowl", "bowl"]
 
 
+def test_what_is_still_rendered_may_take_longest():
+    """Else short images would come before those of a kind that is not known yet."""
+    agenda = Agenda(tasks(scenes=("jug", "bowl", "study"), lights=("white",)))
+    for task in list(itertools.islice(agenda, 3))[:2]:
+        agenda.learn(task, entry_of(task.job))
+    assert next(agenda).job.stem == "study"
+
+
 def test_images_of_a_scene_follow_each_other():
     """Whatever their lights, so that it is built once; those of the first kinds come before."""
     made = tasks(lights=("white", "two_mixed", "colored"), scenes=("jug", "study"), count=3)

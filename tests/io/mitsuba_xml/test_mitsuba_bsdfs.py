@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import photonmap as pm
-from photonmap.compile.glossy import lobe_albedos, mean_albedo
+from photonmap.compile.surfaces.glossy import lobe_albedos, mean_albedo
 from photonmap.compile.surfaces.sheens import sheen_lobe
 from photonmap.errors import InputError, SceneWarning
 from photonmap.io.readers.mitsuba_parts.materials.albedos import base_albedo, plastic_albedo

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.compile.table_cache import Floats, kept_on_disk
 from photonmap.kernels.bsdf.glossy import DIP_MEAN, SCHLICK_MEAN
 
-Floats = NDArray[np.float64]
 Values = Any
 """Numbers, or arrays that go together"""
 NODES = 64
@@ -26,7 +25,7 @@ COARSE = 64
 SMALLEST_COSINE = 1e-4
 
 
-@cache
+@kept_on_disk
 def lobe_albedos(alpha: float) -> NDArray[np.float64]:
     """Return what a GGX lobe reflects, (3, NODES + 1), by `Scattering.albedos`' Fresnel terms.
 
@@ -36,7 +35,7 @@ def lobe_albedos(alpha: float) -> NDArray[np.float64]:
     return _albedos_at(alpha, alpha, 0.0, GRID)
 
 
-@cache
+@kept_on_disk
 def azimuth_albedos(along: float, across: float, grid: int = GRID) -> NDArray[np.float64]:
     """Return `lobe_albedos` by azimuth, (1 + AZIMUTHS, 3, NODES + 1), the first of all together.
 
@@ -63,7 +62,7 @@ def _albedos_at(along: float, across: float, share: float, grid: int) -> NDArray
     return np.column_stack([rows, np.array(means) @ (2.0 * weights * roots**3)])
 
 
-@cache
+@kept_on_disk
 def stepped_albedos(least: float) -> NDArray[np.float64]:
     """Return `lobe_albedos` for even steps of roughness from 0 to 1, (STEPS, 3, NODES + 1).
 
