@@ -72,11 +72,14 @@ def run(options: Options) -> list[Table]:
             scene = make_scene(case) if file is None else pm.load_scene(file)
             other = start_mitsuba(options, file or case, None if file else size)
             if isinstance(other, str):
-                return [skipped("matter", other)]
+                table.notes.append(f"{case}: {other}")
+                continue
             with other:
                 table.rows.append([case, *_compare(scene, other, size, options)])
                 variant = f"Mitsuba {other.version}, {other.variant} path"
         print(f"matter: {', '.join(map(str, table.rows[-1]))}", flush=True)
+    if not table.rows:
+        return [skipped("matter", table.notes[-1])]
     table.title = f"matter: Cornell box with one thing changed, {size}×{size}, RGB, and {variant}"
     return [table]
 

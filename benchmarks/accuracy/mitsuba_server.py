@@ -50,7 +50,7 @@ def sky():
 def things(case):
     """Return what a case adds to the room without its boxes; a light replaces the room's own."""
     if case == "spot":
-        aim = mi.ScalarTransform4f().corners_from([0.3, 0.8, 0.5], [-0.2, -1, -0.2], [0, 0, 1])
+        aim = mi.ScalarTransform4f().look_at([0.3, 0.8, 0.5], [-0.2, -1, -0.2], [0, 0, 1])
         return {
             "lamp": {
                 "type": "spot",
