@@ -54,7 +54,8 @@ def _run(scene: Path, folder: Path, threads: int) -> list[list[float]]:
     output = folder / "image.exr"
     arguments = [str(scene), "--size", "64x64", "--threads", str(threads)]
     arguments += ["--output", str(output)]
-    environment = {"NUMBA_CACHE_DIR": str(folder / "cache")}
+    # An installed package has its bytecode.
+    environment = {"NUMBA_CACHE_DIR": str(folder / "cache"), "PYTHONDONTWRITEBYTECODE": ""}
     runs = []
     for _ in range(1 + LATER):
         seconds = run_photonmap(arguments, environment).seconds
