@@ -162,7 +162,8 @@ class Options:
         default=None,
         metadata=option(
             "photons emitted per pass",
-            default_text=f"four per pixel from {LEAST_PHOTONS} to {ENOUGH_PHOTONS}; beyond, one",
+            default_text=f"four per pixel from {LEAST_PHOTONS} to {ENOUGH_PHOTONS};"
+            " larger images: one",
             group="sampling",
             metavar="N",
             read=int,

@@ -11,7 +11,7 @@ DEFAULT_ERROR = 0.02
 LEAST_PASSES = 16
 """Before these, a spread over passes is too uncertain to stop on."""
 LEAST_PHOTONS = 1 << 14
-ENOUGH_PHOTONS = 1 << 16
+ENOUGH_PHOTONS = 1 << 17
 """In a pass, unless a user says otherwise."""
 PASS_SAMPLES = (0.25, 0.5, 1.0)
 """Samples of a pass, as fractions of the usual."""
