@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from itertools import chain
 from typing import Any
 
+from photonmap.dataset.jobs.job_scene import KEPT
 from photonmap.dataset.jobs.plan import Job
 from photonmap.dataset.jobs.render_image import Task
 from photonmap.runtime.progress import duration
@@ -32,7 +33,8 @@ class Agenda(Iterator[Task]):
     """The images that are left: one of each kind first, whose time tells which kinds take longest.
 
     Then come the scenes whose images take longest, so that no worker waits for a long image at the
-    end. All images of a scene follow each other, as scenes that were built or read stay in memory.
+    end. All images of a scene follow each other, until so few scenes are left that all stay in
+    memory.
 
     Parameters
     ----------
@@ -61,10 +63,12 @@ class Agenda(Iterator[Task]):
         if self._first:
             task = self._first.popleft()
         elif self._waiting:
-            if self._current not in self._waiting:
+            if self._current not in self._waiting or len(self._waiting) <= KEPT:
                 self._current = max(self._waiting, key=self._longest)
-            task = self._waiting[self._current].popleft()
-            if not self._waiting[self._current]:
+            part = self._waiting[self._current]
+            task = max(part, key=self._seconds)
+            part.remove(task)
+            if not part:
                 del self._waiting[self._current]
         else:
             raise StopIteration
@@ -96,14 +100,14 @@ class Agenda(Iterator[Task]):
         return f"{cost}, about {duration(self.seconds_left / max(at_once, 1e-3))} left"
 
     def _longest(self, scene: str) -> float:
-        """Return the seconds of the longest image of a scene that is left.
+        """Return the seconds of the longest image of a scene that is left."""
+        return max(map(self._seconds, self._waiting[scene]))
 
-        While the first of its kind is still being rendered, it may be the longest of all.
-        """
-        kinds = {kind_of(task.job) for task in self._waiting[scene]}
-        if kinds & {*self._running.values()} - self._known.keys():
-            return math.inf
-        return max(map(self._expected, kinds))
+    def _seconds(self, task: Task) -> float:
+        """Return how long an image may take: for ever while the first of its kind has not ended."""
+        kind = kind_of(task.job)
+        is_unknown = kind not in self._known and kind in self._running.values()
+        return math.inf if is_unknown else self._expected(kind)
 
     def _expected(self, kind: Kind) -> float:
         """Return the mean seconds of a kind; those of all kinds for one that is not known."""

@@ -31,7 +31,7 @@ from photonmap.spectra.rgb_spaces import SPACES, check_space
 
 _DIGITS = 16
 """Digits of a digest."""
-_KEPT = 4
+KEPT = 4
 """Generated scenes that stay in memory, 5 to 50 MB each: images of a scene follow each other."""
 _PIECES = 16
 """Masks of surfaces in pixels that stay in memory."""
@@ -140,7 +140,7 @@ def _files_of(name: str | None) -> list[Path]:
     return sorted(p for p in path.iterdir() if p.is_file()) if path.is_dir() else [path]
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=KEPT)
 def _build(
     name: str, seed: int, looks: tuple[str, float | None, float], munsell: str | None
 ) -> UnlitScene:

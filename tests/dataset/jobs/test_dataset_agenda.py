@@ -75,7 +75,7 @@ def test_tasks_may_begin_before_others_end():
     running = list(itertools.islice(agenda, 7))
     for task in running:
         agenda.learn(task, entry_of(task.job))
-    assert run(agenda) == ["jug", "study", "study", "bowl", "bowl"]
+    assert run(agenda) == ["study", "study", "bowl", "bowl", "jug"]
 
 
 def test_what_is_still_rendered_may_take_longest():
@@ -86,13 +86,26 @@ def test_what_is_still_rendered_may_take_longest():
     assert next(agenda).job.stem == "study"
 
 
-def test_images_of_a_scene_follow_each_other():
+def test_images_of_a_scene_follow_each_other(monkeypatch):
     """Whatever their lights, so that it is built once; those of the first kinds come before."""
+    monkeypatch.setattr(module, "KEPT", 0)
     made = tasks(lights=("white", "two_mixed", "colored"), scenes=("jug", "study"), count=3)
     order = [task.job.geometry for task in Agenda(made)][4:]
     assert len(order) == 14
     changes = sum(a != b for a, b in itertools.pairwise(order))
     assert changes == len(set(order)) - 1
+
+
+def test_the_longest_images_of_scenes_in_memory_come_first():
+    lights = ("white", "two_mixed")
+    seconds = {("jug", 1): 1.0, ("jug", 2): 6.0, ("study", 1): 4.0, ("study", 2): 9.0}
+    agenda = Agenda(tasks(lights=lights, scenes=("jug", "study"), count=2))
+    order = []
+    for task in agenda:
+        kind = task.job.stem, len(task.job.colors)
+        order.append(seconds[kind])
+        agenda.learn(task, entry_of(task.job, seconds[kind]))
+    assert order[4:] == [9.0, 6.0, 4.0, 1.0]
 
 
 def test_time_left_and_cost(monkeypatch):
