@@ -162,8 +162,7 @@ class Options:
         default=None,
         metadata=option(
             "photons emitted per pass",
-            default_text=f"four per pixel from {LEAST_PHOTONS} to {ENOUGH_PHOTONS};"
-            " larger images: one",
+            default_text=f"4 per pixel from {LEAST_PHOTONS} to {ENOUGH_PHOTONS}; larger images: 1",
             group="sampling",
             metavar="N",
             read=int,
