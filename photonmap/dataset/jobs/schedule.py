@@ -66,7 +66,7 @@ def run_tasks(
     Parameters
     ----------
     tasks : dataclasses with a field `threads`, by default `render_image.Task`; each is taken when
-        it is begun, or soon will be
+        it is begun
     scheduler, workers : checked by `check_scheduler`
     work : runs one task; `render_image` by default
 
@@ -116,11 +116,11 @@ def distribute(
     ended: SimpleQueue[Future] = SimpleQueue()
     futures: dict[Future, Any] = {}
     left, seen = iter(tasks), time.monotonic()
-    ahead, counted = _count_ahead(client), seen
+    at_once, counted = _count_at_once(client), seen
     while True:
         if time.monotonic() - counted > _POLL:
-            ahead, counted = _count_ahead(client), time.monotonic()
-        for task in islice(left, max(ahead - len(futures), 0)):
+            at_once, counted = _count_at_once(client), time.monotonic()
+        for task in islice(left, max(at_once - len(futures), 0)):
             future = client.submit(work, task, pure=False)
             futures[future] = task
             future.add_done_callback(ended.put)
@@ -146,16 +146,16 @@ def distribute(
             return
 
 
-def _count_ahead(client: Client) -> int:
-    """Return how many tasks to hand out: a few more than there are threads of workers.
+def _count_at_once(client: Client) -> int:
+    """Return how many tasks to hand out: one for each thread of the workers, at least one.
 
-    The others wait here, as what is learnt from the first decides on their order.
+    The others wait here. A worker would keep one that it has no thread for, however long it is at
+    another, while others are idle; and what is learnt from the first decides on their order.
     """
     try:
-        threads = sum(client.nthreads().values())
+        return max(sum(client.nthreads().values()), 1)
     except OSError:
         return 1
-    return threads + max(threads // 2, 1)
 
 
 def _collect(future: Future) -> Any:
