@@ -215,7 +215,7 @@ TABLE = (
         "id", "first hit", "same", ("id",),
     ),
     Buffer(
-        "specular_albedo",
+        "specular_reflectance",
         "specular reflectance at normal incidence of the material at the pixel's centre: of a "
         "mirror, a glossy surface, a coat or glass; 0 for diffuse surfaces and the background",
         "reflectance", "first hit", "same", default=False,

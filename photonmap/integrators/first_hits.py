@@ -157,24 +157,24 @@ def _material_id(compiled: CompiledScene, hits: FirstHits) -> Array:
     return hits.look_up(compiled.material_ids)
 
 
-@of_surface("specular_albedo")
-def _specular_albedo(surfaces: Surfaces) -> Array:
+@of_surface("specular_reflectance")
+def _specular_reflectance(surfaces: Surfaces) -> Array:
     """Look up the reflectance at normal incidence of a mirror, glossy lobes, or glass.
 
     That of glass of index n is R = ((n − 1) / (n + 1))², of both sides of a pane 2 R / (1 + R).
     """
-    albedo, specular = surfaces.glossy, surfaces.specular
+    reflectance, specular = surfaces.glossy, surfaces.specular
     if specular is not None:
         of_glass = ((specular.ior - 1.0) / (specular.ior + 1.0)) ** 2
         mirrors = np.isin(specular.kind, (MIRROR, METAL))
-        albedo = np.where(mirrors[:, None], specular.mirror, albedo)
-        albedo = np.where((specular.kind == GLASS)[:, None], of_glass[:, None], albedo)
+        reflectance = np.where(mirrors[:, None], specular.mirror, reflectance)
+        reflectance = np.where((specular.kind == GLASS)[:, None], of_glass[:, None], reflectance)
         of_pane = 2.0 * of_glass / (1.0 + of_glass)
-        albedo = np.where(surfaces.is_thin[:, None], of_pane[:, None], albedo)
+        reflectance = np.where(surfaces.is_thin[:, None], of_pane[:, None], reflectance)
     if surfaces.coat is not None:
-        own, passed = surfaces.coat.over(albedo, surfaces.coat.f0)
-        albedo = own + passed * albedo
-    return albedo
+        own, passed = surfaces.coat.over(reflectance, surfaces.coat.f0)
+        reflectance = own + passed * reflectance
+    return reflectance
 
 
 @of_surface("roughness")

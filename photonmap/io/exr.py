@@ -46,6 +46,9 @@ _RECORD, _BANDS = "photonmapRecord", "photonmapBands"
 _NAMES, _NAMED = "photonmapNames", {"object_id": "objects", "material_id": "materials"}
 """Attribute of parts of ids, JSON: the names of 1, 2, …; and the entry of the record with them."""
 
+FORMER_NAMES = {"specular_albedo": "specular_reflectance"}
+"""What buffers were called in files of earlier versions, and what they are called now."""
+
 
 class Contents(NamedTuple):
     """What a file holds, as `photonmap.Result` does."""
@@ -102,6 +105,17 @@ def name_errors(errors: Images, block_errors: Images) -> Images:
     """Return standard errors by the names of their parts: "direct.error", "indirect.error8"."""
     named = {name + _ERROR: image for name, image in errors.items()}
     return named | {name + _BLOCK_ERROR: image for name, image in block_errors.items()}
+
+
+def current_name(part: str) -> str:
+    """Return what a part of a file is called now: a buffer, or a standard error.
+
+    Examples
+    --------
+    >>> current_name("specular_albedo"), current_name("direct@sun.error")
+    ('specular_reflectance', 'direct@sun.error')
+    """
+    return FORMER_NAMES.get(part, part)
 
 
 def sort_parts(parts: Images) -> tuple[Images, Images, Images]:
@@ -231,7 +245,11 @@ def list_parts(path: str | PathLike[str], half: bool = False) -> list[str]:
 
 def _part_names(file: OpenImageIO.ImageInput) -> list[str]:
     count = file.spec().get_int_attribute("oiio:subimages", 1)
-    return [file.spec(i).get_string_attribute("oiio:subimagename") for i in range(count)]
+    return [_part_name(file.spec(i)) for i in range(count)]
+
+
+def _part_name(spec: OpenImageIO.ImageSpec) -> str:
+    return current_name(spec.get_string_attribute("oiio:subimagename"))
 
 
 def _order_parts(contents: Contents) -> Images:
@@ -313,7 +331,7 @@ def _read_part(file: OpenImageIO.ImageInput, index: int, bands: Bands) -> tuple[
     import OpenImageIO
 
     spec = file.spec(index)
-    part = spec.get_string_attribute("oiio:subimagename")
+    part = _part_name(spec)
     names, row = _channels(part, bands), _row_of(part)
     if not set(names) <= set(spec.channelnames):
         raise ValueError(f"part {part!r} does not have the channels that its bands need")

@@ -94,7 +94,7 @@ def test_without_gloss_the_base_is_left():
 
 def test_buffers():
     """At normal incidence metal and coat reflect as two mirrors; the base tells the rest."""
-    names = ("specular_albedo", "roughness", "metallic", "diffuse_fraction")
+    names = ("specular_reflectance", "roughness", "metallic", "diffuse_fraction")
     metal = pm.Material("car", 0.0, glossy=0.8, roughness=0.5, **LACQUER)
     tile = pm.Material("tile", 0.5, coat=0.5, coat_roughness=0.4)
     seen = {}
@@ -104,11 +104,11 @@ def test_buffers():
         assert at.any()
         seen[material.name] = {name: result[name][at].mean(axis=0) for name in names}
     both = 0.04 + 0.96**2 * 0.8 / (1.0 - 0.04 * 0.8)
-    np.testing.assert_allclose(seen["car"]["specular_albedo"], both, rtol=1e-5)
+    np.testing.assert_allclose(seen["car"]["specular_reflectance"], both, rtol=1e-5)
     assert seen["car"]["roughness"] == pytest.approx(0.5)
     assert seen["car"]["metallic"] == pytest.approx(1.0)
     assert (seen["car"]["diffuse_fraction"] == 0.0).all()
-    np.testing.assert_allclose(seen["tile"]["specular_albedo"], 0.02, rtol=1e-5)
+    np.testing.assert_allclose(seen["tile"]["specular_reflectance"], 0.02, rtol=1e-5)
     assert seen["tile"]["roughness"] == pytest.approx(0.4)
     assert 0.88 < seen["tile"]["diffuse_fraction"].mean() < 0.96
 
@@ -151,10 +151,10 @@ def test_buffers_look_up_the_weight():
     wall = pm.Mesh(corners, [[0, 1, 2], [0, 2, 3]], material, "wall", uv=uv)
     camera = pm.Camera((0.0, 0.0, 2.0), (0.0, 0.0, 0.0), height=2.0)
     scene = pm.Scene([wall], [pm.DomeLight(1.0)], camera)
-    names = ("specular_albedo", "roughness", "diffuse_fraction")
+    names = ("specular_reflectance", "roughness", "diffuse_fraction")
     result = pm.render(scene, **SMALL, passes=2, buffers=names)
     weight = 0.25 + (np.arange(12) + 0.5) / 24.0
-    seen = result["specular_albedo"][..., 0]
+    seen = result["specular_reflectance"][..., 0]
     np.testing.assert_allclose(seen, np.tile(0.04 * weight, (12, 1)), rtol=1e-3)
     np.testing.assert_allclose(result["roughness"], 0.4, rtol=1e-6)
     assert (np.diff(result["diffuse_fraction"][0, :, 0]) < 0.0).all()

@@ -126,10 +126,12 @@ def test_files_keep_gloss(tmp_path):
     assert found[0].roughness == 0.25
 
 
-def test_specular_albedo_is_the_lobe_at_normal_incidence():
+def test_specular_reflectance_is_the_lobe_at_normal_incidence():
     scene = room(ball(pm.Material.metal(glossy=(0.95, 0.8, 0.5))))
-    result = pm.render(scene, bands="rgb", size=(24, 24), passes=1, buffers=("specular_albedo",))
-    found = result.buffers["specular_albedo"].reshape(-1, 3)
+    result = pm.render(
+        scene, bands="rgb", size=(24, 24), passes=1, buffers=("specular_reflectance",)
+    )
+    found = result.buffers["specular_reflectance"].reshape(-1, 3)
     expected = np.array([0.95, 0.8, 0.5], np.float32)
     assert (np.isclose(found, expected).all(axis=1) | (found == 0.0).all(axis=1)).all()
     assert np.isclose(found, expected).all(axis=1).any()

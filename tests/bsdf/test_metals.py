@@ -139,12 +139,12 @@ def test_polished_metals_are_mirrors(degrees):
         assert compiled.specular.kind.tolist() == [MIRROR]
         assert compiled.specular.alpha is None
         assert compiled.scattering is None
-        names = ("radiance", "roughness", "specular_albedo")
+        names = ("radiance", "roughness", "specular_reflectance")
         result = pm.render(each, bands="rgb", size=(2, 2), passes=2, threads=2, buffers=names)
         found = result.radiance.mean(axis=(0, 1))
         np.testing.assert_allclose(found, approximate(f0, edge, cosine), rtol=1e-3)
         assert (result["roughness"] == 0.0).all()
-        np.testing.assert_allclose(result["specular_albedo"][0, 0], f0, rtol=1e-6)
+        np.testing.assert_allclose(result["specular_reflectance"][0, 0], f0, rtol=1e-6)
 
 
 def test_other_mirrors_reflect_alike_at_all_angles():

@@ -169,12 +169,12 @@ def test_without_gloss_rough_glass_is_black():
 
 def test_the_buffer_of_roughness_shows_it():
     scene = room(frosted(0.6))
-    result = pm.render(scene, **SMALL, passes=1, buffers=("roughness", "specular_albedo"))
+    result = pm.render(scene, **SMALL, passes=1, buffers=("roughness", "specular_reflectance"))
     found = result.buffers["roughness"]
     glass = np.isclose(found, 0.6)
     assert glass.any()
     assert np.isclose(found[~glass], 1.0).all()
-    np.testing.assert_allclose(result.buffers["specular_albedo"][glass], 0.04, rtol=1e-6)
+    np.testing.assert_allclose(result.buffers["specular_reflectance"][glass], 0.04, rtol=1e-6)
 
 
 @pytest.mark.parametrize("suffix", [".obj", ".glb"])

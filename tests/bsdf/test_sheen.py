@@ -176,13 +176,13 @@ def wall(sheen):
 
 def test_buffers():
     """The sheen is no part of reflectance and shading, and the lesser of the two parts."""
-    names = ("reflectance", "diffuse_fraction", "specular_albedo", "roughness", "metallic")
+    names = ("reflectance", "diffuse_fraction", "specular_reflectance", "roughness", "metallic")
     result = pm.render(wall(0.8), **SMALL, passes=2, buffers=names)
     np.testing.assert_allclose(result.reflectance, 0.3, rtol=1e-6)
     own = 0.8 * sheen_lobe(0.36).albedo[-1]
     expected = 0.3 * (1.0 - own) / (0.3 * (1.0 - own) + own)
     np.testing.assert_allclose(result["diffuse_fraction"], expected, rtol=1e-5)
-    assert (result["specular_albedo"] == 0.0).all()
+    assert (result["specular_reflectance"] == 0.0).all()
     assert (result["roughness"] == 1.0).all()
     assert (result["metallic"] == 0.0).all()
 

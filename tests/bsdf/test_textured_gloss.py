@@ -91,7 +91,7 @@ def test_halves_of_a_texture_are_two_materials():
 
 
 def test_buffers_show_the_textures():
-    names = ("roughness", "metallic", "specular_albedo", "diffuse_fraction")
+    names = ("roughness", "metallic", "specular_reflectance", "diffuse_fraction")
     settings = SMALL | {"size": (24, 24), "passes": 1, "buffers": names}
     found, truth = (pm.render(scene, **settings) for scene in (textured_room(), parted_room()))
     seen = truth.roughness < 1.0

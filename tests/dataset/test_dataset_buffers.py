@@ -16,7 +16,7 @@ from photonmap.errors import InputError
 from photonmap.evaluate.bench.truth import load_truth
 from photonmap.io.exr import list_parts
 
-CHOSEN = (*ALWAYS, "distance", "normal", "object_id", "specular_albedo")
+CHOSEN = (*ALWAYS, "distance", "normal", "object_id", "specular_reflectance")
 SIZE = ["--size", "24x18", "--bands", "4", "--error", "0.5", "--format", "exr,hdf5", "--quiet"]
 
 
@@ -50,9 +50,9 @@ def test_files_hold_what_was_chosen(pair):
 
 def test_they_are_those_of_all_buffers(pair):
     whole, some = pair
-    for name in set(some) - {"specular_albedo"}:
+    for name in set(some) - {"specular_reflectance"}:
         np.testing.assert_array_equal(some[name], whole[name])
-    assert some["specular_albedo"].shape == some["radiance"].shape
+    assert some["specular_reflectance"].shape == some["radiance"].shape
     for name in ("radiance", "reflectance", "shading"):
         np.testing.assert_array_equal(some.rgb[name], whole.rgb[name])
         np.testing.assert_array_equal(some.srgb[name], whole.srgb[name])
@@ -143,6 +143,6 @@ def test_what_is_needed_is_asked_for(tmp_path, capsys, names, more, fault):
 def test_the_choice_has_the_usual_order():
     assert check_chosen([*reversed(CHOSEN)], ["exr"]) == tuple(
         name for name in ("radiance", "reflectance", "shading", "distance", "normal", "object_id",
-                          "specular_albedo", "valid", "pure")
+                          "specular_reflectance", "valid", "pure")
     )  # fmt: skip
     assert check_chosen(None, ["exr"]) is None

@@ -145,7 +145,7 @@ def test_integrator(extending):
 
 
 def test_buffer_and_reader(extending):
-    albedo = extending["chosen"].specular_albedo
+    albedo = extending["chosen"].specular_reflectance
     np.testing.assert_allclose(np.unique(albedo), [0.0, 0.04, 0.9], rtol=1e-6)
     shape = extending["shape"]
     assert shape.coverage.mean() > 0.1

@@ -112,9 +112,9 @@ def test_buffers_of_the_first_hit():
     window = square(0.0, 5.0, pm.Material.pane("window", 2.0, 0.0), "window")
     camera = pm.Camera((0, 3.0, 0), (0, 0, 0), up=(0, 0, 1), fov=10)
     scene = pm.Scene([window], [pm.DomeLight(1.0)], camera)
-    names = ["radiance", "specular_albedo", "roughness", "metallic", "diffuse_fraction"]
+    names = ["radiance", "specular_reflectance", "roughness", "metallic", "diffuse_fraction"]
     result = pm.render(scene, bands="rgb", size=(4, 4), passes=2, buffers=names)
-    np.testing.assert_allclose(result.specular_albedo, 2 / 9 / (1 + 1 / 9), rtol=1e-6)
+    np.testing.assert_allclose(result.specular_reflectance, 2 / 9 / (1 + 1 / 9), rtol=1e-6)
     for name in names[2:]:
         assert not result[name].any()
 

@@ -93,11 +93,11 @@ def test_the_record_of_a_frosted_pane():
     assert compiled.is_thin.sum() == 1
     as_air = compile_scene(room(pane(0.5, ior=1.0)), Bands.rgb())
     assert as_air.specular.alpha is None
-    buffers = ["roughness", "specular_albedo", "metallic", "diffuse_fraction"]
+    buffers = ["roughness", "specular_reflectance", "metallic", "diffuse_fraction"]
     result = pm.render(room(pane(0.6)), **SMALL, passes=1, buffers=buffers)
     glass = np.isclose(result["roughness"], 0.6)
     assert glass.any()
-    np.testing.assert_allclose(result["specular_albedo"][glass], 0.08 / 1.04, rtol=1e-6)
+    np.testing.assert_allclose(result["specular_reflectance"][glass], 0.08 / 1.04, rtol=1e-6)
     assert not result["metallic"][glass].any()
     assert not result["diffuse_fraction"][glass].any()
 

@@ -177,7 +177,7 @@ ALL = {
     "glossy": lambda folder: render(box_with(ball(pm.Material.plastic(roughness=0.4)))),
     "rough-chains": lambda folder: render(rough_chains()),
     "rough-chains-path": lambda folder: render(rough_chains(), method="path"),
-    "orthographic": lambda folder: render(drawing(), buffers=(*DEFAULT, "specular_albedo")),
+    "orthographic": lambda folder: render(drawing(), buffers=(*DEFAULT, "specular_reflectance")),
     "lens": lambda folder: render(seen_through(lens=pm.Lens(3.4, 0.1, blades=5))),
     "lens-path-center": lambda folder: render(
         seen_through(lens=pm.Lens(3.4, 0.1)), method="path", pixel="center"

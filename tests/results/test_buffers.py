@@ -84,8 +84,8 @@ def test_order_and_groups():
 
 def test_runs_to_be_merged_keep_the_defaults():
     assert with_defaults(None) is None
-    kept = with_defaults(["radiance", "specular_albedo"])
-    assert kept == [*DEFAULT, "specular_albedo"]
+    kept = with_defaults(["radiance", "specular_reflectance"])
+    assert kept == [*DEFAULT, "specular_reflectance"]
 
 
 def test_what_is_left_out_where_it_is_0_may_be_selected():
@@ -136,17 +136,19 @@ def scene_of(material):
 def albedo_of(request):
     material = request.param
     result = pm.render(
-        scene_of(material), **{**SETTINGS, "bands": "rgb"}, buffers=[*DEFAULT, "specular_albedo"]
+        scene_of(material),
+        **{**SETTINGS, "bands": "rgb"},
+        buffers=[*DEFAULT, "specular_reflectance"],
     )
     return material, result
 
 
-def test_specular_albedo_is_that_of_the_material_at_the_centre(albedo_of):
+def test_specular_reflectance_is_that_of_the_material_at_the_centre(albedo_of):
     material, result = albedo_of
     expected = 0.04 if material is GLASS else np.array(material.mirror)
     on_ball = result.material_id == 1
     assert 0 < on_ball.sum() < on_ball.size
-    albedo = result.specular_albedo
+    albedo = result.specular_reflectance
     assert (albedo.shape, albedo.dtype) == ((12, 16, 3), np.float32)
     np.testing.assert_allclose(albedo[on_ball], np.broadcast_to(expected, (on_ball.sum(), 3)))
     np.testing.assert_array_equal(albedo[~on_ball], 0.0)
@@ -202,39 +204,39 @@ def test_what_is_black_or_only_coated_is_no_metal():
     np.testing.assert_array_equal(metallic_fraction(base, lobe), 0.0)
 
 
-def test_specular_albedo_is_kept_by_files(albedo_of, tmp_path):
+def test_specular_reflectance_is_kept_by_files(albedo_of, tmp_path):
     _, result = albedo_of
-    result.save(tmp_path / "image.exr", ["radiance", "specular_albedo"])
+    result.save(tmp_path / "image.exr", ["radiance", "specular_reflectance"])
     loaded = pm.load_result(tmp_path / "image.exr")
-    np.testing.assert_array_equal(loaded.specular_albedo, result.specular_albedo)
-    assert "specular_albedo" not in loaded.errors
+    np.testing.assert_array_equal(loaded.specular_reflectance, result.specular_reflectance)
+    assert "specular_reflectance" not in loaded.errors
 
 
-def test_specular_albedo_has_channels_without_unit(tmp_path):
+def test_specular_reflectance_has_channels_without_unit(tmp_path):
     import OpenImageIO
 
-    result = pm.render(scene_of(COAT), **SETTINGS, buffers=["specular_albedo"])
+    result = pm.render(scene_of(COAT), **SETTINGS, buffers=["specular_reflectance"])
     result.save(tmp_path / "image.exr")
     spec = OpenImageIO.ImageInput.open(str(tmp_path / "image.exr")).spec()
-    assert spec.get_string_attribute("oiio:subimagename") == "specular_albedo"
+    assert spec.get_string_attribute("oiio:subimagename") == "specular_reflectance"
     assert all(name.startswith("T.") for name in spec.channelnames)
     assert "emissiveUnits" not in spec
 
 
-def test_specular_albedo_is_merged_and_estimated():
-    buffers = [*DEFAULT, "specular_albedo"]
+def test_specular_reflectance_is_merged_and_estimated():
+    buffers = [*DEFAULT, "specular_reflectance"]
     runs = [pm.render(scene_of(COAT), **SETTINGS, seed=s, buffers=buffers) for s in (1, 2)]
     merged = pm.merge(runs)
-    np.testing.assert_array_equal(merged.specular_albedo, runs[0].specular_albedo)
+    np.testing.assert_array_equal(merged.specular_reflectance, runs[0].specular_reflectance)
     works = [Work(1000, 3, 500, 10, buffers=kept) for kept in (DEFAULT, buffers)]
     assert works[1].need.arrays - works[0].need.arrays == 1000 * 3 * 4
 
 
-def test_specular_albedo_is_absent_unless_asked_for():
+def test_specular_reflectance_is_absent_unless_asked_for():
     result = pm.render(scene_of(COAT), **SETTINGS)
-    assert "specular_albedo" not in result.buffers
+    assert "specular_reflectance" not in result.buffers
     with pytest.raises(AttributeError, match="was not among the buffers written"):
-        _ = result.specular_albedo
+        _ = result.specular_reflectance
 
 
 def test_textured_gloss_beside_glass_that_absorbs():

@@ -16,7 +16,7 @@ from photonmap.dataset.files.chosen_buffers import held_in
 from photonmap.dataset.files.derived_buffers import as_rgb
 from photonmap.dataset.files.lean import RGB, as_lean, restored
 from photonmap.errors import InputError
-from photonmap.io.exr import read_exr, sort_parts
+from photonmap.io.exr import current_name, read_exr, sort_parts
 from photonmap.io.png import write_png
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.results.preview import as_bytes, with_highlights
@@ -268,7 +268,7 @@ def read_hdf5(path: Path) -> Result:
         with h5py.File(path) as file:
             bands = Bands.from_description(json.loads(file.attrs["bands"]))
             record = json.loads(file.attrs["record"])
-            parts = {name: _as_float32(file[name][()]) for name in file}
+            parts = {current_name(name): _as_float32(file[name][()]) for name in file}
     except (OSError, KeyError, ValueError) as error:
         raise InputError(f"is damaged ({error}); {_AGAIN}", path) from None
     buffers, errors, block_errors = sort_parts(parts)
@@ -280,7 +280,8 @@ def hdf5_halves(path: Path) -> tuple[list[str], list[str]]:
     import h5py
 
     with h5py.File(path) as file:
-        return list(file), [name for name in file if file[name].dtype == np.float16]
+        halves = [current_name(name) for name in file if file[name].dtype == np.float16]
+        return [current_name(name) for name in file], halves
 
 
 def list_files(folder: Path) -> list[str]:

@@ -22,6 +22,7 @@ from photonmap.dataset.files.splits import (
     part_of,
 )
 from photonmap.errors import InputError
+from photonmap.io.exr import current_name
 from photonmap.runtime.wording import listed
 from photonmap.spectra.rgb_spaces import SRGB
 
@@ -66,7 +67,7 @@ class Image(Mapping[str, Array]):
     def chosen(self) -> tuple[str, ...] | None:
         """The buffers that its files hold, as `--buffers` chose them; None for all."""
         names = self.entry.get("buffers")
-        return None if names is None else tuple(names)
+        return None if names is None else tuple(map(current_name, names))
 
     @cached_property
     def result(self) -> Result:

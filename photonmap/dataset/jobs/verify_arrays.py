@@ -16,6 +16,7 @@ from photonmap.dataset.files.inputs import SENSOR, kept_as
 from photonmap.dataset.files.lean import fits_half, restored, to_half
 from photonmap.dataset.files.reader import Image
 from photonmap.errors import InputError
+from photonmap.io.exr import current_name
 from photonmap.results.result import Result
 from photonmap.scene.scene import Scene
 
@@ -31,7 +32,8 @@ def is_full(image: Image) -> bool:
 
 def check_digests(image: Image) -> Iterator[str]:
     """Yield the arrays that are not those that were rendered."""
-    wanted = image.entry.get("arrays", {})
+    digests_then = image.entry.get("arrays", {})
+    wanted = {current_name(name): digest for name, digest in digests_then.items()}
     found = digests(image.result)
     if changed := [name for name, digest in wanted.items() if found.get(name) != digest]:
         yield f"arrays differ from those that were rendered: {', '.join(changed)}"
