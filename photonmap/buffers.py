@@ -28,6 +28,8 @@ of means; as a covariance of means; not at all, as they must agree; by their sum
 say so; or dropped."""
 Omission = Literal["never", "without mirrors, glass or rough surfaces", "where it is 0 everywhere"]
 """When a buffer that was asked for is not written: reading it gives zeros."""
+Scenes = Literal["all", "with gloss", "with gloss, mirrors or glass"]
+"""Of which scenes a render keeps a buffer unless others are asked for."""
 
 UNITS = {"radiance": "W·m⁻²·sr⁻¹", "length": "scene units"}
 """Units of the quantities that have one."""
@@ -50,7 +52,7 @@ class Buffer:
     is_goal : a render may aim at its error; in the order of the kernels' `GOAL_BUFFERS`
     per_light : it may be split by light group
     omitted : when it is not written
-    default : it is kept unless others are asked for
+    kept : of which scenes a render keeps it unless others are asked for
     """
 
     name: str
@@ -64,7 +66,7 @@ class Buffer:
     is_goal: bool = False
     per_light: bool = False
     omitted: Omission = "never"
-    default: bool = True
+    kept: Scenes = "all"
 
     @property
     def is_banded(self) -> bool:
@@ -218,26 +220,26 @@ TABLE = (
         "specular_reflectance",
         "specular reflectance at normal incidence of the material at the pixel's centre: of a "
         "mirror, a glossy surface, a coat or glass; 0 for diffuse surfaces and the background",
-        "reflectance", "first hit", "same", default=False,
+        "reflectance", "first hit", "same", kept="with gloss",
     ),
     Buffer(
         "roughness",
         "roughness of what the material at the pixel's centre reflects: of a glossy surface, "
         "rough glass or a clear coat over a diffuse surface its own, at least 0.0316; 0 for "
         "mirrors, mirror coats and smooth glass, 1 for diffuse surfaces; 0 for the background",
-        "fraction", "first hit", "same", ("Y",), default=False,
+        "fraction", "first hit", "same", ("Y",), kept="with gloss",
     ),
     Buffer(
         "metallic",
         "metallic fraction, as in glTF, of the material at the pixel's centre: 1 for bare metal "
         "and mirrors, 0 for diffuse surfaces below a coat or none, glass and the background",
-        "fraction", "first hit", "same", ("Y",), default=False,
+        "fraction", "first hit", "same", ("Y",), kept="with gloss",
     ),
     Buffer(
         "diffuse_fraction",
         "how much of the light from all around that the material at the pixel's centre reflects "
         "or transmits leaves its diffuse base; 0 for mirrors, glass and the background",
-        "ratio", "first hit", "same", default=False,
+        "ratio", "first hit", "same", kept="with gloss, mirrors or glass",
     ),
     Buffer(
         "scalar_shading",
@@ -287,8 +289,8 @@ ADDED = tuple(row for row in TABLE if row.source == "data set")
 """The rows of the buffers that data sets add."""
 BUFFERS = tuple(row.name for row in RENDERED)
 """Names of all buffers that a render may have."""
-DEFAULT = tuple(row.name for row in RENDERED if row.default)
-"""Names of those that a render keeps unless others are asked for."""
+DEFAULT = tuple(row.name for row in RENDERED if row.kept == "all")
+"""Names of those that a render of any scene keeps unless others are asked for."""
 
 
 def names_where(**wanted: Any) -> tuple[str, ...]:
@@ -358,6 +360,18 @@ def check_buffers(names: Iterable[str] | None) -> None:
         raise InputError("no buffer was chosen")
 
 
+def kept_in(has_gloss: bool, has_specular: bool) -> frozenset[str]:
+    """Return the names of the buffers that a render keeps unless others are asked for.
+
+    Parameters
+    ----------
+    has_gloss : some surfaces of the scene are glossy, or rough glass, or have a coat or a sheen
+    has_specular : some are mirrors or glass
+    """
+    wanted = {"with gloss": has_gloss, "with gloss, mirrors or glass": has_gloss or has_specular}
+    return frozenset(row.name for row in RENDERED if wanted.get(row.kept, True))
+
+
 def with_defaults(names: Iterable[str] | None) -> list[str] | None:
     """Return the buffers to keep in runs that are merged: the default ones and these, or None."""
     return None if names is None else list(dict.fromkeys((*DEFAULT, *names)))
@@ -376,8 +390,8 @@ def as_markdown(rows: Iterable[Buffer] = RENDERED) -> str:
             notes.append(f"not written {row.omitted}")
         if row.per_light:
             notes.append("may be split by light group")
-        if not row.default:
-            notes.append("only on request")
+        if row.kept != "all":
+            notes.append(f"only {row.kept}, or on request")
         cells = (f"`{row.name}`", f"{row.shape} {row.dtype}", row.unit, error, "; ".join(notes))
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)

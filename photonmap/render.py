@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.buffers import in_order
+from photonmap.buffers import DEFAULT, in_order, kept_in
 from photonmap.compile.effects import EffectPlan, leave_out, plan_effects
 from photonmap.compile.lights.probabilities import downweight_hidden
 from photonmap.compile.run_fingerprint import describe_run
@@ -157,6 +157,7 @@ class Setup:
     carried : the same in the spectral columns that passes carry
     plan : the effects that are simulated
     columns : the spectral columns
+    kept : names of the buffers to be kept
     storage : where large arrays lie
     fingerprint : what decides the arrays
     """
@@ -165,6 +166,7 @@ class Setup:
     carried: CompiledScene
     plan: EffectPlan
     columns: SpectralColumns
+    kept: frozenset[str]
     storage: Storage
     fingerprint: dict[str, Any]
 
@@ -221,7 +223,7 @@ def compile_and_plan(scene: Scene, settings: Settings) -> Setup:
     film, bands = settings.film, settings.bands
     faces = sum(len(mesh.faces) for mesh in scene.meshes)
     work = Work(settings.pixels, 1, settings.photons, faces, unbiased=settings.unbiased)
-    work = replace(work, buffers=settings.buffers)
+    work = replace(work, buffers=settings.buffers or DEFAULT)
     check_memory(work.need, settings.memory)
     compiled = compile_scene(scene, bands, film.width / film.height)
     fingerprint = describe_run(compiled, bands, film, settings.deciding)
@@ -230,12 +232,20 @@ def compile_and_plan(scene: Scene, settings: Settings) -> Setup:
     columns = choose_columns(whole, plan.on("band_merging"), settings.per_light)
     carried = carry(whole, columns)
     count = columns.count + settings.per_light * columns.distinct
+    kept = settings.buffers or kept_in(plan.on("glossy"), _has_specular(whole))
     work = replace(work, bands=count, specular=carried.has_residual, per_light=settings.per_light)
+    work = replace(work, buffers=kept)
     storage = check_memory(work.need, settings.memory)
     check_unbiased(settings.unbiased, compiled.specular is not None, carried.specular is not None)
     if not carried.has_residual:
-        refuse_omitted(settings.budget.goal, settings.buffers)
-    return Setup(whole, carried, plan, columns, storage, fingerprint)
+        refuse_omitted(settings.budget.goal, kept)
+    return Setup(whole, carried, plan, columns, kept, storage, fingerprint)
+
+
+def _has_specular(scene: CompiledScene) -> bool:
+    """Return whether a surface is a mirror or glass."""
+    lobes = scene.specular is not None and scene.specular.kind.any()
+    return bool(lobes or scene.is_thin.any())
 
 
 def begin(setup: Setup, settings: Settings, workers: Workers) -> Run:
@@ -313,7 +323,7 @@ def finish(run: Run) -> Images:
 
     Warns where photons were too few to resolve the image, and where it shows nothing.
     """
-    setup, film, kept = run.setup, run.settings.film, run.settings.buffers
+    setup, film, kept = run.setup, run.settings.film, run.setup.kept
     moments, power = run.moments, run.setup.scene.power
     light, errors = moments.finish(power, kept)
     unresolved = moments.whole.unresolved() & (run.integrator.finds_light)
@@ -333,7 +343,7 @@ def _watched(scene: Scene, run: Run) -> Progress:
     settings, watch = run.settings, run.settings.watch
 
     def snapshot(passes: int) -> Result:
-        light, _ = run.moments.finish(run.setup.scene.power, settings.buffers)
+        light, _ = run.moments.finish(run.setup.scene.power, run.setup.kept)
         record = {**describe_setup(scene, run), "passes": passes}
         return Result(_as_images(in_order(light), settings.film), {}, settings.bands, record)
 

@@ -14,7 +14,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from photonmap.buffers import DEFAULT, names_where
+from photonmap.buffers import DEFAULT
 from photonmap.errors import InputError
 from photonmap.film.budget import (
     CEILING,
@@ -258,7 +258,7 @@ class Options:
         metadata=option(
             "keep only these buffers and their standard errors, which takes less memory",
             written="their names, separated by commas",
-            default_text=f"all but {', '.join(names_where(default=False))}",
+            default_text="all; those of gloss only if the scene has some",
             group="files",
             metavar="LIST",
             read=read_list,
@@ -339,7 +339,7 @@ class Settings(Options):
     bands: Bands
     photons: int
     effects: str | frozenset[str]
-    buffers: frozenset[str]
+    buffers: frozenset[str] | None
     checkpoint: Path | None
     progress: Progress
     film: Film
@@ -364,7 +364,6 @@ class Settings(Options):
         film = Film(*values["size"], values["pixel"] == "box")
         defaults = {
             "photons": usual_photons(film.width * film.height),
-            "buffers": frozenset(DEFAULT),
             "progress": CompileNotice(),
         }
         values |= {name: value for name, value in defaults.items() if values[name] is None}
@@ -382,7 +381,7 @@ class Settings(Options):
 
     def describe(self, threads: int) -> dict[str, Any]:
         """Return the arguments for the run record, JSON-able; `threads` is how many there were."""
-        kept = {} if self.buffers == frozenset(DEFAULT) else {"buffers": sorted(self.buffers)}
+        kept = {} if self.buffers in (None, {*DEFAULT}) else {"buffers": sorted(self.buffers or ())}
         return {
             "size": [self.film.width, self.film.height],
             "budget": self.budget.describe(),

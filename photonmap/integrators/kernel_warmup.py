@@ -17,6 +17,7 @@ from typing import Any
 import numba
 import numpy as np
 
+from photonmap.buffers import BUFFERS
 from photonmap.compile.camera import has_optics
 from photonmap.compile.lights.light_tree import FEW
 from photonmap.compile.scene_arrays import CompiledScene, compile_scene
@@ -138,7 +139,7 @@ def _call_around(small: Scene, bands: Bands, workers: Workers, method: str) -> N
     moments.finish(1.0)
     key = setup.key(0, Domain.LIGHT_VISIBILITY)
     warn_of_hidden_lights(setup.compiled, setup.view, key)
-    first_hit_buffers(setup.compiled, _FILM, workers)
+    first_hit_buffers(setup.compiled, _FILM, workers, BUFFERS)
 
 
 @contextmanager

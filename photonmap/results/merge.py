@@ -37,7 +37,7 @@ POOLED = names_where(pooling="mean", has_error=True)
 """Buffers that are means over passes, with standard errors."""
 SAME = names_where(pooling="same")
 """Buffers that depend on the scene alone."""
-REQUIRED = names_where(default=True, omitted="never")
+REQUIRED = names_where(kept="all", omitted="never")
 """Buffers without which a result cannot be merged."""
 
 

@@ -12,6 +12,8 @@ import photonmap as pm
 from photonmap.buffers import DEFAULT
 
 SMALL = {"bands": 3, "size": (16, 12), "passes": 4, "photons": 2000, "threads": 2, "seed": 11}
+SMALL["buffers"] = DEFAULT
+"""The buffers that every scene has; `tests/results/test_buffers.py` is about those of gloss"""
 GREY = pm.Material("grey", 0.5)
 
 

@@ -23,11 +23,14 @@ from photonmap.buffers import (
     with_defaults,
 )
 from photonmap.compile.scene_arrays import compile_scene
+from photonmap.dataset.files.chosen_buffers import rendered_for
 from photonmap.dataset.files.derived_buffers import with_derived
 from photonmap.integrators import first_hits
 from photonmap.integrators.memory_estimate import Work
 from photonmap.io.readers.metallic import metallic_fraction, metallic_gloss
 from photonmap.kernels.film.moments import GOAL_BUFFERS, Moments, SpecularMoments
+from photonmap.render import compile_and_plan
+from photonmap.settings import Options, Settings
 from photonmap.spectra.bands import Bands
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -232,7 +235,60 @@ def test_specular_reflectance_is_merged_and_estimated():
     assert works[1].need.arrays - works[0].need.arrays == 1000 * 3 * 4
 
 
-def test_specular_reflectance_is_absent_unless_asked_for():
+OF_GLOSS = ["specular_reflectance", "roughness", "metallic", "diffuse_fraction"]
+
+
+@pytest.mark.parametrize(
+    ("material", "kept"),
+    [
+        (pm.Material("dull", 0.5), []),
+        (pm.Material("rough", 0.5, diffuse_roughness=0.5), []),
+        (COAT, ["diffuse_fraction"]),
+        (GLASS, ["diffuse_fraction"]),
+        (pm.Material.pane(), ["diffuse_fraction"]),
+        (pm.Material.plastic(), OF_GLOSS),
+        (pm.Material.metal(roughness=0.1), OF_GLOSS),
+        (pm.Material.glass(roughness=0.3), OF_GLOSS),
+        (pm.Material("varnish", 0.5, coat=1.0), OF_GLOSS),
+        (pm.Material("velvet", 0.5, sheen=0.8), OF_GLOSS),
+    ],
+    ids=lambda value: getattr(value, "name", None),
+)
+def test_buffers_of_gloss_are_there_where_the_scene_calls_for_them(material, kept):
+    setup = compile_and_plan(scene_of(material), Settings.of(Options(**SETTINGS)))
+    assert setup.kept == {*DEFAULT, *kept}
+    setup = compile_and_plan(
+        scene_of(material), Settings.of(Options(**SETTINGS, buffers=["radiance"]))
+    )
+    assert setup.kept == {"radiance"}
+
+
+def test_what_is_left_out_calls_for_nothing():
+    options = Options(**SETTINGS, effects="emission,direct,indirect,specular")
+    plastic = compile_and_plan(scene_of(pm.Material.plastic()), Settings.of(options))
+    assert plastic.kept == {*DEFAULT}
+    everything = Options(**SETTINGS, effects="all")
+    dull = compile_and_plan(scene_of(pm.Material("dull", 0.5)), Settings.of(everything))
+    assert dull.kept == {*DEFAULT}
+
+
+def test_renders_of_gloss_have_them_and_are_merged(tmp_path):
+    runs = [pm.render(scene_of(pm.Material.plastic()), **SETTINGS, seed=s) for s in (1, 2)]
+    assert "buffers" not in runs[0].record["arguments"]
+    asked = pm.render(scene_of(pm.Material.plastic()), **SETTINGS, seed=1, buffers=BUFFERS)
+    merged = pm.merge(runs)
+    merged.save_exr(tmp_path / "image.exr")
+    for result in (merged, pm.load_result(tmp_path / "image.exr")):
+        for name in OF_GLOSS:
+            np.testing.assert_array_equal(result[name], asked[name])
+
+
+def test_data_sets_hold_them_on_request():
+    assert rendered_for(None) == [*DEFAULT]
+    assert rendered_for(["radiance", "roughness"]) == [*DEFAULT, "roughness"]
+
+
+def test_specular_reflectance_is_absent_without_gloss():
     result = pm.render(scene_of(COAT), **SETTINGS)
     assert "specular_reflectance" not in result.buffers
     with pytest.raises(AttributeError, match="was not among the buffers written"):

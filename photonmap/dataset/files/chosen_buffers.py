@@ -53,10 +53,14 @@ def _refuse_without(names: Sequence[str], needed: Sequence[str], what: str) -> N
         raise InputError(f"buffers lack {', '.join(missing)}, which {what} need; add to --buffers")
 
 
-def rendered_for(chosen: Collection[str] | None) -> list[str] | None:
-    """Return the buffers that a render has to keep for files of these; None for its usual ones."""
+def rendered_for(chosen: Collection[str] | None) -> list[str]:
+    """Return the buffers that a render has to keep for files of these; None for the usual ones.
+
+    Those that renders keep of some scenes alone are not among the usual ones, so that all images of
+    a set hold the same.
+    """
     further = [name for name in chosen or () if name in BUFFERS and name not in DEFAULT]
-    return [*DEFAULT, *further] if further else None
+    return [*DEFAULT, *further]
 
 
 def held_in(result: Result, chosen: Collection[str] | None) -> Result:
