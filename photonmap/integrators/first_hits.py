@@ -16,7 +16,6 @@ from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.compile.surfaces.glossy import mean_albedo
 from photonmap.integrators.base import TILE
 from photonmap.integrators.seen_surfaces import Coat, Sheen, Specularity, Surfaces
-from photonmap.io.readers.metallic import metallic_fraction
 from photonmap.kernels.core.lobe_records import Coats
 from photonmap.kernels.core.passes import Film, Span, View
 from photonmap.kernels.core.records import GLASS, METAL, MIRROR, Scattering, Specular
@@ -29,6 +28,7 @@ from photonmap.kernels.integrators.first_hits import (
 )
 from photonmap.runtime.storage import RAM, Storage, strips
 from photonmap.runtime.workers import Workers
+from photonmap.scene.surfaces.metallic import metallic_fraction
 
 Array = NDArray[Any]
 

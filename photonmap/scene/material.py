@@ -8,7 +8,6 @@ from typing import Annotated
 
 import numpy as np
 
-from photonmap.errors import naming
 from photonmap.scene.parameters import (
     Emission,
     Flag,
@@ -19,6 +18,8 @@ from photonmap.scene.parameters import (
 )
 from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
 from photonmap.scene.surfaces.dispersion import LINES, Cauchy, NamedGlass, Sellmeier, abbe_number
+from photonmap.scene.surfaces.metallic import normal_reflectance as normal_reflectance
+from photonmap.scene.surfaces.presets import Presets
 from photonmap.scene.surfaces.relief import BumpMap, NoRelief, NormalMap
 from photonmap.scene.textures import Paint, Texture, is_black, mean_number
 from photonmap.spectra.curves import Color, Spectrum
@@ -34,13 +35,8 @@ BESIDE_GLASS = ("reflectance", "glossy", "glossy_edge")
 """Attributes of opaque surfaces that those have, too, which are glass in part"""
 
 
-def normal_reflectance(index: float) -> float:
-    """Return what a surface of this index of refraction reflects at normal incidence (Fresnel)."""
-    return ((index - 1.0) / (index + 1.0)) ** 2
-
-
 @dataclass(frozen=True)
-class Material:
+class Material(Presets):
     """A surface, the same on both sides, that may also emit from its front.
 
     It reflects diffusely, like a mirror, or both; with an index of refraction it is glass, smooth
@@ -103,7 +99,7 @@ class Material:
     A colour is a number (a constant spectrum), a linear RGB triple, or a `Spectrum`; reflectance,
     emission, alpha, glossy, roughness, coat, coat_roughness, sheen, tint and transmission may be a
     `Texture`. Annotations declare ranges and the keys of TOML and MTL files, which checks, readers
-    and writers follow (`photonmap.scene.parameters`).
+    and writers follow (`photonmap.scene.parameters`). `Presets` has methods for usual materials.
     """
 
     name: str = "grey"
@@ -356,42 +352,3 @@ class Material:
         if self.diffuse_roughness == 0.0:
             return None
         return "rough diffuse", (self.diffuse_roughness,)
-
-    @classmethod
-    def polished(cls, name: str = "mirror", mirror: Color = 1.0) -> Material:
-        """Return a perfect mirror of this reflectance."""
-        return cls(name, 0.0, mirror=mirror)
-
-    @classmethod
-    def metal(
-        cls, name: str = "metal", glossy: Paint = 0.9, roughness: float | Texture = 0.3
-    ) -> Material:
-        """Return a rough metal of this reflectance at normal incidence."""
-        return cls(name, 0.0, glossy=glossy, roughness=roughness)
-
-    @classmethod
-    def plastic(
-        cls,
-        name: str = "plastic",
-        reflectance: Paint = 0.5,
-        ior: float = 1.5,
-        roughness: float | Texture = 0.3,
-    ) -> Material:
-        """Return a diffuse base below a rough coat of this index of refraction, at least 1."""
-        with naming(f"material {name!r}: ior"):
-            ior = parameters_of(cls)["coat_ior"].check(ior)
-        return cls(name, reflectance, glossy=normal_reflectance(ior), roughness=roughness)
-
-    @classmethod
-    def glass(
-        cls, name: str = "glass", ior: float = 1.5, tint: Color = 1.0, roughness: float = 0.0
-    ) -> Material:
-        """Return glass, smooth or rough."""
-        return cls(name, 0.0, ior=ior, tint=tint, roughness=roughness)
-
-    @classmethod
-    def pane(
-        cls, name: str = "pane", ior: float = 1.5, tint: Color = 1.0, roughness: float = 0.0
-    ) -> Material:
-        """Return thin glass, smooth or frosted."""
-        return cls(name, 0.0, ior=ior, tint=tint, roughness=roughness, thin=True)

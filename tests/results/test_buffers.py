@@ -27,9 +27,9 @@ from photonmap.dataset.files.chosen_buffers import rendered_for
 from photonmap.dataset.files.derived_buffers import with_derived
 from photonmap.integrators import first_hits
 from photonmap.integrators.memory_estimate import Work
-from photonmap.io.readers.metallic import metallic_fraction, metallic_gloss
 from photonmap.kernels.film.moments import GOAL_BUFFERS, Moments, SpecularMoments
 from photonmap.render import compile_and_plan
+from photonmap.scene.surfaces.metallic import metallic_fraction, metallic_gloss
 from photonmap.settings import Options, Settings
 from photonmap.spectra.bands import Bands
 

@@ -10,17 +10,18 @@ from photonmap.errors import InputError
 from photonmap.io.readers.decoding import SHEEN, Losses
 from photonmap.io.readers.gltf_parts.source import METALLIC_TEXTURE, WHITE, Factors, Source, Tint
 from photonmap.io.readers.gltf_parts.textures import Textures, find_placement
-from photonmap.io.readers.metallic import (
+from photonmap.io.readers.registry import GREY
+from photonmap.runtime.wording import shown
+from photonmap.scene.images import Channels
+from photonmap.scene.material import Material
+from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
+from photonmap.scene.surfaces.metallic import (
     USUAL_INDEX,
     Gloss,
     metallic_gloss,
     multiplied,
+    normal_reflectance,
 )
-from photonmap.io.readers.registry import GREY
-from photonmap.runtime.wording import shown
-from photonmap.scene.images import Channels
-from photonmap.scene.material import Material, normal_reflectance
-from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
 from photonmap.scene.surfaces.relief import STEEPEST, NoRelief, NormalMap
 from photonmap.scene.textures import Paint, Texture, Triple, lie_alike, mean_number
 

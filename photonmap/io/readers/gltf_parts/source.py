@@ -9,9 +9,9 @@ from typing import Any
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Losses, note_loss
 from photonmap.io.readers.gltf_parts.textures import Textures, find_placement
-from photonmap.io.readers.metallic import is_even
 from photonmap.runtime.wording import shown
 from photonmap.scene.images import Channels, Image
+from photonmap.scene.surfaces.metallic import is_even
 from photonmap.scene.textures import Texture, Triple, mean_number
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
 

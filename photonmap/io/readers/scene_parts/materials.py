@@ -7,19 +7,17 @@ from pathlib import Path
 from typing import Any
 
 from photonmap.errors import InputError, naming, warn
-from photonmap.io.readers.metallic import USUAL_COAT, metallic_gloss
 from photonmap.io.readers.toml import Toml, parse_value
 from photonmap.scene.material import BESIDE_GLASS, Material
 from photonmap.scene.mesh import Mesh
-from photonmap.scene.parameters import Colored, Number, Part, parameters_of
+from photonmap.scene.parameters import Colored, Part, parameters_of
+from photonmap.scene.surfaces.metallic import FRACTION, USUAL_COAT, metallic_gloss
 from photonmap.scene.surfaces.relative_index import StrandedIndexError, check_relative_indices
-from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Paint, Texture
 
 SECTION = "material"
 _METALLIC = "metallic"
 """Key of what becomes a base and a lobe, as glTF has it"""
-_FRACTION = Number("metallic fraction", textured=True, at_least=0.0, at_most=1.0)
 _BLACK = (0.0, (0.0, 0.0, 0.0))
 
 
@@ -107,7 +105,7 @@ def _change(material: Material, toml: Toml) -> Material:
             raise toml.error(f"{label} {key}: {problem}", *at, key)
     if _METALLIC in section:
         with naming(f"{label} {_METALLIC}", toml.path, toml.line(*at, _METALLIC)):
-            share = parse_value(_FRACTION, section[_METALLIC], toml.path.parent)
+            share = parse_value(FRACTION, section[_METALLIC], toml.path.parent)
             changed = _partly_metal(changed, share, given.get("glossy", USUAL_COAT))
     for key in ("roughness", "anisotropy"):
         if given.get(key, 0.0) != 0.0 and not changed.is_glossy and changed.ior is None:
@@ -121,8 +119,6 @@ def _partly_metal(material: Material, share: float | Texture, coat: Paint) -> Ma
     """Return a material of which a share is metal of its reflectance, and the rest has a coat."""
     if material.ior is not None:
         raise InputError("glass has none; leave out metallic or ior")
-    if isinstance(material.reflectance, SpectralTexture):
-        raise InputError("a reflectance of many spectra has none; give glossy in place of it")
     gloss = metallic_gloss(material.reflectance, share, coat, material.roughness)
     return replace(material, **gloss._asdict(), glossy_edge=None)
 

@@ -7,11 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from photonmap.io.readers.metallic import USUAL_INDEX, Gloss, as_triple, metallic_gloss
 from photonmap.io.readers.wavefront.draft import Draft, matters
 from photonmap.kernels.core.color import LUMINANCE
-from photonmap.scene.material import normal_reflectance
 from photonmap.scene.parameters import Number
+from photonmap.scene.surfaces.metallic import (
+    USUAL_INDEX,
+    Gloss,
+    as_triple,
+    metallic_gloss,
+    normal_reflectance,
+)
 from photonmap.scene.textures import Paint, Texture, is_black, lie_alike
 from photonmap.spectra.curves import Spectrum
 

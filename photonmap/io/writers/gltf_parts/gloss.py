@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.io.readers.metallic import USUAL_COAT, as_triple, metallic_fraction
 from photonmap.io.writers.gltf_parts.draft import Draft
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.material import Material
+from photonmap.scene.surfaces.metallic import USUAL_COAT, as_triple, metallic_fraction
 from photonmap.scene.textures import Texture, lie_alike, mean_color, mean_number, resized
 
 _APART = "textures of gloss that lie otherwise than another one become their mean"

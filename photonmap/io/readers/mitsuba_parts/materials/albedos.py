@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.scene.material import normal_reflectance
+from photonmap.scene.surfaces.metallic import normal_reflectance
 from photonmap.spectra.metals import dip_between
 
 Floats = NDArray[np.float64]

@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 
 from photonmap.io.readers.decoding import SHEEN
-from photonmap.io.readers.metallic import metallic_gloss, stretched
 from photonmap.io.readers.mitsuba_parts.colors import as_rgb, combined
 from photonmap.io.readers.mitsuba_parts.context import Context
 from photonmap.io.readers.mitsuba_parts.materials.albedos import (
@@ -30,7 +29,8 @@ from photonmap.io.readers.mitsuba_parts.textures import (
 )
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.runtime.wording import shown
-from photonmap.scene.material import Material, normal_reflectance
+from photonmap.scene.material import Material
+from photonmap.scene.surfaces.metallic import metallic_gloss, normal_reflectance
 from photonmap.scene.surfaces.relief import BumpMap, NormalMap
 from photonmap.scene.textures import Paint, Texture, lie_alike, mean_color, mean_number
 
@@ -138,7 +138,7 @@ def _stretch(context: Context, node: Node) -> Look:
     if not 0.0 <= min(along, across) <= max(along, across) <= 1.0:
         context.lose("anisotropy with an alpha above 1", node)
         return {}
-    return {**stretched(along, across)}
+    return {**_stretched(along, across)}
 
 
 def _roughness_map(context: Context, node: Node) -> float | Texture:
@@ -263,7 +263,7 @@ def _brush(context: Context, node: Node, roughness: float | Texture) -> Look:
         context.lose("anisotropy with a texture of roughness", node)
         return {}
     alpha, aspect = roughness**2, (1.0 - 0.9 * anisotropic) ** 0.5
-    return {**stretched(min(alpha / aspect, 1.0), alpha * aspect)}
+    return {**_stretched(min(alpha / aspect, 1.0), alpha * aspect)}
 
 
 def _clear_coat(context: Context, node: Node) -> Look:
@@ -372,3 +372,11 @@ _TYPES: dict[str, Callable[[Bsdfs, Node], Look]] = {
     "blendbsdf": _blend,
     "null": _null,
 }
+
+
+def _stretched(along: float, across: float) -> dict[str, float]:
+    """Return roughness and anisotropy of a lobe of these α, within [0, 1], where u and v rise."""
+    low, high = sorted((along, across))
+    strength = ((high - low) / max(1.0 - low, 1e-30)) ** 0.5
+    look = {"roughness": low**0.5, "anisotropy": strength}
+    return look | {"anisotropy_rotation": 0.25} if along < across else look

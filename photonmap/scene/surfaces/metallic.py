@@ -9,17 +9,27 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.errors import InputError
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.images import Image
-from photonmap.scene.material import normal_reflectance
+from photonmap.scene.parameters import Number
+from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Paint, Texture, Triple, lie_alike, mean_number, resized
 from photonmap.spectra.curves import Color, Spectrum
 from photonmap.spectra.observer import reflectance_to_rgb
+
+
+def normal_reflectance(index: float) -> float:
+    """Return what a surface of this index of refraction reflects at normal incidence (Fresnel)."""
+    return ((index - 1.0) / (index + 1.0)) ** 2
+
 
 USUAL_INDEX = 1.5
 """Index of refraction of a coat for which none is given"""
 USUAL_COAT = normal_reflectance(USUAL_INDEX)
 """What such a coat reflects at normal incidence"""
+FRACTION = Number("metallic fraction", textured=True, at_least=0.0, at_most=1.0)
+"""Which part of a surface is metal"""
 _WHITE = Image(np.ones((1, 1, 3), np.float32), False)
 
 
@@ -59,7 +69,13 @@ def metallic_gloss(
         mean
     coat : reflectance of the coat at normal incidence; a texture lies like that of the base
     roughness : of both
+
+    Raises
+    ------
+    InputError : the base has a spectrum in every texel
     """
+    if isinstance(base, SpectralTexture):
+        raise InputError("a reflectance of many spectra has none; give glossy in place of it")
     if isinstance(metallic, Texture) and (is_even(metallic) or not lie_alike(base, metallic)):
         metallic = mean_number(metallic)
     if metallic == 0.0:
@@ -88,14 +104,6 @@ def _even_gloss(base: Color, metallic: float, coat: Color) -> tuple[Color, Color
         red, green, blue = (metallic * a + (1.0 - metallic) * b for a, b in pairs)
         glossy = red, green, blue
     return _blend(base, 1.0 - metallic, 0.0), glossy
-
-
-def stretched(along: float, across: float) -> dict[str, float]:
-    """Return roughness and anisotropy of a lobe of these α, within [0, 1], where u and v rise."""
-    low, high = sorted((along, across))
-    strength = ((high - low) / max(1.0 - low, 1e-30)) ** 0.5
-    look = {"roughness": low**0.5, "anisotropy": strength}
-    return look | {"anisotropy_rotation": 0.25} if along < across else look
 
 
 def is_even(texture: Texture) -> bool:
