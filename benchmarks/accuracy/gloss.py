@@ -65,10 +65,10 @@ def _columns() -> list[str]:
 
 def _choose(names: tuple[str, ...]) -> tuple[str, ...]:
     """Return the scenes that are asked for, by the beginnings of their names."""
-    found = [name for name in SCENES if not names or name.startswith(names)]
-    if not found:
-        raise SystemExit(f"there is no such scene; choose from {'; '.join(SCENES)}")
-    return tuple(found)
+    for name in names:
+        if not any(scene.startswith(name) for scene in SCENES):
+            raise SystemExit(f"there is no scene {name!r}; choose from {', '.join(SCENES)}")
+    return tuple(scene for scene in SCENES if not names or scene.startswith(names))
 
 
 def _compare(
@@ -118,7 +118,7 @@ def _share(result: Any, reference: Any, name: str) -> float:
 def _notes(options: Options) -> list[str]:
     return [
         f"{options.threads} threads; without loading and compiling; copper, and plastic of index"
-        " 1.5, read from Mitsuba's own file",
+        " 1.5, of the α of GGX in their names, read from Mitsuba's own file",
         "Mitsuba loses light that facets scatter several times: photonmap reads its surfaces with"
         " the reflectance by which they reflect as much light from all around, so that means are"
         " comparable, but not pixels",

@@ -57,12 +57,12 @@ LENS = '<float name="aperture_radius" value="0.08"/><float name="focus_distance"
 PAINTED = {"right": "green", "left": "red"}
 
 SCENES = {
-    "metal, α 0.05": {"large box": METAL.format(alpha=0.05)},
-    "metal, α 0.2": {"large box": METAL.format(alpha=0.2)},
-    "metal, α 0.5": {"large box": METAL.format(alpha=0.5)},
-    "floor, α 0.1": {"floor": PLASTIC.format(alpha=0.1)},
+    "metal-0.05": {"large box": METAL.format(alpha=0.05)},
+    "metal-0.2": {"large box": METAL.format(alpha=0.2)},
+    "metal-0.5": {"large box": METAL.format(alpha=0.5)},
+    "floor-0.1": {"floor": PLASTIC.format(alpha=0.1)},
 }
-"""What surfaces have in place of paint, by name."""
+"""What surfaces have in place of paint, by name: what is glossy, and its α."""
 MATTER = {
     "rough plastic": {"large box": PLASTIC.format(alpha=0.1)},
     "principled": {"large box": PRINCIPLED.format(metallic=0.0)},

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import photonmap as pm
+from benchmarks.accuracy import gloss
 from benchmarks.accuracy.gloss_scenes import MATTER, SCENES, write_scene
 from benchmarks.accuracy.mitsuba_export import export_scene
 from benchmarks.accuracy.room_scenes import scenes
@@ -38,6 +39,16 @@ def test_scenes_go_over_whole(tmp_path, name):
 def test_files_are_read_without_loss(tmp_path, name):
     """What photonmap warns of would not be compared."""
     assert pm.load_scene(write_scene(name, SIZE, tmp_path)).meshes
+
+
+def test_scenes_of_gloss_are_chosen_one_by_one():
+    for name in SCENES:
+        assert gloss._choose((name,)) == (name,)
+        assert "," not in name
+    assert gloss._choose(()) == tuple(SCENES)
+    assert gloss._choose(("floor", "metal-0.2")) == ("metal-0.2", "floor-0.1")
+    with pytest.raises(SystemExit, match="there is no scene 'flor'; choose from"):
+        gloss._choose(("metal", "flor"))
 
 
 def _triangles(node):
