@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.buffers import row_of
+from photonmap.buffers import names_where, row_of
 from photonmap.io.exr import Projector
 from photonmap.results.files import Preview
 from photonmap.results.preview import as_bytes, choose_exposure
@@ -226,6 +226,12 @@ class Colors:
         return _project_lines(image, matrix.T)
 
     def _missing(self, name: str) -> str:
+        absent = set(names_where(kept="all", omitted="never")) - {*self.buffers}
+        if absent == {name} == {"distance"}:
+            return (
+                "'distance' is not here: this was written before it was told apart from 'depth', "
+                "which holds the distance along the camera's ray"
+            )
         return f"{name!r} was not among the buffers written, which are {listed(self.buffers, 99)}"
 
 

@@ -38,8 +38,7 @@ def rewrite(path, names=BEFORE, without=()):
 
 @pytest.fixture(scope="module")
 def result():
-    buffers = [name for name in BUFFERS if name != "unresolved"]
-    return pm.render(pm.scenes.cornell_balls(), buffers=buffers, **SETTINGS)
+    return pm.render(pm.scenes.cornell_balls(), buffers=BUFFERS, **SETTINGS)
 
 
 @pytest.fixture
@@ -82,3 +81,23 @@ def test_so_are_those_of_data_sets(result, file, tmp_path):
 def test_former_names_lead_to_the_new_ones(name):
     with pytest.raises(pm.InputError, match=f"did you mean '{current_name(name)}'"):
         check_buffers([name])
+
+
+def test_depth_was_the_distance_before_it_had_a_buffer_of_its_own(result, file):
+    rewrite(file, without=["distance"])
+    loaded = pm.load_result(file)
+    assert "distance" not in loaded.buffers
+    for name in ("radiance", "depth", "normal"):
+        np.testing.assert_array_equal(loaded[name], result[name])
+    reason = "^'distance' is not here: this was written before .* from 'depth', which holds the dis"
+    with pytest.raises(AttributeError, match=reason) as raised:
+        _ = loaded.distance
+    assert "\n" not in str(raised.value)
+    with pytest.raises(pm.InputError, match=reason):
+        loaded.select(["distance"])
+    with pytest.raises(AttributeError, match="'distance' was not among the buffers written"):
+        _ = loaded.select(["radiance", "depth"]).distance
+    frame = "images/scene_cam_00_geometry_hdf5/frame.0000.depth_meters.hdf5"
+    images = image_files.hypersim_images(loaded, loaded.buffers)
+    np.testing.assert_array_equal(images[frame], loaded.depth)
+    assert "distance" not in Parts(file)

@@ -171,7 +171,7 @@ def hypersim_images(result: Result, rgb: Mapping[str, NDArray[Any]]) -> dict[str
 
     There, color = diffuse_reflectance × diffuse_illumination + residual, so emission is part of the
     residual. `depth_meters` is the distance from the camera, 0 for the background, whose
-    `render_entity_id` is −1.
+    `render_entity_id` is −1. Of files from before the two were told apart, depth is the distance.
     """
     ids = result.object_id
     places = {
@@ -182,7 +182,7 @@ def hypersim_images(result: Result, rgb: Mapping[str, NDArray[Any]]) -> dict[str
             "residual": rgb["radiance"] - rgb["reflectance"] * rgb["shading"],
         },
         _GEOMETRY: {
-            "depth_meters": result.distance,
+            "depth_meters": result.distance if "distance" in result.buffers else result.depth,
             "normal_world": result.normal,
             "render_entity_id": np.where(ids > 0, ids.astype(np.int32), np.int32(-1)),
         },
