@@ -1,6 +1,7 @@
 """Files that earlier versions wrote: buffers that had other names, or were not there yet."""
 
 from contextlib import closing
+from types import SimpleNamespace
 
 import numpy as np
 import OpenImageIO
@@ -11,6 +12,7 @@ from photonmap.buffers import BUFFERS, check_buffers
 from photonmap.dataset.files import image_files
 from photonmap.dataset.files.parts import Parts
 from photonmap.dataset.files.reader import Image
+from photonmap.dataset.jobs.verify_arrays import check_digests
 from photonmap.io.exr import FORMER_NAMES, current_name, list_parts
 from photonmap.viewer.page import load_for_page
 
@@ -75,6 +77,15 @@ def test_so_are_those_of_data_sets(result, file, tmp_path):
     assert halves == ["specular_reflectance"]
     entry = {"name": "jug", "buffers": ["radiance", "specular_albedo"]}
     assert Image(tmp_path, entry).chosen == ("radiance", "specular_reflectance")
+
+
+@pytest.mark.parametrize(("times", "faults"), [(1.0, 0), (0.5, 1)])
+def test_digests_by_former_names_are_checked(result, times, faults):
+    seen = result.select(["specular_reflectance"])
+    seen.buffers["specular_reflectance"] = times * seen.specular_reflectance
+    digest = image_files.digests(result)["specular_reflectance"]
+    image = SimpleNamespace(entry={"arrays": {"specular_albedo": digest}}, result=seen)
+    assert len([*check_digests(image)]) == faults
 
 
 @pytest.mark.parametrize("name", FORMER_NAMES)
