@@ -82,14 +82,17 @@ def lobe_at(geometry, coats, maps, hit):
     roughness = min(look_up_number(maps.maps, maps.coat_roughness[material], s, t), 1.0)
     alpha, place = max(roughness * roughness, maps.least), roughness * (maps.steps - 1)
     step = min(int(place), maps.steps - 2)
-    lobe = _lobe(coats, material, alpha, np.int64(maps.first + step), place - step)
+    lobe = _lobe(coats, material, alpha, np.int64(coats.stepped[material] + step), place - step)
     return lobe, np.int64(first + (1 + step) * coats.steps[material])
 
 
 @jit
 def _lobe(coats, material, alpha, row, between):
     f0, nothing = coats.f0[material], (0.0, 0.0, 0.0)
-    return glossy.Lobe(material, alpha, f0, 0.0, row, between, False, nothing, alpha, nothing, 0)
+    curve = coats.refraction[material], coats.mean_rise[material]
+    return glossy.Lobe(
+        material, alpha, f0, 0.0, row, between, False, nothing, alpha, nothing, 0, curve
+    )
 
 
 @jit
@@ -181,7 +184,7 @@ def cover_at(scattering, base, coat, wi, wo, n):
     wi, wo = _above(wi, normal), _above(wo, normal)
     cos_i, cos_o = vec.dot(wi, normal), vec.dot(wo, normal)
     found = glossy.between(scattering, None, coats.maps, None, lobe, wi, wo, normal)
-    multiple = glossy.multiple_fresnel(lobe.f0, 0.0, found.mean[0])
+    multiple = glossy.multiple_fresnel(lobe, lobe.f0, 0.0, found.mean[0])
     own = glossy.reflected(found, lobe.f0, 0.0, multiple) * tilt
     at_i, at_o = _albedo(lobe, multiple, found.incoming), _albedo(lobe, multiple, found.outgoing)
     mean, share = _albedo(lobe, multiple, found.mean), _metallic_share(coats, base)

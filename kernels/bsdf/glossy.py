@@ -1,15 +1,15 @@
 """Glossy surfaces: a GGX lobe over a diffuse base, which it covers like a coat.
 
-The lobe is Trowbridge and Reitz' distribution with Smith's height-correlated masking, Schlick's
-Fresnel reflectance, of metals less a dip (see `core.fresnel`), and what is scattered several times
-between microfacets (C. Kulla and A. Conty, "Revisiting physically based shading at Imageworks",
-SIGGRAPH 2017 course). The base gets what the lobe does not reflect, each time light passes it, so
-that a white base reflects all light whatever covers it. The BSDF is reciprocal.
+The lobe is Trowbridge and Reitz' distribution with Smith's height-correlated masking, a Fresnel
+reflectance (`core.fresnel`), and what is scattered several times between microfacets (C. Kulla and
+A. Conty, "Revisiting physically based shading at Imageworks", SIGGRAPH 2017 course). The base gets
+what the lobe does not reflect, each time light passes it, so that a white base reflects all light
+whatever covers it. The BSDF is reciprocal.
 
-`parameters` are α, and the means over bands of the reflectance at normal incidence and of the
-base's albedo, by which one of the two is chosen for a sample. Where textures give them, they are
-looked up for each point: `maps`, an argument of its own, is None in scenes without such textures.
-Facets may differ along the surface: see `facets`.
+`parameters` are α, the means over bands of the reflectance at normal incidence and of the base's
+albedo, by which one of the two is chosen for a sample, and the lobe's `curve`. Where textures give
+them, they are looked up for each point: `maps`, an argument of its own, is None in scenes without
+such textures. Facets may differ along the surface: see `facets`.
 """
 
 import math
@@ -21,14 +21,12 @@ from photonmap.kernels.bsdf import facets
 from photonmap.kernels.bsdf.cover import covered, own_of
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import mix
-from photonmap.kernels.core.fresnel import dip_term
+from photonmap.kernels.core.fresnel import dip_term, rise
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.geometry.texture import coordinates, look_up, look_up_number
 
-SCHLICK_MEAN = 1.0 / 21.0
-"""Cosine-weighted mean of (1 - cos)⁵."""
 DIP_MEAN = 1.0 / 126.0
-"""Likewise of cos (1 - cos)⁶."""
+"""Cosine-weighted mean of cos (1 - cos)⁶."""
 TINY = 1e-12
 
 
@@ -56,6 +54,8 @@ class Lobe(NamedTuple):
     """see `facets`"""
     azimuths: int
     """row of `Scattering.albedos` where those of azimuths begin"""
+    curve: tuple
+    """index of refraction, 0 for Schlick's formula, and the cosine-weighted mean of `rise`"""
 
 
 class Reflection(NamedTuple):
@@ -63,14 +63,14 @@ class Reflection(NamedTuple):
 
     once: float
     """what facets reflect once, per steradian, for a reflectance of 1"""
-    schlick: float
-    """(1 - cos)⁵ at the facets"""
+    rise: float
+    """`rise` at the facets"""
     dip: float
     """cos (1 - cos)⁶ at the facets"""
     missing: float
     """what is reflected several times, likewise"""
     incoming: tuple
-    """albedos of light from wi, at Fresnel terms 1, (1 - cos)⁵ and cos (1 - cos)⁶"""
+    """albedos of light from wi, at Fresnel terms 1, `rise` and cos (1 - cos)⁶"""
     outgoing: tuple
     """likewise from wo"""
     mean: tuple
@@ -83,13 +83,16 @@ def lobe_at(geometry, scattering, maps, hit):
     material = geometry.material[hit.triangle]
     parameters = scattering.parameters[material]
     alpha, f0, base = parameters[0], parameters[1], parameters[2]
+    curve = parameters[3], parameters[4]
     color, anisotropy = (0.0, 0.0, 0.0), scattering.anisotropy
     if maps is None:
         brush = facets.brush_of(anisotropy, material)
         tangent = facets.tangent_of(geometry, anisotropy, brush, hit)
         along = alpha + (1.0 - alpha) * brush.stretch
         row, azimuths = brush.mean, brush.azimuths
-        return Lobe(material, alpha, f0, base, row, 0.0, False, color, along, tangent, azimuths)
+        return Lobe(
+            material, alpha, f0, base, row, 0.0, False, color, along, tangent, azimuths, curve
+        )
     s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
     brush = facets.brush_at(anisotropy, maps, material, s, t)
     row, between = brush.mean, brush.between
@@ -98,7 +101,7 @@ def lobe_at(geometry, scattering, maps, hit):
         alpha = max(roughness * roughness, maps.least)
         place = roughness * (maps.steps - 1)
         step = min(int(place), maps.steps - 2)
-        row, between = np.int64(maps.first + step), place - step
+        row, between = np.int64(maps.first[material] + step), place - step
     is_textured = maps.glossy[material] >= 0
     if is_textured:
         color = _reflectance(maps.maps, maps.glossy[material], s, t)
@@ -109,7 +112,7 @@ def lobe_at(geometry, scattering, maps, hit):
     along, azimuths = alpha + (1.0 - alpha) * brush.stretch, brush.azimuths
     tangent = facets.tangent_of(geometry, anisotropy, brush, hit)
     return Lobe(
-        material, alpha, f0, base, row, between, is_textured, color, along, tangent, azimuths
+        material, alpha, f0, base, row, between, is_textured, color, along, tangent, azimuths, curve
     )
 
 
@@ -202,9 +205,9 @@ def _mean_dip(scattering, dips, maps, lobe):
 
 
 @jit
-def multiple_fresnel(f0, dip, mean):
+def multiple_fresnel(lobe, f0, dip, mean):
     """Return the Fresnel term of what is scattered several times; `mean` is that of term 1."""
-    fresnel = f0 + (1.0 - f0) * SCHLICK_MEAN - dip * DIP_MEAN
+    fresnel = f0 + (1.0 - f0) * lobe.curve[1] - dip * DIP_MEAN
     return fresnel * fresnel * mean / (1.0 - fresnel * (1.0 - mean))
 
 
@@ -225,7 +228,7 @@ def between(scattering, dips, maps, uneven, lobe, wi, wo, n):
     masking = 1.0 + facets.masking(uneven, lobe, cos_i, at_i)
     masking += facets.masking(uneven, lobe, cos_o, at_o)
     once = facets.distribution(uneven, lobe, h, n) / (4.0 * cos_i * cos_o * masking)
-    schlick, dip = (1.0 - min(vec.dot(wo, h), 1.0)) ** 5, dip_term(vec.dot(wo, h))
+    rising, dip = rise(vec.dot(wo, h), lobe.curve[0]), dip_term(vec.dot(wo, h))
     single_i = look_up_albedo(albedos, maps, uneven, lobe, 0, cos_i, at_i)
     single_o = look_up_albedo(albedos, maps, uneven, lobe, 0, cos_o, at_o)
     grazing_i = look_up_albedo(albedos, maps, uneven, lobe, 1, cos_i, at_i)
@@ -236,13 +239,13 @@ def between(scattering, dips, maps, uneven, lobe, wi, wo, n):
     dip_o = _dip_albedos(scattering, dips, maps, uneven, lobe, (cos_o, at_o))
     incoming, outgoing = (single_i, grazing_i, dip_i), (single_o, grazing_o, dip_o)
     means = mean, mean_grazing, _mean_dip(scattering, dips, maps, lobe)
-    return Reflection(once, schlick, dip, missing, incoming, outgoing, means)
+    return Reflection(once, rising, dip, missing, incoming, outgoing, means)
 
 
 @jit
 def reflected(found, f0, dip, multiple):
     """Return what a lobe alone reflects between two directions (per steradian)."""
-    once = f0 + (1.0 - f0) * found.schlick - dip * found.dip
+    once = f0 + (1.0 - f0) * found.rise - dip * found.dip
     return once * found.once + multiple * found.missing
 
 
@@ -261,7 +264,7 @@ def evaluate(scattering, maps, lobe, wi, wo, n, cover, values):
     for band in range(len(values)):
         f0, rho = normal_reflectance(scattering, maps, lobe, band), float(values[band])
         dip = dip_of(dips, lobe, band)
-        multiple = multiple_fresnel(f0, dip, means[0])
+        multiple = multiple_fresnel(lobe, f0, dip, means[0])
         through = 1.0 - lobe_albedo(at_i, f0, dip, multiple)
         through *= 1.0 - lobe_albedo(at_o, f0, dip, multiple)
         back = lobe_albedo(means, f0, dip, multiple)
@@ -274,7 +277,7 @@ def _lobe_probability(scattering, maps, lobe, cosine, share):
     """Return with which probability a sample is drawn by visible normals, whatever the dip."""
     albedos, f0, rho = scattering.albedos, lobe.f0, lobe.base
     mean, mean_grazing = mean_albedo(albedos, maps, lobe, 0), mean_albedo(albedos, maps, lobe, 1)
-    multiple = multiple_fresnel(f0, 0.0, mean)
+    multiple = multiple_fresnel(lobe, f0, 0.0, mean)
     back = lobe_albedo((mean, mean_grazing, 0.0), f0, 0.0, multiple)
     uneven = scattering.anisotropy
     single = look_up_albedo(albedos, maps, uneven, lobe, 0, cosine, share)

@@ -71,9 +71,8 @@ def _base_at(geometry, scattering, model, hit):
         return glossy.lobe_at(geometry, scattering, scattering.maps, hit)
     material = geometry.material[hit.triangle]
     albedo, nothing = scattering.parameters[material, 2], (0.0, 0.0, 0.0)
-    return glossy.Lobe(
-        material, 1.0, 0.0, albedo, np.int64(material), 0.0, False, nothing, 1.0, nothing, 0
-    )
+    row, curve = np.int64(material), (0.0, 0.0)
+    return glossy.Lobe(material, 1.0, 0.0, albedo, row, 0.0, False, nothing, 1.0, nothing, 0, curve)
 
 
 @jit

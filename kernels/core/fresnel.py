@@ -1,6 +1,8 @@
 """Mirror directions, refraction and Fresnel's equations at a smooth surface.
 
-Metals reflect by Schlick's formula less a dip before grazing angles,
+Lobes reflect by F(μ) = F₀ + (1 - F₀) r(μ), in which r rises from 0 at normal incidence: `rise`. For
+dielectrics it is what Fresnel's equations say, else Schlick's r = (1 - μ)⁵, for metals less a dip
+before grazing angles,
 
     F(μ) = F₀ + (1 - F₀) (1 - μ)⁵ - a μ (1 - μ)⁶,
 
@@ -58,3 +60,12 @@ def fresnel(cosine, eta):
     parallel = (cosine - eta * beyond) / (cosine + eta * beyond)
     perpendicular = (eta * cosine - beyond) / (eta * cosine + beyond)
     return 0.5 * (parallel * parallel + perpendicular * perpendicular)
+
+
+@jit
+def rise(cosine, index):
+    """Return what 1 - F₀ is multiplied by, of a dielectric of this index; Schlick's term for 0."""
+    if index == 0.0:
+        return schlick_term(cosine)
+    normal = (index - 1.0) * (index - 1.0) / ((index + 1.0) * (index + 1.0))
+    return (fresnel(min(cosine, 1.0), 1.0 / index) - normal) / (1.0 - normal)

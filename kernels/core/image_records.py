@@ -49,8 +49,8 @@ class LobeMaps(NamedTuple):
     """(M,) int32, likewise, of its roughness"""
     basis: np.ndarray
     """(3, N) float32, which makes reflectances of linear RGB"""
-    first: int
-    """row of `Scattering.albedos` where those of even steps of roughness begin"""
+    first: np.ndarray
+    """(M,) int32, row of `Scattering.albedos` where those of even steps of roughness begin"""
     steps: int
     """number of these rows"""
     least: float

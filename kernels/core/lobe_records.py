@@ -38,10 +38,16 @@ class Coats(NamedTuple):
     """(M,) float64, fraction of the surface that is covered; 0 where there is no coat"""
     f0: np.ndarray
     """(M,) float64, reflectance of the coat at normal incidence"""
+    refraction: np.ndarray
+    """(M,) float64, its index of refraction"""
+    mean_rise: np.ndarray
+    """(M,) float64, cosine-weighted mean of its `core.fresnel.rise`"""
     alpha: np.ndarray
     """(M,) float64, its α"""
     row: np.ndarray
     """(M,) int32, row of `Scattering.albedos` with those of the coat"""
+    stepped: np.ndarray
+    """(M,) int32, likewise where those of even steps of its roughness begin, see `LobeMaps`"""
     dielectric: np.ndarray
     """(M,) float64, reflectance at normal incidence of the base's lobe, where it is no metal"""
     first: np.ndarray

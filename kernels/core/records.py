@@ -218,14 +218,14 @@ class Scattering(NamedTuple):
     model: np.ndarray
     """(M,) uint8, which BSDF, of `bsdf.models`; 0 is Lambertian"""
     parameters: np.ndarray
-    """(M, 4) float64, of the model"""
+    """(M, 5) float64, of the model"""
     specular: np.ndarray
     """(M, N) float32, reflectances of glossy surfaces at normal incidence"""
     albedos: np.ndarray
-    """(R, 3, K) float64, what glossy lobes of Fresnel terms 1, (1 - cos)⁵ and cos (1 - cos)⁶
-    reflect of light from K - 1 angles, and the cosine-weighted mean over all: of each material, 0
-    for other models; then, where lobes are textured, of lobes of even steps of roughness; then of
-    those that differ along a surface, by azimuth"""
+    """(R, 3, K) float64, what glossy lobes of Fresnel terms 1, `rise` (`core.fresnel`) and
+    cos (1 - cos)⁶ reflect of light from K - 1 angles, and the cosine-weighted mean over all: of
+    each material, 0 for other models; then, where lobes are textured, of lobes of even steps of
+    roughness; then of those that differ along a surface, by azimuth"""
     maps: LobeMaps | None
     """None where no lobe is textured"""
     anisotropy: Anisotropy | None

@@ -46,8 +46,8 @@ def look_up_lobes(scene, scattering, maps, triangles, barycentrics, base, specul
     """Fill what first hits reflect where textures give their glossy lobes: one row a hit.
 
     Diffuse albedos and reflectances at normal incidence (P, N); α, and the mean albedos of the
-    lobe at the Fresnel terms of `Scattering.albedos`, (P, 4). Rows of other surfaces stay as they
-    are.
+    lobe at the Fresnel terms of `Scattering.albedos`, in the first 4 of (P, 5). Rows of other
+    surfaces stay as they are.
     """
     geometry = scene.geometry
     for pixel in range(len(triangles)):
@@ -71,7 +71,7 @@ def look_up_lobes(scene, scattering, maps, triangles, barycentrics, base, specul
 def look_up_coats(geometry, scattering, maps, triangles, barycentrics, weights, lobes):
     """Fill which fraction of each surface hit a coat covers, (P,); rows of the sky stay.
 
-    And its lobe, (P, 4), as `look_up_lobes` does.
+    And its lobe, (P, 5), as `look_up_lobes` does.
     """
     coats = scattering.coats
     for pixel in range(len(triangles)):

@@ -7,19 +7,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.surfaces.glossy import NODES, lobe_albedos, stepped_albedos
+from photonmap.compile.surfaces.glossy import NODES, lobe_albedos
 from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.bsdf.models import GLOSSY, MODELS
 from photonmap.kernels.core import records
 from photonmap.runtime.wording import listed
-from photonmap.scene.material import LEAST_ALPHA, Material
+from photonmap.scene.material import Material
 from photonmap.scene.surfaces.checks import check_material
+from photonmap.scene.surfaces.fresnel import lobe_index, mean_rise
 from photonmap.scene.textures import Paint, Texture, is_black, mean_color, mean_number
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
 from photonmap.spectra.metals import dip_between
 
 Floats = NDArray[np.float64]
+LEAST_COLOR = 1e-3
+"""Share by which bands of colourless reflectances may differ."""
 
 
 class CompiledMaterials(NamedTuple):
@@ -244,7 +247,7 @@ def _compile_scattering(
     covered = [material.is_coated or material.has_sheen for material in materials]
     if not any(covered) and all(scattering is None for scattering in described):
         return None
-    model, parameters = np.zeros(len(materials), np.uint8), np.zeros((len(materials), 4))
+    model, parameters = np.zeros(len(materials), np.uint8), np.zeros((len(materials), 5))
     for index, scattering in enumerate(described):
         if scattering is not None:
             name, values = scattering
@@ -253,16 +256,26 @@ def _compile_scattering(
     albedos = np.zeros((len(materials), 3, NODES + 1))
     for index in range(len(materials)):
         if model[index] == GLOSSY:
-            albedos[index] = lobe_albedos(parameters[index, 0])
+            refraction = _lobe_index(materials[index], glossy[index])
+            albedos[index] = lobe_albedos(parameters[index, 0], refraction)
+            parameters[index, 3:] = refraction, mean_rise(refraction)
         if model[index] == GLOSSY or covered[index]:
             parameters[index, 1:3] = glossy[index].mean(), reflectance[index].mean()
-    if any(isinstance(m.roughness, Texture) or m.has_textured_coat for m in materials):
-        albedos = np.concatenate([albedos, stepped_albedos(LEAST_ALPHA)])
-    elif any(m.has_textured_lobe or m.is_brushed or isinstance(m.coat, Texture) for m in materials):
-        albedos = np.concatenate([albedos, albedos[:1]])  # a next row for all
     specular = glossy.astype(np.float32)
     nothing = (None, None, None, dip, None)
     return records.Scattering(model, parameters, specular, albedos, *nothing, model, None)
+
+
+def _lobe_index(material: Material, f0: Floats) -> float:
+    """Return the index of refraction of a glossy lobe; 0 where Schlick's formula has to do.
+
+    Parameters
+    ----------
+    material : of the lobe
+    f0 : (N,) reflectance at normal incidence
+    """
+    is_colored = isinstance(material.glossy, Texture) or np.ptp(f0) > LEAST_COLOR * f0.max()
+    return 0.0 if is_colored or material.edge is not None else lobe_index(f0.mean())
 
 
 def reflectance_of(material: Material, name: str, color: Paint, bands: Bands) -> Floats:

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.surfaces.glossy import STEPS
+from photonmap.compile.surfaces.glossy import STEPS, append_stepped
 from photonmap.errors import InputError, naming
+from photonmap.kernels.bsdf.models import GLOSSY
 from photonmap.kernels.core.image_records import BYTES, FLOATS, SRGB, LobeMaps, Maps
 from photonmap.kernels.core.records import (
     Alpha,
@@ -90,13 +91,15 @@ class TextureTable:
         return Palettes(address, np.concatenate(spectra)) if spectra else None
 
     def lobes(self, scattering: Scattering | None, bands: Bands) -> Scattering | None:
-        """Return BSDFs with the textures of glossy lobes, where there are any."""
+        """Return BSDFs with textures of glossy lobes, and albedos of these, where there are any."""
         images = self.glossy, self.roughness, self.anisotropy_map, self.coat, self.coat_roughness
         if scattering is None or np.less(images, 0).all():
             return scattering
         basis = bands.reflectance_basis.astype(np.float32, order="C")
-        first = len(self.opacity)
+        varies = (self.roughness >= 0) & (scattering.below == GLOSSY)
+        albedos, first = append_stepped(scattering.albedos, scattering.parameters[:, 3], varies)
         return scattering._replace(
+            albedos=albedos,
             maps=LobeMaps(
                 self.maps,
                 self.roughness,
@@ -109,7 +112,7 @@ class TextureTable:
                 first,
                 STEPS,
                 LEAST_ALPHA,
-            )
+            ),
         )
 
     def holes(self, panes: Panes | None) -> Alpha | None:

@@ -232,11 +232,12 @@ def _of_materials(compiled: CompiledScene) -> Surfaces:
     reflectance, scattering = compiled.materials.reflectance, compiled.scattering
     count = len(reflectance)
     model, glossy = np.zeros(count, np.uint8), np.zeros_like(reflectance)
-    lobes, dip = np.zeros((count, 4)), np.zeros_like(reflectance)
+    lobes, dip = np.zeros((count, 5)), np.zeros_like(reflectance)
     coat = sheen = None
     if scattering is not None:
         model, glossy = scattering.below, scattering.specular
-        lobes[:, 0], lobes[:, 1:] = scattering.parameters[:, 0], scattering.albedos[:count, :, -1]
+        means = scattering.albedos[:count, :, -1]
+        lobes = np.column_stack([scattering.parameters[:, 0], means, scattering.parameters[:, 4]])
         if scattering.dip is not None:
             dip = scattering.dip
         if scattering.coats is not None:
@@ -250,7 +251,7 @@ def _of_materials(compiled: CompiledScene) -> Surfaces:
 def _coat(scattering: Scattering, coats: Coats) -> Coat:
     """Return the clear coats of materials."""
     albedos = scattering.albedos[np.maximum(coats.row, 0), :, -1]
-    lobes = np.column_stack([coats.alpha, albedos])
+    lobes = np.column_stack([coats.alpha, albedos, coats.mean_rise])
     return Coat(coats.weight[:, None], coats.f0[:, None], lobes)
 
 

@@ -75,7 +75,8 @@ class Surfaces(NamedTuple):
     glossy: Array
     """(R, N) reflectance of the glossy lobe at normal incidence"""
     lobes: Array
-    """(R, 4) its α, and its mean albedos at the Fresnel terms of `Scattering.albedos`"""
+    """(R, 5) its α, its mean albedos at the Fresnel terms of `Scattering.albedos`, and the mean of
+    its `kernels.core.fresnel.rise`"""
     dip: Array
     """(R, N) by which metals among them reflect less, 0 for others: see `kernels.core.fresnel`"""
     specular: Specularity | None

@@ -18,7 +18,6 @@ from photonmap.scene.parameters import (
 )
 from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
 from photonmap.scene.surfaces.dispersion import LINES, Cauchy, NamedGlass, Sellmeier, abbe_number
-from photonmap.scene.surfaces.metallic import normal_reflectance as normal_reflectance
 from photonmap.scene.surfaces.presets import Presets
 from photonmap.scene.surfaces.relief import BumpMap, NoRelief, NormalMap
 from photonmap.scene.textures import Paint, Texture, is_black, mean_number

@@ -85,7 +85,9 @@ def metal_by_source(source: str, folder: Path) -> Metal:
     return _from_index(table.wavelengths, *table.values)
 
 
-def conductor_reflectance(n: Floats, k: Floats, cosine: float = 1.0) -> Floats:
+def conductor_reflectance(
+    n: Floats | float, k: Floats | float, cosine: Floats | float = 1.0
+) -> Floats:
     """Return what a surface of index n + ik reflects of unpolarised light in air (Fresnel)."""
     index = np.square(np.asarray(n) + 1j * np.asarray(k))
     beyond = np.sqrt(index - (1.0 - cosine * cosine))

@@ -11,7 +11,7 @@ import numpy as np
 import photonmap as pm
 from photonmap.compile.surfaces.anisotropy import with_anisotropy
 from photonmap.compile.surfaces.coats import with_coats
-from photonmap.compile.surfaces.glossy import NODES, lobe_albedos, stepped_albedos
+from photonmap.compile.surfaces.glossy import NODES, lobe_albedos
 from photonmap.compile.surfaces.relief import Reliefs
 from photonmap.compile.surfaces.sheens import with_sheens
 from photonmap.compile.textures import compile_textures
@@ -19,7 +19,7 @@ from photonmap.kernels.bsdf import models
 from photonmap.kernels.core import records, rng, vec
 from photonmap.kernels.core.jit import kernel
 from photonmap.kernels.core.passes import Hit, SurfaceInteraction
-from photonmap.scene.material import LEAST_ALPHA
+from photonmap.scene.surfaces.fresnel import mean_rise
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.metals import dip_between
 
@@ -52,20 +52,24 @@ class Case(NamedTuple):
     """colour and roughness of a sheen over it"""
     edge: tuple = ()
     """reflectance at 82°; none where Schlick's formula gives it"""
+    index: float = 0.0
+    """of refraction of its lobe, 0 for Schlick's formula"""
 
 
 LAMBERTIAN = Case("Lambertian")
 CASES = [
     LAMBERTIAN,
     *(Case("rough diffuse", (roughness,)) for roughness in (0.0, 0.25, 1.0)),
-    *(Case("glossy", (alpha,), specular=(0.04,) * 3) for alpha in (0.2, 0.5, 1.0)),
+    *(Case("glossy", (alpha,), specular=(0.04,) * 3, index=1.5) for alpha in (0.2, 0.5, 1.0)),
+    Case("glossy", (0.4,), specular=(0.04, 0.2, 0.5)),
     Case("glossy", (0.3,), (0.0,) * 3, (0.5, 0.8, 1.0)),
     Case("glossy", (0.3,), (0.0,) * 3, (0.56, 0.8, 1.0), edge=(0.55, 0.7, 0.9)),
     Case("glossy", (0.2,), specular=(0.04, 0.5, 0.9), anisotropy=(0.6, 0.1)),
     Case("glossy", (0.2,), (0.0,) * 3, (0.5, 0.7, 0.9), anisotropy=(0.5, 0.1), edge=(0.4,) * 3),
     Case("glossy", (0.35,), (0.2, 0.5, 0.8), (0.04, 0.3, 0.5), is_textured=True),
     Case("Lambertian", coat=(1.0, 0.5, 1.5)),
-    Case("glossy", (0.5,), specular=(0.04,) * 3, coat=(0.8, 0.45, 1.5)),
+    Case("glossy", (0.5,), specular=(0.04,) * 3, index=1.5, coat=(0.8, 0.45, 1.5)),
+    Case("glossy", (0.3,), specular=(0.16,) * 3, index=7 / 3, anisotropy=(0.5, 0.2)),
     Case("glossy", (0.3,), specular=(0.04,) * 3, coat=(0.9, 0.53, 1.5), is_coat_textured=True),
     Case("glossy", (0.3,), (0.0,) * 3, (0.5, 0.8, 1.0), coat=(1.0, 0.5, 2.0)),
     Case("glossy", (0.35,), (0.2, 0.5, 0.8), (0.04, 0.3, 0.5), True, coat=(0.4, 0.7, 1.5)),
@@ -117,11 +121,13 @@ def make_scene(case):
 
 def _bare(case):
     """Return the scattering of a case, without textures, covers and anisotropy."""
-    parameters = np.zeros((1, 4))
+    parameters, albedos = np.zeros((1, 5)), np.zeros((3, NODES + 1))
     parameters[0, : len(case.parameters)] = case.parameters
-    albedos = lobe_albedos(parameters[0, 0]) if case.model == "glossy" else np.zeros((3, NODES + 1))
-    specular = np.array([case.specular], np.float32)
     parameters[0, 1:3] = np.mean(case.specular), np.mean(case.albedo)
+    if case.model == "glossy":
+        albedos = lobe_albedos(parameters[0, 0], case.index)
+        parameters[0, 3:] = case.index, mean_rise(case.index)
+    specular = np.array([case.specular], np.float32)
     model = np.array([models.MODELS.get(case.model, models.LAMBERTIAN)], np.uint8)
     return records.Scattering(
         model,
@@ -141,8 +147,7 @@ def _coated(scattering, look, geometry):
     table = compile_textures([look], np.ones(1))
     _IMAGES.extend(table.images)
     if look.has_textured_coat:
-        albedos = np.concatenate([scattering.albedos, stepped_albedos(LEAST_ALPHA)])
-        scattering = table.lobes(scattering._replace(albedos=albedos), Bands.rgb())
+        scattering = table.lobes(scattering, Bands.rgb())
     return with_coats(scattering, [look], Reliefs(geometry, table, 1.0, np.zeros((3, 4))))
 
 
@@ -187,8 +192,7 @@ def texture(case, scattering):
     )
     table, bands = compile_textures([material], np.ones(1)), Bands.rgb()
     _IMAGES.extend(table.images)
-    albedos = np.concatenate([scattering.albedos, stepped_albedos(LEAST_ALPHA)])
-    wrong = scattering._replace(albedos=albedos, specular=np.full((1, 3), 0.9, np.float32))
+    wrong = scattering._replace(specular=np.full((1, 3), 0.9, np.float32))
     return table.textures(bands), table.lobes(wrong, bands)
 
 

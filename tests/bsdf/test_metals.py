@@ -12,8 +12,9 @@ from test_rough_renders import block_means, excess
 import photonmap as pm
 from photonmap.compile.scene_arrays import compile_scene
 from photonmap.errors import InputError
-from photonmap.kernels.bsdf.glossy import DIP_MEAN, SCHLICK_MEAN
+from photonmap.kernels.bsdf.glossy import DIP_MEAN
 from photonmap.kernels.core.records import MIRROR
+from photonmap.scene.surfaces.fresnel import SCHLICK_MEAN
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.metals import EDGE_COSINE, SHIPPED, conductor_reflectance, dip_between, metal
 from photonmap.spectra.tables import read_table

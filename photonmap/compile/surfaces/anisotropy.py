@@ -37,8 +37,8 @@ def with_anisotropy(
     anisotropy = _anisotropy(materials, chosen, geometry, given)
     albedos, first = scattering.albedos.copy(), anisotropy.first
     for index in np.flatnonzero(chosen).tolist():
-        across = float(scattering.parameters[index, 0])
-        rows = _rows(materials[index], across)
+        across, refraction = scattering.parameters[index, [0, 3]].tolist()
+        rows = _rows(materials[index], across, refraction)
         albedos[index] = rows[-1, 0]
         if len(rows) > 1:
             albedos = np.concatenate([albedos, rows[:, 0]])
@@ -88,15 +88,20 @@ def _largest(material: Material) -> float:
     return material.anisotropy * material.anisotropy_map.strengths[1]
 
 
-def _rows(material: Material, across: float) -> NDArray[np.float64]:
+def _rows(material: Material, across: float, refraction: float) -> NDArray[np.float64]:
     """Return `azimuth_albedos` of one strength, or of an image's from 0 to the largest, (S, …).
 
     Where an image has one strength all over, no others are looked up.
+
+    Parameters
+    ----------
+    across, refraction : α across the tangent, and index of refraction
     """
     largest = _largest(material)
 
     def rows(strength: float, grid: int = COARSE) -> NDArray[np.float64]:
-        return azimuth_albedos(across + (1.0 - across) * strength**2, across, grid)
+        along = across + (1.0 - across) * strength**2
+        return azimuth_albedos(along, across, refraction, grid)
 
     if not material.is_brushed:
         return rows(largest, GRID)[None]

@@ -11,6 +11,7 @@ from photonmap.compile.surfaces.glossy import (
     GRID,
     NODES,
     SMALLEST_COSINE,
+    append_stepped,
     lobe_albedo,
     lobe_albedos,
     multiple_fresnel,
@@ -22,7 +23,8 @@ from photonmap.compile.table_cache import Floats, kept_on_disk
 from photonmap.kernels.bsdf.models import COATED
 from photonmap.kernels.core import records
 from photonmap.kernels.core.lobe_records import Coats
-from photonmap.scene.material import LEAST_ALPHA, Material, normal_reflectance
+from photonmap.scene.material import LEAST_ALPHA, Material
+from photonmap.scene.surfaces.fresnel import mean_rise, normal_reflectance, rise
 from photonmap.scene.textures import Texture, mean_number
 
 STEPS = 9
@@ -52,45 +54,53 @@ def with_coats(
     model, albedos = scattering.model.copy(), [scattering.albedos]
     through: list[Floats] = []
     for place, index in enumerate(chosen):
-        _, f0, alpha, dielectric = numbers[:, index].tolist()
+        _, alpha, refraction, dielectric = numbers[:, index].tolist()
         row[index] = len(scattering.albedos) + place
         first[index] = sum(len(rows) for rows in through)
-        albedos.append(lobe_albedos(alpha)[None])
+        albedos.append(lobe_albedos(alpha, refraction)[None])
         alphas = [alpha, *_stepped_alphas(materials[index].coat_roughness)]
-        rows = [_through((f0, each), materials[index], dielectric) for each in alphas]
+        base = dielectric, float(scattering.parameters[index, 3])
+        rows = [_through((refraction, each), materials[index], base) for each in alphas]
         through += rows
         steps[index] = len(rows[0])
-    varies = any(materials[index].has_textured_coat for index in chosen)
-    albedos += [albedos[-1]] * varies  # a next row for all
-    weight, f0, alpha, dielectric = numbers
+    varies = np.array([material.has_textured_coat for material in materials])
+    weight, alpha, refraction, dielectric = numbers
+    whole, stepped = append_stepped(np.concatenate(albedos), refraction, varies)
     coats = Coats(
         weight,
-        f0,
+        np.array([normal_reflectance(each) for each in refraction.tolist()]),
+        refraction,
+        np.array([mean_rise(each) for each in refraction.tolist()]),
         alpha,
         row,
+        stepped,
         dielectric,
         first,
         steps,
         np.concatenate(through),
-        scattering.maps if varies else None,
+        scattering.maps if varies.any() else None,
         np.array([material.own_coat_relief is not None for material in materials], np.uint8),
         reliefs and reliefs.of_coats(materials),
     )
     model[chosen] = COATED
-    return scattering._replace(model=model, albedos=np.concatenate(albedos), coats=coats)
+    return scattering._replace(model=model, albedos=whole, coats=coats)
 
 
 def _numbers(
     scattering: records.Scattering, materials: Sequence[Material], chosen: Sequence[int]
 ) -> Floats:
-    """Return weight, F₀ and α of the coats of chosen materials, and F₀ of their bases, (4, M)."""
+    """Return weight, α and index of the coats of chosen materials, and F₀ of their bases, (4, M).
+
+    Of others weight and α are 0, and the index is 1.
+    """
     numbers = np.zeros((4, len(materials)))
+    numbers[2] = 1.0
     for index in chosen:
         material = materials[index]
         numbers[:, index] = (
             mean_number(material.coat),
-            normal_reflectance(material.coat_ior),
             max(mean_number(material.coat_roughness) ** 2, LEAST_ALPHA),
+            material.coat_ior,
             _dielectric(material, scattering.parameters[index, 1:3].tolist()),
         )
     return numbers
@@ -113,19 +123,25 @@ def _dielectric(material: Material, means: list[float]) -> float:
     return normal_reflectance(1.5) if varies else f0
 
 
-def _through(coat: tuple[float, float], material: Material, dielectric: float) -> Floats:
-    """Return rows of `Coats.through` for one material."""
-    below = dielectric if material.is_glossy else None
+def _through(coat: tuple[float, float], material: Material, base: tuple[float, float]) -> Floats:
+    """Return rows of `Coats.through` for one material.
+
+    The coat is its index and α; the base F₀ and index of its lobe, where that is no metal.
+    """
+    dielectric = base if material.is_glossy else (None, 0.0)
     steps = _evenly_from_0_to_1(STEPS)
     if not isinstance(material.roughness, Texture):
         steps = [material.roughness if material.is_glossy else 1.0] * 2
     alphas = [max(step * step, LEAST_ALPHA) for step in steps]
-    rows = [[through_coat(*coat, alpha, f0) for f0 in (below, 1.0)] for alpha in alphas]
+    bases = dielectric, (1.0, 0.0)
+    rows = [[through_coat(*coat, alpha, *below) for below in bases] for alpha in alphas]
     return np.array(rows)
 
 
 @cache
-def through_coat(f0: float, alpha: float, below: float, base_f0: float | None) -> Floats:
+def through_coat(
+    index: float, alpha: float, below: float, base_f0: float | None, base_index: float
+) -> Floats:
     """Return D(θ) of a coat over a white base, (NODES + 1,).
 
     It solves D · ∫ f D cos dω = 1 - E for the BSDF f of the base and the coat's albedo E(θ), by the
@@ -133,35 +149,37 @@ def through_coat(f0: float, alpha: float, below: float, base_f0: float | None) -
 
     Parameters
     ----------
-    f0, alpha : of the coat
-    below, base_f0 : α and reflectance at normal incidence of the base's lobe, which lies over a
-        white diffuse one; None where it has no lobe
+    index, alpha : of the coat
+    below, base_f0, base_index : α, reflectance at normal incidence and index (0 for Schlick's
+        formula) of the base's lobe, which lies over a white diffuse one; F₀ is None where it has
+        no lobe
     """
-    passed = np.maximum(1.0 - _whole_albedos(alpha, f0), 1e-9)
-    base, through = white_base(below, base_f0), np.sqrt(passed)
+    passed = np.maximum(1.0 - _whole_albedos(alpha, normal_reflectance(index), index), 1e-9)
+    base, through = white_base(below, base_f0, base_index), np.sqrt(passed)
     for _ in range(ROUNDS):
         through = np.sqrt(through * passed / (base @ through))
     return np.append(through, 0.0)
 
 
-def _whole_albedos(alpha: float, f0: float) -> Floats:
+def _whole_albedos(alpha: float, f0: float, index: float) -> Floats:
     """Return what a lobe reflects of light from each node's angle, (NODES,)."""
-    single, grazing, _ = lobe_albedos(alpha)
-    whole = lobe_albedo(single, grazing, f0, multiple_fresnel(f0, single[-1]))
+    single, grazing, _ = lobe_albedos(alpha, index)
+    several = multiple_fresnel(f0, single[-1], mean_rise(index))
+    whole = lobe_albedo(single, grazing, f0, several)
     return np.asarray(whole[:-1])
 
 
 @kept_on_disk
-def white_base(alpha: float, f0: float | None) -> Floats:
+def white_base(alpha: float, f0: float | None, index: float) -> Floats:
     """Return where a white base sends light from each node's angle: rows add up to 1."""
     if f0 is None:
         return evenly(np.ones(NODES))
-    single, grazing, _ = lobe_albedos(alpha)
+    single, grazing, _ = lobe_albedos(alpha, index)
     cosines = np.maximum(np.linspace(0.0, 1.0, NODES) ** 2, SMALLEST_COSINE).tolist()
-    once = np.array([_once(alpha, f0, cosine) for cosine in cosines])
+    once = np.array([_once((alpha, index), f0, cosine) for cosine in cosines])
     once *= ((f0 * (single - grazing) + grazing)[:-1] / once.sum(axis=1))[:, None]
-    several = multiple_fresnel(f0, single[-1]) * evenly(1.0 - single[:-1])
-    diffuse = 0.0 if f0 == 1.0 else evenly(1.0 - _whole_albedos(alpha, f0))
+    several = multiple_fresnel(f0, single[-1], mean_rise(index)) * evenly(1.0 - single[:-1])
+    diffuse = 0.0 if f0 == 1.0 else evenly(1.0 - _whole_albedos(alpha, f0, index))
     return np.asarray(once + several + diffuse)
 
 
@@ -173,10 +191,11 @@ def evenly(missing: Floats) -> Floats:
     return np.asarray(missing[:, None] * (spread / max(spread.sum(), 1e-300)))
 
 
-def _once(alpha: float, f0: float, cosine: float) -> Floats:
+def _once(lobe: tuple[float, float], f0: float, cosine: float) -> Floats:
     """Return what a lobe reflects once of light of this cosine, by that of leaving, (NODES,)."""
+    alpha, index = lobe
     weight, beside, out = reflections(alpha, alpha, 0.0, cosine, GRID)
-    weight = weight * (f0 + (1.0 - f0) * (1.0 - np.minimum(beside, 1.0)) ** 5)
+    weight = weight * (f0 + (1.0 - f0) * rise(beside, index))
     places = np.sqrt(np.clip(out, 0.0, 1.0)).ravel() * (NODES - 1)
     lower = np.minimum(places.astype(int), NODES - 2)
     share = places - lower

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.compile.table_cache import Floats, kept_on_disk
-from photonmap.kernels.bsdf.glossy import DIP_MEAN, SCHLICK_MEAN
+from photonmap.kernels.bsdf.glossy import DIP_MEAN
+from photonmap.scene.material import LEAST_ALPHA
+from photonmap.scene.surfaces.fresnel import rise
 
 Values = Any
 """Numbers, or arrays that go together"""
@@ -26,36 +28,47 @@ SMALLEST_COSINE = 1e-4
 
 
 @kept_on_disk
-def lobe_albedos(alpha: float) -> NDArray[np.float64]:
+def lobe_albedos(alpha: float, index: float = 0.0) -> NDArray[np.float64]:
     """Return what a GGX lobe reflects, (3, NODES + 1), by `Scattering.albedos`' Fresnel terms.
 
     Of light from each angle, and last the cosine-weighted mean over all angles; by quadrature over
     visible normals (Dupuy and Benyoub 2023).
+
+    Parameters
+    ----------
+    alpha : α
+    index : of refraction, 0 for Schlick's formula
     """
-    return _albedos_at(alpha, alpha, 0.0, GRID)
+    return _albedos_at((alpha, alpha, index), 0.0, GRID)
 
 
 @kept_on_disk
-def azimuth_albedos(along: float, across: float, grid: int = GRID) -> NDArray[np.float64]:
+def azimuth_albedos(
+    along: float, across: float, index: float = 0.0, grid: int = GRID
+) -> NDArray[np.float64]:
     """Return `lobe_albedos` by azimuth, (1 + AZIMUTHS, 3, NODES + 1), the first of all together.
 
     Parameters
     ----------
     along, across : α along a tangent, and across it
+    index : as of `lobe_albedos`
     grid : samples per angle, their square root
     """
-    shares = np.linspace(0.0, 1.0, AZIMUTHS)
-    rows = np.array([_albedos_at(along, across, share, grid) for share in shares.tolist()])
+    lobe, shares = (along, across, index), np.linspace(0.0, 1.0, AZIMUTHS)
+    rows = np.array([_albedos_at(lobe, share, grid) for share in shares.tolist()])
     angles = np.pi * (np.arange(256) + 0.5) / 512.0
     places = np.sin(angles) ** 2 * (AZIMUTHS - 1)
     weights = np.maximum(1.0 - np.abs(places[:, None] - np.arange(AZIMUTHS)), 0.0).mean(axis=0)
     return np.concatenate([np.tensordot(weights, rows, 1)[None], rows])
 
 
-def _albedos_at(along: float, across: float, share: float, grid: int) -> NDArray[np.float64]:
-    """Return `lobe_albedos` of light from one azimuth, of which `share` is the sine²."""
+def _albedos_at(lobe: tuple[float, float, float], share: float, grid: int) -> NDArray[np.float64]:
+    """Return `lobe_albedos` of light from one azimuth, of which `share` is the sine².
+
+    A lobe is α along and across, and the index of refraction.
+    """
     cosines = np.maximum(np.linspace(0.0, 1.0, NODES) ** 2, SMALLEST_COSINE)
-    rows = np.array([_albedos(along, across, share, cosine, grid) for cosine in cosines]).T
+    rows = np.array([_albedos(lobe, share, cosine, grid) for cosine in cosines]).T
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
     roots = 0.5 * (nodes + 1.0)  # mean over μ = t² of 2 μ dμ = 4 t³ dt
     means = [np.interp(roots, np.linspace(0.0, 1.0, NODES), row) for row in rows]
@@ -63,52 +76,74 @@ def _albedos_at(along: float, across: float, share: float, grid: int) -> NDArray
 
 
 @kept_on_disk
-def stepped_albedos(least: float) -> NDArray[np.float64]:
-    """Return `lobe_albedos` for even steps of roughness from 0 to 1, (STEPS, 3, NODES + 1).
+def stepped_albedos(index: float) -> NDArray[np.float64]:
+    """Return `lobe_albedos` for even steps of roughness from 0 to 1, (STEPS, 3, NODES + 1)."""
+    roughness = np.linspace(0.0, 1.0, STEPS).tolist()
+    return np.array([lobe_albedos(max(value * value, LEAST_ALPHA), index) for value in roughness])
+
+
+def append_stepped(
+    albedos: Floats, index: Floats, chosen: NDArray[np.bool_]
+) -> tuple[Floats, NDArray[np.int32]]:
+    """Append rows to `Scattering.albedos` for lobes whose roughness varies, and a next row for all.
 
     Parameters
     ----------
-    least : smallest α
+    albedos : the rows there are
+    index : (M,) of `lobe_albedos`
+    chosen : (M,) which lobes vary
+
+    Returns
+    -------
+    all rows, and the first of those of each chosen lobe, (M,); -1 for others
     """
-    roughness = np.linspace(0.0, 1.0, STEPS)
-    return np.array([lobe_albedos(max(value * value, least)) for value in roughness.tolist()])
+    distinct, first = np.unique(index[chosen]), np.full(len(index), -1, np.int32)
+    first[chosen] = len(albedos) + STEPS * np.searchsorted(distinct, index[chosen])
+    rows = [stepped_albedos(each) for each in distinct.tolist()]
+    return np.concatenate([albedos, *rows, albedos[:1]]), first
 
 
 def mean_albedo(
-    f0: NDArray[np.floating], albedos: NDArray[np.float64], dip: Values = 0.0
+    f0: NDArray[np.floating], lobes: NDArray[np.float64], dip: Values = 0.0
 ) -> NDArray[np.float64]:
     """Return what glossy surfaces reflect of light from all around, (M, N).
 
     Parameters
     ----------
     f0 : (M, N) reflectances at normal incidence
-    albedos : (M, 3), what the lobe reflects with the terms of `Scattering.albedos`, likewise
+    lobes : (M, 4), what the lobe reflects with the terms of `Scattering.albedos`, likewise, and
+        its `mean_rise`
     dip : (M, N), of metals
     """
-    single, grazing, dipped = (albedos[:, term : term + 1] for term in range(3))
-    several = multiple_fresnel(f0, single, dip)
+    single, grazing, dipped, rising = (lobes[:, term : term + 1] for term in range(4))
+    several = multiple_fresnel(f0, single, rising, dip)
     return lobe_albedo(single, grazing, f0, several) - dip * dipped
 
 
-def multiple_fresnel(f0: Values, mean: Values, dip: Values = 0.0) -> Values:
-    """Return the Fresnel term of what is scattered several times; `mean` is that of term 1."""
-    fresnel = f0 + (1.0 - f0) * SCHLICK_MEAN - dip * DIP_MEAN
+def multiple_fresnel(f0: Values, mean: Values, rising: Values, dip: Values = 0.0) -> Values:
+    """Return the Fresnel term of what is scattered several times.
+
+    `mean` is that of term 1, `rising` the `mean_rise`.
+    """
+    fresnel = f0 + (1.0 - f0) * rising - dip * DIP_MEAN
     return fresnel**2 * mean / (1.0 - fresnel * (1.0 - mean))
 
 
 def lobe_albedo(single: Values, grazing: Values, f0: Values, multiple: Values) -> Floats:
-    """Return what a lobe reflects in all, of the albedos at Fresnel terms 1 and (1 - cos)⁵."""
+    """Return what a lobe reflects in all, of the albedos at Fresnel terms 1 and `rise`."""
     return np.asarray(f0 * (single - grazing) + grazing + (1.0 - single) * multiple)
 
 
 def _albedos(
-    along: float, across: float, share: float, cosine: float, grid: int
+    lobe: tuple[float, float, float], share: float, cosine: float, grid: int
 ) -> tuple[float, ...]:
     """Return the mean of G2 / G1 over visible normals, times each Fresnel term."""
+    along, across, index = lobe
     weight, beside, _ = reflections(along, across, share, cosine, grid)
     missing = 1.0 - np.minimum(beside, 1.0)
-    grazing = weight * missing**5
-    terms = weight, grazing, grazing * missing * (1.0 - missing)
+    schlick = weight * missing**5
+    grazing = weight * rise(beside, index) if index > 0.0 else schlick
+    terms = weight, grazing, schlick * missing * (1.0 - missing)
     return tuple(float(term.mean()) for term in terms)
 
 

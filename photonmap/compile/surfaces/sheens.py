@@ -39,6 +39,8 @@ class Base(NamedTuple):
     """of its glossy lobe"""
     f0: float | None
     """reflectance of that at normal incidence; None where it has none"""
+    refraction: float
+    """index of that, 0 for Schlick's formula"""
     diffuse_roughness: float
     """as of materials"""
 
@@ -97,11 +99,11 @@ def with_sheens(
 def _base_of(material: Material, scattering: records.Scattering, index: int) -> Base:
     """Return the white base that sends light where a material does below its sheen."""
     if not material.is_glossy:
-        return Base(1.0, None, material.diffuse_roughness)
-    f0, base = scattering.parameters[index, 1:3].tolist()
+        return Base(1.0, None, 0.0, material.diffuse_roughness)
+    f0, base, refraction = scattering.parameters[index, 1:4].tolist()
     alpha = max(mean_number(material.roughness) ** 2, LEAST_ALPHA)
     is_metal = base == 0.0 and not isinstance(material.reflectance, Texture)
-    return Base(alpha, 1.0 if is_metal else f0, 0.0)
+    return Base(alpha, 1.0 if is_metal else f0, 0.0 if is_metal else refraction, 0.0)
 
 
 def _cosines() -> Floats:
@@ -163,7 +165,7 @@ def through_sheen(alpha: float, below: Base) -> Floats:
     below : the base
     """
     rough = below.diffuse_roughness
-    base = _white_clay(rough) if rough > 0.0 else white_base(below.alpha, below.f0)
+    base = _white_clay(rough) if rough > 0.0 else white_base(below.alpha, below.f0, below.refraction)
     rows, albedo = [], sheen_lobe(alpha).albedo[:-1]
     for color in np.linspace(0.0, 1.0, COLORS).tolist():
         passed = np.maximum(1.0 - color * albedo, 1e-9)

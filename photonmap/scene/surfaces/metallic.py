@@ -13,16 +13,11 @@ from photonmap.errors import InputError
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.images import Image
 from photonmap.scene.parameters import Number
+from photonmap.scene.surfaces.fresnel import normal_reflectance
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Paint, Texture, Triple, lie_alike, mean_number, resized
 from photonmap.spectra.curves import Color, Spectrum
 from photonmap.spectra.observer import reflectance_to_rgb
-
-
-def normal_reflectance(index: float) -> float:
-    """Return what a surface of this index of refraction reflects at normal incidence (Fresnel)."""
-    return ((index - 1.0) / (index + 1.0)) ** 2
-
 
 USUAL_INDEX = 1.5
 """Index of refraction of a coat for which none is given"""

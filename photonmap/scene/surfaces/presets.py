@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any, Self
 
 from photonmap.errors import naming
 from photonmap.scene.parameters import Reflectance, parameters_of
-from photonmap.scene.surfaces.metallic import FRACTION, metallic_gloss, normal_reflectance
+from photonmap.scene.surfaces.fresnel import normal_reflectance
+from photonmap.scene.surfaces.metallic import FRACTION, metallic_gloss
 from photonmap.scene.textures import Paint, Texture
 from photonmap.scene.vectors import finite, vector
 from photonmap.spectra.curves import Color, Spectrum

@@ -15,12 +15,12 @@ from photonmap.runtime.wording import shown
 from photonmap.scene.images import Channels
 from photonmap.scene.material import Material
 from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
+from photonmap.scene.surfaces.fresnel import normal_reflectance
 from photonmap.scene.surfaces.metallic import (
     USUAL_INDEX,
     Gloss,
     metallic_gloss,
     multiplied,
-    normal_reflectance,
 )
 from photonmap.scene.surfaces.relief import STEEPEST, NoRelief, NormalMap
 from photonmap.scene.textures import Paint, Texture, Triple, lie_alike, mean_number

@@ -10,12 +10,12 @@ import numpy as np
 from photonmap.io.readers.wavefront.draft import Draft, matters
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.parameters import Number
+from photonmap.scene.surfaces.fresnel import normal_reflectance
 from photonmap.scene.surfaces.metallic import (
     USUAL_INDEX,
     Gloss,
     as_triple,
     metallic_gloss,
-    normal_reflectance,
 )
 from photonmap.scene.textures import Paint, Texture, is_black, lie_alike
 from photonmap.spectra.curves import Spectrum

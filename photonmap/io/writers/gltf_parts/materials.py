@@ -14,7 +14,8 @@ from photonmap.io.writers.gltf_parts.gloss import split_lobe
 from photonmap.io.writers.gltf_parts.textures import TextureWriter
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.material import Material
-from photonmap.scene.surfaces.metallic import USUAL_COAT, USUAL_INDEX, normal_reflectance
+from photonmap.scene.surfaces.fresnel import normal_reflectance
+from photonmap.scene.surfaces.metallic import USUAL_COAT, USUAL_INDEX
 from photonmap.scene.surfaces.relief import NormalMap
 from photonmap.scene.textures import Paint, Texture, Triple, is_black, mean_color, mean_number
 from photonmap.spectra.bands import Bands

@@ -3,9 +3,7 @@
 Mitsuba loses the light that the facets of a rough surface scatter twice, and the base of its
 principled surface gets all light, also what the coat reflects. Here no light is lost, a coat takes
 what it reflects from its base, and light that the base reflects meets the coat again. Surfaces are
-given the reflectance with which they reflect as much light from all around as in Mitsuba; that of a
-coat itself is F₀ + (1 - F₀) / 21, by Schlick's approximation, where F₀ is its reflectance at normal
-incidence.
+given the reflectance with which they reflect as much light from all around as in Mitsuba.
 """
 
 from __future__ import annotations
@@ -17,12 +15,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.scene.surfaces.metallic import normal_reflectance
+from photonmap.scene.surfaces.fresnel import (
+    SCHLICK_MEAN,
+    lobe_index,
+    mean_rise,
+    normal_reflectance,
+    rise,
+)
 from photonmap.spectra.metals import dip_between
 
 Floats = NDArray[np.float64]
-_SCHLICK_MEAN, _DIP_MEAN = 1.0 / 21.0, 1.0 / 126.0
-"""Cosine-weighted means of (1 - cos)⁵ and cos (1 - cos)⁶"""
+_DIP_MEAN = 1.0 / 126.0
+"""Cosine-weighted mean of cos (1 - cos)⁶."""
 _TERMS: tuple[Callable[[Floats], Floats], ...] = (
     np.ones_like,
     lambda cosines: (1.0 - cosines) ** 5,
@@ -35,29 +39,51 @@ _NODES = 48
 
 
 def mean_reflectance(normal: Any) -> Any:
-    """Return what a coat reflects of the light from all around."""
-    return normal + (1.0 - normal) * _SCHLICK_MEAN
+    """Return what a coat reflects of light from all around; by Schlick's formula if coloured."""
+    index = lobe_index(float(normal)) if np.ndim(normal) == 0 else 0.0
+    return normal + (1.0 - normal) * mean_rise(index)
 
 
 def scaled_normal(factor: Any, normal: Any) -> Any:
-    """Return the reflectance at normal incidence of a surface of which a factor is left everywhere.
+    """Return the reflectance at normal incidence of a coat of which a factor is left everywhere.
 
-    Schlick's approximation has all light reflected at grazing angles; the mean is as asked for.
+    All light is reflected at grazing angles; the mean is as asked for.
     """
-    return np.maximum(factor * mean_reflectance(normal) - _SCHLICK_MEAN, 0.0) / (
-        1.0 - _SCHLICK_MEAN
-    )
+    wanted = factor * mean_reflectance(normal)
+    low, high = np.zeros_like(wanted), np.zeros_like(wanted) + normal
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        is_high = mean_reflectance(middle) > wanted
+        low, high = np.where(is_high, low, middle), np.where(is_high, middle, high)
+    return high
 
 
-def base_albedo(reflected: Any, normal: float) -> Any:
+def coat_albedo(normal: float, alpha: float) -> float:
+    """Return what a rough coat reflects of light from all around, here.
+
+    Parameters
+    ----------
+    normal : its reflectance at normal incidence
+    alpha : its roughness, 0 for a smooth one
+    """
+    if alpha == 0.0:
+        return float(mean_reflectance(normal))
+    index = lobe_index(normal)
+    single = _mean_reflected(alpha, np.ones_like, True)
+    grazing = _mean_reflected(alpha, lambda cosines: rise(cosines, index), True)
+    fresnel = mean_reflectance(normal)
+    several = fresnel**2 * single / (1.0 - fresnel * (1.0 - single))
+    return float(normal * (single - grazing) + grazing + (1.0 - single) * several)
+
+
+def base_albedo(reflected: Any, outside: float) -> Any:
     """Return the albedo of a base that reflects a part of the light from all around by a coat.
 
     Parameters
     ----------
     reflected : what leaves the coat of the light that meets it, having passed it twice
-    normal : reflectance of the coat at normal incidence
+    outside : `coat_albedo`
     """
-    outside = mean_reflectance(normal)
     once = reflected / (1.0 - outside) ** 2
     return np.minimum(once / (1.0 + outside * once), 1.0)
 
@@ -81,9 +107,11 @@ def plastic_albedo(
         through = _mean_transmitted(alpha, index)
         inside = _mean_reflected(alpha, lambda cosines: _fresnel(cosines, 1.0 / index)[0])
 
+    outside = coat_albedo(normal, alpha)
+
     def base(albedo: Any) -> Any:
         inwards = inside * albedo if nonlinear else inside
-        return base_albedo(albedo / (1.0 - inwards) * (through / index) ** 2, normal)
+        return base_albedo(albedo / (1.0 - inwards) * (through / index) ** 2, outside)
 
     return base
 
@@ -111,7 +139,7 @@ def metal_reflectance(alpha: float) -> Callable[..., Any]:
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
             dip = dip_between(middle, np.minimum(middle * ratio, 1.0))
-            mean = mean_reflectance(middle) - dip * _DIP_MEAN
+            mean = middle + (1.0 - middle) * SCHLICK_MEAN - dip * _DIP_MEAN
             several = (1.0 - kept[0]) * mean**2 * kept[0] / (1.0 - mean * (1.0 - kept[0]))
             is_high = _once(middle, dip, kept) + several > wanted
             low, high = np.where(is_high, low, middle), np.where(is_high, middle, high)

@@ -13,6 +13,7 @@ from photonmap.io.readers.mitsuba_parts.colors import as_rgb, combined
 from photonmap.io.readers.mitsuba_parts.context import Context
 from photonmap.io.readers.mitsuba_parts.materials.albedos import (
     base_albedo,
+    coat_albedo,
     metal_reflectance,
     plastic_albedo,
     scaled_normal,
@@ -30,7 +31,8 @@ from photonmap.io.readers.mitsuba_parts.textures import (
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material
-from photonmap.scene.surfaces.metallic import metallic_gloss, normal_reflectance
+from photonmap.scene.surfaces.fresnel import normal_reflectance
+from photonmap.scene.surfaces.metallic import metallic_gloss
 from photonmap.scene.surfaces.relief import BumpMap, NormalMap
 from photonmap.scene.textures import Paint, Texture, lie_alike, mean_color, mean_number
 
@@ -249,7 +251,8 @@ def _principled(bsdfs: Bsdfs, node: Node) -> Look:
         context.lose("texture of metallic", node)
     gloss = metallic_gloss(paint, metallic, coat, roughness)
     normal = float(np.mean(as_rgb(mean_color(gloss.glossy))))
-    base = changed(gloss.reflectance, lambda albedo: base_albedo(albedo, normal))
+    outside = coat_albedo(normal, mean_number(roughness) ** 2)
+    base = changed(gloss.reflectance, lambda albedo: base_albedo(albedo, outside))
     look = gloss._replace(reflectance=base)._asdict() | layer | glass
     return look | _brush(context, node, roughness)
 
