@@ -1,5 +1,9 @@
-"""Which fraction of a cell is exposed, and which is inside what stands on the surface."""
+"""Which fraction of a cell is exposed, and which is inside what stands on the surface.
 
+And what lies around a cell: whether things stand near, and whether it sees an emitter.
+"""
+
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -20,16 +24,19 @@ LOOKS = 8
 """Rays of a point, at most."""
 
 
+TESTED, EXPOSED, NEAR, LIT = 0, 1, 2, 3
+"""What is counted: points that were tested, those of them that are exposed, and those whose first
+ray meets something within the cell's width, or an emitter."""
+
+
 @by_reference
 class Exposure(NamedTuple):
-    """Points that were tested, and those of them that are exposed, all uint8."""
+    """Counts of points, uint8, in columns `TESTED`, `EXPOSED`, `NEAR` and `LIT`."""
 
-    tested: np.ndarray
-    """(cells,) of cells of single triangles"""
-    exposed: np.ndarray
-    tested_parts: np.ndarray
-    """(T, 2) of triangles that share a cell with others"""
-    exposed_parts: np.ndarray
+    cells: np.ndarray
+    """(cells, 4) of cells of single triangles"""
+    parts: np.ndarray
+    """(T, 2, 4) of triangles that share a cell with others"""
 
 
 class Piece(NamedTuple):
@@ -44,53 +51,62 @@ class Piece(NamedTuple):
 
 
 @jit
-def _is_exposed(scene, lit_sides, piece, u, v, state):
-    """Return whether a point on a side of a triangle sees anything that light reaches."""
+def _is_lit(scene, lit_sides, hit, direction):
+    """Return whether light reaches what a ray meets, if anything."""
+    other = hit.triangle
+    if other < 0 or specular_probability(scene.geometry, scene.specular, other) > 0.0:
+        return True
+    return lit_sides[other, side_of(scene.geometry, other, direction)]
+
+
+@jit
+def _look_around(scene, lit_sides, piece, u, v, width, state, counts):
+    """Count a point on a side of a triangle: it is exposed if it sees what light reaches."""
     geometry = scene.geometry
     ng = vec.scale(vec.row(geometry.normals, piece.triangle), 1.0 - 2.0 * piece.side)
     point, size = point_at(geometry, piece.triangle, u, v)
     origin = offset(point, size, ng)
-    for _ in range(LOOKS):
+    counts[TESTED] += 1
+    for look in range(LOOKS):
         s, state = draw(state)
         t, state = draw(state)
         direction = vec.from_frame(warp.cosine_hemisphere(s, t), ng)
-        other = intersect(geometry, origin, direction).triangle
-        if other < 0 or specular_probability(geometry, scene.specular, other) > 0.0:
-            return True
-        if lit_sides[other, side_of(geometry, other, direction)]:
-            return True
-    return False
+        hit = intersect(geometry, origin, direction)
+        if look == 0 and hit.triangle >= 0:
+            counts[NEAR] += hit.distance < width
+            counts[LIT] += geometry.emitter[hit.triangle] >= 0
+        if _is_lit(scene, lit_sides, hit, direction):
+            counts[EXPOSED] += 1
+            return
 
 
 @jit
-def _count_exposed(scene, lit_sides, piece, points, key):
-    """Return how many of some points of a piece are exposed."""
-    count = 0
+def _count(scene, lit_sides, cells, piece, points, key, counts):
+    """Count some points of a piece."""
     key = stream(key, piece.part, piece.sub)
     point_key, ray_key = split(key, EXPOSURE_POINT), split(key, EXPOSURE_RAY)
+    width = 1.0 / (math.sqrt(cells.inverse_area[piece.triangle, piece.side]) * piece.finer)
     for index in range(points):
         position = sobol_2d(index, point_key)
         u, v = warp.uniform_triangle(position[0], position[1])
         u, v = place_in(piece.finer, piece.sub, u, v)
         u, v = place_in(piece.n, piece.part, u, v)
-        count += _is_exposed(scene, lit_sides, piece, u, v, stream(ray_key, index, 0))
-    return count
+        state = stream(ray_key, index, 0)
+        _look_around(scene, lit_sides, piece, u, v, width, state, counts)
 
 
 @jit
 def _probe_whole(scene, lit_sides, cells, area, piece, key, exposure):
-    """Count the exposed points of a triangle that shares a cell with others."""
+    """Count points of a triangle that shares a cell with others."""
     triangle, side = piece.triangle, piece.side
     xi, _ = draw(split(key, EXPOSURE_COUNT))
     points = int(POINTS * area * cells.inverse_area[triangle, side] + xi)
-    exposure.tested_parts[triangle, side] = points
-    count = _count_exposed(scene, lit_sides, piece, points, key)
-    exposure.exposed_parts[triangle, side] = count
+    _count(scene, lit_sides, cells, piece, points, key, exposure.parts[triangle, side])
 
 
 @jit
 def _probe_divided(scene, lit_sides, cells, triangle, side, key, exposure):
-    """Count the exposed points of the cells into which a triangle's side is divided.
+    """Count points of the cells into which a triangle's side is divided.
 
     In a layout with divided cells, only the parts of divided cells are measured.
     """
@@ -102,13 +118,12 @@ def _probe_divided(scene, lit_sides, cells, triangle, side, key, exposure):
         for sub in range(cells.finer * cells.finer):
             cell = cells.parts[whole] + sub if divided else whole
             piece = Piece(triangle, side, n, part, cells.finer, sub)
-            exposure.tested[cell] = POINTS
-            exposure.exposed[cell] = _count_exposed(scene, lit_sides, piece, POINTS, key)
+            _count(scene, lit_sides, cells, piece, POINTS, key, exposure.cells[cell])
 
 
 @kernel
 def probe_exposure(scene, lit_sides, areas, cells, key, span, exposure):
-    """Count the exposed points of the cells of a span of triangles, as many in each cell.
+    """Count points of the cells of a span of triangles, as many in each cell.
 
     `lit_sides`, (T, 2), says of the sides of triangles whether light reaches them; `areas` are
     theirs.

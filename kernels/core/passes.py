@@ -242,6 +242,8 @@ class CacheCells(NamedTuple):
     parts: np.ndarray
     """(cells,) int32, the first of the finer² cells that a cell of one triangle is divided into,
     or -1; none are where all triangles share cells"""
+    cluttered: np.ndarray
+    """(cells,) bool, whether gather rays that end here go on as paths"""
     finer: int
 
 

@@ -76,11 +76,16 @@ def _add_cell(scene, cache, surface, weight, irradiance):
 
 @jit
 def _answers(cache, followed, end):
-    """Return whether the cache answers for the end of a gather ray: not where it is corrected.
+    """Return whether the cache answers for the end of a gather ray.
 
-    There, a path's light sample and next ray cost little, and what they look up counts for less.
+    Not where it is corrected: a path's light sample and next ray cost little there, and what they
+    look up counts for less. Nor in clutter, where light differs within a cell, and gather rays see
+    what is lit more often than its share of the surface.
     """
-    return followed is None and can_look_up(cache.cells, end)
+    cells, hit = cache.cells, end.hit
+    if followed is not None or not can_look_up(cells, end):
+        return False
+    return not cells.cluttered[cell_at(cells, hit.triangle, end.side, hit.u, hit.v)]
 
 
 @jit

@@ -50,7 +50,7 @@ def parts_open(meshes, lights, photons=300.0):
     with Workers(2) as workers:
         setup = setup_of(scene, workers)
         lit_sides = find_lit_sides(setup)
-        return cells, measure_exposed(setup, lit_sides, areas, cells, count)[:, 0]
+        return cells, measure_exposed(setup, lit_sides, areas, cells, count)[0][:, 0]
 
 
 def true_parts(cells, count):

@@ -11,7 +11,11 @@ from numpy.typing import NDArray
 
 from photonmap.compile.triangles import triangle_areas
 from photonmap.integrators.base import Counters, PassSetup
-from photonmap.integrators.photon_mapping.exposed_fraction import find_lit_sides, measure_exposed
+from photonmap.integrators.photon_mapping.exposed_fraction import (
+    Exposed,
+    find_lit_sides,
+    measure_exposed,
+)
 from photonmap.integrators.photon_mapping.radiosity_cache import (
     divide_cells,
     lay_cells,
@@ -114,15 +118,17 @@ class CacheTracer:
 
     def _measure(self, cells: CacheCells, count: int) -> Layout:
         """Divide the cells that are exposed in part, and measure the exposed surface of all."""
-        part = self._measure_exposed(cells, count)
+        part, cluttered = self._measure_exposed(cells, count)
         cells, count = divide_cells(cells, part[:, 0] < 1.0)
-        if count > len(part):
-            of_divided = self._measure_exposed(cells, count)[len(part) :]
-            part = np.concatenate([part, of_divided / np.float32(cells.finer**2)])
+        if (whole := len(part)) < count:
+            divided = self._measure_exposed(cells, count)
+            part = np.concatenate([part, divided.fraction[whole:] / np.float32(cells.finer**2)])
+            cluttered = np.concatenate([cluttered, divided.cluttered[whole:]])
+        cells = cells._replace(cluttered=cluttered)
         surface = measure_surface_fraction(self._scene.geometry, self._areas, cells, count)
         return Layout(cells, count, part if surface is None else part * surface)
 
-    def _measure_exposed(self, cells: CacheCells, count: int) -> NDArray[np.float32]:
+    def _measure_exposed(self, cells: CacheCells, count: int) -> Exposed:
         return measure_exposed(self._setup, self._lit_sides, self._areas, cells, count)
 
     @cached_property

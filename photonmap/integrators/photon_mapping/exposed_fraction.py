@@ -4,12 +4,21 @@ No photon or gather ray arrives there: light that is assumed to be spread over a
 would be too dim where it can be seen. A point is exposed if it sees anything that light reaches.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.integrators.base import PassSetup
 from photonmap.integrators.photon_mapping.radiosity_cache import one_cell
-from photonmap.kernels.cache.exposed_fraction import Exposure, probe_exposure
+from photonmap.kernels.cache.exposed_fraction import (
+    EXPOSED,
+    LIT,
+    NEAR,
+    TESTED,
+    Exposure,
+    probe_exposure,
+)
 from photonmap.kernels.core.passes import CacheCells, RadiosityCache, Span
 from photonmap.kernels.core.streams import Domain
 from photonmap.kernels.integrators.photon import trace_photons
@@ -20,8 +29,20 @@ FLIGHTS, SURELY = 16, 12
 """Groups of them, and how many must reach an object for a decision of its own."""
 LEAST = 1 / 4
 """Exposed fraction of a cell, at least: it bounds by how much a cell is made brighter."""
+CLUTTERED = 1 / 5
+"""Share of rays from a cell that end within its width, above which it is cluttered. Of what they
+would cost and gain, see docs/performance.md."""
 PARTS = 16
 """Parts in which triangles are processed, for any number of threads."""
+
+
+class Exposed(NamedTuple):
+    """What was measured of the cells of a layout."""
+
+    fraction: NDArray[np.float32]
+    """(cells, 1) of each that is exposed; 1 where none seems to be"""
+    cluttered: NDArray[np.bool_]
+    """(cells,) whether things stand near, and no emitter is seen: that would be noisy"""
 
 
 def find_lit_sides(setup: PassSetup) -> NDArray[np.bool_]:
@@ -71,10 +92,10 @@ def measure_exposed(
     areas: NDArray[np.float64],
     cells: CacheCells,
     count: int,
-) -> NDArray[np.float32]:
-    """Return the exposed fraction of each of `count` cells, (count, 1); 1 where none seems to be.
+) -> Exposed:
+    """Return what is exposed of each of `count` cells, and which are cluttered.
 
-    In a layout with divided cells, only of their parts: 1 elsewhere.
+    In a layout with divided cells, only of their parts: 1 and False elsewhere.
 
     Parameters
     ----------
@@ -83,7 +104,7 @@ def measure_exposed(
     """
     scene, storage, triangles = setup.compiled.arrays, setup.storage, len(areas)
     exposure = Exposure(
-        *storage.zeros((2, count), np.uint8), *storage.zeros((2, triangles, 2), np.uint8)
+        storage.zeros((count, 4), np.uint8), storage.zeros((triangles, 2, 4), np.uint8)
     )
     key = setup.key(0, Domain.EXPOSURE)
 
@@ -92,14 +113,11 @@ def measure_exposed(
         probe_exposure(scene, lit_sides, areas, cells, key, span, exposure)
 
     setup.workers.map(probe, PARTS)
-    shared = cells.divisions == 1
-    for counts, parts in (
-        (exposure.tested, exposure.tested_parts),
-        (exposure.exposed, exposure.exposed_parts),
-    ):
-        np.add.at(counts, cells.first[shared].ravel(), parts[shared].ravel())
+    shared, counts = cells.divisions == 1, exposure.cells
+    np.add.at(counts, cells.first[shared].ravel(), exposure.parts[shared].reshape(-1, 4))
     fraction = storage.zeros((count, 1))
     fraction[:] = 1.0
-    found = exposure.exposed > 0
-    np.divide(exposure.exposed, exposure.tested, out=fraction[:, 0], where=found)
-    return np.maximum(fraction, LEAST, out=fraction)
+    found = counts[:, EXPOSED] > 0
+    np.divide(counts[:, EXPOSED], counts[:, TESTED], out=fraction[:, 0], where=found)
+    near = counts[:, NEAR] > CLUTTERED * counts[:, TESTED]
+    return Exposed(np.maximum(fraction, LEAST, out=fraction), near & (counts[:, LIT] == 0))

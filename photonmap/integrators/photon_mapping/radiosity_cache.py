@@ -12,6 +12,8 @@ from photonmap.runtime.storage import strips
 
 FINER = 4
 """Cells along the side of one that is divided."""
+NO_CLUTTER = np.zeros(0, np.bool_)
+"""Of cells that are not looked up, or not measured yet."""
 DIRECTIONS = 4
 """Small triangles share a cell only where their normals fall in the same of 4³ boxes."""
 
@@ -48,7 +50,7 @@ def lay_cells(
     both = np.stack([first, first + one_side], axis=1).astype(np.int32)
     inverse = np.repeat((1.0 / cell_area).astype(np.float32)[:, None], 2, axis=1)
     whole = np.full(2 * one_side, -1, np.int32)
-    return CacheCells(both, divisions, inverse, whole, 1), 2 * one_side
+    return CacheCells(both, divisions, inverse, whole, NO_CLUTTER, 1), 2 * one_side
 
 
 def divide_cells(cells: CacheCells, chosen: NDArray[np.bool_]) -> tuple[CacheCells, int]:
@@ -77,7 +79,8 @@ def divide_cells(cells: CacheCells, chosen: NDArray[np.bool_]) -> tuple[CacheCel
 def one_cell(triangles: int) -> CacheCells:
     """Lay one cell of area 1 over all triangles, for photons that are but counted."""
     first, inverse = np.zeros((triangles, 2), np.int32), np.ones((triangles, 2), np.float32)
-    return CacheCells(first, np.ones(triangles, np.int32), inverse, np.zeros(0, np.int32), 1)
+    none = np.zeros(0, np.int32)
+    return CacheCells(first, np.ones(triangles, np.int32), inverse, none, NO_CLUTTER, 1)
 
 
 LEAST_FILL = 1 / 64
