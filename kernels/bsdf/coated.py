@@ -215,8 +215,13 @@ def sample(coat, wo, u, v):
 
 
 @jit
-def pdf(coat, wi, wo):
-    """Return the density of `sample` (per steradian)."""
-    if vec.dot(wi, coat.normal) <= 0.0 or vec.dot(wo, coat.normal) <= 0.0:
+def pdf(coat, wi, wo, n):
+    """Return the density of `sample` (per steradian) above a base of normal n.
+
+    Facets of a coat that leans otherwise send samples below its own horizon, too.
+    """
+    if vec.dot(wi, n) <= 0.0 or vec.dot(wo, coat.normal) <= 0.0:
+        return 0.0
+    if vec.dot(vec.add(wi, wo), coat.normal) <= 0.0:
         return 0.0
     return glossy.visible_pdf(None, coat.lobe, wi, wo, coat.normal, 0.0)

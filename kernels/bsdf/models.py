@@ -219,7 +219,8 @@ def _pdf(geometry, scattering, coats, sheens, surface, wi):
     density = _base_pdf(scattering, below, base, surface, wi)
     if coats is not None and surface.model == COATED:
         coat = coated.coat_at(geometry, scattering, surface)
-        share, own = coated.probability(scattering, base, coat, wo), coated.pdf(coat, wi, wo)
+        share = coated.probability(scattering, base, coat, wo)
+        own = coated.pdf(coat, wi, wo, surface.ns)
         return share * own + (1.0 - share) * density
     if sheens is not None and surface.model == SHEEN:
         over = sheen.sheen_at(geometry, sheens, sheens.maps, surface.hit)

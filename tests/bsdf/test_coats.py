@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from bsdf_harness import NORMAL, Case, departure, evaluate, furnace, sample
 from test_glossy import RGB, SMALL, ball, room
+from test_metals import born_wolf
 from test_rough_renders import block_means, excess
 
 import photonmap as pm
@@ -37,7 +38,7 @@ def test_a_coat_over_paint_is_plastic():
     """A whole coat over a Lambertian base is the BSDF of a glossy lobe over that base."""
     albedo = (0.1, 0.5, 1.0)
     painted = Case("Lambertian", albedo=albedo, coat=(1.0, 0.5, 1.5))
-    plastic = Case("glossy", (0.25,), albedo, (0.04,) * 3)
+    plastic = Case("glossy", (0.25,), albedo, (0.04,) * 3, index=1.5)
     wi, wo = (departure(cosine, azimuth) for cosine, azimuth in ((0.7, 0.3), (0.4, 2.0)))
     for other in (wo, -wi + 2.0 * (wi @ NORMAL) * np.array(NORMAL)):
         one, two = (evaluate(case, wi[None], other)[0] for case in (painted, plastic))
@@ -54,7 +55,8 @@ def test_a_polished_coat_over_a_polished_metal_is_two_mirrors():
             values, density = evaluate(case, wi, wo)
             used = density > 0.0
             total = np.where(used, values[:, 0] * (wi @ NORMAL) / density, 0.0).mean()
-            coat, metal = (f0 + (1.0 - f0) * (1.0 - cosine) ** 5 for f0 in (0.04, albedo))
+            coat = born_wolf(1.5, 0.0, cosine)
+            metal = albedo + (1.0 - albedo) * (1.0 - cosine) ** 5
             expected = coat + (1.0 - coat) ** 2 * metal / (1.0 - coat * metal)
             assert total == pytest.approx(expected, rel=3e-3)
 

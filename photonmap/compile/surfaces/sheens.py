@@ -165,7 +165,9 @@ def through_sheen(alpha: float, below: Base) -> Floats:
     below : the base
     """
     rough = below.diffuse_roughness
-    base = _white_clay(rough) if rough > 0.0 else white_base(below.alpha, below.f0, below.refraction)
+    base = (
+        _white_clay(rough) if rough > 0.0 else white_base(below.alpha, below.f0, below.refraction)
+    )
     rows, albedo = [], sheen_lobe(alpha).albedo[:-1]
     for color in np.linspace(0.0, 1.0, COLORS).tolist():
         passed = np.maximum(1.0 - color * albedo, 1e-9)
