@@ -1,4 +1,4 @@
-"""Run benchmarks by name (default: all); print their tables, write out/bench.json and bench.md."""
+"""Run benchmarks by name; print their tables, write out/bench.json and bench.md."""
 
 from __future__ import annotations
 
@@ -100,7 +100,8 @@ def _load(name: str) -> ModuleType:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"any of {', '.join(BENCHMARKS)}")
+    names = f"any of {', '.join(BENCHMARKS)}; only if named: {', '.join(ON_REQUEST)}"
+    parser.add_argument("names", nargs="*", metavar="NAME", help=names)
     parser.add_argument("--output", type=Path, default=ROOT / "out" / "bench.json")
     parser.add_argument("--reference", type=Path, help="cornell.npz (or set PHOTONMAP_REFERENCE)")
     parser.add_argument(
@@ -118,9 +119,12 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FOLDER",
         help="existing data set that dataset and scale read instead of rendering one",
     )
-    parser.add_argument("--scenes", metavar="NAME,…", help="for rooms and gloss: which of them")
+    parser.add_argument("--scenes", metavar="NAME,…", help="for rooms, gloss and matter: which")
     parser.add_argument(
-        "--size", type=read_size, metavar="WxH", help="for rooms and gloss: of all images, pixels"
+        "--size",
+        type=read_size,
+        metavar="WxH",
+        help="for rooms, gloss and matter: of images, pixels",
     )
     return parser
 
