@@ -78,6 +78,17 @@ def test_samples_of_a_leaning_coat_follow_the_density(case, cosine):
     assert fit_of_samples(case, wo) > SIGNIFICANCE
 
 
+@pytest.mark.parametrize("cosine", [0.8, 0.35])
+@pytest.mark.parametrize("case", LEANING, ids=lambda case: case.model)
+def test_what_leaves_below_a_leaning_coats_horizon_has_a_density(case, cosine):
+    """The density adds up to the share of samples that leave above the base's horizon."""
+    wo = departure(cosine)
+    share = (sample(case, wo, key=3) @ NORMAL > 0.0).mean()
+    wi, solid_angles = hemisphere(cosine)
+    total = evaluate(case, wi, wo)[1] @ solid_angles
+    assert total == pytest.approx(share, abs=3e-4 + SIGMAS * np.sqrt(share * (1 - share) / SAMPLES))
+
+
 @pytest.mark.parametrize("cosine", [1.0, 0.8, 0.35])
 @pytest.mark.parametrize("case", LEANING, ids=lambda case: case.model)
 def test_paths_and_photons_on_a_leaning_coat(case, cosine):
