@@ -19,7 +19,7 @@ SMALL = {"bands": 3, "size": (12, 12), "threads": 2}
 LEFT, RIGHT = 0.3, 0.7
 """Roughness of the two halves."""
 DARK, BRIGHT = (0.04, 0.05, 0.06), (0.9, 0.7, 0.3)
-"""Reflectances at normal incidence, coloured: numbers then follow Schlick's formula, as images do."""
+"""At normal incidence; coloured, for numbers that are not follow Fresnel's equations."""
 
 
 def halves(left, right):
