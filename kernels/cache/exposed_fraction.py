@@ -22,16 +22,14 @@ POINTS = 8
 """Points of a cell from which rays look around."""
 LOOKS = 8
 """Rays of a point, at most."""
-
-
-TESTED, EXPOSED, NEAR, LIT = 0, 1, 2, 3
+TESTED, EXPOSED, NEAR, EMITTER = 0, 1, 2, 3
 """What is counted: points that were tested, those of them that are exposed, and those whose first
 ray meets something within the cell's width, or an emitter."""
 
 
 @by_reference
 class Exposure(NamedTuple):
-    """Counts of points, uint8, in columns `TESTED`, `EXPOSED`, `NEAR` and `LIT`."""
+    """Counts of points, uint8, in columns `TESTED`, `EXPOSED`, `NEAR` and `EMITTER`."""
 
     cells: np.ndarray
     """(cells, 4) of cells of single triangles"""
@@ -74,7 +72,7 @@ def _look_around(scene, lit_sides, piece, u, v, width, state, counts):
         hit = intersect(geometry, origin, direction)
         if look == 0 and hit.triangle >= 0:
             counts[NEAR] += hit.distance < width
-            counts[LIT] += geometry.emitter[hit.triangle] >= 0
+            counts[EMITTER] += geometry.emitter[hit.triangle] >= 0
         if _is_lit(scene, lit_sides, hit, direction):
             counts[EXPOSED] += 1
             return

@@ -56,9 +56,9 @@ def fresnel(cosine, eta):
     squared = 1.0 - eta * eta * (1.0 - cosine * cosine)
     if squared <= 0.0:
         return 1.0
-    beyond = math.sqrt(squared)
-    parallel = (cosine - eta * beyond) / (cosine + eta * beyond)
-    perpendicular = (eta * cosine - beyond) / (eta * cosine + beyond)
+    inside = math.sqrt(squared)
+    parallel = (cosine - eta * inside) / (cosine + eta * inside)
+    perpendicular = (eta * cosine - inside) / (eta * cosine + inside)
     return 0.5 * (parallel * parallel + perpendicular * perpendicular)
 
 

@@ -229,7 +229,7 @@ class Colors:
         absent = set(names_where(kept="all", omitted="never")) - {*self.buffers}
         if absent == {name} == {"distance"}:
             return (
-                "'distance' is not here: this was written before it was told apart from 'depth', "
+                "'distance' is not here: this was written before it was separated from 'depth', "
                 "which holds the distance along the camera's ray"
             )
         return f"{name!r} was not among the buffers written, which are {listed(self.buffers, 99)}"

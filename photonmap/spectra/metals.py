@@ -90,9 +90,9 @@ def conductor_reflectance(
 ) -> Floats:
     """Return what a surface of index n + ik reflects of unpolarised light in air (Fresnel)."""
     index = np.square(np.asarray(n) + 1j * np.asarray(k))
-    beyond = np.sqrt(index - (1.0 - cosine * cosine))
-    across, along = cosine + beyond, index * cosine + beyond
-    ratios = (cosine - beyond) / _nonzero(across), (index * cosine - beyond) / _nonzero(along)
+    inside = np.sqrt(index - (1.0 - cosine * cosine))
+    across, along = cosine + inside, index * cosine + inside
+    ratios = (cosine - inside) / _nonzero(across), (index * cosine - inside) / _nonzero(along)
     return np.asarray(sum(np.abs(ratio) ** 2 for ratio in ratios) / 2.0)
 
 

@@ -171,7 +171,7 @@ def hypersim_images(result: Result, rgb: Mapping[str, NDArray[Any]]) -> dict[str
 
     There, color = diffuse_reflectance × diffuse_illumination + residual, so emission is part of the
     residual. `depth_meters` is the distance from the camera, 0 for the background, whose
-    `render_entity_id` is −1. Of files from before the two were told apart, depth is the distance.
+    `render_entity_id` is −1. In files without a distance, depth is the distance.
     """
     ids = result.object_id
     places = {

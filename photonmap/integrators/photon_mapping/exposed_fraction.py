@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from photonmap.integrators.base import PassSetup
 from photonmap.integrators.photon_mapping.radiosity_cache import one_cell
 from photonmap.kernels.cache.exposed_fraction import (
+    EMITTER,
     EXPOSED,
-    LIT,
     NEAR,
     TESTED,
     Exposure,
@@ -120,4 +120,4 @@ def measure_exposed(
     found = counts[:, EXPOSED] > 0
     np.divide(counts[:, EXPOSED], counts[:, TESTED], out=fraction[:, 0], where=found)
     near = counts[:, NEAR] > CLUTTERED * counts[:, TESTED]
-    return Exposed(np.maximum(fraction, LEAST, out=fraction), near & (counts[:, LIT] == 0))
+    return Exposed(np.maximum(fraction, LEAST, out=fraction), near & (counts[:, EMITTER] == 0))

@@ -46,10 +46,10 @@ def metallic_fraction(base: NDArray[np.float64], lobe: NDArray[np.float64]) -> N
     ----------
     base, lobe : diffuse reflectance, and reflectance at normal incidence; means over the bands
     """
-    beyond = np.where(lobe > USUAL_COAT * (1.0 + 1e-6), lobe - USUAL_COAT, 0.0)
+    excess = np.where(lobe > USUAL_COAT * (1.0 + 1e-6), lobe - USUAL_COAT, 0.0)
     half = 0.5 * (base + lobe) - USUAL_COAT
-    fraction = (np.sqrt(half * half + USUAL_COAT * beyond) - half) / USUAL_COAT
-    return np.where(beyond > 0.0, np.clip(fraction, 0.0, 1.0), 0.0)
+    fraction = (np.sqrt(half * half + USUAL_COAT * excess) - half) / USUAL_COAT
+    return np.where(excess > 0.0, np.clip(fraction, 0.0, 1.0), 0.0)
 
 
 def metallic_gloss(

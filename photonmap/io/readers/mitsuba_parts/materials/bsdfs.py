@@ -143,6 +143,14 @@ def _stretch(context: Context, node: Node) -> Look:
     return {**_stretched(along, across)}
 
 
+def _stretched(along: float, across: float) -> dict[str, float]:
+    """Return roughness and anisotropy of a lobe of these α, within [0, 1], where u and v rise."""
+    low, high = sorted((along, across))
+    strength = ((high - low) / max(1.0 - low, 1e-30)) ** 0.5
+    look = {"roughness": low**0.5, "anisotropy": strength}
+    return look | {"anisotropy_rotation": 0.25} if along < across else look
+
+
 def _roughness_map(context: Context, node: Node) -> float | Texture:
     """Return the square root of α, of each texel of a texture; of two α, as `_roughness`."""
     paint = None if node.find("alpha_u") else read_paint(context, node, "alpha", 0.1, "index")
@@ -375,11 +383,3 @@ _TYPES: dict[str, Callable[[Bsdfs, Node], Look]] = {
     "blendbsdf": _blend,
     "null": _null,
 }
-
-
-def _stretched(along: float, across: float) -> dict[str, float]:
-    """Return roughness and anisotropy of a lobe of these α, within [0, 1], where u and v rise."""
-    low, high = sorted((along, across))
-    strength = ((high - low) / max(1.0 - low, 1e-30)) ** 0.5
-    look = {"roughness": low**0.5, "anisotropy": strength}
-    return look | {"anisotropy_rotation": 0.25} if along < across else look
