@@ -21,13 +21,13 @@ from photonmap.kernels.bsdf import facets
 from photonmap.kernels.bsdf.cover import covered, own_of
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import mix
-from photonmap.kernels.core.fresnel import dip_term, rise
+from photonmap.kernels.core.fresnel import dip_of, dip_terms, rise, weights_of
 from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.metals import DIP_MEANS
 from photonmap.kernels.geometry.texture import coordinates, look_up, look_up_number
 
-DIP_MEAN = 1.0 / 126.0
-"""Cosine-weighted mean of cos (1 - cos)⁶."""
 TINY = 1e-12
+NO_DIP = (0.0, 0.0, 0.0, 0.0)
 
 
 class Lobe(NamedTuple):
@@ -65,12 +65,12 @@ class Reflection(NamedTuple):
     """what facets reflect once, per steradian, for a reflectance of 1"""
     rise: float
     """`rise` at the facets"""
-    dip: float
-    """cos (1 - cos)⁶ at the facets"""
+    dip: tuple
+    """`dip_terms` at the facets"""
     missing: float
     """what is reflected several times, likewise"""
     incoming: tuple
-    """albedos of light from wi, at Fresnel terms 1, `rise` and cos (1 - cos)⁶"""
+    """albedos of light from wi, at Fresnel terms 1, `rise`, and a tuple of those at `dip_terms`"""
     outgoing: tuple
     """likewise from wo"""
     mean: tuple
@@ -186,36 +186,58 @@ def mean_albedo(albedos, maps, lobe, term):
 
 
 @jit
-def dip_of(dips, lobe, band):
-    """Return the dip in one band."""
-    return 0.0 if dips is None else float(dips[lobe.material, band])
-
-
-@jit
 def _dip_albedos(scattering, dips, maps, uneven, lobe, way):
-    """Return the albedo of the third Fresnel term of light from an angle and azimuth: `way`."""
+    """Return the albedos at `dip_terms`, of light from an angle and azimuth: `way`.
+
+    They count where there is a base, which gets what the lobe does not reflect.
+    """
     if dips is None:
-        return 0.0
-    return look_up_albedo(scattering.albedos, maps, uneven, lobe, 2, way[0], way[1])
+        return NO_DIP
+    if lobe.base <= 0.0:
+        return NO_DIP
+    albedos, cosine, share = scattering.albedos, way[0], way[1]
+    return (
+        look_up_albedo(albedos, maps, uneven, lobe, 2, cosine, share),
+        look_up_albedo(albedos, maps, uneven, lobe, 3, cosine, share),
+        look_up_albedo(albedos, maps, uneven, lobe, 4, cosine, share),
+        look_up_albedo(albedos, maps, uneven, lobe, 5, cosine, share),
+    )
 
 
 @jit
-def _mean_dip(scattering, dips, maps, lobe):
-    return 0.0 if dips is None else mean_albedo(scattering.albedos, maps, lobe, 2)
+def _mean_dips(scattering, dips, maps, lobe):
+    """Return the cosine-weighted means of `_dip_albedos`."""
+    if dips is None:
+        return NO_DIP
+    if lobe.base <= 0.0:
+        return NO_DIP
+    albedos = scattering.albedos
+    return (
+        mean_albedo(albedos, maps, lobe, 2),
+        mean_albedo(albedos, maps, lobe, 3),
+        mean_albedo(albedos, maps, lobe, 4),
+        mean_albedo(albedos, maps, lobe, 5),
+    )
 
 
 @jit
 def multiple_fresnel(lobe, f0, dip, mean):
-    """Return the Fresnel term of what is scattered several times; `mean` is that of term 1."""
-    fresnel = f0 + (1.0 - f0) * lobe.curve[1] - dip * DIP_MEAN
+    """Return the Fresnel term of what is scattered several times.
+
+    `dip` is its cosine-weighted mean, `mean` that of the albedo at term 1.
+    """
+    fresnel = f0 + (1.0 - f0) * lobe.curve[1] - dip
     return fresnel * fresnel * mean / (1.0 - fresnel * (1.0 - mean))
 
 
 @jit
 def lobe_albedo(terms, f0, dip, multiple):
-    """Return what the lobe reflects in all, of the albedos of its three Fresnel terms."""
-    single, grazing, dipped = terms
-    return f0 * (single - grazing) + grazing - dip * dipped + (1.0 - single) * multiple
+    """Return what the lobe reflects in all, of the albedos at Fresnel terms 1 and `rise`.
+
+    `dip` is what it reflects less.
+    """
+    single, grazing = terms[0], terms[1]
+    return f0 * (single - grazing) + grazing - dip + (1.0 - single) * multiple
 
 
 @jit
@@ -228,7 +250,7 @@ def between(scattering, dips, maps, uneven, lobe, wi, wo, n):
     masking = 1.0 + facets.masking(uneven, lobe, cos_i, at_i)
     masking += facets.masking(uneven, lobe, cos_o, at_o)
     once = facets.distribution(uneven, lobe, h, n) / (4.0 * cos_i * cos_o * masking)
-    rising, dip = rise(vec.dot(wo, h), lobe.curve[0]), dip_term(vec.dot(wo, h))
+    rising, dip = rise(vec.dot(wo, h), lobe.curve[0]), dip_terms(vec.dot(wo, h))
     single_i = look_up_albedo(albedos, maps, uneven, lobe, 0, cos_i, at_i)
     single_o = look_up_albedo(albedos, maps, uneven, lobe, 0, cos_o, at_o)
     grazing_i = look_up_albedo(albedos, maps, uneven, lobe, 1, cos_i, at_i)
@@ -238,14 +260,17 @@ def between(scattering, dips, maps, uneven, lobe, wi, wo, n):
     dip_i = _dip_albedos(scattering, dips, maps, uneven, lobe, (cos_i, at_i))
     dip_o = _dip_albedos(scattering, dips, maps, uneven, lobe, (cos_o, at_o))
     incoming, outgoing = (single_i, grazing_i, dip_i), (single_o, grazing_o, dip_o)
-    means = mean, mean_grazing, _mean_dip(scattering, dips, maps, lobe)
+    means = mean, mean_grazing, _mean_dips(scattering, dips, maps, lobe)
     return Reflection(once, rising, dip, missing, incoming, outgoing, means)
 
 
 @jit
 def reflected(found, f0, dip, multiple):
-    """Return what a lobe alone reflects between two directions (per steradian)."""
-    once = f0 + (1.0 - f0) * found.rise - dip * found.dip
+    """Return what a lobe alone reflects between two directions (per steradian).
+
+    `dip` is that at the facets.
+    """
+    once = f0 + (1.0 - f0) * found.rise - dip
     return once * found.once + multiple * found.missing
 
 
@@ -261,15 +286,16 @@ def evaluate(scattering, maps, lobe, wi, wo, n, cover, values):
     dips = scattering.dip
     found = between(scattering, dips, maps, scattering.anisotropy, lobe, wi, wo, n)
     at_i, at_o, means = found.incoming, found.outgoing, found.mean
+    weights = weights_of(dips, lobe.material)
     for band in range(len(values)):
         f0, rho = normal_reflectance(scattering, maps, lobe, band), float(values[band])
-        dip = dip_of(dips, lobe, band)
-        multiple = multiple_fresnel(lobe, f0, dip, means[0])
-        through = 1.0 - lobe_albedo(at_i, f0, dip, multiple)
-        through *= 1.0 - lobe_albedo(at_o, f0, dip, multiple)
-        back = lobe_albedo(means, f0, dip, multiple)
+        multiple = multiple_fresnel(lobe, f0, dip_of(weights, DIP_MEANS, band), means[0])
+        through = 1.0 - lobe_albedo(at_i, f0, dip_of(weights, at_i[2], band), multiple)
+        through *= 1.0 - lobe_albedo(at_o, f0, dip_of(weights, at_o[2], band), multiple)
+        back = lobe_albedo(means, f0, dip_of(weights, means[2], band), multiple)
         base = rho * through * warp.INV_PI / max(1.0 - rho * back, TINY)
-        values[band] = covered(cover, f0, rho, reflected(found, f0, dip, multiple) + base)
+        own = reflected(found, f0, dip_of(weights, found.dip, band), multiple)
+        values[band] = covered(cover, f0, rho, own + base)
 
 
 @jit
@@ -278,12 +304,12 @@ def _lobe_probability(scattering, maps, lobe, cosine, share):
     albedos, f0, rho = scattering.albedos, lobe.f0, lobe.base
     mean, mean_grazing = mean_albedo(albedos, maps, lobe, 0), mean_albedo(albedos, maps, lobe, 1)
     multiple = multiple_fresnel(lobe, f0, 0.0, mean)
-    back = lobe_albedo((mean, mean_grazing, 0.0), f0, 0.0, multiple)
+    back = lobe_albedo((mean, mean_grazing), f0, 0.0, multiple)
     uneven = scattering.anisotropy
     single = look_up_albedo(albedos, maps, uneven, lobe, 0, cosine, share)
     grazing = look_up_albedo(albedos, maps, uneven, lobe, 1, cosine, share)
     once = f0 * (single - grazing) + grazing
-    whole = lobe_albedo((single, grazing, 0.0), f0, 0.0, multiple)
+    whole = lobe_albedo((single, grazing), f0, 0.0, multiple)
     base = rho * (1.0 - whole) * (1.0 - back) / max(1.0 - rho * back, TINY)
     return once / max(whole + base, TINY)
 

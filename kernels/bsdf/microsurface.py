@@ -21,7 +21,7 @@ import math
 
 from photonmap.kernels.bsdf.facets import visible_normal
 from photonmap.kernels.core import vec
-from photonmap.kernels.core.fresnel import dip_term, fresnel, mirrored, refracted
+from photonmap.kernels.core.fresnel import dip_of, dip_terms, fresnel, mirrored, refracted
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.rng import draw, draw_three
 from photonmap.kernels.core.warp import INV_PI, power_heuristic
@@ -127,7 +127,7 @@ def _metallic(f0, dip, cosine, band):
     value = f0[band] + (1.0 - f0[band]) * (1.0 - min(cosine, 1.0)) ** 5
     if dip is None:
         return value
-    return value - dip[band] * dip_term(cosine)
+    return value - dip_of(dip, dip_terms(cosine), band)
 
 
 @jit

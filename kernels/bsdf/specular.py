@@ -21,7 +21,14 @@ from photonmap.kernels.bsdf.glass import (
 )
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.bands import divide
-from photonmap.kernels.core.fresnel import dip_term, mirrored, refracted, schlick_term
+from photonmap.kernels.core.fresnel import (
+    dip_of,
+    dip_terms,
+    mirrored,
+    refracted,
+    schlick_term,
+    weights_of,
+)
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.records import MIRROR
 from photonmap.kernels.core.rng import draw, draw_three, stream
@@ -80,12 +87,11 @@ def _multiply_by_mirror(specular, grazing, material, cosine, throughput):
 
 @jit
 def _multiply_by_metal(specular, grazing, dips, material, cosine, throughput):
-    rise, fall = np.float32(schlick_term(cosine)), np.float32(dip_term(cosine))
+    rise, terms = np.float32(schlick_term(cosine)), dip_terms(cosine)
+    dip = weights_of(dips, material)
     for band in range(len(throughput)):
         reflected = specular.mirror[material, band] + rise * grazing[material, band]
-        if dips is not None:
-            reflected -= fall * dips[material, band]
-        throughput[band] *= reflected
+        throughput[band] *= reflected - np.float32(dip_of(dip, terms, band))
 
 
 @jit
@@ -184,9 +190,7 @@ def _on_side(out, direction, ng):
 @jit
 def metal_of(specular, dip, material):
     """Return what a METAL reflects, as `microsurface.scatter` takes it."""
-    if dip is None:
-        return specular.mirror[material], None
-    return specular.mirror[material], dip[material]
+    return specular.mirror[material], weights_of(dip, material)
 
 
 @jit

@@ -4,10 +4,11 @@ Lobes reflect by F(μ) = F₀ + (1 - F₀) r(μ), in which r rises from 0 at nor
 dielectrics it is what Fresnel's equations say, else Schlick's r = (1 - μ)⁵, for metals less a dip
 before grazing angles,
 
-    F(μ) = F₀ + (1 - F₀) (1 - μ)⁵ - a μ (1 - μ)⁶,
+    F(μ) = F₀ + (1 - F₀) (1 - μ)⁵ - μ (a₁ (1 - μ)² + a₂ (1 - μ)⁴ + a₃ (1 - μ)¹⁰ + a₄ (1 - μ)¹²),
 
-in which `a` makes F what it is for the metal's complex index at μ = 1/7, an angle of 82° (C. Kutz,
-M. Hašan and M. Edmondson, "Novel aspects of the Adobe Standard Material", 2023).
+whose weights are fitted to Fresnel's equations: `photonmap.scene.surfaces.conductors.fit_dip`. With
+one power it would be the form of C. Kutz, M. Hašan and M. Edmondson, "Novel aspects of the Adobe
+Standard Material", 2023.
 """
 
 import math
@@ -42,9 +43,40 @@ def schlick_term(cosine):
 
 
 @jit
-def dip_term(cosine):
-    """Return what the dip of metals is multiplied by."""
-    return min(cosine, 1.0) * (1.0 - min(cosine, 1.0)) ** 6
+def dip_terms(cosine):
+    """Return what the weights of the dip of metals are multiplied by: μ (1 - μ)ᵖ."""
+    mu = min(cosine, 1.0)
+    squared = (1.0 - mu) * (1.0 - mu)
+    fourth = squared * squared
+    tenth = fourth * fourth * squared
+    return mu * squared, mu * fourth, mu * tenth, mu * tenth * squared
+
+
+@jit
+def weights_of(dips, material):
+    """Return the weights of the dip of a material, (4, N); None where no material has any."""
+    if dips is None:
+        return None
+    return dips[material]
+
+
+@jit
+def dip_of(weights, terms, band):
+    """Return how much less a metal reflects in a band than Schlick's formula says.
+
+    Parameters
+    ----------
+    weights : (4, N) of the dip, or None
+    terms : four, `dip_terms` or their means
+    """
+    if weights is None:
+        return 0.0
+    return (
+        weights[0, band] * terms[0]
+        + weights[1, band] * terms[1]
+        + weights[2, band] * terms[2]
+        + weights[3, band] * terms[3]
+    )
 
 
 @jit

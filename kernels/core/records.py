@@ -198,7 +198,7 @@ class Specular(NamedTuple):
     media: Media | None
     """None where glass is clear, and lies in air"""
     dip: np.ndarray | None
-    """(M, N) float32, of metals, as `Scattering.dip`; None where none has one"""
+    """(M, 4, N) float32, of metals, as `Scattering.dip`; None where none has one"""
     maps: GlassMaps | None
     """None where glass is the same all over"""
     share: GlassShare | None
@@ -222,8 +222,8 @@ class Scattering(NamedTuple):
     specular: np.ndarray
     """(M, N) float32, reflectances of glossy surfaces at normal incidence"""
     albedos: np.ndarray
-    """(R, 3, K) float64, what glossy lobes of Fresnel terms 1, `rise` (`core.fresnel`) and
-    cos (1 - cos)⁶ reflect of light from K - 1 angles, and the cosine-weighted mean over all: of
+    """(R, 6, K) float64, what glossy lobes of Fresnel terms 1, `rise` and the four `dip_terms` of
+    `core.fresnel` reflect of light from K - 1 angles, and the cosine-weighted mean over all: of
     each material, 0 for other models; then, where lobes are textured, of lobes of even steps of
     roughness; then of those that differ along a surface, by azimuth"""
     maps: LobeMaps | None
@@ -233,8 +233,8 @@ class Scattering(NamedTuple):
     coats: Coats | None
     """None where no surface has a clear coat"""
     dip: np.ndarray | None
-    """(M, N) float32, by how many times cos (1 - cos)⁶ metals reflect less than Schlick's formula
-    says, see `core.fresnel`; None where none does"""
+    """(M, 4, N) float32, weights of the `dip_terms` by which metals reflect less than Schlick's
+    formula says, see `core.fresnel`; None where none does"""
     share: GlassShare | None
     """None where no surface is glass in part: the rest of it scatters so"""
     below: np.ndarray

@@ -46,7 +46,7 @@ def look_up_lobes(scene, scattering, maps, triangles, barycentrics, base, specul
     """Fill what first hits reflect where textures give their glossy lobes: one row a hit.
 
     Diffuse albedos and reflectances at normal incidence (P, N); α, and the mean albedos of the
-    lobe at the Fresnel terms of `Scattering.albedos`, in the first 4 of (P, 5). Rows of other
+    lobe at the Fresnel terms of `Scattering.albedos`, in all but the last of (P, 8). Rows of other
     surfaces stay as they are.
     """
     geometry = scene.geometry
@@ -60,7 +60,7 @@ def look_up_lobes(scene, scattering, maps, triangles, barycentrics, base, specul
         color = look_up_material(geometry, scene.textures, hit)
         lobe = glossy.lobe_at(geometry, scattering, maps, hit)
         lobes[pixel, 0] = lobe.alpha
-        for term in range(3):
+        for term in range(scattering.albedos.shape[1]):
             lobes[pixel, 1 + term] = glossy.mean_albedo(scattering.albedos, maps, lobe, term)
         for band in range(base.shape[1]):
             base[pixel, band] = albedo(scene.materials, scene.textures, color, band)
@@ -71,7 +71,7 @@ def look_up_lobes(scene, scattering, maps, triangles, barycentrics, base, specul
 def look_up_coats(geometry, scattering, maps, triangles, barycentrics, weights, lobes):
     """Fill which fraction of each surface hit a coat covers, (P,); rows of the sky stay.
 
-    And its lobe, (P, 5), as `look_up_lobes` does.
+    And its lobe, (P, 8), as `look_up_lobes` does.
     """
     coats = scattering.coats
     for pixel in range(len(triangles)):
@@ -81,7 +81,7 @@ def look_up_coats(geometry, scattering, maps, triangles, barycentrics, weights, 
             lobe, _ = coated.lobe_at(geometry, coats, coats.maps, hit)
             if weights[pixel] > 0.0:
                 lobes[pixel, 0] = lobe.alpha
-                for term in range(3):
+                for term in range(scattering.albedos.shape[1]):
                     mean = glossy.mean_albedo(scattering.albedos, coats.maps, lobe, term)
                     lobes[pixel, 1 + term] = mean
 

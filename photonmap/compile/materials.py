@@ -7,18 +7,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.surfaces.glossy import NODES, lobe_albedos
+from photonmap.compile.surfaces.glossy import NODES, TERMS, lobe_albedos
 from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.bsdf.models import GLOSSY, MODELS
 from photonmap.kernels.core import records
+from photonmap.kernels.core.metals import DIP_POWERS
 from photonmap.runtime.wording import listed
 from photonmap.scene.material import Material
 from photonmap.scene.surfaces.checks import check_material
+from photonmap.scene.surfaces.conductors import fit_dip
 from photonmap.scene.surfaces.fresnel import lobe_index, mean_rise
 from photonmap.scene.textures import Paint, Texture, is_black, mean_color, mean_number
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
-from photonmap.spectra.metals import dip_between
 
 Floats = NDArray[np.float64]
 LEAST_COLOR = 1e-3
@@ -174,20 +175,19 @@ def _compile_panes(materials: list[Material], mirror: Floats, tint: Floats) -> r
 
 
 def _compile_dips(materials: list[Material], glossy: Floats, bands: Bands) -> Floats:
-    """Return by how much glossy surfaces reflect less than Schlick's formula says, (M, N)."""
-    dip = np.zeros_like(glossy)
+    """Return the dips of glossy surfaces, (M, 4, N)."""
+    dip = np.zeros((len(materials), len(DIP_POWERS), bands.count))
     for row, material in enumerate(materials):
         edge = material.edge if material.is_glossy or material.is_polished_metal else None
         if edge is not None:
-            dip[row] = dip_between(
-                glossy[row], reflectance_of(material, "glossy_edge", edge, bands)
-            )
+            dip[row] = fit_dip(glossy[row], reflectance_of(material, "glossy_edge", edge, bands))
     return dip
 
 
-def _rows_of(dip: Floats, kept: NDArray[np.bool_]) -> NDArray[np.float32] | None:
-    """Return the dips of some materials, 0 of others; None where all are 0."""
-    chosen = np.where(kept[:, None], dip, 0.0).astype(np.float32)
+def _rows_of(table: Floats, kept: NDArray[np.bool_]) -> NDArray[np.float32] | None:
+    """Return the rows of some materials, 0 of others; None where all are 0."""
+    chosen = np.zeros(table.shape, np.float32)
+    chosen[kept] = table[kept]
     return chosen if chosen.any() else None
 
 
@@ -253,7 +253,7 @@ def _compile_scattering(
             name, values = scattering
             model[index] = MODELS[name]
             parameters[index, : len(values)] = values
-    albedos = np.zeros((len(materials), 3, NODES + 1))
+    albedos = np.zeros((len(materials), TERMS, NODES + 1))
     for index in range(len(materials)):
         if model[index] == GLOSSY:
             refraction = _lobe_index(materials[index], glossy[index])

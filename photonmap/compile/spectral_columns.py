@@ -85,7 +85,8 @@ def choose_columns(compiled: CompiledScene, merge: bool, split: bool) -> Spectra
     merge : carry bands once that are the same in every spectrum
     split : carry every light group on its own
     """
-    table = np.concatenate([table for table in _tables(compiled) if len(table)])
+    rows = [table.reshape(-1, table.shape[-1]) for table in _tables(compiled)]
+    table = np.concatenate([table for table in rows if len(table)])
     of_band = np.arange(table.shape[1])
     if merge:
         first = np.unique(table, axis=1, return_index=True, return_inverse=True)
@@ -144,8 +145,8 @@ class _Carrier:
         ]
 
     def tile(self, table: Array) -> Array:
-        """Repeat the distinct bands of a table for each light group."""
-        return np.ascontiguousarray(np.tile(table[:, self._first], len(self._columns.groups)))
+        """Repeat the distinct bands of a table, its last axis, for each light group."""
+        return np.concatenate([table[..., self._first]] * len(self._columns.groups), axis=-1)
 
     def shine(self, table: Array, groups: list[str]) -> Array:
         """Put each row of a table into the columns of its group alone."""
@@ -174,12 +175,10 @@ class _Carrier:
         """Return the media of a scene."""
         dispersion = media.dispersion
         if dispersion is not None:
-            steps = dispersion.steps
-            tiled = self.tile(steps.reshape(-1, steps.shape[2]))
             dispersion = dispersion._replace(
                 ior=self.tile(dispersion.ior),
-                steps=tiled.reshape(*steps.shape[:2], -1),
-                wave=self.tile(dispersion.wave[None])[0],
+                steps=self.tile(dispersion.steps),
+                wave=self.tile(dispersion.wave),
             )
         absorption = None if media.absorption is None else self.tile(media.absorption)
         return media._replace(absorption=absorption, dispersion=dispersion)
@@ -220,8 +219,7 @@ def _tables(compiled: CompiledScene) -> list[Array]:
         if media is not None and media.absorption is not None:
             tables.append(media.absorption)
         if media is not None and media.dispersion is not None:
-            steps = media.dispersion.steps
-            tables.append(steps.reshape(-1, steps.shape[2]))
+            tables.append(media.dispersion.steps)
     if compiled.scattering is not None:
         tables.append(compiled.scattering.specular)
         if compiled.scattering.dip is not None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from photonmap.buffers import BY_NAME, DEFAULT, names_where
 from photonmap.compile.scene_arrays import CompiledScene
-from photonmap.compile.surfaces.glossy import mean_albedo
+from photonmap.compile.surfaces.glossy import TERMS, mean_albedo
 from photonmap.integrators.base import TILE
 from photonmap.integrators.seen_surfaces import Coat, Sheen, Specularity, Surfaces
 from photonmap.kernels.core.lobe_records import Coats
@@ -209,7 +209,9 @@ def _diffuse_fraction(surfaces: Surfaces) -> Array:
     lobe, glossy = np.zeros_like(base), surfaces.is_glossy
     if glossy.any():
         lobe[glossy] = mean_albedo(
-            surfaces.glossy[glossy], surfaces.lobes[glossy, 1:], surfaces.dip[glossy]
+            surfaces.glossy[glossy],
+            surfaces.lobes[glossy, 1:],
+            None if surfaces.dip is None else surfaces.dip[glossy],
         )
         base *= (1.0 - lobe) ** 2 / np.maximum(1.0 - base * lobe, 1e-12)
     if surfaces.coat is not None:
@@ -232,14 +234,13 @@ def _of_materials(compiled: CompiledScene) -> Surfaces:
     reflectance, scattering = compiled.materials.reflectance, compiled.scattering
     count = len(reflectance)
     model, glossy = np.zeros(count, np.uint8), np.zeros_like(reflectance)
-    lobes, dip = np.zeros((count, 5)), np.zeros_like(reflectance)
+    lobes, dip = np.zeros((count, 2 + TERMS)), None
     coat = sheen = None
     if scattering is not None:
         model, glossy = scattering.below, scattering.specular
         means = scattering.albedos[:count, :, -1]
         lobes = np.column_stack([scattering.parameters[:, 0], means, scattering.parameters[:, 4]])
-        if scattering.dip is not None:
-            dip = scattering.dip
+        dip = scattering.dip
         if scattering.coats is not None:
             coat = _coat(scattering, scattering.coats)
         if (sheens := scattering.sheens) is not None:
@@ -309,7 +310,7 @@ def _of_points(compiled: CompiledScene, hits: FirstHits, material: Array) -> Sur
         plain.model[material],
         glossy,
         lobes,
-        plain.dip[material],
+        None if plain.dip is None else plain.dip[material],
         specular,
         plain.is_thin[material],
         coat,

@@ -22,7 +22,7 @@ class Coat(NamedTuple):
     f0: Array
     """reflectance at normal incidence"""
     lobes: Array
-    """(R, 4) as `Surfaces.lobes`"""
+    """(R, 8) as `Surfaces.lobes`"""
 
     @property
     def mean(self) -> Array:
@@ -75,10 +75,10 @@ class Surfaces(NamedTuple):
     glossy: Array
     """(R, N) reflectance of the glossy lobe at normal incidence"""
     lobes: Array
-    """(R, 5) its α, its mean albedos at the Fresnel terms of `Scattering.albedos`, and the mean of
+    """(R, 8) its α, its mean albedos at the Fresnel terms of `Scattering.albedos`, and the mean of
     its `kernels.core.fresnel.rise`"""
-    dip: Array
-    """(R, N) by which metals among them reflect less, 0 for others: see `kernels.core.fresnel`"""
+    dip: Array | None
+    """(R, 4, N) by which metals reflect less, as `Scattering.dip`"""
     specular: Specularity | None
     """None where there is none"""
     is_thin: Array

@@ -145,7 +145,7 @@ class Scene:
         ------
         InputError : no mesh has one of the names
         """
-        names = {mesh.name for mesh in self.meshes}
+        names = dict.fromkeys(mesh.name for mesh in self.meshes)
         for name in materials:
             if name not in names:
                 raise InputError(f"there is no mesh {shown(name)}; {suggest(name, names)}")

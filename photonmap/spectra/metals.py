@@ -96,27 +96,6 @@ def conductor_reflectance(
     return np.asarray(sum(np.abs(ratio) ** 2 for ratio in ratios) / 2.0)
 
 
-def dip_between(f0: Floats | float, edge: Floats | float) -> Floats:
-    """Return by what cos (1 - cos)⁶ is multiplied for metals: `a` of `kernels.core.fresnel`.
-
-    It is bounded such that they reflect 0 to 1 at all angles.
-
-    Parameters
-    ----------
-    f0, edge : reflectances at normal incidence and at 82°
-    """
-    cosines = np.linspace(1.0, 0.0, 1025)[1:-1, None]
-    schlick, least = (_schlick(np.ravel(f0), each) for each in (EDGE_COSINE, cosines))
-    term, terms = (each * (1.0 - each) ** 6 for each in (EDGE_COSINE, cosines))
-    dip = (schlick - np.ravel(edge)) / term
-    low, high = -((1.0 - least) / terms).min(axis=0), (least / terms).min(axis=0)
-    return np.clip(dip, low, high).reshape(np.shape(f0))
-
-
-def _schlick(f0: Floats | float, cosine: Floats | float) -> Floats:
-    return np.asarray(f0 + (1.0 - f0) * (1.0 - cosine) ** 5)
-
-
 def _nonzero(values: Floats) -> Floats:
     return np.where(values == 0.0, 1e-30, values)
 

@@ -11,7 +11,7 @@ import numpy as np
 import photonmap as pm
 from photonmap.compile.surfaces.anisotropy import with_anisotropy
 from photonmap.compile.surfaces.coats import with_coats
-from photonmap.compile.surfaces.glossy import NODES, lobe_albedos
+from photonmap.compile.surfaces.glossy import NODES, TERMS, lobe_albedos
 from photonmap.compile.surfaces.relief import Reliefs
 from photonmap.compile.surfaces.sheens import with_sheens
 from photonmap.compile.textures import compile_textures
@@ -19,9 +19,9 @@ from photonmap.kernels.bsdf import models
 from photonmap.kernels.core import records, rng, vec
 from photonmap.kernels.core.jit import kernel
 from photonmap.kernels.core.passes import Hit, SurfaceInteraction
+from photonmap.scene.surfaces.conductors import fit_dip
 from photonmap.scene.surfaces.fresnel import mean_rise
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.metals import dip_between
 
 ALBEDOS = (0.2, 0.7, 1.0)
 COSINES = (1.0, 0.8, 0.35, 0.08)
@@ -121,7 +121,7 @@ def make_scene(case):
 
 def _bare(case):
     """Return the scattering of a case, without textures, covers and anisotropy."""
-    parameters, albedos = np.zeros((1, 5)), np.zeros((3, NODES + 1))
+    parameters, albedos = np.zeros((1, 5)), np.zeros((TERMS, NODES + 1))
     parameters[0, : len(case.parameters)] = case.parameters
     parameters[0, 1:3] = np.mean(case.specular), np.mean(case.albedo)
     if case.model == "glossy":
@@ -152,10 +152,10 @@ def _coated(scattering, look, geometry):
 
 
 def _dip(case):
-    """Return the dip of each band, (1, N); None where Schlick's formula holds."""
+    """Return the weights of the dip, (1, 4, N); None where Schlick's formula holds."""
     if not case.edge:
         return None
-    return dip_between(np.array([case.specular]), np.array([case.edge])).astype(np.float32)
+    return fit_dip(np.array(case.specular), np.array(case.edge))[None].astype(np.float32)
 
 
 def _material(case):

@@ -163,7 +163,7 @@ def through_coat(
 
 def _whole_albedos(alpha: float, f0: float, index: float) -> Floats:
     """Return what a lobe reflects of light from each node's angle, (NODES,)."""
-    single, grazing, _ = lobe_albedos(alpha, index)
+    single, grazing = lobe_albedos(alpha, index)[:2]
     several = multiple_fresnel(f0, single[-1], mean_rise(index))
     whole = lobe_albedo(single, grazing, f0, several)
     return np.asarray(whole[:-1])
@@ -174,7 +174,7 @@ def white_base(alpha: float, f0: float | None, index: float) -> Floats:
     """Return where a white base sends light from each node's angle: rows add up to 1."""
     if f0 is None:
         return evenly(np.ones(NODES))
-    single, grazing, _ = lobe_albedos(alpha, index)
+    single, grazing = lobe_albedos(alpha, index)[:2]
     cosines = np.maximum(np.linspace(0.0, 1.0, NODES) ** 2, SMALLEST_COSINE).tolist()
     once = np.array([_once((alpha, index), f0, cosine) for cosine in cosines])
     once *= ((f0 * (single - grazing) + grazing)[:-1] / once.sum(axis=1))[:, None]

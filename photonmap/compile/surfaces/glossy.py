@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.compile.table_cache import Floats, kept_on_disk
-from photonmap.kernels.bsdf.glossy import DIP_MEAN
+from photonmap.kernels.core.metals import DIP_MEANS, DIP_POWERS
 from photonmap.scene.material import LEAST_ALPHA
 from photonmap.scene.surfaces.fresnel import rise
 
@@ -25,11 +25,13 @@ AZIMUTHS = 9
 COARSE = 64
 """In place of `GRID` where there are many tables: they differ by up to 0.0015."""
 SMALLEST_COSINE = 1e-4
+TERMS = 2 + len(DIP_POWERS)
+"""Fresnel terms of `Scattering.albedos`."""
 
 
 @kept_on_disk
 def lobe_albedos(alpha: float, index: float = 0.0) -> NDArray[np.float64]:
-    """Return what a GGX lobe reflects, (3, NODES + 1), by `Scattering.albedos`' Fresnel terms.
+    """Return what a GGX lobe reflects, (TERMS, NODES + 1), by `Scattering.albedos`' Fresnel terms.
 
     Of light from each angle, and last the cosine-weighted mean over all angles; by quadrature over
     visible normals (Dupuy and Benyoub 2023).
@@ -46,7 +48,7 @@ def lobe_albedos(alpha: float, index: float = 0.0) -> NDArray[np.float64]:
 def azimuth_albedos(
     along: float, across: float, index: float = 0.0, grid: int = GRID
 ) -> NDArray[np.float64]:
-    """Return `lobe_albedos` by azimuth, (1 + AZIMUTHS, 3, NODES + 1), the first of all together.
+    """Return `lobe_albedos` by azimuth, (1 + AZIMUTHS, TERMS, NODES + 1), the first of all.
 
     Parameters
     ----------
@@ -77,7 +79,7 @@ def _albedos_at(lobe: tuple[float, float, float], share: float, grid: int) -> ND
 
 @kept_on_disk
 def stepped_albedos(index: float) -> NDArray[np.float64]:
-    """Return `lobe_albedos` for even steps of roughness from 0 to 1, (STEPS, 3, NODES + 1)."""
+    """Return `lobe_albedos` for even steps of roughness from 0 to 1, (STEPS, TERMS, NODES + 1)."""
     roughness = np.linspace(0.0, 1.0, STEPS).tolist()
     return np.array([lobe_albedos(max(value * value, LEAST_ALPHA), index) for value in roughness])
 
@@ -104,28 +106,31 @@ def append_stepped(
 
 
 def mean_albedo(
-    f0: NDArray[np.floating], lobes: NDArray[np.float64], dip: Values = 0.0
+    f0: NDArray[np.floating], lobes: NDArray[np.float64], dip: NDArray[np.floating] | None = None
 ) -> NDArray[np.float64]:
     """Return what glossy surfaces reflect of light from all around, (M, N).
 
     Parameters
     ----------
     f0 : (M, N) reflectances at normal incidence
-    lobes : (M, 4), what the lobe reflects with the terms of `Scattering.albedos`, likewise, and
-        its `mean_rise`
-    dip : (M, N), of metals
+    lobes : (M, TERMS + 1), what the lobe reflects with the terms of `Scattering.albedos`, likewise,
+        and its `mean_rise`
+    dip : (M, 4, N), of metals
     """
-    single, grazing, dipped, rising = (lobes[:, term : term + 1] for term in range(4))
-    several = multiple_fresnel(f0, single, rising, dip)
-    return lobe_albedo(single, grazing, f0, several) - dip * dipped
+    single, grazing, rising = (lobes[:, term : term + 1] for term in (0, 1, TERMS))
+    if dip is None:
+        return lobe_albedo(single, grazing, f0, multiple_fresnel(f0, single, rising))
+    several = multiple_fresnel(f0, single, rising, np.tensordot(DIP_MEANS, dip, (0, 1)))
+    less = np.einsum("mt,mtn->mn", lobes[:, 2:TERMS], dip)
+    return lobe_albedo(single, grazing, f0, several) - less
 
 
 def multiple_fresnel(f0: Values, mean: Values, rising: Values, dip: Values = 0.0) -> Values:
     """Return the Fresnel term of what is scattered several times.
 
-    `mean` is that of term 1, `rising` the `mean_rise`.
+    `mean` is that of the albedo at term 1, `rising` the `mean_rise`, `dip` the mean of the dip.
     """
-    fresnel = f0 + (1.0 - f0) * rising - dip * DIP_MEAN
+    fresnel = f0 + (1.0 - f0) * rising - dip
     return fresnel**2 * mean / (1.0 - fresnel * (1.0 - mean))
 
 
@@ -140,11 +145,10 @@ def _albedos(
     """Return the mean of G2 / G1 over visible normals, times each Fresnel term."""
     along, across, index = lobe
     weight, beside, _ = reflections(along, across, share, cosine, grid)
-    missing = 1.0 - np.minimum(beside, 1.0)
-    schlick = weight * missing**5
-    grazing = weight * rise(beside, index) if index > 0.0 else schlick
-    terms = weight, grazing, schlick * missing * (1.0 - missing)
-    return tuple(float(term.mean()) for term in terms)
+    beside = np.minimum(beside, 1.0)
+    dips = (beside * (1.0 - beside) ** power for power in DIP_POWERS)
+    terms = (1.0, rise(beside, index), *dips)
+    return tuple(float((weight * term).mean()) for term in terms)
 
 
 def reflections(

@@ -14,10 +14,11 @@ from photonmap.io.readers.mitsuba_parts.materials.albedos import (
     coat_albedo,
     plastic_albedo,
 )
+from photonmap.kernels.core.metals import DIP_MEANS
+from photonmap.scene.surfaces.conductors import fit_dip
 from photonmap.scene.surfaces.fresnel import mean_rise
 from photonmap.scene.textures import Texture
 from photonmap.spectra.curves import Spectrum
-from photonmap.spectra.metals import dip_between
 
 RED = '<rgb name="{}" value=".8 .2 .1"/>'
 SMOOTH = '<float name="alpha" value="1e-4"/>'
@@ -94,7 +95,7 @@ def test_rough_metals_reflect_as_much_as_what_is_scattered_once(look, alpha):
     wanted = np.mean(reflected) * np.array([0.8, 0.2, 0.1])
     error = 4.0 * np.std(reflected) / math.sqrt(len(reflected))
     colors = np.array(material.glossy), np.array(material.glossy_edge)
-    dip = dip_between(*colors)[None]
+    dip = fit_dip(*colors)[None]
     lobe = np.append(lobe_albedos(alpha)[None, :, -1], [[mean_rise(0.0)]], axis=1)
     ours = mean_albedo(colors[0][None], lobe, dip)[0]
     np.testing.assert_allclose(ours, wanted, atol=error)
@@ -110,7 +111,7 @@ def test_metals_by_name(look):
     assert isinstance(gold.glossy, Spectrum)
     np.testing.assert_allclose(gold.glossy(np.array([450.0, 700.0])), [0.39, 0.97], atol=0.02)
     colors = [(each.glossy(700.0), each.glossy_edge(700.0)) for each in (gold, tinted)]
-    means = [f0 * 20.0 / 21.0 + 1.0 / 21.0 - dip_between(f0, edge) / 126.0 for f0, edge in colors]
+    means = [f0 * 20.0 / 21.0 + 1.0 / 21.0 - fit_dip(f0, edge) @ DIP_MEANS for f0, edge in colors]
     assert means[1] == pytest.approx(0.5 * means[0], rel=1e-3)
     white = look("roughconductor", '<string name="material" value="Al"/>' + SMOOTH).glossy
     np.testing.assert_allclose(white(np.array([450.0, 650.0])), 0.91, atol=0.02)

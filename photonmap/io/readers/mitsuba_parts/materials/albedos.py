@@ -9,12 +9,14 @@ given the reflectance with which they reflect as much light from all around as i
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.kernels.core.metals import DIP_MEANS, DIP_POWERS
+from photonmap.scene.surfaces.conductors import fit_dip
 from photonmap.scene.surfaces.fresnel import (
     SCHLICK_MEAN,
     lobe_index,
@@ -22,18 +24,16 @@ from photonmap.scene.surfaces.fresnel import (
     normal_reflectance,
     rise,
 )
-from photonmap.spectra.metals import dip_between
 
 Floats = NDArray[np.float64]
-_DIP_MEAN = 1.0 / 126.0
-"""Cosine-weighted mean of cos (1 - cos)⁶."""
 _TERMS: tuple[Callable[[Floats], Floats], ...] = (
     np.ones_like,
     lambda cosines: (1.0 - cosines) ** 5,
-    lambda cosines: cosines * (1.0 - cosines) ** 6,
+    *(partial(lambda power, cosines: cosines * (1.0 - cosines) ** power, p) for p in DIP_POWERS),
 )
 """Fresnel terms of metals: see `kernels.core.fresnel`."""
-_HALVINGS = 40
+_HALVINGS, _STEPS = 40, 16
+"""Of the interval that contains a reflectance, and towards one."""
 _NODES = 48
 """Directions, and facets in each of two dimensions, over which means are taken."""
 
@@ -134,23 +134,22 @@ def metal_reflectance(alpha: float) -> Callable[..., Any]:
 
     def reflectance(which: int, factor: Any, normal: Any, edge: Any) -> Any:
         ratio = edge / np.maximum(normal, 1e-9)
-        wanted = factor * _once(normal, dip_between(normal, edge), lost)
-        low, high = np.zeros_like(wanted), np.ones_like(wanted)
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            dip = dip_between(middle, np.minimum(middle * ratio, 1.0))
-            mean = middle + (1.0 - middle) * SCHLICK_MEAN - dip * _DIP_MEAN
+        wanted = factor * _once(normal, fit_dip(normal, edge), lost)
+        found = np.minimum(factor * normal, 1.0)
+        for _ in range(_STEPS):
+            dip = fit_dip(found, np.minimum(found * ratio, 1.0))
+            mean = found + (1.0 - found) * SCHLICK_MEAN - np.tensordot(DIP_MEANS, dip, 1)
             several = (1.0 - kept[0]) * mean**2 * kept[0] / (1.0 - mean * (1.0 - kept[0]))
-            is_high = _once(middle, dip, kept) + several > wanted
-            low, high = np.where(is_high, low, middle), np.where(is_high, middle, high)
-        return np.minimum(high * ratio, 1.0) if which else high
+            found = np.minimum(found * wanted / (_once(found, dip, kept) + several), 1.0)
+        return np.minimum(found * ratio, 1.0) if which else found
 
     return reflectance
 
 
 def _once(normal: Floats, dip: Floats, terms: list[float]) -> Floats:
     """Return what metal reflects once, of what it reflects with each Fresnel term."""
-    return np.asarray(normal * (terms[0] - terms[1]) + terms[1] - dip * terms[2])
+    once = normal * (terms[0] - terms[1]) + terms[1]
+    return np.asarray(once - np.tensordot(terms[2:], dip, 1))
 
 
 class _Facets(NamedTuple):
