@@ -69,18 +69,25 @@ def few(many):
     return replace(many, lights=[*many.lights[:2], *many.lights[-2:], pm.DomeLight(0.1)])
 
 
-@pytest.mark.parametrize("lights", ["few", "many"])
+@pytest.fixture(scope="module")
+def crowd(many):
+    """700 points: a tree of four levels."""
+    places = np.random.default_rng(6).uniform((-0.8, 0.35, -0.8), 0.8, (700, 3))
+    return replace(many, lights=[pm.PointLight(tuple(place), 1.0) for place in places])
+
+
+@pytest.mark.parametrize("lights", ["few", "many", "crowd"])
 def test_choices_have_their_probabilities(lights, request):
     """χ² at p > 1e-3 for each of 8 places; emitters of no probability are never chosen."""
     compiled = compile_scene(request.getfixturevalue(lights), Bands.parse("rgb"), 1.0)
     geometry, lights = compiled.geometry, compiled.lights
-    random = np.random.default_rng(5)
+    random, cdf = np.random.default_rng(5), np.empty(FEW_EMITTERS)
     for _ in range(8):
         point, ns = random.uniform(-0.3, 0.3, 3), random.normal(size=3)
         ns /= np.linalg.norm(ns)
         at = tuple(point), tuple(ns)
         counts, worst = np.zeros(len(lights.kind) + 1), np.zeros(2)
-        count_choices(geometry, lights, *at, SAMPLES, np.empty(FEW_EMITTERS), counts, worst)
+        count_choices(geometry, lights, *at, SAMPLES, cdf, counts, worst)
         assert worst[0] < 1e-9
         assert worst[1] < 1.0
         emitters = range(len(lights.kind))
