@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from photonmap.compile.table_cache import Floats, kept_on_disk
 from photonmap.kernels.core.metals import DIP_MEANS, DIP_POWERS
 from photonmap.scene.material import LEAST_ALPHA
-from photonmap.scene.surfaces.fresnel import rise
+from photonmap.scene.surfaces.conductors import dip_terms
+from photonmap.scene.surfaces.fresnel import even_light, rise
 
 Values = Any
 """Numbers, or arrays that go together"""
@@ -71,10 +72,9 @@ def _albedos_at(lobe: tuple[float, float, float], share: float, grid: int) -> ND
     """
     cosines = np.maximum(np.linspace(0.0, 1.0, NODES) ** 2, SMALLEST_COSINE)
     rows = np.array([_albedos(lobe, share, cosine, grid) for cosine in cosines]).T
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    roots = 0.5 * (nodes + 1.0)  # mean over μ = t² of 2 μ dμ = 4 t³ dt
-    means = [np.interp(roots, np.linspace(0.0, 1.0, NODES), row) for row in rows]
-    return np.column_stack([rows, np.array(means) @ (2.0 * weights * roots**3)])
+    nodes, shares = even_light(NODES)
+    means = [np.interp(np.sqrt(nodes), np.linspace(0.0, 1.0, NODES), row) for row in rows]
+    return np.column_stack([rows, np.array(means) @ shares])
 
 
 @kept_on_disk
@@ -146,8 +146,7 @@ def _albedos(
     along, across, index = lobe
     weight, beside, _ = reflections(along, across, share, cosine, grid)
     beside = np.minimum(beside, 1.0)
-    dips = (beside * (1.0 - beside) ** power for power in DIP_POWERS)
-    terms = (1.0, rise(beside, index), *dips)
+    terms = (1.0, rise(beside, index), *np.moveaxis(dip_terms(beside), -1, 0))
     return tuple(float((weight * term).mean()) for term in terms)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.kernels.core.metals import DIP_POWERS
+from photonmap.scene.surfaces.fresnel import even_light, rise
 from photonmap.spectra.metals import EDGE_COSINE, conductor_reflectance
 
 Floats = NDArray[np.float64]
@@ -40,9 +41,9 @@ def fit_dip(f0: Floats | float, edge: Floats | float) -> Floats:
     pair = np.broadcast_arrays(np.asarray(f0, float), np.asarray(edge, float))
     normal, wanted = (each.ravel() for each in pair)
     index, rest = _index_between(normal, wanted)
-    cosines = np.append(_quadrature()[0], EDGE_COSINE)[:, None]
+    cosines = np.append(even_light(_NODES)[0], EDGE_COSINE)[:, None]
     weights = _fitting() @ (_schlick(normal, cosines) - conductor_reflectance(*index, cosines))
-    weights[_BROAD] += rest / _dip_terms(EDGE_COSINE)[_BROAD]
+    weights[_BROAD] += rest / dip_terms(EDGE_COSINE)[_BROAD]
     weights *= np.minimum(_most(normal, weights), 1.0)
     return weights.reshape(-1, *pair[0].shape)
 
@@ -50,7 +51,7 @@ def fit_dip(f0: Floats | float, edge: Floats | float) -> Floats:
 def _most(f0: Floats, weights: Floats) -> Floats:
     """Return by what dips may be multiplied, lest metals reflect less than 0 or more than 1."""
     cosines = np.linspace(0.0, 1.0, _CHECKED)[1:-1]
-    dip, schlick = _dip_terms(cosines) @ weights, _schlick(f0, cosines[:, None])
+    dip, schlick = dip_terms(cosines) @ weights, _schlick(f0, cosines[:, None])
     room = np.where(dip > 0.0, schlick, schlick - 1.0)
     return np.asarray((room / np.where(dip == 0.0, -1e-30, dip)).min(axis=0))
 
@@ -81,31 +82,23 @@ def _index_between(f0: Floats, edge: Floats) -> tuple[tuple[Floats, Floats], Flo
 
 @cache
 def _fitting() -> Floats:
-    """Return the matrix that makes weights of a curve at cosines: `_quadrature`, and 82°.
+    """Return the matrix that makes weights of a curve at cosines: `even_light`, and 82°.
 
     It is right at the last, and has least squares at the others, as much as each counts.
     """
-    cosines, shares = _quadrature()
-    terms, at_edge = _dip_terms(cosines), _dip_terms(EDGE_COSINE)
+    cosines, shares = even_light(_NODES)
+    terms, at_edge = dip_terms(cosines), dip_terms(EDGE_COSINE)
     inverse = np.linalg.inv(terms.T @ (terms * shares[:, None]))
     free, bound = inverse @ (terms.T * shares), inverse @ at_edge
     bound /= at_edge @ bound
     return np.column_stack([free - np.outer(bound, at_edge @ free), bound])
 
 
-@cache
-def _quadrature() -> tuple[Floats, Floats]:
-    """Return cosines, and the share that each has of light from all around."""
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    roots = 0.5 * (nodes + 1.0)  # mean over μ = t² of 2 μ dμ = 4 t³ dt
-    return roots**2, 2.0 * weights * roots**3
-
-
-def _dip_terms(cosine: Floats | float) -> Floats:
-    """Return `kernels.core.fresnel.dip_terms`, in the last axis."""
+def dip_terms(cosine: Floats | float) -> Floats:
+    """Return `kernels.core.fresnel.dip_terms` of cosines of any shape, in a last axis of 4."""
     cosines = np.asarray(cosine)[..., None]
     return np.asarray(cosines * (1.0 - cosines) ** np.array(DIP_POWERS))
 
 
 def _schlick(f0: Floats, cosine: Floats | float) -> Floats:
-    return np.asarray(f0 + (1.0 - f0) * (1.0 - cosine) ** 5)
+    return np.asarray(f0 + (1.0 - f0) * rise(np.asarray(cosine), 0.0))

@@ -50,6 +50,15 @@ def mean_rise(index: float) -> float:
     """Return the cosine-weighted mean of `rise`."""
     if index == 0.0:
         return SCHLICK_MEAN
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    cosines, shares = even_light(_NODES)
+    return float(rise(cosines, index) @ shares)
+
+
+def even_light(count: int) -> tuple[Floats, Floats]:
+    """Return cosines, (count,), and the share that each has of light from all around: quadrature.
+
+    They are denser at grazing angles: Gauss and Legendre's for the cosine's square root.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(count)
     roots = 0.5 * (nodes + 1.0)  # mean over μ = t² of 2 μ dμ = 4 t³ dt
-    return float(rise(roots**2, index) @ (2.0 * weights * roots**3))
+    return roots**2, 2.0 * weights * roots**3
