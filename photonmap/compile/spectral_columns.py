@@ -145,8 +145,12 @@ class _Carrier:
         ]
 
     def tile(self, table: Array) -> Array:
-        """Repeat the distinct bands of a table, its last axis, for each light group."""
-        return np.concatenate([table[..., self._first]] * len(self._columns.groups), axis=-1)
+        """Repeat the distinct bands of a table, its last axis, for each light group.
+
+        The bands of a row lie side by side, as in any table: kernels are compiled for one order.
+        """
+        chosen = np.take(table, self._first, axis=-1)
+        return np.concatenate([chosen] * len(self._columns.groups), axis=-1)
 
     def shine(self, table: Array, groups: list[str]) -> Array:
         """Put each row of a table into the columns of its group alone."""
