@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from benchmarks.speed.all_matter import all_matter
 
 import photonmap as pm
+from benchmarks.speed.all_matter import all_matter
 from photonmap.compile.scene_arrays import compile_scene
 from photonmap.compile.spectral_columns import SpectralColumns, carry, choose_columns
 from photonmap.kernels.core.records import SceneArrays
@@ -18,7 +18,9 @@ def arrays_in(record, name="scene"):
     if isinstance(record, np.ndarray):
         yield name, record
     elif isinstance(record, tuple):
-        for field, value in zip(getattr(record, "_fields", range(len(record))), record, strict=True):
+        for field, value in zip(
+            getattr(record, "_fields", range(len(record))), record, strict=True
+        ):
             yield from arrays_in(value, f"{name}.{field}")
 
 

@@ -1,5 +1,7 @@
 """The scene of few triangles by which kernels are compiled ahead needs what the scene needs."""
 
+import subprocess
+import sys
 from dataclasses import replace
 
 import numba
@@ -128,3 +130,51 @@ def test_scenes_that_need_other_kernels_are_told_apart():
     assert markers["box"] != markers["glass"] != markers["absorbing"] != markers["flint"]
     assert markers["glass"] == markers["balls"]
     assert markers["frosted glass"] != markers["brushed glass"]
+
+
+LATE = """
+import importlib, sys
+from numba.core.registry import CPUDispatcher
+import photonmap as pm
+
+def called():
+    return {
+        (module, name): set(kernel.overloads)
+        for module in list(sys.modules) if module.startswith("photonmap.kernels")
+        for name, kernel in vars(sys.modules[module]).items() if isinstance(kernel, CPUDispatcher)
+    }
+
+render, ahead = importlib.import_module("photonmap.render"), {}
+compile_kernels = render.compile_kernels
+
+def compile_and_list(*arguments):
+    compile_kernels(*arguments)
+    ahead.update(called())
+
+render.compile_kernels = compile_and_list
+box = pm.scenes.cornell_box()
+colors = [(0.2, 0.5, 0.5), (0.7, 0.3, 0.3), (0.1, 0.4, 0.4)]
+coloured = [
+    pm.Mesh(mesh.vertices, mesh.faces, pm.Material(f"paint {number}", color), mesh.name)
+    for number, (mesh, color) in enumerate(zip(box.meshes, colors))
+]
+lamp, fill = pm.PointLight((0.1, 0.4, 0.2), 0.2), pm.PointLight((-0.1, 0.2, 0.3), 0.1)
+"""
+RENDERS = {
+    "mirror and glass": "scene, settings = pm.scenes.cornell_balls(), {'bands': 'rgb'}",
+    "bands merged": "scene, settings = pm.Scene(coloured, [lamp], box.camera), {'bands': 'rgb'}",
+    "split by light": "scene, settings = pm.Scene(box.meshes, [lamp, fill], box.camera), "
+    "{'per_light': True}",
+}
+
+
+@pytest.mark.parametrize("name", RENDERS)
+def test_a_render_calls_no_kernel_that_was_not_called_ahead(name):
+    """It would be compiled in the first pass, without a word; in a process of its own."""
+    script = f"""{LATE}
+{RENDERS[name]}
+result = pm.render(scene, size=8, passes=2, seed=1, threads=1, **settings)
+print([at for at, overloads in called().items() if overloads - ahead.get(at, set())])
+"""
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert run.stdout.split("\n")[-2] == "[]"

@@ -41,7 +41,7 @@ def connect(setup: PassSetup, job: CameraPass, estimate: Estimate) -> int:
     photons = len(caustics.positions)
     pixels, order = np.empty((2, photons), np.int32)
     weights = np.empty(photons, np.float32)
-    bundles = -(-photons // BUNDLE)
+    bundles = max(-(-photons // BUNDLE), 1)
 
     def look_back(bundle: int) -> int:
         span = Span(bundle * photons // bundles, (bundle + 1) * photons // bundles)
