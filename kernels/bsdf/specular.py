@@ -24,13 +24,14 @@ from photonmap.kernels.core.bands import divide
 from photonmap.kernels.core.fresnel import (
     dip_of,
     dip_terms,
+    fresnel,
     mirrored,
     refracted,
     schlick_term,
     weights_of,
 )
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.core.records import MIRROR
+from photonmap.kernels.core.records import GLASS, MIRROR
 from photonmap.kernels.core.rng import draw, draw_three, stream
 from photonmap.kernels.geometry.interaction import offset, point_at, shading_normal, side_of
 from photonmap.kernels.geometry.pane import clear_at, is_reflected
@@ -104,6 +105,17 @@ def arrive_at(geometry, hit, direction):
     if vec.dot(n, direction) >= 0.0:
         n = ng
     return Arrival(hit.triangle, direction, side, ng, n)
+
+
+@jit
+def reflected_share(geometry, specular, hit, direction):
+    """Return what smooth glass reflects of a ray, in one band; 1 of any other surface."""
+    material = geometry.material[hit.triangle]
+    if specular.kind[material] != GLASS:
+        return 1.0
+    arrival = arrive_at(geometry, hit, direction)
+    cosine = -vec.dot(arrival.n, arrival.direction)
+    return fresnel(cosine, index_ratio(specular, material, arrival, 0))
 
 
 @jit

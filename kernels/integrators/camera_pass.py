@@ -27,7 +27,7 @@ from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.integrators.final_gather import light_keys
 from photonmap.kernels.integrators.irradiance import add_disks, estimate_irradiance
 from photonmap.kernels.integrators.irradiance_differences import begin_shifts
-from photonmap.kernels.integrators.specular_view import Chain, view_specular_chains
+from photonmap.kernels.integrators.specular_view import ALL_LOBES, Chain, view_specular_chains
 
 CENTRE = (0.5, 0.5)
 
@@ -51,7 +51,7 @@ def _render_sample(job, keys, pixel, index, share, budget, estimate, scratch):
         if not are_caustics_connected(job, job.maps.caustics, surface, pixel):
             add_disks(scene, scene.scattering, job.maps.caustics, surface, scratch)
         add_reflected(scene, surface, share, pixel, scratch, estimate)
-    chain = Chain(job.key, index, pixel, share, budget)
+    chain = Chain(job.key, index, pixel, share, budget, ALL_LOBES)
     view_specular_chains(job, scene.specular, (hit, direction), chain, estimate, scratch)
 
 

@@ -16,7 +16,7 @@ from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.integrators.camera_pass import CENTRE
 from photonmap.kernels.integrators.irradiance import trace_irradiance
 from photonmap.kernels.integrators.path_walk import ONE
-from photonmap.kernels.integrators.specular_view import Chain, view_specular_chains
+from photonmap.kernels.integrators.specular_view import ALL_LOBES, Chain, view_specular_chains
 
 
 @jit
@@ -35,7 +35,7 @@ def _render_path(job, bounces, pixel, index, share, state, estimate, scratch):
         surface = surface_interaction(scene.geometry, hit, direction)
         state = trace_irradiance(scene, job.maps, surface, bounces, state, scratch)
         add_reflected(scene, surface, share, pixel, scratch, estimate)
-    chain = Chain(job.key, index, pixel, share, ONE)
+    chain = Chain(job.key, index, pixel, share, ONE, ALL_LOBES)
     view_specular_chains(job, scene.specular, (hit, direction), chain, estimate, scratch)
     return state
 

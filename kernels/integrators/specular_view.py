@@ -12,7 +12,7 @@ import numpy as np
 from photonmap.kernels.bsdf import models
 from photonmap.kernels.bsdf.absorption import absorb
 from photonmap.kernels.bsdf.material import albedo, look_up_material
-from photonmap.kernels.bsdf.specular import LONGEST_CHAIN
+from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, reflected_share
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.passes import (
     CAUSTIC,
@@ -33,6 +33,7 @@ from photonmap.kernels.core.streams import (
     CHAIN_LIGHT,
     CHAIN_LOBE,
     CHAIN_PATH,
+    CHAIN_REFLECTED,
     CHAIN_ROUGH,
     CHAIN_ROUGH_LIGHT,
     CHAIN_WALK,
@@ -60,6 +61,7 @@ STEP = np.uint64(40)
 METAL_CHAINS, GLASS_CHAINS = 4, 2
 """Most chains of a camera sample at rough metal, where one says little, and at rough glass, where
 they are longer, with light samples on both sides of all surfaces."""
+ALL_LOBES = (0.0, 1.0)
 SMOOTH, ONE_ROUGH, FURTHER = 0, 1, 2
 """What a chain has passed: no rough surface, the first one just now, or more since then."""
 
@@ -75,6 +77,8 @@ class Chain(NamedTuple):
     """of the pixel"""
     budget: SampleBudget
     """of each surface that it comes to"""
+    lobes: tuple
+    """(lowest value, width) of the number that chooses how its first surface scatters"""
 
 
 @jit
@@ -131,6 +135,8 @@ def _point(chain, use, step):
 def _scattering_numbers(alpha, chain, step):
     """Return the numbers of `scatter_specular` for a step along the chain."""
     xi, _ = _point(chain, CHAIN_LOBE, step)
+    if step == 0:
+        xi = chain.lobes[0] + chain.lobes[1] * xi
     if alpha is None:
         return xi, 0.0, 0.0
     u, v = _point(chain, CHAIN_FACET, step)
@@ -196,10 +202,27 @@ def _view_along(job, specular, seen, chain, estimate, scratch):
 
 
 @jit
-def _shared(budget, chains):
-    """Return the budget of each of several chains."""
-    gathers = max(budget.gathers // chains, 1) if budget.gathers > 0 else 0
-    return SampleBudget(max(budget.lights // chains, 1), gathers)
+def _shared(budget, share):
+    """Return the budget of a chain that has a share of the light."""
+    gathers = max(int(budget.gathers * share + 0.5), 1) if budget.gathers > 0 else 0
+    return SampleBudget(max(int(budget.lights * share + 0.5), 1), gathers)
+
+
+@jit
+def _view_both(job, specular, seen, reflected, chain, estimate, scratch):
+    """Follow what smooth glass reflects, and what it transmits, apart.
+
+    Else one sample in 25 would show the lamp that a pane reflects by 4%, at its full brightness.
+    """
+    key, rest = split(chain.key, CHAIN_REFLECTED), 1.0 - reflected
+    for own, share, lobes in (
+        (key, reflected, (0.0, reflected)),
+        (chain.key, rest, (reflected, rest)),
+    ):
+        budget = _shared(chain.budget, share)
+        weight = np.float32(chain.share * share)
+        part = Chain(own, chain.index, chain.pixel, weight, budget, lobes)
+        _view_along(job, specular, seen, part, estimate, scratch)
 
 
 @jit
@@ -214,17 +237,21 @@ def view_specular_chains(job, specular, seen, chain, estimate, scratch):
     """Follow a camera ray on from a specular first hit, and add all that it sees.
 
     `seen` = (hit, direction) of the ray, `chain` has its share of the pixel and its budget, which
-    rough surfaces split between several. Emission goes to `estimate.pixels.emission` while all is
-    smooth, other light to `estimate.via_specular`.
+    glass and rough surfaces split between several. Emission goes to `estimate.pixels.emission`
+    while all is smooth, other light to `estimate.via_specular`.
     """
     if specular is None:
         return
     if not is_rough(job.scene.geometry, specular.alpha, seen[0].triangle):
-        _view_along(job, specular, seen, chain, estimate, scratch)
+        reflected = reflected_share(job.scene.geometry, specular, seen[0], seen[1])
+        if 0.0 < reflected < 1.0:
+            _view_both(job, specular, seen, reflected, chain, estimate, scratch)
+        else:
+            _view_along(job, specular, seen, chain, estimate, scratch)
         return
     count = _count_chains(job.scene.geometry, specular, seen[0].triangle, chain.budget)
-    key, budget = split(chain.key, CHAIN_ROUGH), _shared(chain.budget, count)
+    key, budget = split(chain.key, CHAIN_ROUGH), _shared(chain.budget, 1.0 / count)
     share, first = np.float32(chain.share / count), chain.index * np.uint64(count)
     for number in range(count):
-        part = Chain(key, first + np.uint64(number), chain.pixel, share, budget)
+        part = Chain(key, first + np.uint64(number), chain.pixel, share, budget, ALL_LOBES)
         _view_along(job, specular, seen, part, estimate, scratch)

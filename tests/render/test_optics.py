@@ -367,3 +367,18 @@ def test_glass_as_thin_as_air_is_invisible():
     z = (found - wanted) / np.hypot(error, 0.005 * wanted.mean())
     assert np.abs(z).max() < stats.norm.isf(1e-3 / z.size)
     assert found.mean() == pytest.approx(wanted.mean(), rel=0.01)
+
+
+@pytest.mark.parametrize("method", ["photon", "path"])
+def test_a_lamp_in_still_water_has_no_noise(method):
+    """What glass reflects and transmits is followed apart: F of the lamp shows in every sample."""
+    water, floor = pm.Material.glass("water", 1.33), pm.Material("floor", 0.0)
+    lamp = plane(50.0, 3.0, pm.Material("lamp", 0.0, emission=2.0), "lamp")
+    lamp = pm.Mesh(lamp.vertices, np.asarray(lamp.faces)[:, ::-1], lamp.material, "lamp")
+    camera = pm.Camera((0.0, 1.0, 0.0), (0.8, 0.0, 0.0), fov=50.0)
+    scene = pm.Scene([plane(50.0, 0.0, water), plane(50.0, -1.0, floor, "floor"), lamp], [], camera)
+    settings = {"bands": "rgb", "size": (12, 8), "passes": 4, "seed": 1, "pixel": "center"}
+    result = pm.render(scene, **settings, method=method)
+    reflected = np.vectorize(fresnel.fresnel)(1.0 / result.distance, 1.0 / 1.33)
+    np.testing.assert_allclose(result.emission[..., 0], 2.0 * reflected, rtol=1e-5)
+    assert (result.errors["emission"] <= 1e-6 * result.emission).all()
