@@ -30,6 +30,7 @@ from photonmap.compile.spectral_columns import (
 )
 from photonmap.errors import listening, warn
 from photonmap.film.bias import BiasProbe
+from photonmap.film.empty_image import warn_of_empty_image
 from photonmap.film.goal import refuse_omitted
 from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.adaptive_sampling import AdaptiveSampling
@@ -330,10 +331,9 @@ def finish(run: Run) -> Images:
     rest = {"unresolved": unresolved, "passes": moments.whole.counts}
     rest |= first_hit_buffers(setup.scene, film, run.workers, kept, setup.storage)
     buffers = in_order(light | {name: rows for name, rows in rest.items() if name in kept})
-    if set(run.hidden_lights) != set(setup.scene.light_names):
+    if some_shine := set(run.hidden_lights) != set(setup.scene.light_names):
         warn_of_few_photons(unresolved)
-    if moments.whole.shows_nothing():
-        warn("the camera sees nothing; check its origin and target, or give no camera")
+    warn_of_empty_image(moments.whole, some_shine and setup.plan.on("direct"))
     blocks = moments.block_errors(power, kept)
     return Images(_as_images(buffers, film), _as_images(errors, film), blocks, unresolved)
 

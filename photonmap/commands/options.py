@@ -132,7 +132,7 @@ def _white(text: str) -> str:
 
 def name_output(options: argparse.Namespace) -> str:
     """Return the file to write the result to."""
-    return options.output or Path(options.scene).with_suffix(".exr").name
+    return options.output or f"{Path(options.scene).stem or 'image'}.exr"
 
 
 def add_name(file: str | Path, name: str | None) -> str:

@@ -134,6 +134,13 @@ class Accumulator:
         """Return whether no pixel shows a surface or the sky."""
         return not (self._moments.coverage.any() or self._moments.emission.any())
 
+    def is_unlit(self) -> bool:
+        """Return whether surfaces that reflect are seen beside lights, and none sends light."""
+        moments = self._moments
+        if moments.direct.any() or moments.indirect.any():
+            return False
+        return bool((moments.reflectance.any(axis=1) & ~moments.emission.any(axis=1)).any())
+
     def reflected(self, part: slice) -> NDArray[np.float32]:
         """Return the light that surfaces send to some pixels: radiance where none emits."""
         return (self._moments.direct[part] + self._moments.indirect[part]).astype(np.float32)

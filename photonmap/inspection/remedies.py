@@ -29,7 +29,11 @@ _REMEDIES = (
     (r"KHR_materials_transmission", f"make it all glass: transmission 1, or ior {_TOML}"),
     (r"roughness of thin glass", f"model its two sides, or give it a partial alpha {_TOML}"),
     (r"specularColorFactor", f"give the colour as glossy {_TOML}"),
-    (r"KHR_materials_(?!transmission)|EXT_", f"describe the surface {_TOML}, as near as it gets"),
+    (r"EXT_mesh_gpu_instancing", "make its instances real, and export again: one copy is there"),
+    (
+        r"KHR_materials_(?!transmission)|EXT_(?!mesh_gpu)",
+        f"describe the surface {_TOML}, as near as it gets",
+    ),
     (r"\brange\b", "nothing: light falls off with the square of the distance"),
     (r"clamped in one|coordinates of a further texture", _BAKE),
     (r"mirrored view", "give the camera's node a scale without minus signs"),

@@ -8,6 +8,7 @@ from photonmap.errors import warn
 from photonmap.kernels.core.passes import View
 from photonmap.kernels.core.records import Lights
 from photonmap.kernels.integrators.light_visibility import find_view_points, reaches_view
+from photonmap.kernels.lights.kinds import AREA_KINDS, POINT
 from photonmap.kernels.lights.selection import FEW_EMITTERS
 from photonmap.runtime.wording import listed
 
@@ -73,7 +74,11 @@ def _suspects(compiled: CompiledScene, hidden: list[str]) -> str:
     if portals.any():
         only = "which let in the sky and suns alone"
         return f"the winding of portals, {only}, and that {it_is} not behind one"
-    return f"{its} winding, and that {it_is} not inside a wall"
+    kinds = lights.kind[np.isin(compiled.light_names, hidden)]
+    what = "winding" if np.isin(kinds, AREA_KINDS).any() else "direction"
+    if (kinds == POINT).all():
+        return f"that {it_is} not inside a wall"
+    return f"{its} {what}, and that {it_is} not inside a wall"
 
 
 def _only(lights: Lights, members: np.ndarray) -> Lights:

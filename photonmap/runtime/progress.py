@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 STAGES = {
     "load": "loading",
-    "first compile": "compiling kernels (first run only)",
+    "first compile": "compiling kernels for scenes of this kind (once)",
     "compile": "loading kernels",
     "render": "rendering",
     "write": "writing",

@@ -16,7 +16,7 @@ from photonmap.errors import InputError
 from photonmap.io.exr import list_parts, read_exr
 from photonmap.results.colors import AS_IT_IS, SCENE
 from photonmap.results.result import Result
-from photonmap.runtime.wording import listed
+from photonmap.runtime.wording import suggest
 from photonmap.version import __version__
 from photonmap.viewer.packing import find_scale, pack_errors, pack_numbers, pack_values
 
@@ -128,7 +128,8 @@ def _choose(results: Sequence[Result], buffers: Iterable[str] | None) -> list[st
         chosen = list(buffers)
         for name in chosen:
             if name not in found:
-                raise InputError(f"there is no buffer {name!r}; there are {listed(found, 99)}")
+                remedy = "render it with --buffers" if row_of(name) else suggest(name, BY_NAME)
+                raise InputError(f"there is no buffer {name!r}; {remedy}")
     if not chosen:
         raise InputError("there is no buffer that can be shown")
     order = list(BY_NAME)

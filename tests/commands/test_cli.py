@@ -112,6 +112,10 @@ def test_framing_is_said(tmp_path):
 
 BAD = {
     "missing scene": (["nowhere.obj"], "nowhere.obj"),
+    "a folder": (["."], "is a folder"),
+    "no name": ([""], "is a folder"),
+    "info of a folder": (["info", "."], "is a folder"),
+    "conversion of a folder": (["convert", ".", "x.obj"], "is a folder"),
     "two budgets": (["ok.obj", "--passes", "3", "--seconds", "1"], "two budgets"),
     "wrong error": (["ok.obj", "--error", "indirect:95:0.01"], "'95' is not a percentile"),
     "error of no buffer": (["ok.obj", "--error", "depth:0.01"], "'depth:0.01'"),

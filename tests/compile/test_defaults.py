@@ -57,14 +57,14 @@ def irradiance(normal, key, rng):
     directions = rng.normal(size=(2_000_000, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     cosines = np.maximum(directions @ normal, 0.0)
-    radiance = 0.4 + 5.4 * np.exp(12.0 * (directions @ key - 1.0))
+    radiance = 0.2 + 6.6 * np.exp(12.0 * (directions @ key - 1.0))
     return 4.0 * np.pi * (radiance * cosines).mean()
 
 
 def test_the_default_light():
     """A convex body reflects ρ E / π; the upper left is brightest, and the background even."""
     ball = pm.Mesh.from_trimesh(trimesh.creation.icosphere(2), pm.Material("ball", 0.5))
-    with pytest.warns(pm.SceneWarning, match="a dome of radiance 0.4 .* and a soft key light"):
+    with pytest.warns(pm.SceneWarning, match="a dome of radiance 0.2 .* and a soft key light"):
         result = pm.render(
             pm.Scene([ball], up=(0, 0, 1)), bands=2, size=(16, 16), passes=32, pixel="center"
         )

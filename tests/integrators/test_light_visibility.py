@@ -31,6 +31,31 @@ def test_buried_in_a_wall(cornell):
         render(pm.Scene([*cornell.meshes[:4], wall], [light], cornell.camera))
 
 
+def test_a_point_light_has_no_winding(cornell):
+    """In glass light may come by any way: nothing is said of a light, but of an unlit image."""
+    bulb = pm.PointLight((0.0, -3.0, 0.0), 1.0, "bulb")
+    walls = [mesh for mesh in cornell.meshes if mesh.name != "light"]
+    with pytest.warns(pm.SceneWarning, match="check that it is not inside a wall"):
+        render(pm.Scene(walls, [bulb], cornell.camera))
+    spot = pm.SpotLight((0.0, -3.0, 0.0), (0.0, -9.0, 0.0), 1.0, name="spot")
+    with pytest.warns(pm.SceneWarning, match="check its direction, and that"):
+        render(pm.Scene(walls, [spot], cornell.camera))
+
+
+def test_an_image_without_light_is_told_of(cornell):
+    """Beside a mirror nothing is said of single lights: their light may come by it."""
+    walls = [mesh for mesh in cornell.meshes if mesh.name != "light"]
+    mirror = closed_box(pm.Material.polished("mirror"), -0.2, 0.2, "block")
+    dark = pm.Scene([*walls, mirror, up(1.2)], camera=cornell.camera)
+    with pytest.warns(pm.SceneWarning, match="no light reaches what the camera sees"):
+        render(dark)
+    lit = pm.Scene([*cornell.meshes, mirror], camera=cornell.camera)
+    for scene, settings in ((lit, {}), (dark, {"effects": "emission,specular"})):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            pm.render(scene, bands=1, size=(8, 8), passes=1, photons=100, **settings)
+
+
 def test_a_camera_behind_a_wall_is_suspected_too(cornell):
     """Where one light of two reaches the view, it is not."""
     camera = pm.Camera((-1.0005, 0.2, 0.0), (1.0, 0.2, 0.0))

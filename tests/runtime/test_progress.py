@@ -15,7 +15,7 @@ def test_lines(capsys):
     lines.close()
     messages = capsys.readouterr().err.splitlines()
     assert messages == [
-        "compiling kernels (first run only)",
+        "compiling kernels for scenes of this kind (once)",
         "rendering",
         "pass 1, error unknown yet, unknown time left, 8.0 Mrays/s",
     ]
@@ -27,7 +27,8 @@ def test_without_a_choice_only_compiling_is_told(capsys):
         notice.stage(stage)
     notice.update(1, 0.1, 0.5, 1.0, 8e6)
     notice.close()
-    assert capsys.readouterr().err == "photonmap: compiling kernels (first run only)\n"
+    said = "photonmap: compiling kernels for scenes of this kind (once)\n"
+    assert capsys.readouterr().err == said
     assert isinstance(Settings.of(Options()).progress, progress.CompileNotice)
     assert isinstance(Settings.of(Options(progress=False)).progress, progress.Silent)
 

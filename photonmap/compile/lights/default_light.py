@@ -8,9 +8,9 @@ from photonmap.compile.lights.environment import Sky
 from photonmap.scene.camera import Camera, frame_of
 from photonmap.spectra.bands import Bands
 
-AMBIENT = 0.4
-"""Radiance of the dome, W·m⁻²·sr⁻¹."""
-_KEY = 0.9
+AMBIENT = 0.2
+"""Radiance of the dome, W·m⁻²·sr⁻¹: what faces the camera is brighter, what turns away darker."""
+_KEY = 1.1
 """What the key light adds, about as much as a dome of this radiance where it falls straight."""
 _CONCENTRATION = 12.0
 """Of the key light, exp(κ (cos θ − 1)): it falls to a half at 20 degrees."""

@@ -81,8 +81,7 @@ def read(path: Path, options: ReadOptions) -> Scene:
     ------
     InputError : as `load_scene`
     """
-    if path.suffix.lower() == SCENE_SUFFIX and not path.is_file():
-        raise InputError("cannot be read (no such file); check the name", path)
+    _check_name(path)
     toml = read_toml(path.with_suffix(SCENE_SUFFIX))
     toml.check_known(_SECTIONS, "section")
     mesh = _mesh_path(path, toml)
@@ -107,9 +106,18 @@ def scene_files(path: str | PathLike[str]) -> list[Path]:
     InputError : as `load_scene`
     """
     path = Path(path)
+    _check_name(path)
     toml = read_toml(path.with_suffix(SCENE_SUFFIX))
     mesh = _mesh_path(path, toml)
     return [mesh, toml.path] if toml.path.is_file() else [mesh]
+
+
+def _check_name(path: Path) -> None:
+    """Refuse folders, and TOML files that are not there."""
+    if path.is_dir():
+        raise InputError("is a folder; name a file in it", path)
+    if path.suffix.lower() == SCENE_SUFFIX and not path.is_file():
+        raise InputError("cannot be read (no such file); check the name", path)
 
 
 def _mesh_path(path: Path, toml: Toml) -> Path:

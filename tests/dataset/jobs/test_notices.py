@@ -11,7 +11,7 @@ from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
 from photonmap.dataset.jobs.presets import Preset
 from photonmap.dataset.jobs.render_image import Task
 
-LINE = "compiling kernels (first run only)"
+LINE = "compiling kernels for scenes of this kind (once)"
 
 
 @pytest.mark.parametrize(("more", "times"), [([], 1), (["--quiet"], 0)])

@@ -24,6 +24,7 @@ CLAMP, MIRROR = 33071, 33648
 """Values of a sampler's wrapS and wrapT; they repeat by default."""
 _TRANSFORM = "KHR_texture_transform"
 _EMBEDDED = "photonmap_image_"
+_OR_WITHOUT = "; or render without it, by --missing-textures grey"
 """How the names of files begin that embedded images are decoded from."""
 Item = Callable[[str, int], dict[str, Any]]
 
@@ -158,7 +159,11 @@ class Textures:
         texture = self.item("textures", use["index"])
         index = texture.get("source")
         if index is None:
-            raise InputError("has textures other than PNG and JPEG; export those", self.path)
+            problem = f"texture {use['index']} is neither PNG nor JPEG; export it as one of them"
+            if self.missing == "error":
+                raise InputError(f"{problem}{_OR_WITHOUT}", self.path)
+            self.lost.append(f"texture {use['index']}")
+            return None
         if (index, make) not in self._known:
             try:
                 made = make(self._channels(index))
@@ -199,7 +204,7 @@ class Textures:
     def _name(self, index: int, error: InputError) -> InputError:
         """Return an error about an image that names the file, where the image is part of it."""
         if not _is_embedded(self.item("images", index)):
-            return error
+            return InputError(f"{error}; {self.path.name} names it{_OR_WITHOUT}")
         _, _, reason = str(error).partition(f"{_EMBEDDED}{index}.")
         return InputError(f"image {index} {reason.partition(': ')[2]}", self.path)
 
