@@ -44,13 +44,14 @@ def one(tmp_path):
 def test_a_file_that_cannot_be_read_is_left_out(tmp_path, capsys):
     pm.save_scene(pm.scenes.cornell_box(), tmp_path / "room.obj")
     (tmp_path / "broken.obj").write_text("v 0 0\nf 1 2 3\n")
+    (tmp_path / "unseen.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     path = tmp_path / "own.toml"
-    path.write_text('files = ["broken.obj", "room.obj"]\nilluminations = ["white"]')
+    path.write_text('files = ["broken.obj", "room.obj", "unseen.obj"]\nilluminations = ["white"]')
     assert main(["dataset", str(tmp_path / "set"), "--preset", str(path), *SIZE]) == 1
-    printed = capsys.readouterr().err.splitlines()
-    assert len(printed) == 1
-    assert "photonmap: failed: " in printed[0]
-    assert "broken.obj:1" in printed[0]
+    broken, unseen = capsys.readouterr().err.splitlines()
+    assert "photonmap: failed: " in broken
+    assert "broken.obj:1" in broken
+    assert "unseen.obj: has no camera; add [camera] to its TOML file" in unseen
     assert len(dataset.open(tmp_path / "set")) == 1
     path.write_text('files = ["broken.obj"]')
     assert main(["dataset", str(tmp_path / "none"), "--preset", str(path), *SIZE]) == 2

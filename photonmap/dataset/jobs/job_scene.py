@@ -58,8 +58,6 @@ def make_scene(job: Job) -> Scene:
             raise InputError("has changed since the data set was begun; restore it", job.scene)
         scene = relight(scene, illumination, job.seed)
         scene = recolor(scene, job.seed) if job.common.recolor else scene
-    if scene.camera is None:
-        raise InputError("has no camera; add one to its TOML file", job.scene)
     return replace(scene, camera=find_camera(job.view, scene, job.geometry))
 
 
@@ -151,8 +149,11 @@ def _build(
 
 @lru_cache(maxsize=2)
 def _load(path: str) -> Scene:
-    """Load a user's scene; cached, as the images of one scene follow each other."""
-    return load_scene(path)
+    """Load a user's scene, with its camera; cached, as images of one scene follow each other."""
+    scene = load_scene(path)
+    if scene.camera is None:
+        raise InputError("has no camera; add [camera] to its TOML file", path)
+    return scene
 
 
 def _digest(scene: Scene) -> str:

@@ -38,7 +38,7 @@ def write_shards(folder: Path, samples: Samples) -> None:
                 index.write(json.dumps(line, ensure_ascii=False) + "\n")
             writer.close()
             shards += [_describe(path, part) for path in writer.paths]
-            samples.log(f"{part}: {len(images)} images in {len(writer.paths)} shards")
+            samples.log(f"{part}: images {len(images)}, shards {len(writer.paths)}")
     head = {"format": FORMAT, "arrays": names, "halves": sorted(halves), "shards": shards}
     text = json.dumps(head, indent=2)
     (folder / SHARDS).write_text(text + "\n", encoding="utf-8")

@@ -57,7 +57,7 @@ def write_tables(folder: Path, samples: Samples) -> None:
             path = folder / DATA / f"{part}-{files:05}.parquet"
             rest = _write_table(path, schema, rest, row_of, samples.most)
             files += 1
-        samples.log(f"{part}: {len(images)} images in {files} files")
+        samples.log(f"{part}: images {len(images)}, files {files}")
 
 
 def _write_table(
