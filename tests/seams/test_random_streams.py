@@ -144,7 +144,8 @@ def places(monkeypatch):
         estimate = SimpleNamespace(pixels=pixels, via_specular=None)
         scratch = SimpleNamespace(chain=np.empty(1, np.float32), rays=np.zeros(5, np.int64))
         sight = (SimpleNamespace(triangle=0), (0.0, 0.0, 1.0))
-        chain = specular_view.Chain(KEY, np.uint64(index), 0, 1.0, SampleBudget(1, 1))
+        one, lobes = SampleBudget(1, 1), specular_view.ALL_LOBES
+        chain = specular_view.Chain(KEY, np.uint64(index), 0, 1.0, one, lobes)
         specular_view._view_along.py_func(job, specular, sight, chain, estimate, scratch)
         return seen
 
