@@ -29,7 +29,7 @@ _REMEDIES = (
     (r"KHR_materials_transmission", f"make it all glass: transmission 1, or ior {_TOML}"),
     (r"roughness of thin glass", f"model its two sides, or give it a partial alpha {_TOML}"),
     (r"specularColorFactor", f"give the colour as glossy {_TOML}"),
-    (r"EXT_mesh_gpu_instancing", "make its instances real, and export again: one copy is there"),
+    (r"EXT_mesh_gpu_instancing", "realize its instances and export again: one copy is rendered"),
     (
         r"KHR_materials_(?!transmission)|EXT_(?!mesh_gpu)",
         f"describe the surface {_TOML}, as near as it gets",

@@ -74,11 +74,12 @@ def _suspects(compiled: CompiledScene, hidden: list[str]) -> str:
     if portals.any():
         only = "which let in the sky and suns alone"
         return f"the winding of portals, {only}, and that {it_is} not behind one"
+    outside = f"that {it_is} not inside a wall"
     kinds = lights.kind[np.isin(compiled.light_names, hidden)]
-    what = "winding" if np.isin(kinds, AREA_KINDS).any() else "direction"
     if (kinds == POINT).all():
-        return f"that {it_is} not inside a wall"
-    return f"{its} {what}, and that {it_is} not inside a wall"
+        return outside
+    what = "winding" if np.isin(kinds, AREA_KINDS).any() else "direction"
+    return f"{its} {what}, and {outside}"
 
 
 def _only(lights: Lights, members: np.ndarray) -> Lights:

@@ -32,7 +32,7 @@ def test_buried_in_a_wall(cornell):
 
 
 def test_a_point_light_has_no_winding(cornell):
-    """In glass light may come by any way: nothing is said of a light, but of an unlit image."""
+    """A spot has a direction; both may be inside a wall."""
     bulb = pm.PointLight((0.0, -3.0, 0.0), 1.0, "bulb")
     walls = [mesh for mesh in cornell.meshes if mesh.name != "light"]
     with pytest.warns(pm.SceneWarning, match="check that it is not inside a wall"):
@@ -42,7 +42,7 @@ def test_a_point_light_has_no_winding(cornell):
         render(pm.Scene(walls, [spot], cornell.camera))
 
 
-def test_an_image_without_light_is_told_of(cornell):
+def test_an_image_without_light_has_a_warning(cornell):
     """Beside a mirror nothing is said of single lights: their light may come by it."""
     walls = [mesh for mesh in cornell.meshes if mesh.name != "light"]
     mirror = closed_box(pm.Material.polished("mirror"), -0.2, 0.2, "block")

@@ -24,8 +24,8 @@ CLAMP, MIRROR = 33071, 33648
 """Values of a sampler's wrapS and wrapT; they repeat by default."""
 _TRANSFORM = "KHR_texture_transform"
 _EMBEDDED = "photonmap_image_"
-_OR_WITHOUT = "; or render without it, by --missing-textures grey"
 """How the names of files begin that embedded images are decoded from."""
+_OR_WITHOUT = "; or render without it, by --missing-textures grey"
 Item = Callable[[str, int], dict[str, Any]]
 
 
