@@ -41,6 +41,7 @@ def tilted(angle, azimuth):
 
 
 @pytest.mark.filterwarnings("ignore:light 'directional' sends nothing")
+@pytest.mark.filterwarnings("ignore:no light reaches what the camera sees")
 @pytest.mark.parametrize("method", ["photon", "path"])
 @pytest.mark.parametrize("azimuth", [0.0, 2.0])
 @pytest.mark.parametrize("sun", [(0.2, 1.0, 0.1), (-1.0, 0.3, 0.4), (0.9, -0.2, 0.1)])
