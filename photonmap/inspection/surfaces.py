@@ -34,7 +34,18 @@ def describe_mesh(mesh: Mesh) -> dict[str, Any]:
         "uv": mesh.uv is not None,
         "normals": mesh.normals is not None,
         "smooth": _is_smooth(mesh),
+        "colors": _describe_colors(mesh),
     }
+
+
+def _describe_colors(mesh: Mesh) -> dict[str, Any] | None:
+    """Return whose the colours are that replace the reflectance, and their mean; None for none."""
+    if mesh.colors is None:
+        return None
+    owners = "vertices" if mesh.colors.ndim == 2 else "faces"
+    if mesh.colors.shape[1:] == (3, 3):
+        owners = "corners of faces"
+    return {"of": owners, "mean": mesh.colors.reshape(-1, 3).mean(axis=0).tolist()}
 
 
 def _is_smooth(mesh: Mesh) -> bool:

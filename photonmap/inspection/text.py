@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -10,6 +11,10 @@ MOST_ROWS = 40
 _HEAD = ("name", "kind", "triangles")
 """Keys of materials and lights that have columns of their own."""
 _LIGHT_HEAD = ("name", "kind", "power", "share")
+_PLACES = ("origin", "target", "position")
+"""Keys of points, which have as many digits as the scene's distance from the origin asks for."""
+_DIGITS, _MOST_DIGITS = 6, 17
+"""Significant digits of numbers, and those with which float64 is exact."""
 
 
 def as_text(description: dict[str, Any]) -> str:
@@ -25,17 +30,16 @@ def _lines(description: dict[str, Any]) -> Iterator[str]:
         f"{_count(totals['vertices'], 'vertex', 'vertices')}, "
         f"{_count(totals['materials'], 'material')}"
     )
-    yield f"bounds {_show(bounds['low'])} to {_show(bounds['high'])}, size {_show(bounds['size'])}"
+    digits = _count_digits(bounds)
+    low, high = (_show(bounds[corner], digits) for corner in ("low", "high"))
+    yield f"bounds {low} to {high}, size {_show(bounds['size'])}"
     yield f"unit: probably {unit['guess'] or 'none of the usual ones'}, a guess: {unit['why']}"
     yield from _section("meshes", _mesh_rows(description["meshes"]))
     yield from _section("materials", _rows(description["materials"], _HEAD))
-    yield from _section("lights", _light_rows(description["lights"], _LIGHT_HEAD))
+    yield from _section("lights", _light_rows(description["lights"], _LIGHT_HEAD, digits))
     area = _light_rows(description["area_lights"], ("name", "material", "power", "share"))
     yield from _section("area lights", area)
-    yield from _section("cameras", _rows(description["cameras"], ("name", "kind")))
-    if description["framed_camera"]:
-        origin = _show(description["framed_camera"]["origin"])
-        yield f"no camera given: seen from the front right, above, at {origin} in a square image"
+    yield from _section("cameras", _camera_rows(description, digits))
     effects = [
         (name, "on" if effect["on"] else "off", effect["why"])
         for name, effect in description["effects"].items()
@@ -74,28 +78,55 @@ def _mesh_rows(meshes: Sequence[dict[str, Any]]) -> list[tuple[str, ...]]:
             _count(mesh["vertices"], "vertex", "vertices"),
             "uv" if mesh["uv"] else "no uv",
             "smooth" if mesh["smooth"] else "flat" if mesh["normals"] else "flat, no normals",
+            _show_colors(mesh["colors"]),
         )
         for mesh in ordered
     ]
 
 
-def _light_rows(lights: Sequence[dict[str, Any]], head: Sequence[str]) -> list[tuple[str, ...]]:
+def _show_colors(colors: dict[str, Any] | None) -> str:
+    """Return what the colours of a mesh do; nothing where it has none."""
+    if colors is None:
+        return ""
+    mean = _show(colors["mean"])
+    return f"colours of {colors['of']} in place of the reflectance, mean {mean}"
+
+
+def _camera_rows(description: dict[str, Any], digits: int) -> list[tuple[str, ...]]:
+    """Return rows of cameras; or the one that says where a scene without any is seen from."""
+    if framed := description["framed_camera"]:
+        place = _show(framed["origin"], digits)
+        return [
+            (f"no camera given: seen from the front right, above, at {place} in a square image",)
+        ]
+    return _rows(description["cameras"], ("name", "kind"), digits)
+
+
+def _light_rows(
+    lights: Sequence[dict[str, Any]], head: Sequence[str], digits: int = _DIGITS
+) -> list[tuple[str, ...]]:
     """Return rows of lights, the strongest first."""
     ordered = sorted(lights, key=lambda light: -light["power"])
     shown = [
         light | {"power": f"{light['power']:.4g} W", "share": f"{100.0 * light['share']:.1f}%"}
         for light in ordered
     ]
-    return _rows(shown, head)
+    return _rows(shown, head, digits)
 
 
-def _rows(items: Sequence[dict[str, Any]], head: Sequence[str]) -> list[tuple[str, ...]]:
+def _rows(
+    items: Sequence[dict[str, Any]], head: Sequence[str], digits: int = _DIGITS
+) -> list[tuple[str, ...]]:
     """Return a column for each key of the head, and one for all others."""
     rows = []
     for item in items:
         others = {key: value for key, value in item.items() if key not in head}
         details = ", ".join(
-            f"{key} {_show(value)}" for key, value in others.items() if value not in (None, [])
+            _show_lens(value)
+            if key == "lens"
+            else f"{key} {_show(value, digits if key in _PLACES else _DIGITS)}"
+            for key, value in others.items()
+            if value not in (None, [])
         )
         rows.append((*(_cell(key, item[key]) for key in head), details))
     return rows
@@ -109,8 +140,28 @@ def _count(number: int, one: str, several: str = "") -> str:
     return f"{number:,} {one if number == 1 else several or one + 's'}"
 
 
-def _show(value: Any) -> str:
-    """Return a value of the description as text."""
+def _count_digits(bounds: dict[str, Any]) -> int:
+    """Return the digits that tell points apart as well as if the scene lay about the origin."""
+    size = max(bounds["size"])
+    farthest = max(map(abs, (*bounds["low"], *bounds["high"])))
+    if not 0.0 < size < farthest:
+        return _DIGITS
+    return min(_DIGITS + math.ceil(math.log10(farthest / size)), _MOST_DIGITS)
+
+
+def _show_lens(lens: dict[str, Any]) -> str:
+    """Return a lens in words."""
+    opening = f"of radius {_show(lens['radius'])}"
+    if lens["f_number"] is not None:
+        opening = f"f/{_show(lens['f_number'])} of focal length {_show(lens['focal_length'])}"
+    words = f"{lens['kind']} lens {opening}, sharp at distance {_show(lens['focus'])}"
+    if lens["blades"]:
+        words += f", {lens['blades']} blades, turned by {_show(lens['rotation'])}°"
+    return words
+
+
+def _show(value: Any, digits: int = _DIGITS) -> str:
+    """Return a value of the description as text, numbers to so many significant digits."""
     if isinstance(value, dict) and "texture" in value:
         image = value["texture"]
         mean = _show(image["mean"])
@@ -122,6 +173,8 @@ def _show(value: Any) -> str:
         return f"spectrum of {curve['samples']} samples, {low:g} to {high:g} nm"
     if isinstance(value, dict):
         return " ".join(f"{key} {_show(part)}" for key, part in value.items())
-    if isinstance(value, list):
-        return f"({', '.join(map(_show, value))})"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    if isinstance(value, list | tuple):
+        return f"({', '.join(_show(part, digits) for part in value)})"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)

@@ -138,6 +138,55 @@ def test_smooth_and_flat():
     ]  # fmt: skip
 
 
+def test_colors_of_meshes():
+    """They stand in place of the reflectance, which is shown with the material."""
+    floor = quad((-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1))
+    found = [
+        describe_mesh(pm.Mesh(floor.vertices, floor.faces, colors=np.broadcast_to(0.25, shape)))
+        for shape in ((4, 3), (2, 1, 3), (2, 3, 3))
+    ]
+    assert [each["colors"] for each in found] == [
+        {"of": owners, "mean": [0.25] * 3} for owners in ("vertices", "faces", "corners of faces")
+    ]
+    assert describe_mesh(floor)["colors"] is None
+
+
+def test_text_of_a_painted_mesh_far_away(capsys, tmp_path):
+    """Points keep the digits that tell them apart, and cameras have their heading."""
+    (tmp_path / "a.obj").write_text(
+        "v 1000000.25 0 0 0 0 1\nv 1000001.5 0 0 0 0 1\nv 1000000.25 1 0 0 0 1\nf 1 2 3\n"
+    )
+    assert main(["info", str(tmp_path / "a.obj")]) == 0
+    text = capsys.readouterr().out
+    assert "bounds (1000000.25, 0, 0) to (1000001.5, 1, 0), size (1.25, 1, 0)" in text
+    assert "colours of vertices in place of the reflectance, mean (0, 0, 1)" in text
+    assert "cameras:\n  no camera given: seen from the front right, above, at (100000" in text
+
+
+def test_lenses_in_words(capsys, tmp_path):
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    pose = "[[camera]]\norigin = [0, 0, 4]\ntarget = [0, 0, 0]\n"
+    (tmp_path / "a.toml").write_text(
+        f'{pose}name = "a"\nlens = {{ radius = 0.1, focus = 4 }}\n{pose}name = "b"\n'
+        "lens = { f_number = 2.8, focal_length = 0.05, focus = 4, blades = 6, rotation = 10 }\n"
+    )
+    assert main(["info", str(tmp_path / "a.obj")]) == 0
+    disk, polygon = (line for line in capsys.readouterr().out.splitlines() if " lens " in line)
+    assert disk.endswith("fov 40, thin lens of radius 0.1, sharp at distance 4")
+    assert polygon.endswith(
+        "thin lens f/2.8 of focal length 0.05, sharp at distance 4, 6 blades, turned by 10°"
+    )
+
+
+def test_no_names_of_python_in_the_text(capsys, tmp_path):
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n")
+    (tmp_path / "a.toml").write_text("[material.a]\nior = 1.5\nthin = true\n")
+    assert main(["info", str(tmp_path / "a.obj")]) == 0
+    text = capsys.readouterr().out
+    assert "thin yes" in text
+    assert not {"None", "True", "False"} & set(text.split())
+
+
 @pytest.mark.parametrize(
     ("longest", "unit", "metres"),
     [(2.0, "metres", 2), (20, "metres", 20), (560, "centimetres", 5.6), (4000, "millimetres", 4)],
