@@ -14,7 +14,7 @@ _REMEDIES = (
     (r"degenerate|have no area|without area|in no face", _NOTHING),
     (r"coincide", "delete one copy of doubled faces, unless any will do"),
     (r"add up to more than 1|lowered to 1", f"lower the reflectance in the file, or {_TOML}"),
-    (r"textures?\b.* grey", "put the images where the file looks for them"),
+    (r"textures?\b.* grey|relief w.* not readable", "put the images where the file looks for them"),
     (r"MTL file", f"put the MTL file beside the OBJ, or give the reflectances {_TOML}"),
     (r"\b(normalTexture|map_[Bb]ump|[Bb]ump|norm|disp)\b", "model the relief, where it matters"),
     (r"(colours|opacity) of (vertices|faces)|attribute bytes", "bake the colours into a texture"),

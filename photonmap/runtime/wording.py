@@ -16,13 +16,14 @@ _NEAR = 0.5
 
 
 def shown(value: object) -> str:
-    """Return a value quoted, truncated to a readable length."""
+    """Return a value quoted, truncated to a readable length; backslashes of a text stay single."""
     if isinstance(value, str) and len(value) > _LENGTH:
         value = value[:_LENGTH] + "..."
     try:
         text = repr(value)
     except ValueError:
         return "a number of thousands of digits"
+    text = text.replace("\\\\", "\\") if isinstance(value, str) else text
     return text if len(text) <= 2 * _LENGTH else text[:_LENGTH] + "..."
 
 

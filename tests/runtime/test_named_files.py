@@ -117,8 +117,9 @@ def test_images_of_absolute_names_are_taken_from_beside_the_file(tmp_path, name)
     write_png(texels, tmp_path / "wood.png")
     (tmp_path / "s.obj").write_text(PLAIN)
     (tmp_path / "red.mtl").write_text(f"newmtl red\nmap_Kd {name}\n")
-    with pytest.warns(pm.SceneWarning, match=r"is an absolute name: .*wood\.png is taken"):
+    with pytest.warns(pm.SceneWarning, match=r"is an absolute name: .*wood\.png is taken") as found:
         (mesh,) = pm.load_scene(tmp_path / "s.obj").meshes
+    assert str(found[0].message).startswith(f"'{name}' is")  # with its backslashes as they are
     assert mesh.material.is_textured
     (tmp_path / "wood.png").unlink()
     with pytest.raises(pm.InputError):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -49,11 +49,12 @@ def read(path: Path, options: ReadOptions) -> Scene:
     """
     source = read_source(path, "OBJ")
     lines = parse_lines(source)
-    materials = _find_materials(source, lines, options.missing_textures)
+    parts, part_of = _divide(lines, path.stem)
+    used = dict.fromkeys(parts[number][1] for number in np.flatnonzero(np.bincount(part_of)))
+    materials = _find_materials(source, lines, used, options.missing_textures)
     triangles, owners = _triangulate(source, lines)
     _warn_of_losses(path, lines, owners)
     del source  # its text is no longer needed
-    parts, part_of = _divide(lines, path.stem)
     part_of = part_of[owners]
     order = np.argsort(part_of, kind="stable")
     groups = np.split(order, np.flatnonzero(np.diff(part_of[order])) + 1)
@@ -138,9 +139,13 @@ def _distinct(rows: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.in
 
 
 def _find_materials(
-    source: Source, lines: ObjLines, missing_textures: MissingTextures
+    source: Source, lines: ObjLines, used: Iterable[str], missing_textures: MissingTextures
 ) -> Mapping[str, Material]:
-    """Return the materials of all MTL files, of one name the first; "" is the default material."""
+    """Return the materials of all MTL files, of one name the first; "" is the default material.
+
+    What MTL files say of materials that are not used is not read.
+    """
+    wanted = [name for name in used if name]
     materials: dict[str, Material] = {}
     known: set[Path] = set()
     for offset, keyword, names in lines.states:
@@ -148,13 +153,12 @@ def _find_materials(
             for path in _find_libraries(source, offset, names):
                 if path not in known:
                     known.add(path)
-                    materials = {**read_mtl(path, missing_textures), **materials}
-    used = {name: None for _, keyword, name in lines.states if keyword == "usemtl" and name}
-    if missing := [name for name in used if name not in materials]:
+                    materials = {**read_mtl(path, missing_textures, wanted), **materials}
+    if missing := [name for name in wanted if name not in materials]:
         remedy = f"; {suggest(missing[0], materials)}" if materials else ""
         warn(
-            f"{source.path}: {len(missing)} of {len(used)} materials are in no MTL file and become "
-            f"{GREY} grey: {listed(missing)}{remedy}"
+            f"{source.path}: {len(missing)} of {len(wanted)} materials are in no MTL file and "
+            f"become {GREY} grey: {listed(missing)}{remedy}"
         )
     return materials | {name: Material(name) for name in missing} | {"": Material()}
 

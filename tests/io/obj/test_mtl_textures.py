@@ -186,8 +186,12 @@ def test_normal_maps(read, tmp_path):
     with pytest.warns(SceneWarning, match="not simulated: 'bump' of 'a'"):
         assert isinstance(read("norm b.png\nbump a.png\n").relief, pm.NormalMap)
     assert read("bump -bm 0 a.png\n").relief is None
-    with pytest.warns(SceneWarning, match="not simulated: 'norm' of 'a'"):
-        assert read("norm c.png\n").relief is None
+
+
+def test_images_of_relief_that_are_missing(read):
+    lost = r"^2 images of relief were not readable and left out: \S*a.mtl:2 'c.png', \S*:3 'd.png'$"
+    with pytest.warns(SceneWarning, match=lost):
+        assert read("norm c.png\nmap_Bump -bm 2 d.png\n").relief is None
 
 
 @pytest.mark.parametrize(

@@ -257,6 +257,19 @@ def test_unused_vertices_are_dropped_and_counted(read_obj):
 # --- objects and materials ----------------------------------------------------------------
 
 
+def test_what_is_said_of_unused_materials_is_not_read(read_obj, recwarn):
+    """Errors, missing images and all; but their names are suggested for those that are missing."""
+    bad = "newmtl unused\nKd 1.5 1.5 1.5\nmap_Kd none.png\nmap_Bump none.png\nsharpness 9\n"
+    text = "mtllib a.mtl\n" + SQUARE + "usemtl unused\nusemtl {}\nf 1 2 3 4\n"
+    (mesh,) = read_obj(text.format("wall"), a=bad + "newmtl wall\nKd 0.25\n")
+    assert mesh.material == Material("wall", (0.25,) * 3)
+    assert not recwarn.list
+    with pytest.warns(SceneWarning, match="1 of 1 materials .* did you mean 'unused'"):
+        read_obj(text.format("unusd"), a=bad)
+    with pytest.raises(ValueError, match=r"a\.mtl:2: Kd '1.5 1.5 1.5' is not a reflectance"):
+        read_obj(text.format("unused"), a=bad)
+
+
 def test_one_mesh_for_each_object_and_material(read_obj):
     text = (
         "mtllib a.mtl\n" + SQUARE + "f 1 2 3\ng side\nf 1 3 4\no red box\nusemtl bright red\n"

@@ -194,7 +194,7 @@ def test_errors_name_line_value_and_remedy(read_obj, text, message):
 
 def test_error_in_a_library_names_that_file(read_obj):
     with pytest.raises(InputError, match=r"lib\.mtl:2: Kd '2 0 0'"):
-        read_obj(f"mtllib lib.mtl\n{SQUARE}{F}", lib="newmtl a\nKd 2 0 0\n")
+        read_obj(f"mtllib lib.mtl\n{SQUARE}usemtl a\n{F}", lib="newmtl a\nKd 2 0 0\n")
 
 
 def test_no_file(tmp_path):
@@ -240,7 +240,10 @@ def test_damaged_files_end_in_meshes_or_an_input_error(read_obj):
         ("mtllib lib.mtl b c.mtl\n", r":5: MTL file 'b' is not beside"),
         ("mtllib " + "x" * 5000 + "\n", r":5: MTL file 'x{60}\.\.\.' is not beside"),
         ("mtllib none.mtl\n", r":5: MTL file 'none\.mtl' is empty; export it again"),
-        ("usemtl a\nusemtl b\n", ": 2 of 2 materials are in no MTL file .* grey: 'a', 'b'$"),
+        (
+            "usemtl a\nf 1 2 3\nusemtl b\n",
+            ": 2 of 2 materials are in no MTL file .* grey: 'a', 'b'$",
+        ),
         ("mtllib lib.mtl\nusemtl Wod\n", r": 1 of 1 materials .*: 'Wod'; did you mean 'wood'\?"),
         ("usemtl " + "x" * 5000 + "\n", r": .* grey: 'x{60}\.\.\.'"),
         ("f 1 2\nf\nf 1\n", ": 3 lines are not simulated: 'f of fewer than three corners'$"),
@@ -248,7 +251,7 @@ def test_damaged_files_end_in_meshes_or_an_input_error(read_obj):
 )
 def test_what_is_missing_is_named(read_obj, text, message):
     with pytest.warns(SceneWarning) as record:
-        (mesh,) = read_obj(SQUARE + text + F, lib="newmtl stone\nnewmtl wood\n", none="")
+        mesh, *_ = read_obj(SQUARE + text + F, lib="newmtl stone\nnewmtl wood\n", none="")
     assert any(re.search(r"scene\.obj" + message, str(each.message)) for each in record)
     assert mesh.material.reflectance == 0.5
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Container
+from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from photonmap.io.readers.wavefront.illumination import make_material
 from photonmap.io.readers.wavefront.map_options import MapOptions, parse_map
 from photonmap.io.readers.wavefront.source import Source, read_source
 from photonmap.runtime.named_files import named_image
-from photonmap.runtime.wording import listed, shown
+from photonmap.runtime.wording import enumerated, listed, shown
 from photonmap.scene.material import Material
 from photonmap.scene.parameters import Colored, Emission, Number, Parameter, Part, parameters_of
 from photonmap.scene.surfaces.relief import BumpMap, NormalMap
@@ -58,14 +59,31 @@ class _Textures:
     ----------
     missing : what becomes of one that cannot be read
     lost : those that could not be read
+    flat : images of relief that could not be read
     """
 
     missing: MissingTextures
-    lost: list[str]
+    lost: list[str] = field(default_factory=list)
+    flat: list[str] = field(default_factory=list)
+
+    def warn(self) -> None:
+        """Name what could not be read, and what became of it."""
+        if self.lost:
+            count = _count(self.lost, "texture was", "textures were")
+            warn(f"{count} not readable and replaced by grey: {enumerated(self.lost)}")
+        if self.flat:
+            count = _count(self.flat, "image of relief was", "images of relief were")
+            warn(f"{count} not readable and left out: {enumerated(self.flat)}")
+
+
+def _count(names: list[str], one: str, several: str) -> str:
+    return f"{len(names)} {several if len(names) > 1 else one}"
 
 
 def read_mtl(
-    path: str | PathLike[str], missing_textures: MissingTextures = "error"
+    path: str | PathLike[str],
+    missing_textures: MissingTextures = "error",
+    used: Container[str] | None = None,
 ) -> dict[str, Material]:
     """Read the materials of an MTL file.
 
@@ -84,6 +102,8 @@ def read_mtl(
     path : the file
     missing_textures : "error", or "grey": with a warning, a texture that cannot be read is 0.5
         grey, and as opacity 1
+    used : names of the materials that are needed, or None for all; of others, no statement is
+        read, and they are grey
 
     Returns
     -------
@@ -94,19 +114,23 @@ def read_mtl(
     InputError : the file is missing or not text, a number is malformed, `Kd` is outside [0, 1]
         or `Ke` is negative or not finite, or a texture cannot be read
     """
-    textures = _Textures(missing_textures, [])
+    textures = _Textures(missing_textures)
     source, blender = read_source(path, "MTL"), _blender_scale(Path(path))
     drafts: dict[str, Draft] = {}
     repeated: list[str] = []
     draft: Draft | None = None
     later: list[tuple[_Statement, Draft]] = []
+    is_read = False
     for offset, keyword, rest in source.statements():
         if keyword == "newmtl":
             if rest in drafts:
                 repeated.append(rest)
             drafts[rest] = draft = Draft(blender)
+            is_read = used is None or rest in used
         elif draft is None:
             raise source.error(f"{shown(keyword)} before any newmtl; begin with newmtl", offset)
+        elif not is_read:
+            continue
         elif keyword in _PHONG:
             later.append((_Statement(source, offset, keyword, rest), draft))
         else:
@@ -123,10 +147,7 @@ def read_mtl(
             draft.ignored.append(line.keyword)
     materials = {name: make_material(name, draft) for name, draft in drafts.items()}
     _warn_of_changes(source, drafts, repeated)
-    if textures.lost:
-        several = len(textures.lost) > 1
-        count = f"{len(textures.lost)} texture{'s were' if several else ' was'}"
-        warn(f"{count} not readable and replaced by grey: {', '.join(textures.lost[:8])}")
+    textures.warn()
     return materials
 
 
@@ -154,6 +175,10 @@ class _Statement:
     def error(self, message: str) -> InputError:
         """Return an error that names the file and the line."""
         return self.source.error(message, self.offset)
+
+    def naming(self, file: str) -> str:
+        """Return a file's name with the file and the line that name it."""
+        return f"{self.source.path}:{self.source.line_number(self.offset)} {shown(file)}"
 
     def numbers(self, words: list[str] | None = None) -> list[float]:
         """Parse decimal numbers, all words by default; NaN and infinity pass."""
@@ -276,10 +301,9 @@ def _read_texture(
         texture = Texture(image, options.scale[:2], options.offset[:2], options.clamp)
         check_texture(texture, most)
     except InputError as error:
-        located = line.error(f"{line.keyword}: {error}")
         if textures.missing == "error":
-            raise located from None
-        textures.lost.append(f"{str(located).partition(': ')[0]} {shown(name)}")
+            raise line.error(f"{line.keyword}: {error}") from None
+        textures.lost.append(line.naming(name))
         return None
     return texture
 
@@ -288,14 +312,14 @@ def _read_relief(line: _Statement, draft: Draft, textures: _Textures) -> None:
     """Read a map of normals, or of heights, times `-bm`.
 
     Blender writes normal maps as `map_Bump`: what looks like one is one. An image that cannot be
-    read is noted and left out, as many files name some that are not there.
+    read is named and left out, as many files name some that are not there.
     """
     options, name = _parse_options(line, draft)
     try:
-        strict = _Textures("error", textures.lost)
+        strict = _Textures("error")
         texture = _read_texture(line, options, name, strict, (True, False, math.inf))
     except InputError:
-        draft.ignored.append(line.keyword)
+        textures.flat.append(line.naming(name))
         return
     if texture is None or options.bump == 0.0:
         return
