@@ -35,7 +35,7 @@ def check_meshes(scene: Scene) -> list[Mesh]:
         raise InputError(f"scene {scene.name!r} has no faces: there is nothing to render")
     for mesh in meshes:
         _check_mesh(mesh)
-    return _flatten(paint_meshes([without_strays(mesh) for mesh in meshes]))
+    return _even_gloss(_flatten(paint_meshes([without_strays(mesh) for mesh in meshes])))
 
 
 def _check_mesh(mesh: Mesh) -> None:
@@ -118,6 +118,22 @@ def _flatten(meshes: list[Mesh]) -> list[Mesh]:
     if named:
         warn(f"no texture coordinates in {enumerated(named)}: the mean of their textures is used")
     return result
+
+
+def _even_gloss(meshes: list[Mesh]) -> list[Mesh]:
+    """Give anisotropic gloss the mean of the image of its roughness, and say so."""
+    even: dict[int, Material] = {}
+    for material in (mesh.material for mesh in meshes):
+        is_brushed = material.is_glossy and material.is_anisotropic
+        if is_brushed and isinstance(material.roughness, Texture):
+            even[id(material)] = replace(material, roughness=mean_number(material.roughness))
+    if even:
+        named = dict.fromkeys(shown(material.name) for material in even.values())
+        warn(
+            "anisotropic gloss has one roughness: the mean of its image is used in "
+            f"{enumerated(named)}"
+        )
+    return [replace(mesh, material=even.get(id(mesh.material), mesh.material)) for mesh in meshes]
 
 
 def join_meshes(

@@ -136,13 +136,8 @@ def _check_sheen(materials: list[Material]) -> None:
 
 
 def _check_even(materials: list[Material]) -> None:
-    """Refuse textures of roughness on anisotropic gloss, and of glossy beside its edge."""
+    """Refuse textures of glossy beside its edge."""
     for material in materials:
-        is_brushed = material.is_glossy and material.is_anisotropic
-        if is_brushed and isinstance(material.roughness, Texture):
-            raise InputError(
-                f"material {material.name!r} is anisotropic; give it one roughness, not a texture"
-            )
         if material.edge is not None and isinstance(material.glossy, Texture):
             raise InputError(
                 f"material {material.name!r} has a glossy_edge; give it one glossy, not a texture"

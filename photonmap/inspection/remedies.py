@@ -25,7 +25,7 @@ _REMEDIES = (
     ),
     (r"emission from the back", "model the light closed, or with a second face, turned back"),
     (r"absolute name", _NOTHING + ", if it is the right image"),
-    (r"variation of|mean of map_|map_(Ks|Ns)", _SPLIT),
+    (r"variation of|mean of (map_|its image)|map_(Ks|Ns)", _SPLIT),
     (r"KHR_materials_transmission", f"make it all glass: transmission 1, or ior {_TOML}"),
     (r"roughness of thin glass", f"model its two sides, or give it a partial alpha {_TOML}"),
     (r"specularColorFactor", f"give the colour as glossy {_TOML}"),

@@ -1,5 +1,7 @@
 """Glossy lobes that are wider along a tangent than across it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -7,7 +9,9 @@ from bsdf_harness import FRAME, Case, departure, evaluate, hemisphere, sample
 from scipy import stats
 
 import photonmap as pm
+from photonmap.compile.scene_arrays import compile_arrays
 from photonmap.compile.surfaces.glossy import azimuth_albedos, lobe_albedos
+from photonmap.spectra.bands import Bands
 
 METAL = {"albedo": (0.0,) * 3, "specular": (1.0, 1.0, 1.0)}
 """That loses nothing."""
@@ -163,10 +167,16 @@ def test_files_keep_it(tmp_path, suffix):
     assert found.roughness == pytest.approx(0.4)
 
 
-def test_textures_of_roughness_are_refused():
-    texture = pm.Texture.of(np.full((2, 2), 0.5, np.float32))
-    floor = brushed().meshes[0]
-    look = pm.Material("metal", 0.0, glossy=0.8, roughness=texture, anisotropy=0.5)
-    scene = pm.Scene([pm.Mesh(floor.vertices, floor.faces, look, uv=floor.uv)], brushed().lights)
-    with pytest.raises(pm.InputError, match="'metal' is anisotropic; give it one roughness"):
-        pm.render(scene, bands="rgb", size=(4, 4), passes=1)
+def test_textures_of_roughness_count_with_their_mean():
+    even = brushed()
+    floor, lamp = even.meshes
+    texture = pm.Texture.of(np.array([[0.3, 0.5]], np.float32))
+    look = replace(floor.material, roughness=texture)
+    varied = pm.Scene([replace(floor, material=look), lamp], [], even.camera)
+    message = "anisotropic gloss has one roughness: the mean of its image is used in 'metal'$"
+    with pytest.warns(pm.SceneWarning, match=message):
+        found = compile_arrays(varied, Bands.rgb()).scattering
+    wanted = compile_arrays(even, Bands.rgb()).scattering
+    assert found.maps is None
+    np.testing.assert_allclose(found.parameters, wanted.parameters, rtol=1e-6)
+    np.testing.assert_allclose(found.anisotropy.stretch, wanted.anisotropy.stretch)

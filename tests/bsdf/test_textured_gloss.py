@@ -125,10 +125,6 @@ def test_scenes_without_textured_lobes_have_no_tables_of_them():
 @pytest.mark.parametrize(
     ("material", "message"),
     [
-        (
-            pm.Material("brushed", 0.0, glossy=0.5, roughness=halves(0.1, 0.2), anisotropy=0.5),
-            "give it one roughness, not a texture",
-        ),
         (pm.Material.metal(roughness=halves(0.1, 1.2)), "roughness: the texture reaches 1.2"),
         (pm.Material.metal(glossy=halves(0.1, 1.2)), "glossy: the texture reaches 1.2"),
     ],

@@ -83,6 +83,23 @@ def test_images_of_anisotropy(read, build):
     assert not image.srgb
 
 
+def test_anisotropy_keeps_an_image_of_roughness(read, build, recwarn):
+    data = base64.b64encode(encode_png(np.array([[[0, 51, 0], [0, 204, 0]]], np.uint8))).decode()
+    build.tree |= {
+        "images": [{"uri": f"data:image/png;base64,{data}"}],
+        "textures": [{"source": 0}],
+        "materials": [
+            {
+                "pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": 0}},
+                "extensions": {"KHR_materials_anisotropy": {"anisotropyStrength": 0.6}},
+            }
+        ],
+    }
+    material = part(read, build, more={"material": 0}).material
+    assert not recwarn.list
+    assert material.roughness.mean == pytest.approx((0.5,) * 3)
+
+
 @pytest.mark.parametrize("thickness", [0.0, 0.1])
 def test_anisotropy_of_what_transmits(read, build, recwarn, thickness):
     build.tree["materials"] = [

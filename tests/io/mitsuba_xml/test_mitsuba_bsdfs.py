@@ -150,6 +150,11 @@ def test_anisotropic_principled(look, kind):
     assert alphas_of(material) == pytest.approx((0.25 * aspect, 0.25 / aspect))
     assert material.anisotropy_rotation == 0.0
     assert (material.ior is None) == (kind == "metallic")
+    rough = '<texture name="roughness" type="checkerboard"><rgb name="color0" value="0.3"/>'
+    rough += '<rgb name="color1" value="0.7"/></texture>'
+    with pytest.warns(SceneWarning, match="texture of roughness beside anisotropic of 'paint'"):
+        varied = look("principled", f'<float name="{kind}" value="1"/>{stretch}{rough}')
+    assert alphas_of(varied) == pytest.approx(alphas_of(material), rel=1e-3)
 
 
 @pytest.mark.parametrize(

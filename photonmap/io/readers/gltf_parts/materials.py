@@ -88,7 +88,7 @@ def _opaque(source: Source) -> dict[str, Any]:
     metallic = source.data("metallicFactor", Channels.blue)
     look = _gloss(source, _base(source), metallic)._asdict() | _alpha(source)
     coat = _clear_coat(source)
-    return look | _anisotropy(source, look) | (coat or _sheen(source))
+    return look | _anisotropy(source) | (coat or _sheen(source))
 
 
 def _index(source: Source) -> float:
@@ -139,22 +139,18 @@ def _renamed(model: Factors) -> dict[str, Any]:
     return {new: model[old] for old, new in names.items() if old in model}
 
 
-def _anisotropy(source: Source, look: dict[str, Any]) -> dict[str, Any]:
-    """Return how a surface differs along itself; where it does, the roughness of gloss is even."""
+def _anisotropy(source: Source) -> dict[str, Any]:
+    """Return how a surface differs along itself."""
     extension = source.extension("anisotropy")
     strength = source.number(extension, "anisotropyStrength", 0.0)
     if strength == 0.0:
         return {}
-    even = {}
-    if "glossy" in look and isinstance(look["roughness"], Texture):
-        source.lose(LOBES)
-        even = {"roughness": mean_number(look["roughness"])}
     angle = extension.get("anisotropyRotation", 0.0)
     if type(angle) not in (int, float) or not math.isfinite(angle):
         raise source.error("anisotropyRotation", angle, "a finite number")
     turns = math.remainder(angle / (2.0 * math.pi), 1.0)
     stretch = {"anisotropy": strength, "anisotropy_rotation": turns}
-    return even | stretch | _brush(source, extension)
+    return stretch | _brush(source, extension)
 
 
 def _brush(source: Source, extension: Factors) -> dict[str, AnisotropyMap]:
@@ -248,7 +244,7 @@ def _glass(source: Source) -> dict[str, Any] | None:
         rest = max(1.0 - mean_number(share), 1e-9)
         gloss = _gloss(source, base, min(metallic / rest, 1.0))
         look |= gloss._asdict() | {"transmission": share}
-    look |= _anisotropy(source, look) | _alpha(source)
+    look |= _anisotropy(source) | _alpha(source)
     if source.number(source.extension("volume"), "thicknessFactor", 0.0, 1e30) == 0.0:
         return look | {"thin": True}
     return look | _attenuation(source) | _dispersion(source)

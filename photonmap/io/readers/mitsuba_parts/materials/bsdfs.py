@@ -271,8 +271,8 @@ def _brush(context: Context, node: Node, roughness: float | Texture) -> Look:
     if anisotropic == 0.0:
         return {}
     if isinstance(roughness, Texture):
-        context.lose("anisotropy with a texture of roughness", node)
-        return {}
+        context.lose("texture of roughness beside anisotropic", node)
+        roughness = mean_number(roughness)
     alpha, aspect = roughness**2, (1.0 - 0.9 * anisotropic) ** 0.5
     return {**_stretched(min(alpha / aspect, 1.0), alpha * aspect)}
 
