@@ -13,7 +13,7 @@ from photonmap.capture.optics import check_psf, check_vignetting
 from photonmap.errors import InputError, naming
 from photonmap.io.readers.toml import read_toml
 from photonmap.runtime.options import Option, list_options, option
-from photonmap.spectra.sensor_curves import table_of
+from photonmap.spectra.sensor_curves import check_camera, table_of
 
 EXPOSURE, ELECTRONICS, OPTICS, COLOR = "exposure", "electronics", "optics", "colour"
 GROUPS = (COLOR, EXPOSURE, ELECTRONICS, OPTICS)
@@ -32,6 +32,11 @@ def _number(low: float, high: float, unit: str = "", above: bool = False) -> Cal
         return float(value)
 
     return check
+
+
+def _camera(value: Any) -> Any:
+    """Refuse names of which there is no camera; what is no text is refused with all the rest."""
+    return check_camera(value) if isinstance(value, str) else value
 
 
 def _option(help: str, group: str, metavar: str | None, **traits: Any) -> Any:
@@ -58,6 +63,7 @@ class Sensor:
             COLOR,
             "NAME",
             read=str,
+            check=_camera,
         ),
     )
     mosaic: str = field(

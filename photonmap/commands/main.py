@@ -101,9 +101,11 @@ def _dispatch(arguments: list[str]) -> int:
 def _check_scene(word: str) -> None:
     """Refuse a first argument that can be neither a command, an option nor a file of a scene."""
     if re.fullmatch(r"\w+", word) and not Path(word).exists():
+        meant = suggest(word, (*COMMANDS, DEFAULT))
+        if meant == suggest(DEFAULT, [DEFAULT]):
+            meant = "to render, name the scene alone"
         raise InputError(
-            f"there is no command {word!r}; {suggest(word, COMMANDS)} (a scene is a file, as in "
-            "room.obj)"
+            f"there is no command {word!r}; {meant} (a scene is a file, as in room.obj)"
         )
 
 

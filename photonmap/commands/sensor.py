@@ -61,10 +61,12 @@ def run(options: argparse.Namespace) -> None:
     """
     from photonmap.capture.expose import expose
     from photonmap.capture.files import save_photo
+    from photonmap.capture.response import find_response
     from photonmap.results.result import load_result
     from photonmap.runtime.file_checks import check_output_folder
 
     sensor = _sensor(options)
+    find_response(sensor)  # which would name an image for what is wrong with the camera
     folders = _folders([Path(image) for image in options.images], options.output)
     for folder in folders.values():
         check_output_folder(folder, "the photo")

@@ -13,6 +13,8 @@ _CHOICES = 12
 """Names that are listed where none is near."""
 _NEAR = 0.5
 """Similarity from which on a name may have been meant, by `difflib`."""
+_NEAR_WORD = 0.75
+"""Similarity to one word of a name from which on that may have been meant."""
 
 
 def shown(value: object) -> str:
@@ -53,8 +55,38 @@ def enumerated(texts: Collection[str], limit: int = 8) -> str:
 def suggest(name: str, known: Iterable[str]) -> str:
     """Return the question whether the nearest known name was meant, or which there are."""
     candidates = {candidate[:_LENGTH].lower(): candidate for candidate in list(known)[:1000]}
-    nearest = difflib.get_close_matches(name[:_LENGTH].lower(), candidates, 1, cutoff=_NEAR)
-    if nearest:
-        return f"did you mean {shown(candidates[nearest[0]])}?"
+    nearest = _nearest(name[:_LENGTH].lower(), candidates)
+    if nearest is not None:
+        return f"did you mean {shown(candidates[nearest])}?"
     choice = listed(candidates.values(), _CHOICES)
     return f"choose from {choice}" if candidates else "correct the name"
+
+
+def _nearest(name: str, candidates: Iterable[str]) -> str | None:
+    """Return the candidate most alike as a whole, or else in a word of it; None if none is near.
+
+    Of several that are equally near, one with the same letters in another order.
+    """
+    for part, least in ((_whole, _NEAR), (str.split, _NEAR_WORD)):
+        scores = {
+            candidate: max((_likeness(name, word) for word in part(candidate)), default=0.0)
+            for candidate in candidates
+        }
+        best = max(scores.values(), default=0.0)
+        if best >= least:
+            tied = [candidate for candidate, score in scores.items() if score == best]
+            return max(tied, key=lambda each: _likeness(_sorted(name), _sorted(each)))
+    return None
+
+
+def _whole(text: str) -> list[str]:
+    return [text]
+
+
+def _sorted(text: str) -> str:
+    return "".join(sorted(text))
+
+
+def _likeness(one: str, other: str) -> float:
+    """Return the similarity of two texts, by `difflib`, from 0 to 1."""
+    return difflib.SequenceMatcher(a=other, b=one).ratio()

@@ -76,11 +76,16 @@ def sensors(name: str) -> tuple[tuple[str, Spectrum], ...]:
     if kind == "best":
         found = best_sensors(number.strip())
         return tuple((f"{_middle(curve):.1f}nm", curve) for curve in found)
-    curves = _find("sensor set", name, _sensor_sets())
+    curves = _find("camera or observer", name, _sensor_sets())
     return tuple(
         (str(label), Spectrum(curves.wavelengths, values))
         for label, values in zip(curves.labels, curves.values.T, strict=True)
     )
+
+
+def sensor_names() -> list[str]:
+    """Return the names of the cameras and observers, as colour-science spells them."""
+    return list(dict.fromkeys(_spelled(_sensor_sets().values())))
 
 
 def _middle(curve: Spectrum) -> float:
@@ -142,7 +147,7 @@ def _patches() -> dict[str, Any]:
 @cache
 def _sensor_sets() -> dict[str, Any]:
     with colour_science() as colour:
-        return _lower({**colour.MSDS_CMFS, **colour.MSDS_CAMERA_SENSITIVITIES})
+        return _lower({**colour.MSDS_CAMERA_SENSITIVITIES, **colour.MSDS_CMFS})
 
 
 def _lower(names: Mapping[str, Any]) -> dict[str, Any]:

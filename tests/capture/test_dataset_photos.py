@@ -80,7 +80,7 @@ def test_a_set_has_one_sensor(made, capsys):
 
 @pytest.mark.parametrize(
     ("sensor", "message"),
-    [("none.toml", "cannot be read"), ("../Nikonn", "there is no sensor set")],
+    [("none.toml", "cannot be read"), ("../Nikonn", "is not known")],
 )
 def test_sensors_that_there_are_not(made, capsys, sensor, message):
     assert make(made, "--resume", sensor=sensor) == 2

@@ -203,7 +203,12 @@ def test_sensor_files(image, box, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--camera", "Nikkon"], "there is no sensor set 'Nikkon'"),
+        (
+            ["--camera", "Nikkon"],
+            "camera 'Nikkon' is not known; did you mean 'Nikon 5100 (NPL)'? Known are",
+        ),
+        (["--camera", "none.csv"], "error: none.csv: cannot be read"),
+        (["--sensor", "nikon.toml"], "nikon.toml:1: camera: 'nikkon' is not known; did you mean"),
         (["--camera", "rgb"], "rgb has no sensitivities"),
         (["--bits", "0"], "bits 0 must be a whole number from 1 to 16"),
         (["--bits", "8", "--black-level", "255"], "black_level 255 must be below"),
@@ -229,6 +234,7 @@ def test_sensor_files(image, box, tmp_path):
 def test_bad_options(image, tmp_path, capsys, arguments, message):
     (tmp_path / "bad.toml").write_text("bits = 12\nisso = 3\n")
     (tmp_path / "wrong.toml").write_text('iso = "fast"\n')
+    (tmp_path / "nikon.toml").write_text('camera = "nikkon"\n')
     before = sorted(tmp_path.rglob("*"))
     assert main(["sensor", image, *arguments]) == 2
     error = capsys.readouterr().err

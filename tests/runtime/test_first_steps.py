@@ -101,6 +101,8 @@ def test_the_plan_comes_before_the_passes(tmp_path, monkeypatch, capfd):
     [
         ("studdy", "there is no command 'studdy'; did you mean 'study'?"),
         ("datset", "did you mean 'dataset'?"),
+        ("rendr", "there is no command 'rendr'; to render, name the scene alone (a scene is a"),
+        ("render", "to render, name the scene alone (a scene is a file, as in room.obj)"),
     ],
 )
 def test_misspelt_commands(word, message, capsys, tmp_path, monkeypatch):
