@@ -17,9 +17,10 @@ from photonmap.scene.material import Material
 from photonmap.scene.surfaces.checks import check_material
 from photonmap.scene.surfaces.conductors import fit_dip
 from photonmap.scene.surfaces.fresnel import lobe_index, mean_rise
-from photonmap.scene.textures import Paint, Texture, is_black, mean_color, mean_number
+from photonmap.scene.surfaces.layers import check_layers
+from photonmap.scene.textures import Paint, Texture, mean_color, mean_number
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
+from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 Floats = NDArray[np.float64]
 LEAST_COLOR = 1e-3
@@ -63,8 +64,7 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
     share = np.array([_even_share(material) for material in materials])
     for index, material in enumerate(materials):
         _check_glass(material, reflectance[index].any(), mirror[index].any())
-    _check_lobes(materials)
-    _check_sheen(materials)
+        check_layers(material)
     _check_even(materials)
     dip = _compile_dips(materials, np.maximum(glossy, mirror), bands)
     reflectance *= (1.0 - share)[:, None]
@@ -102,37 +102,6 @@ def _check_glass(material: Material, is_diffuse: bool, is_mirror: bool) -> None:
         raise InputError(
             f"material {material.name!r} is glass; set its {name} to 0, or its transmission below 1"
         )
-
-
-def _check_lobes(materials: list[Material]) -> None:
-    """Refuse glossy surfaces and clear coats with lobes that they cannot have beside."""
-    for material in materials:
-        others = {
-            "ior": material.ior is not None and material.is_coated,
-            "mirror": isinstance(material.mirror, Spectrum) or np.any(material.mirror),
-            "diffuse_roughness": material.diffuse_roughness != 0.0,
-        }
-        found = [name for name, there in others.items() if there]
-        if (material.is_glossy or material.is_coated) and found:
-            lobe = "is glossy and has" if material.is_glossy else "has a coat and"
-            raise InputError(
-                f"material {material.name!r} {lobe} {listed(found)}; remove one of them"
-            )
-
-
-def _check_sheen(materials: list[Material]) -> None:
-    """Refuse sheen over what it cannot lie over."""
-    for material in materials:
-        others = {
-            "ior": material.ior is not None,
-            "mirror": not is_black(material.mirror),
-            "coat": material.is_coated,
-        }
-        found = [name for name, there in others.items() if there]
-        if material.has_sheen and found:
-            raise InputError(
-                f"material {material.name!r} has a sheen and {listed(found)}; remove one of them"
-            )
 
 
 def _check_even(materials: list[Material]) -> None:

@@ -30,6 +30,13 @@ TOML = {
     "dispersion = { type = 'cauchy', a = -1, b = 0 }": (
         r"m\.toml:2: \[material.m\] dispersion: a -1 is not .* above 0, such as 1.5"
     ),
+    "diffuse_roughness = 0.5\nglossy = 0.04": (
+        r"m\.toml:2: material 'm': glossy does not go with diffuse_roughness: the base below it "
+        r"obeys Lambert's law; set diffuse_roughness to 0, or leave out glossy"
+    ),
+    "coat = 1\ndiffuse_roughness = 0.5": r"m\.toml:3: .* set diffuse_roughness to 0, or leave",
+    "coat = 1\nmirror = 0.5": r"m\.toml:3: .* give glossy in place of mirror",
+    "coat = 1\nsheen = 0.5": r"m\.toml:2: material 'm': sheen does not go with coat: one of them",
     "glossy = 'metal:k.csv'": r"k\.csv:3: index is -1 at 700 nm; it must lie between 0",
     "dispersion = { type = 'cauchy', a = 'x', b = 0 }": r"m\.toml:2: .* a 'x' is not an index",
 }

@@ -11,6 +11,7 @@ from photonmap.io.readers.toml import Toml, parse_value
 from photonmap.scene.material import BESIDE_GLASS, Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import Colored, Part, parameters_of
+from photonmap.scene.surfaces.layers import LayerError, check_layers
 from photonmap.scene.surfaces.metallic import FRACTION, USUAL_COAT, metallic_gloss
 from photonmap.scene.surfaces.relative_index import StrandedIndexError, check_relative_indices
 from photonmap.scene.textures import Paint, Texture
@@ -107,12 +108,23 @@ def _change(material: Material, toml: Toml) -> Material:
         with naming(f"{label} {_METALLIC}", toml.path, toml.line(*at, _METALLIC)):
             share = parse_value(FRACTION, section[_METALLIC], toml.path.parent)
             changed = _partly_metal(changed, share, given.get("glossy", USUAL_COAT))
+    _check_layers(changed, toml, section)
     for key in ("roughness", "anisotropy"):
         if given.get(key, 0.0) != 0.0 and not changed.is_glossy and changed.ior is None:
             remedy = "add glossy = 0.04 for plastic, or glossy = 'metal:Au'"
             problem = f"{label} {key} has no effect on what is not glossy; {remedy}"
             warn(str(toml.error(problem, *at, key)))
     return changed
+
+
+def _check_layers(material: Material, toml: Toml, section: dict[str, Any]) -> None:
+    """Check that layers go together, where the section gives one of them."""
+    try:
+        check_layers(material)
+    except LayerError as error:
+        for key in reversed(error.attributes):
+            if key in section:
+                raise toml.error(str(error), SECTION, material.name, key) from None
 
 
 def _partly_metal(material: Material, share: float | Texture, coat: Paint) -> Material:
