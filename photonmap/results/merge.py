@@ -238,7 +238,7 @@ def _check_whole(result: Result, name: str) -> None:
 def _check_alike(first: Result, other: Result, name: str, other_name: str) -> None:
     """Raise InputError if two results are not of the same scene and arguments."""
     prints = [{**result.record["fingerprint"], "seed": None} for result in (first, other)]
-    reason = difference(*prints)
+    reason = difference(prints[0], prints[1], (f"in {name}", f"in {other_name}"))
     sets = [{n for n in r.buffers if not _may_be_zero(n)} for r in (first, other)]
     if not reason and sets[0] != sets[1]:
         reason = f"{listed(sorted(sets[0] ^ sets[1]))} in one of them alone"
@@ -246,7 +246,10 @@ def _check_alike(first: Result, other: Result, name: str, other_name: str) -> No
         if not np.array_equal(first.buffers[buffer], other.buffers[buffer]):
             reason = f"other {buffer}"
     if reason:
-        raise InputError(f"{other_name} cannot be merged with {name}: {reason}")
+        raise InputError(
+            f"{other_name} cannot be merged with {name}: {reason}; "
+            "merge renders that differ in their seed, passes and threads alone"
+        )
 
 
 def _may_be_zero(name: str) -> bool:

@@ -13,16 +13,23 @@ DIGESTS = ("band curves", "camera", "geometry", "materials", "lights", "kernels"
 """Entries that are recorded only as hashes."""
 
 
-def difference(there: dict[str, Any], here: dict[str, Any]) -> str:
+def difference(
+    there: dict[str, Any], here: dict[str, Any], places: tuple[str, str] = ("there", "here")
+) -> str:
     """Say in which entries two fingerprints differ, "seed 0 there, 1 here"; "" if in none.
 
     Hashes are named only where no argument explains why they differ.
+
+    Parameters
+    ----------
+    places : what the two are called
     """
     names = [name for name in {**here, **there} if there.get(name) != here.get(name)]
     arguments = [name for name in names if name not in DIGESTS]
     if arguments:
         return ", ".join(
-            f"{name} {there.get(name)} there, {here.get(name)} here" for name in arguments
+            f"{name} {there.get(name)} {places[0]}, {here.get(name)} {places[1]}"
+            for name in arguments
         )
     return f"other {' and '.join(names)}" if names else ""
 

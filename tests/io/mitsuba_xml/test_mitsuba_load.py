@@ -125,6 +125,10 @@ def test_render_settings_are_ignored(load):
         (r'<include filename="..\a.xml"/>', "lies outside of the folder"),
         ('<path value="/"/>', "'/' lies outside of the folder"),
         ('<shape type="$kind"/>', r"\$kind has no value; add <default name=\"kind\""),
+        (
+            '<default name="alpha" value="1"/><default name="b" value="2"/>\n<shape type="$alfa"/>',
+            r"xml:2: \$alfa has no value; did you mean 'alpha'\? Defined are 'alpha', 'b'; or add",
+        ),
         ('<default name="a"/>', "<default> lacks value"),
         ('<shape type="sphere"><ref id="b"/></shape>', "nothing has the id 'b'"),
         ('<alias id="b" as="c"/>', "nothing has the id 'b'"),

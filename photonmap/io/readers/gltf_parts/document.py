@@ -56,7 +56,10 @@ class Document:
         begin, data = view.get("byteOffset", 0), self._buffer(view["buffer"])
         end = begin + view["byteLength"]
         if not 0 <= begin <= end <= len(data):
-            raise self.error("is truncated: its buffers are too short; export it again")
+            raise self.error(
+                f"is truncated: buffer view {index} takes bytes {begin} to {end} of buffer "
+                f"{view['buffer']}, which has {len(data)}; export it again"
+            )
         return data[begin:end]
 
     def rows(self, index: int) -> NDArray[Any]:
@@ -66,43 +69,71 @@ class Document:
             message = "has compressed vertices, or none, which is not supported"
             raise self.error(f"{message}; export it without compression")
         kind, columns = np.dtype(_TYPES[item["componentType"]]), _COLUMNS[item["type"]]
-        values = self._strided(item, kind, columns)
+        values = self._strided(index, item, kind, columns)
         if "sparse" in item:
-            values = self._replaced(values, item["sparse"])
+            values = self._replaced(index, values, item["sparse"])
         if item.get("normalized") and kind.kind != "f":
             return np.maximum(values / np.float64(np.iinfo(kind).max), -1.0)
         return values
 
-    def _strided(self, item: dict[str, Any], kind: np.dtype[Any], columns: int) -> NDArray[Any]:
-        """Return the rows in an accessor's buffer view; zeros without one."""
+    def _strided(
+        self, index: int, item: dict[str, Any], kind: np.dtype[Any], columns: int
+    ) -> NDArray[Any]:
+        """Return the rows in the buffer view of an accessor of an index; zeros without one."""
+        count = item["count"]
         if "bufferView" not in item:
             size = sum(len(self._buffer(i)) for i in range(len(self.tree.get("buffers", []))))
-            if not 0 <= item["count"] <= size:  # the rows of a mesh take a byte somewhere
-                raise self.error(f"announces {item['count']} rows without data; export it again")
-            return np.zeros((item["count"], columns), kind)
+            if not 0 <= count <= size:  # the rows of a mesh take a byte somewhere
+                raise self.error(
+                    f"accessor {index} announces {count} rows without data; export it again"
+                )
+            return np.zeros((count, columns), kind)
         stride = self.item("bufferViews", item["bufferView"]).get("byteStride", 0)
-        return np.ndarray(
-            (item["count"], columns),
-            kind,
-            self.view(item["bufferView"]),
-            item.get("byteOffset", 0),
-            (stride or columns * kind.itemsize, kind.itemsize),
-        )
+        return self._array(index, item, kind, (count, columns), stride)
 
-    def _replaced(self, values: NDArray[Any], sparse: dict[str, Any]) -> NDArray[Any]:
+    def _replaced(self, index: int, values: NDArray[Any], sparse: dict[str, Any]) -> NDArray[Any]:
         """Return a copy of rows, with those that differ from them by a sparse accessor."""
         indices, rows = sparse["indices"], sparse["values"]
         kind, count = np.dtype(_TYPES[indices["componentType"]]), sparse["count"]
-        at = self._packed(indices, kind, (count,))
+        at = self._array(index, indices, kind, (count, 1))[:, 0]
+        if (at >= len(values)).any():
+            raise self.error(
+                f"accessor {index} has {len(values)} rows, and changes row {at.max()}; "
+                "export it again"
+            )
         changed = values.copy()
-        changed[at] = self._packed(rows, values.dtype, (count, values.shape[1]))
+        changed[at] = self._array(index, rows, values.dtype, (count, values.shape[1]))
         return changed
 
-    def _packed(
-        self, item: dict[str, Any], kind: np.dtype[Any], shape: tuple[int, ...]
+    def _array(
+        self,
+        index: int,
+        item: dict[str, Any],
+        kind: np.dtype[Any],
+        shape: tuple[int, int],
+        stride: int = 0,
     ) -> NDArray[Any]:
-        """Return an array that lies without gaps in a buffer view."""
-        return np.ndarray(shape, kind, self.view(item["bufferView"]), item.get("byteOffset", 0))
+        """Return rows in a buffer view, for an accessor of an index.
+
+        Parameters
+        ----------
+        stride : bytes from row to row; 0 where they lie without gaps
+
+        Raises
+        ------
+        InputError : the view does not hold them
+        """
+        view, begin, size = self.view(item["bufferView"]), item.get("byteOffset", 0), kind.itemsize
+        (count, columns), step = shape, stride or shape[1] * size
+        end = begin + max(count - 1, 0) * step + (columns * size if count else 0)
+        if not (0 <= begin <= end <= len(view) and count >= 0 <= step):
+            rows = f"{count} rows of {columns} × {size} bytes"
+            owner = f"buffer view {item['bufferView']}, which has {len(view)}"
+            raise self.error(
+                f"accessor {index} takes bytes {begin} to {end} ({rows}) of {owner}; "
+                "export it again"
+            )
+        return np.ndarray(shape, kind, view, begin, (step, size))
 
     def _buffer(self, index: int) -> memoryview:
         """Return the bytes of a buffer, which are read once."""

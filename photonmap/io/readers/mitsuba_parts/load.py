@@ -137,8 +137,7 @@ def _fill(loader: _Loader, element: Element, text: str) -> str:
         for end in range(len(found[1]), 0, -1):
             if found[1][:end] in loader.parameters:
                 return loader.parameters[found[1][:end]] + found[1][end:]
-        name = found[1]
-        raise element.error(f'${name} has no value; add <default name="{name}" value="..."/>')
+        raise element.error(_without_value(loader, found[1]))
 
     if "$" not in text:
         return text
@@ -146,6 +145,16 @@ def _fill(loader: _Loader, element: Element, text: str) -> str:
     if len(filled) > LONGEST:
         raise element.error(f"a text with parameters is longer than {LONGEST} letters; shorten it")
     return filled
+
+
+def _without_value(loader: _Loader, name: str) -> str:
+    """Return what to do about a parameter that has no value: which there are, and how to add it."""
+    remedy = f'add <default name="{name}" value="..."/>'
+    if loader.parameters:
+        meant, known = suggest(name, loader.parameters), listed(loader.parameters)
+        others = f" Defined are {known}" if "?" in meant else ""
+        remedy = f"{meant}{others}; or {remedy}"
+    return f"${name} has no value; {remedy}"
 
 
 def _default(loader: _Loader, parent: Node, element: Element, old: bool) -> None:
