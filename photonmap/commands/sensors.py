@@ -56,7 +56,8 @@ def _add_study(parser: argparse.ArgumentParser) -> None:
     """Add how they are compared."""
     study = parser.add_argument_group("study")
     read = whole_number(1, _MOST_BOUNCES)
-    add_value(study, "bounces", "N", "largest number of bounces", read=read, default=4)
+    text = "largest number of bounces; colours and Eq. 4 are studied after 2 at most"
+    add_value(study, "bounces", "N", text, read=read, default=4)
     add_value(
         study,
         "dark",
@@ -77,7 +78,9 @@ def _add_study(parser: argparse.ArgumentParser) -> None:
         default_text="5",
     )
     study.add_argument(
-        "--best", action="store_true", help="also find the best Gaussians for 1 to 31 bands"
+        "--best",
+        action="store_true",
+        help="also find the best Gaussians for 1 to 31 bands, after 2 bounces whatever --bounces",
     )
 
 
@@ -114,16 +117,17 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _print(options: argparse.Namespace, reflectances: str, found: Comparison) -> None:
-    """Print the three tables."""
+    """Print the tables: two of one bounce alone, otherwise three."""
     from photonmap.sensors.report import color_table, error_table
 
     light = f"illuminant {options.illuminant}"
     print(f"{reflectances}; {light}; curves sampled every {options.step:g} nm")
-    kept = f"pairs that reflect at least {options.dark:g}% of the light"
-    print(f"\nError within the bands; from 2 bounces on, of {kept}")
+    several = f"; from 2 bounces on, of pairs that reflect at least {options.dark:g}% of the light"
+    print(f"\nError within the bands{several if options.bounces > 1 else ''}")
     print(error_table(found.by_bounce))
-    print("\nEq. 4 as written (direct + indirect), all pairs")
-    print(error_table(found.direct_and_indirect))
+    if found.direct_and_indirect:
+        print("\nEq. 4 as written (direct + indirect), all pairs")
+        print(error_table(found.direct_and_indirect))
     print("\nΔE2000 after projection to sRGB")
     print(color_table(found.colors))
 

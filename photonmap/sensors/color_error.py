@@ -69,7 +69,11 @@ class Colors(NamedTuple):
 
 
 def color_errors(
-    reflectances: SpectrumSet, illuminant: Spectrum, bands: Bands, label: str | None = None
+    reflectances: SpectrumSet,
+    illuminant: Spectrum,
+    bands: Bands,
+    label: str | None = None,
+    most_bounces: int = 2,
 ) -> list[ColorRow]:
     """Measure ΔE2000 after 1 and 2 bounces, for both methods of projection.
 
@@ -82,6 +86,7 @@ def color_errors(
     illuminant : e, any unit
     bands : N sensitivities
     label : name of the bands in the result; N if None
+    most_bounces : 1, for one bounce alone, or more
 
     Raises
     ------
@@ -92,7 +97,7 @@ def color_errors(
     rows = []
     for method in METHODS:
         matrix = projection_matrix(exact, bands, method)
-        for bounces in (1, 2):
+        for bounces in range(1, min(most_bounces, 2) + 1):
             off = differences(exact, bands, matrix, bounces)
             summary = float(off.mean()), float(np.percentile(off, 95.0)), float(off.max())
             rows.append(ColorRow(label or str(bands.count), bands.count, bounces, method, *summary))

@@ -19,8 +19,8 @@ class Comparison:
     Parameters
     ----------
     by_bounce : after each number of bounces
-    direct_and_indirect : of both together, after 2 bounces
-    colors : ΔE2000
+    direct_and_indirect : of both together, after 2 bounces; none of a study of one bounce
+    colors : ΔE2000, after up to 2 bounces
     """
 
     by_bounce: list[ErrorRow] = field(default_factory=list)
@@ -68,6 +68,7 @@ def compare_bands(
             )
 
         found.by_bounce.extend(errors_after(count) for count in range(1, bounces + 1))
-        found.direct_and_indirect.append(errors_after(2, direct_too=True))
-        found.colors.extend(color_errors(reflectances, illuminant, sensors, label))
+        if bounces >= 2:
+            found.direct_and_indirect.append(errors_after(2, direct_too=True))
+        found.colors.extend(color_errors(reflectances, illuminant, sensors, label, bounces))
     return found
