@@ -108,7 +108,9 @@ class Camera:
         """
         distance = Number("baseline", "scene units", above=0.0).check(baseline)
         if isinstance(self.model, RayMap):
-            raise InputError("a ray map's rays do not move with a camera; give two ray maps")
+            raise InputError(
+                f"{distance:g} does not go with a ray map, whose rays do not move; give two of them"
+            )
         right = 0.5 * distance * frame_of(check_camera(self))[1]
         label = self.name or "camera"
 

@@ -18,6 +18,7 @@ SHIPPED = Path(__file__).parents[1] / "data" / "metals.csv"
 """Made by `tools/make_metals.py`."""
 LARGEST_INDEX = 1e3
 """More is no index of refraction but a wavelength or a percentage in the wrong column."""
+_PARTS = "n or k of the index"
 EDGE_COSINE = 1.0 / 7.0
 """Of the angle of 82° at which the reflectance of metals is given beside that at normal incidence:
 where they reflect least, compared with Schlick's formula."""
@@ -76,7 +77,7 @@ def metal_by_source(source: str, folder: Path) -> Metal:
         with naming(f"metal:{source}"):
             return metal(source)
     path = named_file(folder, source)
-    table = read_table(path, 0.0, LARGEST_INDEX, "index")
+    table = read_table(path, 0.0, LARGEST_INDEX, _PARTS)
     if len(table) != 2:
         raise InputError(
             f"has {len(table)} column(s) after the wavelength; a metal's index has two, n and k",
@@ -108,7 +109,7 @@ def _from_index(wavelengths: Floats, n: Floats, k: Floats, extrapolate: bool = F
 @cache
 def _metals() -> dict[str, Metal]:
     """Return the metals of the table that is shipped, by their symbols."""
-    table = read_table(SHIPPED, 0.0, LARGEST_INDEX, "index")
+    table = read_table(SHIPPED, 0.0, LARGEST_INDEX, _PARTS)
     rows = dict(zip(table.names, table.values, strict=True))
     symbols = dict.fromkeys(name.split()[0] for name in table.names)
     return {

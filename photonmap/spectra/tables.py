@@ -224,4 +224,4 @@ def _limits(values: Floats, low: float, high: float, kind: str) -> str:
         return f"{kind} cannot be negative"
     percent = 0.9 < high < 1.1 and np.mean((values > 2) & (values <= 110)) > 0.5
     remedy = ": divide percent by 100" if percent else ""
-    return f"it must lie between {low:.3g} and {high:.3g}{remedy}"
+    return f"it must lie between {low:.3g} and {float(f'{high:.3g}'):g}{remedy}"

@@ -162,7 +162,7 @@ def test_ray_maps_of_another_size_are_refused():
     camera = pm.Camera(**POSE, **KINDS["ray map"])
     with pytest.raises(pm.InputError, match=r"ray map is of 4x3 pixels, .*--size 4x3"):
         pm.render(pm.Scene([ROOM], [LAMP], camera), bands=1, size=(4, 4), passes=1)
-    with pytest.raises(pm.InputError, match="ray map's rays do not move"):
+    with pytest.raises(pm.InputError, match="does not go with a ray map, whose rays do not"):
         camera.stereo(0.1)
 
 
@@ -198,6 +198,9 @@ def test_ray_maps_are_read_from_npz_and_openexr(tmp_path):
     file.close()
     for name in ("rays.npz", "rays.exr"):
         np.testing.assert_array_equal(pm.RayMap(tmp_path / name).array, rays)
+        text = f"[camera]\nprojection = {{ type = 'ray map', file = '{name}' }}\n"
+        camera = load(tmp_path, text).camera
+        np.testing.assert_array_equal(camera.projection.array, rays)
     (tmp_path / "bad.npz").write_bytes(b"nothing")
     with pytest.raises(pm.InputError, match=r"bad\.npz: is not an NPZ file"):
         pm.RayMap(tmp_path / "bad.npz")

@@ -173,7 +173,7 @@ def test_white_is_white_in_every_notation():
         ("metal:Ay", r"metal:Ay: there is no metal 'Ay'; "),
         ("metal:white.csv 2", "must lie between 0 and 1"),
         ("metal:one.csv", "one.csv: has 1 column.s. after the wavelength; a metal's index has two"),
-        ("metal:negative.csv", r"negative.csv:2: index is -3 at 700 nm"),
+        ("metal:negative.csv", r"negative.csv:2: n or k of the index is -3 at 700 nm"),
         ("metal:none.csv", "none.csv: cannot be read"),
         ("munsell:red", "write it as '5R 5/10' or 'N 5'"),
         ("planck:2856", "is a light, not a reflectance"),

@@ -6,7 +6,7 @@ from photonmap.errors import InputError
 from photonmap.scene.material import Material
 from photonmap.scene.textures import is_black
 
-_LAMBERT = "the base below it obeys Lambert's law; set diffuse_roughness to 0, or leave out"
+_LAMBERT = "only a Lambertian base lies below; set diffuse_roughness to 0, or leave out"
 _METAL = "for metal below it give glossy in place of mirror"
 _GLASS = "glass has none; leave out ior, or"
 _CLASHES = {

@@ -8,10 +8,13 @@ from photonmap.errors import InputError
 from photonmap.io.readers.toml import Toml, parse_value
 from photonmap.scene.camera import Camera, check_camera
 from photonmap.scene.parameters import Part, parameters_of
+from photonmap.scene.projections import RayMap
 from photonmap.scene.scene import check_names
 
 SECTION = "camera"
 _REQUIRED = ("origin", "target")
+_UNMOVED = {"origin": (0.0, 0.0, 0.0), "target": (0.0, 0.0, -1.0)}
+"""Of a ray map, which holds its rays in world space"""
 _BASELINE = "baseline"
 _KEYS = (*parameters_of(Camera), _BASELINE)
 
@@ -47,9 +50,6 @@ def read_cameras(toml: Toml) -> list[Camera]:
 
 def _read(toml: Toml, label: str, section: dict[str, Any], *at: str | int) -> list[Camera]:
     """Read one section; two cameras where it has a baseline."""
-    for key in _REQUIRED:
-        if key not in section:
-            raise toml.error(f"{label} lacks {key}; add {key} = [x, y, z]", *at)
     lines = {key: toml.line(*at, key) for key in section}
     values = {key: value for key, value in section.items() if key != _BASELINE}
     for key, parameter in parameters_of(Camera).items():
@@ -58,6 +58,11 @@ def _read(toml: Toml, label: str, section: dict[str, Any], *at: str | int) -> li
                 values[key] = parse_value(parameter, values[key], toml.path.parent)
             except InputError as error:
                 raise InputError(f"camera {key} {error}", toml.path, lines[key]) from None
+    pose = _UNMOVED if isinstance(values.get("projection"), RayMap) else {}
+    values = {**pose, **values}
+    for key in _REQUIRED:
+        if key not in values:
+            raise toml.error(f"{label} lacks {key}; add {key} = [x, y, z]", *at)
     camera = check_camera(Camera(**values), toml.path, lines)
     if _BASELINE not in section:
         return [camera]
