@@ -65,7 +65,8 @@ def suggest(name: str, known: Iterable[str]) -> str:
 def _nearest(name: str, candidates: Iterable[str]) -> str | None:
     """Return the candidate most alike as a whole, or else in a word of it; None if none is near.
 
-    Of several that are equally near, one with the same letters in another order.
+    Of several that are equally near, one with the same letters in another order, or else the last
+    by the alphabet: for "D66" that is "D65", not "D60".
     """
     for part, least in ((_whole, _NEAR), (str.split, _NEAR_WORD)):
         scores = {
@@ -75,7 +76,7 @@ def _nearest(name: str, candidates: Iterable[str]) -> str | None:
         best = max(scores.values(), default=0.0)
         if best >= least:
             tied = [candidate for candidate, score in scores.items() if score == best]
-            return max(tied, key=lambda each: _likeness(_sorted(name), _sorted(each)))
+            return max(tied, key=lambda each: (_likeness(_sorted(name), _sorted(each)), each))
     return None
 
 
