@@ -12,6 +12,7 @@ _REMEDIES = (
     (r"no light", "add [[light]] to a TOML file, or emission to a material"),
     (r"no texture coordinates", "unwrap the meshes, and export texture coordinates"),
     (r"degenerate|have no area|without area|in no face", _NOTHING),
+    (r"in 32 bits", "move the mesh to the origin in the program that made it, and export it again"),
     (r"coincide", "delete one copy of doubled faces, unless any will do"),
     (r"add up to more than 1|lowered to 1", f"lower the reflectance in the file, or {_TOML}"),
     (r"textures?\b.* grey|relief w.* not readable", "put the images where the file looks for them"),

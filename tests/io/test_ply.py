@@ -165,3 +165,31 @@ def test_ply_errors(read, data, message):
     with pytest.raises(InputError, match=r"a\.ply: .*" + message) as caught:
         read("a.ply", data)
     assert "\n" not in str(caught.value)
+
+
+def far_away(distance, scale=1.0):
+    """A ball of radius 1 at a distance from the origin, scaled."""
+    ball = trimesh.creation.icosphere(2)
+    return (ball.vertices * scale + distance), ball.faces
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian"])
+def test_positions_that_32_bits_cannot_hold(read, kind):
+    vertices, faces = far_away(1e6)
+    lost = (
+        r"a\.ply: mesh 'a' is 1e\+06 away from the origin, where positions in 32 bits are 0\.0625 "
+        r"apart, 3\.1% of its size: its shape is coarse; centre it before export$"
+    )
+    with pytest.warns(SceneWarning, match=lost):
+        read("a.ply", ply(vertices, faces.tolist(), kind=kind))
+
+
+@pytest.mark.parametrize(
+    "vertices",
+    [far_away(0.0)[0], far_away(1e3)[0], far_away(1e6, 1e4)[0], far_away(1e6)[0].round()],
+)
+def test_positions_that_32_bits_can_hold(read, recwarn, vertices):
+    """Near the origin; or large enough; or, far from it, on a grid of whole numbers."""
+    faces = far_away(0.0)[1].tolist()
+    read("a.ply", ply(vertices, faces))
+    assert not [each for each in recwarn if "32 bits" in str(each.message)]

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, warn
+from photonmap.io.readers.precision import warn_of_rounding
 from photonmap.runtime.wording import listed
 from photonmap.scene.images import decode_srgb
 from photonmap.scene.scene import Scene
@@ -30,7 +31,7 @@ Decoder = Callable[[Path, bytes, Losses], Scene]
 
 
 def decode_file(path: Path, decode: Decoder) -> Scene:
-    """Read a file whole, and name what is lost in one warning.
+    """Read a file whole, and name what is lost in one warning; in another, meshes far away.
 
     Raises
     ------
@@ -42,6 +43,7 @@ def decode_file(path: Path, decode: Decoder) -> Scene:
         scene = decode(path, data, losses)
     if not any(len(mesh.faces) for mesh in scene.meshes):
         raise InputError("has no triangles; export the surfaces as polygons", path)
+    warn_of_rounding(path, scene.meshes)
     if losses:
         named = [
             f"{what} of {listed(owners)}" if owners else what for what, owners in losses.items()
