@@ -93,6 +93,44 @@ def test_what_is_left_out_is_named_until_it_is_mended(tmp_path, capsys):
     assert lines_of(head) == []
 
 
+def test_warnings_of_scene_files_come_once(tmp_path, capsys):
+    """When the set is planned, and not again with each image."""
+    pm.save_scene(pm.scenes.cornell_box(), tmp_path / "room.obj")
+    with (tmp_path / "room.obj").open("a") as file:
+        file.write("v 9 9 9\n")
+    path = tmp_path / "own.toml"
+    path.write_text('files = ["room.obj"]\nilluminations = ["white"]')
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", pm.SceneWarning)  # which are errors in tests
+        assert main(["dataset", str(tmp_path / "set"), "--preset", str(path), *SIZE]) == 0
+    assert capsys.readouterr().err.count("vertices are in no face") == 1
+
+
+def test_images_that_are_no_longer_asked_for(tmp_path, capsys):
+    """Finished ones stay; the list of the set forgets those that were not."""
+    folder, path = tmp_path / "set", tmp_path / "own.toml"
+    for name in ("room", "bare"):
+        pm.save_scene(pm.scenes.cornell_box(), tmp_path / f"{name}.obj")
+    make = ["dataset", str(folder), "--preset", str(path), *SIZE]
+    both = 'illuminations = ["white", "two_mixed"]'  # of which a box with one lamp has the first
+    path.write_text(f'files = ["room.obj", "bare.obj"]\n{both}')
+    assert main(make) == 1
+    path.write_text('files = ["room.obj"]\nilluminations = ["white"]')
+    kept = r"set: images of earlier runs .* stay in the set \(1: bare-0-white-\w+\)"
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", pm.SceneWarning)  # which are errors in tests
+        capsys.readouterr()
+        assert main([*make, "--resume"]) == 0
+        lost = r"; those .* leave its list \(2: room-0-two_mixed-\w+ and 1 more\)$"
+        assert re.search(kept + lost, capsys.readouterr().err, re.M)
+        assert main([*make, "--resume"]) == 0
+        assert re.search(kept + "$", capsys.readouterr().err, re.M)
+    images = dataset.open(folder)
+    assert sorted(images.head["images"]) == sorted(image.name for image in images)
+    assert [image.name.partition("-")[0] for image in images] == ["room", "bare"]
+    assert verify(folder, sample=0) == []
+
+
 def test_a_set_names_no_folder_of_its_machine(tmp_path):
     """It may be moved with the scenes that it is made from, and is verified there."""
     home = tmp_path / "home-of-someone"

@@ -84,6 +84,6 @@ def write_set(folder, scenes=(0, 1, 2), lights=("white", "colored"), error=0.0, 
                     "lights": {},
                 }
             )
-    write_head(folder, {"format": FORMAT, "images": list(made)})
+    write_head(folder, {"format": FORMAT, "images": list(made)}, made)
     write_lines(folder, entries)
     return made

@@ -6,7 +6,7 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
@@ -194,13 +194,17 @@ def read_lines(folder: str | PathLike[str]) -> list[dict[str, Any]]:
     return entries
 
 
-def write_head(folder: Path, head: dict[str, Any]) -> None:
-    """Write the head atomically; images that an earlier head lists stay listed."""
+def write_head(folder: Path, head: dict[str, Any], finished: Container[str]) -> None:
+    """Write the head atomically; of the images that an earlier one lists, finished ones stay.
+
+    Parameters
+    ----------
+    finished : names of the images that are complete; others are listed if this head asks for them
+    """
     if (folder / HEAD).is_file():
-        head = {
-            **head,
-            "images": list(dict.fromkeys([*read_head(folder)["images"], *head["images"]])),
-        }
+        asked = head["images"]
+        listed = [name for name in read_head(folder)["images"] if name in finished or name in asked]
+        head = {**head, "images": list(dict.fromkeys([*listed, *asked]))}
     _write_atomically(folder / HEAD, json.dumps(head, indent=2, ensure_ascii=False) + "\n")
 
 

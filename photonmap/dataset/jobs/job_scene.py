@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import warnings
 from collections.abc import Iterable
 from dataclasses import fields, is_dataclass, replace
 from functools import lru_cache
@@ -21,7 +22,7 @@ from photonmap.dataset.scenes.illumination import Illumination
 from photonmap.dataset.scenes.recolor import recolor, relight
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
 from photonmap.dataset.scenes.view_search import find_camera
-from photonmap.errors import InputError
+from photonmap.errors import InputError, SceneWarning
 from photonmap.io.readers.scene_file import load_scene
 from photonmap.scene.lights import EnvironmentLight
 from photonmap.scene.scene import Scene
@@ -53,7 +54,9 @@ def make_scene(job: Job) -> Scene:
         looks = common.materials, common.lightness, common.scale
         scene = _build(job.scene, job.seed, looks, common.munsell).lit(illumination)
     else:
-        scene = _load(job.scene)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SceneWarning)  # `read_user_scenes` has issued them
+            scene = _load(job.scene)
         if _digest(scene) != job.content:
             raise InputError("has changed since the data set was begun; restore it", job.scene)
         scene = relight(scene, illumination, job.seed)

@@ -27,7 +27,9 @@ from photonmap.dataset.jobs.plan import CONTENT, TEXT, CommonSettings, Job
 from photonmap.dataset.jobs.render_image import ENTRY, Task, read_entry
 from photonmap.dataset.jobs.schedule import LOCAL, run_tasks
 from photonmap.dataset.jobs.trial import run_fastest
+from photonmap.errors import warn
 from photonmap.runtime.file_checks import FULL
+from photonmap.runtime.wording import enumerated
 from photonmap.runtime.workers import AUTO
 
 Entries = dict[str, dict[str, Any]]
@@ -124,7 +126,8 @@ def make_dataset(
 ) -> Outcome:
     """Render the images that a folder does not have yet, and write its manifest.
 
-    Images of an earlier run are kept if their files are unchanged. After Ctrl-C the manifest lists
+    Images of an earlier run are kept if their files are unchanged, also those that are not among
+    the jobs: of these, a warning says how many there are. After Ctrl-C the manifest lists
     the images that are finished.
 
     Parameters
@@ -149,8 +152,9 @@ def make_dataset(
         remove_leftovers(folder)
         if jobs:
             copy_inputs(folder, jobs[0].common, extra.sensor)
-        write_head(folder, head)
         outcome = Outcome(_find_entries(folder, jobs, log))
+        _warn_of_others(folder, jobs, outcome.entries)
+        write_head(folder, head, outcome.entries)
         write_lines(folder, outcome.entries.values())
         missing = [job for job in jobs if job.name not in outcome.entries]
         target, versions = str(folder.resolve()), head["versions"]
@@ -214,6 +218,26 @@ def _find_entries(folder: Path, jobs: Sequence[Job], log: Callable[[str], None])
         elif (folder / name / ENTRY).is_file() or (name in names and (folder / name).is_dir()):
             log(f"{name} is damaged, and " + ("rendered again" if name in names else "left out"))
     return found
+
+
+def _warn_of_others(folder: Path, jobs: Sequence[Job], entries: Entries) -> None:
+    """Warn of images of earlier runs that are not among the jobs, and say what becomes of them."""
+    if not (folder / HEAD).is_file():
+        return
+    asked = {job.name for job in jobs}
+    others = dict.fromkeys([*read_head(folder)["images"], *entries])
+    kept = [name for name in others if name not in asked and name in entries]
+    dropped = [name for name in others if name not in asked and name not in entries]
+    said = [
+        f"{what} ({len(names)}: {enumerated(names, 1)})"
+        for what, names in (
+            ("images of earlier runs that are not asked for stay in the set", kept),
+            ("those that are not asked for and never were finished leave its list", dropped),
+        )
+        if names
+    ]
+    if said:
+        warn(f"{folder}: {'; '.join(said)}")
 
 
 def _record_result(outcome: Outcome, name: str, result: dict[str, Any] | str, folder: Path) -> None:
