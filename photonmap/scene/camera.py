@@ -142,6 +142,7 @@ class Camera:
             "origin": list(self.origin),
             "target": list(self.target),
             "up": list(self.up),
+            "distortion": [],
             **self.model.describe(),
             "camera_to_world": pose.tolist(),
             "camera_to_world_opencv": (pose @ _OPENCV).tolist(),

@@ -131,4 +131,5 @@ def test_the_record_has_kind_lens_and_both_poses():
     np.testing.assert_array_equal(gl[:, [0, 3]], cv[:, [0, 3]])
     np.testing.assert_array_equal(gl[:, 1:3], -cv[:, 1:3])
     assert camera.describe(320, 240) == described
-    assert replace(camera, projection=pm.Panorama(), lens=None).describe(8, 4)["intrinsics"] is None
+    plain = replace(camera, projection=pm.Panorama(), lens=None).describe(8, 4)
+    assert (plain["intrinsics"], plain["distortion"]) == (None, [])

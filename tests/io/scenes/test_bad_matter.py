@@ -101,6 +101,25 @@ def test_a_roughness_of_what_is_not_glossy_is_named(tmp_path, line):
     pm.load_scene(write(tmp_path, "", f"[material.m]\n{line.split()[0]} = 0\n"))
 
 
+@pytest.mark.parametrize(
+    ("line", "reason", "remedy"),
+    [
+        ("glossy_edge = 0.3", "what is not glossy; add glossy", "glossy = 0.5"),
+        ("coat_roughness = 0.3", "what has no coat; add coat = 1", "coat = 1"),
+        ("coat_ior = 1.7", "what has no coat; add coat = 1", "coat = 1"),
+        ("sheen_roughness = 0.3", "what has no sheen; add sheen = 0.5", "sheen = 0.5"),
+        ("abbe = 30\nthin = true\nior = 1.5", "thin glass, .* leave out one", "thin = false"),
+        ("priority = 2\nthin = true\nior = 1.5", "thin glass, .* leave out one", "thin = false"),
+    ],
+)
+def test_what_has_no_effect_is_named(tmp_path, line, reason, remedy):
+    key = line.split()[0]
+    with pytest.warns(pm.SceneWarning, match=rf"m\.toml:2: .*\] {key} has no effect on {reason}"):
+        pm.load_scene(write(tmp_path, "", f"[material.m]\n{line}\n"))
+    mended = line.replace("thin = true", "") + f"\n{remedy}"
+    pm.load_scene(write(tmp_path, "", f"[material.m]\n{mended}\n"))
+
+
 @pytest.mark.parametrize(("kind", "inside"), XML)
 def test_mitsuba(tmp_path, capsys, kind, inside):
     path = tmp_path / "m.xml"

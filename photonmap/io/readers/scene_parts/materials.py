@@ -20,6 +20,9 @@ SECTION = "material"
 _METALLIC = "metallic"
 """Key of what becomes a base and a lobe, as glTF has it"""
 _BLACK = (0.0, (0.0, 0.0, 0.0))
+_GLOSSY = "add glossy = 0.04 for plastic, or glossy = 'metal:Au'"
+_OF_BODIES = ("abbe", "dispersion", "priority", "outside")
+"""Attributes that only solid glass has"""
 
 
 def change_materials(meshes: list[Mesh], toml: Toml) -> list[Mesh]:
@@ -109,12 +112,26 @@ def _change(material: Material, toml: Toml) -> Material:
             share = parse_value(FRACTION, section[_METALLIC], toml.path.parent)
             changed = _partly_metal(changed, share, given.get("glossy", USUAL_COAT))
     _check_layers(changed, toml, section)
-    for key in ("roughness", "anisotropy"):
-        if given.get(key, 0.0) != 0.0 and not changed.is_glossy and changed.ior is None:
-            remedy = "add glossy = 0.04 for plastic, or glossy = 'metal:Au'"
-            problem = f"{label} {key} has no effect on what is not glossy; {remedy}"
-            warn(str(toml.error(problem, *at, key)))
+    for key in section:
+        reason = _find_idle(changed, attributes[key]) if key in attributes else ""
+        if reason and given[attributes[key]] != getattr(Material, attributes[key]):
+            warn(str(toml.error(f"{label} {key} has no effect on {reason}", *at, key)))
     return changed
+
+
+def _find_idle(material: Material, attribute: str) -> str:
+    """Return on what an attribute has no effect, and what to do; nothing if it has one."""
+    if attribute in ("roughness", "anisotropy") and not material.is_glossy:
+        return "" if material.ior is not None else f"what is not glossy; {_GLOSSY}"
+    if attribute == "glossy_edge" and not material.is_glossy:
+        return f"what is not glossy; {_GLOSSY}"
+    if attribute in ("coat_roughness", "coat_ior", "coat_relief") and not material.is_coated:
+        return "what has no coat; add coat = 1"
+    if attribute == "sheen_roughness" and not material.has_sheen:
+        return "what has no sheen; add sheen = 0.5"
+    if attribute in _OF_BODIES and material.thin:
+        return "thin glass, which has no inside; leave out one of them"
+    return ""
 
 
 def _check_layers(material: Material, toml: Toml, section: dict[str, Any]) -> None:
