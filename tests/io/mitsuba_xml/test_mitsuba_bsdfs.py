@@ -16,7 +16,7 @@ from photonmap.io.readers.mitsuba_parts.materials.albedos import (
 )
 from photonmap.kernels.core.metals import DIP_MEANS
 from photonmap.scene.surfaces.conductors import fit_dip
-from photonmap.scene.surfaces.fresnel import mean_rise
+from photonmap.scene.surfaces.fresnel import mean_rise, normal_reflectance
 from photonmap.scene.textures import Texture
 from photonmap.spectra.curves import Spectrum
 
@@ -127,6 +127,14 @@ def alphas_of(material):
     """Return GGX's α across the tangent and along it."""
     across = material.roughness**2
     return across, across + (1.0 - across) * material.anisotropy**2
+
+
+@pytest.mark.parametrize("index", [1.1, 1.5, 2.4])
+def test_paint_below_a_coat_by_its_bare_albedo(index):
+    bare = np.array([0.0, 0.2, 0.5, 0.95, 1.0])
+    base = plastic_albedo(index, 0.0, True, normal_reflectance(index))(bare)
+    expected = bare / (index**2 * (1.0 - bare) + bare)  # as the guide says
+    np.testing.assert_allclose(base, expected, rtol=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["roughconductor", "roughdielectric"])
