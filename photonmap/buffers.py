@@ -33,6 +33,8 @@ Scenes = Literal["all", "with gloss", "with gloss, mirrors or glass"]
 
 UNITS = {"radiance": "W·m⁻²·sr⁻¹", "length": "scene units"}
 """Units of the quantities that have one."""
+ERROR_ENDINGS = ".error", ".error8"
+"""What standard errors are called after their buffer, and those of means over 8×8 pixels."""
 _INTEGERS = ("count", "id")
 Image = TypeVar("Image")
 

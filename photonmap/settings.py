@@ -166,7 +166,7 @@ class Options:
             group="sampling",
             metavar="N",
             read=int,
-            whole=(0, MOST_PHOTONS),
+            whole=(1, MOST_PHOTONS),
             decides=True,
         ),
     )

@@ -59,7 +59,7 @@ class Sensor:
         default="Nikon 5100 (NPL)",
         metadata=_option(
             "spectral sensitivities, relative to power: the name of a camera or observer, a "
-            "FILE.csv, or bands such as 8 or 400:700:50",
+            "FILE.csv, or bands such as 8 or 400:700:10",
             COLOR,
             "NAME",
             read=str,

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.buffers import names_where
+from photonmap.buffers import ERROR_ENDINGS, names_where
 from photonmap.compile.scene_arrays import CompiledScene
+from photonmap.errors import InputError
 from photonmap.kernels.core.passes import Pixels
 from photonmap.kernels.core.records import Lights, Media, Scattering
 
@@ -93,6 +94,8 @@ def choose_columns(compiled: CompiledScene, merge: bool, split: bool) -> Spectra
         order = np.argsort(np.argsort(first[1]))  # distinct columns in order of appearance
         of_band = order[first[2].ravel()]
     groups = tuple(dict.fromkeys(compiled.light_groups)) if split else ("",)
+    if bad := [group for group in groups if group.endswith(ERROR_ENDINGS)]:
+        raise InputError(f"light group {bad[0]!r} ends as standard errors do; rename its lights")
     return SpectralColumns(of_band, groups)
 
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.buffers import Buffer, row_of
+from photonmap.buffers import ERROR_ENDINGS, Buffer, row_of
 from photonmap.errors import InputError
 from photonmap.spectra.bands import Bands
 
@@ -33,7 +33,7 @@ FULL_DISK = 100e6
 """Free bytes on a disk below which a write error may mean that it is full."""
 
 _RGB = ("R", "G", "B")
-_ERROR, _BLOCK_ERROR = ".error", ".error8"
+_ERROR, _BLOCK_ERROR = ERROR_ENDINGS
 """Endings of the names of parts that hold standard errors, and those of means over blocks."""
 _COMPRESSION = "zip"
 """Lossless, and every reader knows it; htj2k and zstd do better, but need the latest OpenEXR."""

@@ -73,6 +73,8 @@ class Labels(Colors):
     def sel(self, wavelength: float) -> Self:
         """Return the result of one band alone: that whose mean wavelength is nearest, (H, W, 1).
 
+        What the record says of the run, and `bias`, are still over all bands.
+
         Parameters
         ----------
         wavelength : nm, within the range of the bands

@@ -59,6 +59,18 @@ class Result(Plots):
     record: dict[str, Any]
     block_errors: dict[str, NDArray[Any]] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        """Raise `InputError` unless all buffers and errors are of one size and have all bands."""
+        first, image = next(iter(self.buffers.items()), ("", np.empty((0, 0))))
+        for name, other in (*self.buffers.items(), *self.errors.items()):
+            size, row = image.shape[:2], row_of(name)
+            banded = row is not None and row.is_banded
+            wanted = (*size, self.bands.count) if banded else (*size, *other.shape[2:])
+            if other.shape != wanted:
+                raise InputError(
+                    f"buffer {name!r} has shape {other.shape}, not {wanted} as {first!r}"
+                )
+
     def __repr__(self) -> str:
         width, height = self.size
         kind = "RGB" if self.bands.is_rgb else f"{self.bands.count} bands"

@@ -20,6 +20,7 @@ from photonmap.spectra.curves import (
     Spectrum,
     check_emission,
     check_reflectance,
+    needed_range,
 )
 from photonmap.spectra.integrals import integrate_products
 from photonmap.spectra.observer import observer, radiance_to_rgb, reflectance_to_rgb
@@ -312,7 +313,7 @@ class Bands:
         ------
         InputError
             if it is not a colour, or a curve outside [0, 1], or one that does not cover 400 to
-            700 nm and the range of the bands
+            700 nm and what the bands see but for a thousandth at either end
         """
         if not isinstance(color, Spectrum):
             return self._mix(color, self.reflectance_basis)
@@ -332,7 +333,7 @@ class Bands:
         ------
         InputError
             if it is not a colour, or a curve below 0, or one that does not cover 400 to 700 nm and
-            the range of the bands
+            what the bands see but for a thousandth at either end
         """
         if not isinstance(color, Spectrum):
             return self._mix(color, self.emission_basis)
@@ -363,9 +364,14 @@ class Bands:
         eye = observer()
         return _read_only(self.reflectance_basis * self.average_all(eye.wavelengths, eye.d65[None]))
 
+    @cached_property
+    def _needed(self) -> Limits:
+        return needed_range(self.sensitivities)
+
     def _check_covered(self, color: Spectrum) -> None:
-        low, high = self.limits or VISIBLE
-        color.check_covers(min(low, VISIBLE[0]), max(high, VISIBLE[1]))
+        if not color.wavelengths[0] <= self._needed[0] < self._needed[1] <= color.wavelengths[-1]:
+            low, high = self.limits or VISIBLE
+            color.check_covers(min(low, VISIBLE[0]), max(high, VISIBLE[1]))
 
     def _mix(self, color: Any, basis: Floats) -> Floats:
         """Return the band values (N,) of a number, the same in all bands, or of a triple."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,9 @@ Floats = NDArray[np.float64]
 
 VISIBLE = (400.0, 700.0)
 """Range that every curve must cover, nm."""
+
+TAIL = 1e-3
+"""Share of a sensitivity at either end where a curve need not be known: its outer value holds."""
 
 EXTRAPOLATE = "extrapolate:"
 """Prefix of a curve whose outer values extend beyond its samples."""
@@ -223,9 +226,25 @@ def check_covers(wavelengths: Floats, low: float, high: float) -> None:
     missing = " and ".join(below + above)
     raise InputError(
         f"the curve covers {first:g}-{last:g} nm, but {low:g}-{high:g} nm is needed: {missing} nm "
-        "is missing; narrow the range of the bands to 400:700 if it is wider, or extend the outer "
-        f"values: '{EXTRAPOLATE}' before the name, extrapolate=True in code"
+        "is missing; narrow the range of the bands to 400:700 if it is wider (--range; in code "
+        f"Bands.parse(…, (400, 700))), or extend the outer values: '{EXTRAPOLATE}' before the "
+        "name, Spectrum(…, extrapolate=True) in code"
     )
+
+
+def needed_range(sensitivities: Iterable[Spectrum]) -> tuple[float, float]:
+    """Return the range, nm, that curves must cover: 400 to 700, and all but the tails of bands."""
+    ends = np.array([VISIBLE, *map(_without_tails, sensitivities)])
+    return float(ends[:, 0].min()), float(ends[:, 1].max())
+
+
+def _without_tails(curve: Spectrum) -> tuple[float, float]:
+    """Return the range, nm, beyond either end of which a sensitivity has at most `TAIL` of it."""
+    area = np.diff(curve.wavelengths) * 0.5 * (curve.values[1:] + curve.values[:-1])
+    passed = np.concatenate([[0.0], np.cumsum(area)]) / area.sum()
+    first = np.searchsorted(passed, TAIL, side="right") - 1
+    last = np.searchsorted(passed, 1.0 - TAIL)
+    return float(curve.wavelengths[first]), float(curve.wavelengths[last])
 
 
 def check_wavelengths(wavelengths: Floats) -> None:

@@ -116,6 +116,11 @@ def stepped(first: float, last: float, step: float) -> tuple[list[Spectrum], flo
             "last, as in 400:700:10"
         )
     low, high = first - 0.5 * step, last + 0.5 * step
+    if not 380.0 <= low < high <= 780.0:
+        raise InputError(
+            f"bands {first:g}:{last:g}:{step:g} reach from {low:g} to {high:g} nm, half a step "
+            "beyond their ends; they must lie within 380 to 780 nm"
+        )
     _bin_width(count, low, high)
     half = int(np.ceil(max(step / 2.0, 8.0)))  # samples on either side: 1 nm, σ/4 or less
     z = np.arange(-half, half + 1) / half

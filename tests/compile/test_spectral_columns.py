@@ -57,3 +57,13 @@ def test_bands_that_are_alike_are_carried_once():
     columns = choose_columns(compiled, merge=True, split=False)
     assert columns.distinct == 1
     assert carry(compiled, columns).materials.reflectance.shape[1] == 1
+
+
+@pytest.mark.parametrize("name", ["a.error", "a.error8"])
+def test_groups_that_would_pass_for_standard_errors_are_refused(name):
+    box = pm.scenes.cornell_box()
+    scene = pm.Scene(box.meshes, [pm.PointLight((0.0, 0.0, 0.0), 1.0, name)], box.camera)
+    compiled = compile_scene(scene, Bands.rgb())
+    assert choose_columns(compiled, merge=True, split=False).count
+    with pytest.raises(pm.InputError, match=f"light group '{name}' ends as standard errors do"):
+        choose_columns(compiled, merge=True, split=True)

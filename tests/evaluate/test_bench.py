@@ -303,3 +303,28 @@ def test_scores_do_not_depend_on_threads(known, name):
             found = run(known[0], name, metrics=["lmse-color"], draws=0)
         scores.append([measured.scores for measured in found.methods[0].measured.values()])
     assert scores[0] == scores[1]
+
+
+def test_methods_may_change_what_they_see(known):
+    folder, _ = known
+
+    def careless(view):
+        view.image[...] = 0.3
+        view.mask[...] = False
+        for image in view.relit:
+            image[...] = 1.0
+        return evaluate.Estimate(illuminant=np.ones(view.image.shape[-1]))
+
+    alone = run(folder, "grey-world", metrics=["angle"]).summaries()
+    found = run(folder, evaluate.Method("careless", careless), "grey-world", metrics=["angle"])
+    assert [each for each in found.summaries() if each.method == "grey-world"] == alone
+
+
+def test_functions_without_a_name_are_refused(known):
+    def mine(view):
+        return evaluate.Estimate()
+
+    with pytest.raises(InputError, match=r"Method\('mine', mine\)"):
+        run(known[0], mine)
+    with pytest.raises(InputError, match="method 'x' needs a function of a View; got 3"):
+        evaluate.Method("x", 3)

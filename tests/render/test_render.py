@@ -242,10 +242,9 @@ def test_unresolved_marks_pixels_that_no_photon_reached(cornell):
     assert not pm.render(cornell, bands=1, size=(16, 16), passes=2).unresolved.any()
 
 
-def test_without_photons_nothing_is_unresolved(cornell):
-    result = pm.render(cornell, bands=1, size=(16, 16), passes=1, photons=0)
-    assert not result.unresolved.any()
-    assert result.direct.any()
+def test_there_must_be_photons(cornell):
+    with pytest.raises(pm.InputError, match="photons"):
+        pm.render(cornell, photons=0)
 
 
 def test_perfectly_white_furnace_is_bounded_and_says_so(furnace):

@@ -172,7 +172,8 @@ def test_a_perfect_diffuser_is_white_and_greys_keep_their_value(bands):
 def test_a_red_surface_is_red():
     bands = Bands.gaussian(31)
     red = bands.average(upsample_reflectance((0.8, 0.1, 0.1))).astype(np.float32)
-    r, g, b = make(bands, reflectance=red[None, None]).rgb("reflectance")[0, 0]
+    image = np.broadcast_to(red, (H, W, bands.count))
+    r, g, b = make(bands, reflectance=image).rgb("reflectance")[0, 0]
     assert r > 0.6 > 0.2 > max(g, b)
 
 
@@ -248,3 +249,10 @@ def test_a_png_is_what_its_standard_says():
     np.testing.assert_array_equal(
         lines[:, 1:].cumsum(axis=0, dtype=np.uint8).reshape(3, 2, 3), image
     )
+
+
+def test_images_of_one_result_have_one_size():
+    with pytest.raises(InputError, match=r"'shading' has shape \(5, 5, 3\), not \(4, 5, 3\)"):
+        make(shading=np.zeros((5, 5, 3), np.float32))
+    with pytest.raises(InputError, match=r"'direct' has shape \(4, 5, 2\)"):
+        make(direct=np.zeros((H, W, 2), np.float32))

@@ -329,7 +329,7 @@ def test_bands_at_round_wavelengths(text, count, first, last):
         ("400:700:7", "steps must lead from the first wavelength to the last"),
         ("400:700:0", "steps must lead"),
         ("700:400:10", "steps must lead"),
-        ("380:780:10", "within 380 to 780 nm, the lower end first; got 375 to 785"),
+        ("380:780:10", "reach from 375 to 785 nm, half a step .* within 380 to 780 nm"),
         ("400:700:.5", "from 1 to 256"),
     ],
 )

@@ -236,3 +236,15 @@ def test_colour_science_is_not_needed_at_run_time():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert json.loads(done.stdout) == []
+
+
+def test_what_a_camera_hardly_sees_need_not_be_known():
+    """Chips end at 730 nm; of what it sees, a camera has less than a ten-thousandth beyond."""
+    camera = Bands.parse("Nikon 5100 (NPL)")
+    chip = Spectrum([380, 730], [0.2, 0.7])
+    held = camera.reflectance(Spectrum([380, 730], [0.2, 0.7], extrapolate=True))
+    np.testing.assert_array_equal(camera.reflectance(chip), held)
+    beyond = camera.reflectance(Spectrum([380, 730, 731, 780], [0.2, 0.7, 0.0, 0.0]))
+    assert np.abs(beyond - held).max() < 1e-4
+    with pytest.raises(InputError, match="380-450 and 730-780 nm is missing"):
+        camera.reflectance(Spectrum([450, 730], [0.2, 0.7]))

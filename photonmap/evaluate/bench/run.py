@@ -117,6 +117,9 @@ def _choose_methods(methods: Sequence[str | Method] | None) -> list[Method]:
     InputError : there is none, none of such a name, or two have the same
     """
     wanted = method_names() if methods is None else methods
+    if bare := [each for each in wanted if callable(each)]:
+        name = getattr(bare[0], "__name__", "mine")
+        raise InputError(f"give the function a name: Method({name!r}, {name})")
     chosen = [each if isinstance(each, Method) else find_method(each) for each in wanted]
     names = [method.name for method in chosen]
     if twice := [name for name in names if names.count(name) > 1]:
@@ -146,7 +149,7 @@ class _Bench:
         for method, scores in self._methods:
             began = time.perf_counter()
             try:
-                estimate = method.estimate(shot.view, **scores.settings[truth.scene])
+                estimate = method.estimate(shot.view.copy(), **scores.settings[truth.scene])
                 layers[method.name] = checked(estimate, truth)
             except Exception as error:  # whatever a method raises is its failure, not the bench's
                 scores.failures[truth.name] = _reason(error)

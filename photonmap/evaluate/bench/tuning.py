@@ -59,7 +59,7 @@ def tune(
 def _score(method: Method, settings: Settings, shot: Shot) -> float:
     """Return the LMSE of a method with some settings; nan where it fails."""
     try:
-        layers = checked(method.estimate(shot.view, **settings), shot.truth)
+        layers = checked(method.estimate(shot.view.copy(), **settings), shot.truth)
     except Exception:  # whatever a method raises; it is reported when images are scored
         return float("nan")
     return measure(layers, shot.truth, [_BY]).scores.get(Column(_BY.name, MEAN_LAYER), float("nan"))

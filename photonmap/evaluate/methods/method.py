@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from photonmap.errors import InputError
 from photonmap.evaluate.metrics.arrays import Floats, Mask, to_grey
+from photonmap.runtime.wording import shown
 
 FLOOR = 3.0 / 257.0
 """Values that logarithms raise darker ones to; white is about 1. In Grosse et al.'s code, it is 3
@@ -36,6 +38,11 @@ class View:
     def grey(self) -> Floats:
         """The mean over bands, at least `FLOOR`: (H, W)."""
         return np.maximum(to_grey(self.image), FLOOR)
+
+    def copy(self) -> View:
+        """Return a view whose arrays a method may change in place."""
+        relit = tuple(image.copy() for image in self.relit)
+        return View(self.name, self.image.copy(), self.mask.copy(), relit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +76,13 @@ class Method:
     estimate: Callable[..., Estimate]
     defaults: Mapping[str, float] = field(default_factory=dict)
     grid: tuple[Mapping[str, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` unless `estimate` can be called."""
+        if not callable(self.estimate):
+            raise InputError(
+                f"method {self.name!r} needs a function of a View; got {shown(self.estimate)}"
+            )
 
 
 def with_grey_shading(view: View, shading: Floats) -> Estimate:
