@@ -13,6 +13,7 @@ from photonmap.capture.optics import check_psf, check_vignetting
 from photonmap.errors import InputError, naming
 from photonmap.io.readers.toml import read_toml
 from photonmap.runtime.options import Option, list_options, option
+from photonmap.runtime.wording import shown
 from photonmap.spectra.sensor_curves import check_camera, table_of
 
 EXPOSURE, ELECTRONICS, OPTICS, COLOR = "exposure", "electronics", "optics", "colour"
@@ -250,7 +251,10 @@ class Sensor:
                 raise InputError(text if text.startswith(name) else f"{name} {text}") from None
             object.__setattr__(self, name, value)
         if not isinstance(self.camera, str):
-            raise InputError(f"camera {self.camera!r} is not a name")
+            raise InputError(
+                f"camera {shown(self.camera)} is not a text; write a camera's name, 'FILE.csv', or "
+                f"bands, as in '6'"
+            )
         check_mosaic(self.mosaic)
         if self.black >= self.white:
             raise InputError(

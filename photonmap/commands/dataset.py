@@ -141,8 +141,8 @@ def _plan(
     from photonmap.dataset.jobs.presets import load_preset, with_illuminations
     from photonmap.results.record import describe_measured_sets
 
-    preset = with_illuminations(load_preset(options.preset), options.illuminations)
     use_measured_sets(options.munsell, options.illuminants)
+    preset = with_illuminations(load_preset(options.preset), options.illuminations)
     given = {name: getattr(options, name) for name in taken_by(DATASET)}
     for name, value in given.items():
         OPTIONS[name].checked(value)

@@ -189,8 +189,7 @@ def read_exr(path: str | PathLike[str], names: Collection[str] | None = None) ->
     """
     import OpenImageIO
 
-    if not Path(path).is_file():
-        raise InputError("there is no such file", path)
+    _check_file(path)
     file = OpenImageIO.ImageInput.open(str(path))
     if file is None:
         raise _no_exr(path)
@@ -212,6 +211,14 @@ def read_exr(path: str | PathLike[str], names: Collection[str] | None = None) ->
     return Contents(buffers, errors, bands, record, block_errors)
 
 
+def _check_file(path: str | PathLike[str]) -> None:
+    """Raise `InputError` if there is no file of this name."""
+    if Path(path).is_dir():
+        raise InputError("this is a folder; give the FILE.exr of a render", path)
+    if not Path(path).is_file():
+        raise InputError("there is no such file; check its name", path)
+
+
 def _no_exr(path: str | PathLike[str]) -> InputError:
     import OpenImageIO
 
@@ -231,8 +238,7 @@ def list_parts(path: str | PathLike[str], half: bool = False) -> list[str]:
     """
     import OpenImageIO
 
-    if not Path(path).is_file():
-        raise InputError("there is no such file", path)
+    _check_file(path)
     file = OpenImageIO.ImageInput.open(str(path))
     if file is None:
         raise _no_exr(path)

@@ -231,7 +231,7 @@ def _check_whole(result: Result, name: str) -> None:
     if missing:
         raise InputError(
             f"{name}: {listed(missing)} {'is' if len(missing) == 1 else 'are'} missing; "
-            f"render without --buffers to merge"
+            f"render all buffers to merge"
         )
 
 
@@ -239,6 +239,9 @@ def _check_alike(first: Result, other: Result, name: str, other_name: str) -> No
     """Raise InputError if two results are not of the same scene and arguments."""
     prints = [{**result.record["fingerprint"], "seed": None} for result in (first, other)]
     reason = difference(prints[0], prints[1], (f"in {name}", f"in {other_name}"))
+    if not reason and first.bands.describe() != other.bands.describe():
+        counts = f"bands {first.bands.count} in {name}, {other.bands.count} in {other_name}"
+        reason = counts if first.bands.count != other.bands.count else "other bands"
     sets = [{n for n in r.buffers if not _may_be_zero(n)} for r in (first, other)]
     if not reason and sets[0] != sets[1]:
         reason = f"{listed(sorted(sets[0] ^ sets[1]))} in one of them alone"

@@ -279,3 +279,9 @@ def test_a_damaged_photo(box, tmp_path):
 def test_options_are_documented():
     """Every keyword of a sensor is a flag, with its help."""
     assert all(option.help and option.group for option in OPTIONS.values())
+
+
+@pytest.mark.parametrize("camera", [6, pm.Bands.gaussian(3)])
+def test_cameras_are_texts(camera):
+    with pytest.raises(pm.InputError, match=r"camera .* is not a text; write .*, as in '6'"):
+        pm.Sensor(camera=camera)

@@ -11,6 +11,7 @@ from photonmap.commands.main import main
 from photonmap.dataset.files import lean as lean_module
 from photonmap.dataset.files.image_files import BANDS_EXR
 from photonmap.dataset.files.lean import ERRORS, fits_half
+from photonmap.dataset.files.parts import Arrays
 from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
 from photonmap.dataset.jobs.presets import Preset
 from photonmap.dataset.jobs.render_image import Task, render_image
@@ -146,3 +147,17 @@ def test_the_shares_of_lights_add_up(pair):
         )
         np.testing.assert_allclose(truth[light], part, atol=1e-5)
         np.testing.assert_allclose(share, truth[light], atol=3 * HALF)
+
+
+def test_arrays_that_are_not_there_are_told(pair):
+    lean, _ = pair
+    for images, name, message in (
+        (lean, "shadings", "'shadings' is not one of 'radiance'.*'background'[^;]*$"),
+        (lean, "diffuse_fraction", "make the set with diffuse_fraction among --buffers"),
+        (lean, "indirect.error", "make the set with --full"),
+        (lean, "residual", "it is 0 everywhere: image.result.residual"),
+        (lean.rgb, "depth", r"'depth' is not one of 'radiance'.*: image\['depth'\]"),
+        (Arrays(radiance=lean.rgb["radiance"]), "depth", r"image\['depth'\]"),
+    ):
+        with pytest.raises(KeyError, match=message):
+            images[name]

@@ -211,7 +211,7 @@ BAD = {
     "camera": (["a", "camera"], "other camera"),
     "version": (["a", "old"], "photonmap 0.1.0 in {0}/a.exr, 0.0.9 in {0}/old.exr"),
     "buffers": (["a", "part"], "'emission', 'direct'"),
-    "covariance": (["a", "flat"], "'covariance' is missing"),
+    "covariance": (["a", "flat"], "'covariance' is missing; render all buffers to merge"),
     "text": (["a", "text"], "text.exr"),
     "nothing": (["a", "nowhere"], "nowhere.exr"),
 }
@@ -236,3 +236,13 @@ def test_the_output_is_asked_for_and_checked_first(files, capsys):
     inputs = [str(files / f"{n}.exr") for n in "ab"]
     assert cli.main(["merge", *inputs, "-o", str(files / "a.exr" / "c.exr")]) == 2
     assert "Not a directory" in capsys.readouterr().err
+
+
+def test_other_bands_are_told(files):
+    a, b = (pm.load_result(files / f"{n}.exr") for n in "ab")
+    first, last = (b.sel(wavelength=nm) for nm in b.wavelengths)
+    with pytest.raises(pm.InputError, match="result 1: bands 2 in result 1, 1 in result 2;"):
+        pm.merge([a, first])
+    with pytest.raises(pm.InputError, match="result 1: other bands; merge renders"):
+        pm.merge([a.sel(wavelength=a.wavelengths[-1]), first])
+    assert pm.merge([a.sel(wavelength=a.wavelengths[-1]), last]).bands.count == 1

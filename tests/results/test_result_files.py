@@ -324,8 +324,10 @@ def test_only_whole_files_of_photonmap_are_read(tmp_path):
     (tmp_path / "json.exr").write_bytes(data.replace(b'{"seed"', b' "seed"'))
     other = OpenImageIO.ImageBuf(np.zeros((2, 2, 3), np.float32))
     assert other.write(str(tmp_path / "other.exr"))
-    with pytest.raises(InputError, match=r"missing\.exr: there is no such file"):
+    with pytest.raises(InputError, match=r"missing\.exr: there is no such file; check its name"):
         load_result(tmp_path / "missing.exr")
+    with pytest.raises(InputError, match="this is a folder"):
+        load_result(tmp_path)
     for file in sorted(set(tmp_path.iterdir()) - {tmp_path / "image.exr", tmp_path / "image.json"}):
         with pytest.raises(InputError, match=r"OpenEXR|damaged|not written by photonmap") as caught:
             load_result(file)

@@ -58,7 +58,7 @@ def with_derived(
 
 
 def _valid(result: Result) -> NDArray[np.bool_]:
-    """Return the valid pixels of a render but for those that show a mirror or glass.
+    """Return the valid pixels of a render but for those of mirrors, glass or bare metal.
 
     Such pixels have a residual and no reflectance; those at its edges are next to them.
     """

@@ -2,17 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from numpy.typing import NDArray
 
+from photonmap.buffers import row_of
 from photonmap.dataset.files.lean import derive, derived_names, exact_halves, source_of
 from photonmap.io.exr import list_parts, name_errors, read_exr
+from photonmap.runtime.wording import listed
 
 Array = NDArray[Any]
+
+
+def lacking(name: str, held: Iterable[str], remedy: str = "") -> KeyError:
+    """Return the error that there is no array of a name: which there are, and a remedy."""
+    row = row_of(name)
+    if not remedy and row is not None and not row.is_banded:
+        remedy = f"it has no bands, so it is among the image's own: image[{name!r}]"
+    return KeyError(f"{name!r} is not one of {listed(held, 99)}{remedy and '; '}{remedy}")
+
+
+class Arrays(dict[str, Array]):
+    """Arrays by name; those that are asked for and not there are told."""
+
+    def __missing__(self, name: str) -> Array:
+        raise lacking(name, self)
 
 
 class Parts(Mapping[str, Array]):
@@ -52,7 +69,7 @@ class Parts(Mapping[str, Array]):
         if name not in self._read:
             source = source_of(name, self._held) if name in self._names else None
             if source is None:
-                raise KeyError(name)
+                raise lacking(name, self)
             if source not in self._read:
                 found = read_exr(self._path, (source,))
                 self._read |= found.buffers | name_errors(found.errors, found.block_errors)

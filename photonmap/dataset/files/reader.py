@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 from numpy.typing import NDArray
 
+from photonmap.buffers import is_omitted, row_of
 from photonmap.dataset.files.inputs import with_table
 from photonmap.dataset.files.splits import (
     FRACTIONS,
@@ -23,7 +24,7 @@ from photonmap.dataset.files.splits import (
 )
 from photonmap.errors import InputError
 from photonmap.io.exr import current_name
-from photonmap.runtime.wording import listed
+from photonmap.runtime.wording import shown
 from photonmap.spectra.rgb_spaces import SRGB
 
 if TYPE_CHECKING:
@@ -85,19 +86,20 @@ class Image(Mapping[str, Array]):
     def rgb(self) -> Mapping[str, Array]:
         """Arrays in the set's RGB by name, as `derived_buffers.as_rgb` makes them."""
         from photonmap.dataset.files.image_files import RGB_EXR, read_rgb
-        from photonmap.dataset.files.parts import Parts
+        from photonmap.dataset.files.parts import Arrays, Parts
 
         path = self.folder / RGB_EXR
         if path.is_file():
             return Parts(path)
-        return read_rgb(self.folder, with_table(self._space, self._locate))
+        return Arrays(read_rgb(self.folder, with_table(self._space, self._locate)))
 
     @cached_property
     def srgb(self) -> Mapping[str, Array]:
         """Arrays in linear sRGB by name, whatever the set's RGB."""
         from photonmap.dataset.files.image_files import read_rgb
+        from photonmap.dataset.files.parts import Arrays
 
-        return self.rgb if self._space == SRGB else read_rgb(self.folder, SRGB)
+        return self.rgb if self._space == SRGB else Arrays(read_rgb(self.folder, SRGB))
 
     @property
     def _space(self) -> str:
@@ -190,9 +192,21 @@ class Image(Mapping[str, Array]):
         return self.rgb.halves if isinstance(self.rgb, Parts) else set()
 
     def __getitem__(self, name: str) -> Array:
+        from photonmap.dataset.files.parts import lacking
+
         if name not in self._arrays:
-            raise KeyError(f"{name!r} is not one of {listed(self._arrays, 99)}")
+            raise lacking(name, self._arrays, self._how_to_have(name))
         return self._arrays[name]
+
+    def _how_to_have(self, name: str) -> str:
+        """Return how to come by an array that files do not hold; "" where there is no such."""
+        buffer, is_error, _ = name.partition(".")
+        row = row_of(buffer)
+        if row is None or "@" in buffer or (is_error and not row.has_error):
+            return ""
+        if is_omitted(buffer) and self.chosen is None and not is_error:
+            return f"it is 0 everywhere: image.result.{buffer}"
+        return f"make the set with {'--full' if is_error else f'{buffer} among --buffers'}"
 
     def __contains__(self, name: object) -> bool:
         """Return whether there is such an array; none is read."""
@@ -232,7 +246,15 @@ class Dataset(Sequence[Image]):
         """Return an image, whose arrays are not read yet; for a slice, a smaller data set."""
         if isinstance(index, slice):
             return Dataset(self.folder, self.head, self.entries[index])
-        return Image(self.folder, self.entries[index])
+        try:
+            entry = self.entries[index]
+        except (IndexError, TypeError) as error:
+            message = (
+                f"{shown(index)} is no image: they are numbered from 0 to {len(self) - 1}, and "
+                f"image.name is the name of one"
+            )
+            raise type(error)(message) from None
+        return Image(self.folder, entry)
 
     @property
     def geometries(self) -> list[str]:

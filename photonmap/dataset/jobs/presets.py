@@ -17,6 +17,7 @@ from photonmap.dataset.scenes.illumination import (
     NAMED,
     Illumination,
     find_illumination,
+    light_spectrum,
 )
 from photonmap.dataset.scenes.random_lights import RANDOM, RandomLights
 from photonmap.dataset.scenes.views import View
@@ -173,10 +174,8 @@ def _number(toml: Toml, key: str) -> float:
     value = toml.sections[key]
     if isinstance(value, bool) or not isinstance(value, Real):
         raise toml.error(f"{key} {shown(value)} is not a number", key)
-    try:
+    with toml.naming(key):
         check_looks(**{key: float(value)})
-    except InputError as error:
-        raise toml.error(str(error), key) from None
     return float(value)
 
 
@@ -232,7 +231,11 @@ def _illuminations(toml: Toml) -> list[Illumination | RandomLights]:
                 "of lights to draw, as in lights = [2, 4]"
             )
             raise toml.error(message, "illumination", index)
-        with naming(str(toml.path)):
+        with toml.naming("illumination", index, "colors"):
+            for color in colors or ():
+                light_spectrum(color)
+        key = "lights" if lights else "shares" if shares else "colors"
+        with toml.naming("illumination", index, key):
             if lights:
                 made.append(RandomLights(section["name"], *lights))
             else:
@@ -252,15 +255,15 @@ def _views(toml: Toml) -> tuple[View, ...]:
     A pair is two views, and a trajectory as many as it has frames.
     """
     found: list[View] = []
-    for section in _sections(toml, "view", _VIEW):
-        with naming(str(toml.path)):
+    for index, section in enumerate(_sections(toml, "view", _VIEW)):
+        with toml.naming("view", index):
             found += View(**section).pair()
     for index, section in enumerate(_sections(toml, "trajectory", _PATH)):
         frames = section.get("frames")
         if not isinstance(frames, int) or not 1 <= frames <= _MOST_FRAMES:
             message = f"trajectory {section['name']!r} needs frames, 1 to {_MOST_FRAMES}"
             raise toml.error(message, "trajectory", index)
-        with naming(str(toml.path)):
+        with toml.naming("trajectory", index):
             path = View(**{**_RANGE, **section, "path": section["name"]})
         for frame in range(frames):
             found += replace(path, frame=frame).renamed().pair()
@@ -279,11 +282,9 @@ def _looks(toml: Toml) -> dict[str, Look]:
         if name not in PARTS:
             raise toml.error(f"there is no split {name!r}; {suggest(name, PARTS)}", "split", name)
         values = dict(toml.section(f"[split.{name}]", _LOOK, "split", name))
-        try:
+        with toml.naming("split", name), naming(f"split {name}"):
             if "size" in values:
                 values["size"] = check_size(values["size"])
             View(name, fov=values.get("fov"))
-        except InputError as error:
-            raise toml.error(f"split {name}: {error}", "split", name) from None
         looks[name] = Look(**values)
     return looks

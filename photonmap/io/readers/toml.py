@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -80,6 +81,14 @@ class Toml:
     def error(self, message: str, *names: str | int) -> InputError:
         """Return an error about the section or key that this path of names leads to."""
         return InputError(message, self.path, self.line(*names))
+
+    @contextmanager
+    def naming(self, *names: str | int) -> Iterator[None]:
+        """Give an `InputError` the file, and the line that this path of names leads to."""
+        try:
+            yield
+        except InputError as error:
+            raise self.error(str(error), *names) from None
 
     def section(self, label: str, known: Collection[str], *at: str) -> dict[str, Any]:
         """Return a section whose keys are all known; `label` is how it is written."""

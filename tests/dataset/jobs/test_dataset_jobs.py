@@ -191,13 +191,17 @@ def test_illuminations_of_a_preset_are_replaced():
         ('scenes = ["vase"]\nview = 3', "is not a list of sections; write [[view]]"),
         ('scenes = ["vase"]\n[[view]]\nyaw = 3', "needs a unique name"),
         ('scenes = ["vase"]\n[[view]]\nname = "a/b"', "needs a unique name"),
-        ('scenes = ["vase"]\n[[view]]\nname = "a"\ndistance = 0', "distance 0 must be above 0"),
+        (
+            'scenes = ["vase"]\n[[view]]\nname = "a"\ndistance = 0',
+            "preset.toml:2: view 'a': distance 0 must be above 0",
+        ),
         ('scenes = ["vase"]\n[[view]]\nname = "a"\nyaw = "x"', "must be finite numbers"),
         ('scenes = ["vase"]\n[[illumination]]\nname = "a"', "'a' needs colors"),
         ('scenes = ["vase"]\n[[illumination]]\nname = "a"\ncolors = []', "has no colours"),
         ('scenes = ["vase"]\nscale = "large"', "scale 'large' is not a number"),
         ('scenes = ["vase"]\nlightness = 1.5', "toml:2: lightness 1.5 must be between 0 and 1"),
-        (f"{DUSK}colors = ['A', 'D65']\nshares = [1]", "has 2 colours and 1 shares"),
+        (f"{DUSK}colors = ['A', 'D66']", "preset.toml:4: there is no light 'D66'; did you mean"),
+        (f"{DUSK}colors = ['A', 'D65']\nshares = [1]", "preset.toml:5: illumination 'dusk' has 2"),
         (f"{DUSK}colors = ['A', 'D65']\nshares = 0.5", "shares 0.5 is not a list"),
         (f"{DUSK}lights = [2, 9]", "give two numbers from 1 to 4, the lower one first"),
         (f"{DUSK}lights = [2]", "'dusk' needs colors, as in"),
@@ -227,7 +231,7 @@ def test_counts_and_seeds_out_of_range(seed, count, message):
 def test_lights_and_names_are_checked(tmp_path):
     text = 'scenes = ["vase"]\n[[illumination]]\nname = "a"\ncolors = ["0.5"]'
     with pytest.raises(InputError, match="is not a spectrum of light"):
-        plan_jobs(load_preset(write(tmp_path, text)), [], COMMON)
+        load_preset(write(tmp_path, text))
     twice = load_preset(write(tmp_path, 'scenes = ["vase", "vase"]'))
     with pytest.raises(InputError, match="would be rendered twice"):
         plan_jobs(twice, [], COMMON)

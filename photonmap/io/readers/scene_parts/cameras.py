@@ -41,10 +41,8 @@ def read_cameras(toml: Toml) -> list[Camera]:
         toml.check_known(_KEYS, "[[camera]] key", *at)
         cameras += _read(toml, "[[camera]]", section, *at)
         if len(sections) > 1:
-            try:
+            with toml.naming(*at, *(["name"] * ("name" in section))):
                 check_names(cameras)
-            except InputError as error:
-                raise toml.error(str(error), *at, *(["name"] * ("name" in section))) from None
     return cameras
 
 
