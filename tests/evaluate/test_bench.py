@@ -161,6 +161,9 @@ def test_failures_are_counted(known):
         "bands; make them equal",
         "scene-2-white": "the estimate has neither reflectance nor shading nor illuminant",
     }
+    assert [(each.method, each.image, each.reason) for each in found.failures] == [
+        ("frail", *failure) for failure in frail.failures.items()
+    ]
     summary = next(s for s in found.summaries() if s.column == MEAN and s.method == "frail")
     assert (summary.scored, summary.failed) == (2, 4)
     both = ["scene-0-colored", "scene-2-colored"]
@@ -241,7 +244,9 @@ def test_wrong_options_are_named(known):
     folder, _ = known
     with pytest.raises(InputError, match="no metric 'lsme'; did you mean 'lmse'"):
         run(folder, "retinex", metrics=["lsme"])
-    with pytest.raises(InputError, match="delta-e is defined in RGB alone"):
+    with pytest.raises(
+        InputError, match="delta-e is defined in RGB alone; leave it out or take the space rgb"
+    ):
         run(folder, "retinex", metrics=["delta-e"])
     with pytest.raises(InputError, match="no method 'rettinex'"):
         run(folder, "rettinex")

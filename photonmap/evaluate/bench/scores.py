@@ -81,6 +81,14 @@ class Summary(NamedTuple):
     """images on which the method failed; others have no score as the metric is not defined there"""
 
 
+class Failure(NamedTuple):
+    """An image of which a method has no estimate."""
+
+    method: str
+    image: str
+    reason: str
+
+
 class Comparison(NamedTuple):
     """Two methods by the same images."""
 
@@ -114,10 +122,19 @@ class Evaluation:
     @property
     def failed(self) -> bool:
         """Whether a method failed on an image."""
-        return any(method.failures for method in self.methods)
+        return bool(self.failures)
+
+    @property
+    def failures(self) -> list[Failure]:
+        """The images of which a method has no estimate, and why."""
+        return [
+            Failure(method.name, image, reason)
+            for method in self.methods
+            for image, reason in method.failures.items()
+        ]
 
     def summaries(self) -> list[Summary]:
-        """Return the figures of all methods and columns."""
+        """Return the figures of all methods and columns; none of methods that failed everywhere."""
         return [
             self._summary(method, column, name)
             for method in self.methods

@@ -57,7 +57,7 @@ def write_page(
         experiments=[_experiment(table) for table in tables],
         tables=_score_tables(evaluation),
         methods=[_method(method) for method in evaluation.methods],
-        failures=[(m.name, *item) for m in evaluation.methods for item in m.failures.items()],
+        failures=evaluation.failures,
         undefined=_undefined(evaluation),
         cases=gallery.cases,
         disagreements=gallery.disagreements,
