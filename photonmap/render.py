@@ -35,7 +35,7 @@ from photonmap.film.goal import refuse_omitted
 from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.adaptive_sampling import AdaptiveSampling
 from photonmap.integrators.base import Integrator, PassSetup, stream_key
-from photonmap.integrators.choice import check_unbiased, make_integrator
+from photonmap.integrators.choice import check_unbiased, make_integrator, warn_of_lost_caustics
 from photonmap.integrators.first_hits import first_hit_buffers
 from photonmap.integrators.kernel_warmup import compile_kernels, is_compiled
 from photonmap.integrators.light_visibility import warn_of_hidden_lights
@@ -61,9 +61,8 @@ from photonmap.scene.scene import Scene, check_scene
 from photonmap.settings import Options, Settings
 
 TOLERATED_CHAINS = 1e-3
-"""Fraction of pixels that may ever see a truncated specular chain before a warning is issued: in
-balls of glass whose normals are interpolated, a few rays never leave; mirrors that face each other
-fill more than that."""
+"""Fraction of pixels that may show a truncated specular chain without a warning: from balls of
+glass whose normals are interpolated, a few rays never leave."""
 
 
 @taking_keywords_of(Options)
@@ -238,6 +237,7 @@ def compile_and_plan(scene: Scene, settings: Settings) -> Setup:
     work = replace(work, buffers=kept)
     storage = check_memory(work.need, settings.memory)
     check_unbiased(settings.unbiased, compiled.specular is not None, carried.specular is not None)
+    warn_of_lost_caustics(settings.method, whole, plan)
     if not carried.has_residual:
         refuse_omitted(settings.budget.goal, kept)
     return Setup(whole, carried, plan, columns, kept, storage, fingerprint)
@@ -312,7 +312,8 @@ def warn_of_truncated_paths(run: Run) -> None:
     if chains > TOLERATED_CHAINS * len(moments.counts):
         warn(
             f"{chains} pixels show more than {LONGEST_CHAIN} successive reflections, as between "
-            f"facing mirrors; the light at their ends is missing"
+            f"facing mirrors or in round glass of few triangles; the light at their ends is "
+            f"missing; divide such glass more finely"
         )
     if goal is not None and run.loop.is_late:
         limit = run.settings.budget.ceiling

@@ -105,10 +105,24 @@ def test_a_mirror_shows_what_is_before_it_and_a_corridor_says_what_it_cuts():
     mirrors = [plane(50.0, y, pm.Material.polished("m", 1.0), f"m{y}") for y in (-1.0, 1.0)]
     scene = pm.Scene(mirrors, [pm.PointLight((0, 0, 9))], pm.Camera((0, 0, 0), (0.02, 1, 0), fov=5))
     with pytest.warns(
-        pm.SceneWarning, match="more than 256 successive reflections, as between facing mirrors"
+        pm.SceneWarning, match="256 successive reflections, as .* or in round glass .* finely"
     ):
         result = pm.render(scene, bands="rgb", size=(4, 4), passes=2, method="path")
     assert any("256 successive reflections" in text for text in result.record["warnings"])
+
+
+def test_paths_that_find_no_caustics_say_so():
+    floor, mirror = plane(1.0, 0.0, pm.Material("floor", 0.5)), pm.Material.polished("m", 1.0)
+    meshes = [floor, ball((0, 1, 0), 0.2, mirror, subdivisions=1)]
+    camera, settings = pm.Camera((0, 3, 3), (0, 0, 0)), {"size": 4, "passes": 1, "method": "path"}
+    pm.render(pm.Scene(meshes, [pm.DomeLight()], camera), **settings)
+    bulb = [pm.PointLight((0, 3, 0))]
+    with pytest.warns(pm.SceneWarning, match="finds no caustics of points, spots and suns"):
+        pm.render(pm.Scene(meshes, bulb, camera), **settings)
+    rough = pm.Material.glass("rough", roughness=0.5)
+    pm.render(
+        pm.Scene([floor, ball((0, 1, 0), 0.2, rough, subdivisions=1)], bulb, camera), **settings
+    )
 
 
 @pytest.fixture(scope="module")
