@@ -261,8 +261,8 @@ TABLE = (
     ),
     Buffer(
         "valid",
-        "surfaces cover the pixel, nothing in it emits, it is not unresolved, and it shows neither "
-        "a mirror nor glass",
+        "surfaces cover the pixel, nothing in it emits, it is not unresolved, and it shows no "
+        "mirror, glass or bare metal, however rough",
         "mask", "data set", "none", ("Y",),
     ),
     Buffer(

@@ -150,7 +150,7 @@ class Options:
         metadata=option(
             "stop at this relative standard error of radiance, as in 0.02; of another buffer, as "
             "in indirect:0.02; or at a percentile over pixels and bands, as in indirect:p95:0.02; "
-            f"gives up after {CEILING / 3600:g} hour, or --seconds",
+            f"gives up after {CEILING / 3600:g} hour, or the seconds given",
             group="budget",
             metavar="E",
             read=str,

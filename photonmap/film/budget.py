@@ -58,20 +58,22 @@ class Budget:
 
         Raises
         ------
-        InputError : two budgets at once, or one that is not positive and finite
+        InputError : one that is not positive and finite, or passes beside another one
         """
-        given = {"passes": passes, "seconds": seconds, "error": error}
-        names = [name for name, value in given.items() if value is not None]
-        if len(names) > 1 and passes is not None:
-            raise InputError(f"{' and '.join(names)} are two budgets at once: give one")
         for name, value in (("passes", passes), ("seconds", seconds)):
             if value is not None and not (math.isfinite(value) and value > 0):
                 raise InputError(f"{name} {value} must be positive and finite")
         if passes is not None and passes != int(passes):
             raise InputError(f"passes {passes} must be a whole number")
-        if not names:
-            error = DEFAULT_ERROR
-        return cls(passes, seconds, None if error is None else Goal.parse(error))
+        goal = None if error is None else Goal.parse(error)
+        given = {"passes": passes, "seconds": seconds, "error": goal}
+        names = [name for name, value in given.items() if value is not None]
+        if len(names) > 1 and passes is not None:
+            raise InputError(
+                f"{' and '.join(names)} do not go together: give passes alone, or seconds, an "
+                f"error or both"
+            )
+        return cls(passes, seconds, goal if names else Goal(DEFAULT_ERROR))
 
     def describe(self) -> dict[str, Any]:
         """Return the JSON-able record: what was given, by name."""

@@ -46,6 +46,10 @@ class Goal:
             raise InputError(f"error {shown(text)} is not understood; {FORMS}")
         if not (math.isfinite(limit) and limit > 0.0):
             raise InputError(f"error {shown(text)} must be positive and finite")
+        if limit > 1.0:
+            raise InputError(
+                f"error {shown(text)} is {100.0 * limit:.6g}%; write a fraction, as 0.02 for 2%"
+            )
         if head and head[0] not in BUFFERS:
             raise InputError(
                 f"error {shown(text)}: a render cannot aim at the error of {shown(head[0])}; "

@@ -87,7 +87,7 @@ class Checkpoint:
                 if reason := difference(head["fingerprint"], self._fingerprint):
                     raise InputError(
                         f"this checkpoint is of a different render: {reason}; repeat its "
-                        f"arguments, or start from scratch without --resume",
+                        f"arguments, or start from scratch without resuming",
                         self.path,
                     )
                 _read_arrays(file, head["arrays"], arrays)

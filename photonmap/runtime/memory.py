@@ -55,7 +55,7 @@ def check_memory(need: Need, limit: float | None = None) -> Storage:
             raise InputError(
                 f"this render needs about {whole / 1e9:.1f} GB and {free / 1e9:.1f} GB are free: "
                 f"use a smaller size, fewer bands or fewer photons, or keep arrays on disk "
-                f"(--memory 2G)"
+                f"(--memory 2G, memory=2 << 30)"
             )
         return RAM
     folder = scratch_folder()

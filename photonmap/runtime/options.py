@@ -82,6 +82,8 @@ class Option:
         if value is None and self.default is None:
             return None
         if isinstance(self.default, bool):
+            if value not in (True, False):
+                raise InputError(f"{self.name} {shown(value)} is neither True nor False")
             return bool(value)
         if self.choices and value not in self.choices:
             known = " nor ".join(map(repr, self.choices))

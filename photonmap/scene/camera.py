@@ -216,7 +216,7 @@ def check_image_size(camera: Camera, size: tuple[int, int]) -> None:
         whose = f"camera {shown(camera.name)}: its" if camera.name else "the camera's"
         raise InputError(
             f"{whose} ray map is of {width}x{height} pixels, and the image of "
-            f"{size[0]}x{size[1]}; render with --size {width}x{height}"
+            f"{size[0]}x{size[1]}; render at a size of {width}x{height}"
         )
 
 

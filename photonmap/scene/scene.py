@@ -13,6 +13,7 @@ from photonmap.scene.light_parts.area_light import AreaLight, area_meshes
 from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
+from photonmap.scene.textures import is_black
 from photonmap.scene.vectors import Vector
 
 T = TypeVar("T")
@@ -109,9 +110,11 @@ class Scene:
 
     def __repr__(self) -> str:
         faces = sum(len(mesh.faces) for mesh in self.meshes)
-        contents = f"{len(self.meshes)} meshes of {faces} triangles, {len(self.lights)} lights"
+        emitting = sum(_emits(mesh) for mesh in self.meshes)
+        meshes = f"{len(self.meshes)} meshes{f' (emitting: {emitting})' if emitting else ''}"
+        lights = f"{len(self.lights)} {'other ' if emitting else ''}lights"
         view = "no camera" if self.camera is None else f"camera at {self.camera.origin}"
-        return f"<Scene {self.name!r}: {contents}, {view}>"
+        return f"<Scene {self.name!r}: {meshes} of {faces} triangles, {lights}, {view}>"
 
     @property
     def every_camera(self) -> list[Camera]:
@@ -156,6 +159,12 @@ class Scene:
             for mesh in self.meshes
         ]
         return replace(self, meshes=painted)
+
+
+def _emits(mesh: Mesh) -> bool:
+    """Return whether a mesh is a light, as far as its unchecked emission tells."""
+    emission = mesh.material.emission
+    return isinstance(emission, str) or not is_black(emission)
 
 
 def _camera(scene: Any) -> Camera:

@@ -160,7 +160,7 @@ def test_bad_ray_maps_are_refused(rays, message):
 
 def test_ray_maps_of_another_size_are_refused():
     camera = pm.Camera(**POSE, **KINDS["ray map"])
-    with pytest.raises(pm.InputError, match=r"ray map is of 4x3 pixels, .*--size 4x3"):
+    with pytest.raises(pm.InputError, match=r"ray map is of 4x3 pixels, .*at a size of 4x3"):
         pm.render(pm.Scene([ROOM], [LAMP], camera), bands=1, size=(4, 4), passes=1)
     with pytest.raises(pm.InputError, match="does not go with a ray map, whose rays do not"):
         camera.stereo(0.1)
@@ -173,7 +173,7 @@ def test_nothing_is_written_if_one_of_all_cameras_is_refused(tmp_path, capsys):
     assert main([*command, "--output", str(tmp_path / "out.exr")]) == 2
     error = capsys.readouterr().err
     assert error.endswith(
-        "camera 'b': its ray map is of 4x3 pixels, and the image of 6x4; render with --size 4x3\n"
+        "camera 'b': its ray map is of 4x3 pixels, and the image of 6x4; render at a size of 4x3\n"
     )
     assert error.count("\n") == 1
     assert not list(tmp_path.glob("out*"))

@@ -192,7 +192,7 @@ def data_set(tmp_path, monkeypatch):
 def test_snippets_of_evaluation(data_set, capsys):
     names = run_page(docs("evaluation.md"))
     assert [method.name for method in names["found"].methods] == ["square-root", "constant-shading"]
-    assert capsys.readouterr().out.startswith("square-root lmse reflectance 0.")
+    assert capsys.readouterr().out.startswith("square-root lmse reflectance mean 0.")
 
 
 def test_commands_of_evaluation(data_set):
@@ -251,6 +251,10 @@ def test_snippet_of_the_guide(tmp_path, monkeypatch):
         "block_x": 1,
     }
     np.testing.assert_allclose(names["result"].wavelengths, np.arange(400, 701, 10))
+    room = names["room"]
+    light = sum(part["direct"] + part["indirect"] for part in room.per_light.values())
+    np.testing.assert_allclose(room.emission + light, room.radiance, rtol=1e-5, atol=1e-7)
+    assert names["relit"].shape == room.radiance.shape
 
 
 def test_snippets_of_data_sets(tmp_path, monkeypatch):

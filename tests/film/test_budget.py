@@ -31,8 +31,22 @@ def test_an_error_and_seconds_end_at_what_comes_first():
     assert budget.is_spent(4, math.inf, 8.1)
     assert budget.describe() == {"error": 0.1, "seconds": 10.0}
     for other in ({"error": 0.1}, {"seconds": 1.0}):
-        with pytest.raises(InputError, match="two budgets"):
+        with pytest.raises(InputError, match=r"together: give .* seconds, an error or both"):
             Budget.choose(passes=3, **other)
+
+
+@pytest.mark.parametrize(
+    ("other", "named"),
+    [
+        ({"error": -1}, "error -1 must be positive"),
+        ({"error": math.nan}, "error nan must be positive"),
+        ({"error": "shade:0.1"}, "did you mean 'shading'"),
+        ({"seconds": -1.0}, "seconds -1.0 must be positive"),
+    ],
+)
+def test_a_wrong_value_is_told_before_a_wrong_combination(other, named):
+    with pytest.raises(InputError, match=named):
+        Budget.choose(passes=1, **other)
 
 
 def test_error_is_not_believed_too_early():
@@ -81,6 +95,8 @@ def test_goals_are_of_the_buffers_that_kernels_judge():
         ("indirect:p95:-1", "positive"),
         ("nan", "positive"),
         ("inf", "positive"),
+        ("2", "200%; write a fraction, as 0.02 for 2%"),
+        ("indirect:p95:2", "200%"),
     ],
 )
 def test_bad_goals_are_told_in_one_line(text, named):

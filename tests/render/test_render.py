@@ -201,11 +201,13 @@ def test_smooth_normals_agree_with_the_path_tracer():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"passes": 1, "error": 0.1}, "two budgets"),
+        ({"passes": 1, "error": 0.1}, "passes and error do not go together"),
         ({"passes": 0}, "passes 0"),
         ({"passes": 1.5}, "whole number"),
         ({"seconds": float("inf")}, "seconds inf"),
         ({"error": -1.0}, "error -1"),
+        ({"error": 2}, "error 2 is 200%; write a fraction"),
+        ({"per_light": "yes"}, "per_light 'yes' is neither True nor False"),
         ({"size": (0, 4)}, "size 0x4"),
         ({"size": (4.5, 4)}, "size 4.5x4"),
         ({"size": (1 << 20, 4)}, "too large"),

@@ -177,6 +177,7 @@ def test_another_render_is_told_apart(case, tmp_path):
     with pytest.raises(pm.InputError) as caught:
         pm.render(scene, **{**settings, **changes}, resume=True)
     assert named in str(caught.value)
+    assert str(caught.value).endswith("or start from scratch without resuming")
     assert str(tmp_path / "state") in str(caught.value)
     assert (tmp_path / "state").read_bytes() == before
 

@@ -54,7 +54,12 @@ def test_messages(attempt, message):
 
 def test_short_representations():
     box = pm.scenes.cornell_box()
-    assert repr(box).startswith("<Scene 'cornell_box': 8 meshes of 36 triangles, 0 lights, camera")
+    text = "<Scene 'cornell_box': 8 meshes (emitting: 1) of 36 triangles, 0 other lights, camera"
+    assert repr(box).startswith(text)
+    lamps = [pm.AreaLight((0, 1, 0), (0, 0, 0), radius=0.1), pm.PointLight((0, 1, 0))]
+    text = "<Scene 'scene': 2 meshes (emitting: 1) of 63 triangles, 1 other lights, no camera>"
+    assert repr(pm.Scene([TRIANGLE], lamps)) == text
+    assert "1 meshes of 1 triangles, 0 lights" in repr(pm.Scene([TRIANGLE]))
     assert repr(TRIANGLE) == "<Mesh 'mesh': 1 triangles of 'grey'>"
     assert "6 more" not in repr(pm.Bands.gaussian(6))
     big = np.ones((64, 128, 3))

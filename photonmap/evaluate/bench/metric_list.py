@@ -156,5 +156,5 @@ def choose_metrics(names: Sequence[str] | None, space: str) -> list[Metric]:
         if name not in METRICS:
             raise InputError(f"there is no metric {name!r}; {suggest(name, METRICS)}")
         if space != "rgb" and METRICS[name].needs_rgb:
-            raise InputError(f"{name} is defined in RGB alone; leave it out or use --space rgb")
+            raise InputError(f"{name} is defined in RGB alone; leave it out or take the space rgb")
     return [METRICS[name] for name in dict.fromkeys(names)]

@@ -105,7 +105,9 @@ def _open(folder: Path, light: str) -> Dataset | MitSet:
     if not is_mit(folder):
         return open_finished(folder)
     if light != LIGHTS[0]:
-        raise InputError("photographs have no direct light of their own; use --light all", folder)
+        raise InputError(
+            "photographs have no direct light of their own; choose the light all", folder
+        )
     return MitSet(folder)
 
 

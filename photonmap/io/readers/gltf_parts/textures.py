@@ -25,7 +25,7 @@ CLAMP, MIRROR = 33071, 33648
 _TRANSFORM = "KHR_texture_transform"
 _EMBEDDED = "photonmap_image_"
 """How the names of files begin that embedded images are decoded from."""
-_OR_WITHOUT = "; or render without it, by --missing-textures grey"
+_OR_WITHOUT = "; or render without it, by --missing-textures grey (missing_textures='grey')"
 Item = Callable[[str, int], dict[str, Any]]
 
 
