@@ -19,6 +19,7 @@ from photonmap.runtime.wording import enumerated, shown
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
+from photonmap.scene.surfaces.checks import check_textures
 from photonmap.scene.surfaces.even import without_images
 from photonmap.scene.textures import FARTHEST, Paint, Texture, mean_color, mean_number
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
@@ -35,6 +36,8 @@ def check_meshes(scene: Scene) -> list[Mesh]:
         raise InputError(f"scene {scene.name!r} has no faces: there is nothing to render")
     for mesh in meshes:
         _check_mesh(mesh)
+    for material in {id(mesh.material): mesh.material for mesh in meshes}.values():
+        check_textures(material)
     return _even_gloss(_flatten(paint_meshes([without_strays(mesh) for mesh in meshes])))
 
 

@@ -18,9 +18,9 @@ from photonmap.scene.surfaces.checks import check_material
 from photonmap.scene.surfaces.conductors import fit_dip
 from photonmap.scene.surfaces.fresnel import lobe_index, mean_rise
 from photonmap.scene.surfaces.layers import check_layers
-from photonmap.scene.textures import Paint, Texture, mean_color, mean_number
+from photonmap.scene.textures import Paint, Texture, mean_color, mean_number, rescaling
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.curves import LARGEST_REFLECTANCE
+from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
 
 Floats = NDArray[np.float64]
 LEAST_COLOR = 1e-3
@@ -256,9 +256,14 @@ def reflectance_of(material: Material, name: str, color: Paint, bands: Bands) ->
         band = bands.names[int(np.argmax(bad))]
         raise InputError(
             f"material {material.name!r}: {name} is {values[bad][0]:.6g} in band {band}; "
-            "it must lie between 0 and 1"
+            f"it must lie between 0 and 1{_rescaling(color)}"
         )
     return np.minimum(values, 1.0)
+
+
+def _rescaling(color: Paint) -> str:
+    """Return the advice on what seem to be integers of 8 or 16 bits; "" for other colours."""
+    return "" if isinstance(color, Texture | Spectrum) else rescaling(float(np.max(color)))
 
 
 def _bound(materials: list[Material], reflectance: Floats, mirror: Floats) -> Floats:

@@ -25,9 +25,8 @@ from photonmap.kernels.core.records import (
 from photonmap.scene.images import LINEAR_TABLE, SRGB_TABLE
 from photonmap.scene.material import LEAST_ALPHA, Material
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
-from photonmap.scene.textures import Texture, check_texture
+from photonmap.scene.textures import Texture
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 Floats = NDArray[np.float64]
 _TEXTURED = (
@@ -149,7 +148,7 @@ class TextureTable:
 def compile_textures(
     materials: Sequence[Material], shrink: Floats, clear: Mapping[int, Texture] | None = None
 ) -> TextureTable:
-    """Collect the textures of M materials.
+    """Collect the textures of M checked materials.
 
     Parameters
     ----------
@@ -159,9 +158,7 @@ def compile_textures(
 
     Raises
     ------
-    InputError
-        a texture has no texels, or values that are no reflectance, opacity or radiance; or an
-        opacity is outside [0, 1]
+    InputError : an opacity is outside [0, 1]
     """
     uses: list[tuple[Texture, float]] = []
     slots = np.full((len(_TEXTURED), len(materials)), -1, np.int32)
@@ -177,8 +174,6 @@ def compile_textures(
                         slots[slot, index] = len(uses)
                         uses.append((image, 1.0))
                 elif isinstance(paint, Texture):
-                    _check_spectral(paint, name)
-                    check_texture(paint, np.inf if name == "emission" else LARGEST_REFLECTANCE)
                     slots[slot, index] = len(uses)
                     uses.append((paint, shrink[index] if slot == 0 else 1.0))
                 elif name == "alpha":
@@ -203,12 +198,6 @@ def _image(material: Material, name: str) -> Texture | None:
         return None
     assert material.anisotropy_map is not None
     return material.anisotropy_map.scaled(material.anisotropy)
-
-
-def _check_spectral(texture: Texture, name: str) -> None:
-    """Refuse spectra where colours or numbers belong."""
-    if isinstance(texture, SpectralTexture) and name != "reflectance":
-        raise InputError("only reflectance may be a SpectralTexture; give a Texture")
 
 
 def _opacity(value: Any) -> float:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.kernels.core.color import LUMINANCE
-from photonmap.runtime.wording import brief, listed
+from photonmap.runtime.wording import brief, listed, shown
 from photonmap.spectra.tables import read_bytes
 
 if TYPE_CHECKING:
@@ -51,12 +51,27 @@ class Image:
     texels : (H, W, 3) uint8 or float32, RGB, or (H, W, 1) grey, top row first; float32 is
         linear
     srgb : whether uint8 texels are encoded in sRGB
+
+    Raises
+    ------
+    InputError : there are no texels, or they are of another shape or type
     """
 
     texels: NDArray[np.uint8] | NDArray[np.float32]
     srgb: bool
 
     __repr__ = brief
+
+    def __post_init__(self) -> None:
+        """Refuse what kernels would misread."""
+        shape, kind = np.shape(self.texels), getattr(self.texels, "dtype", type(self.texels))
+        if len(shape) != 3 or shape[2] not in (1, 3) or 0 in shape:
+            has_alpha = len(shape) == 3 and shape[2] in (2, 4)
+            remedy = "; leave alpha out: a material has its own" if has_alpha else ""
+            wanted = "(H, W, 3) or (H, W, 1)"
+            raise InputError(f"the texture's texels must be {wanted}, not {shape}{remedy}")
+        if kind not in (np.uint8, np.float32):
+            raise InputError(f"the texture's texels must be uint8 or float32, not {kind}")
 
     @property
     def table(self) -> NDArray[np.float32]:
@@ -67,6 +82,24 @@ class Image:
         """Return the linear RGB of pixels by indices, arrays of them, or slices."""
         texels: NDArray[Any] = self.texels[rows, columns]
         return self.table[texels] if texels.dtype == np.uint8 else texels
+
+
+def as_texels(values: Any) -> NDArray[Any]:
+    """Return an array of texels: uint8, or linear numbers of another type.
+
+    Raises
+    ------
+    InputError : it is no array of numbers, or its integers are of 16 bits, whose scale is unknown
+    """
+    try:
+        texels = np.asarray(values)
+    except ValueError:
+        texels = np.empty(0, object)
+    if texels.dtype.kind not in "buif":
+        raise InputError(f"{shown(values)} is not an array of numbers; give (H, W, 3) of them")
+    if texels.dtype == np.uint16:
+        raise InputError("texels must not be uint16; divide by 65535, and decode those in sRGB")
+    return texels
 
 
 def read_texture(path: str | PathLike[str], linear: bool = False) -> Image:

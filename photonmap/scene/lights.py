@@ -277,8 +277,8 @@ class EnvironmentLight(Light):
 
     Parameters
     ----------
-    image : (H, 2H, 3) linear RGB, W·m⁻²·sr⁻¹, or the file of such an image; a file's integers
-        are sRGB, as in a PNG
+    image : (H, 2H, 3) linear RGB, W·m⁻²·sr⁻¹, or the file of such an image; integers of a
+        file, and uint8 of an array, are sRGB, as in a PNG
     scale : multiplies radiances
     rotation : of the map about +y, degrees, counter-clockwise seen from above: at 90 the centre
         column looks along -x

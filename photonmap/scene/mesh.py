@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from photonmap.errors import InputError, naming
+from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material
 from photonmap.scene.visuals import Look, look_of
 
@@ -35,6 +37,11 @@ class Mesh:
     colors : diffuse reflectance in [0, 1] in place of the material's, linear RGB, or None:
         (V, 3) of vertices, interpolated linearly over each face; or (F, 1, 3) of faces, which may
         be given as (F, 3) unless there are as many vertices; or (F, 3, 3) of each face's corners
+
+    Raises
+    ------
+    InputError : the material is none, an array does not hold numbers, or a face holds other than
+        whole ones; shapes and ranges are checked when the mesh is rendered
     """
 
     vertices: NDArray[np.float64]
@@ -63,6 +70,11 @@ class Mesh:
 
     def __post_init__(self) -> None:
         """Turn array-likes into arrays of the documented types."""
+        if not isinstance(self.material, Material):
+            raise InputError(
+                f"mesh {self.name!r}: {shown(self.material)} is not a material; "
+                "make one by photonmap.Material, as in Material('red', (0.6, 0.1, 0.1))"
+            )
         for attribute, kind in (
             ("vertices", np.float64),
             ("faces", np.int64),
@@ -73,7 +85,8 @@ class Mesh:
         ):
             value: ArrayLike | None = getattr(self, attribute)
             if value is not None:
-                object.__setattr__(self, attribute, np.ascontiguousarray(value, dtype=kind))
+                with naming(f"mesh {self.name!r}: {attribute}"):
+                    object.__setattr__(self, attribute, _as_array(value, kind))
         colors = self.colors
         if colors is not None and colors.shape == (len(self.faces), 3) != self.vertices.shape:
             object.__setattr__(self, "colors", colors[:, None])
@@ -136,6 +149,28 @@ class Mesh:
         look = Look(material) if material else look_of(mesh.visual, name)
         normals = mesh.vertex_normals if smooth else None
         return cls(mesh.vertices, mesh.faces, look.material, name, normals, look.uv, look.colors)
+
+
+def _as_array(value: ArrayLike, kind: type) -> NDArray[Any]:
+    """Return an array of a kind of numbers.
+
+    Raises
+    ------
+    InputError : they are no numbers, or not whole where the kind is
+    """
+    is_whole = kind is np.int64
+    try:
+        given = np.ascontiguousarray(value, None if is_whole else kind)
+        with np.errstate(invalid="ignore"):
+            array: NDArray[Any] = given.astype(kind, copy=False)
+    except (TypeError, ValueError):
+        raise InputError(f"{shown(value)} is not an array of numbers; give one") from None
+    if is_whole and given.dtype.kind == "f" and (array != given).any():
+        row = int(np.argwhere(array != given)[0][0])
+        raise InputError(
+            f"row {row} is {given[row].tolist()}; give whole numbers, the indices of vertices"
+        )
+    return array
 
 
 def _unit(rows: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from photonmap.errors import InputError
-from photonmap.scene.images import decode_srgb, write_image
+from photonmap.errors import InputError, naming
+from photonmap.scene.images import SRGB_TABLE, as_texels, decode_srgb, write_image
 
 
 def read_panorama(path: str | PathLike[str]) -> NDArray[np.float32]:
@@ -64,11 +64,13 @@ def save_panorama(image: str | PathLike[str] | ArrayLike, path: str | PathLike[s
 
 
 def check_panorama(image: ArrayLike, owner: str) -> NDArray[np.float32]:
-    """Return a map as (H, 2H, 3) float32; `InputError` names its owner otherwise."""
-    try:
-        values = np.asarray(image, dtype=np.float64)
-    except (TypeError, ValueError):
-        values = np.empty(0)
+    """Return a map as (H, 2H, 3) float32; `InputError` names its owner otherwise.
+
+    Texels of uint8 are sRGB, as those of files and textures are.
+    """
+    with naming(owner):
+        texels = as_texels(image)
+    values = SRGB_TABLE[texels] if texels.dtype == np.uint8 else texels.astype(np.float64)
     if values.ndim != 3 or values.shape[2] != 3:
         raise InputError(f"{owner}: is not a radiance map; give (height, 2 * height, 3) numbers")
     _check_shape(values.shape[0], values.shape[1], owner)

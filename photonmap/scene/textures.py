@@ -16,13 +16,19 @@ from numpy.typing import NDArray
 from photonmap.errors import InputError
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.runtime.wording import shown
-from photonmap.scene.images import LINEAR_TABLE, Image, read_mask, read_texture
+from photonmap.scene.images import LINEAR_TABLE, Image, as_texels, read_mask, read_texture
 from photonmap.spectra.curves import Color, Spectrum
 
 Floats = NDArray[np.float64]
 Triple = tuple[float, float, float]
 FARTHEST = 1e9
 """Largest texture coordinate, scale and offset whose texel indices kernels can represent."""
+_PLACEMENT = (
+    ("scale", 2, -FARTHEST, FARTHEST, f"two numbers within ±{FARTHEST:g}"),
+    ("offset", 2, -FARTHEST, FARTHEST, f"two numbers within ±{FARTHEST:g}"),
+    ("factor", 3, 0.0, np.finfo(np.float64).max, "three finite numbers from 0"),
+)
+"""How many numbers say how a texture lies and what multiplies it, and between which they are."""
 ROWS = 256
 """Rows of an image summed at a time, so that temporary arrays stay small."""
 
@@ -41,6 +47,10 @@ class Texture:
     scale, offset : of texture coordinates
     clamp : whether its edge texels extend beyond the unit square; otherwise it repeats
     factor : multiplies linear red, green and blue
+
+    Raises
+    ------
+    InputError : the image is an array or a file, or a number is not finite or out of range
     """
 
     image: Image
@@ -48,6 +58,15 @@ class Texture:
     offset: tuple[float, float] = (0.0, 0.0)
     clamp: bool = False
     factor: Triple = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        """Refuse another kind of image, and numbers by which texels cannot be found."""
+        if not isinstance(self.image, Image):
+            raise InputError(
+                f"a texture cannot be made of {shown(self.image)} directly; "
+                "use photonmap.Texture.of for an array, Texture.read for a file"
+            )
+        _check_placement(self)
 
     @classmethod
     def read(cls, path: str | PathLike[str], linear: bool = False, **mapping: Any) -> Texture:
@@ -75,8 +94,14 @@ class Texture:
             numbers
         srgb : whether uint8 texels are encoded in sRGB
         mapping : scale, offset, clamp, factor
+
+        Raises
+        ------
+        InputError : they are no such array
         """
-        array = np.asarray(texels)
+        if isinstance(texels, str | PathLike):
+            raise InputError(f"{shown(texels)} is not an array; read it by photonmap.Texture.read")
+        array = as_texels(texels)
         array = array[..., None] if array.ndim == 2 else array
         if array.dtype != np.uint8:
             return cls(Image(np.ascontiguousarray(array, np.float32), False), **mapping)
@@ -216,31 +241,37 @@ def _as_mask(values: NDArray[np.float32]) -> Image:
 
 
 def check_texture(texture: Texture, most: float = np.inf) -> None:
-    """Refuse an image without texels, of another shape, or with values outside [0, most].
+    """Refuse an image with values outside [0, most].
 
     Raises
     ------
     InputError
     """
     texels = texture.values
-    if texels.ndim != 3 or texels.shape[2] not in (1, 3) or not texels.size:
-        raise InputError(f"the texture's texels must be (H, W, 3) or (H, W, 1), not {texels.shape}")
-    if texels.dtype not in (np.uint8, np.float32):
-        raise InputError(f"the texture's texels must be uint8 or float32, not {texels.dtype}")
-    numbers = np.array([*texture.scale, *texture.offset, *texture.factor], np.float64)
-    if numbers.shape != (7,) or not np.isfinite(numbers).all() or (numbers[4:] < 0.0).any():
-        raise InputError(
-            "a texture's scale and offset must be two finite numbers each, its factor three "
-            "that are not negative"
-        )
-    if np.abs(numbers[:4]).max() > FARTHEST:
-        raise InputError(
-            f"the texture's scale {shown(texture.scale)} or offset {shown(texture.offset)} is "
-            f"too large; keep them within ±{FARTHEST:g}"
-        )
     if texels.dtype == np.float32 and not (texels.min() >= 0.0 and texels.max() < np.inf):
         raise InputError(
             "the texture has values that are negative or not finite; give finite values from 0"
         )
     if texture.largest > most:
-        raise InputError(f"the texture reaches {texture.largest:.6g}; keep it between 0 and 1")
+        remedy = f"keep it between 0 and 1{rescaling(texture.largest)}"
+        raise InputError(f"the texture reaches {texture.largest:.6g}; {remedy}")
+
+
+def rescaling(largest: float) -> str:
+    """Return the advice to divide what seems to be integers of 8 or 16 bits; "" for others."""
+    for bits in (8, 16):
+        if 2.0 <= largest < 1 << bits:
+            return f"; divide what is of {bits} bits by {(1 << bits) - 1}"
+    return ""
+
+
+def _check_placement(texture: Texture) -> None:
+    """Refuse scales, offsets and factors that are no numbers, or out of range."""
+    for name, count, low, high, remedy in _PLACEMENT:
+        value = getattr(texture, name)
+        try:
+            numbers = np.array(value, np.float64)
+        except (TypeError, ValueError):
+            numbers = np.empty(0)
+        if numbers.shape != (count,) or not ((numbers >= low) & (numbers <= high)).all():
+            raise InputError(f"a texture's {name} is {shown(value)}; give {remedy}")

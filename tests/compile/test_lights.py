@@ -6,7 +6,7 @@ from helpers.scenes import closed_box, quad, sky
 
 import photonmap as pm
 from photonmap.compile.scene_arrays import compile_scene
-from photonmap.scene.panorama import read_panorama
+from photonmap.scene.panorama import check_panorama, read_panorama
 from photonmap.spectra.bands import Bands
 
 RGB = Bands.rgb()
@@ -122,6 +122,17 @@ def test_images_of_many_kinds(tmp_path):
     np.testing.assert_array_equal(
         read_panorama(write_image(tmp_path / "b.exr", with_alpha)), texels
     )
+
+
+def test_bytes_are_srgb_as_in_files_and_textures(tmp_path):
+    coded = np.arange(4 * 8 * 3, dtype=np.uint8).reshape(4, 8, 3)
+    linear = read_panorama(write_image(tmp_path / "a.png", coded, "uint8"))
+    np.testing.assert_allclose(check_panorama(coded, "sky"), linear, rtol=1e-6)
+    everywhere = slice(None), slice(None)
+    np.testing.assert_allclose(pm.Texture.of(coded).image.linear(*everywhere), linear, rtol=1e-6)
+    np.testing.assert_array_equal(check_panorama(coded.astype(int), "sky"), coded)
+    with pytest.raises(pm.InputError, match="sky: texels must not be uint16; divide by 65535"):
+        check_panorama(coded.astype(np.uint16), "sky")
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -1.0])

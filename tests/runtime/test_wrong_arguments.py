@@ -1,0 +1,63 @@
+"""What is wrong with an argument in code is said in one line, and what to give instead."""
+
+import numpy as np
+import pytest
+
+import photonmap as pm
+from photonmap.compile.scene_arrays import compile_scene
+
+CORNERS, FACES = np.eye(3), [[0, 1, 2]]
+UV = CORNERS[:, :2]
+LIT = pm.PointLight((0.0, 0.0, 3.0))
+
+
+def painted(paint, uv=UV):
+    """Compile a triangle of a reflectance."""
+    mesh = pm.Mesh(CORNERS, FACES, pm.Material("m", paint), "wall", uv=uv)
+    return compile_scene(pm.Scene([mesh], [LIT]), pm.Bands.rgb())
+
+
+WRONG = {
+    "face": (
+        lambda: pm.Mesh(CORNERS, [[0, 1, 2], [0, 1.5, 2]], name="wall"),
+        r"mesh 'wall': faces: row 1 is \[0\.0, 1\.5, 2\.0\]; give whole numbers",
+    ),
+    "endless face": (lambda: pm.Mesh(CORNERS, [[0, 1, np.inf]]), "faces: row 0 is .* whole"),
+    "vertices": (lambda: pm.Mesh("abc", FACES), "vertices: 'abc' is not an array of numbers"),
+    "ragged": (lambda: pm.Mesh(CORNERS, [[0, 1], [0]]), "faces: .* is not an array of numbers"),
+    "material": (
+        lambda: pm.Mesh(CORNERS, FACES, "gold"),
+        "mesh 'mesh': 'gold' is not a material; make one by photonmap.Material",
+    ),
+    "array": (lambda: pm.Texture(np.ones((4, 4, 3))), "use photonmap.Texture.of for an array"),
+    "image file": (lambda: pm.Texture.of("wood.png"), "'wood.png' .* photonmap.Texture.read"),
+    "words": (lambda: pm.Texture.of(["red"]), "is not an array of numbers"),
+    "RGBA": (
+        lambda: pm.Texture.of(np.ones((2, 2, 4))),
+        r"must be \(H, W, 3\) or \(H, W, 1\), not \(2, 2, 4\); leave alpha out",
+    ),
+    "cubes": (lambda: pm.Texture.of(np.ones((2, 2, 2, 3, 3))), r"not \(2, 2, 2, 3, 3\)"),
+    "no texels": (lambda: pm.Texture.of(np.ones((0, 4))), r"not \(0, 4, 1\)"),
+    "16 bits": (lambda: pm.Texture.of(np.ones((2, 2), np.uint16)), "uint16; divide by 65535"),
+    "scale": (lambda: pm.Texture.of(np.ones((2, 2)), scale=2), "scale is 2; give two numbers"),
+    "offset": (lambda: pm.Texture.of(np.ones((2, 2)), offset=(0, np.nan)), "offset is .* give two"),
+    "factor": (lambda: pm.Texture.of(np.ones((2, 2)), factor=0.5), "factor is 0.5; give three"),
+    "NaN": (lambda: painted(pm.Texture.of([[np.nan]])), "'m': reflectance: .* not finite"),
+    "flat NaN": (lambda: painted(pm.Texture.of([[np.nan]]), None), "reflectance: .* not finite"),
+    "bytes": (lambda: painted(pm.Texture.of([[200]])), "reaches 200; .* of 8 bits by 255"),
+    "words of 16": (lambda: painted(pm.Texture.of([[3e4]])), "reaches 30000; .* 16 bits by 65535"),
+    "RGB": (lambda: painted((200, 10, 10)), "between 0 and 1; divide what is of 8 bits by 255"),
+    "many": (lambda: painted(1.5), "it must lie between 0 and 1$"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_wrong_arguments(case):
+    call, message = WRONG[case]
+    with pytest.raises(pm.InputError, match=message) as caught:
+        call()
+    assert "\n" not in str(caught.value)
+
+
+def test_whole_faces_may_be_floats():
+    assert pm.Mesh(CORNERS, [[0.0, 1.0, 2.0]]).faces.dtype == np.int64
