@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeVar
 
 from photonmap.errors import InputError
+from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import suggest
 
 Quantity = Literal[
@@ -344,8 +345,8 @@ def in_order(images: Mapping[str, Image]) -> dict[str, Image]:
     return {name: images[name] for name in sorted(images, key=position)}
 
 
-def check_buffers(names: Iterable[str] | None) -> None:
-    """Check the names of buffers to be kept; None stands for all of the default ones.
+def check_buffers(names: str | Iterable[str] | None) -> None:
+    """Check the names of buffers to be kept, see `read_list`; None stands for the default ones.
 
     Raises
     ------
@@ -354,7 +355,7 @@ def check_buffers(names: Iterable[str] | None) -> None:
     """
     if names is None:
         return
-    names = list(names)
+    names = read_list(names)
     for name in names:
         if name not in BUFFERS:
             raise InputError(f"there is no buffer {name!r}; {suggest(name, BUFFERS)}")

@@ -36,7 +36,7 @@ from photonmap.runtime.options import (
     read_memory,
     read_size,
 )
-from photonmap.runtime.progress import CompileNotice, Progress, choose_progress
+from photonmap.runtime.progress import CompileNotice, Progress, check_progress, check_watch
 
 if TYPE_CHECKING:
     from photonmap.kernels.core.passes import Film
@@ -79,16 +79,12 @@ def _check_effects(effects: str | Iterable[str]) -> str | frozenset[str]:
     return parse_effects(effects)
 
 
-def _check_buffers(names: Iterable[str]) -> frozenset[str]:
+def _check_buffers(names: str | Iterable[str]) -> frozenset[str]:
     from photonmap.buffers import check_buffers
 
-    chosen = list(names)
+    chosen = read_list(names)
     check_buffers(chosen)
     return frozenset(chosen)
-
-
-def _check_progress(progress: Progress | bool) -> Progress:
-    return choose_progress(not progress) if isinstance(progress, bool) else progress
 
 
 def _check_checkpoint(path: str | PathLike[str]) -> Path:
@@ -253,7 +249,7 @@ class Options:
             check=check_pass_samples,
         ),
     )
-    buffers: Iterable[str] | None = field(
+    buffers: str | Iterable[str] | None = field(
         default=None,
         metadata=option(
             "keep only these buffers and their standard errors, which takes less memory",
@@ -265,12 +261,12 @@ class Options:
             check=_check_buffers,
         ),
     )
-    memory: float | None = field(
+    memory: float | str | None = field(
         default=None,
         metadata=option(
-            "bytes of RAM to use; a render that needs more keeps its large arrays, including the "
-            "result's, in scratch files in the temporary folder (TMPDIR), and gives the same image",
-            written="as in 512M or 4G, powers of 1024",
+            "bytes of RAM to use, as in 512M or 4G, powers of 1024; a render that needs more keeps "
+            "its large arrays, including the result's, in scratch files in the temporary folder "
+            "(TMPDIR), and gives the same image",
             default_text="no limit",
             group="resources",
             metavar="SIZE",
@@ -304,7 +300,7 @@ class Options:
             "True shows it on stderr: a bar on a terminal, lines elsewhere; None says there only "
             "that kernels are compiled, False nothing; or an object that is notified of every "
             "stage and pass",
-            check=_check_progress,
+            check=check_progress,
         ),
     )
     watch: Callable[[Result], None] | None = field(
@@ -312,6 +308,7 @@ class Options:
         metadata=option(
             "called with the image so far, a `Result` without standard errors, now and then "
             "between passes",
+            check=check_watch,
         ),
     )
 
@@ -340,6 +337,7 @@ class Settings(Options):
     photons: int
     effects: str | frozenset[str]
     buffers: frozenset[str] | None
+    memory: float | None
     checkpoint: Path | None
     progress: Progress
     film: Film

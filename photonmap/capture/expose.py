@@ -15,7 +15,8 @@ from photonmap.capture.photo import Photo
 from photonmap.capture.response import Response, find_colors, find_response
 from photonmap.capture.sensor import Sensor
 from photonmap.errors import InputError, warn
-from photonmap.results.result import Result
+from photonmap.results.result import Result, check_result
+from photonmap.runtime.wording import shown
 from photonmap.spectra.adaptation import adapt_to_d65
 from photonmap.spectra.observer import observer
 
@@ -44,7 +45,10 @@ def expose(result: Result, sensor: Sensor | None = None, seed: int = 0) -> Photo
     InputError : the image has no radiance or no light, is smaller than the mosaic, or the sensor
         cannot be
     """
+    check_result(result)
     sensor = Sensor() if sensor is None else sensor
+    if not isinstance(sensor, Sensor):
+        raise InputError(f"{shown(sensor)} is not a sensor; give a photonmap.Sensor(camera=…)")
     if not (isinstance(seed, int) and 0 <= seed <= _LARGEST_SEED):
         raise InputError(f"seed {seed} must be a whole number from 0 to {_LARGEST_SEED}")
     if "radiance" not in result.buffers:

@@ -19,6 +19,7 @@ from photonmap.kernels.camera.cameras import (
 )
 from photonmap.kernels.camera.rays import fill_rays
 from photonmap.kernels.core import passes
+from photonmap.runtime.options import check_size
 from photonmap.scene.camera import Camera, check_camera, check_image_size, frame_of
 from photonmap.scene.distortion import undistorted_grid, widest_angle
 from photonmap.scene.lens import Lens
@@ -55,10 +56,10 @@ def camera_rays(camera: Camera, size: tuple[int, int]) -> NDArray[np.float64]:
 
     Raises
     ------
-    InputError : the camera is not valid
+    InputError : the camera or the size is not valid
     """
-    width, height = size
-    record = compile_camera(check_camera(camera), Frame(np.zeros(3), 1.0), size)
+    checked, (width, height) = check_camera(camera), check_size(size)
+    record = compile_camera(checked, Frame(np.zeros(3), 1.0), (width, height))
     y, x = np.mgrid[:height, :width] + 0.5
     rays = np.empty((width * height, 6))
     fill_rays(record, x.ravel(), y.ravel(), rays)

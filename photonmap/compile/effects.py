@@ -23,6 +23,7 @@ from photonmap.kernels.core.records import (
     Scattering,
     Specular,
 )
+from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import suggest
 
 
@@ -59,8 +60,7 @@ def parse_effects(wanted: str | Iterable[str]) -> str | frozenset[str]:
     InputError
         if a name is not known, with the nearest one
     """
-    names = wanted.split(",") if isinstance(wanted, str) else list(wanted)
-    names = [name.strip() for name in names]
+    names = read_list(wanted)
     if names in (["auto"], ["all"]):
         return names[0]
     for name in names:

@@ -27,7 +27,7 @@ from photonmap.film.pooling import (
     variance_divisor,
 )
 from photonmap.results.merged_record import merge_records, seeds_of
-from photonmap.results.result import Result
+from photonmap.results.result import Result, check_result
 from photonmap.runtime.fingerprint import difference
 from photonmap.runtime.wording import listed
 
@@ -55,10 +55,12 @@ def merge(results: Iterable[Result], names: Sequence[str] | None = None) -> Resu
 
     Raises
     ------
-    InputError : fewer than two, a seed that occurs twice, another scene or other arguments, or
-        buffers that were not written
+    InputError : no list of results, fewer than two, a seed that occurs twice, another scene or
+        other arguments, or buffers that were not written
     """
-    results = list(results)
+    if isinstance(results, Result | str) or not isinstance(results, Iterable):
+        raise InputError("merge takes its results in a list, as in merge([one, other])")
+    results = [check_result(result) for result in results]
     names = names or [f"result {i}" for i, _ in enumerate(results, start=1)]
     if len(results) < 2:
         raise InputError("merging needs at least two results")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from photonmap.errors import InputError
 from photonmap.results.colors import SCENE, Image, White
 from photonmap.results.labels import Labels
 from photonmap.results.preview import as_bytes
+from photonmap.runtime.wording import shown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -76,8 +78,10 @@ class Plots(Labels):
         if image.ndim != 3 or (row is not None and not row.is_banded):
             raise InputError(f"{buffer!r} has no bands, and so no spectrum")
         height, width = image.shape[:2]
-        if not (0 <= x < width and 0 <= y < height):
-            raise InputError(f"there is no pixel ({x}, {y}) in an image of {width}x{height}")
+        whole = isinstance(x, Integral) and isinstance(y, Integral)
+        if not (whole and 0 <= x < width and 0 <= y < height):
+            pixel = f"({shown(x)}, {shown(y)})"
+            raise InputError(f"there is no pixel {pixel} in an image of {width}x{height}")
         axes = axes or _new_axes()
         names = self.bands.names
         places = np.arange(len(names)) if self.bands.is_rgb else self.wavelengths

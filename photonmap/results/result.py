@@ -30,7 +30,8 @@ from photonmap.io.png import encode_png
 from photonmap.results.colors import SCENE, Image, White
 from photonmap.results.files import save_all
 from photonmap.results.plots import Plots
-from photonmap.runtime.wording import listed
+from photonmap.runtime.options import read_list
+from photonmap.runtime.wording import listed, shown
 from photonmap.spectra.bands import Bands
 
 
@@ -233,17 +234,18 @@ class Result(Plots):
             return blocks._replace(value=nothing, error=nothing)
         return blocks
 
-    def select(self, names: Iterable[str]) -> Result:
+    def select(self, names: str | Iterable[str]) -> Result:
         """Return a `Result` of these buffers and their errors, which share their memory.
 
-        A buffer that was left out because it is 0 is left out here too.
+        A buffer that was left out because it is 0 is left out here too. A text holds one name, or
+        several separated by commas.
 
         Raises
         ------
         InputError
             if one of them is missing, or there is none
         """
-        names = list(names)
+        names = read_list(names)
         missing = [name for name in names if name not in self.buffers and not is_omitted(name)]
         buffers = {name: self.buffers[name] for name in names if name in self.buffers}
         if missing or not buffers:
@@ -256,7 +258,7 @@ class Result(Plots):
     def save(
         self,
         path: str | PathLike[str],
-        buffers: Iterable[str] | None = None,
+        buffers: str | Iterable[str] | None = None,
         white: White = SCENE,
     ) -> None:
         """Write FILE.exr, a preview FILE.png and the record FILE.json: all of them or none.
@@ -333,6 +335,20 @@ def _reader(name: str) -> property:
 
 for _name in BUFFERS:
     setattr(Result, _name, _reader(_name))
+
+
+def check_result(result: object) -> Result:
+    """Return a result.
+
+    Raises
+    ------
+    InputError : it is something else
+    """
+    if isinstance(result, Result):
+        return result
+    is_file = isinstance(result, str | PathLike)
+    remedy = "read it by photonmap.load_result" if is_file else "give what photonmap.render returns"
+    raise InputError(f"{shown(result)} is not a result; {remedy}")
 
 
 def load_result(path: str | PathLike[str]) -> Result:

@@ -9,12 +9,13 @@ import functools
 import inspect
 import math
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from numbers import Integral
+from numbers import Integral, Real
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from photonmap.errors import InputError
+from photonmap.runtime.keywords import refuse_unknown
 from photonmap.runtime.wording import shown
 
 LARGEST_SIDE = 1 << 16
@@ -123,16 +124,17 @@ def read_size(text: str) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def check_bytes(memory: float) -> float:
-    """Return a number of bytes.
+def check_bytes(memory: float | str) -> float:
+    """Return a number of bytes, also of a text such as "4G".
 
     Raises
     ------
     InputError : it is not above 0, or not finite
     """
-    if not 0.0 < memory < math.inf:
-        raise InputError(f"memory {memory} must be a number of bytes above 0")
-    return memory
+    count = read_memory(memory) if isinstance(memory, str) else memory
+    if not isinstance(count, Real) or not 0.0 < count < math.inf:
+        raise InputError(f"memory {shown(memory)} must be a number of bytes above 0")
+    return float(count)
 
 
 def check_size(size: tuple[int, int] | int) -> tuple[int, int]:
@@ -170,9 +172,9 @@ def read_memory(text: str) -> float:
         ) from None
 
 
-def read_list(text: str) -> list[str]:
-    """Read "one,two"."""
-    return text.split(",")
+def read_list(names: str | Iterable[str]) -> list[str]:
+    """Return names in a list; of a text, such as "one, two", those between its commas."""
+    return [each.strip() for each in names.split(",")] if isinstance(names, str) else list(names)
 
 
 def taking_keywords_of(
@@ -196,6 +198,7 @@ def taking_keywords_of(
 
         @functools.wraps(function)
         def wrapper(*args: Any, **given: Any) -> R:
+            refuse_unknown(function.__name__, given, signature.parameters)
             values = signature.bind(*args, **given).arguments
             return function(values.pop(subject.name), options(**values))  # type: ignore[call-arg]
 

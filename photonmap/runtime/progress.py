@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
+from photonmap.errors import InputError
 from photonmap.runtime.streams import tolerant
+from photonmap.runtime.wording import shown
 
 if TYPE_CHECKING:
     from rich.progress import Progress as RichProgress
@@ -138,14 +140,41 @@ def choose_progress(quiet: bool) -> Progress:
     return Bar() if tolerant(sys.stderr).isatty() else Lines()
 
 
+def check_progress(progress: Progress | bool) -> Progress:
+    """Return what is notified: the object itself, or what is chosen for True and False.
+
+    Raises
+    ------
+    InputError : it has no methods to be notified by
+    """
+    if isinstance(progress, bool):
+        return choose_progress(not progress)
+    if not all(callable(getattr(progress, name, None)) for name in ("stage", "update", "close")):
+        remedy = "give True, False, or an object with stage, update and close"
+        raise InputError(f"progress {shown(progress)} cannot be notified; {remedy}")
+    return progress
+
+
+def check_watch(watch: Callable[[Any], None]) -> Callable[[Any], None]:
+    """Return what is called with images.
+
+    Raises
+    ------
+    InputError : it cannot be called
+    """
+    if not callable(watch):
+        raise InputError(f"watch {shown(watch)} cannot be called; give a function of a Result")
+    return watch
+
+
 def _print(line: str) -> None:
     print(line, file=tolerant(sys.stderr), flush=True)
 
 
 def _state(passes: int, error: float, fraction: float, elapsed: float, rays: float) -> str:
     left = elapsed * (1.0 - fraction) / fraction if fraction > 0.0 else math.inf
-    shown = f"error {error:.4f}" if math.isfinite(error) else "error unknown yet"
-    return f"pass {passes}, {shown}, {duration(left)} left, {rays / 1e6:.1f} Mrays/s"
+    known = f"error {error:.4f}" if math.isfinite(error) else "error unknown yet"
+    return f"pass {passes}, {known}, {duration(left)} left, {rays / 1e6:.1f} Mrays/s"
 
 
 def duration(seconds: float) -> str:

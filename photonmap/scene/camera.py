@@ -170,14 +170,17 @@ def check_camera(
 
     Raises
     ------
-    InputError : a vector is not three finite numbers, target is origin, up is parallel to the
-        view, a number is out of its range, a coordinate exceeds 1e30, or projection and lens are
-        not valid or do not go together
+    InputError : it is not a camera, a vector is not three finite numbers, target is origin, up is
+        parallel to the view, a number is out of its range, a coordinate exceeds 1e30, or projection
+        and lens are not valid or do not go together
     """
 
     def error(attribute: str, problem: str) -> InputError:
         return InputError(f"camera {attribute} {problem}", path, (lines or {}).get(attribute))
 
+    if not isinstance(camera, Camera):
+        remedy = "give a photonmap.Camera, as in Camera((0, 0, 3), (0, 0, 0))"
+        raise InputError(f"{shown(camera)} is not a camera; {remedy}")
     try:
         plain = check_parameters(camera)
     except InputError as invalid:

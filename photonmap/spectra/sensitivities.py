@@ -7,6 +7,7 @@ import re
 import numpy as np
 
 from photonmap.errors import InputError, warn
+from photonmap.runtime.wording import shown
 from photonmap.spectra.curves import VISIBLE, Spectrum
 from photonmap.spectra.integrals import merge_grids
 
@@ -131,6 +132,9 @@ def stepped(first: float, last: float, step: float) -> tuple[list[Spectrum], flo
 
 def sensor(curve: Spectrum, label: str, limits: Limits | None) -> Spectrum:
     """Return a sensitivity truncated to the range and to its support, or raise `InputError`."""
+    if not isinstance(curve, Spectrum):
+        remedy = "give each channel as a photonmap.Spectrum, in nm"
+        raise InputError(f"{label}: {shown(curve)} is not a curve; {remedy}")
     curve.check_covers(*(limits or VISIBLE))
     lowest, peak = curve.values.min(), curve.values.max()
     if lowest < -_NOISE * peak:
