@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from photonmap.runtime.keywords import suggesting_keywords
 from photonmap.runtime.wording import brief
 from photonmap.scene.distortion import find_fold, widest_angle
 from photonmap.scene.parameters import File, Number, Numbers, Whole
@@ -146,6 +147,7 @@ class _Calibrated(Projection):
         return {"calibrated_size": list(self.size), "distortion": list(self.distortion)}
 
 
+@suggesting_keywords
 @dataclass(frozen=True)
 class Intrinsics(_Calibrated):
     """Perspective with the intrinsics of a calibration, and Brown's and Conrady's distortion.
@@ -172,6 +174,7 @@ class Intrinsics(_Calibrated):
         return None
 
 
+@suggesting_keywords
 @dataclass(frozen=True)
 class FisheyeIntrinsics(_Calibrated):
     """A fisheye with the intrinsics of a calibration: OpenCV's fisheye model.
@@ -200,6 +203,7 @@ class FisheyeIntrinsics(_Calibrated):
         return None
 
 
+@suggesting_keywords
 @dataclass(frozen=True)
 class Fisheye(Projection):
     """An equidistant fisheye: distances from the middle are angles from the view.
@@ -221,6 +225,7 @@ class Fisheye(Projection):
         return {"fov": self.fov}
 
 
+@suggesting_keywords
 @dataclass(frozen=True)
 class Panorama(Projection):
     """All directions, as an equirectangular image: longitude across, latitude from top to bottom.
@@ -231,6 +236,7 @@ class Panorama(Projection):
     kind: ClassVar[str] = "panorama"
 
 
+@suggesting_keywords
 @dataclass(frozen=True, eq=False, repr=False)
 class RayMap(Projection):
     """A ray for each pixel of images of one size.
