@@ -38,9 +38,7 @@ def project(camera, points, size):
     if "fisheye" in described["kind"]:
         radius = np.hypot(x, y)
         angle = np.arctan2(radius, z)
-        plane *= (fisheye_radius(described.get("distortion", (0, 0, 0, 0)), angle) / radius)[
-            :, None
-        ]
+        plane *= (fisheye_radius(described["distortion"] or (0, 0, 0, 0), angle) / radius)[:, None]
     elif described["kind"] != "orthographic":
         plane = distort((*described.get("distortion", ()), 0, 0, 0, 0, 0)[:5], plane / z[:, None])[
             0
