@@ -13,7 +13,9 @@ import photonmap as pm
 from photonmap.scene.images import Image
 
 pytestmark = pytest.mark.filterwarnings(
-    "ignore:[0-9]* pixels show more than", "ignore:[0-9]* of [0-9]* photons were truncated"
+    "ignore:[0-9]* pixels show more than",
+    "ignore:[0-9]* of [0-9]* photons were truncated",
+    "ignore:method path finds no caustics",
 )
 """Some light stays in glass for ever."""
 ROOM = closed_box(GREY)
