@@ -1,4 +1,8 @@
-"""Light is additive: render each light once, then mix them in any colour without rendering."""
+"""Light is additive: render each light once, then mix them in any colour without rendering.
+
+Here each light has a render of its own, which may be made and refined apart. One render with
+`per_light=True` holds all lights apart too: see "Light groups" in docs/guide.md.
+"""
 
 import numpy as np
 
