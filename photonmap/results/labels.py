@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from photonmap.buffers import row_of
 from photonmap.errors import InputError
 from photonmap.results.colors import Colors
-from photonmap.runtime.wording import suggest
+from photonmap.runtime.wording import shown, suggest
+from photonmap.scene.vectors import finite
 from photonmap.spectra.bands import Bands
 
 if TYPE_CHECKING:
@@ -82,8 +83,10 @@ class Labels(Colors):
         Raises
         ------
         InputError
-            if it is outside of the range, or the bands are RGB
+            if it is no number or outside of the range, or the bands are RGB
         """
+        if finite(wavelength) is None:
+            raise InputError(f"wavelength {shown(wavelength)} is not a number; give one, in nm")
         at = int(np.abs(self.wavelengths - wavelength).argmin())
         low, high = self.bands.limits or (0.0, 0.0)
         if not low <= wavelength <= high:

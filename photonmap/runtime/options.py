@@ -172,7 +172,7 @@ def read_memory(text: str) -> float:
         ) from None
 
 
-def read_list(names: str | Iterable[str]) -> list[str]:
+def read_list(names: str | Iterable[Any]) -> list[Any]:
     """Return names in a list; of a text, such as "one, two", those between its commas."""
     return [each.strip() for each in names.split(",")] if isinstance(names, str) else list(names)
 

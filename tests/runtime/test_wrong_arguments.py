@@ -28,6 +28,10 @@ def chosen(**options):
     return Settings.of(Options(**options))
 
 
+def evaluate(methods, metrics=None):
+    return pm.evaluate.evaluate_dataset("nowhere", methods, metrics)
+
+
 WRONG = {
     "face": (
         lambda: pm.Mesh(CORNERS, [[0, 1, 2], [0, 1.5, 2]], name="wall"),
@@ -72,6 +76,11 @@ WRONG = {
     "memory": (lambda: chosen(memory="4 gigs"), "'4 gigs' is not an amount of memory; write it"),
     "memories": (lambda: chosen(memory=[1]), r"memory \[1\] must be a number of bytes above 0"),
     "flag": (lambda: chosen(per_light="no"), "per_light 'no' is neither True nor False"),
+    "wavelength": (lambda: RESULT.sel("550"), "wavelength '550' is not a number; give one, in nm"),
+    "wavelengths": (lambda: RESULT.sel([450, 550]), r"wavelength \[450, 550\] is not a number"),
+    "method": (lambda: evaluate("grey-word"), "'grey-word'.* 'grey-world'"),
+    "function": (lambda: evaluate(evaluate), r"give the function a name: Method\('evaluate', ev"),
+    "metric": (lambda: evaluate("grey-world", "angl"), "no metric 'angl'; did you mean 'angle'"),
     "pixel": (lambda: RESULT.plot_spectrum(0.5, 0), r"no pixel \(0\.5, 0\) in an image of 3x2"),
 }
 

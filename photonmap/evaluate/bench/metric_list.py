@@ -26,6 +26,7 @@ from photonmap.evaluate.metrics.color import delta_e
 from photonmap.evaluate.metrics.lmse import lmse, lmse_mit
 from photonmap.evaluate.metrics.sintel import dssim, si_lmse, si_mse
 from photonmap.evaluate.metrics.whdr import OrdinalPairs, ordinal_pairs, whdr
+from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import suggest
 
 REFLECTANCE, SHADING, ILLUMINANT = "reflectance", "shading", "illuminant"
@@ -143,7 +144,7 @@ def figure(name: str) -> Statistic:
     return lambda scores: float(getattr(summarise_angles(scores), name))
 
 
-def choose_metrics(names: Sequence[str] | None, space: str) -> list[Metric]:
+def choose_metrics(names: str | Sequence[str] | None, space: str) -> list[Metric]:
     """Return metrics by name, or all that are defined in a space.
 
     Raises
@@ -152,6 +153,7 @@ def choose_metrics(names: Sequence[str] | None, space: str) -> list[Metric]:
     """
     if names is None:
         return [metric for metric in _ROWS if space == "rgb" or not metric.needs_rgb]
+    names = read_list(names)
     for name in names:
         if name not in METRICS:
             raise InputError(f"there is no metric {name!r}; {suggest(name, METRICS)}")

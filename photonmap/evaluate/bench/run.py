@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 
@@ -22,6 +22,7 @@ from photonmap.evaluate.bench.views import LIGHTS, Shot, open_finished, shots
 from photonmap.evaluate.methods.method import Method
 from photonmap.evaluate.methods.registry import find_method, method_names
 from photonmap.evaluate.metrics.arrays import Floats
+from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import suggest
 
 DRAWS = 4
@@ -34,8 +35,8 @@ Watch = Callable[[Truth, str, Mapping[str, Floats], Measured], None]
 
 def evaluate_dataset(
     folder: str | PathLike[str],
-    methods: Sequence[str | Method] | None = None,
-    metrics: Sequence[str] | None = None,
+    methods: str | Method | Sequence[str | Method] | None = None,
+    metrics: str | Sequence[str] | None = None,
     space: str = "rgb",
     draws: int = DRAWS,
     light: str = LIGHTS[0],
@@ -47,7 +48,7 @@ def evaluate_dataset(
     Parameters
     ----------
     folder : of the data set, or of MIT's objects
-    methods : their names, or `Method`s; None for all there are
+    methods : their names, or `Method`s, one or several; None for all there are
     metrics : their names, see `photonmap.evaluate.bench.metric_list`; None for all that apply
     space : "rgb", linear sRGB, or "bands"
     draws : number of times that the standard errors of the truth are added to it, to see what they
@@ -111,14 +112,16 @@ def _open(folder: Path, light: str) -> Dataset | MitSet:
     return MitSet(folder)
 
 
-def _choose_methods(methods: Sequence[str | Method] | None) -> list[Method]:
+def _choose_methods(methods: str | Method | Sequence[str | Method] | None) -> list[Method]:
     """Return methods, each with a name of its own.
 
     Raises
     ------
     InputError : there is none, none of such a name, or two have the same
     """
-    wanted = method_names() if methods is None else methods
+    if methods is None:
+        methods = method_names()
+    wanted = read_list(methods) if isinstance(methods, Iterable) else [methods]
     if bare := [each for each in wanted if callable(each)]:
         name = getattr(bare[0], "__name__", "mine")
         raise InputError(f"give the function a name: Method({name!r}, {name})")
