@@ -12,7 +12,6 @@ from photonmap.capture.mosaic import AUTO, check_mosaic
 from photonmap.capture.optics import check_psf, check_vignetting
 from photonmap.errors import InputError, naming
 from photonmap.io.readers.toml import read_toml
-from photonmap.runtime.keywords import suggesting_keywords
 from photonmap.runtime.options import Option, list_options, option
 from photonmap.runtime.wording import shown
 from photonmap.spectra.sensor_curves import check_camera, table_of
@@ -45,7 +44,6 @@ def _option(help: str, group: str, metavar: str | None, **traits: Any) -> Any:
     return option(help, group=group, metavar=metavar, **{"read": float, **traits})
 
 
-@suggesting_keywords
 @dataclass(frozen=True, kw_only=True)
 class Sensor:
     """A camera's lens and sensor: the keywords are the options of `python -m photonmap sensor`.

@@ -10,7 +10,6 @@ from typing import Annotated, Any
 import numpy as np
 
 from photonmap.errors import InputError
-from photonmap.runtime.keywords import suggesting_keywords
 from photonmap.runtime.wording import shown
 from photonmap.scene.lens import Lens
 from photonmap.scene.parameters import (
@@ -44,7 +43,6 @@ _OPENCV = np.diag([1.0, -1.0, -1.0, 1.0])
 """From OpenCV's axes, y down and the view along z, to OpenGL's."""
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class Camera:
     """A camera: a pinhole of an angle of view, unless it has a height or another projection.

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-from photonmap.runtime.keywords import suggesting_keywords
 from photonmap.scene.parameters import Number, Whole
 
 _LARGEST = 1e30
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class Lens:
     """A thin lens: what is not at its focus distance is blurred.

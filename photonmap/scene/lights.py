@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from photonmap.errors import InputError
-from photonmap.runtime.keywords import suggesting_keywords
 from photonmap.runtime.wording import brief, shown
 from photonmap.scene.panorama import read_panorama, save_panorama
 from photonmap.scene.parameters import (
@@ -115,7 +114,6 @@ class Light:
         raise NotImplementedError
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class PointLight(Light):
     """An isotropic point: radiant intensity, W·sr⁻¹, from a position in scene units."""
@@ -131,7 +129,6 @@ class PointLight(Light):
         return Emitter("point", lambda radius: 4.0 * np.pi, self.position, cone=-1.0)
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class SpotLight(Light):
     """A point that shines into a cone.
@@ -173,7 +170,6 @@ class SpotLight(Light):
         )
 
 
-@suggesting_keywords
 @dataclass(frozen=True, eq=False, repr=False)
 class PhotometricLight(Light):
     """A point whose intensity depends on direction as a photometric file says.
@@ -225,7 +221,6 @@ class PhotometricLight(Light):
         )
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class DirectionalLight(Light):
     """A sun: light from infinitely far away, parallel or of an evenly bright disc.
@@ -259,7 +254,6 @@ class DirectionalLight(Light):
         )
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class DomeLight(Light):
     """The same radiance, W·m⁻²·sr⁻¹, from every direction, infinitely far away."""
@@ -274,7 +268,6 @@ class DomeLight(Light):
         return Emitter("dome", lambda radius: (2.0 * np.pi * radius) ** 2)
 
 
-@suggesting_keywords
 @dataclass(frozen=True, eq=False, repr=False)
 class EnvironmentLight(Light):
     """A map of radiance all around, infinitely far away.

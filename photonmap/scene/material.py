@@ -8,7 +8,6 @@ from typing import Annotated
 
 import numpy as np
 
-from photonmap.runtime.keywords import suggesting_keywords
 from photonmap.scene.parameters import (
     Emission,
     Flag,
@@ -35,7 +34,6 @@ BESIDE_GLASS = ("reflectance", "glossy", "glossy_edge")
 """Attributes of opaque surfaces that those have, too, which are glass in part"""
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class Material(Presets):
     """A surface, the same on both sides, that may also emit from its front.

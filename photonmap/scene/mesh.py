@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from photonmap.errors import InputError, naming
-from photonmap.runtime.keywords import suggesting_keywords
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material
 from photonmap.scene.visuals import Look, look_of
@@ -18,7 +17,6 @@ LARGEST_COORDINATE = 1e30
 """Largest coordinate that readers accept, scene units: products of several stay within float64."""
 
 
-@suggesting_keywords
 @dataclass(frozen=True, eq=False, repr=False)
 class Mesh:
     """Triangles of one material.

@@ -10,7 +10,6 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from photonmap.runtime.keywords import suggesting_keywords
 from photonmap.runtime.wording import brief
 from photonmap.scene.distortion import find_fold, widest_angle
 from photonmap.scene.parameters import File, Number, Numbers, Whole
@@ -147,7 +146,6 @@ class _Calibrated(Projection):
         return {"calibrated_size": list(self.size), "distortion": list(self.distortion)}
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class Intrinsics(_Calibrated):
     """Perspective with the intrinsics of a calibration, and Brown's and Conrady's distortion.
@@ -174,7 +172,6 @@ class Intrinsics(_Calibrated):
         return None
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class FisheyeIntrinsics(_Calibrated):
     """A fisheye with the intrinsics of a calibration: OpenCV's fisheye model.
@@ -203,7 +200,6 @@ class FisheyeIntrinsics(_Calibrated):
         return None
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class Fisheye(Projection):
     """An equidistant fisheye: distances from the middle are angles from the view.
@@ -225,7 +221,6 @@ class Fisheye(Projection):
         return {"fov": self.fov}
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class Panorama(Projection):
     """All directions, as an equirectangular image: longitude across, latitude from top to bottom.
@@ -236,7 +231,6 @@ class Panorama(Projection):
     kind: ClassVar[str] = "panorama"
 
 
-@suggesting_keywords
 @dataclass(frozen=True, eq=False, repr=False)
 class RayMap(Projection):
     """A ray for each pixel of images of one size.

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from photonmap.errors import InputError, warn
-from photonmap.runtime.keywords import suggesting_keywords
 from photonmap.runtime.wording import listed, shown, suggest
 from photonmap.scene.camera import Camera
 from photonmap.scene.light_parts.area_light import AreaLight, area_meshes
@@ -22,7 +21,6 @@ T = TypeVar("T")
 _REMEDY = "make a mesh by photonmap.Mesh or Mesh.from_trimesh, read a file by photonmap.load_scene"
 
 
-@suggesting_keywords
 @dataclass(repr=False)
 class Scene:
     """What is rendered. Emitting meshes are lights too.

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.kernels.core.color import LUMINANCE
-from photonmap.runtime.keywords import suggesting_keywords
 from photonmap.runtime.wording import shown
 from photonmap.scene.images import LINEAR_TABLE, Image, as_texels, read_mask, read_texture
 from photonmap.spectra.curves import Color, Spectrum
@@ -34,7 +33,6 @@ ROWS = 256
 """Rows of an image summed at a time, so that temporary arrays stay small."""
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class Texture:
     """An image on a surface, interpolated bilinearly between the centres of its texels.

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from photonmap.errors import InputError
-from photonmap.runtime.keywords import suggesting_keywords
 from photonmap.runtime.wording import brief, suggest
 from photonmap.spectra.integrals import resample
 
@@ -32,7 +31,6 @@ LARGEST_REFLECTANCE = 1.001
 """Largest reflectance that may be a rounded 1; more is a mistake."""
 
 
-@suggesting_keywords
 @dataclass(frozen=True, eq=False, repr=False)
 class Spectrum:
     """A curve over wavelength: linear between its samples, and unknown outside of them.
@@ -119,7 +117,6 @@ Color = float | tuple[float, float, float] | Spectrum
 """A number is a constant spectrum, a triple is linear sRGB, a `Spectrum` is itself."""
 
 
-@suggesting_keywords
 @dataclass(frozen=True, eq=False, repr=False)
 class SpectrumSet:
     """Many curves over the same wavelengths, by name.

@@ -1,8 +1,5 @@
 """What is wrong with an argument in code is said in one line, and what to give instead."""
 
-import inspect
-from dataclasses import is_dataclass
-
 import numpy as np
 import pytest
 
@@ -96,21 +93,6 @@ def test_wrong_arguments(case):
 def test_a_misspelt_keyword_of_render_is_suggested():
     with pytest.raises(TypeError, match=r"^render got an .* argument 'band'; did you mean 'bands'"):
         pm.render(pm.Scene(), band=3)
-
-
-def made_in_code():
-    """The dataclasses that users make themselves."""
-    public = [getattr(pm, name) for name in pm.__all__]
-    left_out = pm.Bands, pm.NoRelief, pm.Panorama, pm.Photo, pm.Result, pm.SpectralTexture
-    return [each for each in public if is_dataclass(each) and each not in left_out]
-
-
-@pytest.mark.parametrize("kind", made_in_code())
-def test_misspelt_keywords_are_suggested(kind):
-    keyword = max(inspect.signature(kind).parameters, key=len)
-    message = f"{kind.__name__} got an unexpected .* '{keyword}s'; did you mean '{keyword}'"
-    with pytest.raises(TypeError, match=message):
-        kind(**{f"{keyword}s": 1})
 
 
 def test_names_may_be_a_text_as_on_the_command_line():

@@ -9,7 +9,6 @@ from typing import Annotated, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.runtime.keywords import suggesting_keywords
 from photonmap.scene.lights import Light, check_light, name_lights
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
@@ -23,7 +22,6 @@ DISK_SIDES = 64
 _Length = Annotated[float, Number("length", "scene units", at_least=0.0)]
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class AreaLight(Light):
     """A rectangle or a disk that emits the same radiance in all directions from its front.

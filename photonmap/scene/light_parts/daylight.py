@@ -8,7 +8,6 @@ from typing import Annotated, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.runtime.keywords import suggesting_keywords
 from photonmap.scene.lights import DirectionalLight, Emitter, Light
 from photonmap.scene.parameters import Emission, Number, Text
 from photonmap.scene.vectors import Vector
@@ -68,7 +67,6 @@ class _AllAround(Light):
         return Emitter("dome", lambda radius: (2.0 * np.pi * radius) ** 2)
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class SkyLight(_ClearDay, _AllAround):
     """A clear sky without its sun; +y is up.
@@ -107,7 +105,6 @@ class SkyLight(_ClearDay, _AllAround):
         return (self.weights() @ basis_luminance()).astype(np.float32)
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class SunLight(_ClearDay):
     """The sun of a clear sky, a disc of 0.533 degrees that lights surfaces and is not seen itself.
@@ -135,7 +132,6 @@ class SunLight(_ClearDay):
         return DirectionalLight(self.direction, angle=SUN_DIAMETER).emitter()
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class OvercastLight(_AllAround):
     """The sky under clouds, of one spectrum, three times as bright at the zenith as at the horizon.

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
-from photonmap.runtime.keywords import suggesting_keywords
 from photonmap.scene.surfaces.relief import IMAGE, find_conflict, find_grey
 from photonmap.scene.textures import Texture
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class AnisotropyMap:
     """An image of tangents and strengths, as glTF has it.

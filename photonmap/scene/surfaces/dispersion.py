@@ -9,7 +9,6 @@ from typing import Annotated, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.runtime.keywords import suggesting_keywords
 from photonmap.runtime.wording import suggest
 from photonmap.scene.parameters import Number, Numbers, Text
 
@@ -49,7 +48,6 @@ def sellmeier(wavelengths: Floats | float, b: tuple[float, ...], c: tuple[float,
     return np.sqrt(1.0 + sum(over * square / (square - pole) for over, pole in zip(b, c)))  # noqa: B905
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class Cauchy:
     """Cauchy's equation: n = a + b / λ² + c / λ⁴, with λ in µm.
@@ -75,7 +73,6 @@ class Cauchy:
         return _find_conflict(self.index)
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class Sellmeier:
     """Sellmeier's equation: n² = 1 + Σ bᵢ λ² / (λ² - cᵢ), with λ in µm.
@@ -106,7 +103,6 @@ class Sellmeier:
         return _find_conflict(self.index)
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class NamedGlass:
     """A glass or liquid by its name, see `GLASSES`."""

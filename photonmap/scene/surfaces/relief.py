@@ -11,7 +11,6 @@ import numpy as np
 
 from photonmap.errors import InputError
 from photonmap.kernels.core.color import LUMINANCE
-from photonmap.runtime.keywords import suggesting_keywords
 from photonmap.runtime.wording import shown
 from photonmap.scene.images import Image, write_image
 from photonmap.scene.parameters import File, Number
@@ -33,7 +32,6 @@ def _save(texture: Texture, path: Path) -> None:
 IMAGE = File("image", key="file", read=_read, save=_save, suffix=".exr")
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class NormalMap:
     """An image of directions, as glTF has them: x, y and z from -1 at 0 to 1 at 1.
@@ -68,7 +66,6 @@ class NormalMap:
         return find_conflict(self.texture) or find_grey(self.texture, "a normal map")
 
 
-@suggesting_keywords
 @dataclass(frozen=True)
 class BumpMap:
     """An image of heights above the surface: it is shaded as if they were there.
