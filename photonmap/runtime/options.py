@@ -15,8 +15,7 @@ from numbers import Integral, Real
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from photonmap.errors import InputError
-from photonmap.runtime.keywords import refuse_unknown
-from photonmap.runtime.wording import shown
+from photonmap.runtime.wording import shown, suggest
 
 LARGEST_SIDE = 1 << 16
 """Largest width and height of an image, pixels."""
@@ -198,7 +197,7 @@ def taking_keywords_of(
 
         @functools.wraps(function)
         def wrapper(*args: Any, **given: Any) -> R:
-            refuse_unknown(function.__name__, given, signature.parameters)
+            _check_keywords(function.__name__, given, signature.parameters)
             values = signature.bind(*args, **given).arguments
             return function(values.pop(subject.name), options(**values))  # type: ignore[call-arg]
 
@@ -207,6 +206,13 @@ def taking_keywords_of(
         return wrapper
 
     return decorate
+
+
+def _check_keywords(owner: str, given: Iterable[str], known: Mapping[str, Any]) -> None:
+    """Raise `TypeError` with the keyword that was meant, which Python does from 3.13 on."""
+    if unknown := [name for name in given if name not in known]:
+        meant = suggest(unknown[0], known)
+        raise TypeError(f"{owner} got an unexpected keyword argument {unknown[0]!r}; {meant}")
 
 
 def _document(text: str | None, replaced: str, options: dict[str, Option]) -> str | None:
