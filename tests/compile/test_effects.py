@@ -150,6 +150,7 @@ BALLS = scene(
 )  # fmt: skip
 
 
+@pytest.mark.filterwarnings("ignore:method path finds no caustics")
 @pytest.mark.parametrize("method", ["photon", "path"])
 @pytest.mark.parametrize(
     ("effect", "buffer"),

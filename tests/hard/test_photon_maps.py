@@ -23,7 +23,7 @@ def truth():
     return means(BOX, "indirect", method="path", passes=32)
 
 
-@pytest.mark.parametrize("photons", [10, *slow(0, 1, 100, 20_000)])
+@pytest.mark.parametrize("photons", [10, *slow(1, 100, 20_000)])
 def test_any_number_of_photons(photons, truth):
     """Where they are few, cells are so large that paths answer in their place."""
     values = means(BOX, "indirect", photons=photons, passes=16)
@@ -31,7 +31,7 @@ def test_any_number_of_photons(photons, truth):
 
 
 @CUT
-@pytest.mark.parametrize("photons", [0, 1, 10])
+@pytest.mark.parametrize("photons", [1, 10])
 def test_any_number_of_photons_for_caustics(photons):
     rendered(BALLS, photons=photons)
 
