@@ -311,9 +311,9 @@ def warn_of_truncated_paths(run: Run) -> None:
     chains = moments.truncated()
     if chains > TOLERATED_CHAINS * len(moments.counts):
         warn(
-            f"{chains} pixels show more than {LONGEST_CHAIN} successive reflections, as between "
-            f"facing mirrors or in round glass of few triangles; the light at their ends is "
-            f"missing; divide such glass more finely"
+            f"{chains} pixel{'s show' if chains > 1 else ' shows'} more than {LONGEST_CHAIN} "
+            "successive reflections, as between facing mirrors or in round glass of few triangles; "
+            "the light at their ends is missing; divide such glass more finely"
         )
     if goal is not None and run.loop.is_late:
         limit = run.settings.budget.ceiling

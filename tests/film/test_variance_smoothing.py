@@ -124,6 +124,7 @@ def runs(request):
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.*successive reflections")
 def test_intervals_cover_the_truth(runs):
     """Deviations from the other seeds' mean are Student's t: their spread, and 95% intervals.
 
