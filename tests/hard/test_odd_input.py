@@ -13,7 +13,7 @@ import photonmap as pm
 from photonmap.scene.images import Image
 
 pytestmark = pytest.mark.filterwarnings(
-    "ignore:[0-9]* pixels show more than",
+    "ignore:.*successive reflections",
     "ignore:[0-9]* of [0-9]* photons were truncated",
     "ignore:method path finds no caustics",
 )

@@ -15,7 +15,7 @@ WHITE = pm.DomeLight(1.0)
 GLASS = pm.Material.glass()
 MIRROR = pm.Material.polished()
 CUT = pytest.mark.filterwarnings(
-    "ignore:[0-9]* pixels show more than",
+    "ignore:.*successive reflections",
     "ignore:[0-9]* of [0-9]* photons were truncated",
     "ignore:method path finds no caustics",
 )
