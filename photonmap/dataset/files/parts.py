@@ -26,7 +26,7 @@ def lacking(name: str, held: Iterable[str], remedy: str = "") -> KeyError:
 
 
 class Arrays(dict[str, Array]):
-    """Arrays by name; those that are asked for and not there are told."""
+    """Arrays by name; a missing one raises an error that says how to get it."""
 
     def __missing__(self, name: str) -> Array:
         raise lacking(name, self)
