@@ -245,16 +245,21 @@ class Scattering(NamedTuple):
 
 @by_reference
 class Environment(NamedTuple):
-    """The sky as a map of H rows and W columns: see `environment`."""
+    """The sky as a map of H rows and W columns, in 16 × 32 blocks: see `environment`."""
 
     texels: np.ndarray
     """(H, W, 3) float32: linear RGB, or how much of each of three spectra"""
     basis: np.ndarray
     """(3, N) float32, which makes radiances of RGB"""
+    block_rows: np.ndarray
+    """(K + 1, 16) float64, CDFs of the rows of blocks, by the light that they send to surfaces of
+    each of K cells of normals; the last by all their light"""
+    block_columns: np.ndarray
+    """(K + 1, 16, 32) float64, CDFs of the blocks in each row"""
     rows: np.ndarray
-    """(H,) float64, rises to 1 in proportion to the light of each row"""
+    """(32, H) float64, CDFs of the rows of texels in each block, by their light"""
     columns: np.ndarray
-    """(H, W) float64, each row rises to 1 in proportion to the light of its texels"""
+    """(H, W) float64, CDFs of the texels in each row of each block"""
     cosines: np.ndarray
     """(H + 1,) float64, y at the edges of the rows, from 1 to -1"""
     rotation: float

@@ -40,11 +40,9 @@ def cos_sin_2pi(v):
     sine = x + x * z * (SINE[0] + z * (SINE[1] + z * sine))
     cosine = COSINE[2] + z * (COSINE[3] + z * (COSINE[4] + z * COSINE[5]))
     cosine = 1.0 - 0.5 * z + z * z * (COSINE[0] + z * (COSINE[1] + z * cosine))
-    if quarter & 1:
-        cosine, sine = -sine, cosine
-    if quarter & 2:
-        cosine, sine = -cosine, -sine
-    return cosine, sine
+    turned, sign = float(quarter & 1), float(1 - (quarter & 2))
+    kept = 1.0 - turned
+    return sign * (kept * cosine - turned * sine), sign * (kept * sine + turned * cosine)
 
 
 @jit
@@ -136,14 +134,13 @@ def discrete(cdf, u):
     """Return an index with density (cumulative[i] - cumulative[i - 1]), and u renewed in [0, 1).
 
     `cdf` rises to 1, or to any number below which u is; entries of density 0 are never returned.
+    The search has no branch for the processor to guess.
     """
-    i, end = 0, len(cdf) - 1
-    while i < end:
-        middle = (i + end) // 2
-        if cdf[middle] > u:
-            end = middle
-        else:
-            i = middle + 1
+    i, count = 0, len(cdf)
+    while count > 1:
+        half = count // 2
+        i += half * (cdf[i + half - 1] <= u)
+        count -= half
     below = cdf[i - 1] if i > 0 else 0.0
     return i, min((u - below) / (cdf[i] - below), BELOW_ONE)
 

@@ -4,7 +4,12 @@ import math
 
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.lights.environment import environment_pdf, sample_environment
+from photonmap.kernels.lights.environment import (
+    ALL_AROUND,
+    cell_of_normal,
+    environment_pdf,
+    sample_environment,
+)
 from photonmap.kernels.lights.samples import NOWHERE, LightSample, PhotonStart, no_sample
 
 
@@ -46,13 +51,13 @@ def sample_sun(lights, emitter, u, v):
 
 @jit
 def sample_dome(environment, surface, u, v):
-    """Sample a direction to the dome, by the cosine or by the map; a `LightSample`."""
+    """Sample a direction to the dome, by cosine times light; a `LightSample`."""
     if environment is None:
         direction = vec.from_frame(warp.cosine_hemisphere(u, v), surface.ns)
-        position = NOWHERE
+        position, pdf = NOWHERE, warp.cosine_hemisphere_pdf(vec.dot(surface.ns, direction))
     else:
-        direction, position = sample_environment(environment, u, v)
-    pdf = dome_pdf(environment, surface.ns, direction, position)
+        cell = cell_of_normal(surface.ns)
+        direction, position, pdf = sample_environment(environment, cell, u, v)
     if pdf <= 0.0:
         return no_sample(direction)
     return LightSample(direction, math.inf, direction, 1.0 / pdf, pdf, position)
@@ -63,7 +68,7 @@ def dome_pdf(environment, ns, direction, position):
     """Return the density of `sample_dome` (per steradian); `position` is the map's texel."""
     if environment is None:
         return warp.cosine_hemisphere_pdf(vec.dot(ns, direction))
-    return environment_pdf(environment, position)
+    return environment_pdf(environment, cell_of_normal(ns), position)
 
 
 @jit
@@ -94,6 +99,6 @@ def emit_from_dome(lights, environment, position, direction):
     if environment is None:
         towards = warp.uniform_sphere(direction[0], direction[1])
         return _start(lights, towards, position, warp.uniform_sphere_pdf(), NOWHERE)
-    outwards, texel = sample_environment(environment, direction[0], direction[1])
-    pdf = environment_pdf(environment, texel)
+    u, v = direction
+    outwards, texel, pdf = sample_environment(environment, ALL_AROUND, u, v)
     return _start(lights, vec.scale(outwards, -1.0), position, pdf, texel)

@@ -12,6 +12,7 @@ from photonmap.kernels.core import rng, vec
 from photonmap.kernels.core.jit import kernel
 from photonmap.kernels.core.passes import Hit, SurfaceInteraction
 from photonmap.kernels.lights import kinds, triangle
+from photonmap.kernels.lights.environment import cell_of_normal
 from photonmap.kernels.lights.photons import emit_photon
 
 SKY = "environment"
@@ -126,7 +127,7 @@ class Samples:
         self.weight, self.pdf, self.length, self.importance, self.distance, self.ray_pdf = columns.T
         self.cosine = np.maximum(self.directions @ np.array(ns), 0.0)
         self._lights, self._geometry, self._emitter = arrays.lights, arrays.geometry, number
-        self._is_map = emitter == SKY
+        self._is_map, self._ns = emitter == SKY, ns
 
     @property
     def irradiance(self):
@@ -154,12 +155,11 @@ class Samples:
     @property
     def true_pdf(self):
         """The density, per steradian, of points spread evenly over a triangle; of the sky, by the
-        cosine, or by the light of texels and evenly over each."""
+        cosine, or by what CDFs say of texels and evenly over each."""
         lights = self._lights
         if self._is_map:
             environment = lights.environment
-            probabilities = np.diff(environment.rows, prepend=0.0)[:, None]
-            probabilities = probabilities * np.diff(environment.columns, prepend=0.0, axis=1)
+            probabilities = texel_probabilities(environment, cell_of_normal(self._ns))
             bands = -np.diff(environment.cosines)[:, None]
             areas = bands * 2.0 * np.pi / environment.columns.shape[1]
             return (probabilities / areas)[self._texels]
@@ -168,6 +168,23 @@ class Samples:
         normal = self._geometry.normals[lights.triangle[self._emitter]].astype(float)
         facing = -self.directions @ normal
         return self.distance**2 / (facing * lights.area[self._emitter])
+
+
+def texel_probabilities(environment, cell):
+    """Return the probabilities of texels towards a cell of normals, (H, W), from all CDFs."""
+    height, width = environment.columns.shape
+    rows, columns = np.arange(height) * 16 // height, np.arange(width) * 32 // width
+    blocks = np.diff(environment.block_rows[cell], prepend=0.0)[:, None]
+    blocks = blocks * np.diff(environment.block_columns[cell], prepend=0.0, axis=1)
+    within = _steps(environment.rows, rows)[columns].T * _steps(environment.columns, columns)
+    return blocks[rows[:, None], columns] * within
+
+
+def _steps(cdfs, parts):
+    """Return the steps of CDFs that begin anew with each part."""
+    before = np.concatenate([np.zeros((len(cdfs), 1)), cdfs[:, :-1]], axis=1)
+    before[:, np.diff(parts, prepend=-1) > 0] = 0.0
+    return cdfs - before
 
 
 def floor_of(emitter):

@@ -37,5 +37,4 @@ def default_sky(camera: Camera, bands: Bands) -> Sky:
     peak = _KEY * _CONCENTRATION / 2.0
     radiance = AMBIENT + peak * np.exp(_CONCENTRATION * (cosine - 1.0))
     texels = np.repeat(radiance[..., None], 3, axis=2).astype(np.float32)
-    cosines = np.cos(np.linspace(0.0, np.pi, _ROWS + 1))
-    return Sky(texels, np.full((3, bands.count), 1.0 / 3.0), cosines, 0.0)
+    return Sky(texels, np.full((3, bands.count), 1.0 / 3.0))

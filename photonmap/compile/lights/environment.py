@@ -8,7 +8,7 @@ from os import PathLike
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.cdf import make_cdf
+from photonmap.compile.lights.sky_cdfs import fine_enough, sky_cdfs
 from photonmap.errors import naming
 from photonmap.kernels.core.records import Environment
 from photonmap.scene.light_parts.daylight import OvercastLight, SkyLight
@@ -28,26 +28,22 @@ class Sky:
     """(H, W, 3), linear RGB, or how much of each spectrum of daylight"""
     basis: NDArray[np.float64]
     """(3, N), bands of each, the light's scale included"""
-    cosines: NDArray[np.float64]
-    """(H + 1,)"""
-    rotation: float
+    rotation: float = 0.0
     """about +y, 1 for a full turn"""
 
     @property
     def mean(self) -> NDArray[np.float64]:
         """The mean radiance over all directions, (N,)."""
         rows = self.texels.mean(axis=1, dtype=np.float64)
-        return -0.5 * np.diff(self.cosines) @ rows @ self.basis
+        return -0.5 * np.diff(_row_cosines(self.texels)) @ rows @ self.basis
 
     def record(self, power: float, row: int) -> Environment:
         """Return what kernels take; radiances are divided by `power`, `row` has their mean."""
-        # Texels of one row cover the same solid angle.
-        light = self.texels @ (self.basis.mean(axis=1) / self.basis.max())
-        rows = make_cdf(light.sum(axis=1, dtype=np.float64) * -np.diff(self.cosines))
+        texels = fine_enough(self.texels)
         basis = (self.basis / power).astype(np.float32, order="C")
-        return Environment(
-            self.texels, basis, rows, make_cdf(light), self.cosines, self.rotation, row
-        )
+        light, cosines = texels @ (self.basis.mean(axis=1) / self.basis.max()), _row_cosines(texels)
+        cdfs = sky_cdfs(light, cosines, self.rotation)
+        return Environment(texels, basis, *cdfs, cosines, self.rotation, row)
 
 
 MappedLight = EnvironmentLight | SkyLight | OvercastLight
@@ -67,7 +63,7 @@ def compile_sky(light: MappedLight, bands: Bands) -> Sky:
     else:
         texels = check_panorama(light.image, label)
     basis = bands.emission_basis * light.scale
-    return Sky(texels, basis, _row_cosines(texels), light.rotation / 360.0 % 1.0)
+    return Sky(texels, basis, light.rotation / 360.0 % 1.0)
 
 
 def _clear_sky(light: SkyLight, bands: Bands) -> Sky:
@@ -79,7 +75,7 @@ def _clear_sky(light: SkyLight, bands: Bands) -> Sky:
         eye = observer()
         rgb = integrate_products(eye.wavelengths, eye.matching, wavelengths, curves).T
         texels, basis = np.maximum(texels @ rgb, 0.0).astype(np.float32), np.eye(3)
-    return Sky(texels, basis * light.scale, _row_cosines(texels), 0.0)
+    return Sky(texels, basis * light.scale)
 
 
 def _overcast(light: OvercastLight, bands: Bands) -> Sky:
@@ -88,7 +84,7 @@ def _overcast(light: OvercastLight, bands: Bands) -> Sky:
     texels = np.stack([amounts, *[np.zeros_like(amounts)] * 2], axis=-1)
     basis = np.zeros((3, bands.count))
     basis[0] = bands.emission(light.radiance)
-    return Sky(texels, basis, _row_cosines(texels), 0.0)
+    return Sky(texels, basis)
 
 
 def _row_cosines(texels: NDArray[np.float32]) -> NDArray[np.float64]:
