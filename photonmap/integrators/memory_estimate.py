@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from photonmap.buffers import DEFAULT, RENDERED
 from photonmap.film.moments import BYTES_PER_VALUE
-from photonmap.integrators.photon_mapping.cache_tracer import CELLS_PER_PHOTON, bundle_count
+from photonmap.integrators.photon_mapping.cache_tracer import MOST_CELLS_PER_PHOTON, bundle_count
 from photonmap.runtime.memory import Need
 
 PASS_BUFFERS = 7
@@ -79,6 +79,6 @@ class Work:
         buffers = PASS_BUFFERS + UNBIASED_BUFFERS * self.unbiased
         per_value = BYTES_PER_VALUE + 4 * buffers + SPECULAR_BYTES_PER_VALUE * self.specular
         per_pixel = BYTES_PER_PIXEL + self.bands * per_value + 4 * self._kept_values
-        cells = 2.0 * self.photons * CELLS_PER_PHOTON
+        cells = 2.0 * self.photons * MOST_CELLS_PER_PHOTON
         caches = cells * self.bands * 4 * (bundle_count(self.photons) + 2)
         return self.pixels * per_pixel + caches

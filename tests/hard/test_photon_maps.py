@@ -96,7 +96,8 @@ def test_disks_of_caustics_far_too_small_or_too_large(radius, monkeypatch):
 @pytest.mark.parametrize("share", [1e-6, 1e6])
 def test_cells_far_too_large_or_too_small(share, monkeypatch, truth):
     """Large ones never answer; small ones answer with noise that their errors tell of."""
-    monkeypatch.setattr(cache_tracer, "CELLS_PER_PHOTON", min(share, 500.0))
+    monkeypatch.setattr(cache_tracer, "STORES_PER_CELL", max(1.0 / share, 1e-3))
+    monkeypatch.setattr(cache_tracer, "MOST_CELLS_PER_PHOTON", 500.0)
     values = means(BOX, "indirect", passes=16)
     assert_same(values, truth, slack=0.02)
 

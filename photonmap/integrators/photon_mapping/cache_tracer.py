@@ -16,6 +16,7 @@ from photonmap.integrators.photon_mapping.exposed_fraction import (
     find_lit_sides,
     measure_exposed,
 )
+from photonmap.integrators.photon_mapping.photon_hit_rate import stores_per_photon
 from photonmap.integrators.photon_mapping.radiosity_cache import (
     divide_cells,
     lay_cells,
@@ -26,8 +27,11 @@ from photonmap.kernels.core.passes import MAX_BOUNCES, CacheCells, RadiosityCach
 from photonmap.kernels.core.streams import Domain
 from photonmap.kernels.integrators.photon import trace_photons
 
-CELLS_PER_PHOTON = 1 / 4
-"""Cells per photon on one side of all surfaces, in the first pass."""
+STORES_PER_CELL = 7
+"""Entries of photons in a cell of one side of all surfaces, in the first pass: if many of the
+photons of a sky fly by, cells are larger."""
+MOST_CELLS_PER_PHOTON = 0.3
+"""Where surfaces are white, and photons are stored many times."""
 CELLS_HOLD = 8
 """Passes after which cells begin to shrink; before, noise outweighs their bias."""
 BUNDLE = 32768
@@ -66,6 +70,9 @@ class CacheTracer:
         self._areas = triangle_areas(setup.compiled.geometry)
         self._layouts: dict[int, Layout] = {}
         self._bundles = np.empty((0, 0, 0), np.float32)
+        setup.begin_pass(0)
+        stores = stores_per_photon(setup, MAX_BOUNCES)
+        self._cells_per_photon = min(stores / STORES_PER_CELL, MOST_CELLS_PER_PHOTON)
 
     def trace(self, index: int, wider: int = 0) -> RadiosityCache:
         """Return the cache of pass `index`, with cells `wider` times doubled in width."""
@@ -109,7 +116,7 @@ class CacheTracer:
         """Return cells whose area falls with the cube root of passes in the end, in steps of √2."""
         level = int(2.0 * math.log2(1.0 + index / CELLS_HOLD) / 3.0) - 4 * wider
         if level not in self._layouts:
-            number = max(self._setup.photons * CELLS_PER_PHOTON, 1.0) * 2.0 ** (0.5 * level)
+            number = max(self._setup.photons * self._cells_per_photon, 1.0) * 2.0 ** (0.5 * level)
             cells, count = lay_cells(self._scene.geometry, self._areas, self._areas.sum() / number)
             # Passes that are repeated with wider supports go back and forth between two.
             kept = list(self._layouts.items())[-1:]

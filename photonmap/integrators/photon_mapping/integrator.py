@@ -169,8 +169,7 @@ class PhotonIntegrator:
         if self._specular or not self.shares:
             return False
         with self._setting_up():
-            key = setup.key(0, Domain.PHOTON_HITS)
-            return not do_photons_hit(setup.compiled, setup.bands, setup.photons, key)
+            return not do_photons_hit(setup)
 
     def truncated_fraction(self) -> float:
         """Return 0: camera rays end in the cache, and truncated photons are counted."""
@@ -198,7 +197,9 @@ class PhotonIntegrator:
     def _trace_cache(self, index: int, wider: int) -> RadiosityCache:
         if not self.shares or self.traces_paths_instead:
             return empty_cache(self._setup.bands)
-        return self._cache_tracer.trace(index, wider)
+        tracer = self._cache_tracer
+        self._setup.begin_pass(index)
+        return tracer.trace(index, wider)
 
     @cached_property
     def _cache_tracer(self) -> CacheTracer:

@@ -1,12 +1,13 @@
-"""Whether photons hit a scene's surfaces, and warnings where they do not."""
+"""How often photons hit a scene's surfaces, and warnings where they do not."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.errors import warn
+from photonmap.integrators.base import PassSetup
 from photonmap.integrators.photon_mapping.radiosity_cache import one_cell
 from photonmap.kernels.core.passes import RadiosityCache, Span
+from photonmap.kernels.core.streams import Domain
 from photonmap.kernels.integrators.photon import trace_photons
 
 PILOT = 4096
@@ -17,24 +18,29 @@ MANY = 0.9
 """Fraction of the pixels that may be unresolved before a warning is due."""
 
 
-def do_photons_hit(compiled: CompiledScene, bands: int, photons: int, key: np.uint64) -> bool:
+def do_photons_hit(setup: PassSetup) -> bool:
     """Return whether photons hit surfaces often enough to estimate light.
 
-    They do not where a sky shines into a pit, or a light past a few small objects; or where there
-    are no photons.
+    They do not where a sky shines into a pit, or a light past a few small objects.
+    """
+    return stores_per_photon(setup, 1) > LOWEST_HIT_RATE
+
+
+def stores_per_photon(setup: PassSetup, bounces: int) -> float:
+    """Return how many times a photon is stored on average, by a pilot with its own random numbers.
 
     Parameters
     ----------
-    photons : in a pass; as many are sent, `PILOT` at most
-    key : of random numbers of their own
+    bounces : after which photons are truncated
     """
-    total = min(photons, PILOT)
-    cache = RadiosityCache(
-        one_cell(len(compiled.geometry.triangles)), np.empty((1, bands), np.float32)
+    total = min(setup.photons, PILOT)
+    cells = one_cell(len(setup.compiled.geometry.triangles))
+    cache = RadiosityCache(cells, np.empty((1, setup.bands), np.float32))
+    key, scratch = setup.key(0, Domain.PHOTON_HITS), np.empty((2, setup.bands), np.float32)
+    stores, _, _ = trace_photons(
+        setup.compiled.arrays, cache, key, Span(0, total), total, bounces, scratch
     )
-    scratch = np.empty((2, bands), np.float32)
-    stores, _, _ = trace_photons(compiled.arrays, cache, key, Span(0, total), total, 1, scratch)
-    return stores > LOWEST_HIT_RATE * total
+    return float(stores / total)
 
 
 def warn_of_few_photons(unresolved: NDArray[np.bool_]) -> None:
