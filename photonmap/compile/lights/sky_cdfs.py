@@ -30,6 +30,8 @@ WITHIN_BLOCK = tuple(itertools.product((0.25, 0.75), repeat=2))
 """Places where cosines are taken, as fractions of the way across."""
 LEAST_COSINE = 0.02
 """Of blocks that are seen at all."""
+REACH = 1.01
+"""Factor on the angles from the middle of a block or cell to its corners, for rounding."""
 
 
 class SkyCdfs(NamedTuple):
@@ -87,15 +89,16 @@ def _cdf_by_part(weights: Floats, edges: NDArray[np.int64]) -> Floats:
 def _mean_cosines(height: int, width: int, rotation: float) -> NDArray[np.float32]:
     """Return by which cosine blocks count for the cells of normals, (K, 16, 32)."""
     down, turn = _edges(height, BLOCK_ROWS) / height, _edges(width, BLOCK_COLUMNS) / width
+    turn -= rotation
+    middles, *across = (_directions(down, turn, *place) for place in (MIDDLE, *WITHIN_BLOCK))
     means = np.zeros((ALL_AROUND, BLOCK_ROWS * BLOCK_COLUMNS), np.float32)
-    for s, t in WITHIN_CELL:
-        normals = _normals(s, t)
-        cosines = [np.maximum(normals @ _directions(down, turn - rotation, *place), 0.0)
-                   for place in WITHIN_BLOCK]  # fmt: skip
+    for place in WITHIN_CELL:
+        normals = _normals(*place)
+        cosines = [np.maximum(normals @ directions, 0.0) for directions in across]
         means = np.maximum(means, np.mean(cosines, axis=0))
-    sines = _normals(*MIDDLE) @ _directions(down, turn - rotation, *MIDDLE)
     half = np.hypot(np.pi * np.diff(down).max(), 2.0 * np.pi * np.diff(turn).max()) / 2.0
-    seen = sines > -np.sin(half + np.arctan(np.sqrt(2.0) / STEPS))
+    reach = REACH * (half + np.arctan(np.sqrt(2.0) / STEPS))
+    seen = _normals(*MIDDLE) @ middles > -np.sin(reach)
     means = np.where(seen, np.maximum(means, LEAST_COSINE), 0.0)
     return means.reshape(-1, BLOCK_ROWS, BLOCK_COLUMNS)
 
