@@ -3,9 +3,9 @@
 The map is constant over each texel, so both are exact. Row 0 surrounds +y; at a turn of 0 the
 centre column looks along -z, and columns to its right turn towards +x.
 
-Towards a surface, directions are drawn by light times cosine: blocks of texels are chosen by the
-light that a surface gets from them whose normal is about the same, and the texels of a block by
-their light. So none is lost below the horizon but those of blocks that it crosses.
+Towards a surface, directions are drawn by radiance times cosine: first a block of texels, by the
+irradiance that it gives to normals near the surface's own, then a texel of the block, by its light.
+Samples are lost below the horizon only in blocks that the horizon crosses.
 """
 
 import math

@@ -28,8 +28,8 @@ from photonmap.kernels.core.streams import Domain
 from photonmap.kernels.integrators.photon import trace_photons
 
 STORES_PER_CELL = 7
-"""Entries of photons in a cell of one side of all surfaces, in the first pass: if many of the
-photons of a sky fly by, cells are larger."""
+"""Photons that a cell stores on average in the first pass, if they lie on one side of all surfaces:
+cells are larger where many photons, as those of a sky, miss the scene."""
 MOST_CELLS_PER_PHOTON = 0.3
 """Where surfaces are white, and photons are stored many times."""
 CELLS_HOLD = 8
