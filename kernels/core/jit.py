@@ -18,7 +18,7 @@ from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
 from numba.core.types import unliteral
 
-from photonmap.kernels.core.linking import IS_KNOWN, KernelCompiler, only_linked
+from photonmap.kernels.core.linking import IS_KNOWN, DisjointCompiler, KernelCompiler, only_linked
 
 
 def source_hash(folder: Path) -> str:
@@ -71,6 +71,16 @@ def outlined(function: Callable) -> Callable:
     of the compile time of rough and specular surfaces together.
     """
     return _inner(_compile(function, forceinline=False, **_NO_WRAPPERS))
+
+
+def vectorized(function: Callable) -> Callable:
+    """Compile a function as `outlined` does, for arrays that do not overlap.
+
+    Told so, LLVM turns loops of any length into vector instructions: the checks that it would make
+    else pay only for a dozen iterations and more.
+    """
+    compiler = {"pipeline_class": DisjointCompiler} if IS_KNOWN else {}
+    return _inner(_compile(function, forceinline=False, **_NO_WRAPPERS, **compiler))
 
 
 # Turning Python's objects into a scene's arrays takes more code than many a function itself.
@@ -126,6 +136,6 @@ def _inner(compiled: Callable) -> Callable:
 
 def _compile(function: Callable, **options: Any) -> Callable:
     if IS_KNOWN:
-        options["pipeline_class"] = KernelCompiler
+        options.setdefault("pipeline_class", KernelCompiler)
     with _cached_in(CACHE_FOLDER):
         return numba.njit(nogil=True, error_model="numpy", _nrt=False, **options)(function)

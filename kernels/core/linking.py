@@ -47,6 +47,15 @@ class KernelCompiler(CompilerBase):
         return [steps]
 
 
+class DisjointCompiler(KernelCompiler):
+    """The same, for functions whose arrays do not overlap."""
+
+    def define_pipelines(self) -> list[PassManager]:
+        """Return the one list of steps, after LLVM has been told of the arrays."""
+        self.state.flags.noalias = True
+        return super().define_pipelines()
+
+
 class _LinkedLibrary(JITCodeLibrary):
     """Code that is only linked into its callers: compiling it further took half of all time."""
 

@@ -204,7 +204,7 @@ class Scratch(NamedTuple):
     walk: np.ndarray
     """(N,) float32, throughput of a walk among facets"""
     emitters: np.ndarray
-    """(FEW_EMITTERS,) float64, CDF of a few emitters at a surface: see `lights.selection`"""
+    """(SCRATCH,) float64, CDF of a few emitters at a surface: see `lights.selection`"""
     rays: np.ndarray
     """(len(RAY_KINDS),) int64, rays cast so far; one through holes counts once"""
     shifted: np.ndarray

@@ -280,9 +280,9 @@ class LightTree(NamedTuple):
     """Emitters by place and direction, to choose among for a point: see `light_tree`."""
 
     nodes: np.ndarray
-    """(B, 11, 8) float64, rows NODE_…: the eight nodes that each of B blocks chooses among"""
+    """(B, 11, 16) float64, rows NODE_…: the nodes that each of B blocks chooses among"""
     emitter: np.ndarray
-    """(7 B + 1,) int32, of each leaf; any where its strength is 0"""
+    """(15 B + 1,) int32, of each leaf; any where its strength is 0"""
     leaf: np.ndarray
     """(K,) int32, of each emitter, -1 if it is infinitely far"""
     near: float

@@ -73,7 +73,7 @@ def _point(points, normals, i):
 def reaches_view(scene, key, paths, bounces, cdf, points, normals):
     """Return whether any of some paths from the only emitter of a scene reaches a view point.
 
-    `cdf`, (FEW_EMITTERS,), is scratch.
+    `cdf`, (SCRATCH,), is scratch.
     """
     geometry, key = scene.geometry, split(key, VIEW_PATH)
     for index in range(paths):

@@ -41,7 +41,7 @@ def _cosine(surface, direction):
 
 @jit
 def prepare_direct(scene, surface, cdf):
-    """Fill the CDF, (FEW_EMITTERS,), by which `sample_direct` chooses emitters for a point."""
+    """Fill the CDF, (SCRATCH,), by which `sample_direct` chooses emitters for a point."""
     weigh_emitters(scene.geometry, scene.lights, scene.lights.tree, surface.point, surface.ns, cdf)
 
 

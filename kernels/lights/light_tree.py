@@ -10,7 +10,7 @@ block WIDTH · b + i + 1, or they are leaves where there is no such block.
 import math
 
 from photonmap.kernels.core import vec
-from photonmap.kernels.core.jit import jit, outlined
+from photonmap.kernels.core.jit import jit, outlined, vectorized
 from photonmap.kernels.core.records import (
     NODE_AXIS,
     NODE_CENTER,
@@ -21,7 +21,7 @@ from photonmap.kernels.core.records import (
     NODE_STRENGTH,
 )
 
-WIDTH = 8
+WIDTH = 16
 """Children of a node."""
 _BELOW = 1.0 - 1e-15
 """Keeps a random number times a sum below the sum, whatever is rounded."""
@@ -59,7 +59,7 @@ def importance(nodes, block, i, point, ns):
     return most if sent + 2.0 * sine >= nodes[block, NODE_REACH, i] else 0.0
 
 
-@outlined
+@vectorized
 def weigh_nodes(nodes, block, point, ns, sums):
     """Fill sums[:WIDTH] with the importances of a block's nodes, added up to each."""
     for i in range(nodes.shape[2]):  # the width as a number would keep it from being vectorised

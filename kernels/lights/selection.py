@@ -7,14 +7,15 @@ from photonmap.kernels.lights.light_tree import WIDTH, descend, leaf_probability
 
 BY_POWER = 0.1
 """Share of choices made by power alone: an emitter that would send much may be hidden."""
-FEW_EMITTERS = 2 * WIDTH
-"""Number of emitters up to which every one is considered for each point; `descend` needs as much
-scratch."""
+FEW_EMITTERS = WIDTH
+"""Number of emitters up to which every one is considered for each point."""
+SCRATCH = 2 * WIDTH
+"""Numbers that a choice needs room for."""
 
 
 @jit
 def weigh_emitters(geometry, lights, tree, point, ns, cdf):
-    """Fill `cdf`, (FEW_EMITTERS,), by which `select_emitter` chooses for a point.
+    """Fill `cdf`, (SCRATCH,), by which `select_emitter` chooses for a point.
 
     That is the CDF of few emitters, or with a tree the sums of its first block. Of few, each
     emitter is chosen in one interval of the random number, so that stratified numbers remain

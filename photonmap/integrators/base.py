@@ -32,7 +32,7 @@ from photonmap.kernels.core.passes import (
     View,
 )
 from photonmap.kernels.core.streams import Domain
-from photonmap.kernels.lights.selection import FEW_EMITTERS
+from photonmap.kernels.lights.selection import SCRATCH
 from photonmap.runtime.storage import RAM, Storage
 from photonmap.runtime.workers import Workers
 
@@ -246,7 +246,7 @@ def make_scratch(compiled: CompiledScene, bands: int, unbiased: bool = False) ->
         np.empty((scattered, bands), np.float32),
         response,
         walk,
-        np.empty(FEW_EMITTERS),
+        np.empty(SCRATCH),
         np.zeros(len(RAY_KINDS), np.int64),
         np.empty((4, 11)),
     )

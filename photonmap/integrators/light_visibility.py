@@ -9,7 +9,7 @@ from photonmap.kernels.core.passes import View
 from photonmap.kernels.core.records import Lights
 from photonmap.kernels.integrators.light_visibility import find_view_points, reaches_view
 from photonmap.kernels.lights.kinds import AREA_KINDS, POINT
-from photonmap.kernels.lights.selection import FEW_EMITTERS
+from photonmap.kernels.lights.selection import SCRATCH
 from photonmap.runtime.wording import listed
 
 POINTS = 64
@@ -49,7 +49,7 @@ def warn_of_hidden_lights(compiled: CompiledScene, view: View, key: np.uint64) -
             continue
         lights = _only(compiled.lights, np.array(members))
         scene = compiled.arrays._replace(lights=lights)
-        if not reaches_view(scene, key, paths, BOUNCES, np.empty(FEW_EMITTERS), points, normals):
+        if not reaches_view(scene, key, paths, BOUNCES, np.empty(SCRATCH), points, normals):
             hidden.append(name)
     if hidden:
         single = len(hidden) == 1

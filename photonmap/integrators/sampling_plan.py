@@ -13,7 +13,7 @@ from photonmap.kernels.core.streams import Domain
 from photonmap.kernels.film.irradiance_sharing import Footprint, count_footprints
 from photonmap.kernels.film.linked_pixels import link_pixels
 from photonmap.kernels.integrators.prepass import run_prepass
-from photonmap.kernels.lights.selection import FEW_EMITTERS
+from photonmap.kernels.lights.selection import SCRATCH
 
 SAMPLES = 4
 """Camera samples of a pixel in a pass; a power of two, as coverage sums to 1."""
@@ -51,7 +51,7 @@ def plan_sampling(setup: PassSetup) -> SamplingPlan:
     plane = storage.zeros((pixels, 7))
 
     def run(span: Span) -> None:
-        run_prepass(scene, textured, view, key, span, np.empty(FEW_EMITTERS), plane, prepass)
+        run_prepass(scene, textured, view, key, span, np.empty(SCRATCH), plane, prepass)
 
     setup.over_pixels(run)
     plan = SamplingPlan(*(storage.zeros(pixels, np.uint8) for _ in range(3)), storage.zeros(pixels))

@@ -14,7 +14,7 @@ from photonmap.compile.scene_arrays import compile_scene
 from photonmap.kernels.core import rng
 from photonmap.kernels.core.jit import kernel
 from photonmap.kernels.lights.selection import (
-    FEW_EMITTERS,
+    SCRATCH,
     select_emitter,
     selection_probability,
     weigh_emitters,
@@ -71,7 +71,7 @@ def few(many):
 
 @pytest.fixture(scope="module")
 def crowd(many):
-    """700 points: a tree of four levels."""
+    """700 points: a tree of three levels."""
     places = np.random.default_rng(6).uniform((-0.8, 0.35, -0.8), 0.8, (700, 3))
     return replace(many, lights=[pm.PointLight(tuple(place), 1.0) for place in places])
 
@@ -81,7 +81,7 @@ def test_choices_have_their_probabilities(lights, request):
     """χ² at p > 1e-3 for each of 8 places; emitters of no probability are never chosen."""
     compiled = compile_scene(request.getfixturevalue(lights), Bands.parse("rgb"), 1.0)
     geometry, lights = compiled.geometry, compiled.lights
-    random, cdf = np.random.default_rng(5), np.empty(FEW_EMITTERS)
+    random, cdf = np.random.default_rng(5), np.empty(SCRATCH)
     for _ in range(8):
         point, ns = random.uniform(-0.3, 0.3, 3), random.normal(size=3)
         ns /= np.linalg.norm(ns)
@@ -110,7 +110,7 @@ def test_stratified_numbers_stay_stratified(lights, request):
     geometry, lights, at = compiled.geometry, compiled.lights, ((0.1, -0.2, 0.2), (0.0, 1.0, 0.0))
     emitters, n = range(len(lights.kind)), 4096
     counts, strata = np.zeros(len(emitters)), np.zeros((len(emitters), 4))
-    count_strata(geometry, lights, *at, n, np.empty(FEW_EMITTERS), counts, strata)
+    count_strata(geometry, lights, *at, n, np.empty(SCRATCH), counts, strata)
     shares = [selection_probability(geometry, lights, lights.tree, i, *at) for i in emitters]
     assert np.count_nonzero(counts) > 3
     assert np.abs(counts - n * np.array(shares)).max() <= 1.0
