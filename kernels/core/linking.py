@@ -12,7 +12,7 @@ from typing import Any
 from llvmlite.binding import ModuleRef
 from numba.core import typed_passes, untyped_passes
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager
 from numba.core.registry import CPUDispatcher
@@ -139,6 +139,7 @@ _INSIDE: tuple[tuple[Any, tuple[str, ...]], ...] = (
     ),
     (JITCPUCodegen, ("_library_class",)),
     (CPUDispatcher, ("add_overload",)),
+    (Flags, ("noalias",)),
 )
 _STEPS = {*vars(typed_passes), *vars(untyped_passes)}
 IS_KNOWN = _NEEDLESS <= _STEPS and all(
