@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.buffers import names_where, row_of
+from photonmap.errors import InputError
 from photonmap.io.exr import Projector
 from photonmap.results.files import Preview
 from photonmap.results.preview import as_bytes, choose_exposure
@@ -57,7 +58,8 @@ class Colors:
         Raises
         ------
         ValueError
-            if there is no such buffer, or it has no bands; or no such method or white
+            if there is no such buffer, or it has no bands; or no such method or white; or the
+            file is in another RGB than linear sRGB, as `rgb.exr` of data sets is
         """
         return np.stack([*self._projected(buffer, "rgb", method, white)])
 
@@ -218,6 +220,10 @@ class Colors:
         image, row = self.buffers[buffer], row_of(buffer)
         if image.ndim != 3 or (row is not None and not row.is_banded):
             raise ValueError(f"{buffer!r} has no bands, and so no colour")
+        if space := self.record.get("rgb_space"):
+            raise InputError(
+                f"this is red, green and blue of {space}, not of sRGB; take the image in its bands"
+            )
         matrix = self.projection(target, method).matrix
         if row is not None and row.quantity == "reflectance":
             matrix = matrix / matrix.sum(axis=1, keepdims=True)

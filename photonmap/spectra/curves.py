@@ -224,11 +224,11 @@ def check_covers(wavelengths: Floats, low: float, high: float) -> None:
     below = [f"{low:g}-{min(first, high):g}"] if first > low else []
     above = [f"{max(last, low):g}-{high:g}"] if last < high else []
     missing = " and ".join(below + above)
+    narrow = "narrow the bands to 400:700 (--range; in code Bands.parse(…, (400, 700))), or "
     raise InputError(
         f"the curve covers {first:g}-{last:g} nm, but {low:g}-{high:g} nm is needed: {missing} nm "
-        "is missing; narrow the range of the bands to 400:700 if it is wider (--range; in code "
-        f"Bands.parse(…, (400, 700))), or extend the outer values: '{EXTRAPOLATE}' before the "
-        "name, Spectrum(…, extrapolate=True) in code"
+        f"is missing; {'' if (low, high) == VISIBLE else narrow}extend the outer values: "
+        f"'{EXTRAPOLATE}' before the name, Spectrum(…, extrapolate=True) in code"
     )
 
 

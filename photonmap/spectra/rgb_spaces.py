@@ -48,9 +48,11 @@ def _camera(name: str) -> Bands:
     except InputError:
         bands = None
     if bands is None or bands.count != 3 or bands.is_rgb:
+        nearest = suggest(name, SPACES)
+        other = " " if nearest[-1] == "?" else ", or give "
         raise InputError(
-            f"there is no RGB {name!r}; {suggest(name, SPACES)} Or name a camera, or a FILE.csv of "
-            f"three sensitivities"
+            f"there is no RGB {name!r}; {nearest}{other}the name of a camera, or a FILE.csv of "
+            "three sensitivities"
         )
     return bands
 

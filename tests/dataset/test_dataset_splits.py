@@ -95,6 +95,21 @@ def test_spaces_that_do_not_exist():
         assert check_space(name) == name
     with pytest.raises(pm.InputError, match="there is no RGB 'rec2002'; did you mean 'rec2020'"):
         check_space("rec2002")
+    with pytest.raises(pm.InputError, match="or give the name of a camera, or a FILE"):
+        check_space("Nikkon")
+
+
+def test_files_in_another_rgb_are_not_taken_for_srgb(tmp_path):
+    result = with_derived(pm.render(pm.scenes.cornell_box(), size=(8, 8), passes=2))
+    as_rgb(result, "rec2020").save_exr(tmp_path / "rgb.exr")
+    again = pm.load_result(tmp_path / "rgb.exr")
+    for show in (again.rgb, again.preview, lambda: pm.expose(again)):
+        with pytest.raises(pm.InputError, match="green and blue of rec2020, not of"):
+            show()
+    as_rgb(result).save_exr(tmp_path / "srgb.exr")
+    np.testing.assert_array_equal(
+        pm.load_result(tmp_path / "srgb.exr").rgb(), as_rgb(result).radiance
+    )
 
 
 def test_bands_of_a_camera_are_its_rgb(tmp_path):

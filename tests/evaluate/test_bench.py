@@ -172,6 +172,14 @@ def test_failures_are_counted(known):
     assert comparison.difference == pytest.approx(0.0, abs=1e-9)
 
 
+def test_an_array_is_no_estimate(known):
+    method = evaluate.Method("bare", lambda view: view.image)
+    with pytest.raises(
+        InputError, match=r"bare: the method returns .*; return a photonmap.evaluate.Estimate"
+    ):
+        run(known[0], method, metrics=["lmse"])
+
+
 def test_wrong_illuminants_are_failures(known):
     folder, _ = known
     for light in (np.zeros(4), np.ones(3), np.full(4, np.nan)):

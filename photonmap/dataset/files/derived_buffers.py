@@ -108,7 +108,8 @@ def as_rgb(result: Result, space: str = SRGB) -> Result:
         product = rgb["reflectance"].astype(np.float64) * rgb["shading"]
         rest = rgb["radiance"].astype(np.float64) - rgb["emission"] - product
         rgb["residual"] = rest.astype(np.float32)
-    projected = Result(rgb, {}, Bands.rgb(), {**result.record, "white": None})
+    other = {} if space == SRGB else {"rgb_space": space}
+    projected = Result(rgb, {}, Bands.rgb(), {**result.record, "white": None, **other})
     rgb["scalar_shading"] = projected.scalar_shading
     rgb["illuminant"] = projected.illuminant.data
     if (color := result.buffers.get("illuminant_direct")) is not None:

@@ -16,7 +16,6 @@ from photonmap.dataset.scenes.illumination import (
     ILLUMINATIONS,
     NAMED,
     Illumination,
-    find_illumination,
     light_spectrum,
 )
 from photonmap.dataset.scenes.random_lights import RANDOM, RandomLights
@@ -121,13 +120,22 @@ def load_preset(name: str) -> Preset:
 def with_illuminations(preset: Preset, names: Sequence[str]) -> Preset:
     """Return a preset under other illuminations, by their names; none leaves it unchanged.
 
+    Those that the preset defines have names, too.
+
     Raises
     ------
     InputError : there is no illumination of a name
     """
-    for name in names:
-        find_illumination(name)
-    return replace(preset, illuminations=tuple(names) or preset.illuminations)
+    own: dict[str, Lights] = {_name_of(each): each for each in preset.illuminations}
+    if unknown := [name for name in names if name not in {*own, *NAMED}]:
+        known = suggest(unknown[0], [*own, *NAMED])
+        raise InputError(f"there is no illumination {unknown[0]!r}; {known}")
+    chosen = tuple(own.get(name, name) for name in names)
+    return replace(preset, illuminations=chosen or preset.illuminations)
+
+
+def _name_of(lights: Lights) -> str:
+    return lights if isinstance(lights, str) else lights.name
 
 
 def _read(toml: Toml) -> Preset:
@@ -143,7 +151,12 @@ def _read(toml: Toml) -> Preset:
         raise InputError(
             'has no scenes; write scenes = ["vase"] or files = ["room.obj"]', toml.path
         )
-    lights: tuple[Lights, ...] = (*lists["illuminations"], *_illuminations(toml))
+    made = _illuminations(toml)
+    for index, each in enumerate(made):
+        if each.name in lists["illuminations"]:
+            message = f"two illuminations are called {each.name!r}; choose another name"
+            raise toml.error(message, "illumination", index)
+    lights: tuple[Lights, ...] = (*lists["illuminations"], *made)
     views = _views(toml)
     return Preset(
         str(toml.path),

@@ -67,8 +67,11 @@ class Illumination:
 
     def __post_init__(self) -> None:
         """Check that shares fit the colours."""
-        if not self.colors:
-            raise InputError(f"illumination {self.name!r} has no colours; give one or more")
+        if isinstance(self.colors, str) or not self.colors:
+            raise InputError(
+                f"illumination {self.name!r} has the colours {self.colors!r}; "
+                'give one or more in a tuple, as in ("D65",)'
+            )
         if not self.shares:
             return
         if len(self.shares) != len(self.colors):

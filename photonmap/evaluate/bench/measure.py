@@ -13,6 +13,7 @@ from photonmap.evaluate.bench.metric_list import BOTH, LAYERS, MEAN_LAYER, REFLE
 from photonmap.evaluate.bench.truth import Truth
 from photonmap.evaluate.methods.method import Estimate
 from photonmap.evaluate.metrics.arrays import Floats, least_squares_factor, paired
+from photonmap.runtime.wording import shown
 
 
 class Column(NamedTuple):
@@ -45,6 +46,10 @@ def checked(estimate: Estimate, truth: Truth) -> dict[str, Floats]:
     InputError : it has no layer, or one of another size, with values that are not finite, or with
         negative ones on the whole, which a factor below 0 would turn round
     """
+    if not isinstance(estimate, Estimate):
+        raise InputError(
+            f"the method returns {shown(estimate)}; return a photonmap.evaluate.Estimate"
+        )
     layers = {}
     for name in LAYERS:
         layer = getattr(estimate, name)

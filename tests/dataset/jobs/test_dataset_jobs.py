@@ -177,6 +177,14 @@ def test_illuminations_of_a_preset_are_replaced():
         with_illuminations(load_preset("small"), ["wite"])
 
 
+def test_illuminations_of_a_preset_can_be_chosen(tmp_path):
+    preset = load_preset(write(tmp_path, f"{DUSK}colors = ['A', 'D65']"))
+    assert with_illuminations(preset, ["dusk"]).illuminations == preset.illuminations
+    assert with_illuminations(preset, ["white", "dusk"]).illuminations[0] == "white"
+    with pytest.raises(InputError, match="did you mean 'dusk'"):
+        with_illuminations(preset, ["dosk"])
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -197,7 +205,11 @@ def test_illuminations_of_a_preset_are_replaced():
         ),
         ('scenes = ["vase"]\n[[view]]\nname = "a"\nyaw = "x"', "must be finite numbers"),
         ('scenes = ["vase"]\n[[illumination]]\nname = "a"', "'a' needs colors"),
-        ('scenes = ["vase"]\n[[illumination]]\nname = "a"\ncolors = []', "has no colours"),
+        ('scenes = ["vase"]\n[[illumination]]\nname = "a"\ncolors = []', "has the colours ()"),
+        (
+            "illuminations = ['white']\n" + DUSK.replace("dusk", "white") + "colors = ['A']",
+            "two illuminations are called 'white'; choose another name",
+        ),
         ('scenes = ["vase"]\nscale = "large"', "scale 'large' is not a number"),
         ('scenes = ["vase"]\nlightness = 1.5', "toml:2: lightness 1.5 must be between 0 and 1"),
         (f"{DUSK}colors = ['A', 'D66']", "preset.toml:4: there is no light 'D66'; did you mean"),

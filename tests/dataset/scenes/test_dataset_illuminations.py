@@ -136,7 +136,8 @@ def test_scenes_have_a_group_for_every_light_that_is_drawn(name):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((), "illumination 'x' has no colours"),
+        ((), r"illumination 'x' has the colours \(\); give one or more in a tuple"),
+        (("D65",), "has the colours 'D65'; give one or more in a tuple"),
         ((("A", "D65"), (0.5,)), "has 2 colours and 1 shares; give one share for each colour"),
         ((("A", "D65"), (0.5, 0.6)), "positive numbers that add up to 1"),
         ((("A", "D65"), (1.5, -0.5)), "positive numbers that add up to 1"),
