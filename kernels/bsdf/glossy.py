@@ -299,7 +299,49 @@ def evaluate(scattering, maps, lobe, wi, wo, n, cover, values):
 
 
 @jit
-def _lobe_probability(scattering, maps, lobe, cosine, share):
+def _terms_of(scattering, maps, lobe, w, n):
+    """Return the albedos of the lobe for light to or from w, as `Reflection.incoming`."""
+    uneven, cosine = scattering.anisotropy, vec.dot(w, n)
+    share = facets.azimuth(uneven, lobe, w, n)
+    single = look_up_albedo(scattering.albedos, maps, uneven, lobe, 0, cosine, share)
+    grazing = look_up_albedo(scattering.albedos, maps, uneven, lobe, 1, cosine, share)
+    dip = _dip_albedos(scattering, scattering.dip, maps, uneven, lobe, (cosine, share))
+    return single, grazing, dip
+
+
+@jit
+def pass_lobe(scattering, maps, lobe, w, n, values):
+    """Multiply values, (N,), by the part of light to or from w that passes the lobe."""
+    if vec.dot(w, n) <= 0.0:
+        values[:] = 0.0
+        return
+    terms, mean = (
+        _terms_of(scattering, maps, lobe, w, n),
+        mean_albedo(scattering.albedos, maps, lobe, 0),
+    )
+    weights = weights_of(scattering.dip, lobe.material)
+    for band in range(len(values)):
+        f0 = normal_reflectance(scattering, maps, lobe, band)
+        multiple = multiple_fresnel(lobe, f0, dip_of(weights, DIP_MEANS, band), mean)
+        own = lobe_albedo(terms, f0, dip_of(weights, terms[2], band), multiple)
+        values[band] *= np.float32(1.0 - own)
+
+
+@jit
+def return_to_base(scattering, maps, lobe, values):
+    """Turn the base's albedos in values, (N,), into what it sends in all, reflected back to it."""
+    albedos, dips = scattering.albedos, scattering.dip
+    means = mean_albedo(albedos, maps, lobe, 0), mean_albedo(albedos, maps, lobe, 1)
+    dip, weights = _mean_dips(scattering, dips, maps, lobe), weights_of(dips, lobe.material)
+    for band in range(len(values)):
+        f0, rho = normal_reflectance(scattering, maps, lobe, band), float(values[band])
+        multiple = multiple_fresnel(lobe, f0, dip_of(weights, DIP_MEANS, band), means[0])
+        back = lobe_albedo(means, f0, dip_of(weights, dip, band), multiple)
+        values[band] = np.float32(rho / max(1.0 - rho * back, TINY))
+
+
+@jit
+def lobe_probability(scattering, maps, lobe, cosine, share):
     """Return with which probability a sample is drawn by visible normals, whatever the dip."""
     albedos, f0, rho = scattering.albedos, lobe.f0, lobe.base
     mean, mean_grazing = mean_albedo(albedos, maps, lobe, 0), mean_albedo(albedos, maps, lobe, 1)
@@ -315,6 +357,16 @@ def _lobe_probability(scattering, maps, lobe, cosine, share):
 
 
 @jit
+def share_of_lobe(scattering, maps, lobe, wo, n):
+    """Return which part of the light to wo the lobe reflects, about."""
+    cosine = vec.dot(wo, n)
+    if cosine <= 0.0:
+        return 0.0
+    share = facets.azimuth(scattering.anisotropy, lobe, wo, n)
+    return lobe_probability(scattering, maps, lobe, cosine, share)
+
+
+@jit
 def sample_visible(uneven, lobe, wo, n, u, v):
     """Return a direction by visible normals."""
     local = facets.to_local(uneven, lobe, wo, n)
@@ -324,14 +376,17 @@ def sample_visible(uneven, lobe, wo, n, u, v):
 
 
 @jit
-def sample(scattering, maps, lobe, wo, n, u, v):
-    """Return a direction by visible normals, or by the cosine for base and multiple scattering."""
+def sample(scattering, maps, lobe, wo, n, u, v, least):
+    """Return a direction by visible normals, or by the cosine for base and multiple scattering.
+
+    The probability of visible normals is `least` or more.
+    """
     cosine = vec.dot(wo, n)
     if cosine <= 0.0:
         return vec.scale(n, -1.0)
     uneven = scattering.anisotropy
     share = facets.azimuth(uneven, lobe, wo, n)
-    probability = _lobe_probability(scattering, maps, lobe, cosine, share)
+    probability = max(lobe_probability(scattering, maps, lobe, cosine, share), least)
     if u >= probability:
         u = min((u - probability) / (1.0 - probability), warp.BELOW_ONE)
         return vec.from_frame(warp.cosine_hemisphere(u, v), n)
@@ -348,13 +403,13 @@ def visible_pdf(uneven, lobe, wi, wo, n, share):
 
 
 @jit
-def pdf(scattering, maps, lobe, wi, wo, n):
+def pdf(scattering, maps, lobe, wi, wo, n, least):
     """Return the density of `sample` (per steradian)."""
     cos_i, cos_o = vec.dot(wi, n), vec.dot(wo, n)
     if cos_i <= 0.0 or cos_o <= 0.0:
         return 0.0
     uneven = scattering.anisotropy
     share = facets.azimuth(uneven, lobe, wo, n)
-    probability = _lobe_probability(scattering, maps, lobe, cos_o, share)
+    probability = max(lobe_probability(scattering, maps, lobe, cos_o, share), least)
     visible = visible_pdf(uneven, lobe, wi, wo, n, share)
     return probability * visible + (1.0 - probability) * warp.cosine_hemisphere_pdf(cos_i)

@@ -28,6 +28,10 @@ from photonmap.kernels.core.warp import INV_PI
 
 LAMBERTIAN, ROUGH_DIFFUSE, GLOSSY, COATED, SHEEN = 0, 1, 2, 3, 4
 """Models; `Scattering.model` holds one for each material."""
+LOBE = 5
+"""Of a surface, not of a material: what a glossy one has beside its base; see `cached_base`."""
+_BY_LOBE = 0.9
+"""Least share of directions by the lobe where there is nothing else."""
 MODELS = {"rough diffuse": ROUGH_DIFFUSE, "glossy": GLOSSY}
 """By the names that materials give them; those below a clear coat are `COATED`, those below sheen
 `SHEEN`."""
@@ -53,7 +57,7 @@ def with_model(geometry, scattering, surface):
 
 
 @jit
-def _departure(surface):
+def departure(surface):
     """Return wo: the unit vector to where a ray came from."""
     return vec.normalize(vec.scale(surface.arrival, -1.0))
 
@@ -78,7 +82,7 @@ def _base_at(geometry, scattering, model, hit):
 @jit
 def _evaluate_base(scattering, model, base, cover, surface, wi, values):
     """Turn the diffuse albedos in values into the BSDF of what lies below a `Cover`."""
-    wo, n = _departure(surface), surface.ns
+    wo, n = departure(surface), surface.ns
     if model == GLOSSY:
         glossy.evaluate(scattering, scattering.maps, base, wi, wo, n, cover, values)
     elif model == ROUGH_DIFFUSE:
@@ -97,7 +101,7 @@ def _cover_at(geometry, scattering, coats, base, surface, wi):
     if model_at(geometry, scattering, surface.hit.triangle) != COATED:
         return UNCOVERED
     coat = coated.coat_at(geometry, scattering, surface)
-    return coated.cover_at(scattering, base, coat, wi, _departure(surface), surface.ns)
+    return coated.cover_at(scattering, base, coat, wi, departure(surface), surface.ns)
 
 
 @jit
@@ -108,7 +112,7 @@ def _lay_sheen(geometry, scattering, sheens, surface, wi, values):
     if model_at(geometry, scattering, surface.hit.triangle) != SHEEN:
         return
     over = sheen.sheen_at(geometry, sheens, sheens.maps, surface.hit)
-    sheen.cover(sheens, sheens.maps, over, (wi, _departure(surface)), surface.ns, values)
+    sheen.cover(sheens, sheens.maps, over, (wi, departure(surface)), surface.ns, values)
 
 
 @jit
@@ -140,12 +144,21 @@ def _evaluate_rest(geometry, scattering, share, surface, wi, values):
     divide(values, 1.0 / rest)
 
 
-@outlined
-def evaluate(scene, scattering, surface, wi, values):
-    """Fill values, (N,), with the BSDF (per steradian) from wi to where a ray came from."""
+@jit
+def fill_albedo(scene, surface, values):
+    """Fill values, (N,), with the diffuse albedos of a surface."""
     color = look_up_material(scene.geometry, scene.textures, surface.hit)
     for band in range(len(values)):
         values[band] = albedo(scene.materials, scene.textures, color, band)
+
+
+@outlined
+def evaluate(scene, scattering, surface, wi, values):
+    """Fill values, (N,), with the BSDF (per steradian) from wi to where a ray came from."""
+    if surface.model == LOBE:
+        values[:] = 0.0
+    else:
+        fill_albedo(scene, surface, values)
     _evaluate_rest(scene.geometry, scattering, scattering.share, surface, wi, values)
 
 
@@ -157,13 +170,19 @@ def evaluate_lobe(scene, scattering, surface, wi, values):
 
 
 @jit
+def _least(surface):
+    """Return the least share of directions by the lobe."""
+    return _BY_LOBE if surface.model == LOBE else 0.0
+
+
+@jit
 def _sample_base(scattering, model, base, surface, u, v):
     """Return a direction by what lies below a coat, if there is one."""
     if model == LAMBERTIAN:
         return lambert.sample(surface, u, v)
-    wo, n = _departure(surface), surface.ns
+    wo, n = departure(surface), surface.ns
     if model == GLOSSY:
-        return glossy.sample(scattering, scattering.maps, base, wo, n, u, v)
+        return glossy.sample(scattering, scattering.maps, base, wo, n, u, v, _least(surface))
     return rough_diffuse.sample(scattering.parameters[base.material], wo, n, u, v)
 
 
@@ -176,7 +195,7 @@ def _left_of(u, share):
 @jit
 def _sample(geometry, scattering, coats, sheens, surface, u, v):
     below = model_below(geometry, scattering, surface.hit.triangle)
-    base, wo = _base_at(geometry, scattering, below, surface.hit), _departure(surface)
+    base, wo = _base_at(geometry, scattering, below, surface.hit), departure(surface)
     if coats is not None and surface.model == COATED:
         coat = coated.coat_at(geometry, scattering, surface)
         share = coated.probability(scattering, base, coat, wo)
@@ -206,16 +225,16 @@ def _base_pdf(scattering, model, base, surface, wi):
     """Return the density of `_sample_base`."""
     if model == LAMBERTIAN:
         return lambert.pdf(surface, wi)
-    wo, n = _departure(surface), surface.ns
+    wo, n = departure(surface), surface.ns
     if model == GLOSSY:
-        return glossy.pdf(scattering, scattering.maps, base, wi, wo, n)
+        return glossy.pdf(scattering, scattering.maps, base, wi, wo, n, _least(surface))
     return rough_diffuse.pdf(scattering.parameters[base.material], wi, wo, n)
 
 
 @outlined
 def _pdf(geometry, scattering, coats, sheens, surface, wi):
     below = model_below(geometry, scattering, surface.hit.triangle)
-    base, wo = _base_at(geometry, scattering, below, surface.hit), _departure(surface)
+    base, wo = _base_at(geometry, scattering, below, surface.hit), departure(surface)
     density = _base_pdf(scattering, below, base, surface, wi)
     if coats is not None and surface.model == COATED:
         coat = coated.coat_at(geometry, scattering, surface)
@@ -254,7 +273,7 @@ def _turned(relief, surface, direction):
         return surface, direction
     point, ng, ns, side, hit, _, model = surface
     turned = SurfaceInteraction(point, ng, ns, side, hit, vec.scale(direction, -1.0), model)
-    return turned, _departure(surface)
+    return turned, departure(surface)
 
 
 @outlined

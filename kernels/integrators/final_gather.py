@@ -15,6 +15,7 @@ from photonmap.kernels.core.rng import block_key, sobol_point, stream
 from photonmap.kernels.core.streams import split
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import intersect
+from photonmap.kernels.integrators.cached_base import has_base, look_up_base
 from photonmap.kernels.integrators.gather_chain import gather_specular_chain
 from photonmap.kernels.integrators.path_walk import follow_path, seen_emitter
 from photonmap.kernels.lights.emission import add_emission, emission_of
@@ -93,8 +94,9 @@ def gather(scene, maps, surface, direction, place, budget, keys, scratch):
     """Add what one of `budget.gathers` cosine-distributed rays sees to `scratch.irradiance`.
 
     Where the ray ends too near for the cache to answer, or on a surface that is not Lambertian, a
-    path goes on from there. `place` numbers the ray. Returns lookup flags, and the ray's hit if
-    its end is Lambertian, without a specular part; else the hit's triangle is -1.
+    path goes on from there; seldom from a glossy one, for whose base the cache answers. `place`
+    numbers the ray. Returns lookup flags, and the ray's hit if its end is Lambertian, without a
+    specular part; else the hit's triangle is -1.
     """
     nothing = Hit(np.int64(-1), 0.0, 0.0, 0.0)
     geometry = scene.geometry
@@ -121,10 +123,19 @@ def gather(scene, maps, surface, direction, place, budget, keys, scratch):
             return found, nothing
     end = surface_interaction(geometry, hit, direction)
     end = models.with_model(geometry, scene.scattering, end)
-    if end.model != models.LAMBERTIAN:
-        hit = nothing
-    elif _answers(maps.cache, maps.cache.followed, end):
-        return found | _add_cell(scene, maps.cache, end, share, scratch.irradiance), hit
     scratch.throughput[:] = share
     state = stream(keys.path, place, 0)
+    if end.model != models.LAMBERTIAN:
+        hit = nothing
+        if has_base(geometry, scene.scattering, end.hit.triangle) and _answers(
+            maps.cache, maps.cache.followed, end
+        ):
+            lit, goes_on, end, state = look_up_base(
+                scene, scene.scattering, maps.cache, end, state, scratch
+            )
+            found |= lit
+            if not goes_on:
+                return found, hit
+    elif _answers(maps.cache, maps.cache.followed, end):
+        return found | _add_cell(scene, maps.cache, end, share, scratch.irradiance), hit
     return found | follow_path(scene, maps, end, state, scratch), hit

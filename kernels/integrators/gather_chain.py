@@ -8,6 +8,7 @@ from photonmap.kernels.core.bands import add_product
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.passes import FOUND, INDIRECT, SPECULAR
 from photonmap.kernels.geometry.interaction import side_of, surface_interaction
+from photonmap.kernels.integrators.cached_base import has_base, look_up_base
 from photonmap.kernels.integrators.path_walk import follow_path
 from photonmap.kernels.integrators.specular_chain import specular_step
 
@@ -36,6 +37,12 @@ def _add_surface(scene, specular, scattering, maps, hit, direction, state, scrat
     is_specular, state = choose_lobe(probability, state, scratch.throughput)
     if is_specular:
         return True, False, state
+    if has_base(scene.geometry, scattering, hit.triangle):
+        lit, goes_on, surface, state = look_up_base(
+            scene, scattering, maps.cache, surface, state, scratch
+        )
+        if not goes_on:
+            return False, lit == FOUND, state
     return False, follow_path(scene, maps, surface, state, scratch) == FOUND, state
 
 
@@ -43,8 +50,8 @@ def _add_surface(scene, specular, scattering, maps, hit, direction, state, scrat
 def gather_specular_chain(scene, specular, maps, hit, direction, weight, state, scratch):
     """Add the light that a gather ray sees via specular surfaces, times weight.
 
-    The cache answers for Lambertian surfaces; from others, a path goes on. Emitters seen so make
-    caustics, which photons bring. Returns whether light was found.
+    The cache answers for Lambertian surfaces and the bases of glossy ones; from others, a path goes
+    on. Emitters seen so make caustics, which photons bring. Returns whether light was found.
     """
     if specular is None:
         return False

@@ -28,6 +28,7 @@ from photonmap.kernels.core.roulette import russian_roulette
 from photonmap.kernels.core.warp import power_heuristic
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import intersect
+from photonmap.kernels.integrators.cached_base import has_base, look_up_base
 from photonmap.kernels.integrators.specular_chain import follow_specular_chain
 from photonmap.kernels.lights.direct import (
     count_shadow_ray,
@@ -267,6 +268,16 @@ def _walk(scene, maps, surface, start, state, scratch):
             if not goes_on:
                 break
             looks_up = False
+        elif (
+            cache.followed is None
+            and can_look_up(cache.cells, surface)
+            and has_base(scene.geometry, scene.scattering, hit.triangle)
+        ):
+            _, goes_on, surface, state = look_up_base(
+                scene, scene.scattering, cache, surface, state, scratch
+            )
+            if not goes_on:
+                break
         _arrive(scene, scene.scattering, maps.caustics, surface, scratch)
         survival = largest(throughput)
         if survival == 0.0:

@@ -24,6 +24,7 @@ from photonmap.kernels.core.streams import (
 )
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import intersect
+from photonmap.kernels.integrators.cached_base import fill_base_flux, has_base
 from photonmap.kernels.lights.photons import emit_photon
 
 
@@ -72,6 +73,16 @@ def _store(cache, surface, flux):
 
 
 @jit
+def _store_base(scene, scattering, cache, surface, flux, response):
+    """Add what a glossy surface's base makes of a photon to the cell."""
+    if scattering is None:
+        return
+    factor = adjoint_factor(surface, surface.arrival)
+    fill_base_flux(scene, scattering, surface, factor, flux, response)
+    _store(cache, surface, response)
+
+
+@jit
 def _reflect(scene, scattering, surface, point, flux, response):
     """Reflect a photon that does not take the specular lobe, by a point of the unit square.
 
@@ -113,8 +124,12 @@ def _trace(scene, cache, index, key, ray, bounces, flux, response):
             continue
         surface = surface_interaction(scene.geometry, hit, direction)
         point = sobol_2d(index, stream(bounce_key, bounce, 0))
+        is_glossy = has_base(scene.geometry, scene.scattering, hit.triangle)
+        if is_glossy:
+            _store_base(scene, scene.scattering, cache, surface, flux, response)
         after, direction = _reflect(scene, scene.scattering, surface, point, flux, response)
-        _store(cache, surface, flux)
+        if not is_glossy:
+            _store(cache, surface, flux)
         stores += 1
         alive, state = russian_roulette(before, after, state, flux)
         if not alive:
