@@ -186,7 +186,7 @@ def mean_albedo(albedos, maps, lobe, term):
 
 
 @jit
-def _dip_albedos(scattering, dips, maps, uneven, lobe, way):
+def dip_albedos(scattering, dips, maps, uneven, lobe, way):
     """Return the albedos at `dip_terms`, of light from an angle and azimuth: `way`.
 
     They count where there is a base, which gets what the lobe does not reflect.
@@ -205,8 +205,8 @@ def _dip_albedos(scattering, dips, maps, uneven, lobe, way):
 
 
 @jit
-def _mean_dips(scattering, dips, maps, lobe):
-    """Return the cosine-weighted means of `_dip_albedos`."""
+def mean_dips(scattering, dips, maps, lobe):
+    """Return the cosine-weighted means of `dip_albedos`."""
     if dips is None:
         return NO_DIP
     if lobe.base <= 0.0:
@@ -257,10 +257,10 @@ def between(scattering, dips, maps, uneven, lobe, wi, wo, n):
     grazing_o = look_up_albedo(albedos, maps, uneven, lobe, 1, cos_o, at_o)
     mean, mean_grazing = mean_albedo(albedos, maps, lobe, 0), mean_albedo(albedos, maps, lobe, 1)
     missing = (1.0 - single_i) * (1.0 - single_o) / max(1.0 - mean, TINY) * warp.INV_PI
-    dip_i = _dip_albedos(scattering, dips, maps, uneven, lobe, (cos_i, at_i))
-    dip_o = _dip_albedos(scattering, dips, maps, uneven, lobe, (cos_o, at_o))
+    dip_i = dip_albedos(scattering, dips, maps, uneven, lobe, (cos_i, at_i))
+    dip_o = dip_albedos(scattering, dips, maps, uneven, lobe, (cos_o, at_o))
     incoming, outgoing = (single_i, grazing_i, dip_i), (single_o, grazing_o, dip_o)
-    means = mean, mean_grazing, _mean_dips(scattering, dips, maps, lobe)
+    means = mean, mean_grazing, mean_dips(scattering, dips, maps, lobe)
     return Reflection(once, rising, dip, missing, incoming, outgoing, means)
 
 
@@ -299,48 +299,6 @@ def evaluate(scattering, maps, lobe, wi, wo, n, cover, values):
 
 
 @jit
-def _terms_of(scattering, maps, lobe, w, n):
-    """Return the albedos of the lobe for light to or from w, as `Reflection.incoming`."""
-    uneven, cosine = scattering.anisotropy, vec.dot(w, n)
-    share = facets.azimuth(uneven, lobe, w, n)
-    single = look_up_albedo(scattering.albedos, maps, uneven, lobe, 0, cosine, share)
-    grazing = look_up_albedo(scattering.albedos, maps, uneven, lobe, 1, cosine, share)
-    dip = _dip_albedos(scattering, scattering.dip, maps, uneven, lobe, (cosine, share))
-    return single, grazing, dip
-
-
-@jit
-def pass_lobe(scattering, maps, lobe, w, n, values):
-    """Multiply values, (N,), by the part of light to or from w that passes the lobe."""
-    if vec.dot(w, n) <= 0.0:
-        values[:] = 0.0
-        return
-    terms, mean = (
-        _terms_of(scattering, maps, lobe, w, n),
-        mean_albedo(scattering.albedos, maps, lobe, 0),
-    )
-    weights = weights_of(scattering.dip, lobe.material)
-    for band in range(len(values)):
-        f0 = normal_reflectance(scattering, maps, lobe, band)
-        multiple = multiple_fresnel(lobe, f0, dip_of(weights, DIP_MEANS, band), mean)
-        own = lobe_albedo(terms, f0, dip_of(weights, terms[2], band), multiple)
-        values[band] *= np.float32(1.0 - own)
-
-
-@jit
-def return_to_base(scattering, maps, lobe, values):
-    """Turn the base's albedos in values, (N,), into what it sends in all, reflected back to it."""
-    albedos, dips = scattering.albedos, scattering.dip
-    means = mean_albedo(albedos, maps, lobe, 0), mean_albedo(albedos, maps, lobe, 1)
-    dip, weights = _mean_dips(scattering, dips, maps, lobe), weights_of(dips, lobe.material)
-    for band in range(len(values)):
-        f0, rho = normal_reflectance(scattering, maps, lobe, band), float(values[band])
-        multiple = multiple_fresnel(lobe, f0, dip_of(weights, DIP_MEANS, band), means[0])
-        back = lobe_albedo(means, f0, dip_of(weights, dip, band), multiple)
-        values[band] = np.float32(rho / max(1.0 - rho * back, TINY))
-
-
-@jit
 def lobe_probability(scattering, maps, lobe, cosine, share):
     """Return with which probability a sample is drawn by visible normals, whatever the dip."""
     albedos, f0, rho = scattering.albedos, lobe.f0, lobe.base
@@ -354,16 +312,6 @@ def lobe_probability(scattering, maps, lobe, cosine, share):
     whole = lobe_albedo((single, grazing), f0, 0.0, multiple)
     base = rho * (1.0 - whole) * (1.0 - back) / max(1.0 - rho * back, TINY)
     return once / max(whole + base, TINY)
-
-
-@jit
-def share_of_lobe(scattering, maps, lobe, wo, n):
-    """Return which part of the light to wo the lobe reflects, about."""
-    cosine = vec.dot(wo, n)
-    if cosine <= 0.0:
-        return 0.0
-    share = facets.azimuth(scattering.anisotropy, lobe, wo, n)
-    return lobe_probability(scattering, maps, lobe, cosine, share)
 
 
 @jit

@@ -12,7 +12,7 @@ beside glass are left to paths.
 
 import numpy as np
 
-from photonmap.kernels.bsdf import glossy, models
+from photonmap.kernels.bsdf import glossy, glossy_base, models
 from photonmap.kernels.cache.radiosity_cache import cell_at
 from photonmap.kernels.core.bands import divide
 from photonmap.kernels.core.jit import jit, outlined
@@ -46,8 +46,8 @@ def fill_base_flux(scene, scattering, surface, factor, flux, values):
     maps = scattering.maps
     lobe = glossy.lobe_at(scene.geometry, scattering, maps, surface.hit)
     models.fill_albedo(scene, surface, values)
-    glossy.return_to_base(scattering, maps, lobe, values)
-    glossy.pass_lobe(scattering, maps, lobe, models.departure(surface), surface.ns, values)
+    glossy_base.return_to_base(scattering, maps, lobe, values)
+    glossy_base.pass_lobe(scattering, maps, lobe, models.departure(surface), surface.ns, values)
     for band in range(len(values)):
         values[band] *= np.float32(factor) * flux[band]
 
@@ -62,7 +62,7 @@ def _add_base(scene, scattering, cache, surface, scratch):
     lobe = glossy.lobe_at(scene.geometry, scattering, maps, hit)
     passed, irradiance = scratch.response, scratch.irradiance
     passed[:] = np.float32(1.0)
-    glossy.pass_lobe(scattering, maps, lobe, wo, surface.ns, passed)
+    glossy_base.pass_lobe(scattering, maps, lobe, wo, surface.ns, passed)
     cell = cell_at(cache.cells, hit.triangle, surface.side, hit.u, hit.v)
     light = np.float32(0.0)
     for band in range(len(passed)):
@@ -70,7 +70,9 @@ def _add_base(scene, scattering, cache, surface, scratch):
             scratch.throughput[band] * passed[band] * cache.radiosity[cell, band]
         )
         light += cache.radiosity[cell, band]
-    return light > 0.0, max(glossy.share_of_lobe(scattering, maps, lobe, wo, surface.ns), SELDOM)
+    return light > 0.0, max(
+        glossy_base.share_of_lobe(scattering, maps, lobe, wo, surface.ns), SELDOM
+    )
 
 
 @jit

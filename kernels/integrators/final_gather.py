@@ -90,6 +90,22 @@ def _answers(cache, followed, end):
 
 
 @jit
+def _look_up(scene, maps, end, share, state, scratch):
+    """Add what the cache holds of a gather ray's end, if it answers.
+
+    Returns (lookup flags, whether a path goes on from there, the surface it goes on from, state).
+    """
+    cache, is_lambertian = maps.cache, end.model == models.LAMBERTIAN
+    if not (is_lambertian or has_base(scene.geometry, scene.scattering, end.hit.triangle)):
+        return 0, True, end, state
+    if not _answers(cache, cache.followed, end):
+        return 0, True, end, state
+    if is_lambertian:
+        return _add_cell(scene, cache, end, share, scratch.irradiance), False, end, state
+    return look_up_base(scene, scene.scattering, cache, end, state, scratch)
+
+
+@jit
 def gather(scene, maps, surface, direction, place, budget, keys, scratch):
     """Add what one of `budget.gathers` cosine-distributed rays sees to `scratch.irradiance`.
 
@@ -124,18 +140,11 @@ def gather(scene, maps, surface, direction, place, budget, keys, scratch):
     end = surface_interaction(geometry, hit, direction)
     end = models.with_model(geometry, scene.scattering, end)
     scratch.throughput[:] = share
-    state = stream(keys.path, place, 0)
+    lit, goes_on, end, state = _look_up(
+        scene, maps, end, share, stream(keys.path, place, 0), scratch
+    )
     if end.model != models.LAMBERTIAN:
         hit = nothing
-        if has_base(geometry, scene.scattering, end.hit.triangle) and _answers(
-            maps.cache, maps.cache.followed, end
-        ):
-            lit, goes_on, end, state = look_up_base(
-                scene, scene.scattering, maps.cache, end, state, scratch
-            )
-            found |= lit
-            if not goes_on:
-                return found, hit
-    elif _answers(maps.cache, maps.cache.followed, end):
-        return found | _add_cell(scene, maps.cache, end, share, scratch.irradiance), hit
-    return found | follow_path(scene, maps, end, state, scratch), hit
+    if goes_on:
+        lit |= follow_path(scene, maps, end, state, scratch)
+    return found | lit, hit
