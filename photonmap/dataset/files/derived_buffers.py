@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -108,7 +109,7 @@ def as_rgb(result: Result, space: str = SRGB) -> Result:
         product = rgb["reflectance"].astype(np.float64) * rgb["shading"]
         rest = rgb["radiance"].astype(np.float64) - rgb["emission"] - product
         rgb["residual"] = rest.astype(np.float32)
-    other = {} if space == SRGB else {"rgb_space": space}
+    other = {} if space == SRGB else {"rgb_space": Path(space).name}
     projected = Result(rgb, {}, Bands.rgb(), {**result.record, "white": None, **other})
     rgb["scalar_shading"] = projected.scalar_shading
     rgb["illuminant"] = projected.illuminant.data
