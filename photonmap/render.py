@@ -28,7 +28,7 @@ from photonmap.compile.spectral_columns import (
     choose_columns,
     count_distinct,
 )
-from photonmap.errors import listening, warn
+from photonmap.errors import listening
 from photonmap.film.bias import BiasProbe
 from photonmap.film.empty_image import warn_of_empty_image
 from photonmap.film.goal import refuse_omitted
@@ -40,12 +40,11 @@ from photonmap.integrators.first_hits import first_hit_buffers
 from photonmap.integrators.kernel_warmup import compile_kernels, is_compiled
 from photonmap.integrators.light_visibility import warn_of_hidden_lights
 from photonmap.integrators.memory_estimate import Work
-from photonmap.integrators.path_truncation import SMALLEST_FRACTION
+from photonmap.integrators.path_truncation import warn_of_truncated_paths
 from photonmap.integrators.photon_mapping.photon_hit_rate import warn_of_few_photons
 from photonmap.integrators.render_loop import RenderLoop
 from photonmap.io.scene_source import SceneSource
-from photonmap.kernels.bsdf.specular import LONGEST_CHAIN
-from photonmap.kernels.core.passes import MAX_BOUNCES, Film, View
+from photonmap.kernels.core.passes import Film, View
 from photonmap.kernels.core.streams import Domain
 from photonmap.results.record import describe_measured_sets, describe_seconds, describe_versions
 from photonmap.results.result import Result
@@ -59,10 +58,6 @@ from photonmap.runtime.storage import Storage
 from photonmap.runtime.workers import Workers
 from photonmap.scene.scene import Scene, check_scene
 from photonmap.settings import Options, Settings
-
-TOLERATED_CHAINS = 1e-3
-"""Fraction of pixels that may show a truncated specular chain without a warning: from balls of
-glass whose normals are interpolated, a few rays never leave."""
 
 
 @taking_keywords_of(Options)
@@ -106,7 +101,8 @@ def _render(scene: Scene, options: Options, announce: Announce | None = None) ->
         # sharing → moments → stop?
         with workers.holding_interrupts():
             run.loop.go(_watched(scene, run))
-        warn_of_truncated_paths(run)
+        warn_of_truncated_paths(run.integrator, run.moments.whole)
+        run.loop.warn_of_missed_goal()
         passes = describe_passes(run)
         images = finish(run)
         clock.lap("render")
@@ -292,34 +288,6 @@ def begin(setup: Setup, settings: Settings, workers: Workers) -> Run:
     return Run(setup, settings, workers, hidden, integrator, moments, loop)
 
 
-def warn_of_truncated_paths(run: Run) -> None:
-    """Warn where light is missing because paths were truncated, or where the goal was missed."""
-    integrator, moments, goal = run.integrator, run.moments.whole, run.settings.budget.goal
-    missing = "surfaces reflect nearly everything, and light is missing from indirect"
-    truncated, photons = integrator.counters.truncated, integrator.counters.photons
-    if truncated > SMALLEST_FRACTION * photons:
-        warn(
-            f"{truncated} of {photons} photons were truncated after {MAX_BOUNCES} bounces: "
-            f"{missing}"
-        )
-    share = integrator.truncated_fraction()
-    if share > SMALLEST_FRACTION:
-        warn(
-            f"about {100 * share:.2g}% of paths are truncated after {MAX_BOUNCES} bounces: "
-            f"{missing}"
-        )
-    chains = moments.truncated()
-    if chains > TOLERATED_CHAINS * len(moments.counts):
-        warn(
-            f"{chains} pixel{'s show' if chains > 1 else ' shows'} more than {LONGEST_CHAIN} "
-            "successive reflections, as between facing mirrors or in round glass of few triangles; "
-            "the light at their ends is missing; divide such glass more finely"
-        )
-    if goal is not None and run.loop.is_late:
-        limit = run.settings.budget.ceiling
-        warn(f"stopped after {limit:.6g} s, before the error {goal} was reached")
-
-
 def finish(run: Run) -> Images:
     """Return the buffers to be kept, in their usual order, with their standard errors.
 
@@ -384,7 +352,7 @@ def describe_passes(run: Run) -> dict[str, Any]:
     """Return what the record says of the passes."""
     integrator, loop, moments = run.integrator, run.loop, run.moments.whole
     error, bias = moments.error(lit=integrator.finds_light), loop.bias
-    known = math.isfinite(error)
+    known = moments.states_error(integrator.finds_light)
     return {
         "passes": moments.count,
         "pass_samples": loop.pass_samples,

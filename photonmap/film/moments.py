@@ -130,6 +130,10 @@ class Accumulator:
         unresolved = self.unresolved() & lit
         return valid_pixels(self._moments.coverage, self._moments.emission, unresolved)
 
+    def states_error(self, lit: bool = True) -> bool:
+        """Return whether there is an error to state: of two passes, and of a valid pixel."""
+        return self.count > 1 and bool(self.valid(lit).any())
+
     def shows_nothing(self) -> bool:
         """Return whether no pixel shows a surface or the sky."""
         return not (self._moments.coverage.any() or self._moments.emission.any())

@@ -3,9 +3,13 @@
 import numpy as np
 
 from photonmap.compile.scene_arrays import CompiledScene
+from photonmap.errors import warn
+from photonmap.film.moments import Accumulator
+from photonmap.integrators.base import Integrator
 from photonmap.integrators.photon_mapping.radiosity_cache import one_cell
 from photonmap.kernels.bsdf.models import NARROW
-from photonmap.kernels.core.passes import RadiosityCache, Span
+from photonmap.kernels.bsdf.specular import LONGEST_CHAIN
+from photonmap.kernels.core.passes import MAX_BOUNCES, RadiosityCache, Span
 from photonmap.kernels.core.records import SceneArrays
 from photonmap.kernels.integrators.photon import trace_photons
 
@@ -15,6 +19,34 @@ SMALLEST_FRACTION = 1e-4
 """Of light that may be truncated before a warning is due: less than errors can show.
 
 Total reflection in a room full of glass bottles holds about 3e-5 of the photons for that long."""
+TOLERATED_CHAINS = 1e-3
+"""Fraction of pixels that may show a truncated specular chain without a warning: from balls of
+glass whose normals are interpolated, a few rays never leave."""
+
+
+def warn_of_truncated_paths(integrator: Integrator, moments: Accumulator) -> None:
+    """Warn where light is missing from the passes so far, because paths were truncated."""
+    missing = "surfaces reflect nearly everything, and light is missing from indirect"
+    truncated, photons = integrator.counters.truncated, integrator.counters.photons
+    if truncated > SMALLEST_FRACTION * photons:
+        warn(
+            f"{truncated} of {photons} photons were truncated after {MAX_BOUNCES} bounces: "
+            f"{missing}"
+        )
+    share = integrator.truncated_fraction()
+    if share > SMALLEST_FRACTION:
+        warn(
+            f"about {100 * share:.2g}% of paths are truncated after {MAX_BOUNCES} bounces: "
+            f"{missing}"
+        )
+    chains = moments.truncated()
+    if chains > TOLERATED_CHAINS * len(moments.counts):
+        warn(
+            f"{chains} pixel{'s show' if chains > 1 else ' shows'} more than {LONGEST_CHAIN} "
+            "successive reflections, as between facing mirrors or in round glass of few triangles; "
+            "the light at their ends is missing; give such glass vertex normals, or divide it "
+            "more finely"
+        )
 
 
 def truncated_fraction(compiled: CompiledScene, bands: int, bounces: int, key: np.uint64) -> float:

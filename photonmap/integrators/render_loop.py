@@ -108,21 +108,25 @@ class RenderLoop:
         return self.earlier + time.perf_counter() - self._start
 
     def describe_goal(self) -> dict[str, Any] | None:
-        """Return the error that was aimed at, and what was reached; None for another budget."""
+        """Return the error that was aimed at and the one reached; None for another budget."""
         if self._budget.goal is None:
             return None
-        reached = self.error()
-        return {
-            **asdict(self._budget.goal),
-            "reached": reached if math.isfinite(reached) else None,
-        }
+        is_known = self._moments.whole.states_error(self._integrator.finds_light)
+        return {**asdict(self._budget.goal), "reached": self.error() if is_known else None}
 
-    @property
-    def is_late(self) -> bool:
-        """Whether the time was up before the error that was aimed at was reached."""
-        goal, count = self._budget.goal, self._moments.whole.count
-        is_reached = goal is None or (count >= LEAST_PASSES and self.error() <= goal.limit)
-        return not (is_reached or self.interrupted)
+    def warn_of_missed_goal(self) -> None:
+        """Warn where the passes ended before the error that was aimed at, or where none exists."""
+        goal, whole = self._budget.goal, self._moments.whole
+        if goal is None or self.interrupted:
+            return
+        if whole.count < LEAST_PASSES or self.error() > goal.limit:
+            ceiling = self._budget.ceiling
+            warn(f"stopped after {ceiling:.6g} s, before the error {goal} was reached")
+        elif not whole.states_error(self._integrator.finds_light):
+            warn(
+                f"there is no error {goal} to reach: "
+                "every pixel shows an emitter or background, wholly or in part"
+            )
 
     def error(self) -> float:
         """Return the error that the budget limits, so far; that of radiance if it limits none."""

@@ -195,3 +195,18 @@ def test_light_of_surfaces_that_no_sample_met_is_residual(stacked):
     np.testing.assert_array_equal(buffers["residual"][45:], buffers["indirect"][45:])
     np.testing.assert_array_equal(errors["residual"][45:], errors["radiance"][45:])
     assert (buffers["residual"][30:45] == 0.0).all()
+
+
+def test_no_error_is_stated_where_every_pixel_emits():
+    with Workers(1) as workers:
+        moments = Accumulator(SIZE, BANDS, workers)
+        for _ in range(2):
+            assert not moments.states_error()
+            pixels = empty_pixels(SIZE, BANDS)
+            pixels.coverage[:] = 1.0
+            pixels.emission[1:] = 1.0
+            moments.add(pixels)
+        assert moments.states_error()
+        pixels.emission[:] = 1.0
+        moments.add(pixels)
+        assert not moments.states_error()

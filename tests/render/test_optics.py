@@ -105,7 +105,8 @@ def test_a_mirror_shows_what_is_before_it_and_a_corridor_says_what_it_cuts():
     mirrors = [plane(50.0, y, pm.Material.polished("m", 1.0), f"m{y}") for y in (-1.0, 1.0)]
     scene = pm.Scene(mirrors, [pm.PointLight((0, 0, 9))], pm.Camera((0, 0, 0), (0.02, 1, 0), fov=5))
     with pytest.warns(
-        pm.SceneWarning, match="256 successive reflections, as .* or in round glass .* finely"
+        pm.SceneWarning,
+        match="256 successive reflections, as .* or in round glass .* vertex normals",
     ):
         result = pm.render(scene, bands="rgb", size=(4, 4), passes=2, method="path")
     assert any("256 successive reflections" in text for text in result.record["warnings"])
