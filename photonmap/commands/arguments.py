@@ -32,9 +32,7 @@ def vector(text: str) -> tuple[float, ...]:
     try:
         x, y, z = map(float, text.split(","))
     except ValueError:
-        raise ArgumentTypeError(
-            f"{text!r} is not a vector; write it as x,y,z, after = if x is negative"
-        ) from None
+        raise ArgumentTypeError(f"{text!r} is not a vector; write it as x,y,z") from None
     return x, y, z
 
 

@@ -95,7 +95,19 @@ def _dispatch(arguments: list[str]) -> int:
         _check_scene(arguments[0])
     command = import_module(f"photonmap.commands.{name}")
     rest = arguments if name == DEFAULT else arguments[1:]
-    return command.run(parser_of(name).parse_args(rest)) or 0
+    return command.run(parser_of(name).parse_args(_join_negative(rest))) or 0
+
+
+def _join_negative(arguments: list[str]) -> list[str]:
+    """Join options with values that begin with a sign, as argparse wants: --origin=-1,2,3."""
+    joined: list[str] = []
+    for word in arguments:
+        follows_option = joined and re.fullmatch(r"--[\w-]+", joined[-1])
+        if follows_option and re.fullmatch(r"-(\.?\d.*|[xyz])", word):
+            joined[-1] += f"={word}"
+        else:
+            joined.append(word)
+    return joined
 
 
 def _check_scene(word: str) -> None:

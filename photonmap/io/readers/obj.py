@@ -14,6 +14,7 @@ from photonmap.io.readers.polygons import triangulate
 from photonmap.io.readers.registry import GREY, MissingTextures, ReadOptions
 from photonmap.io.readers.wavefront.mtl import read_mtl
 from photonmap.io.readers.wavefront.obj_lines import ObjLines, parse_lines
+from photonmap.io.readers.wavefront.smoothing import smooth
 from photonmap.io.readers.wavefront.source import Source, read_source
 from photonmap.runtime.named_files import named_file
 from photonmap.runtime.wording import listed, shown, suggest
@@ -30,9 +31,10 @@ def read(path: Path, options: ReadOptions) -> Scene:
     There is one mesh for each object and material. An object is named by its `o` line, or by
     its `g` line where there is no `o`, or else by the file. Polygons are cut into triangles;
     vertices are split where normals or texture coordinates differ, and unused ones are left
-    out. Faces before any `usemtl` get the default `Material`, and those of a material that is in no
-    MTL file a grey one of its name, with a warning. Colours of vertices replace the
-    reflectance of their material, unless it has a texture or is glass.
+    out. Faces of a smoothing group (`s`) without normals get smooth ones. Faces before any
+    `usemtl` get the default `Material`, and those of a material that is in no MTL file a grey one
+    of its name, with a warning. Colours of vertices replace the reflectance of their material,
+    unless it has a texture or is glass.
 
     Parameters
     ----------
@@ -48,7 +50,7 @@ def read(path: Path, options: ReadOptions) -> Scene:
     InputError : the file or one of its MTL files is malformed, or no face has an area
     """
     source = read_source(path, "OBJ")
-    lines = parse_lines(source)
+    lines = smooth(parse_lines(source))
     parts, part_of = _divide(lines, path.stem)
     used = dict.fromkeys(parts[number][1] for number in np.flatnonzero(np.bincount(part_of)))
     materials = _find_materials(source, lines, used, options.missing_textures)
@@ -67,7 +69,7 @@ def read(path: Path, options: ReadOptions) -> Scene:
 
 
 def read_shape(path: Path) -> Mesh:
-    """Read all faces of an OBJ file as one mesh, whatever their objects and materials.
+    """Read all faces of an OBJ file as one mesh, whatever their objects, materials and groups.
 
     Raises
     ------

@@ -51,6 +51,8 @@ class ReadOptions:
 
 GREY = 0.5
 """What replaces a missing texture."""
+OR_WITHOUT = "; or render without it, by --missing-textures grey (missing_textures='grey')"
+"""How errors about textures end that may be left out."""
 Reader = Callable[[Path, ReadOptions], "Scene"]
 
 

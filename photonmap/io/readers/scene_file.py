@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from glob import escape
 from os import PathLike
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from photonmap.io.readers.registry import (
     MissingTextures,
     ReadOptions,
     find_reader,
+    mesh_suffixes,
 )
 from photonmap.io.readers.scene_parts.cameras import SECTION as CAMERA
 from photonmap.io.readers.scene_parts.cameras import read_cameras
@@ -22,7 +24,7 @@ from photonmap.io.readers.scene_parts.objects import SECTION as OBJECT
 from photonmap.io.readers.scene_parts.objects import assign_materials
 from photonmap.io.readers.toml import Toml, read_toml
 from photonmap.runtime.named_files import named_file, reading_below
-from photonmap.runtime.wording import shown
+from photonmap.runtime.wording import listed, shown
 from photonmap.scene.scene import Scene
 
 SUFFIXES = (".toml",)
@@ -124,9 +126,7 @@ def _mesh_path(path: Path, toml: Toml) -> Path:
     """Return the mesh file that a scene names, or is."""
     named = toml.sections.get(_MESH)
     if named is None:
-        if path.suffix.lower() == SCENE_SUFFIX:
-            raise InputError('names no mesh; add mesh = "FILE.obj" at the top', path)
-        return path
+        return _mesh_beside(path) if path.suffix.lower() == SCENE_SUFFIX else path
     if not isinstance(named, str):
         raise toml.error(f'mesh {shown(named)} is not a name; write mesh = "FILE.obj"', _MESH)
     with naming(_MESH, toml.path, toml.line(_MESH)):
@@ -136,3 +136,13 @@ def _mesh_path(path: Path, toml: Toml) -> Path:
     if path.suffix.lower() != SCENE_SUFFIX and mesh.resolve() != path.resolve():
         raise toml.error(f"names another mesh than {path.name}; render {toml.path.name}", _MESH)
     return mesh
+
+
+def _mesh_beside(path: Path) -> Path:
+    """Return the one mesh file that has the stem of a TOML file, and lies beside it."""
+    others = sorted(path.parent.glob(f"{escape(path.stem)}.*"))
+    found = [other for other in others if other.suffix.lower() in mesh_suffixes()]
+    if len(found) != 1:
+        names = f", and beside it are {listed(each.name for each in found)}" if found else ""
+        raise InputError(f'names no mesh{names}; add mesh = "FILE.obj" at the top', path)
+    return found[0]

@@ -246,7 +246,7 @@ def test_textured_lobes_are_written_and_read_back(tmp_path):
         ("map_Kd -s 2", "map_Kd: names no file"),
         ("map_Kd wood.png", "map_Kd: .*wood.png: .*"),
         ("map_d wood.png", "map_d: .*wood.png: .*"),
-        ("map_Kd a.mtl", "map_Kd: .*a.mtl: cannot be read as an image"),
+        ("map_Kd a.mtl", "map_Kd: .*a.mtl: cannot be read as an image.*--missing-textures grey"),
         ("d 1.5", r"d '1.5' is not an opacity; keep it within \[0, 1\]"),
         ("Tr -1", "Tr '-1' is not an opacity"),
         ("d", "d ''; write a finite number"),

@@ -237,6 +237,13 @@ def test_errors_in_materials_name_their_line(room, toml, name, message):
         room(toml, name)
 
 
+def test_of_several_meshes_beside_a_toml_file_none_is_taken(room, tmp_path):
+    assert room("", "room.toml") == room("")
+    (tmp_path / "room.ply").write_bytes(b"")
+    with pytest.raises(InputError, match=r"beside it are 'room.obj', 'room.ply'; add mesh"):
+        load_scene(tmp_path / "room.toml")
+
+
 @pytest.mark.parametrize("name", ["room.ply", "room.stl", "room.glb", "room.gltf"])
 def test_other_kinds_of_meshes(tmp_path, name):
     shape = trimesh.creation.box((1, 2, 3))
@@ -248,6 +255,8 @@ def test_other_kinds_of_meshes(tmp_path, name):
     (tmp_path / "room.toml").write_text("[material.default]\nreflectance = [0.1, 0.2, 0.3]\n")
     (mesh,) = load_scene(tmp_path / name).meshes
     assert mesh.material == Material("default", (0.1, 0.2, 0.3))
+    (beside,) = load_scene(tmp_path / "room.toml").meshes
+    assert beside.material == mesh.material
     (tmp_path / "other.toml").write_text(f'mesh = "{name}"\n[material.default]\nmirror = 0.4\n')
     (mesh,) = load_scene(tmp_path / "other.toml").meshes
     assert mesh.material == Material("default", 0.5, mirror=0.4)

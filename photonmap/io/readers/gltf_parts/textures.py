@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError
-from photonmap.io.readers.registry import MissingTextures
+from photonmap.io.readers.registry import OR_WITHOUT, MissingTextures
 from photonmap.runtime.named_files import named_image
 from photonmap.scene.images import Channels, Image, read_channels
 from photonmap.scene.textures import Texture
@@ -25,7 +25,6 @@ CLAMP, MIRROR = 33071, 33648
 _TRANSFORM = "KHR_texture_transform"
 _EMBEDDED = "photonmap_image_"
 """How the names of files begin that embedded images are decoded from."""
-_OR_WITHOUT = "; or render without it, by --missing-textures grey (missing_textures='grey')"
 Item = Callable[[str, int], dict[str, Any]]
 
 
@@ -161,7 +160,7 @@ class Textures:
         if index is None:
             problem = f"texture {use['index']} is neither PNG nor JPEG; export it as one of them"
             if self.missing == "error":
-                raise InputError(f"{problem}{_OR_WITHOUT}", self.path)
+                raise InputError(f"{problem}{OR_WITHOUT}", self.path)
             self.lost.append(f"texture {use['index']}")
             return None
         if (index, make) not in self._known:
@@ -204,7 +203,7 @@ class Textures:
     def _name(self, index: int, error: InputError) -> InputError:
         """Return an error about an image that names the file, where the image is part of it."""
         if not _is_embedded(self.item("images", index)):
-            return InputError(f"{error}; {self.path.name} names it{_OR_WITHOUT}")
+            return InputError(f"{error}; {self.path.name} names it{OR_WITHOUT}")
         _, _, reason = str(error).partition(f"{_EMBEDDED}{index}.")
         return InputError(f"image {index} {reason.partition(': ')[2]}", self.path)
 

@@ -17,6 +17,7 @@ from photonmap.io.readers.mitsuba_parts.nodes import Node
 from photonmap.io.readers.mitsuba_parts.serialized import read_serialized
 from photonmap.io.readers.mitsuba_parts.textures import read_paint
 from photonmap.io.readers.registry import ReadOptions
+from photonmap.io.readers.vertex_normals import vertex_normals
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
@@ -158,29 +159,12 @@ def _with_normals(node: Node, part: Part) -> Part:
     """Return a part with normals at its vertices, unless it is to be flat."""
     if node.flag("face_normals", False):
         return replace(part, normals=None)
-    return part if part.normals is not None else replace(part, normals=smooth_normals(part))
+    return part if part.normals is not None else replace(part, normals=_smooth_normals(part))
 
 
-def smooth_normals(part: Part) -> Matrix:
-    """Return means of the normals of triangles about each vertex, weighted by their angles.
-
-    G. Thürmer and C. Wüthrich, "Computing vertex normals from polygonal facets", 1998. Where there
-    is none, they are 0.
-    """
-    normals = np.zeros_like(part.vertices)
-    corners = part.vertices[part.faces]
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    across = _unit(across)
-    for corner in range(3):
-        one, other = (_unit(corners[:, (corner + i) % 3] - corners[:, corner]) for i in (1, 2))
-        angle = np.arccos(np.clip((one * other).sum(axis=1), -1.0, 1.0))
-        np.add.at(normals, part.faces[:, corner], angle[:, None] * across)
-    return _unit(normals)
-
-
-def _unit(rows: Matrix) -> Matrix:
-    length = np.linalg.norm(rows, axis=1, keepdims=True)
-    return np.divide(rows, length, out=np.zeros_like(rows), where=length > 0.0)
+def _smooth_normals(part: Part) -> Matrix:
+    sizes, vertices = np.full(len(part.faces), 3), part.faces.ravel()
+    return vertex_normals(part.vertices[vertices], sizes, vertices, len(part.vertices))
 
 
 _FILES: dict[str, Callable[[Context, Node], Part]] = {

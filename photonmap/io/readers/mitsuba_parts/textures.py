@@ -19,7 +19,7 @@ from photonmap.io.readers.mitsuba_parts.colors import (
 )
 from photonmap.io.readers.mitsuba_parts.context import Context
 from photonmap.io.readers.mitsuba_parts.nodes import Node
-from photonmap.io.readers.registry import GREY
+from photonmap.io.readers.registry import GREY, OR_WITHOUT
 from photonmap.runtime.wording import shown
 from photonmap.scene.textures import Paint, Texture, mean_color, shared_image
 from photonmap.spectra.curves import Color, Spectrum
@@ -97,9 +97,9 @@ def _bitmap(context: Context, node: Node) -> Paint:
     name = node.text("filename")
     try:
         image = shared_image(context.files.find(node.element, name), raw)
-    except InputError:
+    except InputError as error:
         if context.missing_textures == "error":
-            raise
+            raise InputError(f"{error}{OR_WITHOUT}") from None
         note_loss(context.losses, "unreadable textures, with grey in their place,", name[:80])
         return GREY
     placed = _placement(context, node)

@@ -12,7 +12,7 @@ import numpy as np
 
 from photonmap.errors import InputError, naming, warn
 from photonmap.io.readers.decoding import SHEEN
-from photonmap.io.readers.registry import MissingTextures
+from photonmap.io.readers.registry import OR_WITHOUT, MissingTextures
 from photonmap.io.readers.wavefront.draft import Draft
 from photonmap.io.readers.wavefront.gloss import NUMBERS, has_exponent
 from photonmap.io.readers.wavefront.illumination import make_material
@@ -302,7 +302,7 @@ def _read_texture(
         check_texture(texture, most)
     except InputError as error:
         if textures.missing == "error":
-            raise line.error(f"{line.keyword}: {error}") from None
+            raise line.error(f"{line.keyword}: {error}{OR_WITHOUT}") from None
         textures.lost.append(line.naming(name))
         return None
     return texture

@@ -25,8 +25,7 @@ _OUTSIDE = np.iinfo(np.int32).max
 _IN_FACES = np.isin(np.arange(256), list(b"0123456789+-/ \v\n"))
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _CORNER = re.compile(rb"[+-]?\d+(/([+-]?\d+)?){0,2}")
-_STATES = ("o", "g", "usemtl", "mtllib")
-_IGNORED = ("s",)
+_STATES = ("o", "g", "s", "usemtl", "mtllib")
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ class ObjLines:
     corners : (C, 3) int32, indices of vertex, uv and normal from 1; 0 where there is none
     sizes : (F,) int64, corners of each face
     offsets : (F,) int64, where each face stands in the source
-    states : o, g, usemtl and mtllib lines as (offset, keyword, name)
+    states : o, g, s, usemtl and mtllib lines as (offset, keyword, name)
     others : the number of lines of every other keyword
     """
 
@@ -121,7 +120,7 @@ def parse_lines(source: Source) -> ObjLines:
             keyword, name = split_statement(source.line(offset))
             if keyword in _STATES:
                 states.append((offset, keyword, name))
-            elif keyword not in _IGNORED:
+            else:
                 others[keyword] += 1
     vertices, colors = _split_colors(source.path, tables[0])
     uv, normals = (np.concatenate(table) for table in tables[1:])
