@@ -16,7 +16,7 @@ from benchmarks.accuracy.cornell import LEVELS, shown, time_to
 from benchmarks.accuracy.gloss_scenes import SCENES, write_scene
 from benchmarks.accuracy.mitsuba_client import SCALAR, start_mitsuba
 from benchmarks.accuracy.rooms import (
-    FEW,
+    LEAST,
     SCALAR_TO_LLVM,
     SOME,
     Settings,
@@ -76,7 +76,7 @@ def _compare(
 ) -> tuple[list[Cell], str]:
     """Return a row of the first table, and Mitsuba's variant or why there is none."""
     own = measure_photons(scene, settings)
-    spent = [time_to(level, own.points, FEW[0]) for level in LEVELS]
+    spent = [time_to(level, own.points, LEAST) for level in LEVELS]
 
     def over(cost: float) -> list[float]:
         return [cost / level / each for level, (each, _) in zip(LEVELS, spent, strict=True)]

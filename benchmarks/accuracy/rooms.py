@@ -26,12 +26,14 @@ from photonmap.film.relative_error import relative_squares
 from photonmap.film.valid_pixels import valid_pixels
 from photonmap.runtime.progress import Silent
 
-FEW = (1, 4)
-"""Passes of the first renders, which are compared with the longest one;"""
+FEW = ((1, 0.25), (2, 0.25), (1, 1.0), (4, 1.0))
+"""Passes and `pass_samples` of the first renders, which are compared with the longest one;"""
 SOME = 16
 """of the next, whose own errors count,"""
 LONGEST = 60.0
 """and processor seconds of the longest, about, unless it reaches the last level sooner."""
+LEAST = 1
+"""Passes of the smallest budget, which cannot be divided."""
 PATH_PASSES = 4
 SAMPLES, RENDERS = 64, 4
 """Samples per pixel of one Mitsuba render, and number of renders."""
@@ -139,7 +141,7 @@ def _compare(name: str, scene: pm.Scene, size: tuple[int, int], options: Options
     """Measure one scene."""
     settings: Settings = {"bands": "rgb", "size": size, "threads": options.threads}
     own = measure_photons(scene, settings)
-    spent = [time_to(level, own.points, FEW[0]) for level in LEVELS]
+    spent = [time_to(level, own.points, LEAST) for level in LEVELS]
 
     def over(cost: float) -> list[float]:
         return [cost / level / each for level, (each, _) in zip(LEVELS, spent, strict=True)]
@@ -163,7 +165,10 @@ def _compare(name: str, scene: pm.Scene, size: tuple[int, int], options: Options
 def measure_photons(scene: pm.Scene, settings: Settings) -> Ours:
     """Render with more and more passes, until the last level or `LONGEST` is reached."""
     ours.warm_up(scene, **settings)
-    few = [_render(scene, passes=passes, seed=seed, **settings) for seed, passes in enumerate(FEW)]
+    few = [
+        _render(scene, passes=passes, pass_samples=size, seed=seed, **settings)
+        for seed, (passes, size) in enumerate(FEW)
+    ]
     some, spent = _render(scene, passes=SOME, seed=8, **settings)
     points = [(spent, some.record["error"] ** 2)]
     needed = SOME * max(1.3 * points[0][1] / LEVELS[-1], 2.0)
@@ -219,7 +224,7 @@ def measure_mitsuba(
 def _notes(options: Options, variant: str, reason: str) -> list[str]:
     notes = [
         f"{options.threads} threads; without loading and compiling; {MARK} extrapolated, with"
-        " variance inversely proportional to time; a single pass cannot be divided",
+        " variance inversely proportional to time; the least is a pass of a quarter of the samples",
         "relMSE is mean(d² / (v² + 0.01 m²)) over pixels without emission: of photon mapping the"
         f" estimated error with its bias from {SOME} passes on, before that the distance to the"
         " longest render; of the path tracers their own variance",
