@@ -12,7 +12,9 @@ from photonmap.runtime.file_checks import check_writable
 from photonmap.scene.scene import Scene
 
 SIZE = 160, 120
-PASSES = 8
+ERROR = 0.05
+SECONDS = 10.0
+"""After which the picture stays noisier than `ERROR`."""
 
 
 def check_thumbnail(path: Path) -> Path:
@@ -31,13 +33,14 @@ def check_thumbnail(path: Path) -> Path:
 
 
 def write_thumbnail(scene: Scene, path: Path) -> None:
-    """Render a scene in RGB with few passes, and write a small PNG.
+    """Render a scene in RGB for some seconds, and write a small PNG.
 
     Raises
     ------
     InputError : the scene cannot be rendered
     """
-    result = render(scene, bands="rgb", size=SIZE, passes=PASSES, buffers={"radiance", "emission"})
+    budget = {"error": ERROR, "seconds": SECONDS}
+    result = render(scene, bands="rgb", size=SIZE, buffers={"radiance", "emission"}, **budget)
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as folder:
         draft = Path(folder) / path.name
         write_png(result.preview(), draft)

@@ -1,6 +1,7 @@
 """What data sets are published with."""
 
 import json
+import re
 import shutil
 import subprocess
 import warnings
@@ -143,6 +144,8 @@ def test_the_card_says_what_is_there(published):
     assert "2 renders of 1 scenes" in text
     assert "| jug | 2 |" in text
     assert "| two_mixed | 1 |" in text
+    assert "| white | `D65` |" in text
+    assert re.search(r"\| two_mixed \| `[^`]+` \+ `[^`]+` \|", text)
     assert "| view | images |" not in text
     assert "Seeds of scenes: 0 to 0." in text
     assert f"| {part_of('jug-0')} | 2 |" in text

@@ -13,10 +13,13 @@ from photonmap.dataset.files.image_statistics import BINS
 from photonmap.dataset.files.inputs import lines_of
 from photonmap.dataset.files.reader import Dataset
 from photonmap.dataset.publication.licenses import License
+from photonmap.runtime.wording import enumerated
 
 _SIZES = ((1000, "n<1K"), (10_000, "1K<n<10K"), (100_000, "10K<n<100K"), (10**6, "100K<n<1M"))
 """Categories of Hugging Face's cards by the numbers of images below which they hold."""
 
+_LISTED = 12
+"""Combinations of lights that are listed of an illumination."""
 _LIMITS = """\
 - Surfaces, lights and rooms are built by rules; their distribution is not that of the world.
 - Standard errors are those of the Monte Carlo estimate; the bias is estimated apart, and the error
@@ -119,10 +122,27 @@ def _counts(images: Dataset) -> list[str]:
     for name, counts in columns.items():
         if counts:
             lines += [*_table((name, "images"), sorted(counts.items())), ""]
+    lines += [*_table(("illumination", "its lights"), sorted(_lights(entries).items())), ""]
     seeds = sorted({entry["job"]["seed"] for entry in entries})
     photos = sum(entry.get("photo") is not None for entry in entries)
     also = f"; {photos} images have a photo of a simulated sensor" if photos else ""
     return [*lines, f"Seeds of scenes: {seeds[0]} to {seeds[-1]}{also}."]
+
+
+def _lights(entries: Sequence[dict[str, Any]]) -> dict[str, str]:
+    """Return the spectra of lights that images of each illumination have, the most frequent first.
+
+    Main lights come first; the shares of others are given where they were chosen.
+    """
+    found: dict[str, Counter[str]] = {}
+    for job in (entry["job"] for entry in entries):
+        shares = [f" {share:.0%}" for share in job.get("shares", ())] or [""] * len(job["colors"])
+        lights = (f"`{color}`{share}" for color, share in zip(job["colors"], shares, strict=True))
+        found.setdefault(job["illumination"], Counter())[" + ".join(lights)] += 1
+    return {
+        name: enumerated([lights for lights, _ in counts.most_common()], _LISTED)
+        for name, counts in found.items()
+    }
 
 
 def _left_out(images: Dataset) -> list[str]:
