@@ -76,7 +76,7 @@ def run(options: argparse.Namespace) -> None:
             photo = expose(result, sensor, options.seed + number)
         written = save_photo(photo, folder)
         if not options.quiet:
-            _report(photo)
+            _report(image, photo)
             for path in written:
                 print(path)
 
@@ -117,10 +117,10 @@ def _sensor(options: argparse.Namespace) -> Sensor:
     return replace(load_sensor(options.sensor), **given)
 
 
-def _report(photo: Photo) -> None:
+def _report(image: Path, photo: Photo) -> None:
     record = photo.record
     print(
-        f"{record['time_s']:.4g} s at f/{record['sensor']['aperture']:g}, "
+        f"{image}: {record['time_s']:.4g} s at f/{record['sensor']['aperture']:g}, "
         f"ISO {record['sensor']['iso']:g}; {record['gain_dn_per_electron']:.4g} numbers per "
         f"electron, black {record['black']:.6g}, white {record['white']}; "
         f"{record['saturated']:.2%} saturated"
