@@ -26,10 +26,8 @@ def pass_lobe(scattering, maps, lobe, w, n, values):
     if vec.dot(w, n) <= 0.0:
         values[:] = 0.0
         return
-    terms, mean = (
-        _terms_of(scattering, maps, lobe, w, n),
-        glossy.mean_albedo(scattering.albedos, maps, lobe, 0),
-    )
+    terms = _terms_of(scattering, maps, lobe, w, n)
+    mean = glossy.mean_albedo(scattering.albedos, maps, lobe, 0)
     weights = weights_of(scattering.dip, lobe.material)
     for band in range(len(values)):
         f0 = glossy.normal_reflectance(scattering, maps, lobe, band)
