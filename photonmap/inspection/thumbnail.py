@@ -39,8 +39,8 @@ def write_thumbnail(scene: Scene, path: Path) -> None:
     ------
     InputError : the scene cannot be rendered
     """
-    budget = {"error": ERROR, "seconds": SECONDS}
-    result = render(scene, bands="rgb", size=SIZE, buffers={"radiance", "emission"}, **budget)
+    shown = {"radiance", "emission"}
+    result = render(scene, bands="rgb", size=SIZE, error=ERROR, seconds=SECONDS, buffers=shown)
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as folder:
         draft = Path(folder) / path.name
         write_png(result.preview(), draft)

@@ -19,7 +19,7 @@ from photonmap.dataset.files.pure_pixels import Mask, one_piece
 from photonmap.dataset.jobs.plan import CommonSettings, Job, UserScene
 from photonmap.dataset.scenes.build import build_unlit_scene
 from photonmap.dataset.scenes.illumination import Illumination
-from photonmap.dataset.scenes.recolor import recolor, relight
+from photonmap.dataset.scenes.recolor import light_groups, recolor, relight
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
 from photonmap.dataset.scenes.view_search import find_camera
 from photonmap.errors import InputError, SceneWarning
@@ -98,7 +98,8 @@ def read_user_scenes(paths: Iterable[str]) -> tuple[list[UserScene], dict[str, s
     scenes, faults = [], {}
     for path in paths:
         try:
-            scenes.append(UserScene(str(Path(path).resolve()), digest_of(path)))
+            groups = len(light_groups(_load(path)))
+            scenes.append(UserScene(str(Path(path).resolve()), digest_of(path), groups))
         except InputError as error:
             faults[path] = reason_of(path, error)
     return scenes, faults

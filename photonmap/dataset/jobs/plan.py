@@ -206,10 +206,11 @@ class Job:
 
 @dataclass(frozen=True)
 class UserScene:
-    """A scene file of the user, and a digest of the scene in it."""
+    """A scene file of the user, a digest of the scene in it, and how many light groups it has."""
 
     path: str
     content: str = field(repr=False)
+    groups: int
 
 
 def plan_jobs(
@@ -252,6 +253,7 @@ def plan_jobs(
         for view in preset.views
     ]
     _check(jobs)
+    _warn_of_colors(files, jobs)
     _warn_of_unused(preset, jobs)
     return jobs
 
@@ -264,6 +266,20 @@ def _as_split(job: Job, preset: Preset) -> Job:
     size = job.common.size if look.size is None else look.size
     fov = look.fov if job.view.fov is None else job.view.fov
     return replace(job, common=replace(job.common, size=size), view=replace(job.view, fov=fov))
+
+
+def _warn_of_colors(files: Sequence[UserScene], jobs: Sequence[Job]) -> None:
+    """Warn of images that will fail, as their scenes have fewer light groups than colours."""
+    groups = {file.path: file.groups for file in files}
+    for scene, illumination in dict.fromkeys(
+        (job.scene, job.illumination)
+        for job in jobs
+        if len(job.colors) > groups.get(job.scene, len(job.colors))
+    ):
+        warn(
+            f"{scene}: has fewer light groups ({groups[scene]}) than illumination {illumination!r} "
+            "has colours: those images will fail; leave this illumination out, or add lights"
+        )
 
 
 def _warn_of_unused(preset: Preset, jobs: Sequence[Job]) -> None:

@@ -51,18 +51,14 @@ def relight(scene: Scene, illumination: str | Illumination | RandomLights, seed:
     """
     rng = np.random.Generator(np.random.PCG64(seed))
     chosen = choose_illumination(illumination, rng)
-    emitters = {id(m.material): m.material for m in scene.meshes if _emits(m.material.emission)}
-    lights: list[Light] = list(scene.lights)
-    if not emitters and not lights:
-        lights = [DomeLight(name="dome")]
-    groups = list(dict.fromkeys([*(m.name for m in emitters.values()), *map(_group, lights)]))
+    emitters = _emitters(scene)
     with naming(f"scene {scene.name!r}"):
-        spectra = _assign(groups, chosen, rng)
+        spectra = _assign(light_groups(scene), chosen, rng)
     changed = {
         key: replace(material, emission=_recolored(material.emission, spectra[material.name]))
         for key, material in emitters.items()
     }
-    relit = [_relit(each, spectra[_group(each)]) for each in lights]
+    relit = [_relit(each, spectra[_group(each)]) for each in _lights(scene)]
     return replace(_with_materials(scene, changed), lights=relit)
 
 
@@ -98,6 +94,22 @@ def _with_materials(scene: Scene, changed: dict[int, Material]) -> Scene:
     """Return a scene with materials replaced, by the `id` of the old one."""
     meshes = [replace(m, material=changed.get(id(m.material), m.material)) for m in scene.meshes]
     return replace(scene, meshes=meshes)
+
+
+def light_groups(scene: Scene) -> list[str]:
+    """Return the light groups of a scene to which `relight` gives colours."""
+    emitters = (material.name for material in _emitters(scene).values())
+    return list(dict.fromkeys([*emitters, *map(_group, _lights(scene))]))
+
+
+def _emitters(scene: Scene) -> dict[int, Material]:
+    """Return the materials that emit, by their ids."""
+    return {id(m.material): m.material for m in scene.meshes if _emits(m.material.emission)}
+
+
+def _lights(scene: Scene) -> list[Light]:
+    """Return the other lights; a dome where there is no light at all."""
+    return list(scene.lights) or ([] if _emitters(scene) else [DomeLight(name="dome")])
 
 
 def _assign(groups: list[str], chosen: Illumination, rng: Random) -> dict[str, Spectrum]:

@@ -15,7 +15,7 @@ from photonmap.dataset.jobs.presets import load_preset, with_illuminations
 from photonmap.dataset.scenes.illumination import ILLUMINATIONS, Illumination
 from photonmap.dataset.scenes.random_lights import RandomLights
 from photonmap.dataset.scenes.views import View
-from photonmap.errors import InputError
+from photonmap.errors import InputError, SceneWarning
 
 COMMON = CommonSettings((16, 12), "3", "0.5", inputs="0")
 CAMERA = pm.Camera((0.0, 1.0, 2.0), (0.0, 0.0, 0.0))
@@ -121,7 +121,8 @@ def test_a_preset_of_ones_own(tmp_path):
 
 def test_a_scene_that_changed_meanwhile_is_refused(tmp_path):
     preset = load_preset(write(tmp_path, f'files = ["{own_scene(tmp_path)}"]'))
-    job = plan_jobs(preset, read_user_scenes(preset.files)[0], COMMON)[0]
+    with pytest.warns(SceneWarning, match=r"fewer light groups \(1\) than illumination 'two_"):
+        job = plan_jobs(preset, read_user_scenes(preset.files)[0], COMMON)[0]
     make_scene(job)
     with pytest.raises(InputError, match="has changed since the data set was begun"):
         make_scene(dataclasses.replace(job, content="0"))
