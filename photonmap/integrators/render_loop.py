@@ -122,7 +122,7 @@ class RenderLoop:
         if whole.count < LEAST_PASSES or self.error() > goal.limit:
             ceiling = self._budget.ceiling
             warn(f"stopped after {ceiling:.6g} s, before the error {goal} was reached")
-        elif not whole.states_error(self._integrator.finds_light):
+        elif not (whole.shows_nothing() or whole.states_error(self._integrator.finds_light)):
             warn(
                 f"there is no error {goal} to reach: "
                 "every pixel shows an emitter or background, wholly or in part"

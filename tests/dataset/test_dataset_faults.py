@@ -106,6 +106,7 @@ def test_warnings_of_scene_files_come_once(tmp_path, capsys):
     assert capsys.readouterr().err.count("vertices are in no face") == 1
 
 
+@pytest.mark.filterwarnings("ignore:.*has fewer light groups")
 def test_images_that_are_no_longer_asked_for(tmp_path, capsys):
     """Finished ones stay; the list of the set forgets those that were not."""
     folder, path = tmp_path / "set", tmp_path / "own.toml"

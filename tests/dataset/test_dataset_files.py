@@ -272,6 +272,7 @@ def test_mirrors_and_glass_keep_the_identities(tmp_path):
     assert dataset.open(folder)[0]["residual"].any()
 
 
+@pytest.mark.filterwarnings("ignore:.*has fewer light groups")
 def test_a_scene_that_fails_is_skipped(tmp_path, capsys):
     pm.save_scene(pm.scenes.cornell_box(), tmp_path / "room.obj")
     path = tmp_path / "own.toml"
