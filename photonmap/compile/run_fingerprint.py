@@ -27,14 +27,14 @@ def describe_run(
     """
     camera = compiled.film_camera(film.width, film.height)
     scatterers = compiled.specular, compiled.scattering, compiled.textures
-    place = compiled.center, compiled.size, compiled.power
+    place = compiled.center, compiled.size
     ids = compiled.object_ids, compiled.material_ids
     hashed = {
         "band curves": json.dumps(bands.describe()),
         "camera": camera,
         "geometry": (compiled.geometry, place, ids),
         "materials": (compiled.materials, scatterers, compiled.images),
-        "lights": (compiled.lights, compiled.light_groups),
+        "lights": (compiled.lights, compiled.light_groups, compiled.power),
     }
     return {
         "photonmap": __version__,

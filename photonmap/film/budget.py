@@ -2,10 +2,12 @@
 
 import math
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 from photonmap.errors import InputError
 from photonmap.film.goal import Goal
+from photonmap.runtime.wording import shown
 
 DEFAULT_ERROR = 0.02
 LEAST_PASSES = 16
@@ -27,7 +29,7 @@ def check_pass_samples(fraction: float) -> float:
     InputError : it is none of `PASS_SAMPLES`
     """
     if fraction not in PASS_SAMPLES:
-        raise InputError(f"pass samples {fraction} must be 0.25, 0.5 or 1")
+        raise InputError(f"pass samples {shown(fraction)} must be 0.25, 0.5 or 1")
     return float(fraction)
 
 
@@ -61,8 +63,9 @@ class Budget:
         InputError : one that is not positive and finite, or passes beside another one
         """
         for name, value in (("passes", passes), ("seconds", seconds)):
-            if value is not None and not (math.isfinite(value) and value > 0):
-                raise InputError(f"{name} {value} must be positive and finite")
+            is_number = isinstance(value, Real) and math.isfinite(value) and value > 0
+            if value is not None and not is_number:
+                raise InputError(f"{name} {shown(value)} must be a positive and finite number")
         if passes is not None and passes != int(passes):
             raise InputError(f"passes {passes} must be a whole number")
         goal = None if error is None else Goal.parse(error)

@@ -4,6 +4,7 @@ import numpy as np
 
 from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.errors import warn
+from photonmap.film.budget import LEAST_PASSES
 from photonmap.film.moments import Accumulator
 from photonmap.integrators.base import Integrator
 from photonmap.integrators.photon_mapping.radiosity_cache import one_cell
@@ -20,8 +21,8 @@ SMALLEST_FRACTION = 1e-4
 
 Total reflection in a room full of glass bottles holds about 3e-5 of the photons for that long."""
 TOLERATED_CHAINS = 1e-3
-"""Fraction of pixels that may show a truncated specular chain without a warning: from balls of
-glass whose normals are interpolated, a few rays never leave."""
+"""Fraction of pixels that may show a truncated specular chain every `LEAST_PASSES` passes without a
+warning: from balls of glass whose normals are interpolated, a few rays never leave."""
 
 
 def warn_of_truncated_paths(integrator: Integrator, moments: Accumulator) -> None:
@@ -40,7 +41,7 @@ def warn_of_truncated_paths(integrator: Integrator, moments: Accumulator) -> Non
             f"{missing}"
         )
     chains = moments.truncated()
-    if chains > TOLERATED_CHAINS * len(moments.counts):
+    if chains > TOLERATED_CHAINS * len(moments.counts) * max(moments.count / LEAST_PASSES, 1.0):
         warn(
             f"{chains} pixel{'s show' if chains > 1 else ' shows'} more than {LONGEST_CHAIN} "
             "successive reflections, as between facing mirrors or in round glass of few triangles; "

@@ -14,7 +14,7 @@ from photonmap.errors import InputError
 from photonmap.io.exr import Projector
 from photonmap.results.files import Preview
 from photonmap.results.preview import as_bytes, choose_exposure
-from photonmap.runtime.wording import listed
+from photonmap.runtime.wording import suggest
 from photonmap.spectra.adaptation import adapt_to_d65
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.color_text import emission
@@ -238,7 +238,7 @@ class Colors:
                 "'distance' is not here: this was written before it was separated from 'depth', "
                 "which holds the distance along the camera's ray"
             )
-        return f"{name!r} was not among the buffers written, which are {listed(self.buffers, 99)}"
+        return f"{name!r} was not among the buffers written; {suggest(name, self.buffers)}"
 
 
 def _project_lines(image: NDArray[Any], matrix: NDArray[Any]) -> Iterator[NDArray[np.float32]]:

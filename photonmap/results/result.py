@@ -62,7 +62,9 @@ class Result(Plots):
 
     def __post_init__(self) -> None:
         """Raise `InputError` unless all buffers and errors are of one size and have all bands."""
-        first, image = next(iter(self.buffers.items()), ("", np.empty((0, 0))))
+        if not self.buffers:
+            raise InputError("a result of no buffers; give one or more images by name")
+        first, image = next(iter(self.buffers.items()))
         for name, other in (*self.buffers.items(), *self.errors.items()):
             size, row = image.shape[:2], row_of(name)
             banded = row is not None and row.is_banded
@@ -82,7 +84,7 @@ class Result(Plots):
         return encode_png(self.preview()) if "radiance" in self.buffers else None
 
     def _buffer(self, name: str) -> NDArray[Any]:
-        """Return a buffer; zeros for one that is left out where it is 0 or there is none.
+        """Return a buffer; zeros for one that a render left out as it is 0 everywhere.
 
         Raises
         ------
@@ -91,8 +93,8 @@ class Result(Plots):
         """
         if name in self.buffers:
             return self.buffers[name]
-        kept = self.record.get("arguments", {}).get("buffers")
-        if not is_omitted(name) or (kept is not None and name not in kept):
+        arguments = self.record.get("arguments")
+        if arguments is None or not is_omitted(name) or name not in arguments.get("buffers", name):
             raise AttributeError(self._missing(name))
         width, height = self.size
         return np.zeros((height, width, self.bands.count), np.float32)
@@ -253,7 +255,10 @@ class Result(Plots):
             raise InputError(self._missing(missing[0]) if missing else "no buffer was chosen")
         errors = {name: self.errors[name] for name in names if name in self.errors}
         blocks = {name: self.block_errors[name] for name in names if name in self.block_errors}
-        return Result(buffers, errors, self.bands, self.record, blocks)
+        record = self.record
+        if "arguments" in record:
+            record = record | {"arguments": record["arguments"] | {"buffers": sorted(names)}}
+        return Result(buffers, errors, self.bands, record, blocks)
 
     def save(
         self,

@@ -92,7 +92,9 @@ class Option:
             low, high = self.whole
             whole = isinstance(value, Integral)
             if not (whole and low <= value <= high):
-                raise InputError(f"{self.name} {value} must be a whole number from {low} to {high}")
+                raise InputError(
+                    f"{self.name} {shown(value)} must be a whole number from {low} to {high}"
+                )
         return value if self.check is None else self.check(value)
 
 

@@ -51,10 +51,14 @@ def test_two_lights_of_one_name(lights):
         compile_scene(pm.Scene([block], lights), RGB)
 
 
-def test_a_black_environment_is_no_light():
-    scene = pm.Scene([BLOCK], [pm.EnvironmentLight(np.zeros((2, 4, 3)))])
-    with pytest.warns(pm.SceneWarning, match="no light"):
-        assert compile_scene(scene, RGB).light_names == ["default"]
+def test_lights_that_are_all_off_are_not_replaced():
+    dark = pm.EnvironmentLight(np.zeros((2, 4, 3)), name="night")
+    with pytest.raises(
+        pm.InputError, match=r"all lights are off, .*: 'night', 'bulb'; turn one on"
+    ):
+        compile_scene(pm.Scene([BLOCK], [dark, pm.PointLight((0, 0, 2), 0.0, "bulb")]), RGB)
+    with pytest.warns(pm.SceneWarning, match="the scene has no light"):
+        assert compile_scene(pm.Scene([BLOCK]), RGB).light_names == ["default"]
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,8 @@ def test_an_error_and_seconds_end_at_what_comes_first():
         ({"error": -1}, "error -1 must be positive"),
         ({"error": math.nan}, "error nan must be positive"),
         ({"error": "shade:0.1"}, "did you mean 'shading'"),
-        ({"seconds": -1.0}, "seconds -1.0 must be positive"),
+        ({"seconds": "16"}, "seconds '16' must be a positive and finite number"),
+        ({"seconds": -1.0}, "seconds -1.0 must be a positive"),
     ],
 )
 def test_a_wrong_value_is_told_before_a_wrong_combination(other, named):

@@ -96,9 +96,22 @@ def test_what_is_left_out_where_it_is_0_may_be_selected():
     assert is_omitted("caustics@sun")
     assert not is_omitted("direct")
     assert not result.caustics.any()
-    assert list(result.select(["radiance", "caustics"]).buffers) == ["radiance"]
+    some = result.select(["radiance", "caustics"])
+    assert list(some.buffers) == ["radiance"]
+    assert not some.caustics.any()
     with pytest.raises(pm.InputError, match="'caustics' was not among the buffers"):
         result.select(["caustics"])
+
+
+def test_what_was_not_selected_is_not_taken_for_0(tmp_path):
+    result = pm.render(pm.scenes.cornell_box(), **SETTINGS)
+    result.save(tmp_path / "some.exr", buffers="radiance,direct")
+    by_hand = pm.Result({"radiance": result.radiance}, {}, result.bands, {})
+    for some in (result.select("radiance"), pm.load_result(tmp_path / "some.exr"), by_hand):
+        with pytest.raises(AttributeError, match="'residual' was not among the buffers"):
+            _ = some.residual
+    with pytest.raises(pm.InputError, match="a result of no buffers"):
+        pm.Result({}, {}, result.bands, {})
 
 
 def test_unknown_names_are_refused():

@@ -19,6 +19,7 @@ from photonmap.compile.triangles import triangle_areas
 from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.core.records import Geometry, Lights, LightTree, Profiles, SunPortals
 from photonmap.kernels.lights.kinds import INFINITE_KINDS, KINDS, POSITION_KINDS, TRIANGLE
+from photonmap.runtime.wording import listed
 from photonmap.scene.camera import Camera
 from photonmap.scene.lights import (
     DomeLight,
@@ -190,6 +191,11 @@ def _find_shining(
         raise InputError(f"a scene has one dome or environment at most: leave one of {both} out")
     sky = next((compile_sky(s, bands) for s in skies if isinstance(s, MappedLight)), None)
     shining = [light for light in named if _spectrum(light, sky, bands).any()]
+    if named and not shining and not area_names:
+        raise InputError(
+            f"all lights are off, being 0 in every band: {listed(light.name for light in named)}; "
+            "turn one on, or remove them to have the default light"
+        )
     if not shining and not area_names:
         warn(
             f"the scene has no light: a dome of radiance {AMBIENT:g} in every band lights it, and "

@@ -110,7 +110,7 @@ def load_preset(name: str) -> Preset:
         return PRESETS[name]
     if not name.lower().endswith(".toml"):
         remedy = suggest(name, PRESETS)
-        raise InputError(f"there is no preset {shown(name)}; {remedy} Or give a FILE.toml")
+        raise InputError(f"there is no preset {shown(name)}; {remedy} (or give a FILE.toml)")
     path = Path(name)
     if not path.is_file():
         raise InputError("cannot be read (no such file); check the name", path)

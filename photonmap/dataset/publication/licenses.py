@@ -55,5 +55,5 @@ def find_license(name: str) -> License:
         text = f"This data set is licensed under {title}.\n\nThe legal code is at\n{url}legalcode\n"
         return License(name, url, text)
     if not Path(name).is_file():
-        raise InputError(f"there is no license {name!r}; {suggest(name, NAMES)} Or give a file")
+        raise InputError(f"there is no license {name!r}; {suggest(name, NAMES)} (or give a file)")
     return License(Path(name).name, "", Path(name).read_text(encoding="utf-8"))

@@ -121,8 +121,7 @@ def test_3ds_max_export(read_obj):
         "\tTf 1.0000 1.0000 1.0000 \r\n\tillum 2\r\n\tKa 0.5880 0.5880 0.5880\r\n"
         "\tKd 0.5880 0.5880 0.5880\r\n\tKs 0.0000 0.0000 0.0000\r\n\tKe 0.0000 0.0000 0.0000\r\n"
     )
-    with pytest.warns(SceneWarning, match="not simulated: 'Ni' of 'Material_#25'$"):
-        (mesh,) = read_obj(text, a=library)
+    (mesh,) = read_obj(text, a=library)
     assert (mesh.name, mesh.material.reflectance) == ("Box001", (0.588,) * 3)
     assert areas(triangles(mesh)).tolist() == [[0, 2, 0], [0, 2, 0]]
 

@@ -97,7 +97,7 @@ def test_code_names_an_unknown_mesh(room):
         ("[object.table]\ncolor = 3\n", r":2: \[object.table\] key 'color' is not known"),
         (
             '[object.table]\nmaterial = "wod"\n',
-            r":2: .* 'wod' is not known; did you mean 'wood'\? A new one needs a section \[mat",
+            r":2: .* 'wod' is not known; did you mean 'wood'\? \(a new one needs a section \[mat",
         ),
         (
             '[object.kettle]\nmaterial = "brass"\n[object.table]\nmaterial = "brass"\n'

@@ -45,7 +45,7 @@ def _named(toml: Toml, name: str, known: dict[str, Material]) -> Material:
         message = f'[object.{name}] {_KEY}: {shown(wanted)} is not a name; write {_KEY} = "NAME"'
         raise toml.error(message, *at, _KEY)
     if wanted not in known:
-        remedy = f"{suggest(wanted, known)} A new one needs a section [material.{wanted}]"
+        remedy = f"{suggest(wanted, known)} (a new one needs a section [material.{wanted}])"
         message = f"[object.{name}] {_KEY} {shown(wanted)} is not known; {remedy}"
         raise toml.error(message, *at, _KEY)
     return known[wanted]

@@ -111,8 +111,9 @@ def _sheen(draft: Draft) -> dict[str, Any]:
 
 
 def _note_index(draft: Draft) -> None:
-    """Note an index of refraction that has no effect."""
-    if draft.numbers.get("Ni", 1.0) != 1.0 and not draft.blender:
+    """Note an index of refraction that has no effect, unless the surface is said not to shine."""
+    reflects = matters(draft.colors.get("Ks", 1.0)) or "map_Ks" in draft.maps
+    if draft.numbers.get("Ni", 1.0) != 1.0 and reflects and not draft.blender:
         draft.ignored.append("Ni")
 
 
