@@ -140,10 +140,10 @@ def test_ctrl_c_saves_what_is_done(tmp_path):
     assert_same(again, pm.render(BOX, bands=1, size=(64, 64), passes=passes))
 
 
-def repainted(reflectance):
-    """The Cornell box with walls of another colour."""
-    wall = next(mesh.material for mesh in BOX.meshes if mesh.name == "back")
-    other = replace(wall, reflectance=reflectance)
+def changed(name, **attributes):
+    """The Cornell box with the material of a mesh changed."""
+    wall = next(mesh.material for mesh in BOX.meshes if mesh.name == name)
+    other = replace(wall, **attributes)
     meshes = [
         pm.Mesh(m.vertices, m.faces, other if m.material is wall else m.material, m.name)
         for m in BOX.meshes
@@ -164,7 +164,8 @@ OTHERS = {
     "camera": (
         pm.Scene(BOX.meshes, [], pm.Camera((0, 0, 4), (0, 0, 0))), {}, "render: other camera;",
     ),
-    "material": (repainted(0.1), {}, "render: other materials;"),
+    "material": (changed("back", reflectance=0.1), {}, "render: other materials;"),
+    "light": (changed("light", emission=2.0), {}, "render: other lights;"),
 }  # fmt: skip
 
 

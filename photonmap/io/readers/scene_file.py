@@ -88,6 +88,8 @@ def read(path: Path, options: ReadOptions) -> Scene:
     toml.check_known(_SECTIONS, "section")
     mesh = _mesh_path(path, toml)
     read_mesh = find_reader(mesh)
+    if _MESH in toml.sections and not mesh.is_file():
+        raise toml.error(f"mesh: {mesh}: cannot be read (no such file); check the name", _MESH)
     cameras = read_cameras(toml)
     scene = assign_materials(read_mesh(mesh, options), toml)
     meshes = change_materials(scene.meshes, toml)

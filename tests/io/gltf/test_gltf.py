@@ -138,7 +138,7 @@ def test_buffer_in_a_file(read, build, tmp_path, name):
     (tmp_path / "my buffer.bin").write_bytes(build.blob)
     (mesh,) = read("a.gltf", build.gltf(name))
     assert mesh.vertices.tolist() == TRIANGLE.tolist()
-    with pytest.raises(InputError, match=r"none\.bin: cannot be read"):
+    with pytest.raises(InputError, match=r"none\.bin: cannot be read.*; a.gltf names it$"):
         read("a.gltf", build.gltf("none.bin"))
 
 
@@ -264,7 +264,7 @@ def test_gltf_rows(read, build, rows, message):
 def test_glb_chunks(read, build):
     data = build.primitive(indices=[0, 1, 2]).glb()
     for end in (6, 12, 19, 25, len(data) // 2, len(data) - 1):
-        with pytest.raises(InputError, match=r"is truncated|is damaged|takes bytes"):
+        with pytest.raises(InputError, match=r"is truncated|takes bytes"):
             read("a.glb", data[:end])
     with pytest.raises(InputError, match="is glTF 1; export"):
         read("a.glb", data[:4] + b"\1" + data[5:])

@@ -21,6 +21,9 @@ _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "
 """NumPy's names of component types."""
 _COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
+_HEAD = 12
+"""Bytes of a GLB file before its chunks."""
+
 
 @dataclass
 class Document:
@@ -149,7 +152,10 @@ class Document:
             return self.binary
         if uri.startswith("data:"):
             return base64.b64decode(uri.partition(",")[2], validate=True)
-        return read_bytes(named_file(self.path.parent, unquote(uri)))
+        try:
+            return read_bytes(named_file(self.path.parent, unquote(uri)))
+        except InputError as error:
+            raise InputError(f"{error}; {self.path.name} names it") from None
 
 
 def split_glb(path: Path, data: bytes) -> tuple[memoryview, memoryview | None]:
@@ -161,11 +167,13 @@ def split_glb(path: Path, data: bytes) -> tuple[memoryview, memoryview | None]:
     """
     if data[:4] != b"glTF":
         raise InputError("is not a GLB file; name one that begins with 'glTF'", path)
+    if len(data) < _HEAD:
+        raise InputError(f"is truncated after {len(data)} bytes; export it again", path)
     version, length = struct.unpack_from("<II", data, 4)
     if version != 2:
         raise InputError(f"is glTF {version}; export it as glTF 2.0", path)
     chunks: dict[bytes, memoryview] = {}
-    at = 12
+    at = _HEAD
     while at + 8 <= min(length, len(data)):
         size, kind = struct.unpack_from("<I4s", data, at)
         chunks.setdefault(kind, memoryview(data)[at + 8 : at + 8 + size])
