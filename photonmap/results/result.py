@@ -93,8 +93,8 @@ class Result(Plots):
         """
         if name in self.buffers:
             return self.buffers[name]
-        arguments = self.record.get("arguments")
-        if arguments is None or not is_omitted(name) or name not in arguments.get("buffers", name):
+        kept = self.record.get("arguments", {}).get("buffers")
+        if not is_omitted(name) or (kept is not None and name not in kept):
             raise AttributeError(self._missing(name))
         width, height = self.size
         return np.zeros((height, width, self.bands.count), np.float32)
@@ -206,8 +206,9 @@ class Result(Plots):
             return smooth_error(error, mean, block_minima(counts, SIDE), BLOCK_PRIOR)
         if name not in self.buffers:
             raise ValueError(self._missing(name))
-        known = listed(self.block_errors) or "none, after a single pass,"
-        raise ValueError(f"{name!r} has no standard error of blocks: {known} has one")
+        known = listed(self.block_errors)
+        which = f"there is one of {known}" if known else "after a single pass there is none"
+        raise ValueError(f"{name!r} has no standard error of blocks: {which}")
 
     def bias(self, name: str) -> BlockBias:
         """Return the estimated bias of a buffer as an image of blocks, which are stated with it.

@@ -5,11 +5,13 @@ from __future__ import annotations
 from os import PathLike
 from typing import Any
 
+from photonmap.buffers import names_where, row_of
 from photonmap.errors import InputError
 from photonmap.io.png import encode_png
 from photonmap.render import render
 from photonmap.results.preview import as_bytes
 from photonmap.results.result import Result
+from photonmap.runtime.wording import shown, suggest
 from photonmap.scene.scene import Scene
 
 SIZE, SECONDS = (320, 240), 20.0
@@ -41,6 +43,10 @@ def preview(scene: Scene | str | PathLike[str], buffer: str = "radiance", **opti
         raise InputError(
             "pm.preview shows pictures in a notebook and needs IPython: pip install ipython"
         ) from None
+    row = row_of(buffer)
+    if row is None or not row.is_banded:
+        known = suggest(buffer, names_where(is_banded=True))
+        raise InputError(f"buffer {shown(buffer)} has no bands that could be shown; {known}")
     place = None
 
     def show(result: Result) -> None:

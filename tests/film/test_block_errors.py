@@ -111,7 +111,9 @@ def test_files_keep_them(run, tmp_path):
 
 
 def test_what_has_none_is_told(run):
-    with pytest.raises(ValueError, match="'direct' has no standard error of blocks: 'indirect'"):
+    with pytest.raises(
+        ValueError, match="'direct' has no standard error of blocks: there is one of 'indirect'"
+    ):
         run.block_error("direct")
     with pytest.raises(ValueError, match="'nothing' was not among the buffers"):
         run.block_error("nothing")

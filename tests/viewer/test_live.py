@@ -91,6 +91,13 @@ def test_a_preview_is_refined_in_place(notebook, buffer):
     assert result.record["passes"] == 3
 
 
+@pytest.mark.parametrize(("buffer", "meant"), [("radianse", "mean 'radiance'"), ("depth", "")])
+def test_a_preview_of_no_picture_is_refused_before_rendering(notebook, buffer, meant):
+    with pytest.raises(pm.InputError, match=f"'{buffer}' has no bands that could be .*{meant}"):
+        pm.preview(pm.scenes.cornell_box(), buffer, **SMALL)
+    assert not notebook.pictures
+
+
 def test_a_preview_needs_a_notebook(monkeypatch):
     monkeypatch.setitem(sys.modules, "IPython.display", None)
     with pytest.raises(pm.InputError, match="needs IPython: pip install ipython"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from numbers import Real
 
 import numpy as np
 
@@ -31,7 +32,8 @@ def check_relative_indices(meshes: Sequence[Mesh]) -> None:
 
 def is_relative(material: Material) -> bool:
     """Return whether an index is relative to what is around."""
-    return material.ior is not None and material.outside == 1.0 and material.ior < 1.0 - LIKE_AIR
+    index = material.ior
+    return isinstance(index, Real) and material.outside == 1.0 and 0.0 < index < 1.0 - LIKE_AIR
 
 
 class StrandedIndexError(InputError):
