@@ -124,8 +124,8 @@ class RenderLoop:
             warn(f"stopped after {ceiling:.6g} s, before the error {goal} was reached")
         elif not (whole.shows_nothing() or whole.states_error(self._integrator.finds_light)):
             warn(
-                f"there is no error {goal} to reach: "
-                "every pixel shows an emitter or background, wholly or in part"
+                f"there is no error {goal} to reach: every pixel is unresolved, or shows an "
+                "emitter or background, wholly or in part"
             )
 
     def error(self) -> float:

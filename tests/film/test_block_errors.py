@@ -120,5 +120,5 @@ def test_what_has_none_is_told(run):
     with pytest.raises(ValueError, match="'nothing' was not among the buffers"):
         run.block_mean("nothing")
     once = pm.render(pm.scenes.cornell_box(), bands=1, size=(8, 8), passes=1)
-    with pytest.raises(ValueError, match="none, after a single pass"):
+    with pytest.raises(ValueError, match="after a single pass there is none"):
         once.block_error("indirect")

@@ -104,7 +104,7 @@ def test_a_light_that_fills_the_view_is_not_named(light):
 def test_no_error_is_reached_where_only_lights_are_seen():
     lamp = quad((-1, 1, 1), (-1, 1, -1), (1, 1, -1), (1, 1, 1), LAMP, "ceiling")
     camera = pm.Camera((0.0, 0.5, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), fov=60.0)
-    with pytest.warns(pm.SceneWarning, match=r"no error 0\.5 to reach: every pixel shows an emit"):
+    with pytest.warns(pm.SceneWarning, match=r"no error 0\.5 to reach: every pixel is unres"):
         result = pm.render(pm.Scene([lamp], camera=camera), bands=1, size=(8, 8), error=0.5)
     assert result.record["error"] is result.record["goal"]["reached"] is None
     assert result.record["passes"] == 16

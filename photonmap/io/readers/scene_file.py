@@ -88,10 +88,14 @@ def read(path: Path, options: ReadOptions) -> Scene:
     toml.check_known(_SECTIONS, "section")
     mesh = _mesh_path(path, toml)
     read_mesh = find_reader(mesh)
-    if _MESH in toml.sections and not mesh.is_file():
-        raise toml.error(f"mesh: {mesh}: cannot be read (no such file); check the name", _MESH)
     cameras = read_cameras(toml)
-    scene = assign_materials(read_mesh(mesh, options), toml)
+    try:
+        bare = read_mesh(mesh, options)
+    except InputError as error:
+        if _MESH not in toml.sections or mesh.is_file():
+            raise
+        raise toml.error(f"mesh: {error}", _MESH) from None
+    scene = assign_materials(bare, toml)
     meshes = change_materials(scene.meshes, toml)
     check_indices(meshes, toml, mesh)
     camera = cameras[0] if cameras else scene.camera
