@@ -51,7 +51,7 @@ class DisjointCompiler(KernelCompiler):
     """The same, for functions whose arrays do not overlap."""
 
     def define_pipelines(self) -> list[PassManager]:
-        """Return the one list of steps, after LLVM has been told of the arrays."""
+        """Return the one list of steps; LLVM learns on the way that arrays do not overlap."""
         self.state.flags.noalias = True
         return super().define_pipelines()
 

@@ -84,11 +84,11 @@ def look_up_base(scene, scattering, cache, surface, state, scratch):
     """
     if scattering is None:
         return 0, True, surface, state
-    lit, chance = _add_base(scene, scattering, cache, surface, scratch)
+    lit, probability = _add_base(scene, scattering, cache, surface, scratch)
     xi, state = draw(state)
-    if xi >= chance:
+    if xi >= probability:
         return FOUND if lit else EMPTY, False, surface, state
-    divide(scratch.throughput, chance)
+    divide(scratch.throughput, probability)
     point, ng, ns, side, hit, arrival, _ = surface
     surface = SurfaceInteraction(point, ng, ns, side, hit, arrival, np.int64(models.LOBE))
     return FOUND if lit else EMPTY, True, surface, state

@@ -15,6 +15,16 @@ def assert_within(values, truth, error, sigmas=4.0, slack=1e-6):
     )
 
 
+def assert_invisible(result, sky):
+    """Assert that all that covers whole pixels is as bright as an even sky; return the error."""
+    inside = result.coverage == 1.0
+    value, error = result.radiance[inside], result.errors["radiance"][inside]
+    assert inside.any()
+    total = np.sqrt((error**2).sum()) / error.size
+    assert abs(value.mean() - sky) < 4.0 * total + 0.003 * sky
+    return total
+
+
 def assert_blocks_agree(one, other, side=4):
     """Assert that two renders agree in blocks of pixels, at 0.1% for all together, within 1%."""
     height, width, bands = one.radiance.shape

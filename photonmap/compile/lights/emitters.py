@@ -191,12 +191,12 @@ def _find_shining(
         raise InputError(f"a scene has one dome or environment at most: leave one of {both} out")
     sky = next((compile_sky(s, bands) for s in skies if isinstance(s, MappedLight)), None)
     shining = [light for light in named if _spectrum(light, sky, bands).any()]
-    if named and not shining and not area_names:
-        raise InputError(
-            f"all lights are off, being 0 in every band: {listed(light.name for light in named)}; "
-            "turn one on, or remove them to have the default light"
-        )
     if not shining and not area_names:
+        if named:
+            raise InputError(
+                f"all lights are off, being 0 in every band: {listed(one.name for one in named)}; "
+                "turn one on, or remove them to have the default light"
+            )
         warn(
             f"the scene has no light: a dome of radiance {AMBIENT:g} in every band lights it, and "
             "a soft key light from above and to the left of the camera"
