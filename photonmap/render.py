@@ -352,7 +352,7 @@ def describe_passes(run: Run) -> dict[str, Any]:
     """Return what the record says of the passes."""
     integrator, loop, moments = run.integrator, run.loop, run.moments.whole
     error, bias = moments.error(lit=integrator.finds_light), loop.bias
-    known = moments.states_error(integrator.finds_light)
+    known = math.isfinite(error) and moments.states_error(integrator.finds_light)
     return {
         "passes": moments.count,
         "pass_samples": loop.pass_samples,

@@ -111,8 +111,9 @@ class RenderLoop:
         """Return the error that was aimed at and the one reached; None for another budget."""
         if self._budget.goal is None:
             return None
-        is_known = self._moments.whole.states_error(self._integrator.finds_light)
-        return {**asdict(self._budget.goal), "reached": self.error() if is_known else None}
+        error, lit = self.error(), self._integrator.finds_light
+        is_known = math.isfinite(error) and self._moments.whole.states_error(lit)
+        return {**asdict(self._budget.goal), "reached": error if is_known else None}
 
     def warn_of_missed_goal(self) -> None:
         """Warn where the passes ended before the error that was aimed at, or where none exists."""
