@@ -9,17 +9,20 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.runtime.wording import shown
-from photonmap.scene.camera import Camera
+from photonmap.scene.camera import FOV, Camera
+from photonmap.scene.parameters import parameters_of
 from photonmap.scene.vectors import Vector, unit, vector
 
-_FOV = 40.0
 _MARGIN = 1.05
 _AZIMUTH, _ELEVATION = math.radians(30.0), math.radians(25.0)
 """Of the camera, to the right of the front and above it."""
 
 
 def frame_scene(
-    vertices: NDArray[np.float64], aspect: float = 1.0, up: Vector = (0.0, 1.0, 0.0)
+    vertices: NDArray[np.float64],
+    aspect: float = 1.0,
+    up: Vector = (0.0, 1.0, 0.0),
+    fov: float = FOV,
 ) -> Camera:
     """Look at a scene from the front, right and above, so that it fits the image with a margin.
 
@@ -30,27 +33,29 @@ def frame_scene(
     vertices : (V, 3), scene units
     aspect : width / height of the image
     up : direction that is up
+    fov : full vertical angle of view, degrees
 
     Raises
     ------
-    InputError : `up` is no direction
+    InputError : `up` is no direction, or `fov` no angle
     """
     checked = vector(up)
     upright = None if checked is None else unit(np.array(checked))
     if upright is None:
         raise InputError(f"up {shown(up)} is not a direction; give three numbers, as in (0, 0, 1)")
+    angle = parameters_of(Camera)["fov"].check(fov)
     toward = _three_quarters(upright)
     right = np.cross(upright, toward)
     right /= np.linalg.norm(right)
     center = 0.5 * vertices.min(axis=0) + 0.5 * vertices.max(axis=0)
-    slope = math.tan(math.radians(_FOV) / 2.0) / _MARGIN
+    slope = math.tan(math.radians(angle) / 2.0) / _MARGIN
     offsets = vertices - center
     depths = offsets @ toward
     aside, width = _fit(offsets @ right, depths, slope * aspect)
     above, height = _fit(offsets @ np.cross(toward, right), depths, slope)
     target = center + aside * right + above * np.cross(toward, right)
     origin = target + (max(width, height) or 1.0) * toward
-    return Camera(_plain(origin), _plain(target), _plain(upright), _FOV)
+    return Camera(_plain(origin), _plain(target), _plain(upright), angle)
 
 
 def _fit(

@@ -210,7 +210,7 @@ def _compile_chains(
 def _look(scene: Scene, vertices: NDArray[np.float64], aspect: float) -> tuple[Camera, Frame]:
     """Return the scene's camera, or one that shows all of it, and the frame of the kernels."""
     if scene.camera is None:
-        return frame_scene(vertices, aspect, scene.up), choose_frame(vertices, None)
+        return frame_scene(vertices, aspect, scene.up, scene.fov), choose_frame(vertices, None)
     camera = check_camera(scene.camera)
     return camera, choose_frame(vertices, camera)
 

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Literal
 from photonmap.errors import InputError, SceneWarning
 
 if TYPE_CHECKING:
-    from photonmap.scene.camera import Camera
     from photonmap.scene.scene import Scene
 
 
@@ -24,8 +23,8 @@ class SceneSource:
     ----------
     path : of the scene file
     missing_textures : "error" or "grey", see `photonmap.load_scene`
-    camera : attributes of `photonmap.Camera` that replace those of the file's camera; `up` alone
-        counts without a camera too
+    camera : attributes of `photonmap.Camera` that replace those of the file's camera; without one,
+        `up` and `fov` hold for the view of the whole scene, and `origin` looks at its middle
     munsell, illuminants : files of measured spectra; None for those that the environment names
     view : the name of one of the file's cameras; None for the first
     root : folder below which all files lie that the scene names; None for its own
@@ -47,8 +46,8 @@ class SceneSource:
         Raises
         ------
         InputError : as `photonmap.load_scene`; strictly, there is a warning; a file of spectra
-            cannot be read; there is no camera of the name; or the camera lacks a position or a
-            target
+            cannot be read; there is no camera of the name; or there is no camera to give a
+            target alone
         """
         from photonmap.io.readers.scene_file import load_scene
 
@@ -57,10 +56,7 @@ class SceneSource:
             scene = load_scene(self.path, self.missing_textures, self.root)
         if self.view is not None:
             scene = scene.seen_by(self.view)
-        if scene.camera is None and {*self.camera} == {"up"}:
-            scene.up = self.camera["up"]
-        else:
-            scene.camera = self._choose_camera(scene.camera)
+        self._choose_camera(scene)
         return scene
 
     def views(self, size: tuple[int, int]) -> list[SceneSource]:
@@ -81,16 +77,19 @@ class SceneSource:
             check_image_size(camera.changed(**self.camera), size)
         return [replace(self, view=camera.name) for camera in cameras] or [self]
 
-    def _choose_camera(self, own: Camera | None) -> Camera | None:
+    def _choose_camera(self, scene: Scene) -> None:
+        """Let a scene be seen as was chosen, its middle where there is but a position."""
         from photonmap.scene.camera import Camera
 
-        if not self.camera:
-            return own
-        if own is not None:
-            return own.changed(**self.camera)
-        if missing := {"origin", "target"} - {*self.camera}:
-            raise InputError(f"a camera needs --{' and --'.join(sorted(missing))} too")
-        return Camera(**self.camera)
+        if scene.camera is not None:
+            scene.camera = scene.camera.changed(**self.camera)
+        elif "origin" in self.camera:
+            scene.camera = Camera(**{"target": scene.middle, **self.camera})
+        elif "target" in self.camera:
+            raise InputError("the scene has no camera, so --target needs --origin too")
+        else:
+            for name, value in self.camera.items():
+                setattr(scene, name, value)
 
 
 @contextmanager

@@ -34,7 +34,8 @@ FARTHEST = 1e30
 """Largest coordinate of a camera, scene units: depths are float32."""
 _PARALLEL = 1e-6
 """Least sine of the angle between view and up at which the picture has a defined upright."""
-_FOV = 40.0
+FOV = 40.0
+"""Angle of view where none is given, degrees."""
 NOT_IN_FILES = '/\\:*?"<>|'
 """Characters that a camera's name may not have: it becomes part of the names of files."""
 ALL = "all"
@@ -63,7 +64,7 @@ class Camera:
     origin: Annotated[Vector, Point()]
     target: Annotated[Vector, Point()]
     up: Annotated[Vector, Direction()] = (0.0, 1.0, 0.0)
-    fov: Annotated[float, Number("angle of view", "degrees", above=0.0, below=180.0)] = _FOV
+    fov: Annotated[float, Number("angle of view", "degrees", above=0.0, below=180.0)] = FOV
     height: Annotated[float | None, Number("height", "scene units", above=0.0)] = None
     projection: Annotated[Projection | None, Part("projection", kinds=PROJECTIONS)] = None
     lens: Annotated[Lens | None, Part("lens", kinds={Lens.kind: Lens})] = None
@@ -231,7 +232,7 @@ def _find_conflict(camera: Camera, given: Collection[str]) -> tuple[str, str] | 
     if camera.name == ALL or set(camera.name) & set(NOT_IN_FILES):
         problem = f"{shown(camera.name)} cannot be part of a file's name; choose another"
         return "name", problem
-    has_fov = camera.fov != _FOV or "fov" in given
+    has_fov = camera.fov != FOV or "fov" in given
     has_height = camera.height is not None
     if camera.projection is not None and (has_fov or has_height):
         kind = camera.projection.kind

@@ -6,9 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import numpy as np
+
 from photonmap.errors import InputError, warn
 from photonmap.runtime.wording import listed, shown, suggest
-from photonmap.scene.camera import Camera
+from photonmap.scene.camera import FOV, Camera
 from photonmap.scene.light_parts.area_light import AreaLight, area_meshes
 from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
@@ -34,6 +36,7 @@ class Scene:
     name : used in records
     cameras : all of the scene, if there are several, with names that differ
     up : direction that is up where there is no camera; (0, 0, 1) for many files of CAD
+    fov : full vertical angle of view where there is no camera, degrees
     file : from which it was loaded, named in errors; None for a scene of your own
     """
 
@@ -43,6 +46,7 @@ class Scene:
     name: str = "scene"
     cameras: list[Camera] = field(default_factory=list)
     up: Vector = (0.0, 1.0, 0.0)
+    fov: float = FOV
     file: str | None = field(default=None, compare=False)
 
     if TYPE_CHECKING:
@@ -55,6 +59,7 @@ class Scene:
             name: str = "scene",
             cameras: Sequence[Camera] = ...,
             up: Vector = ...,
+            fov: float = ...,
             file: str | None = None,
         ) -> None:
             """Take a mesh or a light where there is but one."""
@@ -122,6 +127,17 @@ class Scene:
         if self.camera is None:
             return []
         return [self.camera, *(each for each in self.cameras if each.name != self.camera.name)]
+
+    @property
+    def middle(self) -> Vector:
+        """The middle of the box around all vertices, scene units; (0, 0, 0) without any."""
+        parts = [mesh.vertices for mesh in self.meshes if len(mesh.vertices)]
+        if not parts:
+            return 0.0, 0.0, 0.0
+        low = np.min([vertices.min(axis=0) for vertices in parts], axis=0)
+        high = np.max([vertices.max(axis=0) for vertices in parts], axis=0)
+        x, y, z = (0.5 * low + 0.5 * high).tolist()
+        return x, y, z
 
     def seen_by(self, name: str) -> Scene:
         """Return the scene with the camera of a name in use.

@@ -179,3 +179,17 @@ def test_o_stands_for_output_in_every_command(command, capsys):
     with pytest.raises(SystemExit):
         main([*command, "--help"])
     assert re.search(r"-o [\w.-]+, --output", capsys.readouterr().out)
+
+
+PLATE = "v 2 0 0\nv 4 0 0\nv 4 2 0\nv 2 2 0\nf 1 2 3 4\n"
+
+
+def test_parts_of_a_camera_do_without_the_rest(tmp_path):
+    (tmp_path / "plate.obj").write_text(PLATE)
+    path = str(tmp_path / "plate.obj")
+    scene = SceneSource(path, camera={"fov": 10.0, "up": (0.0, 0.0, 1.0)}).load()
+    assert (scene.camera, scene.fov, scene.up) == (None, 10.0, (0.0, 0.0, 1.0))
+    scene = SceneSource(path, camera={"origin": (0.0, 0.0, 5.0)}).load()
+    assert scene.camera == pm.Camera((0.0, 0.0, 5.0), (3.0, 1.0, 0.0))
+    with pytest.raises(InputError, match="has no camera, so --target needs --origin too"):
+        SceneSource(path, camera={"target": (0.0, 0.0, 5.0)}).load()

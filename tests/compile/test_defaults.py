@@ -25,9 +25,11 @@ def places_in_image(camera, points, aspect):
 @pytest.mark.parametrize("aspect", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize("up", UP)
 @pytest.mark.parametrize("away", [0.0, 1e6])
-def test_a_scene_fills_the_image(up, aspect, away):
+@pytest.mark.parametrize("fov", [10.0, 40.0, 120.0])
+def test_a_scene_fills_the_image(up, aspect, away, fov):
     points = np.random.default_rng(1).normal(size=(1000, 3)) * (3.0, 1.0, 0.5) + away
-    camera = frame_scene(points, aspect, UP[up])
+    camera = frame_scene(points, aspect, UP[up], fov)
+    assert camera.fov == fov
     low, high = np.sort(places_in_image(camera, points, aspect), axis=0)[[0, -1]]
     tight = np.argmax(high - low)
     np.testing.assert_allclose([-low[tight], high[tight]], 1.0 / 1.05, rtol=1e-6)
@@ -50,6 +52,8 @@ def test_odd_scenes_and_directions():
     for up in ((0, 0, 0), "z"):
         with pytest.raises(pm.InputError, match="is not a direction; give three numbers"):
             frame_scene(np.eye(3), 1.0, up)
+    with pytest.raises(pm.InputError, match="not an angle of view; give degrees above 0"):
+        frame_scene(np.eye(3), fov=180.0)
 
 
 def irradiance(normal, key, rng):
