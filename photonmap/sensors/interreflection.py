@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError
-from photonmap.sensors.sampling import STEP, check_sensitivities, sensitivity_nodes, values_at
+from photonmap.sensors.sampling import STEP, check_sensitivities, sample_band
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Spectrum, SpectrumSet
 
@@ -166,9 +166,8 @@ def _band(
     orders: Iterable[int],
 ) -> _Band:
     """Prepare one band for these numbers of bounces."""
-    nodes, weights = sensitivity_nodes(curve, step)
-    curves = reflectances.at(nodes)
-    light = weights * values_at(illuminant, nodes)
+    weights, curves, spectrum = sample_band(curve, reflectances, illuminant, step)
+    light = weights * spectrum
     averages, emission = (curves @ weights)[:, None], light.sum(keepdims=True)
     return _Band(
         float(emission[0]),

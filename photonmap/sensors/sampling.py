@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.curves import Spectrum, SpectrumSet
+from photonmap.spectra.curves import Spectrum, SpectrumSet, check_covers, without_tails
+from photonmap.spectra.integrals import resample
 
 Floats = NDArray[np.float64]
 
@@ -70,24 +71,32 @@ def band_values(
     InputError
         if a curve does not cover the bands
     """
-    reflected, light = [], []
-    for curve in bands.sensitivities:
-        nodes, weights = sensitivity_nodes(curve, step)
-        reflected.append(reflectances.at(nodes) @ weights)
-        light.append(weights @ values_at(illuminant, nodes))
-    return np.array(reflected).T, np.array(light)
+    reflected, emitted = [], []
+    for sensitivity in bands.sensitivities:
+        weights, curves, light = sample_band(sensitivity, reflectances, illuminant, step)
+        reflected.append(curves @ weights)
+        emitted.append(weights @ light)
+    return np.array(reflected).T, np.array(emitted)
 
 
-def values_at(curve: Spectrum, nodes: Floats) -> Floats:
-    """Return the values of a curve at `nodes` (M,), nm, increasing: (M,) float64.
+def sample_band(
+    sensitivity: Spectrum, reflectances: SpectrumSet, illuminant: Spectrum, step: float = STEP
+) -> tuple[Floats, Floats, Floats]:
+    """Return the weights (M,) of `sensitivity_nodes`, and reflectances (C, M) and light (M,) there.
+
+    As in a render, curves keep their outer values in the tails of the sensitivity.
 
     Raises
     ------
     InputError
-        if it does not cover them
+        if a curve does not cover what the band sees but for a thousandth at either end
     """
-    curve.check_covers(nodes[0], nodes[-1])
-    return curve(nodes)
+    nodes, weights = sensitivity_nodes(sensitivity, step)
+    seen = without_tails(sensitivity)
+    check_covers(reflectances.wavelengths, *seen)
+    illuminant.check_covers(*seen)
+    curves = resample(nodes, reflectances.wavelengths, reflectances.values)
+    return weights, curves, illuminant(nodes)
 
 
 def check_sensitivities(bands: Bands) -> None:

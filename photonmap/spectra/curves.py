@@ -234,11 +234,11 @@ def check_covers(wavelengths: Floats, low: float, high: float) -> None:
 
 def needed_range(sensitivities: Iterable[Spectrum]) -> tuple[float, float]:
     """Return the range, nm, that curves must cover: 400 to 700, and all but the tails of bands."""
-    ends = np.array([VISIBLE, *map(_without_tails, sensitivities)])
+    ends = np.array([VISIBLE, *map(without_tails, sensitivities)])
     return float(ends[:, 0].min()), float(ends[:, 1].max())
 
 
-def _without_tails(curve: Spectrum) -> tuple[float, float]:
+def without_tails(curve: Spectrum) -> tuple[float, float]:
     """Return the range, nm, beyond either end of which a sensitivity has at most `TAIL` of it."""
     area = np.diff(curve.wavelengths) * 0.5 * (curve.values[1:] + curve.values[:-1])
     passed = np.concatenate([[0.0], np.cumsum(area)]) / area.sum()

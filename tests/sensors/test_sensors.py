@@ -215,6 +215,17 @@ def test_band_values_are_averages(chips, light):
     np.testing.assert_allclose(lit, bands.average(light), rtol=1e-3)
 
 
+def test_curves_hold_in_the_tails_of_a_camera_as_in_a_render(light):
+    camera = Bands.parse("Nikon 5100 (NPL)")
+    short = curves([0.2, 0.7], [0.5, 0.1], wavelengths=(400.0, 730.0))
+    seen, _ = band_values(camera, short, light, 0.5)
+    rendered = [camera.reflectance(curve) for curve in short]
+    np.testing.assert_allclose(seen, rendered, rtol=1e-4)
+    assert interreflection_errors(short, light, camera, 2).kept == 1.0
+    with pytest.raises(InputError, match=r"the curve covers 450-730 nm, but 4\d\d-"):
+        band_values(camera, curves([0.2, 0.7], wavelengths=(450.0, 730.0)), light)
+
+
 def test_exact_colors_are_those_of_colour_science(chips):
     exact = exact_colors(chips, Spectrum([380, 780], [2.0, 2.0]))
     white, grey = curves([1.0, 1.0], [0.5, 0.5]), observer().wavelengths
