@@ -20,7 +20,7 @@ from pathlib import Path
 
 from photonmap.errors import InputError, naming
 from photonmap.runtime.named_files import named_file
-from photonmap.runtime.wording import shown
+from photonmap.runtime.wording import shown, suggest
 from photonmap.spectra import names
 from photonmap.spectra.colorimetry import emission_of_xyz, reflectance_of_xyz
 from photonmap.spectra.curves import (
@@ -53,6 +53,9 @@ _BY_HEIGHT: dict[str, Callable[[ClearSky], Spectrum]] = {
     "sky": ClearSky.skylight,
 }
 """Lights that the turbidity and the height of the sun, degrees, name."""
+
+_PREFIXES = ("rgb", "xyz", "xyY", "munsell", "metal", *_BY_TEMPERATURE, *_BY_HEIGHT, "sfu")
+"""Of notations; no name has a colon."""
 
 _UNFINISHED = re.compile(
     r"\w+:|munsell:( *N|.*/)|(rgb|xyz|xyY):[ ,]*[^ ,]+[ ,]+[^ ,]+[ ,]*|(sun|sky):[ ,]*[^ ,]+[ ,]*",
@@ -183,13 +186,17 @@ def _emission_source(body: str, folder: Path) -> Color:
 
 
 def _common_source(body: str, folder: Path, highest: float, kind: str) -> Color | None:
-    """Read a number, an RGB triple or a file; None if it is none of them."""
+    """Read a number, an RGB triple or a file; None if it is a name."""
     if (number := _number(body)) is not None:
         return number
     if body.startswith("rgb:"):
         return _triple(body, body.removeprefix("rgb:"))
     if Path(body).suffix.lower() in FILES:
         return _only_curve(named_file(folder, body), highest, kind)
+    prefix, colon, _ = body.partition(":")
+    if colon:
+        known = suggest(f"{prefix}:", [f"{each}:" for each in _PREFIXES])
+        raise InputError(f"{shown(body)} names no {kind}: there is no '{prefix}:'; {known}")
     return None
 
 
