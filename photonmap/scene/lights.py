@@ -341,7 +341,10 @@ def check_light(
     checked: Light = replace(described, **plain)
     if conflict := checked.find_conflict():
         attribute, problem = conflict
-        raise error(attribute, f"{shown(getattr(light, attribute))} {problem}")
+        quoted = f"{shown(getattr(light, attribute))} "
+        if not plain[attribute]:
+            quoted = ""  # a 0 may not have been given
+        raise error(attribute, quoted + problem)
     return checked
 
 

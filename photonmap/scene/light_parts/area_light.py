@@ -61,7 +61,7 @@ class AreaLight(Light):
             return "radius", "is given beside width or height; leave out one or the other"
         if not self.radius and not all(sides):
             lacking = "height" if self.width else "width"
-            return lacking, "leaves no area; give width and height, or radius, above 0"
+            return lacking, "is missing or 0; give width and height, or radius, above 0"
         if self.radiance is not None and self.power is not None:
             return "power", "is given beside radiance; leave out one of them"
         return None

@@ -49,7 +49,8 @@ def _read(toml: Toml, index: int, section: dict[str, Any]) -> Light:
     attributes = {parameter.key or name: name for name, parameter in parameters.items()}
     required = {field.name for field in fields(light) if field.default is MISSING}
     toml.check_known(("type", *attributes), f"{kind} light key", *at)
-    values, lines = {}, {}
+    values: dict[str, Any] = {}
+    lines: dict[str, int | None] = dict.fromkeys(parameters, toml.line(*at))
     for key, attribute in attributes.items():
         if key in section:
             lines[attribute] = toml.line(*at, key)
