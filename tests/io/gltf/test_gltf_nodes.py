@@ -135,6 +135,20 @@ def test_what_is_not_simulated(scene_of):
         scene_of(nodes, [lens], [{"type": "point", "range": 5.0}])
 
 
+@pytest.mark.parametrize("inner", [0.6, 0.6000001])
+def test_a_hard_spot_may_have_equal_angles(scene_of, inner):
+    cone = {"innerConeAngle": inner, "outerConeAngle": 0.6}
+    (spot,) = scene_of([shining()], lights=[{"type": "spot", "spot": cone}]).lights
+    assert spot.inner == spot.outer
+
+
+def test_an_inner_cone_beyond_the_outer_one_is_lowered_with_a_warning(scene_of):
+    cone = {"innerConeAngle": 0.7, "outerConeAngle": 0.6}
+    with pytest.warns(SceneWarning, match="not simulated: innerConeAngle above outerConeAngle of"):
+        (spot,) = scene_of([shining()], lights=[{"type": "spot", "spot": cone}]).lights
+    assert spot.inner == spot.outer == pytest.approx(math.degrees(0.6))
+
+
 @pytest.mark.parametrize(
     ("node", "camera", "light", "message"),
     [

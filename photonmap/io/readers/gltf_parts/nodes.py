@@ -27,6 +27,8 @@ from photonmap.scene.vectors import Vector
 
 _WIDEST = math.pi / 4.0
 """Default outer half-angle of a spot, radians."""
+_ROUNDING = 1.0 + 1e-6
+"""Of angles in float32: a spot of a hard edge has two equal ones."""
 _Color = tuple[float, float, float]
 
 
@@ -140,9 +142,7 @@ def read_light(node: NodeItem) -> Light:
         case "directional":
             light = DirectionalLight(node.ahead, amount, name=node.name)
         case "spot":
-            spot = item.get("spot") or {}
-            outer = max(math.degrees(node.number("outerConeAngle", _WIDEST, spot)), NARROWEST)
-            inner = min(math.degrees(node.number("innerConeAngle", 0.0, spot)), outer)
+            inner, outer = _cone(node)
             light = SpotLight(node.origin, node.target, amount, inner, outer, name=node.name)
         case unknown:
             raise node.error(f"a light of type {shown(unknown)} is unknown; export it again")
@@ -156,6 +156,16 @@ def unused_name(wanted: str, index: int, used: set[str]) -> str:
         name += f"_{index}"
     used.add(name)
     return name
+
+
+def _cone(node: NodeItem) -> tuple[float, float]:
+    """Return the half-angles of a spot, degrees, the inner lowered to the outer with a warning."""
+    spot = node.item.get("spot") or {}
+    inner = math.degrees(node.number("innerConeAngle", 0.0, spot))
+    outer = max(math.degrees(node.number("outerConeAngle", _WIDEST, spot)), NARROWEST)
+    if inner > outer * _ROUNDING:
+        node.lose("innerConeAngle above outerConeAngle")
+    return min(inner, outer), outer
 
 
 def _amount(node: NodeItem) -> _Color:
