@@ -47,9 +47,18 @@ def _lines(description: dict[str, Any]) -> Iterator[str]:
     yield from _section("effects of a render", effects)
     yield ""
     yield f"warnings: {len(description['warnings']) or 'none'}"
-    for warning in description["warnings"]:
-        yield f"  {warning['message']}"
-        yield f"    what to do: {warning['remedy']}"
+    yield from _warning_lines(description["warnings"])
+
+
+def _warning_lines(warnings: Sequence[dict[str, str]]) -> Iterator[str]:
+    """Yield warnings, those of one remedy together with it."""
+    by_remedy: dict[str, list[str]] = {}
+    for warning in warnings:
+        by_remedy.setdefault(warning["remedy"], []).append(warning["message"])
+    for remedy, messages in by_remedy.items():
+        yield from (f"  {message}" for message in messages)
+        several = f" about these {len(messages)}" if len(messages) > 1 else ""
+        yield f"    what to do{several}: {remedy}"
 
 
 def _section(title: str, rows: Sequence[Sequence[str]]) -> Iterator[str]:

@@ -13,6 +13,7 @@ from photonmap.inspection.describe import describe_scene
 from photonmap.inspection.remedies import find_remedy
 from photonmap.inspection.sizes import guess_unit
 from photonmap.inspection.surfaces import describe_materials, describe_mesh, name_kind
+from photonmap.inspection.text import _warning_lines
 
 from helpers.scenes import quad  # isort: skip
 
@@ -217,6 +218,13 @@ def test_every_warning_has_a_remedy(capsys, sloppy):
     assert all("compare a render" not in remedy for remedy in remedies.values()), remedies
     assert any("put the images" in remedy for remedy in remedies.values())
     assert any("polygons" in remedy for remedy in remedies.values())
+
+
+def test_warnings_of_one_remedy_stand_together():
+    told = [("a", "bake"), ("b", "unwrap"), ("c", "bake")]
+    about = [{"message": message, "remedy": remedy} for message, remedy in told]
+    shown = ["  a", "  c", "    what to do about these 2: bake", "  b", "    what to do: unwrap"]
+    assert [*_warning_lines(about)] == shown
 
 
 def test_an_unknown_warning_has_one_too():
