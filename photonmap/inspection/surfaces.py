@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
@@ -59,22 +60,29 @@ def _is_smooth(mesh: Mesh) -> bool:
 
 
 def describe_materials(meshes: Sequence[Mesh]) -> list[dict[str, Any]]:
-    """Return what the JSON says of the materials of meshes, in order of appearance."""
-    used: dict[int, Material] = {}
-    triangles: dict[int, int] = {}
+    """Return what the JSON says of the materials of meshes, in order of appearance.
+
+    Materials of one name, as one in the colours of several meshes, have the names of their meshes.
+    """
+    users: dict[int, list[Mesh]] = {}
     for mesh in meshes:
-        key = id(mesh.material)
-        used[key] = mesh.material
-        triangles[key] = triangles.get(key, 0) + len(mesh.faces)
+        users.setdefault(id(mesh.material), []).append(mesh)
+    materials = [group[0].material for group in users.values()]
+    count = Counter(material.name for material in materials)
     return [
         {
             "name": material.name,
             "kind": name_kind(material),
-            "triangles": triangles[key],
+            "triangles": sum(len(mesh.faces) for mesh in group),
+            **(_name_users(group) if count[material.name] > 1 else {}),
             **_describe_attributes(material),
         }
-        for key, material in used.items()
+        for material, group in zip(materials, users.values(), strict=True)
     ]
+
+
+def _name_users(meshes: Sequence[Mesh]) -> dict[str, list[str]]:
+    return {"meshes": [*dict.fromkeys(mesh.name for mesh in meshes)]}
 
 
 def name_kind(material: Material) -> str:

@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from photonmap.runtime.wording import listed
+
 MOST_ROWS = 40
 """Meshes, materials and lights that a table lists."""
 _HEAD = ("name", "kind", "triangles")
@@ -13,6 +15,8 @@ _HEAD = ("name", "kind", "triangles")
 _LIGHT_HEAD = ("name", "kind", "power", "share")
 _PLACES = ("origin", "target", "position")
 """Keys of points, which have as many digits as the scene's distance from the origin asks for."""
+_MOST_NAMES = 4
+"""Meshes of a material that are named."""
 _DIGITS, _MOST_DIGITS = 6, 17
 """Significant digits of numbers, and those with which float64 is exact."""
 
@@ -131,14 +135,21 @@ def _rows(
     for item in items:
         others = {key: value for key, value in item.items() if key not in head}
         details = ", ".join(
-            _show_lens(value)
-            if key == "lens"
-            else f"{key} {_show(value, digits if key in _PLACES else _DIGITS)}"
+            _show_detail(key, value, digits)
             for key, value in others.items()
             if value not in (None, [])
         )
         rows.append((*(_cell(key, item[key]) for key in head), details))
     return rows
+
+
+def _show_detail(key: str, value: Any, digits: int) -> str:
+    """Return a value that has no column of its own, with its key."""
+    if key == "lens":
+        return _show_lens(value)
+    if key == "meshes":
+        return f"of {listed(value, _MOST_NAMES)} alone"
+    return f"{key} {_show(value, digits if key in _PLACES else _DIGITS)}"
 
 
 def _cell(key: str, value: Any) -> str:

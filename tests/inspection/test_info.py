@@ -220,6 +220,15 @@ def test_every_warning_has_a_remedy(capsys, sloppy):
     assert any("polygons" in remedy for remedy in remedies.values())
 
 
+def test_materials_of_one_name_are_told_apart_by_their_meshes():
+    panel = quad((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0))
+    one, other = (pm.Material("paint", reflectance) for reflectance in (0.2, 0.4))
+    uses = (("a", one), ("b", other), ("c", other), ("b", other), ("d", pm.Material("wood")))
+    meshes = [pm.Mesh(panel.vertices, panel.faces, use, name) for name, use in uses]
+    described = describe_materials(meshes)
+    assert [each.get("meshes") for each in described] == [["a"], ["b", "c"], None]
+
+
 def test_warnings_of_one_remedy_stand_together():
     told = [("a", "bake"), ("b", "unwrap"), ("c", "bake")]
     about = [{"message": message, "remedy": remedy} for message, remedy in told]
