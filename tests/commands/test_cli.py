@@ -132,7 +132,7 @@ BAD = {
     "absurd bands": (["ok.obj", "--bands", "100000"], "100000"),
     "wrong bands": (["ok.obj", "--bands", "red"], "red"),
     "wrong vector": (["ok.obj", "--origin", "1,2"], "1,2"),
-    "half a camera": (["ok.obj", "--origin", "0,0,5"], "--target"),
+    "half a camera": (["ok.obj", "--target", "0,0,5"], "--target needs --origin too"),
     "wrong angle": (["ok.obj", "--origin", "0,0,5", "--target", "0,0,0", "--fov", "190"], "190"),
     "file for a folder": (["ok.obj", "--output", "ok.obj/x.exr"], "Not a directory"),
     "wrong suffix": (["ok.obj", "--output", "x.jpg"], ".exr"),
