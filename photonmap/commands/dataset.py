@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from photonmap.commands.dataset_options import add_arguments
+from photonmap.commands.dataset_options import USUAL, add_arguments
 from photonmap.commands.exit_codes import FAILED, INTERRUPTED
 from photonmap.errors import InputError, warn
 from photonmap.io.scene_source import use_measured_sets
@@ -60,11 +60,12 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
     from photonmap.dataset.files.chosen_buffers import check_chosen
     from photonmap.dataset.files.image_files import check_formats
     from photonmap.dataset.files.inputs import describe_left_out
-    from photonmap.dataset.files.manifest import check_dataset_folder
+    from photonmap.dataset.files.manifest import CHOICES, check_dataset_folder
     from photonmap.dataset.files.photos import choose_sensor
     from photonmap.dataset.jobs.make_dataset import Extra, describe_dataset, read_identity
     from photonmap.dataset.jobs.schedule import check_scheduler
 
+    _settle(folder, options)
     formats = tuple(dict.fromkeys(options.format))
     check_formats(formats)
     check_scheduler(options.scheduler, options.workers)
@@ -72,6 +73,7 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
     sensor, described = choose_sensor(options.sensor)
     chosen = check_chosen(options.buffers, formats, sensor is not None)
     head = describe_dataset(options.preset, common, formats, jobs, options.full, described, chosen)
+    head["choices"] = {name: getattr(options, name) for name in CHOICES}
     head["left_out"] = describe_left_out(folder, faults)
     check_dataset_folder(folder, head, options.resume or options.dry_run or options.estimate)
     extra = Extra(sensor, options.time_limit, chosen)
@@ -79,6 +81,23 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
         _preview(jobs, extra, formats, options)
         return _tell(faults)
     return max(_render(folder, head, jobs, extra, options), _tell(faults))
+
+
+def _settle(folder: Path, options: argparse.Namespace) -> None:
+    """Let options that are not given be those of the data set that is resumed, or the usual ones.
+
+    Raises
+    ------
+    InputError
+        if the manifest of that data set is damaged
+    """
+    from photonmap.dataset.files.manifest import HEAD, read_options
+
+    is_there = options.resume and (folder / HEAD).is_file()
+    begun = read_options(folder) if is_there else {}
+    for name, usual in USUAL.items():
+        if getattr(options, name) is None:
+            setattr(options, name, begun.get(name, usual))
 
 
 def _preview(

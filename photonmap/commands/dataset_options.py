@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from typing import Any
 
 from photonmap.commands.arguments import number
 from photonmap.commands.options import (
@@ -15,8 +16,26 @@ from photonmap.commands.options import (
 from photonmap.dataset.files.chosen_buffers import ALWAYS
 from photonmap.film.budget import DEFAULT_ERROR
 from photonmap.runtime.options import read_list, read_memory
-from photonmap.settings import DATASET
+from photonmap.settings import DATASET, OPTIONS, taken_by
 from photonmap.spectra.rgb_spaces import REC2020, SPACES
+
+USUAL: dict[str, Any] = {
+    **{name: OPTIONS[name].default for name in taken_by(DATASET)},
+    "size": (640, 480),
+    "error": f"{DEFAULT_ERROR}",
+    "preset": "small",
+    "count": 1,
+    "seed": 0,
+    "illuminations": [],
+    "materials": None,
+    "lightness": None,
+    "scale": None,
+    "format": ["exr", "png"],
+    "full": False,
+    "buffers": None,
+    "rgb": REC2020,
+}
+"""What options are where neither they nor a data set that is resumed say: None as not given."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,8 +53,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="folder of the data set; created where it is missing",
     )
     _add_images(parser)
-    error = f"{DEFAULT_ERROR}"
-    add_options(parser, DATASET, size={"default": (640, 480)}, error={"default": error})
+    usual = {"size": "640x480"} | {name: str(USUAL[name]) for name in ("bands", "pixel", "error")}
+    changes = {name: {"default": None, "default_text": text} for name, text in usual.items()}
+    add_options(parser, DATASET, **changes)
     _add_files(parser)
     _add_work(parser)
     check = parser.add_argument_group("verify")
@@ -75,10 +95,10 @@ def _add_images(parser: argparse.ArgumentParser) -> None:
     """Add the options that decide which scenes are rendered."""
     what = parser.add_argument_group("scenes")
     text = "small, icip2013, varied, or FILE.toml"
-    add_value(what, "preset", "NAME", text, default="small")
+    add_value(what, "preset", "NAME", text, default_text="small")
     text = "number of seeds for which each scene is built"
-    add_value(what, "count", "N", text, read=int, default=1)
-    add_value(what, "seed", "N", "first of the seeds", read=int, default=0)
+    add_value(what, "count", "N", text, read=int, default_text="1")
+    add_value(what, "seed", "N", "first of the seeds", read=int, default_text="0")
     _add_looks(what)
     add_measured_sets(what)
 
@@ -100,7 +120,6 @@ def _add_looks(what: argparse._ArgumentGroup) -> None:
         "LIST",
         "names separated by commas, such as white,random_3",
         read=read_list,
-        default=[],
         default_text="the preset's, or white,colored,two_planckian,two_mixed",
     )
 
@@ -114,12 +133,12 @@ def _add_files(parser: argparse.ArgumentParser) -> None:
         "LIST",
         "file formats, of exr, hdf5 and png, separated by commas",
         read=read_list,
-        default=["exr", "png"],
         default_text="exr,png",
     )
     files.add_argument(
         "--full",
         action="store_true",
+        default=None,
         help="write everything in single precision, 3 to 7 times as large, not as lean files",
     )
     add_value(
@@ -137,7 +156,7 @@ def _add_files(parser: argparse.ArgumentParser) -> None:
         "SPACE",
         f"space of the images in RGB: {', '.join(SPACES)}, a camera, or FILE.csv of three "
         "sensitivities",
-        default=REC2020,
+        default_text=REC2020,
     )
     add_value(
         files,
@@ -161,7 +180,10 @@ def _add_work(parser: argparse.ArgumentParser) -> None:
     )
     add_scheduler(work, may_be_auto=True)
     for flag, text in (
-        ("--resume", "render only the images that are missing or damaged"),
+        (
+            "--resume",
+            "render only the images that are missing or damaged, with the set's own options",
+        ),
         ("--dry-run", "list the images without rendering them"),
         (
             "--estimate",

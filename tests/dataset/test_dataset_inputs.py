@@ -90,6 +90,23 @@ def test_a_file_of_another_name_resumes(sets, capsys):
     assert "with other curves of bands or measured sets" in capsys.readouterr().err
 
 
+def test_a_set_is_resumed_with_its_own_options(sets, tmp_path, capsys):
+    _, folder, options = sets[0]
+    files = ["--preset", options[1], "--sensor", options[-1]]
+    assert main(["dataset", str(folder), *files, "--resume", "--dry-run"]) == 0
+    assert "images of 12x8, bands " in capsys.readouterr().out
+    assert main(["dataset", str(folder), *files, "--resume", "--dry-run", "--size", "8x8"]) == 2
+    assert "begun with --size 12x8, not 8x8; choose" in capsys.readouterr().err
+    folder, given = tmp_path / "drawn", ["--preset", str(tmp_path / "jug.toml")]
+    (tmp_path / "jug.toml").write_text('scenes = ["jug"]')
+    drawn = ["--illuminations", "white", "--count", "2", "--seed", "7", "--lightness", "0.4"]
+    assert main(["dataset", str(folder), *given, *drawn, *SIZE, "--bands", "3"]) == 0
+    assert main(["dataset", str(folder), *given, "--resume", "--dry-run"]) == 0
+    told = capsys.readouterr().out
+    assert "2 images of 12x8, bands 3, error 0.9" in told
+    assert all(image.name in told for image in dataset.open(folder))
+
+
 def test_an_old_set_keeps_its_names(sets):
     """Its jobs are identified by how files were written, as they were when it was made."""
     _, folder, _ = sets[0]

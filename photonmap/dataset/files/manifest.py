@@ -8,11 +8,12 @@ import shutil
 import tempfile
 from collections.abc import Container, Iterable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from photonmap.dataset.files.inputs import CURVES
+from photonmap.dataset.files.inputs import CURVES, kept_as, with_table
 from photonmap.errors import InputError
 from photonmap.runtime.file_checks import check_output_folder
 from photonmap.spectra.sensor_curves import table_of
@@ -23,6 +24,10 @@ READABLE = (FORMAT, "photonmap data set 1")
 """Formats that can be read; the first version's images are full, and have no digests."""
 _FILES = {"formats": "--format", "full": "--full", "sensor": "--sensor", "buffers": "--buffers"}
 """Options that decide what files hold, apart from what decides the arrays, by key of the head."""
+CHOICES = ("seed", "count", "illuminations", "materials", "lightness", "scale")
+"""Options, beside the preset, that decide which images there are; of the head's key `choices`."""
+_SHARED = ("bands", "size", "pixel", "error", "rgb")
+"""Options that all images share; the head's key `common` has them."""
 _NOT_COMPARED = ("munsell", "illuminants", "identity", "inputs")
 """Names of files, what identifies them, and the digest of what is in them, which has words."""
 _KEYS = {"name", "geometry", "job", "files"}
@@ -173,6 +178,30 @@ def read_head(folder: str | PathLike[str]) -> dict[str, Any]:
     if not isinstance(head, dict) or head.get("format") not in READABLE:
         raise InputError("does not describe a data set of this version", path)
     return head
+
+
+def read_options(folder: Path) -> dict[str, Any]:
+    """Return the options, by name, that a data set was begun with or last grown by.
+
+    Curves are those that the set keeps; a preset of one's own is a name alone. Measured sets and
+    the sensor are left out, and so is what the heads of older sets lack.
+
+    Raises
+    ------
+    InputError : the folder does not hold a data set
+    """
+    head = read_head(folder)
+    common = {name: head["common"].get(name) for name in _SHARED}
+    common["size"] = tuple(head["common"]["size"])
+    for name in CURVES:
+        common[name] = with_table(common[name] or "", partial(_kept, folder, name)) or None
+    files = {"format": head["formats"], "full": head.get("full"), "buffers": head.get("buffers")}
+    options = {"preset": head["preset"], **common, **files, **head.get("choices", {})}
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _kept(folder: Path, role: str, path: Path) -> str:
+    return str(folder / kept_as(role, path))
 
 
 def read_lines(folder: str | PathLike[str]) -> list[dict[str, Any]]:
