@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Self
 
@@ -24,11 +24,13 @@ Arrays = dict[str, NDArray[Any]]
 _IMAGES = ("buffers", "errors", "block_errors")
 
 
-class Labels(Colors):
+class Labels(Colors, Mapping[str, NDArray[Any]]):
     """What can be asked of arrays by name; see `photonmap.Result`."""
 
     errors: Arrays
     block_errors: Arrays
+
+    __eq__, __hash__ = object.__eq__, object.__hash__  # arrays do not compare to one truth
 
     @property
     def arrays(self) -> Arrays:
@@ -54,9 +56,8 @@ class Labels(Colors):
     def __iter__(self) -> Iterator[str]:
         return iter(self.arrays)
 
-    def keys(self) -> list[str]:
-        """Return the names of all arrays, with which `dict(result)` is made."""
-        return [*self.arrays]
+    def __len__(self) -> int:
+        return len(self.arrays)
 
     @property
     def wavelengths(self) -> NDArray[np.float64]:

@@ -1,6 +1,8 @@
 """Arrays of a result by name and wavelength, as labelled arrays and as plots."""
 
 import json
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -26,6 +28,16 @@ def test_arrays_by_name(result):
     assert dict(result).keys() == {*result} == result.arrays.keys()
     with pytest.raises(KeyError, match="no array 'drect'; did you mean 'direct'"):
         result["drect"]
+
+
+def test_a_result_is_a_mapping(result):
+    assert len(result) == len(result.arrays) == len([*result])
+    assert [*result.items()] == [(name, result[name]) for name in result]
+    assert result.get("direct.error") is result["direct.error"]
+    assert result.get("glow") is None
+    assert isinstance(result, Mapping)
+    assert result == result != replace(result)
+    assert {result: 1}[result] == 1
 
 
 def test_one_band(result):
