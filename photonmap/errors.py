@@ -52,6 +52,7 @@ class SceneWarning(UserWarning):
 
 
 _listeners: list[list[str]] = []
+_owners: list[str] = []
 
 
 def warn(message: str) -> None:
@@ -59,7 +60,7 @@ def warn(message: str) -> None:
     message = " ".join(message.split())
     for messages in _listeners:
         messages.append(message)
-    warnings.warn(message, SceneWarning, stacklevel=_level_of_caller())
+    warnings.warn(": ".join([*_owners, message]), SceneWarning, stacklevel=_level_of_caller())
 
 
 def _level_of_caller() -> int:
@@ -68,6 +69,16 @@ def _level_of_caller() -> int:
     while frame.f_back and frame.f_globals.get("__name__", "").startswith("photonmap."):
         level, frame = level + 1, frame.f_back
     return level
+
+
+@contextmanager
+def naming_in_warnings(owner: str) -> Iterator[None]:
+    """Prefix the warnings of this context with the name of what they are about, but for records."""
+    _owners.append(owner)
+    try:
+        yield
+    finally:
+        _owners.pop()
 
 
 @contextmanager

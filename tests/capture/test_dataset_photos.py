@@ -102,3 +102,15 @@ def test_sensitivities_are_part_of_the_set(tmp_path):
     assert json.dumps(heads[0])
     assert choose_sensor(None) == (None, None)
     assert isinstance(choose_sensor("Nikon 5100 (NPL)")[0], pm.Sensor)
+
+
+@pytest.mark.filterwarnings("always::photonmap.SceneWarning")
+def test_warnings_name_the_image_but_records_do_not(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("photonmap.capture.expose._MOST_NEGATIVE", -1.0)
+    (tmp_path / "preset.toml").write_text(PRESET)
+    (tmp_path / "night.toml").write_text("bits = 12\n")
+    assert make(tmp_path) == 0
+    told = capsys.readouterr().err
+    for image in dataset.open_dataset(tmp_path / "OUT"):
+        assert f"warning: {image.name}: 0.0% of the camera's values are below 0" in told
+        assert not any(image.name in line for line in image.entry["warnings"])

@@ -29,7 +29,7 @@ from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.job_scene import make_scene, pieces_in
 from photonmap.dataset.jobs.notices import SpokenStages
 from photonmap.dataset.jobs.plan import Job
-from photonmap.errors import InputError
+from photonmap.errors import InputError, naming_in_warnings
 from photonmap.film.budget import LEAST_PASSES
 from photonmap.results.files import write_json
 from photonmap.results.result import Result
@@ -76,6 +76,7 @@ def render_image(task: Task) -> dict[str, Any]:
     """Render an image and write its folder, replacing a damaged one; return its entry.
 
     A complete image is not rendered again: a worker may have died between writing and reporting it.
+    Warnings name the image.
 
     Raises
     ------
@@ -84,6 +85,11 @@ def render_image(task: Task) -> dict[str, Any]:
     OSError : the folder cannot be written
     KeyboardInterrupt : at Ctrl-C; nothing is written
     """
+    with naming_in_warnings(task.job.name):
+        return _render_image(task)
+
+
+def _render_image(task: Task) -> dict[str, Any]:
     job, start, used = task.job, time.perf_counter(), time.process_time()
     if task.versions is not None:
         check_code(task.versions)
