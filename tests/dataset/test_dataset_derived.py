@@ -35,6 +35,18 @@ def test_what_is_derived():
     )
 
 
+def test_a_render_of_ones_own_gets_masks(tmp_path):
+    scene = pm.scenes.cornell_box()
+    result = pm.render(scene, bands=3, size=(32, 24), passes=2)
+    pm.dataset.with_derived(result, scene).save(tmp_path / "box.exr")
+    pure = pm.load_result(tmp_path / "box.exr").buffers["pure"]
+    assert 0.2 < pure.mean() < 1.0
+    np.testing.assert_array_equal(pure[result.object_id == 0], False)
+    scene.camera = None
+    with pytest.raises(pm.InputError, match="the scene has no camera; give it one, and render"):
+        pm.dataset.with_derived(result, scene)
+
+
 def test_identities_that_do_not_hold_are_told():
     result = with_derived(pm.render(pm.scenes.cornell_box(), bands=3, size=(8, 8), passes=2))
     result.buffers["indirect"] = result.indirect * np.float32(1.001)

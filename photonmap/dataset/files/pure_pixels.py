@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.errors import InputError
 from photonmap.integrators.look import Onlooker
 from photonmap.results.result import Result
 from photonmap.scene.projections import RayMap
@@ -35,9 +36,14 @@ def one_piece(scene: Scene, size: tuple[int, int], at_centre: bool = False) -> M
     scene : with a camera
     size : width and height, pixels
     at_centre : samples pass through the pixels' centres alone, where there is one surface
+
+    Raises
+    ------
+    InputError : the scene has no camera
     """
     onlooker, (width, height), camera = Onlooker(scene), size, scene.camera
-    assert camera is not None
+    if camera is None:
+        raise InputError("the scene has no camera; give it one, and render it by that")
     if at_centre or isinstance(camera.projection, RayMap):
         there = onlooker.see(camera, size, ("object_id",))["object_id"] > 0
         return there & at_centre
