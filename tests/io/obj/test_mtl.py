@@ -143,6 +143,26 @@ def test_what_blender_writes(read, header, exponent, ambient, model, expected):
         assert read(text) == {"a": expected}
 
 
+PBR = "Pr 0.1\nPm {}\nPs 0\nPc 0\nPcr 0.03\naniso 0\nanisor 0\nTf {} {} {}\n"
+
+
+def test_blender_glass_is_what_transmits(read):
+    """With PBR extensions, its transmission stands in Tf, and each crossing has the root of Kd."""
+    text = BLENDER.format("4.2.0 ", 810, 1, 1, 1, 2).replace("0.8 0.4 0.2", "0.81 0.64 0.25")
+    glass = Material("a", 0.0, ior=1.45, tint=(0.9, 0.8, 0.5), roughness=0.1)
+    assert read(text + PBR.format(0, 1, 1, 1)) == {"a": glass}
+    part = read(text + PBR.format(0.5, 0.5, 0.5, 0.5))["a"]
+    assert (part.transmission, part.reflectance) == (0.25, (0.81, 0.64, 0.25))
+    assert part.glossy == pytest.approx((0.45 / 2.45) ** 2)
+    assert read(text + PBR.format(1, 1, 1, 1))["a"].ior is None
+
+
+def test_blender_metal_with_an_opacity_is_no_glass(read):
+    metal = read(BLENDER.format("4.2.0 ", 250, 1, 1, 1, 6) + "d 0.5\n")["a"]
+    assert metal == Material("a", (0.0,) * 3, glossy=(0.8, 0.4, 0.2), roughness=0.5, alpha=0.5)
+    assert read(BLENDER.format("4.2.0 ", 250, 1, 1, 1, 9) + "d 0.5\n")["a"].alpha == 0.5
+
+
 def test_one_warning_a_file(read):
     with pytest.warns(SceneWarning) as record:
         read("newmtl a\nillum 1\nNs 1\nKs 1 1 1\nNs 2\nnewmtl b\nNs 1\n")

@@ -45,7 +45,7 @@ def gloss_of(draft: Draft, albedo: Paint) -> Gloss | None:
     - With `Pr` or `Pm`, the metallic workflow: `Pm` of the surface is a metal of this colour, and
       the rest has a coat of index `Ni`.
     - From Blender's exporter, likewise: `Ks` is its specular, `Ns` stands for its roughness, and
-      under `illum 3` `Ka` for its metallic.
+      under `illum 3` and 6 `Ka` for its metallic.
     - Else, under `illum 2`, or none, with `Ks` and `Ns`, and their maps: a coat that reflects `Ks`
       at normal incidence, whose lobe is about as wide as Phong's of this exponent:
       α² = 2 / (Ns + 2), as in Walter et al. 2007, "Microfacet models for refraction through rough
@@ -63,7 +63,7 @@ def gloss_of(draft: Draft, albedo: Paint) -> Gloss | None:
         return _metallic(draft, albedo, metallic, coat, _roughness(draft))
     if draft.blender and model >= 2.0 and "Ns" in numbers:
         roughness = 1.0 - math.sqrt(min(numbers["Ns"] / draft.blender, 1.0))
-        metallic = numbers.get("Ka", 0.0) if model == 3.0 else 0.0
+        metallic = numbers.get("Ka", 0.0) if model in (3.0, 6.0) else 0.0
         specular = draft.colors.get("Ks", 0.0)
         mean = float(np.mean(specular)) if not isinstance(specular, Spectrum) else 0.5
         return _metallic(draft, albedo, metallic, BLENDER_RANGE * mean, roughness)

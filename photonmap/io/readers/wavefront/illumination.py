@@ -13,6 +13,8 @@ from photonmap.io.readers.wavefront.draft import Draft, matters
 from photonmap.io.readers.wavefront.gloss import NUMBERS, gloss_of
 from photonmap.scene.material import Material
 from photonmap.scene.parameters import parameters_of
+from photonmap.scene.surfaces.fresnel import normal_reflectance
+from photonmap.scene.surfaces.metallic import USUAL_INDEX, as_triple
 from photonmap.scene.textures import Paint, Texture, is_black
 from photonmap.spectra.curves import Color, Spectrum
 from photonmap.spectra.observer import radiance_to_rgb, reflectance_to_rgb
@@ -26,13 +28,15 @@ def make_material(name: str, draft: Draft) -> Material:
     """Return the material that a draft describes; what it leaves out is noted as ignored.
 
     `illum` 3 and 5 with `Ks` are a mirror of that reflectance, over `Kd` where it is given; 4, 6
-    and 7 with `Ni` are glass of roughness `Pr`, or smooth, tinted by `Tf` at each crossing. All
-    others are diffuse, and glossy where `gloss_of` says so.
+    and 7 with `Ni` are glass of roughness `Pr`, or smooth, tinted by `Tf` at each crossing; of
+    Blender's files, what transmits is, see `_restate_blender_glass`. All others are diffuse, and
+    glossy where `gloss_of` says so.
     Textures are multiplied by the colour or number they belong to, where it is given. The opacity
     `d` of glass is ignored: its transmittance is what one sees through it.
     """
     model = draft.numbers.get("illum", 1.0)
-    if model in _GLASSES and "Ni" in draft.numbers:
+    is_glass = _restate_blender_glass(draft) if draft.blender else model in _GLASSES
+    if is_glass and "Ni" in draft.numbers:
         return _make_glass(name, draft)
     colors = draft.colors
     light, albedo = _color_or_texture(draft, "Ke", 0.0), _color_or_texture(draft, "Kd", 0.0)
@@ -84,12 +88,17 @@ def _own_maps(draft: Draft) -> dict[str, Texture]:
 
 def _leave_out_covers(draft: Draft) -> None:
     """Note that a mirror, or glass, gets no clear coat and no sheen."""
+    is_coated = _has_coat(draft)
     for key in ("Pc", "Pcr"):
-        if draft.numbers.pop(key, 0.0) != 0.0:
+        if draft.numbers.pop(key, 0.0) != 0.0 and is_coated:
             draft.ignored.append(key)
-        if draft.maps.pop(f"map_{key}", None) is not None:
+        if draft.maps.pop(f"map_{key}", None) is not None and is_coated:
             draft.ignored.append(f"map_{key}")
     _leave_out_sheen(draft)
+
+
+def _has_coat(draft: Draft) -> bool:
+    return draft.numbers.get("Pc", 0.0) != 0.0 or "map_Pc" in draft.maps
 
 
 def _leave_out_sheen(draft: Draft) -> None:
@@ -103,7 +112,7 @@ def _leave_out_sheen(draft: Draft) -> None:
 
 def _sheen(draft: Draft) -> dict[str, Any]:
     """Return the sheen, if there is one; below a clear coat it is left out."""
-    if draft.numbers.get("Pc", 0.0) != 0.0 or "map_Pc" in draft.maps:
+    if _has_coat(draft):
         _leave_out_sheen(draft)
     sheen = _color_or_texture(draft, "Ps", 1.0 if "map_Ps" in draft.maps else 0.0)
     draft.colors.pop("Ps", None)
@@ -115,6 +124,30 @@ def _note_index(draft: Draft) -> None:
     reflects = matters(draft.colors.get("Ks", 1.0)) or "map_Ks" in draft.maps
     if draft.numbers.get("Ni", 1.0) != 1.0 and reflects and not draft.blender:
         draft.ignored.append("Ni")
+
+
+def _restate_blender_glass(draft: Draft) -> bool:
+    """Turn Blender's statements about what transmits into those of glass; return whether any does.
+
+    With PBR extensions, `Tf` is the fraction of what is no metal that transmits, and each crossing
+    takes the root of the base colour. Models 6 and 9 are those of metals and others with an
+    opacity.
+    """
+    numbers, colors = draft.numbers, draft.colors
+    share = float(np.max(as_triple(colors.pop("Tf", 0.0)))) * (1.0 - numbers.get("Pm", 0.0))
+    if share == 0.0:
+        return False
+    red, green, blue = np.sqrt(as_triple(colors.get("Kd", 1.0))).tolist()
+    colors["Tf"] = red, green, blue
+    colors.pop("Ks", None)
+    for key in ("Ns", "Pm"):
+        numbers.pop(key, None)
+    if share == 1.0:
+        colors.pop("Kd", None)
+    else:
+        numbers["transmission"] = share
+        colors["glossy"] = normal_reflectance(numbers.get("Ni", USUAL_INDEX))
+    return True
 
 
 def _make_glass(name: str, draft: Draft) -> Material:
