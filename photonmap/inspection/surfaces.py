@@ -120,8 +120,9 @@ def _describe_attributes(material: Material) -> dict[str, Any]:
         value = getattr(material, attribute)
         if attribute == "name" or not material.takes(attribute):
             continue
-        is_default = value == getattr(Material, attribute)
-        if attribute == "reflectance" or not (isinstance(value, float | int) and is_default):
+        default = getattr(Material, attribute)
+        is_default = isinstance(value, float | int | tuple) and value in (default, (default,) * 3)
+        if attribute == "reflectance" or not is_default:
             attributes[attribute] = describe_color(value)
     return {name: value for name, value in attributes.items() if value is not None}
 

@@ -110,7 +110,7 @@ def test_attributes_of_materials():
     red = pm.Spectrum([400, 700], [0.1, 0.9])
     panel = quad((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0))
     materials = [
-        pm.Material("wood", pm.Texture.of(texels), alpha=0.5),
+        pm.Material("wood", pm.Texture.of(texels), (0.0, 0.0, 0.0), alpha=0.5),
         pm.Material("red", red, emission=(1.0, 2.0, 3.0)),
         pm.Material.glass("pane", 1.4),
     ]
