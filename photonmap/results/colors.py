@@ -57,7 +57,7 @@ class Colors:
 
         Raises
         ------
-        ValueError
+        InputError
             if there is no such buffer, or it has no bands; or no such method or white; or the
             file is in another RGB than linear sRGB, as `rgb.exr` of data sets is
         """
@@ -80,12 +80,12 @@ class Colors:
 
         Raises
         ------
-        ValueError
+        InputError
             if there is no such buffer or method, or the buffer's unit is not that of a radiance
         """
         row = row_of(buffer)
         if row is not None and row.quantity != "radiance":
-            raise ValueError(f"{buffer!r} is no radiance, and so has no luminance")
+            raise InputError(f"{buffer!r} is no radiance, and so has no luminance")
         scale = _EFFICACY * observer().efficiency
         luminances = (scale * line[:, 1] for line in self._projected(buffer, "xyz", method))
         return np.stack([*luminances]).astype(np.float32)
@@ -97,7 +97,7 @@ class Colors:
 
         Raises
         ------
-        ValueError
+        InputError
             as `luminance` does
         """
         return (np.float32(np.pi) * self.luminance("shading", method)).astype(np.float32)
@@ -117,7 +117,7 @@ class Colors:
 
         Raises
         ------
-        ValueError
+        InputError
             as `rgb` does; or if there are no such curves
         """
         return np.stack([*self._projected(buffer, Bands.parse(curves), method)])
@@ -216,10 +216,10 @@ class Colors:
     ) -> Iterator[NDArray[np.float32]]:
         """Project line by line: (W, T) each. This spares copies of whole images."""
         if buffer not in self.buffers:
-            raise ValueError(self._missing(buffer))
+            raise InputError(self._missing(buffer))
         image, row = self.buffers[buffer], row_of(buffer)
         if image.ndim != 3 or (row is not None and not row.is_banded):
-            raise ValueError(f"{buffer!r} has no bands, and so no colour")
+            raise InputError(f"{buffer!r} has no bands, and so no colour")
         if space := self.record.get("rgb_space"):
             raise InputError(
                 f"this is red, green and blue of {space}, not of sRGB; take the image in its bands"

@@ -155,16 +155,16 @@ class Result(Plots):
 
         Raises
         ------
-        ValueError
+        InputError
             if there is none, saying why
         """
         if name in self.errors:
             return self._smoothed_error(name)
         if name not in self.buffers:
-            raise ValueError(self._missing(name))
+            raise InputError(self._missing(name))
         if self.errors:
-            raise ValueError(f"{name!r} has no standard error; {listed(self.errors, 99)} have one")
-        raise ValueError("a single pass has no standard errors; render with 2 passes or more")
+            raise InputError(f"{name!r} has no standard error; {listed(self.errors, 99)} have one")
+        raise InputError("a single pass has no standard errors; render with 2 passes or more")
 
     def _smoothed_error(self, name: str) -> Image:
         counts = self.buffers.get("passes", self.record.get("passes", 2))
@@ -182,11 +182,11 @@ class Result(Plots):
 
         Raises
         ------
-        ValueError
+        InputError
             if there is no such buffer
         """
         if name not in self.buffers:
-            raise ValueError(self._missing(name))
+            raise InputError(self._missing(name))
         return block_means(self.buffers[name], SIDE).astype(np.float32)
 
     def block_error(self, name: str) -> Image:
@@ -197,7 +197,7 @@ class Result(Plots):
 
         Raises
         ------
-        ValueError
+        InputError
             if there is none, saying why
         """
         if name in self.block_errors:
@@ -205,10 +205,10 @@ class Result(Plots):
             error, mean = self.block_errors[name], self.block_mean(name)
             return smooth_error(error, mean, block_minima(counts, SIDE), BLOCK_PRIOR)
         if name not in self.buffers:
-            raise ValueError(self._missing(name))
+            raise InputError(self._missing(name))
         known = listed(self.block_errors)
         which = f"there is one of {known}" if known else "after a single pass there is none"
-        raise ValueError(f"{name!r} has no standard error of blocks: {which}")
+        raise InputError(f"{name!r} has no standard error of blocks: {which}")
 
     def bias(self, name: str) -> BlockBias:
         """Return the estimated bias of a buffer as an image of blocks, which are stated with it.
@@ -220,17 +220,17 @@ class Result(Plots):
 
         Raises
         ------
-        ValueError
+        InputError
             if it is another buffer than radiance, direct and indirect; or was not estimated, as of
             renders that have none
         """
         if name not in ("radiance", "direct", "indirect"):
-            raise ValueError(f"the bias of {name!r} is not estimated; that of 'indirect' is")
+            raise InputError(f"the bias of {name!r} is not estimated; that of 'indirect' is")
         described = self.record.get("bias_blocks")
         if described is None and self.record.get("bias") == 0.0:
-            raise ValueError("this render has no bias")
+            raise InputError("this render has no bias")
         if described is None:
-            raise ValueError("the bias was not estimated; photon mapping of 14 passes or more does")
+            raise InputError("the bias was not estimated; photon mapping of 14 passes or more does")
         blocks = BlockBias.read(described)
         if name == "direct":
             nothing = np.zeros_like(blocks.value)

@@ -100,6 +100,16 @@ def test_size_is_width_and_height_whatever_was_written():
     assert repr(result.select(["depth"])) == "<Result 5 × 4, RGB: depth>"
 
 
+@pytest.mark.parametrize(
+    "method",
+    ["rgb", "xyz", "luminance", "plot", "select"]
+    + ["standard_error", "block_mean", "block_error", "bias"],
+)
+def test_a_wrong_name_is_one_kind_of_error_in_every_method(method):
+    with pytest.raises(InputError, match="'glow'"):
+        getattr(make(), method)("glow")
+
+
 def test_a_selection_shares_memory_and_takes_the_errors_along():
     result = make()
     part = result.select(["depth", "direct"])
