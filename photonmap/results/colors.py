@@ -238,6 +238,10 @@ class Colors:
                 "'distance' is not here: this was written before it was separated from 'depth', "
                 "which holds the distance along the camera's ray"
             )
+        row = row_of(name)
+        if row is not None and row.source == "data set":
+            remedy = f"take result.{name}" if hasattr(type(self), name) else "read it from one"
+            return f"{name!r} is a buffer of data sets, not of a render; {remedy}"
         return f"{name!r} was not among the buffers written; {suggest(name, self.buffers)}"
 
 

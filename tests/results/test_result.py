@@ -110,6 +110,13 @@ def test_a_wrong_name_is_one_kind_of_error_in_every_method(method):
         getattr(make(), method)("glow")
 
 
+def test_buffers_of_data_sets_are_told_from_those_of_a_render():
+    for name, remedy in (("illuminant", "take result.illuminant"), ("valid", "read it from one")):
+        message = f"'{name}' is a buffer of data sets, not of a render; {remedy}"
+        with pytest.raises(InputError, match=message):
+            make().rgb(name)
+
+
 def test_a_selection_shares_memory_and_takes_the_errors_along():
     result = make()
     part = result.select(["depth", "direct"])
