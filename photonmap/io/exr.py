@@ -46,6 +46,10 @@ _RECORD, _BANDS = "photonmapRecord", "photonmapBands"
 _NAMES, _NAMED = "photonmapNames", {"object_id": "objects", "material_id": "materials"}
 """Attribute of parts of ids, JSON: the names of 1, 2, …; and the entry of the record with them."""
 
+_XARRAY, _ENVI = "xarray.open_dataset reads them", "Spectral Python reads them"
+_FOR_OTHERS = {".nc": _XARRAY, ".hdf5": _XARRAY, ".h5": _XARRAY, ".hdr": _ENVI, ".img": _ENVI}
+"""Suffixes that results are written to but not read from, and what to read them with."""
+
 FORMER_NAMES = {"specular_albedo": "specular_reflectance"}
 """What buffers were called in files of earlier versions, and what they are called now."""
 
@@ -223,6 +227,9 @@ def _no_exr(path: str | PathLike[str]) -> InputError:
     import OpenImageIO
 
     reason = OpenImageIO.geterror().partition("\n")[0]
+    if (suffix := Path(path).suffix.lower()) in _FOR_OTHERS:
+        how = f"files in {suffix} are for other programs, as {_FOR_OTHERS[suffix]}"
+        return InputError(f"{how}; save the render as FILE.exr too, and give that", path)
     if not str(path).lower().endswith(".exr"):
         return InputError("this is not a render; give the FILE.exr of one", path)
     return InputError(f"this is not an OpenEXR file, or it is damaged: {reason}", path)

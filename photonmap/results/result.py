@@ -365,4 +365,6 @@ def load_result(path: str | PathLike[str]) -> Result:
     InputError
         if there is no such file, or it was not written by photonmap
     """
+    if not isinstance(path, str | PathLike):
+        raise InputError(f"{shown(path)} is not the name of a file; give the FILE.exr of a render")
     return Result(*read_exr(path))

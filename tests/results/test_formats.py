@@ -8,6 +8,7 @@ import pytest
 import photonmap as pm
 from photonmap.commands.main import main
 from photonmap.results.files import check_output
+from photonmap.results.formats import WRITERS
 from photonmap.results.result import Result
 from photonmap.spectra.bands import Bands
 
@@ -131,3 +132,18 @@ def test_a_missing_package_is_named_before_the_render(tmp_path, monkeypatch, cap
     assert capsys.readouterr().err.count("\n") == 1
     check_output(tmp_path / "a.hdr")
     assert not [*tmp_path.iterdir()]
+
+
+@pytest.mark.parametrize("suffix", sorted(WRITERS.keys() - {".exr"}))
+def test_what_is_for_other_programs_is_not_read_back(suffix, tmp_path):
+    path = tmp_path / f"box{suffix}"
+    path.write_bytes(b"CDF")
+    with pytest.raises(
+        pm.InputError, match=rf"{suffix} are for other programs, .* as FILE.exr too"
+    ):
+        pm.load_result(path)
+
+
+def test_a_number_is_no_file():
+    with pytest.raises(pm.InputError, match=r"5 is not the name of a file; give the FILE.exr"):
+        pm.load_result(5)
