@@ -27,6 +27,7 @@ from photonmap.film.variance_smoothing import (
 from photonmap.io.exr import Contents, name_errors, read_exr, write_exr
 from photonmap.io.layers import write_layers
 from photonmap.io.png import encode_png
+from photonmap.results.checks import as_images, as_record, check_shapes
 from photonmap.results.colors import SCENE, Image, White
 from photonmap.results.files import save_all
 from photonmap.results.plots import Plots
@@ -61,18 +62,14 @@ class Result(Plots):
     block_errors: dict[str, NDArray[Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Raise `InputError` unless all buffers and errors are of one size and have all bands."""
-        if not self.buffers:
-            raise InputError("a result of no buffers; give one or more images by name")
-        first, image = next(iter(self.buffers.items()))
-        for name, other in (*self.buffers.items(), *self.errors.items()):
-            size, row = image.shape[:2], row_of(name)
-            banded = row is not None and row.is_banded
-            wanted = (*size, self.bands.count) if banded else (*size, *other.shape[2:])
-            if other.shape != wanted:
-                raise InputError(
-                    f"buffer {name!r} has shape {other.shape}, not {wanted} as {first!r}"
-                )
+        """Take lists for arrays; raise `InputError` unless all images go together."""
+        self.buffers = as_images(self.buffers, "buffer")
+        self.errors = as_images(self.errors, "error")
+        self.block_errors = as_images(self.block_errors, "block error")
+        check_shapes(self.buffers, self.errors, self.block_errors, self.bands)
+        if not isinstance(self.record, dict):
+            raise InputError(f"record {shown(self.record)} is no dictionary; {{}} for none")
+        self.record = as_record(self.record)
 
     def __repr__(self) -> str:
         width, height = self.size

@@ -273,3 +273,39 @@ def test_images_of_one_result_have_one_size():
         make(shading=np.zeros((5, 5, 3), np.float32))
     with pytest.raises(InputError, match=r"'direct' has shape \(4, 5, 2\)"):
         make(direct=np.zeros((H, W, 2), np.float32))
+
+
+IMAGE = np.zeros((H, W, 3), np.float32)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"buffers": {"radiance": 3}}, r"buffer 'radiance' has shape \(\), not \(H, W\) or"),
+        ({"buffers": {"radiance": [[1], [1, 2]]}}, "'radiance' has lines of different lengths"),
+        ({"buffers": {"radiance": 1j * IMAGE}}, "'radiance' is of type complex64; give real"),
+        ({"buffers": {"radiance": [["a"]]}}, "'radiance' is of type <U1; give real numbers"),
+        ({"buffers": [IMAGE]}, "go by no names; give arrays in a dictionary"),
+        ({"errors": None}, "errors None go by no names"),
+        ({"errors": {"mine": IMAGE}}, r"error 'mine' has shape \(4, 5, 3\), not \(4, 5\)"),
+        ({"errors": {"radiance": IMAGE[1:]}}, r"error 'radiance' .* not \(4, 5, 3\)"),
+        ({"block_errors": {"radiance": IMAGE}}, r"block error 'radiance' .* not \(1, 1, 3\)"),
+        ({"bands": 3}, r"bands 3 are no photonmap.Bands; take Bands.parse"),
+        ({"record": None}, "record None is no dictionary"),
+        ({"record": {"of": {1}}}, r"the record has \{1\}, which JSON cannot hold"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(changed, message):
+    buffers = {"radiance": IMAGE, "mine": IMAGE[..., 0]}
+    right = {"buffers": buffers, "errors": {}, "bands": Bands.rgb(), "record": {}}
+    with pytest.raises(InputError, match=message):
+        Result(**right | changed)
+
+
+def test_lists_and_numpys_numbers_are_taken_as_they_are_meant(tmp_path):
+    record = {"exposed": np.float32(0.5), "white": np.ones(3), "of": [np.int64(2)]}
+    result = Result({"radiance": IMAGE.tolist()}, {}, Bands.rgb(), record)
+    np.testing.assert_array_equal(result.radiance, IMAGE)
+    result.save(tmp_path / "mine.exr")
+    again = pm.load_result(tmp_path / "mine.exr").record
+    assert again == {"exposed": 0.5, "white": [1.0, 1.0, 1.0], "of": [2]}

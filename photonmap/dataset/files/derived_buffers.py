@@ -115,7 +115,7 @@ def as_rgb(result: Result, space: str = SRGB) -> Result:
     rgb["illuminant"] = projected.illuminant.data
     if (color := result.buffers.get("illuminant_direct")) is not None:
         rgb["illuminant_direct"] = over_mean(_project(color, matrix))
-    return projected
+    return replace(projected, buffers=rgb)
 
 
 def _project(image: Image, matrix: NDArray[np.float64]) -> NDArray[np.float32]:
