@@ -240,8 +240,8 @@ class Colors:
             )
         row = row_of(name)
         if row is not None and row.source == "data set":
-            remedy = f"take result.{name}" if hasattr(type(self), name) else "read it from one"
-            return f"{name!r} is a buffer of data sets, not of a render; {remedy}"
+            own = f", or take result.{name}" if hasattr(type(self), name) else ""
+            return f"{name!r} is a buffer of data sets; dataset.with_derived adds it{own}"
         return f"{name!r} was not among the buffers written; {suggest(name, self.buffers)}"
 
 

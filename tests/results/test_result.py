@@ -111,8 +111,8 @@ def test_a_wrong_name_is_one_kind_of_error_in_every_method(method):
 
 
 def test_buffers_of_data_sets_are_told_from_those_of_a_render():
-    for name, remedy in (("illuminant", "take result.illuminant"), ("valid", "read it from one")):
-        message = f"'{name}' is a buffer of data sets, not of a render; {remedy}"
+    for name, more in (("illuminant", ", or take result.illuminant"), ("valid", "")):
+        message = f"'{name}' is a buffer of data sets; dataset.with_derived adds it{more}$"
         with pytest.raises(InputError, match=message):
             make().rgb(name)
 
