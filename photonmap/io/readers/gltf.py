@@ -26,6 +26,7 @@ from photonmap.io.readers.gltf_parts.materials import (
 )
 from photonmap.io.readers.gltf_parts.nodes import (
     NodeItem,
+    are_photometric,
     read_camera,
     read_light,
     unused_name,
@@ -46,6 +47,11 @@ from photonmap.scene.textures import Texture, is_black, mean_color
 SUFFIXES = (".glb", ".gltf")
 
 _LIGHTS = "KHR_lights_punctual"
+_BLENDER = "Khronos glTF Blender I/O"
+"""How the generator's name begins."""
+_DIM = (
+    "the brightness of emission beside lights in candela and lux, which Blender multiplies by 683,"
+)
 _HARMLESS = re.compile(
     "KHR_materials_|KHR_texture_|EXT_texture_|MSFT_texture_|KHR_lights_punctual$"
     "|KHR_mesh_quantization$|KHR_xmp"
@@ -190,7 +196,12 @@ def _decode(options: ReadOptions, path: Path, data: bytes, losses: Losses) -> Sc
     meshes = list(_instances(gltf))
     for name in gltf.textures.lost:
         note_loss(losses, "unreadable textures, with grey in their place,", name)
-    return Scene(meshes, name=path.stem, cameras=gltf.cameras(), lights=gltf.lights())
+    cameras, lights = gltf.cameras(), gltf.lights()
+    if str(gltf.tree["asset"].get("generator")).startswith(_BLENDER) and are_photometric(lights):
+        for mesh in meshes:
+            if not is_black(mesh.material.emission):
+                note_loss(losses, _DIM, mesh.material.name)
+    return Scene(meshes, name=path.stem, cameras=cameras, lights=lights)
 
 
 def _check_gltf(gltf: Gltf) -> None:

@@ -119,6 +119,28 @@ def test_lights(scene_of):
     assert sun.irradiance == (3.0, 3.0, 3.0)
 
 
+@pytest.fixture
+def blender_scene(scene_of, build):
+    """Load a triangle that glows beside a light, from Blender's exporter."""
+    build.tree["asset"]["generator"] = "Khronos glTF Blender I/O v4.2.60"
+    build.tree["materials"] = [{"name": "glow", "emissiveFactor": [1, 1, 1]}]
+    build.primitive(more={"material": 0})
+    return lambda light: scene_of([shining()], lights=[light])
+
+
+@pytest.mark.parametrize("light", [{"type": "spot", "intensity": 543.5}, {"type": "directional"}])
+def test_emission_of_blender_is_dim_beside_candela_and_lux(blender_scene, light):
+    """Its exporter multiplies lights by 683, but not the strength of what emits."""
+    standard = {"intensity": 683.0, **light}
+    with pytest.warns(SceneWarning, match=r"emission beside lights in candela.* of 'glow'$"):
+        blender_scene(standard)
+
+
+@pytest.mark.parametrize("light", [{"type": "spot", "intensity": 0.8}, {"type": "directional"}])
+def test_emission_of_blender_goes_with_unitless_lights(blender_scene, light):
+    assert blender_scene(light).lights
+
+
 def test_lights_of_one_name_and_that_of_a_material(scene_of, build):
     build.tree["materials"] = [{"name": "lamp", "emissiveFactor": [1, 1, 1]}]
     build.primitive(more={"material": 0})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,9 @@ _WIDEST = math.pi / 4.0
 """Default outer half-angle of a spot, radians."""
 _ROUNDING = 1.0 + 1e-6
 """Of angles in float32: a spot of a hard edge has two equal ones."""
+_BRIGHT = 200.0
+"""W·sr⁻¹ or W·m⁻² that hardly any light of Blender has: a point of 2.5 kW, a sun of strength 200;
+in candela and lux those of 3.7 W and 0.3 have them."""
 _Color = tuple[float, float, float]
 
 
@@ -147,6 +150,12 @@ def read_light(node: NodeItem) -> Light:
         case unknown:
             raise node.error(f"a light of type {shown(unknown)} is unknown; export it again")
     return check_light(light, node.path)
+
+
+def are_photometric(lights: Sequence[Light]) -> bool:
+    """Return whether Blender's lights are in candela and lux, as by default, not in W·sr⁻¹."""
+    colors = (getattr(light, "intensity", getattr(light, "irradiance", 0.0)) for light in lights)
+    return max(map(np.max, colors), default=0.0) >= _BRIGHT
 
 
 def unused_name(wanted: str, index: int, used: set[str]) -> str:
