@@ -56,6 +56,7 @@ def test_perfect_estimates_have_no_error(known):
     folder, layers = known
     found = run(folder, perfect(layers))
     assert not found.failed
+    assert repr(found) == f"<Evaluation of {found.dataset}, 6 images in bands: perfect>"
     summaries = found.summaries()
     assert {summary.column.metric for summary in summaries} == {
         name for name, metric in METRICS.items() if not metric.needs_rgb

@@ -316,6 +316,13 @@ def test_summary_by_hand():
         (np.ones((30, 30)), np.ones((30, 30)), np.zeros((30, 30)), "no pixel is valid"),
         (np.ones((30, 30)), np.full((30, 30), np.nan), None, "the estimate has NaN or infinity"),
         (np.ones(30), np.ones(30), None, "must be"),
+        (
+            np.ones((30, 30)),
+            np.full((30, 30), 1j),
+            None,
+            "the estimate is of type complex128; give",
+        ),
+        (np.ones((30, 30)), [["a"]], None, "the estimate is of type <U1; give real numbers"),
         (np.ones((19, 30)), np.ones((19, 30)), None, "20×20 pixels does not fit into 30×19"),
         (np.zeros((30, 30)), np.ones((30, 30)), None, "the truth is black"),
     ],
@@ -337,6 +344,8 @@ def test_undefined_values_are_errors():
         evaluate.albedo_intensity(image, image, np.zeros((8, 8)))
     with pytest.raises(InputError, match="black or not finite"):
         evaluate.angular_error([1.0, 1.0], [0.0, 0.0])
+    with pytest.raises(InputError, match="the colour is of type complex128; give real numbers"):
+        evaluate.angular_error([1.0, 1.0], [1.0, 1j])
     with pytest.raises(InputError, match="are no pair"):
         evaluate.angular_error([1.0, 1.0], [1.0, 1.0, 1.0])
     with pytest.raises(InputError, match="no light reaches"):

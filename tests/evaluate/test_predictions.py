@@ -107,6 +107,9 @@ def test_wrong_files_are_named(tmp_path):
     np.savez(tmp_path / "room.npz", albedo=LINEAR)
     with pytest.raises(InputError, match=r"has none of 'reflectance'.*but 'albedo'; rename them"):
         read(tmp_path)
+    np.savez(tmp_path / "room.npz", reflectance=1j * LINEAR)
+    with pytest.raises(InputError, match=r"room.npz: reflectance is of type complex64; give real"):
+        read(tmp_path)
     (tmp_path / "room.npz").write_bytes(b"PK\3\4 damaged")
     with pytest.raises(InputError, match=r"room.npz: cannot be read"):
         read(tmp_path)

@@ -12,7 +12,7 @@ from photonmap.errors import InputError, naming
 from photonmap.evaluate.bench.metric_list import BOTH, LAYERS, MEAN_LAYER, REFLECTANCE, Metric
 from photonmap.evaluate.bench.truth import Truth
 from photonmap.evaluate.methods.method import Estimate
-from photonmap.evaluate.metrics.arrays import Floats, least_squares_factor, paired
+from photonmap.evaluate.metrics.arrays import Floats, least_squares_factor, paired, real
 from photonmap.runtime.wording import shown
 
 
@@ -56,7 +56,7 @@ def checked(estimate: Estimate, truth: Truth) -> dict[str, Floats]:
         if layer is None:
             continue
         with naming(name):
-            layers[name] = _checked_layer(np.asarray(layer, np.float64), truth, name)
+            layers[name] = _checked_layer(real(layer, "the estimate"), truth, name)
     if not layers:
         raise InputError("the estimate has neither reflectance nor shading nor illuminant")
     return layers

@@ -15,10 +15,10 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from photonmap.errors import InputError, warn
+from photonmap.errors import InputError, naming_file, warn
 from photonmap.evaluate.bench.metric_list import LAYERS
 from photonmap.evaluate.methods.method import Estimate, Method, View
-from photonmap.evaluate.metrics.arrays import Floats
+from photonmap.evaluate.metrics.arrays import Floats, real
 from photonmap.runtime.wording import listed, suggest
 from photonmap.scene.images import decode_srgb
 
@@ -87,13 +87,14 @@ def _read_arrays(path: Path) -> dict[str, Floats]:
     """Read the layers of an NPZ file."""
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-            layers = {name: file[name].astype(np.float64) for name in LAYERS if name in file}
+            arrays = {name: file[name] for name in LAYERS if name in file}
             names = list(file)
     except (OSError, ValueError, BadZipFile) as error:
         raise InputError(f"cannot be read ({error}); write it with numpy.savez", path) from None
-    if not layers:
+    if not arrays:
         raise InputError(f"has none of {listed(LAYERS)}, but {listed(names)}; rename them", path)
-    return layers
+    with naming_file(path):
+        return {name: real(array, name) for name, array in arrays.items()}
 
 
 def read_picture(path: Path, encoding: str) -> Floats:

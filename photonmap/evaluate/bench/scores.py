@@ -100,7 +100,7 @@ class Comparison(NamedTuple):
     p_value: float
 
 
-@dataclass
+@dataclass(repr=False)
 class Evaluation:
     """What a run of the bench found.
 
@@ -118,6 +118,12 @@ class Evaluation:
     scenes: list[str]
     kinds: list[Kind]
     methods: list[MethodScores]
+
+    def __repr__(self) -> str:
+        methods = ", ".join(method.name for method in self.methods)
+        count = f"{len(self.images)} image{'s' * (len(self.images) != 1)}"
+        failed = f"; {len(self.failures)} failed" if self.failed else ""
+        return f"<Evaluation of {self.dataset}, {count} in {self.space}: {methods}{failed}>"
 
     @property
     def failed(self) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from photonmap.errors import InputError
-from photonmap.evaluate.metrics.arrays import Floats, paired
+from photonmap.evaluate.metrics.arrays import Floats, paired, real
 
 
 def angular_error(truth: Any, estimate: Any) -> float:
@@ -24,7 +24,7 @@ def angular_error(truth: Any, estimate: Any) -> float:
     ------
     InputError : they have different numbers of bands, or one of them is black or not finite
     """
-    true, made = (np.asarray(color, np.float64) for color in (truth, estimate))
+    true, made = (real(color, "the colour") for color in (truth, estimate))
     if true.ndim != 1 or true.shape != made.shape:
         raise InputError(f"illuminants of shapes {true.shape} and {made.shape} are no pair of (C,)")
     if not (_has_direction(true) and _has_direction(made)):
@@ -45,8 +45,7 @@ def angular_error_map(truth: Any, estimate: Any, mask: Any = None) -> Floats:
     ------
     InputError : no valid pixel is lit, or as `arrays.paired` says
     """
-    true = np.asarray(truth, np.float64)
-    made = np.asarray(estimate, np.float64)
+    true, made = real(truth, "the truth"), real(estimate, "the estimate")
     made = np.broadcast_to(made, true.shape) if made.shape == true.shape[-1:] else made
     pair = paired(true, made, mask)
     lit = pair.mask & pair.truth.any(axis=-1)

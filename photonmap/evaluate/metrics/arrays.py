@@ -55,7 +55,7 @@ def paired(truth: Any, estimate: Any, mask: Any = None) -> Pair:
 
 def _banded(image: Any, name: str) -> Floats:
     """Return an image as (H, W, C) float64."""
-    array = np.asarray(image, np.float64)
+    array = real(image, f"the {name}")
     if array.ndim not in (2, 3):
         raise InputError(f"the {name} has shape {array.shape}; it must be (H, W) or (H, W, C)")
     return array if array.ndim == 3 else array[..., None]
@@ -66,9 +66,22 @@ def _size(image: Floats) -> str:
     return f"{width}×{height} in {count} band{'s' * (count != 1)}"
 
 
+def real(values: Any, owner: str) -> Floats:
+    """Return values as float64.
+
+    Raises
+    ------
+    InputError : they are complex, text or the like
+    """
+    array = np.asarray(values)
+    if array.dtype.kind not in "biuf":
+        raise InputError(f"{owner} is of type {array.dtype}; give real numbers")
+    return array.astype(np.float64, copy=False)
+
+
 def to_grey(image: Any) -> Floats:
     """Return the mean over bands of (H, W) or (H, W, C): (H, W)."""
-    array = np.asarray(image, np.float64)
+    array = real(image, "the image")
     return array if array.ndim == 2 else array.mean(axis=-1)
 
 
