@@ -38,6 +38,10 @@ _REMEDIES = (
     (r"\brange\b", "nothing: light falls off with the square of the distance"),
     (r"clamped in one|coordinates of a further texture", _BAKE),
     (r"mirrored view", "give the camera's node a scale without minus signs"),
+    (
+        r"\.ply: .*\btexture of",
+        "give it as reflectance = { file = … } in [material.default] of a TOML file",
+    ),
     (r"candela and lux", "export it anew, with Data → Lighting → Unitless"),
     (r"black backs", "nothing, where the camera and lights are in front of them"),
     (r"innerConeAngle", "lower it in the file: the edge of the spot is hard"),

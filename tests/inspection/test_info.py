@@ -318,6 +318,8 @@ def test_remedies_fit_the_format():
     lost = "{}: not simulated: texture of metallic of 'gold'"
     assert find_remedy(lost.format("a.xml")).startswith("export it as glTF")
     assert "glTF" not in find_remedy(lost.format("a.gltf"))
+    named = find_remedy("a.ply: not simulated: texture of 'skin.png'")
+    assert named == "give it as reflectance = { file = … } in [material.default] of a TOML file"
 
 
 def test_errors_of_a_scene_name_its_file(capsys, tmp_path):
