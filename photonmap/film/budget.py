@@ -1,6 +1,7 @@
 """When a render stops: after so many passes, so much time, or at a stated error."""
 
 import math
+import sys
 from dataclasses import dataclass
 from numbers import Real
 from typing import Any
@@ -12,6 +13,8 @@ from photonmap.runtime.wording import shown
 DEFAULT_ERROR = 0.02
 LEAST_PASSES = 16
 """Before these, a spread over passes is too uncertain to stop on."""
+MOST_PASSES = (1 << 32) - 1
+"""That the counts of passes, 32 bits, can hold."""
 LEAST_PHOTONS = 1 << 14
 ENOUGH_PHOTONS = 1 << 17
 """In a pass, unless a user says otherwise."""
@@ -63,11 +66,11 @@ class Budget:
         InputError : one that is not positive and finite, or passes beside another one
         """
         for name, value in (("passes", passes), ("seconds", seconds)):
-            is_number = isinstance(value, Real) and math.isfinite(value) and value > 0
+            is_number = isinstance(value, Real) and 0.0 < value <= sys.float_info.max
             if value is not None and not is_number:
                 raise InputError(f"{name} {shown(value)} must be a positive and finite number")
-        if passes is not None and passes != int(passes):
-            raise InputError(f"passes {passes} must be a whole number")
+        if passes is not None and not (passes == int(passes) and passes <= MOST_PASSES):
+            raise InputError(f"passes {shown(passes)} must be a whole number up to {MOST_PASSES}")
         goal = None if error is None else Goal.parse(error)
         given = {"passes": passes, "seconds": seconds, "error": goal}
         names = [name for name, value in given.items() if value is not None]

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from photonmap.errors import InputError, warn
 from photonmap.runtime.file_checks import check_writable
 from photonmap.runtime.fingerprint import difference
+from photonmap.runtime.wording import shown
 
 EVERY = 60.0
 """Seconds between saves, at least."""
@@ -40,8 +41,11 @@ def check_checkpoint(path: str | PathLike[str]) -> Path:
     Raises
     ------
     InputError
-        if it is a folder, in a folder that is not writable, or another kind of file
+        if it is no name of a file, a folder, in a folder that is not writable, or another kind of
+        file
     """
+    if not isinstance(path, str | PathLike):
+        raise InputError(f"checkpoint {shown(path)} is not the name of a file")
     path = Path(path)
     if path.is_dir():
         raise InputError("the checkpoint is a folder; choose another name", path)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-import math
+import sys
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -133,7 +133,7 @@ def check_bytes(memory: float | str) -> float:
     InputError : it is not above 0, or not finite
     """
     count = read_memory(memory) if isinstance(memory, str) else memory
-    if not isinstance(count, Real) or not 0.0 < count < math.inf:
+    if not isinstance(count, Real) or not 0.0 < count <= sys.float_info.max:
         raise InputError(f"memory {shown(memory)} must be a number of bytes above 0")
     return float(count)
 
@@ -174,8 +174,17 @@ def read_memory(text: str) -> float:
 
 
 def read_list(names: str | Iterable[Any]) -> list[Any]:
-    """Return names in a list; of a text, such as "one, two", those between its commas."""
-    return [each.strip() for each in names.split(",")] if isinstance(names, str) else list(names)
+    """Return names in a list; of a text, such as "one, two", those between its commas.
+
+    Raises
+    ------
+    InputError : neither a text nor a list
+    """
+    if isinstance(names, str):
+        return [each.strip() for each in names.split(",")]
+    if not isinstance(names, Iterable):
+        raise InputError(f"{shown(names)} is no list of names; give them as in ['one', 'two']")
+    return list(names)
 
 
 def taking_keywords_of(

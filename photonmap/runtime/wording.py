@@ -52,10 +52,10 @@ def enumerated(texts: Collection[str], limit: int = 8) -> str:
     return ", ".join(list(texts)[:limit]) + more
 
 
-def suggest(name: str, known: Iterable[str]) -> str:
+def suggest(name: object, known: Iterable[str]) -> str:
     """Return the question whether the nearest known name was meant, or which there are."""
     candidates = {candidate[:_LENGTH].lower(): candidate for candidate in list(known)[:1000]}
-    nearest = _nearest(name[:_LENGTH].lower(), candidates)
+    nearest = _nearest(name[:_LENGTH].lower(), candidates) if isinstance(name, str) else None
     if nearest is not None:
         return f"did you mean {shown(candidates[nearest])}?"
     choice = listed(candidates.values(), _CHOICES)

@@ -175,17 +175,17 @@ class Bands:
         ----------
         text : "rgb", a number of Gaussian bands, "best:N", "box:N", "400:700:10" for bands from
             400 to 700 nm in steps of 10, a FILE.csv with a wavelength (nm) and one sensitivity a
-            sensor in each row, or the name by which colour-science knows an
-            observer or a camera
+            sensor in each row, or the name by which colour-science knows an observer or camera
         limits : the range (low, high), nm; by default 400 to 700, or what the file covers
 
         Raises
         ------
-        InputError
-            for anything else
+        InputError : for anything else
         """
         if isinstance(text, Bands):
             return text
+        if isinstance(text, bool) or not isinstance(text, str | PathLike | float | int | np.number):
+            raise InputError(_WANTED.format(shown(text)))
         body = str(text).strip()
         if body.lower() == "rgb" or STEPS.fullmatch(body):
             if limits is not None:
