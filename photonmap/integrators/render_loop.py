@@ -108,7 +108,11 @@ class RenderLoop:
         return self.earlier + time.perf_counter() - self._start
 
     def describe_goal(self) -> dict[str, Any] | None:
-        """Return the error that was aimed at and the one reached; None for another budget."""
+        """Return the error that was aimed at; None for another budget.
+
+        `reached` is the error of that kind so far, above `limit` where the goal is missed; None
+        where it is not known.
+        """
         if self._budget.goal is None:
             return None
         error, lit = self.error(), self._integrator.finds_light
