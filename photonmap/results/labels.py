@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from photonmap.buffers import row_of
 from photonmap.errors import InputError
-from photonmap.results.colors import Colors
-from photonmap.runtime.wording import shown, suggest
+from photonmap.results.colors import Colors, Image
+from photonmap.runtime.wording import listed, shown, suggest
 from photonmap.scene.vectors import finite
 from photonmap.spectra.bands import Bands
 
@@ -22,6 +22,17 @@ if TYPE_CHECKING:
 Arrays = dict[str, NDArray[Any]]
 
 _IMAGES = ("buffers", "errors", "block_errors")
+
+
+class Groups(dict[str, dict[str, Image]]):
+    """Images by light group and name."""
+
+    def __missing__(self, group: str) -> dict[str, Image]:
+        """Raise `KeyError` that names the groups there are."""
+        choice = f"choose from {listed(self)}" if self else "render with per_light=True"
+        raise KeyError(
+            f"there is no light group {group!r}; {choice}; lights that are off have none"
+        )
 
 
 class Labels(Colors, Mapping[str, NDArray[Any]]):

@@ -30,6 +30,7 @@ from photonmap.io.png import encode_png
 from photonmap.results.checks import as_images, as_record, check_shapes
 from photonmap.results.colors import SCENE, Image, White
 from photonmap.results.files import save_all
+from photonmap.results.labels import Groups
 from photonmap.results.plots import Plots
 from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import listed, shown
@@ -113,14 +114,15 @@ class Result(Plots):
         return self.buffers | name_errors(self.errors, self.block_errors)
 
     @property
-    def per_light(self) -> dict[str, dict[str, Image]]:
+    def per_light(self) -> Groups:
         """The buffers split by light group: group to name to image, (H, W, N) float32.
 
         `direct`, `indirect`, `shading`, and `caustics` where there are any; the whole buffers are
-        their sums in this order. Empty unless the render was asked to split them. Standard errors
-        go by names as in "direct@sun".
+        their sums in this order. Empty unless the render was asked to split them. Lights that are
+        off, 0 in every band, are not rendered and have no group. Standard errors go by names as in
+        "direct@sun".
         """
-        split: dict[str, dict[str, Image]] = {}
+        split = Groups()
         for name, image in self.buffers.items():
             (buffer, group), row = split_name(name), row_of(name)
             if group and row is not None and row.has_error:

@@ -94,6 +94,17 @@ def test_split_buffers_are_written_and_read(split, tmp_path):
     np.testing.assert_array_equal(again.rgb("shading@blue"), result.rgb("shading@blue"))
 
 
+def test_lights_that_are_off_have_no_group():
+    off = pm.PointLight((-0.5, 0.5, 0.5), 0.0, name="off")
+    result = pm.render(lit(BLUE, off), size=8, passes=1, per_light=True)
+    assert list(result.per_light) == ["light", "blue"]
+    message = "no light group 'off'; choose from 'light', 'blue'; lights that are off have none"
+    with pytest.raises(KeyError, match=message):
+        result.per_light["off"]
+    with pytest.raises(KeyError, match="no light group 'sun'; render with per_light=True"):
+        result.select("depth").per_light["sun"]
+
+
 def test_one_group_is_the_whole():
     result = pm.render(BOX, bands="rgb", size=(8, 8), passes=2, per_light=True)
     assert list(result.per_light) == ["light"]
