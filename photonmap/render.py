@@ -342,6 +342,7 @@ def describe_setup(scene: Scene, run: Run) -> dict[str, Any]:
         "bands": settings.bands.describe(),
         "camera": {"framed": scene.camera is None, **camera},
         "white": setup.scene.white.tolist(),
+        "group_whites": setup.scene.group_whites if settings.per_light else {},
         "measured_sets": describe_measured_sets(),
         "versions": describe_versions(),
         "fingerprint": setup.fingerprint,

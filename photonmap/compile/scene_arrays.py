@@ -103,6 +103,18 @@ class CompiledScene:
         return self.specular is not None or self.scattering is not None
 
     @property
+    def group_whites(self) -> dict[str, NDArray[np.float64]]:
+        """The part of `white` that is due to the lights of each group, (N,)."""
+        spectra = self.lights.spectra[self.lights.spectrum].astype(np.float64)
+        mean = spectra.mean(axis=1, keepdims=True)
+        color = np.divide(spectra, mean, where=mean > 0.0, out=np.zeros_like(spectra))
+        parts = color * (self.light_powers / self.light_powers.sum())[:, None]
+        whites = {group: np.zeros(spectra.shape[1]) for group in self.light_groups}
+        for group, part in zip(self.light_groups, parts, strict=True):
+            whites[group] += part
+        return whites
+
+    @property
     def is_thin(self) -> NDArray[np.bool_]:
         """Which materials are thin glass, (M,)."""
         alpha, specular = self.geometry.alpha, self.specular

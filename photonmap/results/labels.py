@@ -113,8 +113,12 @@ class Labels(Colors, Mapping[str, NDArray[Any]]):
         curve = self.bands.sensitivities[at]
         ends = float(curve.wavelengths[0]), float(curve.wavelengths[-1])
         bands = Bands("sensors", self.bands.names[at : at + 1], (curve,), ends)
-        white = self.record.get("white")
-        record = {**self.record, "bands": bands.describe(), "white": white and white[at : at + 1]}
+        white, parts = self.record.get("white"), self.record.get("group_whites", {})
+        whites = {
+            "white": white and white[at : at + 1],
+            "group_whites": {group: part[at : at + 1] for group, part in parts.items()},
+        }
+        record = {**self.record, "bands": bands.describe(), **whites}
         images = {name: chosen(getattr(self, name)) for name in _IMAGES}
         return replace(self, bands=bands, record=record, **images)  # type: ignore[type-var]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from os import PathLike
@@ -259,6 +259,28 @@ class Result(Plots):
         if "arguments" in record:
             record = record | {"arguments": record["arguments"] | {"buffers": sorted(names)}}
         return Result(buffers, errors, self.bands, record, blocks)
+
+    def relit(self, gains: Mapping[str, float | Sequence[float] | Image]) -> Result:
+        """Return what light groups of other strengths or spectra give: each times its gain.
+
+        Direct light, indirect light, caustics, shading, the residual and radiance are of the new
+        light, and so is the white of the scene, if the record knows that of each group. `emission`
+        is not split, and stays. Errors of groups stay known, those of whole buffers where one group
+        alone is lit: groups share samples, so errors of other sums are left out. So are bias and
+        error in the record, which cannot be merged any more.
+
+        Parameters
+        ----------
+        gains : by light group, a number of at least 0 or (N,), one for each band; 1 if left out
+
+        Raises
+        ------
+        InputError
+            if lights were not split, there is no such group, or a gain is something else
+        """
+        from photonmap.results.relighting import relit
+
+        return relit(self, gains)
 
     def save(
         self,

@@ -254,7 +254,8 @@ def test_snippet_of_the_guide(tmp_path, monkeypatch):
     room = names["room"]
     light = sum(part["direct"] + part["indirect"] for part in room.per_light.values())
     np.testing.assert_allclose(room.emission + light, room.radiance, rtol=1e-5, atol=1e-7)
-    assert names["relit"].shape == room.radiance.shape
+    assert names["relit"].radiance.shape == room.radiance.shape
+    assert (tmp_path / "evening.exr").exists()
 
 
 def test_snippets_of_data_sets(tmp_path, monkeypatch):

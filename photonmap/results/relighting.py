@@ -1,0 +1,156 @@
+"""Light groups of a result at other strengths and in other spectra, without rendering again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.buffers import group_name, names_where, row_of, split_name
+from photonmap.errors import InputError, warn
+from photonmap.results.labels import Arrays, Labels
+from photonmap.runtime.wording import shown, suggest
+
+OF_GROUPS = names_where(per_light=True)
+"""Buffers that are split by light group."""
+
+Gains = dict[str, NDArray[np.float64]]
+"""(N,) by light group"""
+Lit = TypeVar("Lit", bound=Labels)
+
+
+def relit(result: Lit, gains: Mapping[str, Any]) -> Lit:
+    """Return a result with its light groups times gains; see `photonmap.Result.relit`."""
+    factors = _factors(result, gains)
+    if all((factor == 1.0).all() for factor in factors.values()):
+        return replace(result)  # type: ignore[type-var]
+    _warn_of_emission(result)
+    parts, errors = _scaled(result.buffers, factors), _scaled(result.errors, factors)
+    buffers = {name: image for name, image in result.buffers.items() if not _follows(name)}
+    buffers |= _whole(result, buffers, parts, list(factors)) | parts
+    errors |= {name: error for name, error in result.errors.items() if not _follows(name)}
+    errors |= _known_errors(result, factors)
+    return replace(  # type: ignore[type-var]
+        result,
+        buffers={name: buffers[name] for name in result.buffers if name in buffers},
+        errors={name: errors[name] for name in result.errors if name in errors},
+        block_errors={},
+        record=_record(result, factors),
+    )
+
+
+def _factors(result: Labels, gains: Mapping[str, Any]) -> Gains:
+    """Return the gain of every group, in the order of the file; 1 where none is given."""
+    names = [name for name in result.buffers if split_name(name)[0] in OF_GROUPS]
+    groups = [group for group in dict.fromkeys(split_name(name)[1] for name in names) if group]
+    if not groups:
+        raise InputError("there are no light groups to relight; render with per_light=True")
+    if not isinstance(gains, Mapping):
+        raise InputError(f"gains {shown(gains)} go by no light groups, as in {{{groups[0]!r}: 2}}")
+    for group in gains:
+        if group not in groups:
+            raise InputError(f"there is no light group {group!r}; {suggest(group, groups)}")
+    return {group: _gain(group, gains.get(group, 1.0), result.bands.count) for group in groups}
+
+
+def _gain(group: str, gain: Any, bands: int) -> NDArray[np.float64]:
+    try:
+        values = np.broadcast_to(np.asarray(gain, np.float64), (bands,))
+    except (TypeError, ValueError):
+        values = np.full(bands, np.nan)
+    if not (np.isfinite(values).all() and (values >= 0.0).all()):
+        raise InputError(
+            f"gain {shown(gain)} of light group {group!r} must be a number of at least 0, or "
+            f"{bands} of them, one for each band"
+        )
+    return values
+
+
+def _scaled(images: Arrays, factors: Gains) -> Arrays:
+    """Return the images of light groups, each times the gain of its group."""
+    return {
+        name: (image * factors[group]).astype(np.float32)
+        for name, image in images.items()
+        if (group := split_name(name)[1]) in factors
+    }
+
+
+def _follows(name: str) -> bool:
+    """Return whether a buffer follows from the light that is split, or may do so."""
+    row = row_of(name)
+    if row is None or split_name(name)[1]:
+        return True
+    is_color = row.source == "data set" and row.quantity == "ratio"
+    return is_color or (row.quantity == "radiance" and name != "emission")
+
+
+def _whole(result: Labels, rest: Arrays, parts: Arrays, groups: list[str]) -> Arrays:
+    """Return the sums of parts, and what follows from them and from the rest."""
+    whole: Arrays = {}
+    for name in OF_GROUPS:
+        found = [parts[each] for group in groups if (each := group_name(name, group)) in parts]
+        if found:
+            whole[name] = found[0].copy()
+            for part in found[1:]:
+                whole[name] += part
+    if not {"direct", "indirect"} <= whole.keys():
+        return whole
+    if "emission" in rest:
+        whole["radiance"] = (rest["emission"] + whole["direct"]) + whole["indirect"]
+    if "residual" in result.buffers and "reflectance" in rest and "shading" in whole:
+        light = whole["direct"].astype(np.float64) + whole["indirect"]
+        residual = light - rest["reflectance"] * whole["shading"].astype(np.float64)
+        none = result.buffers["residual"] == 0.0
+        whole["residual"] = np.where(none, 0.0, residual).astype(np.float32)
+    return whole
+
+
+def _known_errors(result: Labels, factors: Gains) -> Arrays:
+    """Return the errors of whole buffers that are known: where one group alone is lit.
+
+    Groups share samples. How their errors correlate is not known, so that of any other sum is not.
+    """
+    lit = [group for group, factor in factors.items() if factor.any()]
+    if len(lit) != 1:
+        return {}
+    return {
+        name: (result.errors[own] * factors[lit[0]]).astype(np.float32)
+        for name in OF_GROUPS
+        if (own := group_name(name, lit[0])) in result.errors
+    }
+
+
+def _warn_of_emission(result: Labels) -> None:
+    emission = result.buffers.get("emission")
+    if emission is not None and emission.any():
+        warn(
+            "emission is not split by light group: lamps and skies in view keep their brightness "
+            "and colour"
+        )
+
+
+def _record(result: Labels, factors: Gains) -> dict[str, Any]:
+    """Return the record without what it says of the errors of other light, and of merging."""
+    record = result.record
+    parts = record.get("group_whites", {})
+    white, own = None, {}
+    if record.get("white") is not None and parts.keys() == factors.keys():
+        own = {group: factor * parts[group] for group, factor in factors.items()}
+        mean = float(np.sum([*own.values()], axis=0).mean())
+        own = {group: part / mean for group, part in own.items()} if mean > 0.0 else {}
+        white = np.sum([*own.values()], axis=0).tolist() if own else None
+    earlier = record.get("relit", {})
+    unknown = dict.fromkeys(("error", "standard_error", "goal", "bias_blocks"))
+    return {
+        **{name: value for name, value in record.items() if name != "fingerprint"},
+        **unknown,
+        "bias": 0.0 if record.get("bias") == 0.0 else None,
+        "white": white,
+        "group_whites": {group: part.tolist() for group, part in own.items()},
+        "relit": {
+            group: (factor * earlier.get(group, 1.0)).tolist() for group, factor in factors.items()
+        },
+    }
