@@ -33,6 +33,8 @@ ROUNDING = np.float32(2.0**-23)
 """Relative rounding error of sums of samples: means differ by it where all samples agree."""
 SECOND_ORDER = 2.0
 """Relative second-order error of a ratio, over the square of its denominator's relative error."""
+OF_CONTRAST = 0.5
+"""Standard deviation of one sample's ratio, over the largest difference to a neighbour's."""
 
 Image = NDArray[np.float32]
 
@@ -68,15 +70,21 @@ def smooth_error(
     return (np.sqrt(steady + (ROUNDING * value) ** 2) * scale).astype(np.float32)
 
 
-def widen_ratio(error: Image, denominator: Image, denominator_error: Image) -> Image:
+def widen_ratio(error: Image, ratio: Image, denominator: Image, denominator_error: Image) -> Image:
     """Return the error of a ratio whose denominator is uncertain, (H, W, N) all of them.
 
-    The delta method is of first order, and too narrow where few samples met what is divided by.
+    The delta method is of first order, and too narrow where few samples met what is divided by: one
+    alone has no spread. Then neighbours say how much samples differ. Where none met it, and the
+    ratio is 0 for want of another value, it may be what they show.
     """
     relative = np.divide(
         denominator_error, denominator, out=np.zeros_like(error), where=denominator > 0.0
     )
-    return (error * (1.0 + SECOND_ORDER * relative**2)).astype(np.float32)
+    met = np.max([*_neighbours(denominator)], axis=0) > 0.0
+    missed = met & (denominator == 0.0) & (ratio == 0.0)
+    shown = np.where(missed, 1.0, OF_CONTRAST * np.minimum(relative, 1.0)) * _contrast(ratio)
+    widened = error * (1.0 + SECOND_ORDER * relative**2)
+    return np.maximum(widened, shown).astype(np.float32)
 
 
 def _around(variance: Image, value: Image) -> Image:

@@ -173,7 +173,7 @@ class Result(Plots):
         error = smooth_error(self.errors[name], self.buffers[name], counts, prior, edges)
         if name.startswith("shading") and "reflectance" in self.errors:
             of_reflectance = smooth_error(self.errors["reflectance"], self.reflectance, counts)
-            error = widen_ratio(error, self.reflectance, of_reflectance)
+            error = widen_ratio(error, self.buffers[name], self.reflectance, of_reflectance)
         return error
 
     def block_mean(self, name: str) -> Image:

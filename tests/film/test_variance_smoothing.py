@@ -102,7 +102,21 @@ def test_a_wall_beside_a_lamp_is_no_lamp():
 def test_ratios_of_uncertain_denominators_are_wider():
     one = np.ones((1, 3, 1), np.float32)
     denominator = np.array([0.0, 1.0, 2.0], np.float32).reshape(1, 3, 1)
-    np.testing.assert_allclose(widen_ratio(one, denominator, one).ravel(), [1.0, 3.0, 1.5])
+    widened = widen_ratio(one, one, denominator, one)
+    np.testing.assert_allclose(widened.ravel(), [1.0, 3.0, 1.5])
+
+
+def test_a_ratio_of_few_samples_may_be_what_neighbours_show():
+    ratio = np.array([[0.0, 0.5, 0.4]], np.float32)[..., None]
+    denominator = np.array([[0.0, 0.01, 0.5]], np.float32)[..., None]
+    uncertain = np.array([[0.001, 0.01, 0.0]], np.float32)[..., None]
+    nothing = np.zeros_like(ratio)
+    widened = widen_ratio(nothing, ratio, denominator, uncertain).ravel()
+    np.testing.assert_allclose(widened, [0.5, 0.25, 0.0])
+    black = ratio + 0.1  # irradiance is known there
+    assert widen_ratio(nothing, black, denominator, uncertain)[0, 0] == 0.0
+    alone = np.zeros_like(denominator)  # a mirror
+    assert not widen_ratio(nothing, ratio, alone, alone).any()
 
 
 @pytest.fixture(scope="module", params=[("cornell", 1.0), ("balls", 1.0), ("cornell", 0.25)])

@@ -232,7 +232,7 @@ BAD = {
     "no bands": (["box.obj", "--bands", "nosuch"], "nosuch"),
     "a file": (["box.obj", "--output", "box.obj"], "this is a file"),
     "no folder": (["box.obj", "--output", "box.obj/folder"], "Not a directory"),
-    "half a camera": (["box.obj", "--origin", "0,0,5"], "--target"),
+    "half a camera": (["box.obj", "--target", "0,0,5"], "--origin"),
     "no memory": (["box.obj", "--size", "60000x60000"], "GB"),
     "nothing but lamps": (["lamp.obj", "--quick", "--size", "8x8"], "point the camera"),
 }
