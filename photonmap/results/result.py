@@ -228,6 +228,8 @@ class Result(Plots):
         described = self.record.get("bias_blocks")
         if described is None and self.record.get("bias") == 0.0:
             raise InputError("this render has no bias")
+        if described is None and "relit" in self.record:
+            raise InputError("the bias of relit light is not known; that of the render is")
         if described is None:
             raise InputError("the bias was not estimated; photon mapping of 14 passes or more does")
         blocks = BlockBias.read(described)

@@ -84,6 +84,8 @@ def test_errors_are_those_that_are_known(room):
     assert relit.record["error"] is None
     with pytest.raises(InputError, match="record lacks what merging needs"):
         pm.merge([relit, relit])
+    with pytest.raises(InputError, match="bias of relit light is not known"):
+        relit.bias("indirect")
 
 
 def test_the_white_is_that_of_the_new_light(room):
