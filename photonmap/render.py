@@ -38,7 +38,7 @@ from photonmap.integrators.base import Integrator, PassSetup, stream_key
 from photonmap.integrators.choice import check_unbiased, make_integrator, warn_of_lost_caustics
 from photonmap.integrators.first_hits import first_hit_buffers
 from photonmap.integrators.kernel_warmup import compile_kernels, is_compiled
-from photonmap.integrators.light_visibility import warn_of_hidden_lights
+from photonmap.integrators.light_visibility import find_hidden_lights
 from photonmap.integrators.memory_estimate import Work
 from photonmap.integrators.path_truncation import warn_of_truncated_paths
 from photonmap.integrators.photon_mapping.photon_hit_rate import warn_of_few_photons
@@ -257,7 +257,7 @@ def begin(setup: Setup, settings: Settings, workers: Workers) -> Run:
     film, columns, storage = settings.film, setup.columns, setup.storage
     view = View(setup.scene.film_camera(film.width, film.height), film)
     key = stream_key(settings.seed, 0, Domain.LIGHT_VISIBILITY)
-    hidden = warn_of_hidden_lights(setup.scene, view, key)
+    hidden = find_hidden_lights(setup.scene, view, key)
     lights = downweight_hidden(setup.carried.lights, setup.carried.light_names, hidden)
     integrator = make_integrator(
         settings.integrator,
@@ -296,7 +296,7 @@ def finish(run: Run) -> Images:
     setup, film, kept = run.setup, run.settings.film, run.setup.kept
     moments, power = run.moments, run.setup.scene.power
     light, errors = moments.finish(power, kept)
-    unresolved = moments.whole.unresolved() & (run.integrator.finds_light)
+    unresolved = moments.whole.unresolved() & run.integrator.stores_photons
     rest = {"unresolved": unresolved, "passes": moments.whole.counts}
     rest |= first_hit_buffers(setup.scene, film, run.workers, kept, setup.storage)
     buffers = in_order(light | {name: rows for name, rows in rest.items() if name in kept})
@@ -352,8 +352,8 @@ def describe_setup(scene: Scene, run: Run) -> dict[str, Any]:
 def describe_passes(run: Run) -> dict[str, Any]:
     """Return what the record says of the passes."""
     integrator, loop, moments = run.integrator, run.loop, run.moments.whole
-    error, bias = moments.error(lit=integrator.finds_light), loop.bias
-    known = math.isfinite(error) and moments.states_error(integrator.finds_light)
+    error, bias = moments.error(lit=integrator.stores_photons), loop.bias
+    known = math.isfinite(error) and moments.states_error(integrator.stores_photons)
     return {
         "passes": moments.count,
         "pass_samples": loop.pass_samples,

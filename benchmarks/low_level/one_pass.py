@@ -42,7 +42,7 @@ class OnePass:
 
     def camera_pass(self) -> None:
         """Render all pixels."""
-        self.estimate = self._integrator.gather(0, self.maps)
+        self.estimate = self._integrator.run_camera_pass(0, self.maps)
 
     def rays_by_kind(self) -> dict[str, int]:
         """Return how many rays photons and pixels of a pass cast."""

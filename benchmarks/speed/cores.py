@@ -144,7 +144,7 @@ def _pass(
 
     maps, photons = timed(lambda: integrator.trace_photons(index))
     yield photons
-    estimate, camera = timed(lambda: integrator.gather(index, maps))
+    estimate, camera = timed(lambda: integrator.run_camera_pass(index, maps))
     yield camera
     estimate, sharing = timed(lambda: integrator.share(index, estimate))
     yield sharing

@@ -76,7 +76,7 @@ class Repeatable(Protocol):
     """What a bias probe needs of an integrator."""
 
     @property
-    def finds_light(self) -> bool:
+    def stores_photons(self) -> bool:
         """Whether photons are stored, so that a pixel that found none is unresolved."""
 
     @property
@@ -124,7 +124,7 @@ class BiasProbe:
         """Repeat pass `index`, which gave `estimate`, if it is one to be probed."""
         if not is_repeated(index) or not self._integrator.has_supports:
             return
-        valid = moments.valid(lit=self._integrator.finds_light)
+        valid = moments.valid(lit=self._integrator.stores_photons)
         narrow = self._indirect(estimate, valid)
         wide = self._indirect(self._integrator.estimate(index, wider=1), valid)
         half = (index - FIRST) % EVERY
@@ -147,7 +147,7 @@ class BiasProbe:
             return None
         probed = [index for index in range(count) if is_repeated(index)]
         halves = [sum((index - FIRST) % EVERY == half for index in probed) for half in range(2)]
-        valid = moments.valid(lit=self._integrator.finds_light)
+        valid = moments.valid(lit=self._integrator.stores_photons)
         pixels = self._sums(lambda part: valid[part, None].astype(np.float64))[:, 0]
         factor = OF_DIFFERENCE * scale * footprint_width(np.arange(count))
         factor /= footprint_width(np.array(probed))

@@ -205,7 +205,7 @@ class Integrator(Protocol):
         """Whether light is averaged over cells, footprints or disks, which biases it."""
 
     @property
-    def finds_light(self) -> bool:
+    def stores_photons(self) -> bool:
         """Whether photons are stored, so that a pixel that found none is unresolved."""
 
     @property
@@ -218,10 +218,10 @@ class Integrator(Protocol):
     def resize_passes(self, size: float) -> None:
         """Take this fraction of the usual samples in passes from now on, if passes adapt."""
 
-    def call_camera_pass(self) -> None:
+    def compile_camera_pass(self) -> None:
         """Compile the kernel of the camera pass by a call, on a scene of one triangle."""
 
-    def call_other_kernels(self) -> Estimate:
+    def compile_other_kernels(self) -> Estimate:
         """Compile the other kernels of a pass by a call each; return an estimate of any values."""
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from photonmap.buffers import BUFFERS
 from photonmap.compile.camera import has_optics
-from photonmap.compile.lights.light_tree import FEW
+from photonmap.compile.lights.light_tree import TREE_FROM
 from photonmap.compile.scene_arrays import CompiledScene, compile_scene
 from photonmap.compile.spectral_columns import SpectralColumns
 from photonmap.errors import warn
@@ -27,7 +27,7 @@ from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.base import PassSetup
 from photonmap.integrators.choice import make_integrator
 from photonmap.integrators.first_hits import first_hit_buffers
-from photonmap.integrators.light_visibility import warn_of_hidden_lights
+from photonmap.integrators.light_visibility import find_hidden_lights
 from photonmap.kernels.core.jit import CACHE_FOLDER
 from photonmap.kernels.core.passes import Film
 from photonmap.kernels.core.records import Scattering, SceneArrays, Specular
@@ -99,52 +99,52 @@ def compile_kernels(wanted: CompiledScene, bands: Bands, workers: Workers, metho
     small = _smallest(wanted)
     if workers.threads > 1 and not is_compiled(wanted, method):
         with _aside(small, bands, method):
-            _gather(small, bands, workers, method)
+            _compile_camera_pass(small, bands, workers, method)
     try:
-        _call_kernels(small, bands, workers, method)
+        _compile_all(small, bands, workers, method)
     except (pickle.UnpicklingError, EOFError):
         warn(f"the cache of compiled kernels, {CACHE_FOLDER}, is damaged and will be rebuilt")
         shutil.rmtree(CACHE_FOLDER, ignore_errors=True)
-        _call_kernels(small, bands, workers, method)
+        _compile_all(small, bands, workers, method)
     with suppress(OSError):  # a cache that cannot be written is no reason to stop
         CACHE_FOLDER.mkdir(parents=True, exist_ok=True)
         marker.touch()
     _at_hand.add(marker)
 
 
-def _call_kernels(small: Scene, bands: Bands, workers: Workers, method: str) -> None:
-    _call_around(small, bands, workers, method)
-    _gather(small, bands, workers, method)
+def _compile_all(small: Scene, bands: Bands, workers: Workers, method: str) -> None:
+    _compile_other_kernels(small, bands, workers, method)
+    _compile_camera_pass(small, bands, workers, method)
 
 
 def _setup(small: Scene, bands: Bands, workers: Workers) -> PassSetup:
     return PassSetup(compile_scene(small, bands), _FILM, bands.count, _PHOTONS, 0, workers)
 
 
-def _gather(small: Scene, bands: Bands, workers: Workers, method: str) -> None:
-    """Call the kernel of the camera pass."""
-    make_integrator(method, _setup(small, bands, workers)).call_camera_pass()
+def _compile_camera_pass(small: Scene, bands: Bands, workers: Workers, method: str) -> None:
+    """Compile the kernel of the camera pass."""
+    make_integrator(method, _setup(small, bands, workers)).compile_camera_pass()
 
 
-def _call_around(small: Scene, bands: Bands, workers: Workers, method: str) -> None:
-    """Call all other kernels."""
+def _compile_other_kernels(small: Scene, bands: Bands, workers: Workers, method: str) -> None:
+    """Compile all other kernels."""
     setup = _setup(small, bands, workers)
     columns = SpectralColumns(np.arange(bands.count))
     moments = LightGroups(columns, _FILM, workers, setup.compiled.has_residual)
-    estimate = make_integrator(method, setup).call_other_kernels()
+    estimate = make_integrator(method, setup).compile_other_kernels()
     for _ in range(2):
         moments.add(estimate.pixels, estimate.via_specular)
     for percentile in (None, 50.0):
         moments.whole.error(percentile=percentile)
     moments.finish(1.0)
     key = setup.key(0, Domain.LIGHT_VISIBILITY)
-    warn_of_hidden_lights(setup.compiled, setup.view, key)
+    find_hidden_lights(setup.compiled, setup.view, key)
     first_hit_buffers(setup.compiled, _FILM, workers, BUFFERS)
 
 
 @contextmanager
 def _aside(small: Scene, bands: Bands, method: str) -> Iterator[None]:
-    """Compile in a process of its own what `_call_around` calls; wait for it at the end.
+    """Compile in a process of its own what `_compile_other_kernels` does; wait for it at the end.
 
     What it fails to do is done afterwards in this process.
     """
@@ -174,7 +174,7 @@ def serve() -> None:
     """Compile what `_aside` sends to standard input."""
     small, bands, method = pickle.load(sys.stdin.buffer)
     with Workers(1) as workers:
-        _call_around(small, bands, workers, method)
+        _compile_other_kernels(small, bands, workers, method)
 
 
 def _smallest(wanted: CompiledScene) -> Scene:
@@ -182,7 +182,7 @@ def _smallest(wanted: CompiledScene) -> Scene:
     triangle = Mesh(np.eye(3) - [0.0, 0.0, 1.0], np.array([[0, 1, 2]]), uv=np.zeros((3, 2)))
     lights: list[Light] = [PointLight(_NEAR)]
     if wanted.lights.tree is not None:
-        lights *= FEW
+        lights *= TREE_FROM
     lights += [light for name, light in _LIGHTS.items() if getattr(wanted.lights, name) is not None]
     lens = Lens(1.0, 0.01) if has_optics(wanted.camera) else None
     meshes = [

@@ -20,16 +20,17 @@ _OR_CAMERA = "; or the camera is inside or behind an object"
 """What may keep all light from the view"""
 
 
-def warn_of_hidden_lights(compiled: CompiledScene, view: View, key: np.uint64) -> list[str]:
-    """Warn of the lights that are not seen, and none of whose probing paths reaches what is.
+def find_hidden_lights(compiled: CompiledScene, view: View, key: np.uint64) -> list[str]:
+    """Return the names of the lights that seem to send nothing into the view; warn of them.
 
+    They are not seen, and none of their probing paths reaches what is.
     Every light sends up to 256 paths of up to 8 bounces; each of their vertices is joined to 64
     points in view until one connection is free. A light that lights the view costs a few rays.
     Where there are smooth surfaces nothing is said: light may come by them, and be seen in them.
 
-    Returns
-    -------
-    names of these lights
+    Parameters
+    ----------
+    key : of the random streams of the probing paths
     """
     if compiled.specular is not None:
         return []

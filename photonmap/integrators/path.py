@@ -61,7 +61,7 @@ class PathIntegrator:
         return plan_sampling(self._setup)
 
     @property
-    def finds_light(self) -> bool:
+    def stores_photons(self) -> bool:
         """Whether photons are stored, so that a pixel that found none is unresolved."""
         return self.counters.stores > 0
 
@@ -77,11 +77,11 @@ class PathIntegrator:
         key = self._setup.key(0, Domain.TRUNCATION)
         return truncated_fraction(self._setup.compiled, self._setup.bands, MAX_BOUNCES, key)
 
-    def call_camera_pass(self) -> None:
+    def compile_camera_pass(self) -> None:
         """Compile the path tracer."""
         self.estimate(0)
 
-    def call_other_kernels(self) -> Estimate:
+    def compile_other_kernels(self) -> Estimate:
         """Return an empty estimate: there are none."""
         return self._estimate
 

@@ -115,7 +115,7 @@ class RenderLoop:
         """
         if self._budget.goal is None:
             return None
-        error, lit = self.error(), self._integrator.finds_light
+        error, lit = self.error(), self._integrator.stores_photons
         is_known = math.isfinite(error) and self._moments.whole.states_error(lit)
         return {**asdict(self._budget.goal), "reached": error if is_known else None}
 
@@ -127,7 +127,7 @@ class RenderLoop:
         if whole.count < LEAST_PASSES or self.error() > goal.limit:
             ceiling = self._budget.ceiling
             warn(f"stopped after {ceiling:.6g} s, before the error {goal} was reached")
-        elif not (whole.shows_nothing() or whole.states_error(self._integrator.finds_light)):
+        elif not (whole.shows_nothing() or whole.states_error(self._integrator.stores_photons)):
             warn(
                 f"there is no error {goal} to reach: every pixel is unresolved, or shows an "
                 "emitter or background, wholly or in part"
@@ -135,7 +135,7 @@ class RenderLoop:
 
     def error(self) -> float:
         """Return the error that the budget limits, so far; that of radiance if it limits none."""
-        goal, lit = self._budget.goal, self._integrator.finds_light
+        goal, lit = self._budget.goal, self._integrator.stores_photons
         if goal is None or goal.is_plain:
             error = self._moments.whole.error(lit=lit)
             return math.hypot(error, self.bias or 0.0)

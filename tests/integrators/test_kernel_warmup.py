@@ -12,7 +12,7 @@ import trimesh
 import photonmap as pm
 from photonmap.compile.scene_arrays import compile_scene
 from photonmap.integrators.kernel_warmup import _marker, _setup, _smallest
-from photonmap.integrators.light_visibility import warn_of_hidden_lights
+from photonmap.integrators.light_visibility import find_hidden_lights
 from photonmap.integrators.photon_mapping.integrator import PhotonIntegrator
 from photonmap.kernels.core.records import SceneArrays
 from photonmap.kernels.core.streams import Domain
@@ -111,7 +111,7 @@ def test_nothing_is_said_of_lights_that_stand_in(name):
     with Workers(1) as workers:
         setup = _setup(small, RGB, workers)
     key = setup.key(0, Domain.LIGHT_VISIBILITY)
-    assert warn_of_hidden_lights(setup.compiled, setup.view, key) == []
+    assert find_hidden_lights(setup.compiled, setup.view, key) == []
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -81,13 +81,14 @@ def test_mean_is_that_of_path_tracing(scene_and_truth):
 
 def test_mean_is_exact_whatever_the_cache_holds(scene_and_truth, monkeypatch):
     scene, truth = scene_and_truth
-    gather = PhotonIntegrator.gather
+    run_camera_pass = PhotonIntegrator.run_camera_pass
 
     def of_wrong_cache(self, index, maps):
         wrong = 2.0 * maps.cache.radiosity[::-1]  # twice the light, of other cells
-        return gather(self, index, maps._replace(cache=maps.cache._replace(radiosity=wrong)))
+        cache = maps.cache._replace(radiosity=wrong)
+        return run_camera_pass(self, index, maps._replace(cache=cache))
 
-    monkeypatch.setattr(PhotonIntegrator, "gather", of_wrong_cache)
+    monkeypatch.setattr(PhotonIntegrator, "run_camera_pass", of_wrong_cache)
     assert not differ(block_means(scene, range(24), unbiased=True, passes=8), truth)
     assert differ(block_means(scene, range(24), passes=2), truth)
 

@@ -20,7 +20,7 @@ from photonmap.kernels.core.records import (
 )
 from photonmap.kernels.lights.light_tree import WIDTH
 
-FEW = 8
+TREE_FROM = 8
 """Emitters at a finite distance below which a choice by power costs less than it loses."""
 
 _HALVINGS = WIDTH.bit_length() - 1
@@ -53,7 +53,7 @@ def grow_tree(bounds: EmitterBounds, cdf: Array, far: NDArray[np.bool_]) -> Ligh
     far : (K,) bool, infinitely far
     """
     near = np.flatnonzero(~far)
-    if len(near) < FEW:
+    if len(near) < TREE_FROM:
         return None
     halvings = (len(near) - 1).bit_length()
     depth = -(-halvings // _HALVINGS)

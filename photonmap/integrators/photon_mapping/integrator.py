@@ -63,7 +63,7 @@ class PhotonIntegrator:
     def estimate(self, index: int, wider: int = 0) -> Estimate:
         """Run pass `index`, as `Integrator.estimate` says."""
         maps = self.trace_photons(index, wider)
-        estimate = self.gather(index, maps)
+        estimate = self.run_camera_pass(index, maps)
         if self.shares:
             estimate = self.share(index, estimate, wider)
         return leave_out(self._setup, estimate)
@@ -79,7 +79,7 @@ class PhotonIntegrator:
         return self.shares or (self._specular and self._setup.simulates("caustics"))
 
     @property
-    def finds_light(self) -> bool:
+    def stores_photons(self) -> bool:
         """Whether photons are stored, so that a pixel that found none is unresolved."""
         return self.counters.stores > 0
 
@@ -102,7 +102,7 @@ class PhotonIntegrator:
         self.counters.photon_seconds += ended - start
         return PhotonMaps(cache, caustics)
 
-    def gather(self, index: int, maps: PhotonMaps) -> Estimate:
+    def run_camera_pass(self, index: int, maps: PhotonMaps) -> Estimate:
         """Run the camera pass: direct light, final gathering, specular chains."""
         setup = self._setup
         with self._setting_up():
@@ -175,7 +175,7 @@ class PhotonIntegrator:
         """Return 0: camera rays end in the cache, and truncated photons are counted."""
         return 0.0
 
-    def call_camera_pass(self) -> None:
+    def compile_camera_pass(self) -> None:
         """Compile the sampling pre-pass, and the camera pass, which has most of its code.
 
         One sample, on maps that hold nothing.
@@ -184,9 +184,9 @@ class PhotonIntegrator:
         self.plan = _one_sample(self._setup)
         bands = self._setup.bands
         caustics = no_caustics(bands) if self._specular else None
-        self.gather(0, PhotonMaps(empty_cache(bands), caustics))
+        self.run_camera_pass(0, PhotonMaps(empty_cache(bands), caustics))
 
-    def call_other_kernels(self) -> Estimate:
+    def compile_other_kernels(self) -> Estimate:
         """Compile the kernels of the photon pass and of sharing."""
         self.plan = _one_sample(self._setup)
         maps = self.trace_photons(0)

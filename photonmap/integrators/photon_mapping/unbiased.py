@@ -32,9 +32,11 @@ class UnbiasedIntegrator(PhotonIntegrator):
     def __init__(self, setup: PassSetup) -> None:
         super().__init__(replace(setup, unbiased=True))
 
-    def gather(self, index: int, maps: PhotonMaps) -> Estimate:
+    def run_camera_pass(self, index: int, maps: PhotonMaps) -> Estimate:
         """Run the camera pass; what it looks up in the cache is corrected by paths."""
-        return super().gather(index, maps._replace(cache=maps.cache._replace(followed=FOLLOWED)))
+        return super().run_camera_pass(
+            index, maps._replace(cache=maps.cache._replace(followed=FOLLOWED))
+        )
 
     def share(self, index: int, estimate: Estimate, wider: int = 0) -> Estimate:
         """Share indirect irradiance between pixels, by their differences if these are known."""
