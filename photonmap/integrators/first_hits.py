@@ -13,19 +13,17 @@ from numpy.typing import NDArray
 
 from photonmap.buffers import BY_NAME, DEFAULT, names_where
 from photonmap.compile.scene_arrays import CompiledScene
-from photonmap.compile.surfaces.glossy import TERMS, mean_albedo
+from photonmap.compile.surfaces.glossy import mean_albedo
 from photonmap.integrators.base import TILE
-from photonmap.integrators.seen_surfaces import Coat, Sheen, Specularity, Surfaces
-from photonmap.kernels.core.lobe_records import Coats
-from photonmap.kernels.core.passes import Film, Span, View
-from photonmap.kernels.core.records import GLASS, METAL, MIRROR, Scattering, Specular
-from photonmap.kernels.integrators.first_hits import (
-    first_hits,
-    look_up_coats,
-    look_up_glass,
-    look_up_lobes,
-    look_up_sheens,
+from photonmap.integrators.seen_surfaces import (
+    Surfaces,
+    has_textured_lobes,
+    surfaces_at_points,
+    surfaces_of_materials,
 )
+from photonmap.kernels.core.passes import Film, Span, View
+from photonmap.kernels.core.records import GLASS, METAL, MIRROR
+from photonmap.kernels.integrators.first_hits import first_hits
 from photonmap.runtime.storage import RAM, Storage, strips
 from photonmap.runtime.workers import Workers
 from photonmap.scene.surfaces.metallic import metallic_fraction
@@ -74,11 +72,11 @@ def of_surface(name: str) -> Callable[[Callable[[Surfaces], Array]], Callable[[S
 
     def register(compute: Callable[[Surfaces], Array]) -> Callable[[Surfaces], Array]:
         def look_up(compiled: CompiledScene, hits: FirstHits) -> Array:
-            material = compiled.geometry.material[hits.triangle]
-            if _vary(compiled):
-                rows = compute(_of_points(compiled, hits, material))
+            if has_textured_lobes(compiled):
+                rows = compute(surfaces_at_points(compiled, hits.triangle, hits.barycentrics))
             else:
-                rows = compute(_of_materials(compiled))[material]
+                material = compiled.geometry.material[hits.triangle]
+                rows = compute(surfaces_of_materials(compiled))[material]
             rows[hits.triangle < 0] = 0
             return rows
 
@@ -227,92 +225,3 @@ def _diffuse_fraction(surfaces: Surfaces) -> Array:
     np.divide(fraction, total, out=fraction, where=total > 0.0)
     fraction[total == 0.0] = 1.0
     return fraction.astype(np.float32)
-
-
-def _of_materials(compiled: CompiledScene) -> Surfaces:
-    """Return what materials reflect, their textures counting with their means."""
-    reflectance, scattering = compiled.materials.reflectance, compiled.scattering
-    count = len(reflectance)
-    model, glossy = np.zeros(count, np.uint8), np.zeros_like(reflectance)
-    lobes, dip = np.zeros((count, 2 + TERMS)), None
-    coat = sheen = None
-    if scattering is not None:
-        model, glossy = scattering.below, scattering.specular
-        means = scattering.albedos[:count, :, -1]
-        lobes = np.column_stack([scattering.parameters[:, 0], means, scattering.parameters[:, 4]])
-        dip = scattering.dip
-        if scattering.coats is not None:
-            coat = _coat(scattering, scattering.coats)
-        if (sheens := scattering.sheens) is not None:
-            sheen = Sheen(sheens.color, sheens.albedo[sheens.row, -1:])
-    specular = _specularity(compiled.specular)
-    return Surfaces(reflectance, model, glossy, lobes, dip, specular, compiled.is_thin, coat, sheen)
-
-
-def _coat(scattering: Scattering, coats: Coats) -> Coat:
-    """Return the clear coats of materials."""
-    albedos = scattering.albedos[np.maximum(coats.row, 0), :, -1]
-    lobes = np.column_stack([coats.alpha, albedos, coats.mean_rise])
-    return Coat(coats.weight[:, None], coats.f0[:, None], lobes)
-
-
-def _vary(compiled: CompiledScene) -> bool:
-    """Return whether textures say how some surfaces scatter."""
-    scattering, specular = compiled.scattering, compiled.specular
-    if scattering is not None:
-        sheens = scattering.sheens
-        if scattering.maps is not None or (sheens is not None and sheens.maps is not None):
-            return True
-    if specular is None:
-        return False
-    return specular.maps is not None or (
-        specular.share is not None and specular.share.maps is not None
-    )
-
-
-def _specularity(specular: Specular | None) -> Specularity | None:
-    """Return the specular lobes of materials, textures counting with their means."""
-    if specular is None:
-        return None
-    ones = np.ones(len(specular.kind))
-    alpha = 0.0 * ones if specular.alpha is None else specular.alpha
-    share = ones if specular.share is None else specular.share.value
-    return Specularity(specular.kind, specular.mirror, specular.ior, alpha, share)
-
-
-def _of_points(compiled: CompiledScene, hits: FirstHits, material: Array) -> Surfaces:
-    """Return what the hit points reflect, whose material is given, as textures say."""
-    plain, scattering = _of_materials(compiled), compiled.scattering
-    places = np.ascontiguousarray(hits.triangle), np.ascontiguousarray(hits.barycentrics)
-    tables = plain.reflectance, plain.glossy, plain.lobes
-    reflectance, glossy, lobes = (np.ascontiguousarray(table[material]) for table in tables)
-    coat, specular, sheen = plain.coat, plain.specular, plain.sheen
-    if sheen is not None:
-        assert scattering is not None
-        assert scattering.sheens is not None
-        sheen = Sheen(*(np.ascontiguousarray(rows[material]) for rows in sheen))
-        if (maps := scattering.sheens.maps) is not None:
-            look_up_sheens(compiled.geometry, scattering.sheens, maps, *places, sheen.color)
-    if scattering is not None and (maps := scattering.maps) is not None:
-        look_up_lobes(compiled.arrays, scattering, maps, *places, reflectance, glossy, lobes)
-        if coat is not None:
-            coat = Coat(*(np.ascontiguousarray(rows[material]) for rows in coat))
-            found = coat.weight[:, 0], coat.lobes
-            look_up_coats(compiled.geometry, scattering, maps, *places, *found)
-    elif coat is not None:
-        coat = Coat(*(rows[material] for rows in coat))
-    if specular is not None:
-        specular = Specularity(*(np.ascontiguousarray(rows[material]) for rows in specular))
-        found = specular.alpha, specular.share
-        look_up_glass(compiled.geometry, compiled.specular, *places, *found)
-    return Surfaces(
-        reflectance,
-        plain.model[material],
-        glossy,
-        lobes,
-        None if plain.dip is None else plain.dip[material],
-        specular,
-        plain.is_thin[material],
-        coat,
-        sheen,
-    )

@@ -1,4 +1,4 @@
-"""Whether light goes on after so many bounces that what follows is missing."""
+"""Warn where truncated paths lose light."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from photonmap.errors import warn
 from photonmap.film.budget import LEAST_PASSES
 from photonmap.film.moments import Accumulator
 from photonmap.integrators.base import Integrator
-from photonmap.integrators.photon_mapping.radiosity_cache import one_cell
+from photonmap.integrators.photon_mapping.cache_layout import one_cell
 from photonmap.kernels.bsdf.models import NARROW
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN
 from photonmap.kernels.core.passes import MAX_BOUNCES, RadiosityCache, Span

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +20,22 @@ SAMPLES = 4
 """Camera samples of a pixel in a pass; a power of two, as coverage sums to 1."""
 EDGE_SAMPLES = 16
 """The same where a pixel shows several surfaces, or a specular one."""
-LIGHT_SAMPLES, SKY_SAMPLES, MANY_LIGHTS_SAMPLES = (16, 64), (64, 128), (32, 64)
-"""Light samples of a pixel, and where some are occluded and some are not; where a sky is among the
-emitters, whose light varies with what hides it, or a light tree is to choose among very many."""
+
+
+class LightSamples(NamedTuple):
+    """Light samples of a pixel in a pass."""
+
+    plain: int
+    """where all reach their emitters, or none does"""
+    penumbra: int
+    """where some are occluded and some are not"""
+
+
+LIGHT_SAMPLES = LightSamples(16, 64)
+SKY_SAMPLES = LightSamples(64, 128)
+"""The same with a sky among the emitters, whose light varies with what hides it."""
+MANY_LIGHTS_SAMPLES = LightSamples(32, 64)
+"""The same where a light tree chooses among many emitters."""
 GATHERS, MOST_GATHERS = 8, 64
 """Gather rays of a pixel, and where few neighbours share their indirect light with it."""
 MOST_LINKED_GATHERS, EDGE_GATHERS = 16, 32
@@ -74,8 +88,8 @@ def plan_sampling(setup: PassSetup) -> SamplingPlan:
     return plan
 
 
-def _light_samples(lights: Lights) -> tuple[int, int]:
-    """Return the light samples of a pixel, and where some are occluded and some are not."""
+def _light_samples(lights: Lights) -> LightSamples:
+    """Return how many light samples the emitters of a scene call for."""
     if lights.environment is not None and lights.dome >= 0:
         return SKY_SAMPLES
     return LIGHT_SAMPLES if lights.tree is None else MANY_LIGHTS_SAMPLES
@@ -113,7 +127,7 @@ class _Planner:
     Parameters
     ----------
     partners : (P,) pixels of each footprint
-    light_samples : of a pixel, and where some are occluded and some are not
+    light_samples : of a pixel
     least : camera samples of an even pixel
     spreads : whether the samples of a pixel differ
     most_gathers : gather rays at most of pixels of a flat surface, and those of others
@@ -122,7 +136,7 @@ class _Planner:
     film: Film
     prepass: Prepass
     partners: NDArray[np.int32]
-    light_samples: tuple[int, int]
+    light_samples: LightSamples
     least: int
     spreads: bool
     most_gathers: tuple[int, int]
@@ -142,7 +156,7 @@ class _Planner:
         samples[even & ~penumbra & (gathers == GATHERS)] = self.least
         if not self.spreads:
             samples[:] = 1
-        lights = np.where(penumbra, self.light_samples[1], self.light_samples[0])
+        lights = np.where(penumbra, self.light_samples.penumbra, self.light_samples.plain)
         plan.samples[lines] = samples
         plan.lights[lines] = np.maximum(lights // samples, 1)
         plan.gathers[lines] = np.maximum(gathers // samples, 1)

@@ -107,7 +107,7 @@ def main():
     warnings.simplefilter("ignore")
     if config.DISABLE_JIT:
         # Photons that look where smooth surfaces are: as plain Python, all would take an hour.
-        caustics.PILOT = caustics.SCOUTS = 256
+        caustics.PILOT = caustics.LINGER_PILOT_PHOTONS = 256
     for name, scene in scenes().items():
         start = time.perf_counter()
         for method in ("photon", "path"):

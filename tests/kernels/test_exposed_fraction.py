@@ -10,12 +10,12 @@ from helpers.passes import setup_of
 import photonmap as pm
 from photonmap.compile.scene_arrays import compile_scene
 from photonmap.compile.triangles import triangle_areas
+from photonmap.integrators.photon_mapping.cache_layout import lay_cells
 from photonmap.integrators.photon_mapping.exposed_fraction import (
     LEAST,
     find_lit_sides,
     measure_exposed,
 )
-from photonmap.integrators.photon_mapping.radiosity_cache import lay_cells
 from photonmap.kernels.cache import exposed_fraction as exposure
 from photonmap.kernels.cache.radiosity_cache import cell_at
 from photonmap.runtime.workers import Workers

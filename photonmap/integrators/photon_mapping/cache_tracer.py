@@ -11,17 +11,17 @@ from numpy.typing import NDArray
 
 from photonmap.compile.triangles import triangle_areas
 from photonmap.integrators.base import Counters, PassSetup
+from photonmap.integrators.photon_mapping.cache_layout import (
+    divide_cells,
+    lay_cells,
+    measure_surface_fraction,
+)
 from photonmap.integrators.photon_mapping.exposed_fraction import (
     Exposed,
     find_lit_sides,
     measure_exposed,
 )
 from photonmap.integrators.photon_mapping.photon_hit_rate import stores_per_photon
-from photonmap.integrators.photon_mapping.radiosity_cache import (
-    divide_cells,
-    lay_cells,
-    measure_surface_fraction,
-)
 from photonmap.kernels.cache.radiosity_cache import sum_bundles
 from photonmap.kernels.core.passes import MAX_BOUNCES, CacheCells, RadiosityCache, Span
 from photonmap.kernels.core.streams import Domain

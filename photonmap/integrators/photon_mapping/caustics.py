@@ -26,15 +26,17 @@ PILOT = 1 << 16
 PILOT_REFLECTIONS = 1 << 20
 """Reflections of the pilot's photons, at most: where many linger between specular surfaces, as in a
 ball of mirrors, the pilot has fewer photons, a sixteenth at least."""
-SCOUTS, LINGERING = 1024, 64
-"""Photons used to estimate the fraction that lingers, and the reflections after which one does."""
-WANTED = 20
+LINGER_PILOT_PHOTONS = 1024
+"""Photons used to estimate the fraction that lingers between specular surfaces."""
+LINGER_REFLECTIONS = 64
+"""Reflections after which a photon lingers."""
+PHOTONS_PER_DISK = 20
 """Photons within a disk of the first pass, about."""
-LARGEST = 0.02
+LARGEST_RADIUS = 0.02
 """Radius of a disk at most, in sizes of the scene."""
-MOST = 4
+MOST_PHOTONS_FACTOR = 4
 """Caustic photons at most, times those of the radiosity cache."""
-LONG = 16
+MOST_RAYS_PER_PHOTON = 16
 """Rays of a caustic photon, on average, above which they are fewer."""
 _OF_ARRIVALS = ("positions", "arrivals", "flux", "triangles", "barycentrics")
 """Arrays of `CausticPhotons` with a row for each photon that arrived."""
@@ -61,8 +63,8 @@ class CausticTracer:
         check, rays = self._trace(pilot // 4, setup.key(0, Domain.CAUSTIC_CHECK))
         rate = max(check.arrived.sum(), 1) / (pilot // 4)
         photons, wanted = max(setup.photons, 1), setup.pixels
-        most: float = MOST if found.arrived.any() or check.arrived.any() else 1
-        most *= min(1.0, LONG * (pilot // 4) / max(rays, 1))
+        most: float = MOST_PHOTONS_FACTOR if found.arrived.any() or check.arrived.any() else 1
+        most *= min(1.0, MOST_RAYS_PER_PHOTON * (pilot // 4) / max(rays, 1))
         self.photons = int(np.clip(wanted / rate, min(wanted, photons), most * photons))
         """Photons emitted in a pass"""
         self._radius = _first_radius(check.positions[:, :3], self.photons * rate)
@@ -147,7 +149,7 @@ def _lingering_fraction(scene: SceneArrays, bands: int, key: np.uint64) -> float
     specular_alone = scene._replace(
         specular=lossless, textures=textures, materials=black, scattering=scattering
     )
-    return fraction_going_on(specular_alone, bands, SCOUTS, LINGERING, key)
+    return fraction_going_on(specular_alone, bands, LINGER_PILOT_PHOTONS, LINGER_REFLECTIONS, key)
 
 
 def _pilot_size(lingering: float) -> int:
@@ -157,15 +159,15 @@ def _pilot_size(lingering: float) -> int:
 
 
 def _first_radius(positions: NDArray[np.float32], arriving: float) -> float:
-    """Return the radius within which about `WANTED` of the arriving photons lie."""
+    """Return the radius within which about `PHOTONS_PER_DISK` of the arriving photons lie."""
     from scipy.spatial import cKDTree
 
-    if len(positions) <= WANTED:
-        return LARGEST
+    if len(positions) <= PHOTONS_PER_DISK:
+        return LARGEST_RADIUS
     some = positions[:: max(len(positions) // 512, 1)]
-    distances = cKDTree(positions).query(some, k=WANTED + 1)[0][:, -1]
+    distances = cKDTree(positions).query(some, k=PHOTONS_PER_DISK + 1)[0][:, -1]
     denser = max(arriving / len(positions), 1e-3)
-    return float(min(np.median(distances) / np.sqrt(denser), LARGEST))
+    return float(min(np.median(distances) / np.sqrt(denser), LARGEST_RADIUS))
 
 
 def _sort(photons: CausticPhotons, radius: float, connected: float) -> CausticMap:

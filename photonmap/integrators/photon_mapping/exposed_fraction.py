@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.integrators.base import PassSetup
-from photonmap.integrators.photon_mapping.radiosity_cache import one_cell
+from photonmap.integrators.photon_mapping.cache_layout import one_cell
 from photonmap.kernels.cache.exposed_fraction import (
     EMITTER,
     EXPOSED,
@@ -25,8 +25,10 @@ from photonmap.kernels.integrators.photon import trace_photons
 
 PILOT, BOUNCES = 4096, 32
 """Photons that find what light reaches, and their bounces."""
-FLIGHTS, SURELY = 16, 12
-"""Groups of them, and how many must reach an object for a decision of its own."""
+BATCHES = 16
+"""In which they are traced."""
+ENOUGH_BATCHES = 12
+"""Of these, how many must reach an object for a decision of its own."""
 LEAST = 1 / 4
 """Exposed fraction of a cell, at least: it bounds by how much a cell is made brighter."""
 CLUTTERED = 1 / 5
@@ -51,14 +53,14 @@ def find_lit_sides(setup: PassSetup) -> NDArray[np.bool_]:
     Triangles of one material share the answer; so do those of one object that photons often reach.
     """
     material, objects = setup.compiled.geometry.material, setup.compiled.object_ids
-    of_material = _count_flights(setup, material)
-    of_object = _count_flights(setup, objects)
-    of_object[of_object.max(axis=1) < SURELY] = 1
+    of_material = _count_batches(setup, material)
+    of_object = _count_batches(setup, objects)
+    of_object[of_object.max(axis=1) < ENOUGH_BATCHES] = 1
     return (of_material[material] > 0) & (of_object[objects] > 0)
 
 
-def _count_flights(setup: PassSetup, groups: NDArray[np.integer]) -> NDArray[np.int64]:
-    """Count the flights of photons that come to the sides of groups of triangles, (G, 2).
+def _count_batches(setup: PassSetup, groups: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Count the batches of photons of which some come to the sides of groups of triangles, (G, 2).
 
     They lose nothing, and come from all emitters alike: whether a surface is dark, or a light dim,
     does not matter.
@@ -79,8 +81,8 @@ def _count_flights(setup: PassSetup, groups: NDArray[np.integer]) -> NDArray[np.
     cache = RadiosityCache(cells, np.empty((2 * count, setup.bands), np.float32))
     key, scratch = setup.key(0, Domain.LIT_SIDES), np.empty((2, setup.bands), np.float32)
     lit = np.zeros((count, 2), np.int64)
-    for flight in range(FLIGHTS):
-        span = Span(flight * PILOT // FLIGHTS, (flight + 1) * PILOT // FLIGHTS)
+    for batch in range(BATCHES):
+        span = Span(batch * PILOT // BATCHES, (batch + 1) * PILOT // BATCHES)
         trace_photons(scene, cache, key, span, PILOT, BOUNCES, scratch)
         lit += cache.radiosity.any(axis=1).reshape(count, 2)
     return lit

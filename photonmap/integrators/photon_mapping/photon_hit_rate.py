@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from photonmap.errors import warn
 from photonmap.integrators.base import PassSetup
-from photonmap.integrators.photon_mapping.radiosity_cache import one_cell
+from photonmap.integrators.photon_mapping.cache_layout import one_cell
 from photonmap.kernels.core.passes import RadiosityCache, Span
 from photonmap.kernels.core.streams import Domain
 from photonmap.kernels.integrators.photon import trace_photons

@@ -1,4 +1,4 @@
-"""The layout of the irradiance store: which surface cells there are, and their areas."""
+"""The cells of the radiosity cache: their layout and areas."""
 
 import math
 
@@ -77,7 +77,7 @@ def divide_cells(cells: CacheCells, chosen: NDArray[np.bool_]) -> tuple[CacheCel
 
 
 def one_cell(triangles: int) -> CacheCells:
-    """Lay one cell of area 1 over all triangles, for photons that are but counted."""
+    """Lay one cell of area 1 over all triangles, for photons that are only counted."""
     first, inverse = np.zeros((triangles, 2), np.int32), np.ones((triangles, 2), np.float32)
     none = np.zeros(0, np.int32)
     return CacheCells(first, np.ones(triangles, np.int32), inverse, none, NO_CLUTTER, 1)
