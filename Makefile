@@ -37,10 +37,11 @@ MINUTES ?= inf
 test-slow: $(INSTALLED)  ## what `make test` leaves out, no test begun after so many MINUTES
 	$(BIN)/python -m pytest $(PARALLEL) -m slow --minutes $(MINUTES)
 
-lint: $(INSTALLED)  ## format, style, types
+lint: $(INSTALLED)  ## format, style, types, sizes, imports
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/python -m pytest tests/test_sizes.py tests/test_imports.py
 
 SEED ?= $(shell date +%s)
 COUNT ?= 100
