@@ -87,30 +87,30 @@ def _render(scene: Scene, options: Options, announce: Announce | None = None) ->
     settings, clock = Settings.of(options), Clock()
     closing = settings.progress if options.progress is True else Silent()
     with listening() as messages, Workers(settings.threads) as workers, ending(closing):
-        setup = compile_and_plan(scene, settings)
+        plan = compile_and_plan(scene, settings)
         clock.lap("load")
         if announce is not None:
-            announce(scene, setup)
-        first = "" if is_compiled(setup.scene, settings.integrator) else "first "
+            announce(scene, plan)
+        first = "" if is_compiled(plan.scene, settings.integrator) else "first "
         settings.progress.stage(f"{first}compile")
-        compile_kernels(setup.scene, settings.bands, workers, settings.integrator)
+        compile_kernels(plan.scene, settings.bands, workers, settings.integrator)
         clock.lap("compile")
         settings.progress.stage("render")
-        run = begin(setup, settings, workers)
+        run = start_run(plan, settings, workers)
         # Passes until the budget is spent: photons → radiosity cache → camera pass → irradiance
         # sharing → moments → stop?
         with workers.holding_interrupts():
-            run.loop.go(_watched(scene, run))
+            run.loop.run(_watched(scene, run))
         warn_of_truncated_paths(run.integrator, run.moments.whole)
         run.loop.warn_of_missed_goal()
         passes = describe_passes(run)
-        images = finish(run)
+        images = assemble_images(run)
         clock.lap("render")
     photons = run.integrator.counters.photon_seconds
     saving = run.loop.saving if run.loop.saves else None
     record = {
-        **describe_setup(scene, run),
-        "effects": setup.plan.describe(run.integrator.effect_seconds),
+        **describe_plan(scene, run),
+        "effects": plan.effects.describe(run.integrator.effect_seconds),
         **passes,
         "unresolved": int(images.unresolved.sum()),
         "seconds": describe_seconds(clock.seconds, run.loop.earlier, photons, saving),
@@ -144,14 +144,14 @@ def render_file(source: SceneSource, options: Options, announce: Announce | None
 
 
 @dataclass(frozen=True)
-class Setup:
+class RenderPlan:
     """A compiled scene, and how it is simulated.
 
     Parameters
     ----------
-    scene : without what is left out, in the bands of the render
-    carried : the same in the spectral columns that passes carry
-    plan : the effects that are simulated
+    scene : after disabled effects are removed, in the bands of the render
+    pass_scene : the same in the spectral columns that passes carry
+    effects : which are simulated
     columns : the spectral columns
     kept : names of the buffers to be kept
     storage : where large arrays lie
@@ -159,15 +159,15 @@ class Setup:
     """
 
     scene: CompiledScene
-    carried: CompiledScene
-    plan: EffectPlan
+    pass_scene: CompiledScene
+    effects: EffectPlan
     columns: SpectralColumns
     kept: frozenset[str]
     storage: Storage
     fingerprint: dict[str, Any]
 
 
-Announce = Callable[[Scene, Setup], None]
+Announce = Callable[[Scene, RenderPlan], None]
 
 
 @dataclass(frozen=True)
@@ -176,7 +176,7 @@ class Run:
 
     Parameters
     ----------
-    setup, settings : what is rendered, and how
+    plan, settings : what is rendered, and how
     workers : share the work of a pass
     hidden_lights : names of the lights that seem to send nothing into the view
     integrator : runs passes
@@ -184,7 +184,7 @@ class Run:
     loop : takes passes into the moments until the budget is spent
     """
 
-    setup: Setup
+    plan: RenderPlan
     settings: Settings
     workers: Workers
     hidden_lights: list[str]
@@ -209,7 +209,7 @@ class Images:
     unresolved: NDArray[np.bool_]
 
 
-def compile_and_plan(scene: Scene, settings: Settings) -> Setup:
+def compile_and_plan(scene: Scene, settings: Settings) -> RenderPlan:
     """Compile a scene into arrays, and decide on effects, spectral columns and storage.
 
     Raises
@@ -218,25 +218,33 @@ def compile_and_plan(scene: Scene, settings: Settings) -> Setup:
     """
     film, bands = settings.film, settings.bands
     faces = sum(len(mesh.faces) for mesh in scene.meshes)
-    work = Work(settings.pixels, 1, settings.photons, faces, unbiased=settings.unbiased)
-    work = replace(work, buffers=settings.buffers or DEFAULT)
-    check_memory(work.need, settings.memory)
+    buffers = settings.buffers or DEFAULT
+    least = Work(
+        settings.pixels, 1, settings.photons, faces, unbiased=settings.unbiased, buffers=buffers
+    )
+    check_memory(least.need, settings.memory)  # refused before time is spent on compiling
     compiled = compile_scene(scene, bands, film.width / film.height)
     fingerprint = describe_run(compiled, bands, film, settings.deciding)
-    plan = plan_effects(compiled, settings.effects, count_distinct(compiled), bands.count)
-    whole = leave_out(compiled, plan)
-    columns = choose_columns(whole, plan.on("band_merging"), settings.per_light)
-    carried = carry(whole, columns)
-    count = columns.count + settings.per_light * columns.distinct
-    kept = settings.buffers or kept_in(plan.on("glossy"), _has_specular(whole))
-    work = replace(work, bands=count, specular=carried.has_residual, per_light=settings.per_light)
-    work = replace(work, buffers=kept)
+    effects = plan_effects(compiled, settings.effects, count_distinct(compiled), bands.count)
+    simulated = leave_out(compiled, effects)
+    columns = choose_columns(simulated, effects.on("band_merging"), settings.per_light)
+    pass_scene = carry(simulated, columns)
+    kept = settings.buffers or kept_in(effects.on("glossy"), _has_specular(simulated))
+    work = replace(
+        least,
+        bands=columns.count + settings.per_light * columns.distinct,
+        specular=pass_scene.has_residual,
+        per_light=settings.per_light,
+        buffers=kept,
+    )
     storage = check_memory(work.need, settings.memory)
-    check_unbiased(settings.unbiased, compiled.specular is not None, carried.specular is not None)
-    warn_of_lost_caustics(settings.method, whole, plan)
-    if not carried.has_residual:
+    check_unbiased(
+        settings.unbiased, compiled.specular is not None, pass_scene.specular is not None
+    )
+    warn_of_lost_caustics(settings.method, simulated, effects)
+    if not pass_scene.has_residual:
         refuse_omitted(settings.budget.goal, kept)
-    return Setup(whole, carried, plan, columns, kept, storage, fingerprint)
+    return RenderPlan(simulated, pass_scene, effects, columns, kept, storage, fingerprint)
 
 
 def _has_specular(scene: CompiledScene) -> bool:
@@ -245,7 +253,7 @@ def _has_specular(scene: CompiledScene) -> bool:
     return bool(lobes or scene.is_thin.any())
 
 
-def begin(setup: Setup, settings: Settings, workers: Workers) -> Run:
+def start_run(plan: RenderPlan, settings: Settings, workers: Workers) -> Run:
     """Prepare the passes, their moments and the loop over them, from the checkpoint if resumed.
 
     Lights that seem hidden are rarely sampled.
@@ -254,26 +262,26 @@ def begin(setup: Setup, settings: Settings, workers: Workers) -> Run:
     ------
     InputError : the checkpoint is damaged, or of a different render
     """
-    film, columns, storage = settings.film, setup.columns, setup.storage
-    view = View(setup.scene.film_camera(film.width, film.height), film)
+    film, columns, storage = settings.film, plan.columns, plan.storage
+    view = View(plan.scene.film_camera(film.width, film.height), film)
     key = stream_key(settings.seed, 0, Domain.LIGHT_VISIBILITY)
-    hidden = find_hidden_lights(setup.scene, view, key)
-    lights = downweight_hidden(setup.carried.lights, setup.carried.light_names, hidden)
+    hidden = find_hidden_lights(plan.scene, view, key)
+    lights = downweight_hidden(plan.pass_scene.lights, plan.pass_scene.light_names, hidden)
     integrator = make_integrator(
         settings.integrator,
         PassSetup(
-            replace(setup.carried, lights=lights),
+            replace(plan.pass_scene, lights=lights),
             film,
             columns.count,
             settings.photons,
             settings.seed,
             workers,
-            setup.plan,
+            plan.effects,
             storage,
         ),
     )
     adapts = settings.adaptive and integrator.adapts
-    moments = LightGroups(columns, film, workers, setup.carried.has_residual, storage)
+    moments = LightGroups(columns, film, workers, plan.pass_scene.has_residual, storage)
     file = settings.checkpoint
     loop = RenderLoop(
         integrator,
@@ -282,27 +290,27 @@ def begin(setup: Setup, settings: Settings, workers: Workers) -> Run:
         BiasProbe(integrator, film, columns, settings.unbiased),
         AdaptiveSampling(film, columns, storage) if adapts else None,
         settings.pass_samples,
-        None if file is None else Checkpoint(file, setup.fingerprint),
+        None if file is None else Checkpoint(file, plan.fingerprint),
         settings.resume,
     )
-    return Run(setup, settings, workers, hidden, integrator, moments, loop)
+    return Run(plan, settings, workers, hidden, integrator, moments, loop)
 
 
-def finish(run: Run) -> Images:
+def assemble_images(run: Run) -> Images:
     """Return the buffers to be kept, in their usual order, with their standard errors.
 
     Warns where photons were too few to resolve the image, and where it shows nothing.
     """
-    setup, film, kept = run.setup, run.settings.film, run.setup.kept
-    moments, power = run.moments, run.setup.scene.power
+    plan, film, kept = run.plan, run.settings.film, run.plan.kept
+    moments, power = run.moments, run.plan.scene.power
     light, errors = moments.finish(power, kept)
     unresolved = moments.whole.unresolved() & run.integrator.stores_photons
     rest = {"unresolved": unresolved, "passes": moments.whole.counts}
-    rest |= first_hit_buffers(setup.scene, film, run.workers, kept, setup.storage)
+    rest |= first_hit_buffers(plan.scene, film, run.workers, kept, plan.storage)
     buffers = in_order(light | {name: rows for name, rows in rest.items() if name in kept})
-    if some_shine := set(run.hidden_lights) != set(setup.scene.light_names):
+    if some_shine := set(run.hidden_lights) != set(plan.scene.light_names):
         warn_of_few_photons(unresolved)
-    warn_of_empty_image(moments.whole, some_shine and setup.plan.on("direct"))
+    warn_of_empty_image(moments.whole, some_shine and plan.effects.on("direct"))
     blocks = moments.block_errors(power, kept)
     return Images(_as_images(buffers, film), _as_images(errors, film), blocks, unresolved)
 
@@ -312,8 +320,8 @@ def _watched(scene: Scene, run: Run) -> Progress:
     settings, watch = run.settings, run.settings.watch
 
     def snapshot(passes: int) -> Result:
-        light, _ = run.moments.finish(run.setup.scene.power, run.setup.kept)
-        record = {**describe_setup(scene, run), "passes": passes}
+        light, _ = run.moments.finish(run.plan.scene.power, run.plan.kept)
+        record = {**describe_plan(scene, run), "passes": passes}
         return Result(_as_images(in_order(light), settings.film), {}, settings.bands, record)
 
     return Watching(settings.progress, watch, snapshot) if watch else settings.progress
@@ -327,25 +335,25 @@ def _as_images(rows: dict[str, NDArray[Any]], film: Film) -> dict[str, NDArray[A
     }
 
 
-def describe_setup(scene: Scene, run: Run) -> dict[str, Any]:
+def describe_plan(scene: Scene, run: Run) -> dict[str, Any]:
     """Return what the record says of scene and options."""
-    setup, settings = run.setup, run.settings
+    plan, settings = run.plan, run.settings
     film = settings.film
-    camera = setup.scene.camera.describe(film.width, film.height)
+    camera = plan.scene.camera.describe(film.width, film.height)
     return {
-        "scene": {"name": scene.name, **setup.scene.counts},
-        "objects": setup.scene.object_names,
-        "materials": setup.scene.material_names,
+        "scene": {"name": scene.name, **plan.scene.counts},
+        "objects": plan.scene.object_names,
+        "materials": plan.scene.material_names,
         "arguments": settings.describe(run.workers.threads),
-        "partial": setup.plan.partial,
-        "light_groups": list(setup.columns.groups) if settings.per_light else [],
+        "partial": plan.effects.partial,
+        "light_groups": list(plan.columns.groups) if settings.per_light else [],
         "bands": settings.bands.describe(),
         "camera": {"framed": scene.camera is None, **camera},
-        "white": setup.scene.white.tolist(),
-        "group_whites": setup.scene.group_whites if settings.per_light else {},
+        "white": plan.scene.white.tolist(),
+        "group_whites": plan.scene.group_whites if settings.per_light else {},
         "measured_sets": describe_measured_sets(),
         "versions": describe_versions(),
-        "fingerprint": setup.fingerprint,
+        "fingerprint": plan.fingerprint,
     }
 
 
@@ -361,7 +369,7 @@ def describe_passes(run: Run) -> dict[str, Any]:
         "error": math.hypot(error, bias or 0.0) if known else None,
         "standard_error": error if known else None,
         "bias": bias,
-        "bias_blocks": loop.describe_bias_blocks(run.setup.scene.power),
+        "bias_blocks": loop.describe_bias_blocks(run.plan.scene.power),
         "goal": loop.describe_goal(),
         "interrupted": loop.interrupted,
         "resumed": loop.resumed,

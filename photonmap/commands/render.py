@@ -24,7 +24,7 @@ from photonmap.version import __version__
 from photonmap.viewer.tev import ADDRESS, Tev
 
 if TYPE_CHECKING:
-    from photonmap.render import Setup
+    from photonmap.render import RenderPlan
     from photonmap.scene.scene import Scene
 
 HELP = (
@@ -112,17 +112,17 @@ def _name_checkpoint(options: argparse.Namespace, source: SceneSource, output: s
     return Path(add_name(options.checkpoint, source.view) if every else options.checkpoint)
 
 
-def _announce(progress: Progress, scene: Scene, setup: Setup) -> None:
+def _announce(progress: Progress, scene: Scene, plan: RenderPlan) -> None:
     """Print what the scene is seen by, and which effects will be simulated, and why."""
     progress.close()
     if scene.camera is None:
-        x, y, z = setup.scene.camera.origin
+        x, y, z = plan.scene.camera.origin
         print(
             f"no camera given: seen from the front right, above, at {x:.6g},{y:.6g},{z:.6g}; "
             "where z is up, add --up z"
         )
-    width = max(map(len, setup.plan.effects))
-    for name, effect in setup.plan.effects.items():
+    width = max(map(len, plan.effects.effects))
+    for name, effect in plan.effects.effects.items():
         print(f"{name:<{width}} {'on ' if effect.on else 'off'}  {effect.why}", flush=True)
 
 

@@ -151,7 +151,7 @@ class RenderLoop:
         blocks = self._probe.blocks(self._moments.whole.count, self._moments.whole, scale)
         return None if blocks is None else blocks.describe()
 
-    def go(self, progress: Progress) -> None:
+    def run(self, progress: Progress) -> None:
         """Take passes until the budget is spent, or until Ctrl-C, and save the last state.
 
         Raises

@@ -266,12 +266,12 @@ OF_GLOSS = ["specular_reflectance", "roughness", "metallic", "diffuse_fraction"]
     ids=lambda value: getattr(value, "name", None),
 )
 def test_buffers_of_gloss_are_there_where_the_scene_calls_for_them(material, kept):
-    setup = compile_and_plan(scene_of(material), Settings.of(Options(**SETTINGS)))
-    assert setup.kept == {*DEFAULT, *kept}
-    setup = compile_and_plan(
+    plan = compile_and_plan(scene_of(material), Settings.of(Options(**SETTINGS)))
+    assert plan.kept == {*DEFAULT, *kept}
+    plan = compile_and_plan(
         scene_of(material), Settings.of(Options(**SETTINGS, buffers=["radiance"]))
     )
-    assert setup.kept == {"radiance"}
+    assert plan.kept == {"radiance"}
 
 
 def test_what_is_left_out_calls_for_nothing():

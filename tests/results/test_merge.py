@@ -48,13 +48,13 @@ def in_one_run(scene, options):
         for seed, passes in SEEDS.items():
             chosen = Options(size=(24, 20), passes=1, photons=2000, seed=seed, **options)
             settings = Settings.of(chosen)
-            setup = render.compile_and_plan(scene, settings)
-            run = render.begin(setup, settings, workers)
+            plan = render.compile_and_plan(scene, settings)
+            run = render.start_run(plan, settings, workers)
             ledger = ledger or run.moments
             for index in range(passes):
                 estimate = run.integrator.estimate(index)
                 ledger.add(estimate.pixels, estimate.via_specular)
-        images = render.finish(replace(run, moments=ledger))
+        images = render.assemble_images(replace(run, moments=ledger))
     return pm.Result(images.buffers, images.errors, settings.bands, {}, images.block_errors)
 
 
