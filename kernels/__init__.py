@@ -1,1 +1,1 @@
-"""Numba kernels: rays, photons, irradiance store and camera pass. Nothing here knows files."""
+"""Numba kernels: rays, photons, radiosity cache and camera pass. Nothing here knows files."""

@@ -87,7 +87,7 @@ def _evaluate_base(scattering, model, base, cover, surface, wi, values):
         glossy.evaluate(scattering, scattering.maps, base, wi, wo, n, cover, values)
     elif model == ROUGH_DIFFUSE:
         rough_diffuse.evaluate(scattering.parameters[base.material], wi, wo, n, values)
-    else:
+    elif model == LAMBERTIAN:
         for band in range(len(values)):
             rho = float(values[band])
             values[band] = covered(cover, 0.0, rho, rho * INV_PI)
@@ -183,7 +183,9 @@ def _sample_base(scattering, model, base, surface, u, v):
     wo, n = departure(surface), surface.ns
     if model == GLOSSY:
         return glossy.sample(scattering, scattering.maps, base, wo, n, u, v, _least(surface))
-    return rough_diffuse.sample(scattering.parameters[base.material], wo, n, u, v)
+    if model == ROUGH_DIFFUSE:
+        return rough_diffuse.sample(scattering.parameters[base.material], wo, n, u, v)
+    return n  # of density 0: no model is left
 
 
 @jit
@@ -228,7 +230,9 @@ def _base_pdf(scattering, model, base, surface, wi):
     wo, n = departure(surface), surface.ns
     if model == GLOSSY:
         return glossy.pdf(scattering, scattering.maps, base, wi, wo, n, _least(surface))
-    return rough_diffuse.pdf(scattering.parameters[base.material], wi, wo, n)
+    if model == ROUGH_DIFFUSE:
+        return rough_diffuse.pdf(scattering.parameters[base.material], wi, wo, n)
+    return 0.0
 
 
 @outlined

@@ -1,4 +1,4 @@
-"""The one decorator of all kernels, and the folder that keeps their machine code.
+"""The decorators of kernels, and the folder that keeps their machine code.
 
 Numba notices an edit of a kernel's own file, not of the files it calls into (numba #1833), so
 the cache folder is named by a hash over all kernel sources.

@@ -162,8 +162,8 @@ class SampleBudget(NamedTuple):
 
     lights: int
     """light samples"""
-    gathers: int
-    """gather rays"""
+    scattered: int
+    """rays scattered by the surface: gather rays, or paths that leave by its own BSDF"""
 
 
 @by_reference
@@ -390,6 +390,7 @@ class CameraPass(NamedTuple):
     scene: SceneArrays
     maps: PhotonMaps
     eye: View
+    """Numba takes `.view` for NumPy's"""
     plan: SamplingPlan
     key: int
     """of its random numbers, 64 bits"""

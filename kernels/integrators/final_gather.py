@@ -107,7 +107,7 @@ def _look_up(scene, maps, end, share, state, scratch):
 
 @jit
 def gather(scene, maps, surface, direction, place, budget, keys, scratch):
-    """Add what one of `budget.gathers` cosine-distributed rays sees to `scratch.irradiance`.
+    """Add what one of `budget.scattered` cosine-distributed rays sees to `scratch.irradiance`.
 
     Where the ray ends too near for the cache to answer, or on a surface that is not Lambertian, a
     path goes on from there; seldom from a glossy one, for whose base the cache answers. `place`
@@ -123,11 +123,11 @@ def gather(scene, maps, surface, direction, place, budget, keys, scratch):
     emitter, position, weight = seen_emitter(scene, surface, hit, direction, budget)
     if emitter >= 0:
         emission = emission_of(scene.lights, emitter, position)
-        weight *= math.pi / budget.gathers
+        weight *= math.pi / budget.scattered
         add_emission(scratch.irradiance, DIRECT, scene.lights, emission, weight)
     if hit.triangle < 0:
         return 0, nothing
-    found, share = 0, np.float32(1.0 / budget.gathers)
+    found, share = 0, np.float32(1.0 / budget.scattered)
     probability = specular_probability(geometry, scene.specular, hit.triangle)
     if probability > 0.0:
         state = stream(keys.chain, place, 0)

@@ -4,7 +4,7 @@ from photonmap.kernels.bsdf import models
 from photonmap.kernels.bsdf.absorption import absorb
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, choose_lobe, draw_scattering
 from photonmap.kernels.cache.radiosity_cache import cell_at
-from photonmap.kernels.core.bands import add_product
+from photonmap.kernels.core.bands import add_product, total
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.passes import FOUND, INDIRECT, SPECULAR
 from photonmap.kernels.geometry.interaction import side_of, surface_interaction
@@ -21,7 +21,7 @@ def _add_cell(scene, cache, hit, direction, scratch):
     side = side_of(scene.geometry, hit.triangle, direction)
     cell = cell_at(cache.cells, hit.triangle, side, hit.u, hit.v)
     add_product(scratch.irradiance, INDIRECT, cache.radiosity, cell, scratch.throughput, 1.0)
-    return cache.radiosity[cell, 0] > 0.0
+    return total(cache.radiosity, cell) > 0.0
 
 
 @jit

@@ -28,9 +28,9 @@ from photonmap.kernels.lights.direct import (
 from photonmap.kernels.lights.emission import add_attenuated, add_emission, emission_of
 
 GATHERS_PER_PATH = 2
-"""Gather rays of a glossy surface for each path that leaves it by its own BSDF,"""
+"""Gather rays of a glossy surface for each path that leaves it in a direction of its own BSDF."""
 LEAST_PATHS, LEAST_BARE_PATHS = 8, 16
-"""and the least number of these; that where there is no diffuse base."""
+"""The least number of these paths: with a diffuse base, and without one."""
 
 
 @jit
@@ -60,7 +60,7 @@ def _paths(scene, scattering, surface, budget):
     """Return how many paths leave a surface by its own narrow BSDF."""
     base = scattering.parameters[scene.geometry.material[surface.hit.triangle], 2]
     least = LEAST_PATHS if base > 0.0 else LEAST_BARE_PATHS
-    return max(budget.gathers // GATHERS_PER_PATH, least)
+    return max(budget.scattered // GATHERS_PER_PATH, least)
 
 
 @jit
@@ -89,7 +89,7 @@ def _add_lights(scene, surface, index, budget, key, scratch):
         sample = sample_direct(scene, surface, cdf, points[0, lane], points[1, lane], budget.lights)
         count_shadow_ray(sample, scratch.rays)
         if sample.weight > 0.0:
-            weight = sample.weight * weigh_sample(scene, None, surface, sample, budget.gathers)
+            weight = sample.weight * weigh_sample(scene, None, surface, sample, budget.scattered)
             emission = emission_of(scene.lights, sample.emitter, sample.position)
             add_emission(scratch.irradiance, DIRECT, scene.lights, emission, weight)
             _scatter_light(
@@ -99,16 +99,16 @@ def _add_lights(scene, surface, index, budget, key, scratch):
 
 @jit
 def _leave_to_paths(scene, scattering, surface, direction, budget, scratch):
-    """Take from `scratch.response` what paths bring; return the first row to which it applies.
+    """Subtract from `scratch.response` what paths estimate; return the first row it applies to.
 
-    They bring what a narrow BSDF makes of emission, and their share of its lobe. Of its diffuse
-    base they bring nothing: what gather rays find is to cancel there against irradiance.
+    Paths estimate what a narrow BSDF makes of emission, and their share of its lobe. The diffuse
+    base stays with the gather rays, so that its noise cancels against that of irradiance.
     """
     if _is_broad(scene, scattering, surface):
         return DIRECT
     own = models.with_model(scene.geometry, scattering, surface)
     paths = _paths(scene, scattering, surface, budget)
-    share = weigh_gather(scene, scattering, own, direction, paths, budget.gathers)
+    share = weigh_gather(scene, scattering, own, direction, paths, budget.scattered)
     models.evaluate_lobe(scene, scattering, surface, direction, scratch.throughput)
     for band in range(len(scratch.response)):
         scratch.response[band] -= np.float32(share) * scratch.throughput[band]
@@ -170,7 +170,7 @@ def _add_glossy(scene, scattering, maps, surface, index, budget, key, scratch):
     if scattering is None or _model(scene, scattering, surface) not in models.NARROW:
         return
     paths = _paths(scene, scattering, surface, budget)
-    bounces = MAX_BOUNCES if budget.gathers > 0 else 1
+    bounces = MAX_BOUNCES if budget.scattered > 0 else 1
     both = SampleBudget(budget.lights, paths)
     own = models.with_model(scene.geometry, scattering, surface)
     onto = _onto(scratch, scratch.scattered)
@@ -178,7 +178,7 @@ def _add_glossy(scene, scattering, maps, surface, index, budget, key, scratch):
     first = index * np.uint64(paths)
     for number in range(paths):
         point = sobol_2d(first + np.uint64(number), key)
-        start = PathStart(DIRECT, bounces, both, True, budget.gathers, point)
+        start = PathStart(DIRECT, bounces, both, True, budget.scattered, point)
         scratch.throughput[:] = np.float32(INV_PI / paths)
         state = trace_path(scene, maps, own, start, state, onto)
 
@@ -196,9 +196,9 @@ def estimate_irradiance(scene, maps, surface, index, budget, keys, shifts, scrat
     clear(scratch.scattered)
     _add_lights(scene, surface, index, budget, keys.light, scratch)
     found = 0
-    first = index * np.uint64(budget.gathers)
+    first = index * np.uint64(budget.scattered)
     directions = scratch.directions
-    for number in range(budget.gathers):
+    for number in range(budget.scattered):
         place, lane = first + np.uint64(number), number % directions.shape[1]
         if lane == 0:
             fill_directions(surface.ns, place, keys.gather, directions)

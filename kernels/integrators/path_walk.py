@@ -43,7 +43,7 @@ CERTAIN_BOUNCES = 3
 """Bounces before Russian roulette begins."""
 ONE = SampleBudget(1, 1)
 SMALLEST = np.float32(1e-20)
-"""Of a BSDF by which is divided: less is 0."""
+"""Smallest value of a BSDF used as a divisor."""
 
 
 class PathStart(NamedTuple):
@@ -54,12 +54,12 @@ class PathStart(NamedTuple):
     bounces: int
     budget: SampleBudget
     """of the first surface, against each other: its light samples, and paths like this one"""
-    is_lit: bool
-    """whether its light samples are taken elsewhere"""
+    skips_light_sample: bool
+    """whether the light samples of its first surface are taken elsewhere"""
     gathers: int
     """cosine-distributed rays from there that bring its indirect light too; 0 for none"""
     point: tuple
-    """of the unit square, for the first direction; used where `is_lit`"""
+    """of the unit square, for the first direction; used where `skips_light_sample`"""
 
 
 @jit
@@ -128,12 +128,12 @@ def weigh_gather(scene, scattering, surface, direction, paths, gathers):
 
 @jit
 def _weigh_path(scene, scattering, surface, direction, start, scratch):
-    """Leave to gather rays, if any, the diffuse base of the first surface and their share."""
+    """Weight the path against gather rays, if any, which also estimate the diffuse base."""
     if scattering is None or start.gathers == 0:
         return
     throughput, response = scratch.throughput, scratch.response
     weight = np.float32(
-        weigh_gather(scene, scattering, surface, direction, start.budget.gathers, start.gathers)
+        weigh_gather(scene, scattering, surface, direction, start.budget.scattered, start.gathers)
     )
     models.evaluate(scene, scattering, surface, direction, response)
     for band in range(len(throughput)):
@@ -154,7 +154,7 @@ def _extend(scene, caustics, surface, start, place, state, scratch):
     budget = start.budget if bounce == 0 else ONE
     u, state = draw(state)
     v, state = draw(state)
-    if bounce == 0 and start.is_lit:
+    if bounce == 0 and start.skips_light_sample:
         u, v = start.point
     direction = models.sample(scene.geometry, scene.scattering, surface, u, v)
     lost = Hit(np.int64(-1), 0.0, 0.0, 0.0)
@@ -224,7 +224,7 @@ def trace_path(scene, maps, surface, start, state, scratch):
 
 @jit
 def _once_or_inlined(scene, scattering, specular, maps, surface, start, state, scratch):
-    """Inline the walk, but where both make it so large that compiling takes minutes."""
+    """Inline the loop, except with both kinds of surfaces, where compiling would take minutes."""
     if scattering is not None:  # noqa: SIM102 - Numba prunes conditions on a single argument
         if specular is not None:
             return _walk_once(scene, maps, surface, start, state, scratch)
@@ -251,7 +251,7 @@ def _walk(scene, maps, surface, start, state, scratch):
     cache, looks_up = maps.cache, True
     whole = _whole(cache.followed, throughput)
     for bounce in range(start.bounces):
-        if bounce > 0 or not start.is_lit:
+        if bounce > 0 or not start.skips_light_sample:
             state = _add_light_sample(scene, surface, row, state, scratch)
         hit, direction, state = _extend(
             scene, maps.caustics, surface, start, (row, bounce), state, scratch

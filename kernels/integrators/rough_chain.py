@@ -80,7 +80,7 @@ def _walk_pdf(geometry, specular, met, column, direction):
 
 @jit
 def _respond(geometry, specular, met, column, direction, state, scratch):
-    """Fill `scratch.response` with the density of a direction, times what crossing it costs."""
+    """Fill `scratch.response` with the density of a direction, tinted and scaled by refraction."""
     hit, arrival = met
     material = geometry.material[hit.triangle]
     response, eta = scratch.response, index_ratio(specular, material, arrival, column)

@@ -204,7 +204,7 @@ def _view_along(job, specular, seen, chain, estimate, scratch):
 @jit
 def _shared(budget, share):
     """Return the budget of a chain that has a share of the light."""
-    gathers = max(int(budget.gathers * share + 0.5), 1) if budget.gathers > 0 else 0
+    gathers = max(int(budget.scattered * share + 0.5), 1) if budget.scattered > 0 else 0
     return SampleBudget(max(int(budget.lights * share + 0.5), 1), gathers)
 
 
@@ -229,7 +229,7 @@ def _view_both(job, specular, seen, reflected, chain, estimate, scratch):
 def _count_chains(geometry, specular, triangle, budget):
     """Return how many chains a camera sample of a rough surface sends."""
     most = METAL_CHAINS if specular.kind[geometry.material[triangle]] == METAL else GLASS_CHAINS
-    return min(max(budget.gathers, 1), most)
+    return min(max(budget.scattered, 1), most)
 
 
 @jit

@@ -121,5 +121,5 @@ def weigh_hit(scene, scattering, surface, hit, seen, direction, budget):
     `seen` is (emitter, position on it); of `budget`, samples and rays count.
     """
     pdf = sampling_pdf(scene, surface, hit, seen, direction)
-    own = budget.gathers * models.pdf(scene.geometry, scattering, surface, direction)
+    own = budget.scattered * models.pdf(scene.geometry, scattering, surface, direction)
     return power_heuristic(own, budget.lights * pdf)

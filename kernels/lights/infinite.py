@@ -15,7 +15,7 @@ from photonmap.kernels.lights.samples import NOWHERE, LightSample, PhotonStart, 
 
 @jit
 def sun_importance(lights, portals, emitter, ns):
-    """Estimate the irradiance from a sun of power 1, unless it is occluded; above it near 0.
+    """Estimate the unoccluded irradiance from a sun of power 1: too high near the horizon.
 
     The portals, None or those of the lights, are all that the power of suns goes through.
     """

@@ -20,8 +20,10 @@ KINDS = {
     "photometric": PHOTOMETRIC,
 }
 """By the names that lights give them."""
-AREA_KINDS = (TRIANGLE, DOME)
-"""Those that can be hit, and cast soft shadows."""
+HITTABLE_KINDS = (TRIANGLE, DOME)
+"""Those that camera rays and scattered rays can hit."""
+EXTENDED_KINDS = (TRIANGLE, DOME)
+"""Those that cast soft shadows, for which many light samples are taken."""
 POSITION_KINDS = (POINT, SPOT, PHOTOMETRIC)
 """Those that shine from a point."""
 INFINITE_KINDS = (DOME, DIRECTIONAL)
@@ -30,7 +32,7 @@ INFINITE_KINDS = (DOME, DIRECTIONAL)
 
 @jit
 def importance(geometry, lights, emitter, at, ns):
-    """Estimate the irradiance at a point from an emitter of power 1, unless it is occluded."""
+    """Estimate the unoccluded irradiance at a point from an emitter of power 1."""
     kind = lights.kind[emitter]
     if kind == TRIANGLE:
         return triangle.importance(geometry, lights, emitter, at, ns)

@@ -1,4 +1,4 @@
-"""Point lights: isotropic, or with an intensity that depends on direction."""
+"""Isotropic point lights, and what all lights at a point share."""
 
 import math
 

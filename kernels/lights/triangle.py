@@ -136,7 +136,8 @@ def _emitting_point(geometry, triangle, position):
 def sample_towards(geometry, lights, emitter, surface, u, v):
     """Sample a point of the triangle; a `LightSample`.
 
-    Heuristics may take any density for the sampler's: its `pdf` is that of points spread evenly.
+    Its `pdf` is that of points spread evenly: multiple importance sampling stays unbiased by any
+    density on which both strategies agree.
     """
     triangle = lights.triangle[emitter]
     b1, b2, density = sample_triangle_light(

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.compile.scene_arrays import CompiledScene
-from photonmap.kernels.bsdf.models import NARROW, ROUGH_DIFFUSE
+from photonmap.kernels.bsdf.models import LAMBERTIAN, NARROW
 from photonmap.kernels.core.records import GLASS, METAL, Geometry, Scattering
-from photonmap.kernels.lights.kinds import AREA_KINDS, POSITION_KINDS
+from photonmap.kernels.lights.kinds import EXTENDED_KINDS, HITTABLE_KINDS, POSITION_KINDS
 
 EFFECTS = (
     "emission",
@@ -59,14 +59,15 @@ def called_for(compiled: CompiledScene, distinct: int, bands: int) -> dict[str, 
 
 
 def _of_lights(compiled: CompiledScene) -> dict[str, Effect]:
-    area = np.isin(compiled.lights.kind, AREA_KINDS).any()
+    kinds = compiled.lights.kind
+    hittable, extended = np.isin(kinds, HITTABLE_KINDS).any(), np.isin(kinds, EXTENDED_KINDS).any()
     sky = compiled.lights.environment is not None
     sharp = "all lights are points or suns: shadows are sharp"
     return {
         "emission": _if(
-            area, "area lights or a sky can be seen", "no area light or sky can be seen"
+            hittable, "area lights or a sky can be seen", "no area light or sky can be seen"
         ),
-        "soft_shadows": _if(area, "lights have an area", sharp),
+        "soft_shadows": _if(extended, "lights have an area", sharp),
         "environment": _if(sky, "the sky is a map", "the sky is not a map"),
     }
 
@@ -93,16 +94,17 @@ def _of_surfaces(compiled: CompiledScene) -> dict[str, Effect]:
             "no surface is glossy",
         ),
         "non_lambertian": _if(
-            _has_rough_diffuse(scattering),
-            "some surfaces are rough",
+            _is_non_lambertian(scattering),
+            "some diffuse surfaces do not obey Lambert's law",
             "all diffuse reflection obeys Lambert's law",
         ),
     }
 
 
-def _has_rough_diffuse(scattering: Scattering | None) -> bool:
+def _is_non_lambertian(scattering: Scattering | None) -> bool:
     """Return whether a surface, or what lies below a sheen, is diffuse but not Lambertian."""
-    return scattering is not None and bool((scattering.below == ROUGH_DIFFUSE).any())
+    lambertian_or_glossy = (LAMBERTIAN, *NARROW)
+    return scattering is not None and not np.isin(scattering.below, lambertian_or_glossy).all()
 
 
 def _of_transparency(compiled: CompiledScene) -> dict[str, Effect]:

@@ -12,6 +12,7 @@ seen there. Of a pixel whose passes all agree, they say what one sample more may
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,7 @@ def smooth_error(
     counts: NDArray[np.integer] | int,
     prior: float = PRIOR,
     edges: float = 0.0,
+    lamps: NDArray[np.bool_] | None = None,
 ) -> Image:
     """Return a standard error smoothed by its neighbours, (H, W, N).
 
@@ -54,6 +56,8 @@ def smooth_error(
     counts : (H, W) passes of each pixel, or of all
     prior : passes that neighbours count for
     edges : size of passes, where what neighbours show may graze a pixel; 0 where it may not
+    lamps : (H, W) whether a pixel shows what emits, where the value has that. Beside a lamp, its
+        edge says nothing of a wall that varies.
     """
     scale = max(float(np.max(error)), float(np.max(np.abs(value))))
     if scale == 0.0:
@@ -62,7 +66,7 @@ def smooth_error(
     own = (np.maximum(counts, 1).astype(np.float32) - 1.0)[..., None]
     variance = error**2
     counts_for = np.where(variance > 0.0, np.float32(prior), np.float32(UNSEEN))
-    steady = counts_for * _around(variance, value) + own * variance
+    steady = counts_for * _around(variance, value, lamps) + own * variance
     steady /= counts_for + own
     if edges > 0.0:
         unseen = np.float32(0.5 / (SAMPLES * edges)) * _contrast(value) / (own + 1.0)
@@ -87,18 +91,21 @@ def widen_ratio(error: Image, ratio: Image, denominator: Image, denominator_erro
     return np.maximum(widened, shown).astype(np.float32)
 
 
-def _around(variance: Image, value: Image) -> Image:
+def _around(variance: Image, value: Image, lamps: NDArray[np.bool_] | None) -> Image:
     """Return the mean variance of those of eight neighbours that count, scaled; edges are doubled.
 
-    All count for a pixel without variance, for others those that have one; its own if none has.
+    All count for a pixel without variance, for others those that have one and are lamps as it is,
+    or are not; its own if none is.
     """
     norm = np.sqrt(value**2 + value.mean(axis=(0, 1), dtype=np.float64).astype(np.float32) ** 2)
     relative = np.divide(variance, norm, out=np.zeros_like(variance), where=norm > 0.0)
-    total, count = np.zeros_like(variance), np.zeros(variance.shape, np.float32)
-    for shown in _neighbours(relative):
-        total += shown
-        count += shown > 0.0
     varies = variance > 0.0
+    total, count = np.zeros_like(variance), np.zeros(variance.shape, np.float32)
+    lamp = np.zeros(value.shape[:2], bool) if lamps is None else lamps
+    for shown, other in zip(_neighbours(relative), _neighbours(lamp[..., None]), strict=True):
+        counts = (shown > 0.0) & ~(varies & (other != lamp[..., None]))
+        total += np.where(counts, shown, np.float32(0.0))
+        count += counts
     mean = total * norm / np.where(varies, np.maximum(count, 1.0), 8.0)
     return np.where(varies & (count == 0.0), variance, mean)
 
@@ -111,7 +118,7 @@ def _contrast(value: Image) -> Image:
     return contrast
 
 
-def _neighbours(image: Image) -> Iterator[Image]:
+def _neighbours(image: NDArray[Any]) -> Iterator[NDArray[Any]]:
     """Give the eight neighbours of all pixels, the image's edges doubled."""
     height, width = image.shape[:2]
     edged = np.pad(image, ((1, 1), (1, 1), (0, 0)), mode="edge")

@@ -8,7 +8,7 @@ from photonmap.errors import warn
 from photonmap.kernels.core.passes import View
 from photonmap.kernels.core.records import Lights
 from photonmap.kernels.integrators.light_visibility import find_view_points, reaches_view
-from photonmap.kernels.lights.kinds import AREA_KINDS, POINT
+from photonmap.kernels.lights.kinds import HITTABLE_KINDS, POINT
 from photonmap.kernels.lights.selection import SCRATCH
 from photonmap.runtime.wording import listed
 
@@ -79,7 +79,7 @@ def _suspects(compiled: CompiledScene, hidden: list[str]) -> str:
     kinds = lights.kind[np.isin(compiled.light_names, hidden)]
     if (kinds == POINT).all():
         return outside
-    what = "winding" if np.isin(kinds, AREA_KINDS).any() else "direction"
+    what = "winding" if np.isin(kinds, HITTABLE_KINDS).any() else "direction"
     return f"{its} {what}, and {outside}"
 
 

@@ -170,7 +170,9 @@ class Result(Plots):
         prior = PRIORS.get(split_name(name)[0], PRIOR)
         is_center = self.record.get("arguments", {}).get("pixel") == "center"
         edges = 0.0 if is_center else self.record.get("pass_samples", 1.0)
-        error = smooth_error(self.errors[name], self.buffers[name], counts, prior, edges)
+        emission = self.buffers.get("emission") if name == "radiance" else None
+        lamps = None if emission is None else np.any(emission > 0.0, axis=-1, keepdims=True)[..., 0]
+        error = smooth_error(self.errors[name], self.buffers[name], counts, prior, edges, lamps)
         if name.startswith("shading") and "reflectance" in self.errors:
             of_reflectance = smooth_error(self.errors["reflectance"], self.reflectance, counts)
             error = widen_ratio(error, self.buffers[name], self.reflectance, of_reflectance)

@@ -15,7 +15,7 @@ CELLS = 4
 
 each_emitter = pytest.mark.parametrize("emitter", EMITTERS)
 each_area = pytest.mark.parametrize(
-    "emitter", [e for e in EMITTERS if e == SKY or kinds.KINDS.get(e) in kinds.AREA_KINDS]
+    "emitter", [e for e in EMITTERS if e == SKY or kinds.KINDS.get(e) in kinds.HITTABLE_KINDS]
 )
 
 
@@ -120,7 +120,7 @@ def test_densities_integrate_to_1(emitter):
 @each_emitter
 def test_only_rays_that_may_hit_an_emitter_have_a_density(emitter):
     samples = Samples(emitter, points_on_floor(emitter, 100))
-    is_area = emitter == SKY or kinds.KINDS.get(emitter) in kinds.AREA_KINDS
+    is_area = emitter == SKY or kinds.KINDS.get(emitter) in kinds.HITTABLE_KINDS
     assert (samples.pdf > 0.0).any() == is_area
     far = emitter in (SKY, SUN) or kinds.KINDS[emitter] in kinds.INFINITE_KINDS
     np.testing.assert_array_equal(samples.length, np.inf if far else BEFORE_LAMP if is_area else 1)
