@@ -15,17 +15,22 @@ from photonmap.spectra.sensor_curves import table_of
 
 INPUTS = "inputs"
 """Folder of a data set with the small files that it was made from."""
-CURVES, SENSOR = ("bands", "rgb"), "sensor"
-"""What files of sensitivities are for; each has a folder of its own."""
+CURVES, SENSOR, LIGHTS = ("bands", "rgb"), "sensor", "lights"
+"""What files of sensitivities and of spectra are for; each has a folder of its own."""
 
 
 def kept_as(role: str, path: Path) -> str:
-    """Return the copy of a file of sensitivities, as seen from the folder of its data set."""
+    """Return the copy of a file of curves, as seen from the folder of its data set."""
     return f"{INPUTS}/{role}/{path.name}"
 
 
+def role_of_light(digest: str) -> str:
+    """Return the folder of a light's spectrum: lights of one name may have several."""
+    return f"{LIGHTS}/{digest}"
+
+
 def with_table(text: str, rename: Callable[[Path], str]) -> str:
-    """Return bands or an RGB space with their file, if they are one, renamed."""
+    """Return bands, an RGB space or a light with their file, if they are one, renamed."""
     path = table_of(text)
     if path is None:
         return text
@@ -33,7 +38,7 @@ def with_table(text: str, rename: Callable[[Path], str]) -> str:
 
 
 def without_folder(text: str) -> str:
-    """Return bands or an RGB space with the bare name of their file, if they are one."""
+    """Return bands, an RGB space or a light with the bare name of their file, if they are one."""
     return with_table(text, lambda path: path.name)
 
 

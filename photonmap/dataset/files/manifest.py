@@ -106,7 +106,10 @@ def _difference(there: Head, here: Head) -> str:
         {name: (there["versions"].get(name), value) for name, value in here["versions"].items()}
     )
     if not words and not versions and not set(there["images"]) & set(here["images"]):
-        return f"preset {there['preset']} and other seeds there, {here['preset']} here"
+        return (
+            f"none of its images is asked for (preset {there['preset']} there, {here['preset']} "
+            "here), as scenes, seeds, views or lights differ, or what is in their files"
+        )
     return "; ".join(filter(None, [words, versions]))
 
 

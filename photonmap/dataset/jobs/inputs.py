@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from photonmap.capture.sensor import Sensor
-from photonmap.dataset.files.inputs import CURVES, SENSOR, kept_as
+from photonmap.dataset.files.inputs import CURVES, SENSOR, kept_as, role_of_light
 from photonmap.dataset.jobs.job_scene import describe_inputs, digest_of
 from photonmap.dataset.jobs.plan import CommonSettings, Job
 from photonmap.errors import InputError
@@ -20,17 +20,19 @@ Find = Callable[[Job], Job]
 """Returns a job of the manifest with its files where they are on this machine."""
 
 
-def copy_inputs(folder: Path, common: CommonSettings, sensor: Sensor | None) -> None:
-    """Copy the curves of bands, of RGB and of a sensor into the folder of a data set.
+def copy_inputs(folder: Path, jobs: Sequence[Job], sensor: Sensor | None) -> None:
+    """Copy the curves of bands, of RGB, of lights and of a sensor into the folder of a data set.
 
     Raises
     ------
     OSError : one cannot be copied
     """
-    texts = {role: getattr(common, role) for role in CURVES if common.is_by_content}
+    common = jobs[0].common
+    texts = {(role, getattr(common, role)) for role in CURVES if common.is_by_content}
+    texts |= {(role_of_light(digest), path) for job in jobs for path, digest in job.light_files()}
     if sensor is not None:
-        texts[SENSOR] = sensor.camera
-    for role, text in texts.items():
+        texts.add((SENSOR, sensor.camera))
+    for role, text in sorted(texts):
         if (path := table_of(text)) is not None:
             target = folder / kept_as(role, path)
             target.parent.mkdir(parents=True, exist_ok=True)

@@ -19,6 +19,7 @@ from photonmap.dataset.files.pure_pixels import Mask, one_piece
 from photonmap.dataset.jobs.plan import CommonSettings, Job, UserScene
 from photonmap.dataset.scenes.build import build_unlit_scene
 from photonmap.dataset.scenes.illumination import Illumination
+from photonmap.dataset.scenes.light_files import check_unchanged
 from photonmap.dataset.scenes.recolor import light_groups, recolor, relight
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
 from photonmap.dataset.scenes.view_search import find_camera
@@ -45,9 +46,11 @@ def make_scene(job: Job) -> Scene:
 
     Raises
     ------
-    InputError : the scene cannot be built or loaded, the user's file has changed since the plan, or
-        no camera near the view sees the scene
+    InputError : the scene cannot be built or loaded, a file of the user has changed since the plan,
+        or no camera near the view sees the scene
     """
+    for color, digest in job.light_files():
+        check_unchanged(color, digest)
     illumination = Illumination(job.illumination, job.colors, job.shares)
     if job.is_procedural:
         common = job.common

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from photonmap.dataset.files.inputs import without_folder
 from photonmap.dataset.jobs.plan import Job
 
 
@@ -13,7 +14,8 @@ def list_jobs(jobs: Sequence[Job]) -> Iterator[str]:
     rows: list[Sequence[Any]] = [("image", "seed", "illumination", "lights", "view")]
     for job in jobs:
         shares = job.shares and [f" {share:.1%}" for share in job.shares]
-        lights = " + ".join(map(str.__add__, job.colors, shares or [""] * len(job.colors)))
+        colors = list(map(without_folder, job.colors))
+        lights = " + ".join(map(str.__add__, colors, shares or [""] * len(colors)))
         rows.append((job.name, job.seed, job.illumination, lights, job.view.name or "its own"))
     yield from aligned(rows)
     common = jobs[0].common

@@ -151,7 +151,7 @@ def make_dataset(
     with locked(folder):
         remove_leftovers(folder)
         if jobs:
-            copy_inputs(folder, jobs[0].common, extra.sensor)
+            copy_inputs(folder, jobs, extra.sensor)
         outcome = Outcome(_find_entries(folder, jobs, log))
         _warn_of_others(folder, jobs, outcome.entries)
         write_head(folder, head, outcome.entries)

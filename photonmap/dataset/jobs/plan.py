@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from photonmap.dataset.files.inputs import CURVES, kept_as, seen_from, with_table
+from photonmap.dataset.files.inputs import CURVES, kept_as, role_of_light, seen_from, with_table
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.presets import Preset
 from photonmap.dataset.models.materials.palette import MATERIALS
 from photonmap.dataset.scenes.build import LARGEST_SEED, SCENES, check_looks, draw_illumination
 from photonmap.dataset.scenes.illumination import Illumination, light_spectrum
+from photonmap.dataset.scenes.light_files import digest_of_light
 from photonmap.dataset.scenes.views import View
 from photonmap.errors import InputError, warn
 from photonmap.spectra.rgb_spaces import REC2020
@@ -112,6 +113,7 @@ class Job:
     common : settings that all images share
     content : digest of the user's scene; "" for procedural scenes
     shares : of the lights; () for the usual ones
+    spectra : digests of the lights that are files, "" for others; () if none is a file
     """
 
     scene: str
@@ -122,6 +124,7 @@ class Job:
     common: CommonSettings
     content: str = ""
     shares: tuple[float, ...] = ()
+    spectra: tuple[str, ...] = ()
 
     @property
     def is_procedural(self) -> bool:
@@ -134,6 +137,8 @@ class Job:
         description = self.describe()
         description["scene"] = self.stem
         description["common"] = self.common.without_files()
+        description["colors"] = self._with_lights(lambda digest, _: digest).colors
+        del description["spectra"]
         if not self.shares:
             del description["shares"]
         return hashlib.sha256(json.dumps(description, sort_keys=True).encode()).hexdigest()
@@ -166,6 +171,7 @@ class Job:
         Curves are the copies in the folder; of files far from it the names are left.
         """
         job = self._with_files(lambda path: seen_from(folder, path))
+        job = job._with_lights(lambda digest, path: kept_as(role_of_light(digest), path))
         return replace(job, common=job.common.with_curves(kept_as))
 
     def located(self, folder: Path) -> Job:
@@ -174,8 +180,21 @@ class Job:
         def locate(path: str | Path) -> str:
             return os.path.normpath(folder.resolve() / path)
 
-        job = self._with_files(locate)
+        job = self._with_files(locate)._with_lights(lambda _, path: locate(path))
         return replace(job, common=job.common.with_curves(lambda _, path: locate(path)))
+
+    def light_files(self) -> list[tuple[str, str]]:
+        """Return the lights that are files, each with its digest."""
+        pairs = zip(self.colors, self.spectra or [""] * len(self.colors), strict=True)
+        return [(color, digest) for color, digest in pairs if digest]
+
+    def _with_lights(self, rename: Callable[[str, Path], str]) -> Job:
+        """Return the job with the files of its lights renamed, by their digests."""
+        renamed = {
+            color: with_table(color, lambda path, digest=digest: rename(digest, path))  # type: ignore[misc]
+            for color, digest in self.light_files()
+        }
+        return replace(self, colors=tuple(renamed.get(color, color) for color in self.colors))
 
     def _with_files(self, rename: Callable[[str], str]) -> Job:
         """Return the job with its scene file and its measured sets renamed."""
@@ -198,6 +217,7 @@ class Job:
         parts = {
             "colors": tuple(description["colors"]),
             "shares": tuple(description.get("shares", ())),
+            "spectra": tuple(description.get("spectra", ())),
             "view": View(**description["view"]),
             "common": CommonSettings(**common),
         }
@@ -252,10 +272,23 @@ def plan_jobs(
         for lit in _illuminations(preset, scene, content, drawn)
         for view in preset.views
     ]
+    jobs = _identify_lights(jobs)
     _check(jobs)
     _warn_of_colors(files, jobs)
     _warn_of_unused(preset, jobs)
     return jobs
+
+
+def _identify_lights(jobs: Sequence[Job]) -> list[Job]:
+    """Return jobs with the digests of lights that are files."""
+    digests = {color: digest_of_light(color) for color in {c for job in jobs for c in job.colors}}
+    files = {color for color, digest in digests.items() if digest}
+    return [
+        replace(job, spectra=tuple(map(digests.__getitem__, job.colors)))
+        if files.intersection(job.colors)
+        else job
+        for job in jobs
+    ]
 
 
 def _as_split(job: Job, preset: Preset) -> Job:

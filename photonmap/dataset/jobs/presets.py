@@ -18,6 +18,7 @@ from photonmap.dataset.scenes.illumination import (
     Illumination,
     light_spectrum,
 )
+from photonmap.dataset.scenes.light_files import located_light
 from photonmap.dataset.scenes.random_lights import RANDOM, RandomLights
 from photonmap.dataset.scenes.views import View
 from photonmap.errors import InputError, naming
@@ -245,15 +246,21 @@ def _illuminations(toml: Toml) -> list[Illumination | RandomLights]:
             )
             raise toml.error(message, "illumination", index)
         with toml.naming("illumination", index, "colors"):
-            for color in colors or ():
-                light_spectrum(color)
+            lit = _located(colors or (), toml.path.parent)
         key = "lights" if lights else "shares" if shares else "colors"
         with toml.naming("illumination", index, key):
             if lights:
                 made.append(RandomLights(section["name"], *lights))
             else:
-                made.append(Illumination(section["name"], tuple(colors or ()), tuple(shares or ())))
+                made.append(Illumination(section["name"], lit, tuple(shares or ())))
     return made
+
+
+def _located(colors: Sequence[str], folder: Path) -> tuple[str, ...]:
+    """Check the lights of an illumination; return them with their files seen from a folder."""
+    for color in colors:
+        light_spectrum(color, folder)
+    return tuple(located_light(color, folder) for color in colors)
 
 
 def _is_list(values: Any, kind: type) -> bool:

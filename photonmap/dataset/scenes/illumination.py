@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import cache
+from os import PathLike
 
 import numpy as np
 
+from photonmap.dataset.scenes.light_files import light_file
 from photonmap.dataset.scenes.random_lights import RANDOM, RandomLights
 from photonmap.errors import InputError
 from photonmap.runtime.wording import suggest
@@ -128,22 +130,33 @@ def choose_illumination(
     return Illumination(found, pick[found])
 
 
-@cache
-def light_spectrum(name: str) -> Spectrum:
+def light_spectrum(name: str, folder: str | PathLike[str] = ".") -> Spectrum:
     """Return the spectrum of a light by its name, scaled to a luminance of 1.
+
+    Parameters
+    ----------
+    name : as `photonmap.spectra.color_text` reads it
+    folder : that the name of a file is relative to
 
     Raises
     ------
     InputError : the name is not that of a spectrum of light
     """
+    return _known_light(name) if light_file(name) is None else _read_light(name, folder)
+
+
+def _read_light(name: str, folder: str | PathLike[str] = ".") -> Spectrum:
     from photonmap.spectra.observer import normalise_luminance
 
-    color = emission(name)
+    color = emission(name, folder)
     if isinstance(color, Spectrum):
         return normalise_luminance(color)
     raise InputError(
         f"{name!r} is not a spectrum of light; give a name, planck:K, or the file of a spectrum"
     )
+
+
+_known_light = cache(_read_light)
 
 
 def is_sky(color: str) -> bool:
