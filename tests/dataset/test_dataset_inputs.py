@@ -68,7 +68,9 @@ def test_a_set_is_verified_elsewhere(sets, tmp_path):
     home, folder, _ = sets[0]
     moved = shutil.copytree(folder, tmp_path / "moved")
     assert verify(moved, sample=1, scenes=home) == []
-    [fault] = verify(moved, sample=0)
+    lines = []
+    [fault] = verify(moved, sample=0, log=lines.append)
+    assert lines[-1].endswith("geometry and errors checked, 1 fault")
     assert "the scene room.obj is not there; say where with --scenes DIR" in fault
     (tmp_path / "others").mkdir()
     box = pm.scenes.cornell_box()

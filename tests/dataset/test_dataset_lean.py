@@ -155,9 +155,19 @@ def test_arrays_that_are_not_there_are_told(pair):
         (lean, "shadings", "'shadings' is not one of 'radiance'.*'background'[^;]*$"),
         (lean, "diffuse_fraction", "make the set with diffuse_fraction among --buffers"),
         (lean, "indirect.error", "make the set with --full"),
-        (lean, "residual", "it is 0 everywhere: image.result.residual"),
+        (lean, "covariance", "make the set with --full"),
         (lean.rgb, "depth", r"'depth' is not one of 'radiance'.*: image\['depth'\]"),
         (Arrays(radiance=lean.rgb["radiance"]), "depth", r"image\['depth'\]"),
     ):
         with pytest.raises(KeyError, match=message):
             images[name]
+
+
+def test_what_is_zero_everywhere_is_read_as_zeros(pair):
+    """As of a result: sums and products hold whether files have such buffers or not."""
+    for image in pair:
+        for name in ("residual", "caustics"):
+            assert name not in image
+            assert image[name].shape == image["radiance"].shape
+            assert image[name].dtype == np.float32
+            np.testing.assert_array_equal(image[name], getattr(image.result, name))

@@ -23,9 +23,9 @@ RGB = (
 """Buffers that lean files hold in RGB."""
 DERIVED = ("scalar_shading", "illuminant")
 """Buffers that `derive` computes where files do not hold them."""
-_DROPPED = ("covariance", *DERIVED)
+DROPPED = ("covariance", *DERIVED)
 """Buffers that lean files do not hold: they follow from others, or only merging needs them."""
-_OFTEN_ZERO = ("residual", "caustics")
+OFTEN_ZERO = ("residual", "caustics")
 """Buffers that lean files do not hold where they are 0 everywhere."""
 _ERROR = ".error"
 """Ending of the names of parts that hold standard errors."""
@@ -70,7 +70,7 @@ def as_lean(
 
     def keeps(name: str, image: Array) -> bool:
         buffer, group = split_name(name)
-        if (group and alone) or buffer in _DROPPED or (buffer in _OFTEN_ZERO and not image.any()):
+        if (group and alone) or buffer in DROPPED or (buffer in OFTEN_ZERO and not image.any()):
             return False
         return kept is None or buffer in kept
 

@@ -9,9 +9,10 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
+import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.buffers import is_omitted, row_of
+from photonmap.buffers import row_of
 from photonmap.dataset.files.inputs import with_table
 from photonmap.dataset.files.splits import (
     FRACTIONS,
@@ -192,21 +193,35 @@ class Image(Mapping[str, Array]):
         return self.rgb.halves if isinstance(self.rgb, Parts) else set()
 
     def __getitem__(self, name: str) -> Array:
+        """Return an array; zeros for a residual or caustics that files leave out, being 0.
+
+        Raises
+        ------
+        KeyError : there is none of this name
+        InputError : its file is damaged
+        """
+        from photonmap.dataset.files.lean import OFTEN_ZERO
         from photonmap.dataset.files.parts import lacking
 
-        if name not in self._arrays:
-            raise lacking(name, self._arrays, self._how_to_have(name))
-        return self._arrays[name]
+        if name in self._arrays:
+            return self._arrays[name]
+        if name in OFTEN_ZERO and (self.chosen is None or name in self.chosen):
+            width, height = self.entry["size"]
+            return np.zeros((height, width, self.entry["bands"]), np.float32)
+        raise lacking(name, self._arrays, self._how_to_have(name))
 
     def _how_to_have(self, name: str) -> str:
         """Return how to come by an array that files do not hold; "" where there is no such."""
+        from photonmap.dataset.files.lean import DROPPED
+
         buffer, is_error, _ = name.partition(".")
         row = row_of(buffer)
         if row is None or "@" in buffer or (is_error and not row.has_error):
             return ""
-        if is_omitted(buffer) and self.chosen is None and not is_error:
+        is_dropped = is_error or buffer in DROPPED
+        if is_dropped and not is_error and self.entry.get("full", True):
             return f"it is 0 everywhere: image.result.{buffer}"
-        return f"make the set with {'--full' if is_error else f'{buffer} among --buffers'}"
+        return f"make the set with {'--full' if is_dropped else f'{buffer} among --buffers'}"
 
     def __contains__(self, name: object) -> bool:
         """Return whether there is such an array; none is read."""

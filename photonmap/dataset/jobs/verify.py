@@ -73,12 +73,14 @@ def verify(
     for image in images:
         found = [*_faults(image, log, find), *_version_faults(image.entry, images.head["versions"])]
         faults += [f"{image.name}: {fault}" for fault in found]
-    log(f"{len(images)} images: files, numbers, identities, geometry and errors checked")
     rng = np.random.Generator(np.random.PCG64(seed))
     chosen = rng.choice(len(images), min(sample, len(images)), replace=False)
     for index in sorted(chosen.tolist()):
         image = images[index]
         faults += [f"{image.name}: {fault}" for fault in _render_again(image, log, find)]
+    count = "1 fault" if len(faults) == 1 else f"{len(faults) or 'no'} faults"
+    checked = "files, numbers, identities, geometry and errors checked"
+    log(f"{len(images)} images: {checked}, {count}")
     return faults
 
 
