@@ -121,6 +121,7 @@ def stepped(first: float, last: float, step: float) -> tuple[list[Spectrum], flo
         raise InputError(
             f"bands {first:g}:{last:g}:{step:g} reach from {low:g} to {high:g} nm, half a step "
             "beyond their ends; they must lie within 380 to 780 nm"
+            + _steps_within(first, last, step)
         )
     _bin_width(count, low, high)
     half = int(np.ceil(max(step / 2.0, 8.0)))  # samples on either side: 1 nm, σ/4 or less
@@ -128,6 +129,13 @@ def stepped(first: float, last: float, step: float) -> tuple[list[Spectrum], flo
     curve = np.exp(-0.5 * (2.0 * z) ** 2)
     centers = first + step * np.arange(count)
     return [Spectrum(center + 0.5 * step * z, curve) for center in centers], low, high
+
+
+def _steps_within(first: float, last: float, step: float) -> str:
+    """Return a remedy for steps that leave 380 to 780 nm; "" where not even one fits."""
+    start = max(first, 380.0 + 0.5 * step)
+    more = np.floor((min(last, 780.0 - 0.5 * step) - start) / step + 1e-9)
+    return "" if more < 0 else f", as {start:g}:{start + more * step:g}:{step:g} do"
 
 
 def sensor(curve: Spectrum, label: str, limits: Limits | None) -> Spectrum:

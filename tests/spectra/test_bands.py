@@ -329,7 +329,10 @@ def test_bands_at_round_wavelengths(text, count, first, last):
         ("400:700:7", "steps must lead from the first wavelength to the last"),
         ("400:700:0", "steps must lead"),
         ("700:400:10", "steps must lead"),
-        ("380:780:10", "reach from 375 to 785 nm, half a step .* within 380 to 780 nm"),
+        ("380:780:10", "half a step .* within 380 to 780 nm, as 385:775:10 do"),
+        ("380:780:5", "reach from 377.5 to 782.5 nm, .* 780 nm, as 382.5:777.5:5 do"),
+        ("300:500:10", ", as 385:495:10 do"),
+        ("400:400:900", "within 380 to 780 nm$"),
         ("400:700:.5", "from 1 to 256"),
     ],
 )
