@@ -144,8 +144,9 @@ class Options:
     error: float | str | None = field(
         default=None,
         metadata=option(
-            "stop at this relative standard error of radiance, as in 0.02; of another buffer, as "
-            "in indirect:0.02; or at a percentile over pixels and bands, as in indirect:p95:0.02; "
+            "stop at this relative error of radiance, bias included, as in 0.02; at this relative "
+            "standard error, without bias, of another buffer, as in indirect:0.02; or at a "
+            "percentile of that over pixels and bands, as in indirect:p95:0.02; "
             f"gives up after {CEILING / 3600:g} hour, or the seconds given",
             group="budget",
             metavar="E",

@@ -86,6 +86,12 @@ class RenderLoop:
         self.resumed, self.earlier = state["passes"], state["elapsed"]
         self._saving = state["saving"]
         self.pass_samples, self._settled = state["pass_samples"], state["settled"]
+        asked = self._budget.passes
+        if asked is not None and self.resumed > asked:
+            warn(
+                f"{checkpoint.path}: has {self.resumed} passes, more than the {asked} that were "
+                "asked for; all of them are in the result"
+            )
 
     @property
     def saving(self) -> float:
@@ -166,6 +172,7 @@ class RenderLoop:
             if self._moments.whole.count == 0 or self._adding:
                 raise
             self.interrupted = True
+            progress.stage("interrupted")
             # without the pass that was interrupted
             self._integrator.counters.restore(self._counters)
         if self._checkpoint is not None:

@@ -21,6 +21,7 @@ STAGES = {
     "first compile": "compiling kernels for scenes of this kind (once)",
     "compile": "loading kernels",
     "render": "rendering",
+    "interrupted": "interrupted; finishing with the complete passes (Ctrl-C again to discard them)",
     "write": "writing",
 }
 LINE_EVERY = 5.0
@@ -74,7 +75,7 @@ class Lines:
 
     def stage(self, name: str) -> None:
         """Print the stage's name where it is worth a line."""
-        if name in ("first compile", "render"):
+        if name in ("first compile", "render", "interrupted"):
             _print(STAGES[name])
 
     def update(

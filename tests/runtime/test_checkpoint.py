@@ -125,15 +125,33 @@ def test_kill_at_any_moment(tmp_path):
     assert not list(tmp_path.glob(".*part"))
 
 
+def test_more_passes_than_asked_for_are_told(tmp_path):
+    settings = {"bands": 1, "size": (8, 8), "checkpoint": tmp_path / "state"}
+    pm.render(BOX, passes=5, **settings)
+    pm.render(BOX, passes=5, resume=True, **settings)
+    with pytest.warns(pm.SceneWarning, match="state: has 5 passes, more than the 3 that were aske"):
+        part = pm.render(BOX, passes=3, resume=True, **settings)
+    assert part.record["passes"] == 5
+
+
 def test_ctrl_c_saves_what_is_done(tmp_path):
     class Interrupter(progress.Silent):
+        def __init__(self):
+            self.stages = []
+
+        def stage(self, name):
+            self.stages.append(name)
+
         def update(self, passes, *rest):
             if passes == 3:
                 threading.Timer(0.005, os.kill, (os.getpid(), signal.SIGINT)).start()
 
     settings = {"bands": 1, "size": (64, 64), "checkpoint": tmp_path / "state"}
-    part = pm.render(BOX, passes=10_000, progress=Interrupter(), **settings)
+    shown = Interrupter()
+    part = pm.render(BOX, passes=10_000, progress=shown, **settings)
     assert part.record["interrupted"]
+    assert shown.stages[-1] == "interrupted"
+    assert "again to discard" in progress.STAGES["interrupted"]
     passes = part.record["passes"] + 2
     again = pm.render(BOX, passes=passes, resume=True, **settings)
     assert again.record["resumed"] == part.record["passes"]
