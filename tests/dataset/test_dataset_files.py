@@ -325,7 +325,7 @@ def test_dry_run_lists_and_writes_nothing(tmp_path, preset, capsys):
         (["--resume", "--size", "8x8"], ": it was begun with --size 16x12, not 8x8; choose"),
         (["--resume", "--full"], "another data set: it was begun without --full; choose"),
         (["--resume", "--format", "exr"], "begun with --format exr,hdf5,png, not exr; choose"),
-        (["--resume", "--seed", "7"], "other seeds"),
+        (["--resume", "--seed", "7"], "none of its images is asked for"),
         ([], "holds a data set already; add --resume"),
     ],
 )
