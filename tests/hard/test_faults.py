@@ -136,7 +136,7 @@ def test_a_cache_that_rots(tmp_path, monkeypatch, error):
     cache.mkdir()
     (cache / "rotten.nbi").write_bytes(b"damaged")
     monkeypatch.setattr(compiling, "CACHE_FOLDER", cache)
-    monkeypatch.setattr(compiling, "_call_kernels", call)
+    monkeypatch.setattr(compiling, "_compile_all", call)
     with pytest.warns(pm.SceneWarning, match="is damaged and will be rebuilt"):
         pm.render(pm.scenes.cornell_box(), size=(4, 4), passes=1, photons=10)
     assert len(calls) == 2
