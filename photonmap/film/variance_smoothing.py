@@ -46,7 +46,7 @@ def smooth_error(
     counts: NDArray[np.integer] | int,
     prior: float = PRIOR,
     edges: float = 0.0,
-    lamps: NDArray[np.bool_] | None = None,
+    emits: NDArray[np.bool_] | None = None,
 ) -> Image:
     """Return a standard error smoothed by its neighbours, (H, W, N).
 
@@ -56,8 +56,8 @@ def smooth_error(
     counts : (H, W) passes of each pixel, or of all
     prior : passes that neighbours count for
     edges : size of passes, where what neighbours show may graze a pixel; 0 where it may not
-    lamps : (H, W) whether a pixel shows what emits, where the value has that. Beside a lamp, its
-        edge says nothing of a wall that varies.
+    emits : (H, W) whether a pixel shows an emitter, if the value includes emission. The edge of an
+        area light says nothing of a wall beside it that varies.
     """
     scale = max(float(np.max(error)), float(np.max(np.abs(value))))
     if scale == 0.0:
@@ -66,7 +66,7 @@ def smooth_error(
     own = (np.maximum(counts, 1).astype(np.float32) - 1.0)[..., None]
     variance = error**2
     counts_for = np.where(variance > 0.0, np.float32(prior), np.float32(UNSEEN))
-    steady = counts_for * _around(variance, value, lamps) + own * variance
+    steady = counts_for * _around(variance, value, emits) + own * variance
     steady /= counts_for + own
     if edges > 0.0:
         unseen = np.float32(0.5 / (SAMPLES * edges)) * _contrast(value) / (own + 1.0)
@@ -91,19 +91,19 @@ def widen_ratio(error: Image, ratio: Image, denominator: Image, denominator_erro
     return np.maximum(widened, shown).astype(np.float32)
 
 
-def _around(variance: Image, value: Image, lamps: NDArray[np.bool_] | None) -> Image:
+def _around(variance: Image, value: Image, emits: NDArray[np.bool_] | None) -> Image:
     """Return the mean variance of those of eight neighbours that count, scaled; edges are doubled.
 
-    All count for a pixel without variance, for others those that have one and are lamps as it is,
-    or are not; its own if none is.
+    All count for a pixel without variance, for others those that have one and show an emitter
+    if it does, or none if it does not; its own if there are none.
     """
     norm = np.sqrt(value**2 + value.mean(axis=(0, 1), dtype=np.float64).astype(np.float32) ** 2)
     relative = np.divide(variance, norm, out=np.zeros_like(variance), where=norm > 0.0)
     varies = variance > 0.0
     total, count = np.zeros_like(variance), np.zeros(variance.shape, np.float32)
-    lamp = np.zeros(value.shape[:2], bool) if lamps is None else lamps
-    for shown, other in zip(_neighbours(relative), _neighbours(lamp[..., None]), strict=True):
-        counts = (shown > 0.0) & ~(varies & (other != lamp[..., None]))
+    kind = (np.zeros(value.shape[:2], bool) if emits is None else emits)[..., None]
+    for shown, other in zip(_neighbours(relative), _neighbours(kind), strict=True):
+        counts = (shown > 0.0) & ~(varies & (other != kind))
         total += np.where(counts, shown, np.float32(0.0))
         count += counts
     mean = total * norm / np.where(varies, np.maximum(count, 1.0), 8.0)

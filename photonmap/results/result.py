@@ -171,8 +171,8 @@ class Result(Plots):
         is_center = self.record.get("arguments", {}).get("pixel") == "center"
         edges = 0.0 if is_center else self.record.get("pass_samples", 1.0)
         emission = self.buffers.get("emission") if name == "radiance" else None
-        lamps = None if emission is None else emission.max(axis=-1) > 0.0
-        error = smooth_error(self.errors[name], self.buffers[name], counts, prior, edges, lamps)
+        emits = None if emission is None else emission.max(axis=-1) > 0.0
+        error = smooth_error(self.errors[name], self.buffers[name], counts, prior, edges, emits)
         if name.startswith("shading") and "reflectance" in self.errors:
             of_reflectance = smooth_error(self.errors["reflectance"], self.reflectance, counts)
             error = widen_ratio(error, self.buffers[name], self.reflectance, of_reflectance)

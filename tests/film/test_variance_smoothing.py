@@ -99,12 +99,12 @@ def test_a_wall_beside_a_lamp_is_no_lamp():
     assert 0.0 < smooth_error(error, value, 16)[0, 1, 0] < 0.5 * value.mean()
 
 
-def test_the_edge_of_a_lamp_has_no_halo():
+def test_the_edge_of_an_area_light_has_no_halo():
     error = np.array([[20.0, 0.1, 0.1]], np.float32)[..., None]
     value = np.array([[100.0, 1.0, 1.0]], np.float32)[..., None]
-    lamps = np.array([[True, False, False]])
+    emits = np.array([[True, False, False]])
     with_halo = smooth_error(error, value, 16)[0, 1, 0]
-    without = smooth_error(error, value, 16, lamps=lamps)[0, :, 0]
+    without = smooth_error(error, value, 16, emits=emits)[0, :, 0]
     assert with_halo > 1.0
     np.testing.assert_allclose(without[1:], 0.1, rtol=1e-6)
     assert without[0] == pytest.approx(20.0)
