@@ -1,5 +1,6 @@
 PYTHON ?= python3
 BIN := .venv/bin
+RUNNABLE := .venv/runnable
 INSTALLED := .venv/installed
 
 # Runs a command without its output, which is shown if it fails.
@@ -7,13 +8,13 @@ QUIETLY := sh -c 'log=$$(mktemp); "$$@" > $$log 2>&1 || { code=$$?; cat $$log; r
 
 .PHONY: docs gallery golden demo dataset-demo test test-all test-slow lint fuzz kernels-checked kernels-bounds kernels-plain bench study examples wheel clean
 
-demo: $(INSTALLED)  ## render the Cornell box into out/
+demo: $(RUNNABLE)  ## render the Cornell box into out/
 	@mkdir -p out
-	@echo "rendering scenes/cornell_box.obj; the first time, kernels are compiled for about a minute"
+	@echo "rendering scenes/cornell_box.obj; the first time, kernels are compiled for some 15 seconds"
 	@$(QUIETLY) $(BIN)/python -m photonmap scenes/cornell_box.obj --bands 6 --output out/cornell_box.exr
 	@echo "the picture: $(CURDIR)/out/cornell_box.png"
 
-dataset-demo: $(INSTALLED)  ## a data set of 4 scenes in 4 lights into out/dataset-demo/
+dataset-demo: $(RUNNABLE)  ## a data set of 4 scenes in 4 lights into out/dataset-demo/
 	mkdir -p out
 	rm -rf out/dataset-demo
 	$(BIN)/python -m photonmap dataset out/dataset-demo --preset small --size 96x72 --error 0.05
@@ -80,8 +81,9 @@ docs: $(INSTALLED)  ## the site of the documentation into out/site, without a wa
 gallery: $(INSTALLED)  ## render the pictures of docs/gallery.md
 	$(BIN)/python tools/make_gallery.py
 
-wheel: $(INSTALLED)  ## build a wheel and try it outside the checkout
-	@$(QUIETLY) $(BIN)/pip wheel --no-deps --wheel-dir out .
+wheel: $(INSTALLED)  ## build a wheel that brings compiled kernels, and try it outside the checkout
+	@mkdir -p out
+	$(BIN)/python tools/make_wheel.py out
 	@$(QUIETLY) $(PYTHON) -m venv out/wheel-venv
 	@$(QUIETLY) out/wheel-venv/bin/pip install --constraint constraints.txt out/photonmap-*.whl
 	cd out && wheel-venv/bin/python -m photonmap \
@@ -93,9 +95,14 @@ clean:
 	rm -rf .venv out build *.egg-info
 
 # Installing needs pyproject.toml alone; an edit of the sources needs nothing.
-$(INSTALLED): pyproject.toml constraints.txt
+$(RUNNABLE): pyproject.toml constraints.txt
 	@echo "installing into .venv"
 	@$(QUIETLY) $(PYTHON) -m venv .venv
+	@$(QUIETLY) $(BIN)/pip install --constraint constraints.txt --editable .
+	@touch $@
+
+$(INSTALLED): $(RUNNABLE)
+	@echo "installing what tests need into .venv"
 	@$(QUIETLY) $(BIN)/pip install --upgrade pip
 	@$(QUIETLY) $(BIN)/pip install --constraint constraints.txt --editable ".[dev]"
 	@touch $@

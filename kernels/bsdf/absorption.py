@@ -37,7 +37,7 @@ def _absorb(geometry, specular, media, hit, direction, from_specular, throughput
 
 @jit
 def _absorb_in(geometry, media, absorption, hit, direction, throughput):
-    if absorption is None:
+    if len(absorption) == 0:
         return
     medium = media.of_side[hit.triangle, side_of(geometry, hit.triangle, direction)]
     if medium < 0:

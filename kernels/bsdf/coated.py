@@ -27,7 +27,7 @@ import numpy as np
 from photonmap.kernels.bsdf import glossy
 from photonmap.kernels.bsdf.cover import UNCOVERED, Cover
 from photonmap.kernels.core import vec
-from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.geometry.interaction import interpolated_normal
 from photonmap.kernels.geometry.relief import turned_normal
 from photonmap.kernels.geometry.texture import coordinates, look_up_number
@@ -57,7 +57,7 @@ def weight_at(geometry, scattering, maps, hit):
     return min(look_up_number(maps.maps, maps.coat[material], s, t), 1.0)
 
 
-@jit
+@outlined
 def coat_at(geometry, scattering, surface):
     """Return the `Coat` of a surface."""
     weight = weight_at(geometry, scattering, scattering.maps, surface.hit)
@@ -174,7 +174,7 @@ def _tilt(relief, normal, wi, wo, n):
     return cosine / beside if beside > 0.0 else 0.0
 
 
-@jit
+@outlined
 def cover_at(scattering, base, coat, wi, wo, n):
     """Return the `Cover` of a surface of normal n, given its base as a `Lobe`, and its coat."""
     if coat.weight <= 0.0:
@@ -194,7 +194,7 @@ def cover_at(scattering, base, coat, wi, wo, n):
     return Cover(weight * own, 1.0 - weight, through, back)
 
 
-@jit
+@outlined
 def probability(scattering, base, coat, wo):
     """Return with which probability a sample is drawn by the coat's lobe."""
     cosine = vec.dot(wo, coat.normal)

@@ -6,7 +6,7 @@ from photonmap.kernels.core.jit import jit
 
 
 class Cover(NamedTuple):
-    """What lies over a surface, between two directions; None in scenes without coats."""
+    """What lies over a surface, between two directions."""
 
     own: float
     """what the coat itself reflects, per steradian"""
@@ -19,7 +19,7 @@ class Cover(NamedTuple):
 
 
 UNCOVERED = Cover(0.0, 1.0, 0.0, 0.0)
-"""Of a surface without a coat, in a scene with some"""
+"""Of a surface without a coat"""
 
 
 @jit
@@ -28,17 +28,9 @@ def covered(cover, f0, albedo, base):
 
     Parameters
     ----------
-    cover : Cover, or None
+    cover : Cover
     f0, albedo : reflectance of the base's lobe at normal incidence, and of what is diffuse
     base : its BSDF, per steradian
     """
-    if cover is None:
-        return base
     again = cover.back * min(f0 + albedo, 1.0)
     return cover.own + base * (cover.bare + cover.through / (1.0 - again))
-
-
-@jit
-def own_of(cover):
-    """Return what a coat itself reflects, where its base, which leans away, reflects nothing."""
-    return 0.0 if cover is None else cover.own

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.core import vec, warp
-from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.geometry.relief import derivatives, handedness, tangent_at
 from photonmap.kernels.geometry.texture import look_up
 
@@ -74,7 +74,7 @@ def brush_at(anisotropy, maps, material, s, t):
     return Brush(strength * strength, cosine, sine, mean, azimuths, place - step)
 
 
-@jit
+@outlined
 def tangent_of(geometry, anisotropy, brush, hit):
     """Return the direction along which α is `along`, of any length and not quite on the surface."""
     if anisotropy is None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from photonmap.kernels.bsdf.facets import brush_at, brush_of, tangent_of
 from photonmap.kernels.core.bands import mix
-from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.geometry.texture import coordinates, look_up, look_up_number
 
 
@@ -54,7 +54,7 @@ def _brush_at(geometry, anisotropy, maps, hit):
     return brush_at(anisotropy, maps, material, s, t)
 
 
-@jit
+@outlined
 def roughness_at(geometry, specular, anisotropy, hit):
     """Return the `Roughness` of a rough specular surface."""
     alpha = alpha_at(geometry, specular.alpha, specular.maps, hit)

@@ -18,10 +18,10 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.bsdf import facets
-from photonmap.kernels.bsdf.cover import covered, own_of
+from photonmap.kernels.bsdf.cover import covered
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import mix
-from photonmap.kernels.core.fresnel import dip_of, dip_terms, rise, weights_of
+from photonmap.kernels.core.fresnel import dip_of, dip_terms, rise
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.metals import DIP_MEANS
 from photonmap.kernels.geometry.texture import coordinates, look_up, look_up_number
@@ -193,7 +193,7 @@ def dip_albedos(scattering, dips, maps, uneven, lobe, way):
     """
     if dips is None:
         return NO_DIP
-    if lobe.base <= 0.0:
+    if dips.shape[1] == 0 or lobe.base <= 0.0:
         return NO_DIP
     albedos, cosine, share = scattering.albedos, way[0], way[1]
     return (
@@ -209,7 +209,7 @@ def mean_dips(scattering, dips, maps, lobe):
     """Return the cosine-weighted means of `dip_albedos`."""
     if dips is None:
         return NO_DIP
-    if lobe.base <= 0.0:
+    if dips.shape[1] == 0 or lobe.base <= 0.0:
         return NO_DIP
     albedos = scattering.albedos
     return (
@@ -281,12 +281,12 @@ def evaluate(scattering, maps, lobe, wi, wo, n, cover, values):
     `cover` is what lies over the surface: see `cover`.
     """
     if vec.dot(wi, n) <= 0.0 or vec.dot(wo, n) <= 0.0:
-        values[:] = own_of(cover)
+        values[:] = cover.own
         return
     dips = scattering.dip
     found = between(scattering, dips, maps, scattering.anisotropy, lobe, wi, wo, n)
     at_i, at_o, means = found.incoming, found.outgoing, found.mean
-    weights = weights_of(dips, lobe.material)
+    weights = dips, lobe.material
     for band in range(len(values)):
         f0, rho = normal_reflectance(scattering, maps, lobe, band), float(values[band])
         multiple = multiple_fresnel(lobe, f0, dip_of(weights, DIP_MEANS, band), means[0])

@@ -4,7 +4,7 @@ import numpy as np
 
 from photonmap.kernels.bsdf import facets, glossy
 from photonmap.kernels.core import vec
-from photonmap.kernels.core.fresnel import dip_of, weights_of
+from photonmap.kernels.core.fresnel import dip_of
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.metals import DIP_MEANS
 
@@ -28,7 +28,7 @@ def pass_lobe(scattering, maps, lobe, w, n, values):
         return
     terms = _terms_of(scattering, maps, lobe, w, n)
     mean = glossy.mean_albedo(scattering.albedos, maps, lobe, 0)
-    weights = weights_of(scattering.dip, lobe.material)
+    weights = scattering.dip, lobe.material
     for band in range(len(values)):
         f0 = glossy.normal_reflectance(scattering, maps, lobe, band)
         multiple = glossy.multiple_fresnel(lobe, f0, dip_of(weights, DIP_MEANS, band), mean)
@@ -41,7 +41,7 @@ def return_to_base(scattering, maps, lobe, values):
     """Turn the base's albedos in values, (N,), into what it sends in all, reflected back to it."""
     albedos, dips = scattering.albedos, scattering.dip
     means = glossy.mean_albedo(albedos, maps, lobe, 0), glossy.mean_albedo(albedos, maps, lobe, 1)
-    dip, weights = glossy.mean_dips(scattering, dips, maps, lobe), weights_of(dips, lobe.material)
+    dip, weights = glossy.mean_dips(scattering, dips, maps, lobe), (dips, lobe.material)
     for band in range(len(values)):
         f0, rho = glossy.normal_reflectance(scattering, maps, lobe, band), float(values[band])
         multiple = glossy.multiple_fresnel(lobe, f0, dip_of(weights, DIP_MEANS, band), means[0])

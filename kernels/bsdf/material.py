@@ -7,7 +7,7 @@ compiled.
 import numpy as np
 
 from photonmap.kernels.core.bands import attenuate, mix
-from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.geometry.texture import coordinates, look_up, look_up_indices
 
 _NO_ROWS = ((-1, -1, -1, -1), (0.0, 0.0, 0.0, 0.0))
@@ -23,12 +23,9 @@ def look_up_material(geometry, textures, hit):
     return material, _look_up(geometry, textures, textures.palettes, hit)
 
 
-@jit
+@outlined
 def _look_up(geometry, textures, palettes, hit):
-    """Return (r, g, b) and four rows of palettes with their weights; rows of -1 for a colour.
-
-    The palettes are an argument of their own, None in a scene without any.
-    """
+    """Return (r, g, b) and four rows of palettes with their weights; rows of -1 for a colour."""
     image = textures.reflectance[geometry.material[hit.triangle]]
     if image < 0:
         return _BLACK

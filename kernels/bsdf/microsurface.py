@@ -125,8 +125,6 @@ def radiance_factor(eta):
 @jit
 def _metallic(f0, dip, cosine, band):
     value = f0[band] + (1.0 - f0[band]) * (1.0 - min(cosine, 1.0)) ** 5
-    if dip is None:
-        return value
     return value - dip_of(dip, dip_terms(cosine), band)
 
 
@@ -155,7 +153,7 @@ def scatter(alpha, eta, metal, wi, numbers, state, throughput):
     """Scatter light that comes from wi; return (wo, whether it is transmitted, state).
 
     `throughput`, (N,), is multiplied by what `metal` reflects: (reflectance at normal incidence,
-    dip), each (N,), the latter None where there is none. The three uniform `numbers` are those of
+    (N,), dip as `dip_of` takes it). The three uniform `numbers` are those of
     the first facet, `state` gives the rest.
     """
     w, height, crossed = vec.scale(wi, -1.0), 1.0, False

@@ -95,9 +95,9 @@ def _evaluate_base(scattering, model, base, cover, surface, wi, values):
 
 @jit
 def _cover_at(geometry, scattering, coats, base, surface, wi):
-    """Return the `Cover` of a surface; None in scenes without coats."""
+    """Return the `Cover` of a surface."""
     if coats is None:
-        return None
+        return UNCOVERED
     if model_at(geometry, scattering, surface.hit.triangle) != COATED:
         return UNCOVERED
     coat = coated.coat_at(geometry, scattering, surface)
@@ -126,7 +126,7 @@ def _evaluate(geometry, scattering, coats, surface, wi, values):
     _lay_sheen(geometry, scattering, scattering.sheens, surface, wi, values)
 
 
-@jit
+@outlined
 def _evaluate_rest(geometry, scattering, share, surface, wi, values):
     """Turn the diffuse albedos in values into the BSDF, of the part of a surface that is no glass.
 
@@ -152,7 +152,7 @@ def fill_albedo(scene, surface, values):
         values[band] = albedo(scene.materials, scene.textures, color, band)
 
 
-@outlined
+@jit
 def evaluate(scene, scattering, surface, wi, values):
     """Fill values, (N,), with the BSDF (per steradian) from wi to where a ray came from."""
     if surface.model == LOBE:
@@ -162,7 +162,7 @@ def evaluate(scene, scattering, surface, wi, values):
     _evaluate_rest(scene.geometry, scattering, scattering.share, surface, wi, values)
 
 
-@outlined
+@jit
 def evaluate_lobe(scene, scattering, surface, wi, values):
     """Fill values, (N,), with what the BSDF has beside its diffuse base."""
     values[:] = 0.0
@@ -194,7 +194,7 @@ def _left_of(u, share):
     return min((u - share) / (1.0 - share), warp.BELOW_ONE)
 
 
-@jit
+@outlined
 def _sample(geometry, scattering, coats, sheens, surface, u, v):
     below = model_below(geometry, scattering, surface.hit.triangle)
     base, wo = _base_at(geometry, scattering, below, surface.hit), departure(surface)

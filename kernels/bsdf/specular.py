@@ -2,8 +2,7 @@
 
 Smooth thin glass reflects as a mirror what it does not let pass: see `geometry.pane`.
 
-Glass may be rough. α is an argument of its own, None in a scene where all is smooth: then nothing
-of rough surfaces is compiled.
+Glass may be rough. `Specular.alpha` has no rows in a scene where all is smooth.
 """
 
 from typing import NamedTuple
@@ -28,9 +27,8 @@ from photonmap.kernels.core.fresnel import (
     mirrored,
     refracted,
     schlick_term,
-    weights_of,
 )
-from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.records import GLASS, MIRROR
 from photonmap.kernels.core.rng import draw, draw_three, stream
 from photonmap.kernels.geometry.interaction import offset, point_at, shading_normal, side_of
@@ -79,7 +77,7 @@ def choose_lobe(probability, state, throughput):
 @jit
 def _multiply_by_mirror(specular, grazing, material, cosine, throughput):
     """Multiply throughput, (N,), by what a mirror reflects of light of this cosine."""
-    if grazing is None:
+    if len(grazing) == 0:
         for band in range(len(throughput)):
             throughput[band] *= specular.mirror[material, band]
         return
@@ -89,7 +87,7 @@ def _multiply_by_mirror(specular, grazing, material, cosine, throughput):
 @jit
 def _multiply_by_metal(specular, grazing, dips, material, cosine, throughput):
     rise, terms = np.float32(schlick_term(cosine)), dip_terms(cosine)
-    dip = weights_of(dips, material)
+    dip = dips, material
     for band in range(len(throughput)):
         reflected = specular.mirror[material, band] + rise * grazing[material, band]
         throughput[band] *= reflected - np.float32(dip_of(dip, terms, band))
@@ -121,13 +119,13 @@ def reflected_share(geometry, specular, hit, direction):
 @jit
 def draw_scattering(alpha, state):
     """Draw the uniform numbers of `scatter_specular`: the first alone where all is smooth."""
-    if alpha is None:
+    if len(alpha) == 0:
         xi, state = draw(state)
         return (xi, 0.0, 0.0), state
     return draw_three(state)
 
 
-@jit
+@outlined
 def scatter_specular(geometry, specular, hit, direction, numbers, carries_flux, throughput):
     """Scatter light that arrives along `direction` at a specular surface: a BSDF's `sample`.
 
@@ -202,7 +200,7 @@ def _on_side(out, direction, ng):
 @jit
 def metal_of(specular, dip, material):
     """Return what a METAL reflects, as `microsurface.scatter` takes it."""
-    return specular.mirror[material], weights_of(dip, material)
+    return specular.mirror[material], (dip, material)
 
 
 @jit
@@ -213,7 +211,7 @@ def _scatter_rough(geometry, specular, alpha, hit, arrival, numbers, carries_flu
     """
     direction, ng, n = arrival.direction, arrival.ng, arrival.n
     material = geometry.material[hit.triangle]
-    if alpha is None:
+    if len(alpha) == 0:
         return False, False, direction
     if alpha[material] == 0.0:
         return False, False, direction

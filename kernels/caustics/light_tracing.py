@@ -94,33 +94,33 @@ def connect_photons(job, caustics, span, pixels, weights):
 
 
 @jit
-def _scatter(scene, scattering, caustics, surface, photon, scratch):
-    """Fill row CAUSTIC of `scratch.scattered` with what a surface makes of a photon."""
+def _scatter(scene, scattering, caustics, surface, photon, scratches):
+    """Fill row CAUSTIC of what is scattered with what a surface makes of a photon."""
     if scattering is None:
         return
     if models.model_at(scene.geometry, scattering, surface.hit.triangle) == models.LAMBERTIAN:
         return
     wi = vec.scale(vec.row(caustics.arrivals, photon), -1.0)
-    models.evaluate(scene, scattering, surface, wi, scratch.response)
-    for band in range(len(scratch.response)):
-        light = scratch.irradiance[CAUSTIC, band]
-        scratch.scattered[CAUSTIC, band] = scratch.response[band] * light
+    models.evaluate(scene, scattering, surface, wi, scratches.own.response)
+    for band in range(len(scratches.own.response)):
+        light = scratches.own.irradiance[CAUSTIC, band]
+        scratches.scattered.irradiance[CAUSTIC, band] = scratches.own.response[band] * light
 
 
 @kernel
-def add_connected(job, caustics, connections, span, scratch, estimate):
+def add_connected(job, caustics, connections, span, scratches, estimate):
     """Add the photons that the pixels of a span see to an `Estimate`, by the order of photons."""
-    clear(scratch.irradiance)
-    clear(scratch.scattered)
+    clear(scratches.own.irradiance)
+    clear(scratches.scattered.irradiance)
     scene, camera, share = job.scene, job.eye.camera, np.float32(1.0)
     for pixel in range(span.first, span.last):
         for place in range(connections.starts[pixel], connections.starts[pixel + 1]):
             photon = connections.order[place]
             weight = connections.weights[photon]
             for band in range(caustics.flux.shape[1]):
-                scratch.irradiance[CAUSTIC, band] = weight * caustics.flux[photon, band]
+                scratches.own.irradiance[CAUSTIC, band] = weight * caustics.flux[photon, band]
             way = _way_to_eye(camera, vec.row(caustics.positions, photon))[1]
             hit = _hit_of(caustics, photon)
             surface = surface_interaction(scene.geometry, hit, vec.scale(way, -1.0))
-            _scatter(scene, scene.scattering, caustics, surface, photon, scratch)
-            add_beyond_diffuse(scene, surface, share, pixel, scratch, estimate)
+            _scatter(scene, scene.scattering, caustics, surface, photon, scratches)
+            add_beyond_diffuse(scene, surface, share, pixel, scratches, estimate)

@@ -53,29 +53,22 @@ def dip_terms(cosine):
 
 
 @jit
-def weights_of(dips, material):
-    """Return the weights of the dip of a material, (4, N); None where no material has any."""
-    if dips is None:
-        return None
-    return dips[material]
-
-
-@jit
-def dip_of(weights, terms, band):
+def dip_of(dip, terms, band):
     """Return how much less a metal reflects in a band than Schlick's formula says.
 
     Parameters
     ----------
-    weights : (4, N) of the dip, or None
+    dip : (table of weights, (M, 4, N), or (M, 0, 0) where no metal has a dip; its row)
     terms : four, `dip_terms` or their means
     """
-    if weights is None:
+    weights, material = dip
+    if weights.shape[1] == 0:
         return 0.0
     return (
-        weights[0, band] * terms[0]
-        + weights[1, band] * terms[1]
-        + weights[2, band] * terms[2]
-        + weights[3, band] * terms[3]
+        weights[material, 0, band] * terms[0]
+        + weights[material, 1, band] * terms[1]
+        + weights[material, 2, band] * terms[2]
+        + weights[material, 3, band] * terms[3]
     )
 
 

@@ -1,62 +1,47 @@
-"""The decorators of kernels, and the folder that keeps their machine code.
+"""The decorators of kernels."""
 
-Numba notices an edit of a kernel's own file, not of the files it calls into (numba #1833), so
-the cache folder is named by a hash over all kernel sources.
-"""
-
-import hashlib
 from collections.abc import Callable
-from contextlib import contextmanager
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numba
-import platformdirs
-from numba import config
 from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
 from numba.core.types import unliteral
 
+from photonmap.kernels.core.code_cache import (
+    SOURCES,
+    USER_FOLDER,
+    KernelCache,
+    compiling_for_level,
+    source_hash,
+)
 from photonmap.kernels.core.linking import IS_KNOWN, DisjointCompiler, KernelCompiler, only_linked
 
-
-def source_hash(folder: Path) -> str:
-    """Hash of every Python source below `folder` and of Numba's version, 16 hex digits."""
-    digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted(folder.rglob("*.py")):
-        name = source.relative_to(folder).as_posix()
-        digest.update(name.encode() + b"\0" + source.read_bytes() + b"\0")
-    return digest.hexdigest()[:16]
-
-
-def cache_folder() -> Path:
-    """Where compiled kernels are kept: below NUMBA_CACHE_DIR, or the user's cache folder."""
-    base = Path(config.CACHE_DIR or platformdirs.user_cache_dir("photonmap"))
-    return base / f"kernels-{source_hash(Path(__file__).parents[1])}"
-
-
-CACHE_FOLDER = cache_folder()
-
-
-@contextmanager
-def _cached_in(folder: Path):
-    before = config.CACHE_DIR
-    config.CACHE_DIR = str(folder)
-    try:
-        yield
-    finally:
-        config.CACHE_DIR = before
+CACHE_FOLDER = USER_FOLDER / f"kernels-{source_hash(SOURCES)}"
+"""Of tables that kernels make, and of marks that say what is compiled"""
 
 
 def kernel(function: Callable) -> Callable:
     """Compile a function that Python calls: releases the GIL, divides as NumPy does, is cached.
 
     Kernels allocate nothing: without Numba's reference counts, whose atomic increments took half
-    of the camera pass, arrays cost nothing to pass on. Inlined into their own wrappers they keep
-    the scene's arrays at hand: a call that passes them all took a quarter of the camera pass.
+    of the camera pass, arrays cost nothing to pass on.
     """
-    return _compile(function, cache=True, forceinline=True)
+    compiled = _compile(function, no_cfunc_wrapper=True)
+    if isinstance(compiled, CPUDispatcher):
+        compiled.__class__ = _Kernel
+        compiled._cache = KernelCache(function)
+    return compiled
+
+
+class _Kernel(CPUDispatcher):
+    """A function that Python calls."""
+
+    def compile(self, signature: object) -> object:
+        """Load its machine code, or compile it."""
+        with compiling_for_level(self.targetctx):
+            return super().compile(signature)
 
 
 def jit(function: Callable) -> Callable:
@@ -137,5 +122,4 @@ def _inner(compiled: Callable) -> Callable:
 def _compile(function: Callable, **options: Any) -> Callable:
     if IS_KNOWN:
         options.setdefault("pipeline_class", KernelCompiler)
-    with _cached_in(CACHE_FOLDER):
-        return numba.njit(nogil=True, error_model="numpy", _nrt=False, **options)(function)
+    return numba.njit(nogil=True, error_model="numpy", _nrt=False, **options)(function)

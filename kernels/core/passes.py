@@ -6,6 +6,7 @@ In kernels, `hit`, `surface`, `film`, `plan`, `cache`, `scratch` are these recor
 from typing import NamedTuple
 
 import numpy as np
+from numba.types import UniTuple, boolean, float32, float64, int32, int64, uint8
 
 from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.core.records import SceneArrays
@@ -25,6 +26,9 @@ MAX_BOUNCES = 1000
 """Bounces after which photons and paths are truncated."""
 LANES = 8
 """Low-discrepancy points and directions that are made at once, by vector instructions."""
+
+
+Vector = UniTuple(float64, 3)
 
 
 class Ray(NamedTuple):
@@ -81,9 +85,9 @@ class Lens(NamedTuple):
 
     is_open: bool
     """False for a point, through which all rays pass; the rest is then without meaning"""
-    right: tuple
+    right: Vector
     """from its centre to its rim, in the kernels' unit of length"""
-    up: tuple
+    up: Vector
     nearness: float
     """1 / distance along the axis at which it is focused"""
     blades: int
@@ -94,16 +98,16 @@ class Lens(NamedTuple):
 class Projection(NamedTuple):
     """From pixels to directions that are no linear function of them: see `camera.projections`."""
 
-    focal: tuple
+    focal: UniTuple(float64, 2)
     """pixels in a unit of the image, across and down"""
-    center: tuple
+    center: UniTuple(float64, 2)
     """the film point that lies on the axis"""
-    distortion: tuple
+    distortion: UniTuple(float64, 5)
     """five coefficients, of what depends on the kind"""
-    reach: tuple
+    reach: UniTuple(float64, 2)
     """of a fisheye: the largest radius in the image, and the angle there; of a distorted image: its
     width and height, pixels"""
-    table: np.ndarray
+    table: float64[:, :, ::1]
     """(rows, columns, values) float64: rays at the pixels' centres, or where to begin to look"""
 
 
@@ -121,13 +125,13 @@ class Camera(NamedTuple):
 
     kind: int
     """of `camera.cameras`"""
-    origin: tuple
-    corner: tuple
+    origin: Vector
+    corner: Vector
     """of the image: a direction or a point, by kind"""
-    across: tuple
+    across: Vector
     """one pixel to the right, likewise"""
-    down: tuple
-    axis: tuple
+    down: Vector
+    axis: Vector
     """unit vector along which depth is measured; (0, 0, 0) where depth is distance"""
     optics: Optics | None
     """None where all rays are those of a pinhole or parallel: then none of its code is compiled"""
@@ -170,59 +174,68 @@ class SampleBudget(NamedTuple):
 class Prepass(NamedTuple):
     """What the sampling pre-pass knows of each pixel, apart from all estimates."""
 
-    flat: np.ndarray
+    flat: uint8[::1]
     """(P,) uint8, 1 where all samples hit one smooth piece of surface of one material"""
-    even: np.ndarray
+    even: uint8[::1]
     """(P,) uint8, 1 where it is flat, hardly curved, and without textures"""
-    nearness: np.ndarray
+    nearness: float32[::1]
     """(P,) float32, mean of 1 / distance to the surfaces around"""
-    penumbra: np.ndarray
+    penumbra: uint8[::1]
     """(P,) uint8, 1 where some light samples are blocked and some are not"""
-    specular: np.ndarray
+    specular: uint8[::1]
     """(P,) uint8, 1 where a sample hit a mirror or glass"""
 
 
+@by_reference
 class Scratch(NamedTuple):
     """What a kernel needs for one sample of a pixel."""
 
-    throughput: np.ndarray
+    throughput: float32[::1]
     """(N,) float32, of a path"""
-    chain: np.ndarray
+    chain: float32[::1]
     """(N,) float32, throughput of the specular chain that the camera sees by"""
-    irradiance: np.ndarray
+    irradiance: float32[:, ::1]
     """(2, N) float32, or (3, N) where the scene has specular surfaces"""
-    points: np.ndarray
+    points: float64[:, ::1]
     """(2, LANES) float64, of the unit square, made at once"""
-    directions: np.ndarray
+    directions: float64[:, ::1]
     """(3, LANES) float64, of gather rays"""
-    incident: np.ndarray
-    """as `irradiance`, of one direction, where BSDFs are not Lambertian"""
-    scattered: np.ndarray
-    """as `irradiance`: radiance that leaves a surface beyond what Lambert's law says"""
-    response: np.ndarray
+    response: float32[::1]
     """(N,) float32, values of a BSDF"""
-    walk: np.ndarray
+    walk: float32[::1]
     """(N,) float32, throughput of a walk among facets"""
-    emitters: np.ndarray
+    emitters: float64[::1]
     """(SCRATCH,) float64, CDF of a few emitters at a surface: see `lights.selection`"""
-    rays: np.ndarray
+    rays: int64[::1]
     """(len(RAY_KINDS),) int64, rays cast so far; one through holes counts once"""
-    shifted: np.ndarray
+    shifted: float64[:, ::1]
     """(4, 11) float64, what a camera sample would see in the neighbours of its pixel: see
     `integrators.irradiance_differences`"""
+
+
+@by_reference
+class Scratches(NamedTuple):
+    """The scratch of a camera sample, whose `irradiance` is one of three; the rest is shared."""
+
+    own: Scratch
+    """of the surface that is seen"""
+    incident: Scratch
+    """of one direction, where BSDFs are not Lambertian"""
+    scattered: Scratch
+    """radiance that leaves the surface beyond what Lambert's law says"""
 
 
 @by_reference
 class SamplingPlan(NamedTuple):
     """How many samples each pixel gets, and how far its indirect light is shared."""
 
-    samples: np.ndarray
+    samples: uint8[::1]
     """(P,) uint8, camera samples in a pass"""
-    lights: np.ndarray
+    lights: uint8[::1]
     """(P,) uint8, light samples of each camera sample"""
-    gathers: np.ndarray
+    gathers: uint8[::1]
     """(P,) uint8, gather rays of each camera sample"""
-    sharing_radius: np.ndarray
+    sharing_radius: float32[::1]
     """(P,) float32, distance over which indirect irradiance hardly changes"""
     links: np.ndarray | None = None
     """(P,) uint8, bits of the neighbours that show the same flat surface: see `film.linked_pixels`;
@@ -233,16 +246,16 @@ class SamplingPlan(NamedTuple):
 class CacheCells(NamedTuple):
     """Surface cells of the radiosity cache: see `cache.radiosity_cache`."""
 
-    first: np.ndarray
+    first: int32[:, ::1]
     """(T, 2) int32, first cell of each side"""
-    divisions: np.ndarray
+    divisions: int32[::1]
     """(T,) int32, n: the triangle's side is divided into n² cells"""
-    inverse_area: np.ndarray
+    inverse_area: float32[:, ::1]
     """(T, 2) float32, 1 / area of one cell"""
-    parts: np.ndarray
+    parts: int32[::1]
     """(cells,) int32, the first of the finer² cells that a cell of one triangle is divided into,
     or -1; none are where all triangles share cells"""
-    cluttered: np.ndarray
+    cluttered: boolean[::1]
     """(cells,) bool, whether gather rays that end here go on as paths"""
     finer: int
 
@@ -252,7 +265,7 @@ class RadiosityCache(NamedTuple):
     """Light that leaves surfaces diffusely, by cells; one without cells never answers."""
 
     cells: CacheCells
-    radiosity: np.ndarray
+    radiosity: float32[:, ::1]
     """(cells, N) float32"""
     followed: float | None = None
     """probability with which paths go on past a look-up, to correct it: see `cache.two_level`; None
@@ -263,19 +276,19 @@ class RadiosityCache(NamedTuple):
 class CausticMap(NamedTuple):
     """Photons that reached diffuse surfaces via specular ones alone, sorted by boxes of space."""
 
-    positions: np.ndarray
+    positions: float32[:, ::1]
     """(n, 6) float32: position, and geometric normal on the side of the arrival"""
-    arrivals: np.ndarray
+    arrivals: float32[:, ::1]
     """(n, 3) float32, unit directions of arrival; (0, 3) where all BSDFs are Lambertian"""
-    flux: np.ndarray
+    flux: float32[:, ::1]
     """(n, N) float32"""
-    starts: np.ndarray
+    starts: int32[::1]
     """(H + 1,) int32, first photon of each bucket"""
     radius: float
     """of the disk over which photons are counted"""
-    triangles: np.ndarray
+    triangles: int32[::1]
     """(n,) int32, where photons lie; (0,) where none is connected to the camera"""
-    barycentrics: np.ndarray
+    barycentrics: float32[:, ::1]
     """(n, 2) float32, of the second and third corner"""
     connected: float
     """pixels per unit of area up to which first hits get their caustics from photons connected to
@@ -286,28 +299,28 @@ class CausticMap(NamedTuple):
 class CausticPhotons(NamedTuple):
     """Photons on their way into a `CausticMap`, one row each."""
 
-    origins: np.ndarray
+    origins: float32[:, ::1]
     """(n, 5) float32: points of the unit squares of `EmissionGuide`, and number of the sphere"""
-    emitted: np.ndarray
+    emitted: float32[::1]
     """(n,) float32, flux as they left, summed over bands"""
-    arrived: np.ndarray
+    arrived: boolean[::1]
     """(n,) bool, whether they came to a diffuse surface: only then is what follows defined"""
-    positions: np.ndarray
-    arrivals: np.ndarray
-    flux: np.ndarray
-    triangles: np.ndarray
-    barycentrics: np.ndarray
+    positions: float32[:, ::1]
+    arrivals: float32[:, ::1]
+    flux: float32[:, ::1]
+    triangles: int32[::1]
+    barycentrics: float32[:, ::1]
 
 
 @by_reference
 class Connections(NamedTuple):
     """Caustic photons that the camera sees, sorted by pixel."""
 
-    starts: np.ndarray
+    starts: int32[::1]
     """(P + 2,) int32, first photon of each pixel, in `order`"""
-    order: np.ndarray
+    order: int32[::1]
     """(n,) int32, rows of `CausticMap`"""
-    weights: np.ndarray
+    weights: float32[::1]
     """(n,) float32, of each row: what turns its flux into the irradiance of its pixel"""
 
 
@@ -317,7 +330,7 @@ class PhotonMaps(NamedTuple):
 
     cache: RadiosityCache
     caustics: CausticMap | None
-    """None where the scene has no specular surfaces; and for the path tracer"""
+    """None, or absent, where the scene has no specular surfaces; None for the path tracer"""
 
 
 @by_reference
@@ -329,17 +342,17 @@ class EmissionGuide(NamedTuple):
     boxes; the density is constant in a box.
     """
 
-    position_rows: np.ndarray
+    position_rows: float64[::1]
     """(B,) float64, CDF of rows of boxes"""
-    position_columns: np.ndarray
+    position_columns: float64[:, ::1]
     """(B, B) float64, and of boxes within each row"""
-    aim_rows: np.ndarray
+    aim_rows: float64[::1]
     """(B,) float64"""
-    aim_columns: np.ndarray
+    aim_columns: float64[:, ::1]
     """(B, B) float64"""
-    spheres: np.ndarray
+    spheres: float64[:, ::1]
     """(K, 4) float64, centre and radius; together they hold all specular surfaces"""
-    importance: np.ndarray
+    importance: float64[::1]
     """(K,) float64, relative density of photons aimed at a sphere"""
 
 
@@ -347,23 +360,23 @@ class EmissionGuide(NamedTuple):
 class Pixels(NamedTuple):
     """What one pass estimates; band values are means over a pixel's samples."""
 
-    emission: np.ndarray
+    emission: float32[:, ::1]
     """(P, N) float32"""
-    direct: np.ndarray
+    direct: float32[:, ::1]
     """(P, N) float32"""
-    indirect: np.ndarray
+    indirect: float32[:, ::1]
     """(P, N) float32"""
-    reflectance: np.ndarray
+    reflectance: float32[:, ::1]
     """(P, N) float32"""
-    irradiance_direct: np.ndarray
+    irradiance_direct: float32[:, ::1]
     """(P, N) float32"""
-    irradiance_indirect: np.ndarray
+    irradiance_indirect: float32[:, ::1]
     """(P, N) float32"""
-    coverage: np.ndarray
+    coverage: float32[::1]
     """(P,) float32, fraction of samples that hit something"""
-    lookups: np.ndarray
+    lookups: uint8[::1]
     """(P,) uint8, lookup flags: EMPTY, FOUND, TRUNCATED"""
-    plane: np.ndarray
+    plane: float32[:, ::1]
     """(P, 7) float32, point, shading normal and flatness (0 or 1) of a pixel's samples"""
 
 

@@ -6,7 +6,7 @@ scales there, `render` scales back. What a scene lacks is None, and its code is 
 
 from typing import NamedTuple
 
-import numpy as np
+from numba.types import boolean, float32, float64, int32, int64, uint8
 
 from photonmap.kernels.core.image_records import LobeMaps, Maps, Relief
 from photonmap.kernels.core.lobe_records import Anisotropy, Coats, Sheens
@@ -20,11 +20,11 @@ MIRROR, GLASS, METAL, THIN = 1, 2, 3, 4
 class Panes(NamedTuple):
     """Thin glass; a scene that has none has None in its place. See `geometry.pane`."""
 
-    ior: np.ndarray
+    ior: float64[::1]
     """(M,) float64, index of refraction of the glass, 0 for other materials"""
-    clear: np.ndarray
+    clear: float64[::1]
     """(M,) float64, what the glass transmits in every band: the least of its tint"""
-    image: np.ndarray
+    image: int32[::1]
     """(M,) int32, row of `maps` with the same where the tint is textured, -1 for none"""
     maps: Maps | None
     """None where no tint is textured"""
@@ -34,9 +34,9 @@ class Panes(NamedTuple):
 class Alpha(NamedTuple):
     """How much of a surface is there; a scene whose surfaces are all whole has None instead."""
 
-    value: np.ndarray
+    value: float64[::1]
     """(M,) float64, opacity where there is no texture"""
-    image: np.ndarray
+    image: int32[::1]
     """(M,) int32, row of `maps`, -1 for none"""
     maps: Maps
     panes: Panes | None
@@ -47,9 +47,9 @@ class Alpha(NamedTuple):
 class Palettes(NamedTuple):
     """Images whose texels are spectra; a scene without any has None in its place."""
 
-    address: np.ndarray
+    address: int64[::1]
     """(R,) int64, of the first index of a row of `Maps`, int32; 0 where texels are colours"""
-    spectra: np.ndarray
+    spectra: float32[:, ::1]
     """(S, N) float32, reflectances that indices count"""
 
 
@@ -58,9 +58,9 @@ class Textures(NamedTuple):
     """Reflectances that vary over surfaces; a scene without any has None in its place."""
 
     maps: Maps
-    reflectance: np.ndarray
+    reflectance: int32[::1]
     """(M,) int32, row of `maps`, -1 for none"""
-    basis: np.ndarray
+    basis: float32[:, ::1]
     """(3, N) float32, which makes reflectances of linear RGB"""
     palettes: Palettes | None
     """None where all texels are colours"""
@@ -71,15 +71,15 @@ class EmissionTextures(NamedTuple):
     """Area lights whose radiance varies over them."""
 
     maps: Maps
-    slot: np.ndarray
+    slot: int32[::1]
     """(R,) int32, which of E textures a row of `Lights.spectra` stands for, -1 for none"""
-    image: np.ndarray
+    image: int32[::1]
     """(E,) int32, row of `maps`"""
-    basis: np.ndarray
+    basis: float32[:, ::1]
     """(3 E, N) float32, three rows for each, which make radiances of linear RGB"""
-    uv: np.ndarray
+    uv: float32[:, ::1]
     """(V, 2) float32"""
-    triangles: np.ndarray
+    triangles: int32[:, ::1]
     """(T, 3) int32"""
 
 
@@ -89,19 +89,19 @@ class Geometry(NamedTuple):
 
     scene: int
     """address of the committed Embree scene"""
-    vertices: np.ndarray
+    vertices: float32[:, ::1]
     """(V, 3) float32"""
-    triangles: np.ndarray
+    triangles: int32[:, ::1]
     """(T, 3) int32"""
-    normals: np.ndarray
+    normals: float32[:, ::1]
     """(T, 3) float32, unit geometric normal of the winding"""
-    shading_normals: np.ndarray
+    shading_normals: float32[:, ::1]
     """(V, 3) float32, zero rows are flat; (0, 3) in a scene without any"""
-    material: np.ndarray
+    material: int32[::1]
     """(T,) int32"""
-    emitter: np.ndarray
+    emitter: int32[::1]
     """(T,) int32, -1 for a triangle that does not emit"""
-    uv: np.ndarray
+    uv: float32[:, ::1]
     """(V, 2) float32, (0, 2) in a scene without textures"""
     alpha: Alpha | None
     """None where all surfaces are opaque"""
@@ -113,7 +113,7 @@ class Geometry(NamedTuple):
 class Materials(NamedTuple):
     """What surfaces do with light."""
 
-    reflectance: np.ndarray
+    reflectance: float32[:, ::1]
     """(M, N) float32, of textures the mean"""
 
 
@@ -121,13 +121,13 @@ class Materials(NamedTuple):
 class Dispersion(NamedTuple):
     """Glass whose index depends on wavelength; a scene without any has None in its place."""
 
-    ior: np.ndarray
+    ior: float64[:, ::1]
     """(R, N) float64, index of refraction in each band, in this pass"""
-    steps: np.ndarray
+    steps: float64[:, :, ::1]
     """(K, R, N) float64, the same at K wavelengths of each band, of which passes take one"""
-    wave: np.ndarray
+    wave: int32[::1]
     """(N,) int32, equal for bands with the same indices"""
-    disperses: np.ndarray
+    disperses: uint8[::1]
     """(R,) uint8, 1 for media whose index differs between bands"""
 
 
@@ -138,12 +138,12 @@ class Media(NamedTuple):
     None in a scene whose glass is clear, and lies in air.
     """
 
-    of_side: np.ndarray
+    of_side: int32[:, ::1]
     """(T, 2) int32, the medium at the front and at the back of a triangle, -1 for air"""
-    ior: np.ndarray
+    ior: float64[::1]
     """(R,) float64, index of refraction"""
-    absorption: np.ndarray | None
-    """(R, N) float32, coefficient in the inverse unit of length; None where nothing absorbs"""
+    absorption: float32[:, ::1]
+    """(R, N) float32, coefficient in the inverse unit of length; (0, N) where nothing absorbs"""
     dispersion: Dispersion | None
     """None where nothing disperses"""
 
@@ -153,13 +153,13 @@ class GlassMaps(NamedTuple):
     """Glass that varies over its surface; a scene without any has None in its place."""
 
     maps: Maps
-    tint: np.ndarray
+    tint: int32[::1]
     """(M,) int32, row of `maps`, -1 for none"""
-    roughness: np.ndarray
+    roughness: int32[::1]
     """(M,) int32, likewise"""
-    anisotropy: np.ndarray
+    anisotropy: int32[::1]
     """(M,) int32, likewise, of direction and strength along the surface"""
-    basis: np.ndarray
+    basis: float32[:, ::1]
     """(3, N) float32, which makes transmittances of linear RGB"""
     least: float
     """smallest α"""
@@ -169,9 +169,9 @@ class GlassMaps(NamedTuple):
 class GlassShare(NamedTuple):
     """Which fraction of a surface is glass, where some are so in part; else None."""
 
-    value: np.ndarray
+    value: float64[::1]
     """(M,) float64, 1 for what is all glass, and for mirrors and metals"""
-    image: np.ndarray
+    image: int32[::1]
     """(M,) int32, row of `maps`, -1 for none"""
     maps: Maps | None
     """None where no fraction is textured"""
@@ -181,31 +181,31 @@ class GlassShare(NamedTuple):
 class Specular(NamedTuple):
     """Mirrors, mirror coats, glass, and metals that are nearly mirrors."""
 
-    kind: np.ndarray
+    kind: uint8[::1]
     """(M,) uint8: 0, MIRROR, GLASS, METAL, or THIN, a rough pane"""
-    mirror: np.ndarray
+    mirror: float32[:, ::1]
     """(M, N) float32, reflectance of the mirror, of a METAL at normal incidence"""
-    ior: np.ndarray
+    ior: float64[::1]
     """(M,) float64, index of refraction of the inside"""
-    tint: np.ndarray
+    tint: float32[:, ::1]
     """(M, N) float32, what glass transmits at a crossing; of a pane, of light that it stopped"""
-    probability: np.ndarray
+    probability: float64[::1]
     """(M,) float64, with which a path takes the specular lobe rather than the diffuse one: 1 for
     mirrors, metals and what is all glass, 0 where there is no specular lobe"""
-    alpha: np.ndarray | None
+    alpha: float64[::1]
     """(M,) float64, GGX's α of rough glass, THIN and METAL, 0 for what is smooth: see
-    `bsdf.microsurface`; None where all are smooth"""
+    `bsdf.microsurface`; (0,) where all are smooth"""
     media: Media | None
     """None where glass is clear, and lies in air"""
-    dip: np.ndarray | None
-    """(M, 4, N) float32, of metals, as `Scattering.dip`; None where none has one"""
+    dip: float32[:, :, ::1]
+    """(M, 4, N) float32, of metals, as `Scattering.dip`"""
     maps: GlassMaps | None
     """None where glass is the same all over"""
     share: GlassShare | None
     """None where no surface is glass in part"""
-    grazing: np.ndarray | None
+    grazing: float32[:, ::1]
     """(M, N) float32, by how many times (1 - cos)⁵ polished metals reflect more than `mirror`, and
-    with a `dip` less; 0 for mirrors that reflect alike at all angles, None where all do"""
+    with a `dip` less; 0 for mirrors that reflect alike at all angles, (0, N) where all do"""
     anisotropy: Anisotropy | None
     """of rough glass, whose `alpha` is that across the tangent; None where none differs along the
     surface"""
@@ -215,13 +215,13 @@ class Specular(NamedTuple):
 class Scattering(NamedTuple):
     """Surfaces that scatter neither like Lambert's law nor specularly: see `bsdf.models`."""
 
-    model: np.ndarray
+    model: uint8[::1]
     """(M,) uint8, which BSDF, of `bsdf.models`; 0 is Lambertian"""
-    parameters: np.ndarray
+    parameters: float64[:, ::1]
     """(M, 5) float64, of the model"""
-    specular: np.ndarray
+    specular: float32[:, ::1]
     """(M, N) float32, reflectances of glossy surfaces at normal incidence"""
-    albedos: np.ndarray
+    albedos: float64[:, :, ::1]
     """(R, 6, K) float64, what glossy lobes of Fresnel terms 1, `rise` and the four `dip_terms` of
     `core.fresnel` reflect of light from K - 1 angles, and the cosine-weighted mean over all: of
     each material, 0 for other models; then, where lobes are textured, of lobes of even steps of
@@ -232,12 +232,12 @@ class Scattering(NamedTuple):
     """None where no lobe differs along a surface"""
     coats: Coats | None
     """None where no surface has a clear coat"""
-    dip: np.ndarray | None
+    dip: float32[:, :, ::1]
     """(M, 4, N) float32, weights of the `dip_terms` by which metals reflect less than Schlick's
-    formula says, see `core.fresnel`; None where none does"""
+    formula says, see `core.fresnel`; (M, 0, 0) where none does"""
     share: GlassShare | None
     """None where no surface is glass in part: the rest of it scatters so"""
-    below: np.ndarray
+    below: uint8[::1]
     """(M,) uint8, `model` of what lies below a coat or sheen, or of what has none"""
     sheens: Sheens | None
     """None where no surface has a sheen"""
@@ -247,20 +247,20 @@ class Scattering(NamedTuple):
 class Environment(NamedTuple):
     """The sky as a map of H rows and W columns, in 16 × 32 blocks: see `environment`."""
 
-    texels: np.ndarray
+    texels: float32[:, :, ::1]
     """(H, W, 3) float32: linear RGB, or how much of each of three spectra"""
-    basis: np.ndarray
+    basis: float32[:, ::1]
     """(3, N) float32, which makes radiances of RGB"""
-    block_rows: np.ndarray
+    block_rows: float64[:, ::1]
     """(K + 1, 16) float64, CDFs of the rows of blocks, by the light that they send to surfaces of
     each of K cells of normals; the last by all their light"""
-    block_columns: np.ndarray
+    block_columns: float64[:, :, ::1]
     """(K + 1, 16, 32) float64, CDFs of the blocks in each row"""
-    rows: np.ndarray
+    rows: float64[:, ::1]
     """(32, H) float64, CDFs of the rows of texels in each block, by their light"""
-    columns: np.ndarray
+    columns: float64[:, ::1]
     """(H, W) float64, CDFs of the texels in each row of each block"""
-    cosines: np.ndarray
+    cosines: float64[::1]
     """(H + 1,) float64, y at the edges of the rows, from 1 to -1"""
     rotation: float
     """of the map about +y, counter-clockwise seen from above, 1 for a full turn"""
@@ -279,15 +279,15 @@ cone's half angle; and the cosine of the angle to which an emitter shines from i
 class LightTree(NamedTuple):
     """Emitters by place and direction, to choose among for a point: see `light_tree`."""
 
-    nodes: np.ndarray
+    nodes: float64[:, :, ::1]
     """(B, 11, 16) float64, rows NODE_…: the nodes that each of B blocks chooses among"""
-    emitter: np.ndarray
+    emitter: int32[::1]
     """(15 B + 1,) int32, of each leaf; any where its strength is 0"""
-    leaf: np.ndarray
+    leaf: int32[::1]
     """(K,) int32, of each emitter, -1 if it is infinitely far"""
     near: float
     """probability of those in the tree, by power"""
-    far: np.ndarray
+    far: float64[::1]
     """(K,) float64, rises to 1 in proportion to the power of the others"""
 
 
@@ -295,11 +295,11 @@ class LightTree(NamedTuple):
 class Profiles(NamedTuple):
     """How the intensity of emitters depends on direction, as tables over angles."""
 
-    row: np.ndarray
+    row: int32[::1]
     """(K,) int32, the table of each emitter, -1 for none"""
-    frame: np.ndarray
+    frame: float64[:, :, ::1]
     """(R, 3, 3) float64, rows are the axes x, y, z of each table in the world"""
-    intensity: np.ndarray
+    intensity: float32[:, :, ::1]
     """(R, V, H) float32, relative to the mean over all directions; V polar angles from +z to -z,
     H azimuths from +x towards +y, the last one that of the first again"""
 
@@ -308,17 +308,17 @@ class Profiles(NamedTuple):
 class SunPortals(NamedTuple):
     """Portals that let suns in: S suns, P triangles. See `lights.portal`."""
 
-    is_portal: np.ndarray
+    is_portal: boolean[::1]
     """(M,) bool"""
-    triangle: np.ndarray
+    triangle: int32[::1]
     """(P,) int32"""
-    area: np.ndarray
+    area: float64[::1]
     """(P,) float64 of the triangles"""
-    row: np.ndarray
+    row: int32[::1]
     """(K,) int32, of `cdf` and `extent`, -1 for emitters that are no suns"""
-    cdf: np.ndarray
+    cdf: float64[:, ::1]
     """(S, P) float64, each row rises to 1 in proportion to areas as the sun sees them, about"""
-    extent: np.ndarray
+    extent: float64[::1]
     """(S,) float64, these areas together"""
 
 
@@ -326,24 +326,24 @@ class SunPortals(NamedTuple):
 class Lights(NamedTuple):
     """Emitters of all kinds, chosen by power, and for direct light by importance."""
 
-    kind: np.ndarray
+    kind: uint8[::1]
     """(K,) uint8, of `lights.kinds`"""
-    triangle: np.ndarray
+    triangle: int32[::1]
     """(K,) int32, -1 where the emitter is none"""
-    position: np.ndarray
+    position: float64[:, ::1]
     """(K, 3) float64 of lights at a point"""
-    axis: np.ndarray
+    axis: float64[:, ::1]
     """(K, 3) float64, unit vector in which spot and directional lights shine"""
-    cosines: np.ndarray
+    cosines: float64[:, ::1]
     """(K, 2) float64 of the angles up to which a spot is full, and beyond which it is dark; of the
     radius of a sun's disc"""
-    area: np.ndarray
+    area: float64[::1]
     """(K,) float64 of triangles"""
-    spectrum: np.ndarray
+    spectrum: int32[::1]
     """(K,) int32, row of `spectra`"""
-    spectra: np.ndarray
+    spectra: float32[:, ::1]
     """(R, N) float32: radiance, intensity (POINT …) or irradiance (DIRECTIONAL); of maps, means"""
-    cdf: np.ndarray
+    cdf: float64[::1]
     """(K,) float64, CDF of the emitters, in proportion to power for the most part"""
     dome: int
     """index of the dome's emitter, -1 without a dome"""

@@ -66,19 +66,19 @@ def trace_camera_ray(job, pixel, position, index, share, pixels, rays):
 
 
 @jit
-def add_reflected(scene, surface, share, pixel, scratch, estimate):
+def add_reflected(scene, surface, share, pixel, scratches, estimate):
     """Add what a first hit's material makes of its irradiance, (2, N) or (3, N), to a pixel."""
     color = look_up_material(scene.geometry, scene.textures, surface.hit)
-    _add_diffuse(scene, color, share, pixel, scratch.irradiance, estimate.pixels)
-    add_beyond_diffuse(scene, surface, share, pixel, scratch, estimate)
+    _add_diffuse(scene, color, share, pixel, scratches.own.irradiance, estimate.pixels)
+    add_beyond_diffuse(scene, surface, share, pixel, scratches, estimate)
 
 
 @jit
-def add_beyond_diffuse(scene, surface, share, pixel, scratch, estimate):
+def add_beyond_diffuse(scene, surface, share, pixel, scratches, estimate):
     """Add the caustics that a first hit reflects, and what its BSDF scatters beyond Lambert's."""
     color = look_up_material(scene.geometry, scene.textures, surface.hit)
-    _add_caustics(scene, color, share, pixel, scratch.irradiance, estimate.via_specular)
-    _add_scattered(scene, scene.scattering, surface, share, pixel, scratch, estimate.via_specular)
+    _add_caustics(scene, color, share, pixel, scratches.own.irradiance, estimate.via_specular)
+    _add_scattered(scene, scene.scattering, surface, share, pixel, scratches, estimate.via_specular)
 
 
 @jit
@@ -105,15 +105,18 @@ def _add_caustics(scene, color, share, pixel, irradiance, via_specular):
 
 
 @jit
-def _add_scattered(scene, scattering, surface, share, pixel, scratch, via_specular):
+def _add_scattered(scene, scattering, surface, share, pixel, scratches, via_specular):
     """Add what a BSDF other than Lambert's scatters beyond albedo · irradiance / π."""
     if scattering is None or via_specular is None:
         return
     color = look_up_material(scene.geometry, scene.textures, surface.hit)
     if scattering.model[color[0]] == 0:
         return
-    for band in range(scratch.irradiance.shape[1]):
+    for band in range(scratches.own.irradiance.shape[1]):
         rho = albedo(scene.materials, scene.textures, color, band) * np.float32(warp.INV_PI)
-        for row in range(scratch.irradiance.shape[0]):
-            light = scratch.scattered[row, band] - rho * scratch.irradiance[row, band]
+        for row in range(scratches.own.irradiance.shape[0]):
+            light = (
+                scratches.scattered.irradiance[row, band]
+                - rho * scratches.own.irradiance[row, band]
+            )
             via_specular[VIA_DIRECT + row, pixel, band] += share * light

@@ -120,7 +120,7 @@ def _from_slopes(geometry, relief, hit, n, texel):
     return vec.sub(n, gradient)
 
 
-@outlined
+@jit
 def _turn(geometry, relief, hit, n):
     """Return the unit normal on the front that the relief makes of one."""
     s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
@@ -142,8 +142,11 @@ def turned_normal(geometry, relief, hit, n, side):
 
     `relief` is `geometry.relief`; where it is None, none of its code is compiled.
     """
-    if relief is None:
-        return n
+    return n if relief is None else _turned(geometry, relief, hit, n, side)
+
+
+@outlined
+def _turned(geometry, relief, hit, n, side):
     if relief.image[geometry.material[hit.triangle]] < 0:
         return n
     sign = 1.0 - 2.0 * side

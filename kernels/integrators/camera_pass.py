@@ -33,30 +33,34 @@ CENTRE = (0.5, 0.5)
 
 
 @jit
-def _render_sample(job, keys, pixel, index, share, budget, estimate, scratch):
+def _render_sample(job, keys, pixel, index, share, budget, estimate, scratches):
     """Render one camera sample of a pixel; `index` numbers it for low-discrepancy points."""
     scene, pixels = job.scene, estimate.pixels
     position = sobol_2d(index, keys[0]) if job.eye.film.jitter else CENTRE
     is_first = pixels.coverage[pixel] == 0.0
-    hit, direction = trace_camera_ray(job, pixel, position, index, share, pixels, scratch.rays)
+    hit, direction = trace_camera_ray(
+        job, pixel, position, index, share, pixels, scratches.own.rays
+    )
     if hit.triangle < 0:
         return
     surface = surface_interaction(scene.geometry, hit, direction)
     update_plane(pixels.plane, pixel, is_first, surface.point, surface.ns)
     if specular_probability(scene.geometry, scene.specular, hit.triangle) < 1.0:
-        shifts = begin_shifts(job, estimate.differences, position, index, pixel, share, scratch)
+        shifts = begin_shifts(
+            job, estimate.differences, position, index, pixel, share, scratches.own
+        )
         pixels.lookups[pixel] |= estimate_irradiance(
-            scene, job.maps, surface, index, budget, keys[1], shifts, scratch
+            scene, job.maps, surface, index, budget, keys[1], shifts, scratches
         )
         if not are_caustics_connected(job, job.maps.caustics, surface, pixel):
-            add_disks(scene, scene.scattering, job.maps.caustics, surface, scratch)
-        add_reflected(scene, surface, share, pixel, scratch, estimate)
+            add_disks(scene, scene.scattering, job.maps.caustics, surface, scratches)
+        add_reflected(scene, surface, share, pixel, scratches, estimate)
     chain = Chain(job.key, index, pixel, share, budget, ALL_LOBES)
-    view_specular_chains(job, scene.specular, (hit, direction), chain, estimate, scratch)
+    view_specular_chains(job, scene.specular, (hit, direction), chain, estimate, scratches)
 
 
 @kernel
-def camera_pass(job, span, scratch, estimate):
+def camera_pass(job, span, scratches, estimate):
     """Render the pixels of a span from a `CameraPass` into an `Estimate`."""
     film, plan, pixels = job.eye.film, job.plan, estimate.pixels
     light = light_keys(job.key, (LIGHT, GATHER, PATH, GATHER_CHAIN, GLOSSY_PATH))
@@ -71,6 +75,6 @@ def camera_pass(job, span, scratch, estimate):
         base = morton(pixel % film.width, pixel // film.width) * np.uint64(samples)
         for sample in range(samples):
             index = base + np.uint64(sample)
-            _render_sample(job, keys, pixel, index, share, budget, estimate, scratch)
+            _render_sample(job, keys, pixel, index, share, budget, estimate, scratches)
         if pixels.coverage[pixel] < 1.0:
             pixels.plane[pixel, FLAT] = 0.0

@@ -102,7 +102,7 @@ def look_up_sheens(geometry, sheens, maps, triangles, barycentrics, colors):
 @jit
 def _rough_alpha(geometry, alpha, maps, hit):
     """Return α of a specular surface, 0 where it is smooth."""
-    if alpha is None:
+    if len(alpha) == 0:
         return 0.0
     if alpha[geometry.material[hit.triangle]] == 0.0:
         return 0.0

@@ -5,7 +5,7 @@ from photonmap.kernels.bsdf.absorption import absorb
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, choose_lobe, draw_scattering
 from photonmap.kernels.cache.radiosity_cache import cell_at
 from photonmap.kernels.core.bands import add_product, total
-from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.passes import FOUND, INDIRECT, SPECULAR
 from photonmap.kernels.geometry.interaction import side_of, surface_interaction
 from photonmap.kernels.integrators.cached_base import has_base, look_up_base
@@ -46,7 +46,7 @@ def _add_surface(scene, specular, scattering, maps, hit, direction, state, scrat
     return False, follow_path(scene, maps, surface, state, scratch) == FOUND, state
 
 
-@jit
+@outlined
 def gather_specular_chain(scene, specular, maps, hit, direction, weight, state, scratch):
     """Add the light that a gather ray sees via specular surfaces, times weight.
 

@@ -20,28 +20,28 @@ from photonmap.kernels.integrators.specular_view import ALL_LOBES, Chain, view_s
 
 
 @jit
-def _render_path(job, bounces, pixel, index, share, state, estimate, scratch):
+def _render_path(job, bounces, pixel, index, share, state, estimate, scratches):
     """Render one camera sample of a pixel by one path; return the random state."""
     scene = job.scene
     x, state = draw(state)
     y, state = draw(state)
     position = (x, y) if job.eye.film.jitter else CENTRE
     hit, direction = trace_camera_ray(
-        job, pixel, position, index, share, estimate.pixels, scratch.rays
+        job, pixel, position, index, share, estimate.pixels, scratches.own.rays
     )
     if hit.triangle < 0:
         return state
     if specular_probability(scene.geometry, scene.specular, hit.triangle) < 1.0:
         surface = surface_interaction(scene.geometry, hit, direction)
-        state = trace_irradiance(scene, job.maps, surface, bounces, state, scratch)
-        add_reflected(scene, surface, share, pixel, scratch, estimate)
+        state = trace_irradiance(scene, job.maps, surface, bounces, state, scratches)
+        add_reflected(scene, surface, share, pixel, scratches, estimate)
     chain = Chain(job.key, index, pixel, share, ONE, ALL_LOBES)
-    view_specular_chains(job, scene.specular, (hit, direction), chain, estimate, scratch)
+    view_specular_chains(job, scene.specular, (hit, direction), chain, estimate, scratches)
     return state
 
 
 @kernel
-def path_pass(job, samples, bounces, span, scratch, estimate):
+def path_pass(job, samples, bounces, span, scratches, estimate):
     """Render the pixels of a span with `samples` paths each; records as in `camera_pass`.
 
     `job.maps` has an empty cache and no caustic map.
@@ -53,4 +53,4 @@ def path_pass(job, samples, bounces, span, scratch, estimate):
         state = stream(key, pixel, 0)
         for sample in range(samples):
             index = np.uint64(pixel) * np.uint64(samples) + np.uint64(sample)
-            state = _render_path(job, bounces, pixel, index, share, state, estimate, scratch)
+            state = _render_path(job, bounces, pixel, index, share, state, estimate, scratches)

@@ -207,7 +207,7 @@ def _arrive(scene, scattering, caustics, surface, scratch):
         add_caustics(caustics, surface, scratch.throughput, scratch.irradiance, INDIRECT)
 
 
-@jit
+@outlined
 def trace_path(scene, maps, surface, start, state, scratch):
     """Add what one path brings to a surface, times throughput, to `scratch.irradiance`.
 
@@ -217,36 +217,6 @@ def trace_path(scene, maps, surface, start, state, scratch):
     caustics after the first surface, whose own they leave to the caller. `scratch.throughput` is
     used up; returns the random state.
     """
-    return _once_or_inlined(
-        scene, scene.scattering, scene.specular, maps, surface, start, state, scratch
-    )
-
-
-@jit
-def _once_or_inlined(scene, scattering, specular, maps, surface, start, state, scratch):
-    """Inline the loop, except with both kinds of surfaces, where compiling would take minutes."""
-    if scattering is not None:  # noqa: SIM102 - Numba prunes conditions on a single argument
-        if specular is not None:
-            return _walk_once(scene, maps, surface, start, state, scratch)
-    return _walk(scene, maps, surface, start, state, scratch)
-
-
-@outlined
-def _walk_once(scene, maps, surface, start, state, scratch):
-    return _walk(scene, maps, surface, start, state, scratch)
-
-
-@jit
-def _whole(followed, throughput):
-    """Return the throughput against which Russian roulette is played: 1, or that of the start.
-
-    Where nearly all gather rays go on as paths, each brings a small share of the light only.
-    """
-    return np.float32(1.0) if followed is None else largest(throughput)
-
-
-@jit
-def _walk(scene, maps, surface, start, state, scratch):
     row, throughput = start.row, scratch.throughput
     cache, looks_up = maps.cache, True
     whole = _whole(cache.followed, throughput)
@@ -287,6 +257,15 @@ def _walk(scene, maps, surface, start, state, scratch):
             if not alive:
                 break
     return state
+
+
+@jit
+def _whole(followed, throughput):
+    """Return the throughput against which Russian roulette is played: 1, or that of the start.
+
+    Where nearly all gather rays go on as paths, each brings a small share of the light only.
+    """
+    return np.float32(1.0) if followed is None else largest(throughput)
 
 
 @jit

@@ -46,7 +46,7 @@ class Sink(NamedTuple):
 @jit
 def is_rough(geometry, alpha, triangle):
     """Return whether a specular surface is rough."""
-    if alpha is None:
+    if len(alpha) == 0:
         return False
     return alpha[geometry.material[triangle]] > 0.0
 
@@ -141,7 +141,7 @@ def _add_light_sample(scene, specular, arrived, crossed, point, sink, state, scr
 @jit
 def draw_light_point(alpha, state):
     """Draw the `point` of `add_rough_lights`; nothing is drawn where all is smooth."""
-    if alpha is None:
+    if len(alpha) == 0:
         return (0.0, 0.0), state
     u, state = draw(state)
     v, state = draw(state)
@@ -155,7 +155,7 @@ def add_rough_lights(scene, specular, alpha, arrived, point, sink, state, scratc
     `arrived` is (hit, direction) of the ray that meets it, `point` one of the unit square, for the
     light samples of both sides. Returns the random state.
     """
-    if alpha is None:
+    if len(alpha) == 0:
         return state
     hit, direction = arrived
     material = scene.geometry.material[hit.triangle]
@@ -186,7 +186,7 @@ def _weigh_walk(scene, specular, column, before, after, seen):
 
 @jit
 def _weight_of_walk(scene, specular, alpha, throughput, before, after, seen):
-    if alpha is None:
+    if len(alpha) == 0:
         return 1.0
     if alpha[scene.geometry.material[before[0].triangle]] == 0.0:
         return 1.0

@@ -16,7 +16,7 @@ from photonmap.kernels.bsdf.specular import (
     scatter_specular,
 )
 from photonmap.kernels.core.bands import largest
-from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.jit import outlined
 from photonmap.kernels.core.passes import SPECULAR, Hit
 from photonmap.kernels.core.roulette import russian_roulette
 from photonmap.kernels.geometry.opacity import intersect
@@ -31,7 +31,7 @@ CERTAIN_STEPS = 4
 """Specular scatterings of a chain before Russian roulette begins."""
 
 
-@jit
+@outlined
 def specular_step(scene, specular, met, numbers, step, before, state, throughput):
     """Scatter at a specular surface, and go on to the next hit.
 
@@ -52,7 +52,7 @@ def specular_step(scene, specular, met, numbers, step, before, state, throughput
     return True, hit, direction, state
 
 
-@jit
+@outlined
 def follow_specular_chain(scene, specular, hit, direction, row, state, scratch):
     """Follow a path from a hit along specular surfaces, until it takes another lobe.
 

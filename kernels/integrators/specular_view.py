@@ -82,42 +82,42 @@ class Chain(NamedTuple):
 
 
 @jit
-def _radiance(scene, scattering, color, row, band, scratch):
+def _radiance(scene, scattering, color, row, band, scratches):
     """Return the radiance that a surface sends along the chain, of a row of its irradiance."""
     if scattering is not None and scattering.model[color[0]] != models.LAMBERTIAN:
-        return scratch.scattered[row, band]
+        return scratches.scattered.irradiance[row, band]
     rho = albedo(scene.materials, scene.textures, color, band)
-    return rho * np.float32(INV_PI) * scratch.irradiance[row, band]
+    return rho * np.float32(INV_PI) * scratches.own.irradiance[row, band]
 
 
 @jit
-def _add_radiance(scene, surface, passed, chain, scratch, via_specular):
-    """Add what a surface sends along the chain, whose throughput is `scratch.chain`."""
+def _add_radiance(scene, surface, passed, chain, scratches, via_specular):
+    """Add what a surface sends along the chain, whose throughput is `scratches.own.chain`."""
     if via_specular is None:
         return
     color = look_up_material(scene.geometry, scene.textures, surface.hit)
     for row in range(CAUSTIC + 1):
         kind = VIA_DIRECT + row if passed == SMOOTH else VIA_INDIRECT
-        for band in range(len(scratch.chain)):
-            light = _radiance(scene, scene.scattering, color, row, band, scratch)
-            via_specular[kind, chain.pixel, band] += chain.share * scratch.chain[band] * light
+        for band in range(len(scratches.own.chain)):
+            light = _radiance(scene, scene.scattering, color, row, band, scratches)
+            via_specular[kind, chain.pixel, band] += chain.share * scratches.own.chain[band] * light
 
 
 @jit
-def _light_of(job, caustics, surface, step, chain, state, scratch):
-    """Fill the scratch with a surface's light; without a caustic map, by a plain path."""
+def _light_of(job, caustics, surface, step, chain, state, scratches):
+    """Fill the scratches with a surface's light; without a caustic map, by a plain path."""
     if caustics is None:
-        return trace_irradiance(job.scene, job.maps, surface, MAX_BOUNCES, state, scratch)
+        return trace_irradiance(job.scene, job.maps, surface, MAX_BOUNCES, state, scratches)
     index, keys = chain.index + (np.uint64(step + 1) << STEP), light_keys(chain.key, USES)
-    estimate_irradiance(job.scene, job.maps, surface, index, chain.budget, keys, None, scratch)
-    add_disks(job.scene, job.scene.scattering, caustics, surface, scratch)
+    estimate_irradiance(job.scene, job.maps, surface, index, chain.budget, keys, None, scratches)
+    add_disks(job.scene, job.scene.scattering, caustics, surface, scratches)
     return state
 
 
 @jit
 def _pass(geometry, alpha, hit, passed):
     """Return what a chain has passed after one more surface."""
-    if alpha is None:
+    if len(alpha) == 0:
         return SMOOTH
     rough = is_rough(geometry, alpha, hit.triangle)
     if passed == SMOOTH:
@@ -137,67 +137,66 @@ def _scattering_numbers(alpha, chain, step):
     xi, _ = _point(chain, CHAIN_LOBE, step)
     if step == 0:
         xi = chain.lobes[0] + chain.lobes[1] * xi
-    if alpha is None:
+    if len(alpha) == 0:
         return xi, 0.0, 0.0
     u, v = _point(chain, CHAIN_FACET, step)
     return xi, u, v
 
 
 @jit
-def _add_lights_of(scene, specular, alpha, arrived, to, state, scratch):
+def _add_lights_of(scene, specular, alpha, arrived, to, state, scratches):
     """Add the light samples of a surface on the chain, if it is rough; return the random state.
 
     `to` is (the chain, its step, what it has passed before, `Estimate.via_specular`).
     """
-    if alpha is None:
+    if len(alpha) == 0:
         return state
     chain, step, passed, via_specular = to
     row = VIA_DIRECT if passed == SMOOTH else VIA_INDIRECT
-    sink = Sink(via_specular[row], chain.pixel, np.float64(chain.share), scratch.chain)
+    sink = Sink(via_specular[row], chain.pixel, np.float64(chain.share), scratches.own.chain)
     point = _point(chain, CHAIN_ROUGH_LIGHT, step)
-    return add_rough_lights(scene, specular, alpha, arrived, point, sink, state, scratch)
+    return add_rough_lights(scene, specular, alpha, arrived, point, sink, state, scratches.own)
 
 
 @jit
-def _add_emission(scene, specular, alpha, met, passed, chain, estimate, scratch):
+def _add_emission(scene, specular, alpha, met, passed, chain, estimate, scratches):
     """Add the emission that a chain meets; `met` are (hit, direction) of its last two rays."""
     target = estimate.pixels.emission
-    if alpha is not None:  # noqa: SIM102 - Numba prunes conditions on a single argument
-        if passed != SMOOTH:
-            target = estimate.via_specular[VIA_DIRECT if passed == ONE_ROUGH else VIA_INDIRECT]
-    sink = Sink(target, chain.pixel, np.float64(chain.share), scratch.chain)
+    if passed != SMOOTH:
+        target = estimate.via_specular[VIA_DIRECT if passed == ONE_ROUGH else VIA_INDIRECT]
+    sink = Sink(target, chain.pixel, np.float64(chain.share), scratches.own.chain)
     add_chain_emission(scene, specular, met[0], met[1], sink)
 
 
 @outlined
-def _view_along(job, specular, seen, chain, estimate, scratch):
+def _view_along(job, specular, seen, chain, estimate, scratches):
     """Add all that is seen along one chain."""
     scene = job.scene
     hit, direction = seen
-    scratch.chain[:] = 1.0
-    absorb(scene.geometry, specular, hit, direction, True, scratch.chain)
+    scratches.own.chain[:] = 1.0
+    absorb(scene.geometry, specular, hit, direction, True, scratches.own.chain)
     state, passed = stream(split(chain.key, CHAIN_WALK), chain.index, 0), SMOOTH
     for step in range(LONGEST_CHAIN):
         if specular.kind[scene.geometry.material[hit.triangle]] == 0:
             return
         met, to = (hit, direction), (chain, step, passed, estimate.via_specular)
-        state = _add_lights_of(scene, specular, specular.alpha, met, to, state, scratch)
+        state = _add_lights_of(scene, specular, specular.alpha, met, to, state, scratches)
         numbers = _scattering_numbers(specular.alpha, chain, step)
         alive, hit, direction, state = specular_step(
-            scene, specular, met, numbers, step, np.float32(1.0), state, scratch.chain
+            scene, specular, met, numbers, step, np.float32(1.0), state, scratches.own.chain
         )
         if not alive:
             return
-        scratch.rays[SPECULAR] += 1
+        scratches.own.rays[SPECULAR] += 1
         passed = _pass(scene.geometry, specular.alpha, met[0], passed)
         rays = met, (hit, direction)
-        _add_emission(scene, specular, specular.alpha, rays, passed, chain, estimate, scratch)
+        _add_emission(scene, specular, specular.alpha, rays, passed, chain, estimate, scratches)
         if hit.triangle < 0:
             return
         if specular.probability[scene.geometry.material[hit.triangle]] < 1.0:
             surface = surface_interaction(scene.geometry, hit, direction)
-            state = _light_of(job, job.maps.caustics, surface, step, chain, state, scratch)
-            _add_radiance(scene, surface, passed, chain, scratch, estimate.via_specular)
+            state = _light_of(job, job.maps.caustics, surface, step, chain, state, scratches)
+            _add_radiance(scene, surface, passed, chain, scratches, estimate.via_specular)
     estimate.pixels.lookups[chain.pixel] |= TRUNCATED
 
 
@@ -209,7 +208,7 @@ def _shared(budget, share):
 
 
 @jit
-def _view_both(job, specular, seen, reflected, chain, estimate, scratch):
+def _view_both(job, specular, seen, reflected, chain, estimate, scratches):
     """Follow what smooth glass reflects, and what it transmits, apart.
 
     Else one sample in 25 would show the lamp that a pane reflects by 4%, at its full brightness.
@@ -222,7 +221,7 @@ def _view_both(job, specular, seen, reflected, chain, estimate, scratch):
         budget = _shared(chain.budget, share)
         weight = np.float32(chain.share * share)
         part = Chain(own, chain.index, chain.pixel, weight, budget, lobes)
-        _view_along(job, specular, seen, part, estimate, scratch)
+        _view_along(job, specular, seen, part, estimate, scratches)
 
 
 @jit
@@ -233,7 +232,7 @@ def _count_chains(geometry, specular, triangle, budget):
 
 
 @jit
-def view_specular_chains(job, specular, seen, chain, estimate, scratch):
+def view_specular_chains(job, specular, seen, chain, estimate, scratches):
     """Follow a camera ray on from a specular first hit, and add all that it sees.
 
     `seen` = (hit, direction) of the ray, `chain` has its share of the pixel and its budget, which
@@ -245,13 +244,13 @@ def view_specular_chains(job, specular, seen, chain, estimate, scratch):
     if not is_rough(job.scene.geometry, specular.alpha, seen[0].triangle):
         reflected = reflected_share(job.scene.geometry, specular, seen[0], seen[1])
         if 0.0 < reflected < 1.0:
-            _view_both(job, specular, seen, reflected, chain, estimate, scratch)
+            _view_both(job, specular, seen, reflected, chain, estimate, scratches)
         else:
-            _view_along(job, specular, seen, chain, estimate, scratch)
+            _view_along(job, specular, seen, chain, estimate, scratches)
         return
     count = _count_chains(job.scene.geometry, specular, seen[0].triangle, chain.budget)
     key, budget = split(chain.key, CHAIN_ROUGH), _shared(chain.budget, 1.0 / count)
     share, first = np.float32(chain.share / count), chain.index * np.uint64(count)
     for number in range(count):
         part = Chain(key, first + np.uint64(number), chain.pixel, share, budget, ALL_LOBES)
-        _view_along(job, specular, seen, part, estimate, scratch)
+        _view_along(job, specular, seen, part, estimate, scratches)

@@ -10,13 +10,6 @@ from typing import TYPE_CHECKING
 
 from photonmap.commands.options import add_quiet, add_value
 from photonmap.errors import InputError
-from photonmap.evaluate.bench.metric_list import METRICS
-from photonmap.evaluate.bench.predictions import ENCODINGS
-from photonmap.evaluate.bench.run import DRAWS
-from photonmap.evaluate.bench.truth import SPACES
-from photonmap.evaluate.bench.views import LIGHTS
-from photonmap.evaluate.intervals import ENOUGH_SCENES
-from photonmap.evaluate.methods.registry import BUILT_IN
 from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import suggest
 
@@ -34,6 +27,9 @@ _NAMED = 4
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
+    from photonmap.evaluate.bench.predictions import ENCODINGS
+    from photonmap.evaluate.methods.registry import BUILT_IN
+
     parser.add_argument(
         "dataset", metavar="DATASET", nargs="?", help="folder of a finished data set"
     )
@@ -77,6 +73,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _add_how(parser: argparse.ArgumentParser) -> None:
     """Add the options that decide how estimates are scored."""
+    from photonmap.evaluate.bench.metric_list import METRICS
+    from photonmap.evaluate.bench.run import DRAWS
+    from photonmap.evaluate.bench.truth import SPACES
+    from photonmap.evaluate.bench.views import LIGHTS
+
     how = parser.add_argument_group("how")
     text = f"metrics, separated by commas: {', '.join(METRICS)}"
     add_value(how, "metrics", "NAMES", text, read=read_list, default_text="all that apply")
@@ -181,6 +182,8 @@ def _check_experiments(options: argparse.Namespace) -> None:
     InputError
         if images are not in RGB and all light, or the metric they go by is left out
     """
+    from photonmap.evaluate.bench.truth import SPACES
+    from photonmap.evaluate.bench.views import LIGHTS
     from photonmap.evaluate.experiments.paper_table import METRIC
 
     if not options.experiments:
@@ -217,6 +220,8 @@ def _name(method: str | Method) -> str:
 
 def _notes(options: argparse.Namespace, evaluation: Evaluation) -> list[str]:
     """Return how estimates and images came about, and where there are few scenes for intervals."""
+    from photonmap.evaluate.intervals import ENOUGH_SCENES
+
     notes = [_PNG_NOTES[options.png]] if options.predictions else []
     if options.light == "direct":
         notes.append("Images and shading are those of direct light alone.")

@@ -21,7 +21,7 @@ from photonmap.runtime.wording import suggest
 DEFAULT = "render"
 """The command where the first argument names none."""
 COMMANDS = (
-    "convert", "dataset", "evaluate", "info", "inspect", "merge", "sensor", "sensors",
+    "compile", "convert", "dataset", "evaluate", "info", "inspect", "merge", "sensor", "sensors",
     "split", "study",
 )  # fmt: skip
 """The other commands: each a module here with HELP, add_arguments and run, which returns one of

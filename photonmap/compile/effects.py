@@ -172,19 +172,20 @@ def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> Specular |
         none = np.zeros_like(compiled.materials.reflectance)
         kind = np.zeros(count, np.uint8)
         black = kind, none, np.zeros(count), none.copy(), np.zeros(count)
-        return Specular(*black, None, None, None, None, None, None, None)
+        no_dip = np.zeros((count, 0, 0), np.float32)
+        return Specular(*black, np.zeros(0), None, no_dip, None, None, none[:0], None)
     by_kind = {GLASS: plan.on("transmission"), MIRROR: plan.on("specular")}
     kept = np.array([by_kind.get(kind, True) for kind in specular.kind.tolist()])
     kept = np.where(compiled.is_thin, plan.on("transmission"), kept)
     alpha = specular.alpha
-    if alpha is not None:
+    if len(alpha):
         kept = np.where(alpha > 0.0, kept & plan.on("glossy"), kept)
         alpha = np.where(kept, alpha, 0.0)
-    has_rough = alpha is not None and bool(alpha.any())
+    has_rough = bool(alpha.any())
     specular = specular._replace(
         kind=np.where(kept, specular.kind, 0).astype(np.uint8),
         probability=np.where(kept, specular.probability, 0.0),
-        alpha=alpha if has_rough else None,
+        alpha=alpha if has_rough else np.zeros(0),
         anisotropy=specular.anisotropy if has_rough else None,
         media=_leave_out_media(compiled, specular.media, plan),
         maps=specular.maps if plan.on("textures") else None,
@@ -207,7 +208,7 @@ def _leave_out_media(
     if media is None or not (plan.on("media") or plan.on("dispersion")):
         return None
     if not plan.on("media"):
-        media = media._replace(of_side=sides_in_air(compiled), absorption=None)
+        media = media._replace(of_side=sides_in_air(compiled), absorption=media.absorption[:0])
     return media if plan.on("dispersion") else media._replace(dispersion=None)
 
 

@@ -71,8 +71,9 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
     narrow = np.array([material.is_narrow_metal for material in materials])
     mirror[narrow], glossy[narrow] = glossy[narrow], 0.0
     polished = np.array([material.is_polished_metal for material in materials])
-    walks, lobes = (_rows_of(dip, kept) for kept in (narrow | polished, ~(narrow | polished)))
+    walks, lobes = (_dips_of(dip, kept) for kept in (narrow | polished, ~(narrow | polished)))
     grazing = _rows_of(1.0 - mirror, polished)
+    grazing = grazing if grazing.any() else grazing[:0]
     divisors = _bound(materials, reflectance, mirror)
     panes = _compile_panes(materials, mirror, tint)
     return CompiledMaterials(
@@ -148,11 +149,17 @@ def _compile_dips(materials: list[Material], glossy: Floats, bands: Bands) -> Fl
     return dip
 
 
-def _rows_of(table: Floats, kept: NDArray[np.bool_]) -> NDArray[np.float32] | None:
-    """Return the rows of some materials, 0 of others; None where all are 0."""
+def _rows_of(table: Floats, kept: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Return the rows of some materials, 0 of others."""
     chosen = np.zeros(table.shape, np.float32)
     chosen[kept] = table[kept]
-    return chosen if chosen.any() else None
+    return chosen
+
+
+def _dips_of(table: Floats, kept: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Return the dips of some materials, as `Scattering.dip`."""
+    chosen = _rows_of(table, kept)
+    return chosen if chosen.any() else np.zeros((len(table), 0, 0), np.float32)
 
 
 def _compile_specular(
@@ -161,7 +168,7 @@ def _compile_specular(
     mirror: Floats,
     tint: Floats,
     ior: Floats,
-    of_metals: tuple[NDArray[np.float32] | None, NDArray[np.float32] | None],
+    of_metals: tuple[NDArray[np.float32], NDArray[np.float32]],
 ) -> records.Specular | None:
     """Return the specular lobes; None where there is none.
 
@@ -190,7 +197,7 @@ def _compile_specular(
         ior,
         tint.astype(np.float32),
         probability,
-        alpha if alpha.any() else None,
+        alpha if alpha.any() else np.zeros(0),
         None,
         of_metals[0],
         None,
@@ -204,7 +211,7 @@ def _compile_scattering(
     materials: list[Material],
     reflectance: Floats,
     glossy: Floats,
-    dip: NDArray[np.float32] | None,
+    dip: NDArray[np.float32],
 ) -> records.Scattering | None:
     """Return which BSDFs are not Lambertian; None where there is none."""
     described = [material.scattering for material in materials]

@@ -15,6 +15,7 @@ from photonmap.compile.camera import compile_camera
 from photonmap.compile.default_view import frame_scene
 from photonmap.compile.frame import Frame, choose_frame
 from photonmap.compile.geometry import check_meshes, join_meshes
+from photonmap.compile.kernel_variants import VARIANTS, variant_of
 from photonmap.compile.lights.emitters import Emitters, compile_lights
 from photonmap.compile.materials import compile_materials
 from photonmap.compile.media.media import plan_media
@@ -32,6 +33,7 @@ from photonmap.compile.surfaces.tangents import given_tangents
 from photonmap.compile.textures import compile_textures
 from photonmap.errors import naming_file
 from photonmap.kernels.core import passes, records
+from photonmap.kernels.core.record_types import with_absent
 from photonmap.kernels.geometry.embree import EmbreeScene
 from photonmap.scene.camera import Camera, check_camera
 from photonmap.scene.material import Material
@@ -87,8 +89,8 @@ class CompiledScene:
 
     @property
     def arrays(self) -> records.SceneArrays:
-        """The scene as kernels take it."""
-        return records.SceneArrays(
+        """The scene as kernels take it: most of what it lacks is `absent`, so false, not None."""
+        arrays = records.SceneArrays(
             self.geometry,
             self.materials,
             self.lights,
@@ -96,6 +98,7 @@ class CompiledScene:
             self.textures,
             self.scattering,
         )
+        return with_absent(arrays, VARIANTS[variant_of(self)])
 
     @property
     def has_residual(self) -> bool:
@@ -127,7 +130,8 @@ class CompiledScene:
 
     def film_camera(self, width: int, height: int) -> passes.Camera:
         """Return the camera over an image of the given size, in the kernels' units."""
-        return compile_camera(self.camera, Frame(self.center, self.size), (width, height))
+        camera = compile_camera(self.camera, Frame(self.center, self.size), (width, height))
+        return with_absent(camera)
 
 
 def compile_scene(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledScene:

@@ -89,7 +89,7 @@ def _of_surfaces(compiled: CompiledScene) -> dict[str, Effect]:
             ((kinds != 0) & (kinds != METAL)).any(), "there are mirrors or glass", no_specular
         ),
         "glossy": _if(
-            np.isin(models, NARROW).any() or (specular is not None and specular.alpha is not None),
+            np.isin(models, NARROW).any() or (specular is not None and specular.alpha.any()),
             "some surfaces are glossy, or have a sheen",
             "no surface is glossy",
         ),
@@ -117,7 +117,7 @@ def _of_transparency(compiled: CompiledScene) -> dict[str, Effect]:
         "transmission": _if(is_glass.any(), "there is glass", "there is no glass"),
         "media": _if(
             media is not None
-            and (media.absorption is not None or (media.of_side != sides_in_air(compiled)).any()),
+            and (len(media.absorption) > 0 or (media.of_side != sides_in_air(compiled)).any()),
             "glass absorbs light inside, or lies beside other glass",
             "all glass is clear and lies in air",
         ),

@@ -86,8 +86,8 @@ def choose_columns(compiled: CompiledScene, merge: bool, split: bool) -> Spectra
     merge : carry bands once that are the same in every spectrum
     split : carry every light group on its own
     """
-    rows = [table.reshape(-1, table.shape[-1]) for table in _tables(compiled)]
-    table = np.concatenate([table for table in rows if len(table)])
+    tables = [table for table in _tables(compiled) if table.size]
+    table = np.concatenate([table.reshape(-1, table.shape[-1]) for table in tables])
     of_band = np.arange(table.shape[1])
     if merge:
         first = np.unique(table, axis=1, return_index=True, return_inverse=True)
@@ -120,8 +120,8 @@ def carry(compiled: CompiledScene, columns: SpectralColumns) -> CompiledScene:
         specular = specular._replace(
             mirror=tile(specular.mirror),
             tint=tile(specular.tint),
-            dip=None if specular.dip is None else tile(specular.dip),
-            grazing=None if specular.grazing is None else tile(specular.grazing),
+            dip=tile(specular.dip),
+            grazing=tile(specular.grazing),
         )
         if specular.maps is not None:
             glass = specular.maps._replace(basis=tile(specular.maps.basis))
@@ -152,6 +152,8 @@ class _Carrier:
 
         The bands of a row lie side by side, as in any table: kernels are compiled for one order.
         """
+        if table.size == 0:
+            return table
         chosen = np.take(table, self._first, axis=-1)
         return np.concatenate([chosen] * len(self._columns.groups), axis=-1)
 
@@ -173,7 +175,7 @@ class _Carrier:
             sheens = sheens._replace(color=tile(sheens.color), basis=tile(sheens.basis))
         return scattering._replace(
             specular=tile(scattering.specular),
-            dip=None if scattering.dip is None else tile(scattering.dip),
+            dip=tile(scattering.dip),
             maps=None if lobes is None else lobes._replace(basis=tile(lobes.basis)),
             sheens=sheens,
         )
@@ -187,8 +189,7 @@ class _Carrier:
                 steps=self.tile(dispersion.steps),
                 wave=self.tile(dispersion.wave),
             )
-        absorption = None if media.absorption is None else self.tile(media.absorption)
-        return media._replace(absorption=absorption, dispersion=dispersion)
+        return media._replace(absorption=self.tile(media.absorption), dispersion=dispersion)
 
     def carry_lights(self, compiled: CompiledScene) -> Lights:
         """Return the lights of a scene, each in the columns of its group."""
@@ -218,19 +219,16 @@ def _tables(compiled: CompiledScene) -> list[Array]:
         tables.append(compiled.lights.environment.basis)
     if compiled.specular is not None:
         tables += [compiled.specular.mirror, compiled.specular.tint]
-        optional = compiled.specular.dip, compiled.specular.grazing
-        tables += [table for table in optional if table is not None]
+        tables += [compiled.specular.dip, compiled.specular.grazing]
         if compiled.specular.maps is not None:
             tables.append(compiled.specular.maps.basis)
         media = compiled.specular.media
-        if media is not None and media.absorption is not None:
+        if media is not None:
             tables.append(media.absorption)
         if media is not None and media.dispersion is not None:
             tables.append(media.dispersion.steps)
     if compiled.scattering is not None:
-        tables.append(compiled.scattering.specular)
-        if compiled.scattering.dip is not None:
-            tables.append(compiled.scattering.dip)
+        tables += [compiled.scattering.specular, compiled.scattering.dip]
         if compiled.scattering.maps is not None:
             tables.append(compiled.scattering.maps.basis)
         if (sheens := compiled.scattering.sheens) is not None:

@@ -14,7 +14,8 @@ import numpy as np
 from llvmlite.binding import get_host_cpu_name
 from numpy.typing import NDArray
 
-from photonmap.kernels.core.jit import CACHE_FOLDER, source_hash
+from photonmap.kernels.core.code_cache import source_hash
+from photonmap.kernels.core.jit import CACHE_FOLDER
 
 Floats = NDArray[np.float64]
 Numbers = ParamSpec("Numbers")

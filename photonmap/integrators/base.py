@@ -28,6 +28,7 @@ from photonmap.kernels.core.passes import (
     RadiosityCache,
     SamplingPlan,
     Scratch,
+    Scratches,
     Span,
     View,
 )
@@ -81,7 +82,7 @@ class PassSetup:
     def spreads(self) -> bool:
         """Whether the camera samples of a pixel differ: over its area, or over a lens."""
         optics = self.view.camera.optics
-        return self.film.jitter or (optics is not None and optics.lens.is_open)
+        return self.film.jitter or bool(optics and optics.lens.is_open)
 
     @property
     def has_differences(self) -> bool:
@@ -89,7 +90,7 @@ class PassSetup:
 
         A surface that is partly transparent would be seen by one ray and not by another.
         """
-        return self.unbiased and self.compiled.arrays.geometry.alpha is None
+        return self.unbiased and self.compiled.geometry.alpha is None
 
     def simulates(self, effect: str) -> bool:
         """Return whether an effect is simulated."""
@@ -112,14 +113,14 @@ class PassSetup:
         """Run a task over spans of pixels."""
         self.workers.ranges(lambda first, last: task(Span(first, last)), self.pixels, TILE)
 
-    def render_pixels(self, task: Callable[[Span, Scratch], object]) -> dict[str, int]:
+    def render_pixels(self, task: Callable[[Span, Scratches], object]) -> dict[str, int]:
         """Run a camera pass over spans of pixels; return the rays that it cast, by kind."""
         counts = []
 
         def render(span: Span) -> None:
-            scratch = make_scratch(self.compiled, self.bands, self.unbiased)
-            task(span, scratch)
-            counts.append(scratch.rays)
+            scratches = make_scratches(self.compiled, self.bands, self.unbiased)
+            task(span, scratches)
+            counts.append(scratches.own.rays)
 
         self.over_pixels(render)
         return dict(zip(RAY_KINDS, np.sum(counts, axis=0).tolist(), strict=True))
@@ -231,25 +232,26 @@ def stream_key(seed: int, index: int, domain: Domain) -> np.uint64:
     return np.uint64(int.from_bytes(hashlib.blake2b(text, digest_size=8).digest(), "little"))
 
 
-def make_scratch(compiled: CompiledScene, bands: int, unbiased: bool = False) -> Scratch:
+def make_scratches(compiled: CompiledScene, bands: int, unbiased: bool = False) -> Scratches:
     """Make what a kernel needs for one sample."""
     throughput, chain, response, walk = np.empty((4, bands), np.float32)
     rows = CAUSTIC + 1 if compiled.specular is not None else CAUSTIC
     scattered = rows if compiled.scattering is not None else 0
-    return Scratch(
+    own = Scratch(
         throughput,
         chain,
         np.empty((rows, bands), np.float32),
         np.empty((2, LANES)),
         np.empty((3, LANES)),
-        np.empty((rows if unbiased else scattered, bands), np.float32),
-        np.empty((scattered, bands), np.float32),
         response,
         walk,
         np.empty(SCRATCH),
         np.zeros(len(RAY_KINDS), np.int64),
         np.empty((4, 11)),
     )
+    incident = np.empty((rows if unbiased else scattered, bands), np.float32)
+    beyond = np.empty((scattered, bands), np.float32)
+    return Scratches(own, own._replace(irradiance=incident), own._replace(irradiance=beyond))
 
 
 def empty_cache(bands: int) -> RadiosityCache:

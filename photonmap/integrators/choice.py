@@ -85,7 +85,7 @@ def warn_of_lost_caustics(method: str, compiled: CompiledScene, plan: EffectPlan
     if method != "path" or specular is None or not plan.on("caustics"):
         return
     is_smooth = np.isin(specular.kind, (MIRROR, GLASS))
-    if specular.alpha is not None:
+    if len(specular.alpha):
         is_smooth &= specular.alpha == 0.0
     if is_smooth.any() and not np.isin(compiled.lights.kind, HITTABLE_KINDS).all():
         warn(

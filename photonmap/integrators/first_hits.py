@@ -106,8 +106,9 @@ def first_hit_buffers(
         storage.zeros((pixels, 3)),
     )
     view = View(compiled.film_camera(film.width, film.height), film)
+    geometry = compiled.arrays.geometry
     workers.ranges(
-        lambda first, last: first_hits(compiled.geometry, view, Span(first, last), *hits),
+        lambda first, last: first_hits(geometry, view, Span(first, last), *hits),
         pixels,
         TILE,
         whole=True,
@@ -209,7 +210,7 @@ def _diffuse_fraction(surfaces: Surfaces) -> Array:
         lobe[glossy] = mean_albedo(
             surfaces.glossy[glossy],
             surfaces.lobes[glossy, 1:],
-            None if surfaces.dip is None else surfaces.dip[glossy],
+            surfaces.dip[glossy],
         )
         base *= (1.0 - lobe) ** 2 / np.maximum(1.0 - base * lobe, 1e-12)
     if surfaces.coat is not None:

@@ -1,5 +1,7 @@
 """Name lights that send nothing into the view: wound the wrong way, or inside a wall."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from photonmap.compile.cdf import make_cdf, probabilities_of
@@ -36,7 +38,8 @@ def find_hidden_lights(compiled: CompiledScene, view: View, key: np.uint64) -> l
         return []
     points, normals = np.zeros((POINTS, 3)), np.zeros((POINTS, 3))
     seen = np.zeros(len(compiled.light_names), bool)
-    count = find_view_points(compiled.geometry, compiled.lights, view, key, points, normals, seen)
+    scene = compiled.arrays
+    count = find_view_points(scene.geometry, scene.lights, view, key, points, normals, seen)
     points, normals = points[:count], normals[:count]
     if count == 0:
         return []
@@ -48,8 +51,7 @@ def find_hidden_lights(compiled: CompiledScene, view: View, key: np.uint64) -> l
     for name, members in emitters.items():
         if seen[members].any():
             continue
-        lights = _only(compiled.lights, np.array(members))
-        scene = compiled.arrays._replace(lights=lights)
+        scene = replace(compiled, lights=_only(compiled.lights, np.array(members))).arrays
         if not reaches_view(scene, key, paths, BOUNCES, np.empty(SCRATCH), points, normals):
             hidden.append(name)
     if hidden:

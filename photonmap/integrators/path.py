@@ -47,7 +47,7 @@ class PathIntegrator:
         job = CameraPass(setup.compiled.arrays, maps, setup.view, NO_PLAN, key)
         bounces = MAX_BOUNCES if setup.simulates("indirect") else 1
         rays = setup.render_pixels(
-            lambda span, scratch: path_pass(job, SAMPLES, bounces, span, scratch, self._estimate)
+            lambda span, own: path_pass(job, SAMPLES, bounces, span, own, self._estimate)
         )
         self.counters.add_rays(path=rays.pop("walk"), **rays)
         return leave_out(setup, self._estimate)

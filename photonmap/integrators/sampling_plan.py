@@ -80,7 +80,7 @@ def plan_sampling(setup: PassSetup) -> SamplingPlan:
         prepass,
         partners,
         _light_samples(scene.lights),
-        1 if scene.specular is None else SAMPLES,  # caustics vary within a pixel
+        SAMPLES if scene.specular else 1,  # caustics vary within a pixel
         setup.spreads,
         (MOST_LINKED_GATHERS, EDGE_GATHERS) if setup.has_differences else (MOST_GATHERS,) * 2,
     )
@@ -90,9 +90,9 @@ def plan_sampling(setup: PassSetup) -> SamplingPlan:
 
 def _light_samples(lights: Lights) -> LightSamples:
     """Return how many light samples the emitters of a scene call for."""
-    if lights.environment is not None and lights.dome >= 0:
+    if lights.environment and lights.dome >= 0:
         return SKY_SAMPLES
-    return LIGHT_SAMPLES if lights.tree is None else MANY_LIGHTS_SAMPLES
+    return MANY_LIGHTS_SAMPLES if lights.tree else LIGHT_SAMPLES
 
 
 def _link(
@@ -166,21 +166,21 @@ def _textured_materials(scene: SceneArrays) -> NDArray[np.uint8]:
     """Return of each material, (M,), whether it varies over a surface."""
     geometry, lights, textures = scene.geometry, scene.lights, scene.textures
     textured = np.zeros(len(scene.materials.reflectance), bool)
-    if textures is not None:
+    if textures:
         textured |= textures.reflectance >= 0
-    if scene.scattering is not None and scene.scattering.maps is not None:
+    if scene.scattering and scene.scattering.maps:
         lobes = scene.scattering.maps
         images = lobes.roughness, lobes.glossy, lobes.anisotropy, lobes.coat, lobes.coat_roughness
         textured |= np.greater_equal(images, 0).any(axis=0)
-    if (coats := getattr(scene.scattering, "coats", None)) and coats.relief is not None:
+    if (coats := getattr(scene.scattering, "coats", None)) and coats.relief:
         textured |= coats.relief.image >= 0
-    if (sheens := getattr(scene.scattering, "sheens", None)) and sheens.maps is not None:
+    if (sheens := getattr(scene.scattering, "sheens", None)) and sheens.maps:
         textured |= sheens.image >= 0
-    if geometry.relief is not None:
+    if geometry.relief:
         textured |= geometry.relief.image >= 0
-    if geometry.alpha is not None:
+    if geometry.alpha:
         textured |= geometry.alpha.image >= 0
-    if lights.emission_textures is not None:
+    if lights.emission_textures:
         textured |= lights.emission_textures.slot[: len(textured)] >= 0
     return textured.astype(np.uint8)
 

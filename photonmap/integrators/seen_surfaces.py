@@ -85,7 +85,7 @@ class Surfaces(NamedTuple):
     lobes: Array
     """(R, 8) its α, its mean albedos at the Fresnel terms of `Scattering.albedos`, and the mean of
     its `kernels.core.fresnel.rise`"""
-    dip: Array | None
+    dip: Array
     """(R, 4, N) by which metals reflect less, as `Scattering.dip`"""
     specular: Specularity | None
     """None where there is none"""
@@ -129,7 +129,7 @@ def surfaces_of_materials(compiled: CompiledScene) -> Surfaces:
     reflectance, scattering = compiled.materials.reflectance, compiled.scattering
     count = len(reflectance)
     model, glossy = np.zeros(count, np.uint8), np.zeros_like(reflectance)
-    lobes, dip = np.zeros((count, 2 + TERMS)), None
+    lobes, dip = np.zeros((count, 2 + TERMS)), np.zeros((count, 0, 0), np.float32)
     coat = sheen = None
     if scattering is not None:
         model, glossy = scattering.below, scattering.specular
@@ -158,30 +158,29 @@ def surfaces_at_points(compiled: CompiledScene, triangle: Array, barycentrics: A
     tables = plain.reflectance, plain.glossy, plain.lobes
     reflectance, glossy, lobes = (np.ascontiguousarray(table[material]) for table in tables)
     coat, specular, sheen = plain.coat, plain.specular, plain.sheen
+    arrays = compiled.arrays
     if sheen is not None:
-        assert scattering is not None
-        assert scattering.sheens is not None
         sheen = Sheen(*(np.ascontiguousarray(rows[material]) for rows in sheen))
-        if (maps := scattering.sheens.maps) is not None:
-            look_up_sheens(compiled.geometry, scattering.sheens, maps, *places, sheen.color)
+        if (sheens := arrays.scattering.sheens).maps:
+            look_up_sheens(arrays.geometry, sheens, sheens.maps, *places, sheen.color)
     if scattering is not None and (maps := scattering.maps) is not None:
-        look_up_lobes(compiled.arrays, scattering, maps, *places, reflectance, glossy, lobes)
+        look_up_lobes(arrays, arrays.scattering, maps, *places, reflectance, glossy, lobes)
         if coat is not None:
             coat = Coat(*(np.ascontiguousarray(rows[material]) for rows in coat))
             found = coat.weight[:, 0], coat.lobes
-            look_up_coats(compiled.geometry, scattering, maps, *places, *found)
+            look_up_coats(arrays.geometry, arrays.scattering, maps, *places, *found)
     elif coat is not None:
         coat = Coat(*(rows[material] for rows in coat))
     if specular is not None:
         specular = Specularity(*(np.ascontiguousarray(rows[material]) for rows in specular))
         found = specular.alpha, specular.share
-        look_up_glass(compiled.geometry, compiled.specular, *places, *found)
+        look_up_glass(arrays.geometry, arrays.specular, *places, *found)
     return Surfaces(
         reflectance,
         plain.model[material],
         glossy,
         lobes,
-        None if plain.dip is None else plain.dip[material],
+        plain.dip[material],
         specular,
         plain.is_thin[material],
         coat,
@@ -201,6 +200,6 @@ def _specularity(specular: Specular | None) -> Specularity | None:
     if specular is None:
         return None
     ones = np.ones(len(specular.kind))
-    alpha = 0.0 * ones if specular.alpha is None else specular.alpha
+    alpha = specular.alpha if len(specular.alpha) else 0.0 * ones
     share = ones if specular.share is None else specular.share.value
     return Specularity(specular.kind, specular.mirror, specular.ior, alpha, share)

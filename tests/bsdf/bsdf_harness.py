@@ -19,6 +19,7 @@ from photonmap.kernels.bsdf import models
 from photonmap.kernels.core import records, rng, vec
 from photonmap.kernels.core.jit import kernel
 from photonmap.kernels.core.passes import Hit, SurfaceInteraction
+from photonmap.kernels.core.record_types import with_absent
 from photonmap.scene.surfaces.conductors import fit_dip
 from photonmap.scene.surfaces.fresnel import mean_rise
 from photonmap.spectra.bands import Bands
@@ -116,7 +117,9 @@ def make_scene(case):
     scattering = _coated(scattering, look, geometry) if case.coat[0] else scattering
     table = compile_textures([look], np.ones(1))
     scattering = with_sheens(scattering, [look], table, Bands.rgb())
-    return records.SceneArrays(geometry, materials, None, None, textures, scattering)
+    return with_absent(
+        records.SceneArrays(geometry, materials, None, None, textures, scattering), {"specular"}
+    )
 
 
 def _bare(case):
@@ -152,9 +155,9 @@ def _coated(scattering, look, geometry):
 
 
 def _dip(case):
-    """Return the weights of the dip, (1, 4, N); None where Schlick's formula holds."""
+    """Return the weights of the dip, (1, 4, N); (1, 0, 0) where Schlick's formula holds."""
     if not case.edge:
-        return None
+        return np.zeros((1, 0, 0), np.float32)
     return fit_dip(np.array(case.specular), np.array(case.edge))[None].astype(np.float32)
 
 

@@ -44,6 +44,9 @@ def _single_all(alpha, eta, wi, wo, values):
         values[i] = microsurface.single(alpha, eta, wi, vec.row(wo, i))[0]
 
 
+NO_DIP = np.zeros((1, 0, 0), np.float32)
+
+
 def widths(alpha):
     """Return α along both axes, as kernels take it."""
     return (True, *alpha) if isinstance(alpha, tuple) else (None, alpha, alpha)
@@ -54,18 +57,18 @@ def width_of(alpha):
     return float(np.sqrt(np.prod(np.broadcast_to(alpha, 2))))
 
 
-def scatter(alpha, eta, wi, count=200_000, f0=GOLD, dip=None):
+def scatter(alpha, eta, wi, count=200_000, f0=GOLD, dip=NO_DIP):
     """Return directions, (n, 3), and what is left of a throughput of 1, (n, 3)."""
     wo, weights = np.empty((count, 3)), np.ones((count, 3), np.float32)
-    _scatter_all(widths(alpha), eta, (f0, dip), wi, np.uint64(7), wo, weights)
+    _scatter_all(widths(alpha), eta, (f0, (dip, 0)), wi, np.uint64(7), wo, weights)
     return wo, weights.astype(float)
 
 
-def evaluate(alpha, eta, wi, wo, f0=GOLD, dip=None):
+def evaluate(alpha, eta, wi, wo, f0=GOLD, dip=NO_DIP):
     """Return unbiased estimates of the density of each wo, (n, 3)."""
     wo = np.ascontiguousarray(wo, float)
     values, weights = np.empty((len(wo), 3), np.float32), np.empty(3, np.float32)
-    _evaluate_all(widths(alpha), eta, (f0, dip), wi, wo, np.uint64(3), weights, values)
+    _evaluate_all(widths(alpha), eta, (f0, (dip, 0)), wi, wo, np.uint64(3), weights, values)
     return values.astype(float)
 
 

@@ -146,7 +146,7 @@ def test_only_a_scene_that_calls_for_it_has_it():
     plan = plan_effects(both, "auto", 3, 3)
     assert plan.on("glossy")
     assert not plan.on("non_lambertian")
-    assert make_scene(Case("Lambertian")).scattering.sheens is None
+    assert not make_scene(Case("Lambertian")).scattering.sheens
 
 
 def test_without_gloss_the_base_is_left():

@@ -2,7 +2,6 @@
 
 import json
 import os
-import pickle
 import resource
 import signal
 import subprocess
@@ -118,29 +117,6 @@ def test_a_cache_folder_that_cannot_be_made(tmp_path):
     process = start(code=SMALL_KERNEL, NUMBA_CACHE_DIR=str(tmp_path / "file" / "cache"))
     messages, _ = process.communicate(timeout=300)
     assert float(messages) == pytest.approx(1.0 / np.pi)
-
-
-@pytest.mark.parametrize("error", [pickle.UnpicklingError("invalid load key"), EOFError()])
-def test_a_cache_that_rots(tmp_path, monkeypatch, error):
-    """Where its files cannot be read, kernels are compiled again."""
-    from photonmap.integrators import kernel_warmup as compiling
-
-    calls = []
-
-    def call(*arguments):
-        calls.append(arguments)
-        if len(calls) == 1:
-            raise error
-
-    cache = tmp_path / "kernels-of-this-version"
-    cache.mkdir()
-    (cache / "rotten.nbi").write_bytes(b"damaged")
-    monkeypatch.setattr(compiling, "CACHE_FOLDER", cache)
-    monkeypatch.setattr(compiling, "_compile_all", call)
-    with pytest.warns(pm.SceneWarning, match="is damaged and will be rebuilt"):
-        pm.render(pm.scenes.cornell_box(), size=(4, 4), passes=1, photons=10)
-    assert len(calls) == 2
-    assert not (cache / "rotten.nbi").exists()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])

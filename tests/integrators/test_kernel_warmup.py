@@ -1,4 +1,4 @@
-"""The scene of few triangles by which kernels are compiled ahead needs what the scene needs."""
+"""Three variants of kernels serve all scenes; each is compiled ahead, on a few triangles."""
 
 import subprocess
 import sys
@@ -10,11 +10,11 @@ import pytest
 import trimesh
 
 import photonmap as pm
+from photonmap.compile.kernel_variants import VARIANTS, variant_of
 from photonmap.compile.scene_arrays import compile_scene
-from photonmap.integrators.kernel_warmup import _marker, _setup, _smallest
+from photonmap.integrators.kernel_warmup import _setup, _smallest
 from photonmap.integrators.light_visibility import find_hidden_lights
 from photonmap.integrators.photon_mapping.integrator import PhotonIntegrator
-from photonmap.kernels.core.records import SceneArrays
 from photonmap.kernels.core.streams import Domain
 from photonmap.runtime.workers import Workers
 from photonmap.spectra.bands import Bands
@@ -30,6 +30,7 @@ MATERIALS = {
     "painted": [pm.Material(reflectance=IMAGE)],
     "shining": [pm.Material(emission=IMAGE)],
     "holes": [pm.Material(alpha=GREY)],
+    "relief": [pm.Material(relief=pm.BumpMap(GREY))],
     "plaster": [pm.Material(diffuse_roughness=0.5)],
     "mirror coat": [pm.Material(mirror=0.3)],
     "plastic": [pm.Material.plastic()],
@@ -40,17 +41,12 @@ MATERIALS = {
     "sheen": [pm.Material(sheen=0.5)],
     "sheen by image": [pm.Material(sheen=IMAGE)],
     "brushed": [replace(METAL, anisotropy=0.5)],
-    "metal with an edge": [replace(METAL, roughness=0.6, glossy_edge=(0.9, 0.7, 0.5))],
-    "narrow metal with an edge": [replace(METAL, roughness=0.2, glossy_edge=(0.9, 0.7, 0.5))],
     "both metals": [replace(METAL, roughness=r, glossy_edge=(0.9, 0.7, 0.5)) for r in (0.2, 0.6)],
     "polished metal": [replace(METAL, roughness=0.0)],
     "glass": [GLASS],
     "frosted glass": [replace(GLASS, roughness=0.4)],
-    "brushed glass": [replace(GLASS, roughness=0.4, anisotropy=0.5)],
     "brushed glass by image": [replace(GLASS, anisotropy=0.5, anisotropy_map=BRUSH)],
-    "brushed glass and metal": [replace(GLASS, anisotropy=0.5), replace(METAL, anisotropy=0.5)],
     "stained glass": [replace(GLASS, tint=IMAGE)],
-    "glass in part": [replace(GLASS, reflectance=0.4, transmission=0.5)],
     "glass by image": [replace(GLASS, reflectance=0.4, transmission=GREY)],
     "window": [pm.Material.pane()],
     "absorbing": [replace(GLASS, **ABSORBING)],
@@ -63,6 +59,15 @@ MATERIALS = {
         pm.Material.pane(),
     ],
 }
+TEXTURED = ("painted", "holes", "relief")
+LIGHTS = [
+    pm.SpotLight((0.3, 0.8, 0.5), (-0.2, -1.0, -0.2), 3.0),
+    pm.DirectionalLight((0.1, -1.0, -1.3), 0.7),
+    pm.PhotometricLight((0.0, 0.6, 0.0), np.array([[4.0, 4.0], [1.0, 2.0], [0.0, 0.0]]), 0.7),
+    pm.EnvironmentLight(np.linspace(0.1, 0.6, 8 * 16 * 3).reshape(8, 16, 3)),
+    *(pm.PointLight((0.1 * place, 0.1, 0.3), 0.3) for place in range(8)),
+]
+LENS = pm.Lens(1.0, 0.01)
 
 
 def balls(materials):
@@ -88,48 +93,50 @@ def sunlit_room():
     return replace(scene, lights=[pm.DirectionalLight((0.0, -1.0, -1.0))])
 
 
-SCENES = {
-    "box": pm.scenes.cornell_box(),
-    "sun through a portal": sunlit_room(),
-    "balls": pm.scenes.cornell_balls(),
-    **{name: balls(materials) for name, materials in MATERIALS.items()},
-}
+def through_a_lens():
+    """The Cornell box in many lights."""
+    box = pm.scenes.cornell_box()
+    return pm.Scene(box.meshes, LIGHTS, replace(box.camera, lens=LENS))
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_photons_hit_the_triangle(name):
+PLAIN = {"box": pm.scenes.cornell_box(), "sun": sunlit_room(), "lights": through_a_lens()}
+SCENES = PLAIN | {name: balls(materials) for name, materials in MATERIALS.items()}
+
+
+def kinds_of(compiled):
+    """What kernels are compiled for."""
+    return numba.typeof(compiled.arrays), numba.typeof(compiled.film_camera(8, 8))
+
+
+@pytest.fixture(scope="module", params=VARIANTS)
+def small(request):
+    return request.param, _smallest(request.param)
+
+
+def test_few_kernels_serve_all_scenes():
+    """Else the largest kernel would be compiled once ahead, and once more in the first pass."""
+    ahead = {name: kinds_of(compile_scene(_smallest(name), RGB)) for name in VARIANTS}
+    for name, scene in SCENES.items():
+        compiled = compile_scene(scene, RGB)
+        is_plain = name in PLAIN or name == "shining"
+        wanted = "plain" if is_plain else "textured" if name in TEXTURED else "full"
+        assert variant_of(compiled) == wanted, name
+        assert kinds_of(compiled) == ahead[wanted], name
+
+
+def test_photons_hit_the_triangle(small):
     """Else paths would take their place, and the cache's kernels be compiled in the first pass."""
-    small = _smallest(compile_scene(SCENES[name], RGB))
     with Workers(1) as workers:
-        assert not PhotonIntegrator(_setup(small, RGB, workers)).traces_paths_instead
+        assert not PhotonIntegrator(_setup(small[1], RGB, workers)).traces_paths_instead
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_nothing_is_said_of_lights_that_stand_in(name):
+def test_nothing_is_said_of_lights_that_stand_in(small):
     """They all light the triangle that is in view."""
-    small = _smallest(compile_scene(SCENES[name], RGB))
     with Workers(1) as workers:
-        setup = _setup(small, RGB, workers)
+        setup = _setup(small[1], RGB, workers)
+    assert variant_of(setup.compiled) == small[0]
     key = setup.key(0, Domain.LIGHT_VISIBILITY)
     assert find_hidden_lights(setup.compiled, setup.view, key) == []
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_the_same_records_are_there(name):
-    """Else the largest kernel would be compiled once ahead, and once more in the first pass."""
-    wanted = compile_scene(SCENES[name], RGB)
-    stand_in = compile_scene(_smallest(wanted), RGB)
-    for record in SceneArrays._fields:
-        here, there = (numba.typeof(getattr(scene, record)) for scene in (wanted, stand_in))
-        assert here == there, record
-    assert _marker(wanted, "photon") == _marker(stand_in, "photon")
-
-
-def test_scenes_that_need_other_kernels_are_told_apart():
-    markers = {name: _marker(compile_scene(scene, RGB), "photon") for name, scene in SCENES.items()}
-    assert markers["box"] != markers["glass"] != markers["absorbing"] != markers["flint"]
-    assert markers["glass"] == markers["balls"]
-    assert markers["frosted glass"] != markers["brushed glass"]
 
 
 LATE = """

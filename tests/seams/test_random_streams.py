@@ -142,11 +142,12 @@ def places(monkeypatch):
         job = SimpleNamespace(scene=scene, maps=maps, key=KEY)
         pixels = SimpleNamespace(emission=None, lookups=np.zeros(1, np.uint8))
         estimate = SimpleNamespace(pixels=pixels, via_specular=None)
-        scratch = SimpleNamespace(chain=np.empty(1, np.float32), rays=np.zeros(5, np.int64))
+        own = SimpleNamespace(chain=np.empty(1, np.float32), rays=np.zeros(5, np.int64))
+        scratches = SimpleNamespace(own=own)
         sight = (SimpleNamespace(triangle=0), (0.0, 0.0, 1.0))
         one, lobes = SampleBudget(1, 1), specular_view.ALL_LOBES
         chain = specular_view.Chain(KEY, np.uint64(index), 0, 1.0, one, lobes)
-        specular_view._view_along.py_func(job, specular, sight, chain, estimate, scratch)
+        specular_view._view_along.py_func(job, specular, sight, chain, estimate, scratches)
         return seen
 
     return follow

@@ -74,7 +74,7 @@ class MediaPlan:
         media = self._media(rows[of_side], rows[owner], frame)
         glass = np.array([is_solid(mesh.material) for mesh in self.meshes])[owner]
         in_air = (
-            media.absorption is None and media.dispersion is None and (of_side[glass, 0] < 0).all()
+            not len(media.absorption) and media.dispersion is None and (of_side[glass, 0] < 0).all()
         )
         in_air = in_air and (of_side[glass, 1] == owner[glass]).all() and kept.all()
         in_air = in_air and len(media.ior) == len(self.materials)
@@ -99,12 +99,11 @@ class MediaPlan:
                     indices.append(indices[row] * indices[around])
         absorption = np.zeros((len(indices), self.absorption.shape[1]), np.float32)
         absorption[: len(self.materials)] = self.absorption * frame.size
-        absorbs = bool(absorption.any())
         steps = index_steps(self.materials, indices, self.bands)
         return records.Media(
             of_side,
             np.array(indices),
-            absorption if absorbs else None,
+            absorption if absorption.any() else absorption[:0],
             None if steps is None else make_dispersion(steps),
         )
 

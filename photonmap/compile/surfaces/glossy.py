@@ -115,10 +115,10 @@ def mean_albedo(
     f0 : (M, N) reflectances at normal incidence
     lobes : (M, TERMS + 1), what the lobe reflects with the terms of `Scattering.albedos`, likewise,
         and its `mean_rise`
-    dip : (M, 4, N), of metals
+    dip : (M, 4, N) of metals, (M, 0, 0) for none
     """
     single, grazing, rising = (lobes[:, term : term + 1] for term in (0, 1, TERMS))
-    if dip is None:
+    if dip is None or dip.size == 0:
         return lobe_albedo(single, grazing, f0, multiple_fresnel(f0, single, rising))
     several = multiple_fresnel(f0, single, rising, np.tensordot(DIP_MEANS, dip, (0, 1)))
     less = np.einsum("mt,mtn->mn", lobes[:, 2:TERMS], dip)

@@ -94,7 +94,7 @@ def measure_surface_fraction(
 
     What photons leave in a cell, over its area, is radiosity times that.
     """
-    if geometry.alpha is None:
+    if not geometry.alpha:
         return None
     whole, there = np.zeros(count), np.zeros(count)
     measure_cells(geometry, geometry.alpha, cells, areas, whole, there)

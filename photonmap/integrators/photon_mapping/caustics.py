@@ -80,7 +80,7 @@ class CausticTracer:
         """Trace photons in bundles; return them, and the number of rays."""
         bundles, scene = -(-total // BUNDLE), self._setup.compiled.arrays
         needed = {"positions", "flux"}
-        needed |= {"arrivals"} if scene.scattering is not None else set()
+        needed |= {"arrivals"} if scene.scattering else set()
         needed |= {"triangles", "barycentrics"} if self._connects else set()
 
         def trace(bundle: int) -> tuple[CausticPhotons, int]:
@@ -135,15 +135,15 @@ def _lingering_fraction(scene: SceneArrays, bands: int, key: np.uint64) -> float
     """
     specular, textures, materials = scene.specular, scene.textures, scene.materials
     scattering = scene.scattering
-    assert specular is not None
-    if textures is not None:
+    assert specular
+    if textures:
         textures = textures._replace(basis=np.zeros_like(textures.basis))
-    if scattering is not None:  # None would call for a kernel of its own
+    if scattering:
         scattering = scattering._replace(model=np.full_like(scattering.model, LAMBERTIAN))
     lossless = specular._replace(
         mirror=np.ones_like(specular.mirror),
         tint=np.ones_like(specular.tint),
-        grazing=None if specular.grazing is None else np.zeros_like(specular.grazing),
+        grazing=np.zeros_like(specular.grazing),
     )
     black = materials._replace(reflectance=np.zeros_like(materials.reflectance))
     specular_alone = scene._replace(

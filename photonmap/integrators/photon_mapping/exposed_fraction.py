@@ -68,7 +68,7 @@ def _count_batches(setup: PassSetup, groups: NDArray[np.integer]) -> NDArray[np.
     scene = setup.compiled.arrays
     lights, materials, textures = scene.lights, scene.materials, scene.textures
     emitters = len(lights.cdf)
-    if textures is not None:
+    if textures:
         textures = textures._replace(reflectance=np.full_like(textures.reflectance, -1))
     scene = scene._replace(
         lights=lights._replace(cdf=np.arange(1, emitters + 1) / emitters),

@@ -41,6 +41,7 @@ from photonmap.kernels.core.passes import (
     RadiosityCache,
     SamplingPlan,
 )
+from photonmap.kernels.core.record_types import absent
 from photonmap.kernels.core.streams import Domain
 from photonmap.kernels.film.irradiance_sharing import Footprint, share_irradiance
 from photonmap.kernels.integrators.camera_pass import camera_pass
@@ -108,9 +109,7 @@ class PhotonIntegrator:
         with self._setting_up():
             plan = self._scaled_plan(index)
         job = self._job(index, maps, plan)
-        rays = setup.render_pixels(
-            lambda span, scratch: camera_pass(job, span, scratch, self._estimate)
-        )
+        rays = setup.render_pixels(lambda span, own: camera_pass(job, span, own, self._estimate))
         self.counters.add_rays(**rays)
         if maps.caustics is not None and maps.caustics.connected > 0.0:
             self.counters.add_rays(shadow=connect(setup, job, self._estimate))
@@ -118,8 +117,10 @@ class PhotonIntegrator:
 
     def _job(self, index: int, maps: PhotonMaps, plan: SamplingPlan) -> CameraPass:
         setup = self._setup
-        key = setup.key(index, Domain.CAMERA)
-        return CameraPass(setup.compiled.arrays, maps, setup.view, plan, key)
+        key, scene = setup.key(index, Domain.CAMERA), setup.compiled.arrays
+        if maps.caustics is None and scene.specular is not None:
+            maps = maps._replace(caustics=absent(CausticMap))
+        return CameraPass(scene, maps, setup.view, plan, key)
 
     def share(self, index: int, estimate: Estimate, wider: int = 0) -> Estimate:
         """Share indirect irradiance between neighbouring pixels of one surface."""

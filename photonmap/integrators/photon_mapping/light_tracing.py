@@ -53,6 +53,6 @@ def connect(setup: PassSetup, job: CameraPass, estimate: Estimate) -> int:
     sort_by_key(pixels, starts, order)
     connections = Connections(starts, order, weights)
     setup.render_pixels(
-        lambda span, scratch: add_connected(job, caustics, connections, span, scratch, estimate)
+        lambda span, own: add_connected(job, caustics, connections, span, own, estimate)
     )
     return rays

@@ -33,7 +33,7 @@ def bound_specular_surfaces(arrays: SceneArrays) -> Floats:
     Where there are none, of one around the scene.
     """
     geometry, specular = arrays.geometry, arrays.specular
-    assert specular is not None
+    assert specular
     of_material = specular.probability > 0.0
     corners = geometry.vertices[geometry.triangles[of_material[geometry.material]]]
     if len(corners) == 0:

@@ -1,0 +1,239 @@
+"""Where machine code of kernels is kept, and for which processors it is made.
+
+A file of code is named by a hash of the sources that its kernel reaches by imports: Numba notices
+an edit of a kernel's own file alone (numba #1833), and an edit elsewhere costs nothing. Code comes
+with the package, where it was built in, or is kept in the user's cache folder. It is compiled for a
+level of processors (x86-64-v3, …) and not for this very one, so it can travel; the bits of pictures
+are the same.
+"""
+
+import hashlib
+import pickle
+import re
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding as llvm
+import numba
+import platformdirs
+from numba import config
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
+from numba.core.codegen import JITCPUCodegen
+from numba.core.compiler_lock import global_compiler_lock
+
+SOURCES = Path(__file__).parents[1]
+USER_FOLDER = Path(config.CACHE_DIR or platformdirs.user_cache_dir("photonmap"))
+CODE_FOLDER = USER_FOLDER / "code"
+"""Of what was compiled on this machine"""
+SHIPPED_FOLDER = SOURCES / "compiled"
+"""Of what was compiled when the package was built"""
+_X86 = "cx16 lahf_lm popcnt sse4.2 ssse3 avx avx2 bmi bmi2 f16c fma lzcnt movbe xsave"
+_LEVELS = {
+    "x86_64": {
+        "x86-64-v4": f"{_X86} avx512f avx512bw avx512cd avx512dq avx512vl",
+        "x86-64-v3": _X86,
+    },
+    "aarch64": {"generic": ""},
+}
+"""Levels of processors, the best first, with the features that each asks for"""
+_IMPORTS = re.compile(r"from photonmap\.kernels([\w.]*) import (\([^)]*\)|[^\n]*)")
+
+
+def source_hash(folder: Path) -> str:
+    """Hash of every Python source below `folder` and of Numba's version, 16 hex digits."""
+    return _hash_of(sorted(folder.rglob("*.py")), folder)
+
+
+def _hash_of(sources: list[Path], folder: Path) -> str:
+    digest = hashlib.sha256(numba.__version__.encode())
+    for source in sources:
+        name = source.relative_to(folder).as_posix() if folder in source.parents else source.name
+        digest.update(name.encode() + b"\0" + source.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+@cache
+def reached_hash(source: Path) -> str:
+    """Hash of a source and of all kernels' sources that it imports, at any distance."""
+    reached, ahead = {source}, [source]
+    while ahead:
+        new = _imported(ahead.pop()) - reached
+        reached |= new
+        ahead += new
+    return _hash_of(sorted(reached), SOURCES)
+
+
+@cache
+def _imported(source: Path) -> frozenset[Path]:
+    found = set()
+    for module, names in _IMPORTS.findall(source.read_text("utf-8")):
+        place = SOURCES.joinpath(*module.split("."))
+        found |= {place.with_suffix(".py"), *(place / f"{each}.py" for each in _words(names))}
+    return frozenset(path for path in found if path.is_file())
+
+
+def _words(text: str) -> list[str]:
+    return re.findall(r"\w+", text)
+
+
+class KernelCache(FunctionCache):
+    """The machine code of a kernel in files: that of the package, else the user's.
+
+    A damaged file is warned of, and written anew.
+    """
+
+    def __init__(self, function: Any) -> None:
+        stamp = reached_hash(Path(function.__code__.co_filename))
+        self._name, self._py_func, self._impl = repr(function), function, _Layout(function, stamp)
+        self._cache_path = str(CODE_FOLDER)
+        self._cache_file, self._shipped = (
+            _CheckedFile(str(folder), self._impl.filename_base, stamp)
+            for folder in (CODE_FOLDER, SHIPPED_FOLDER)
+        )
+        self.enable()
+
+    def _load_overload(self, signature: Any, context: Any) -> Any:
+        """Return the compiled kernel, None if there is none."""
+        key = self._index_key(signature, context.codegen())
+        data = self._shipped.load(key) or self._cache_file.load(key)
+        return None if data is None else self._impl.rebuild(context, data)
+
+
+class _CheckedFile(IndexDataCacheFile):
+    """Files that begin with a hash of what follows."""
+
+    def load(self, key: Any) -> Any:
+        """Return what was saved under a key, None if nothing was, or it is damaged."""
+        try:
+            return super().load(key)
+        except _DAMAGE:
+            text = f"compiled kernels in {self._index_path} are damaged and will be made anew"
+            warnings.warn(text, RuntimeWarning, stacklevel=2)
+            Path(self._index_path).unlink(missing_ok=True)
+            return None
+
+    def _dump(self, obj: Any) -> bytes:
+        data = super()._dump(obj)
+        return hashlib.sha256(data).digest() + data
+
+    def _load_index(self) -> Any:
+        try:
+            version, _, data = Path(self._index_path).read_bytes().partition(b"\n")
+        except FileNotFoundError:
+            return {}
+        return _unpacked(data)[1] if version.decode() == self._version else {}
+
+    def _save_index(self, overloads: Any) -> None:
+        with self._open_for_write(self._index_path) as file:
+            file.write(self._version.encode() + b"\n" + self._dump((None, overloads)))
+
+    def _load_data(self, name: str) -> Any:
+        return _unpacked(Path(self._data_path(name)).read_bytes())
+
+
+_DAMAGE = (pickle.UnpicklingError, UnicodeDecodeError)
+
+
+def _unpacked(data: bytes) -> Any:
+    digest, data = data[:32], data[32:]
+    if hashlib.sha256(data).digest() != digest:
+        raise pickle.UnpicklingError("damaged")
+    return pickle.loads(data)
+
+
+class _Layout(CompileResultCacheImpl):
+    """Names of a kernel's files."""
+
+    def __init__(self, function: Any, stamp: str) -> None:
+        self._locator, self._lineno = _Place(function), function.__code__.co_firstlineno
+        module, (major, minor, *_) = function.__module__.rpartition(".")[2], sys.version_info
+        self._filename_base = f"{module}.{function.__qualname__}-{stamp}.py{major}{minor}"
+
+    def reduce(self, data: Any) -> Any:
+        """Return what is saved: machine code without the bitcode from which others would link."""
+        (name, kind, (code, _)), *rest = super().reduce(data)
+        return (name, kind, (code, _symbols_of(data.library))), *rest
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        """Return the compiled kernel; Python calls it, and no other kernel."""
+        compiled = super().rebuild(target_context, payload)
+        compiled.library._get_module_for_linking = _refuse
+        return compiled
+
+
+def _symbols_of(library: Any) -> bytes:
+    """Return the bitcode of a module that has the symbols of a library, and nothing in them."""
+    module = library._final_module
+    functions = [each.name for each in module.functions if not each.is_declaration]
+    variables = [each.name for each in module.global_variables if not each.is_declaration]
+    lines = [f'define void @"{name}"() {{ ret void }}' for name in functions]
+    lines += [f'@"{name}" = global i8 0' for name in variables]
+    return bytes(llvm.parse_assembly("\n".join(lines)).as_bitcode())
+
+
+def _refuse() -> Any:
+    raise TypeError("a kernel from a file has no bitcode to be linked into another; call a @jit")
+
+
+class _Place:
+    """The folder of machine code, as Numba asks for it."""
+
+    def __init__(self, function: Any) -> None:
+        self._py_file = function.__code__.co_filename
+
+    def ensure_cache_path(self) -> None:
+        """Make the folder."""
+        CODE_FOLDER.mkdir(parents=True, exist_ok=True)
+
+
+def levels() -> list[str]:
+    """Return the levels of processors that this one has, the best first."""
+    has = {name for name, there in llvm.get_host_cpu_features().items() if there}
+    known = _LEVELS.get(llvm.get_process_triple().partition("-")[0], {})
+    return [level for level, needed in known.items() if has >= set(needed.split())]
+
+
+@cache
+def processor() -> str:
+    """Return what kernels are compiled for: a level of processors, or else this very one.
+
+    That is Numba's `NUMBA_CPU_NAME`, if it is set.
+    """
+    if config.CPU_NAME is not None:
+        return str(config.CPU_NAME)
+    return next(iter(levels()), llvm.get_host_cpu_name())
+
+
+class _LevelCodegen(JITCPUCodegen):
+    """Makes machine code for a level of processors."""
+
+    def _get_host_cpu_name(self) -> str:
+        return processor()
+
+    def _get_host_cpu_features(self) -> str:
+        return ""  # those of the level
+
+
+@cache
+def _codegen() -> Any:
+    return _LevelCodegen("photonmap")
+
+
+@contextmanager
+def compiling_for_level(context: Any) -> Iterator[None]:
+    """Let what is compiled run on all processors of a level, while no other thread compiles."""
+    if config.CPU_NAME is not None or processor() == llvm.get_host_cpu_name():
+        yield
+        return
+    with global_compiler_lock:
+        before = context.codegen()
+        context._internal_codegen = _codegen()
+        try:
+            yield
+        finally:
+            context._internal_codegen = before

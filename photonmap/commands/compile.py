@@ -1,0 +1,62 @@
+"""The command `python -m photonmap compile`: all usual kernels at once."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+
+from photonmap.commands.options import add_quiet
+
+HELP = "Compile the kernels of all usual scenes ahead, for images of containers and for clusters."
+INTEGRATORS = "photon", "path"
+"""Those whose kernels are compiled; those of `--unbiased`, which is rare, are when used."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="FOLDER",
+        help="keep machine code there, not in the user's cache folder (see NUMBA_CACHE_DIR)",
+    )
+    parser.add_argument(
+        "--processor",
+        metavar="NAME",
+        help="compile for processors of this name or level, such as x86-64-v3 (default: the "
+        "highest level that this one has)",
+    )
+    parser.add_argument(
+        "--threads", type=int, metavar="N", help="processes at a time (default: all processors)"
+    )
+    add_quiet(parser)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Compile variant by variant, the largest first, several at a time."""
+    if options.output is not None:  # all of this before Numba is imported
+        os.environ["NUMBA_CACHE_DIR"] = options.output
+    if options.processor is not None:
+        os.environ |= {"NUMBA_CPU_NAME": options.processor, "NUMBA_CPU_FEATURES": ""}
+    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from multiprocessing import get_context
+
+    from photonmap.compile.kernel_variants import VARIANTS
+    from photonmap.integrators.kernel_warmup import compile_variant
+    from photonmap.kernels.core.code_cache import CODE_FOLDER, processor
+    from photonmap.runtime.workers import default_threads
+
+    start = time.perf_counter()
+    jobs = [(variant, method) for variant in reversed(VARIANTS) for method in INTEGRATORS]
+    count = min(options.threads or default_threads(), len(jobs))
+    with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
+        names = {pool.submit(compile_variant, *job): " ".join(job) for job in jobs}
+        for number, done in enumerate(as_completed(names), start=1):
+            done.result()
+            if not options.quiet:
+                seconds = time.perf_counter() - start
+                print(f"{number}/{len(jobs)} {names[done]}: {seconds:.0f} s", flush=True)
+    if not options.quiet:
+        size = sum(file.stat().st_size for file in CODE_FOLDER.iterdir()) / 1e6
+        print(f"kernels for {processor()}, {size:.1f} MB: {CODE_FOLDER}")

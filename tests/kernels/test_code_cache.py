@@ -1,0 +1,116 @@
+"""Machine code is found again where nothing that it reaches was edited, and where it is whole."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+CALLER = """
+import math
+from photonmap.kernels.core import warp
+from photonmap.kernels.core.jit import kernel
+
+@kernel
+def pdf_times_pi():
+    return warp.cosine_hemisphere_pdf(1.0) * math.pi
+"""
+CALL = "import caller as c; print(c.pdf_times_pi(), sum(c.pdf_times_pi.stats.cache_hits.values()))"
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    for name in ("photonmap", "kernels", "scenes"):
+        ignored = shutil.ignore_patterns("__pycache__", "*.nb?")
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=ignored)
+    (tmp_path / "caller.py").write_text(CALLER)
+    return tmp_path
+
+
+def call(checkout, **environment):
+    """Call the kernel in a process of its own; return its value, whether it was found, messages."""
+    places = {"NUMBA_CACHE_DIR": str(checkout / "cache"), "PYTHONPATH": str(checkout)}
+    done = subprocess.run(
+        [sys.executable, "-c", CALL],
+        capture_output=True,
+        text=True,
+        cwd=checkout,
+        env={**os.environ, **places, **environment},
+        check=True,
+    )
+    value, found = done.stdout.split()
+    return float(value), found == "1", done.stderr
+
+
+def edit(source, before, after):
+    text = source.read_text()
+    assert before in text
+    source.write_text(text.replace(before, after))
+
+
+def test_edits_are_noticed_where_they_matter(checkout):
+    """Numba itself would keep a caller's old code where its callee was edited (numba #1833)."""
+    assert call(checkout) == (1.0, False, "")
+    assert call(checkout) == (1.0, True, "")
+    edit(checkout / "kernels" / "film" / "moments.py", "import math\n", "import math\n\n")
+    assert call(checkout) == (1.0, True, "")
+    edit(checkout / "kernels/core/warp.py", "INV_PI = 1.0 / math.pi", "INV_PI = 2.0 / math.pi")
+    assert call(checkout) == (2.0, False, "")
+
+
+def test_code_comes_with_the_package(checkout):
+    call(checkout)
+    shutil.move(checkout / "cache" / "code", checkout / "kernels" / "compiled")
+    assert call(checkout) == (1.0, True, "")
+    assert not (checkout / "cache" / "code").exists()
+
+
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+def test_damaged_files_are_written_anew(checkout, suffix):
+    call(checkout)
+    (file,) = (checkout / "cache" / "code").glob(f"caller*.{suffix}")
+    file.write_bytes(file.read_bytes()[:-1] + b"?")
+    value, found, messages = call(checkout)
+    assert (value, found) == (1.0, False)
+    assert messages.count("are damaged and will be made anew") == 1
+    assert call(checkout) == (1.0, True, "")
+
+
+def test_processors_have_code_of_their_own(checkout):
+    call(checkout)
+    options = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+    assert call(checkout, **options) == (1.0, False, "")
+    assert call(checkout, **options) == (1.0, True, "")
+    assert call(checkout) == (1.0, True, "")
+
+
+PICTURE = (
+    "import hashlib, photonmap as pm;"
+    "r = pm.render(pm.scenes.cornell_box(), bands=2, size=(8, 8), passes=2, photons=500, seed=1);"
+    "print(hashlib.sha256(b''.join(a.tobytes() for a in r.buffers.values())).hexdigest())"
+)
+
+
+@pytest.mark.slow
+def test_bits_are_the_same_on_all_processors(tmp_path):
+    """Nothing is contracted or reordered; so it is wherever the code comes from."""
+    pictures = [
+        subprocess.run(
+            [sys.executable, "-W", "ignore", "-c", PICTURE],
+            capture_output=True,
+            text=True,
+            cwd=ROOT,
+            env={**os.environ, **options},
+            check=True,
+        ).stdout
+        for options in (
+            {},
+            {"NUMBA_CACHE_DIR": str(tmp_path)},
+            {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""},
+            {"NUMBA_CPU_NAME": "x86-64-v3", "NUMBA_CPU_FEATURES": ""},
+        )
+    ]
+    assert len(set(pictures)) == 1
