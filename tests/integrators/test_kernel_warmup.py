@@ -64,7 +64,7 @@ LIGHTS = [
     pm.SpotLight((0.3, 0.8, 0.5), (-0.2, -1.0, -0.2), 3.0),
     pm.DirectionalLight((0.1, -1.0, -1.3), 0.7),
     pm.PhotometricLight((0.0, 0.6, 0.0), np.array([[4.0, 4.0], [1.0, 2.0], [0.0, 0.0]]), 0.7),
-    pm.EnvironmentLight(np.linspace(0.1, 0.6, 8 * 16 * 3).reshape(8, 16, 3)),
+    pm.EnvironmentLight(np.linspace(0.1, 0.6, 40 * 80 * 3).reshape(40, 80, 3)),
     *(pm.PointLight((0.1 * place, 0.1, 0.3), 0.3) for place in range(8)),
 ]
 LENS = pm.Lens(1.0, 0.01)

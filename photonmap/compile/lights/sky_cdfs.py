@@ -61,7 +61,7 @@ def sky_cdfs(light: Floats, cosines: Floats, rotation: float) -> SkyCdfs:
     return SkyCdfs(
         make_cdf(seen.sum(axis=2)),
         make_cdf(seen),
-        _cdf_by_part(in_columns.T, row_edges),
+        _cdf_by_part(np.ascontiguousarray(in_columns.T), row_edges),
         _cdf_by_part(light, column_edges),
     )
 
