@@ -107,7 +107,7 @@ def _bsdf(compiled: CompiledScene, material: int) -> Node:
     if specular is None or kind == 0:
         color = _rgb(compiled.materials.reflectance[material])
         return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": color}}
-    if specular.alpha is not None or specular.probability[material] < 1.0:
+    if specular.alpha.any() or specular.probability[material] < 1.0:
         raise ValueError("rough metal and glass, and coats, are not exported")
     if kind == MIRROR:
         mirror = {"type": "conductor", "material": "none"}

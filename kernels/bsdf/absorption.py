@@ -1,8 +1,4 @@
-"""Light inside glass that absorbs: the Beer–Lambert law along rays.
-
-The media are an argument of their own, None in a scene where nothing absorbs: then none of this is
-compiled.
-"""
+"""Light inside glass that absorbs: the Beer–Lambert law along rays."""
 
 import math
 
@@ -21,27 +17,14 @@ def absorb(geometry, specular, hit, direction, from_specular, throughput):
     """
     if specular is None:
         return
-    _absorb(geometry, specular, specular.media, hit, direction, from_specular, throughput)
-
-
-@jit
-def _absorb(geometry, specular, media, hit, direction, from_specular, throughput):
-    if media is None:
-        return
-    if hit.triangle < 0:
+    media = specular.media
+    if media is None or len(media.absorption) == 0 or hit.triangle < 0:
         return
     if not from_specular and specular.kind[geometry.material[hit.triangle]] == 0:
-        return
-    _absorb_in(geometry, media, media.absorption, hit, direction, throughput)
-
-
-@jit
-def _absorb_in(geometry, media, absorption, hit, direction, throughput):
-    if len(absorption) == 0:
         return
     medium = media.of_side[hit.triangle, side_of(geometry, hit.triangle, direction)]
     if medium < 0:
         return
     length = hit.distance * math.sqrt(vec.dot(direction, direction))
     for band in range(len(throughput)):
-        throughput[band] *= np.float32(math.exp(-absorption[medium, band] * length))
+        throughput[band] *= np.float32(math.exp(-media.absorption[medium, band] * length))

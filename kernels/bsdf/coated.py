@@ -15,8 +15,6 @@ A coat may have a normal of its own, about which all angles above are. Its light
 own cosine, for which the caller's is changed: so it is like shading normals, of which light that is
 traced backwards knows which side is the light's. Where the coat leans away from one of the two
 directions, it reflects nothing, and light passes it as at normal incidence.
-
-Scenes without coats have None for `Scattering.coats`: no code of theirs is compiled.
 """
 
 import math

@@ -4,9 +4,6 @@ Light of all bands goes together until it is refracted: then one index of refrac
 the light that it carries, and the path goes on in the bands that have it (M. Radziszewski, K.
 Boryczko and W. Alda, "An improved technique for full spectral rendering", 2009). Within a band, the
 wavelength differs from pass to pass.
-
-The dispersion is an argument of its own, None in a scene where nothing disperses: then none of this
-is compiled.
 """
 
 import numpy as np
@@ -19,22 +16,21 @@ from photonmap.kernels.core.records import METAL, THIN
 
 
 @jit
-def _index(media, dispersion, medium, column):
+def _index(media, medium, column):
     if medium < 0:
         return 1.0
-    if dispersion is None:
-        return media.ior[medium]
-    return dispersion.ior[medium, column]
+    dispersion = media.dispersion
+    return media.ior[medium] if dispersion is None else dispersion.ior[medium, column]
 
 
 @jit
-def _ratio(specular, media, material, arrival, column):
+def _ratio(specular, material, arrival, column):
+    media = specular.media
     if media is None:
         return specular.ior[material] if arrival.side == 1 else 1.0 / specular.ior[material]
     here = media.of_side[arrival.triangle, arrival.side]
     there = media.of_side[arrival.triangle, 1 - arrival.side]
-    index = _index(media, media.dispersion, here, column)
-    return index / _index(media, media.dispersion, there, column)
+    return _index(media, here, column) / _index(media, there, column)
 
 
 @jit
@@ -48,15 +44,17 @@ def index_ratio(specular, material, arrival, column):
         return microsurface.METAL
     if specular.kind[material] == THIN:
         return -specular.ior[material]
-    return _ratio(specular, specular.media, material, arrival, column)
+    return _ratio(specular, material, arrival, column)
 
 
 @jit
-def _disperses(media, dispersion, arrival):
+def _disperses(media, arrival):
     """Return whether the bands have different ratios of indices at a surface."""
+    if media is None or media.dispersion is None:
+        return False
     for side in range(2):
         medium = media.of_side[arrival.triangle, side]
-        if medium >= 0 and dispersion.disperses[medium]:
+        if medium >= 0 and media.dispersion.disperses[medium]:
             return True
     return False
 
@@ -98,91 +96,57 @@ def _keep(dispersion, column, probability, values):
 
 
 @jit
-def choose_index(specular, media, arrival, throughput, xi):
+def choose_index(media, arrival, throughput, xi):
     """Choose an index where glass disperses; return (column, its probability, uniform number).
 
     Call `keep_index` of it for what goes on.
     """
-    if media is None:
+    if not _disperses(media, arrival):
         return 0, 1.0, xi
-    return _choose_if_dispersing(media, media.dispersion, arrival, throughput, xi)
+    return _choose(media.dispersion, throughput, xi)
 
 
 @jit
-def _choose_if_dispersing(media, dispersion, arrival, throughput, xi):
-    if dispersion is None:
-        return 0, 1.0, xi
-    if not _disperses(media, dispersion, arrival):
-        return 0, 1.0, xi
-    return _choose(dispersion, throughput, xi)
-
-
-@jit
-def keep_index(specular, media, arrival, choice, values):
+def keep_index(media, arrival, choice, values):
     """Leave those of values, (N,), in the bands of a `choice` = (column, probability)."""
-    if media is None:
-        return
-    _keep_if_dispersing(media, media.dispersion, arrival, choice, values)
+    if _disperses(media, arrival):
+        _keep(media.dispersion, choice[0], choice[1], values)
 
 
 @jit
-def _keep_if_dispersing(media, dispersion, arrival, choice, values):
-    if dispersion is None:
-        return
-    if _disperses(media, dispersion, arrival):
-        _keep(dispersion, choice[0], choice[1], values)
-
-
-@jit
-def column_of(specular, media, throughput):
+def column_of(media, throughput):
     """Return a column of the index in which a path goes on, once it was chosen; else any."""
-    if media is None:
-        return 0
-    return _brightest(media.dispersion, throughput)
-
-
-@jit
-def _brightest(dispersion, throughput):
-    if dispersion is None:
+    if media is None or media.dispersion is None:
         return 0
     return np.argmax(throughput)
 
 
 @jit
-def reflects(specular, media, material, arrival, cosine, xi, throughput):
+def reflects(specular, material, arrival, cosine, xi, throughput):
     """Choose between reflection and refraction at smooth glass; return (which, ratio of indices).
 
     `cosine` is that of the angle of arrival. Where glass disperses, `throughput`, (N,), is
     multiplied by what the choice calls for.
     """
-    if media is None:
-        eta = _ratio(specular, media, material, arrival, 0)
-        return xi < fresnel(cosine, eta), eta
-    return _reflects(specular, media, media.dispersion, material, arrival, cosine, xi, throughput)
-
-
-@jit
-def _reflects(specular, media, dispersion, material, arrival, cosine, xi, throughput):
-    eta = _ratio(specular, media, material, arrival, 0)
-    if dispersion is None:
-        return xi < fresnel(cosine, eta), eta
-    if not _disperses(media, dispersion, arrival):
+    eta = _ratio(specular, material, arrival, 0)
+    if not _disperses(specular.media, arrival):
         return xi < fresnel(cosine, eta), eta
     total = reflected = 0.0
     for band in range(len(throughput)):
         total += throughput[band]
-        own = _ratio(specular, media, material, arrival, band)
+        own = _ratio(specular, material, arrival, band)
         reflected += throughput[band] * fresnel(cosine, own)
     if total <= 0.0:
         return True, eta
     share = reflected / total
     is_reflected = xi < share
     for band in range(len(throughput)):
-        own = fresnel(cosine, _ratio(specular, media, material, arrival, band))
+        own = fresnel(cosine, _ratio(specular, material, arrival, band))
         factor = own / share if is_reflected else (1.0 - own) / (1.0 - share)
         throughput[band] *= np.float32(factor)
     if is_reflected:
         return True, eta
+    dispersion = specular.media.dispersion
     column, probability, _ = _choose(dispersion, throughput, (xi - share) / (1.0 - share))
     _keep(dispersion, column, probability, throughput)
-    return False, _ratio(specular, media, material, arrival, column)
+    return False, _ratio(specular, material, arrival, column)

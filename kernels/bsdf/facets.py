@@ -1,8 +1,7 @@
 """Facets of a glossy surface: Trowbridge and Reitz' distribution, with Smith's masking.
 
-Their roughness may differ along the surface: `along` a tangent, and `alpha` across it. What tells
-where it does, is an argument of its own, None in a scene where all surfaces are alike in all
-directions: then none of its code is compiled.
+Their roughness may differ along the surface: `along` a tangent, and `alpha` across it. An
+`Anisotropy` tells where it does; it is None in a scene whose surfaces are alike in all directions.
 """
 
 import math

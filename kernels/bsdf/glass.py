@@ -1,8 +1,4 @@
-"""What glass is like where a ray meets it: its tint, its roughness, and how much of it there is.
-
-Each function takes the textures, or the fractions, as an argument of its own, None in a scene
-without any: then nothing of them is compiled.
-"""
+"""What glass is like where a ray meets it: its tint, its roughness, and how much of it there is."""
 
 from typing import NamedTuple
 

@@ -1,7 +1,6 @@
 """Material look-up: the diffuse albedo where a ray meets a surface, of a table or a texture.
 
-Textures are an argument of their own, None in a scene without any: then none of their code is
-compiled.
+Textures are an argument of their own: where they are None, none of their code is compiled.
 """
 
 import numpy as np

@@ -11,10 +11,9 @@ comes from, above the surface, and wo to where it goes, above or below. `eta` is
 side of wi over that of the other, or `METAL`, or minus the index of a thin pane: each facet of one
 reflects as both sides of a smooth pane do together, and sends the rest to the other side as the
 mirror image of that. `alpha` is GGX's α along the first axis and along the second, after what is
-None in a scene whose facets are alike in all directions: then the second stands for both, and
-nothing is compiled for facets that differ along the surface. A height is given as the fraction of
-the surface below it, on which alone the walk depends: 1 at the top. Inside, everything is turned
-upside down.
+None in a scene whose facets are alike in all directions: then the second stands for both. A height
+is given as the fraction of the surface below it, on which alone the walk depends: 1 at the top.
+Inside, everything is turned upside down.
 """
 
 import math

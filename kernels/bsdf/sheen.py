@@ -16,8 +16,6 @@ whose BSDF is multiplied by T(i) T(o), tabulated such that a white base reflects
 the colour of the sheen (`photonmap.compile.surfaces.sheens`): over a Lambertian base,
 T = (1 - s E) / √(1 - s Ē), where E(θ) is what the sheen reflects of light from an angle for s = 1,
 and Ē the mean of that. All of it is reciprocal.
-
-Scenes without sheen have None for `Scattering.sheens`: no code of theirs is compiled.
 """
 
 import math

@@ -156,9 +156,7 @@ def scatter_specular(geometry, specular, hit, direction, numbers, carries_flux, 
     if rough:
         return offset(point, size, vec.scale(ng, -1.0) if crossed else ng), out
     cosine = -vec.dot(n, direction)
-    is_reflected, eta = reflects(
-        specular, specular.media, material, arrival, cosine, xi, throughput
-    )
+    is_reflected, eta = reflects(specular, material, arrival, cosine, xi, throughput)
     if is_reflected:
         return offset(point, size, ng), _on_side(mirrored(direction, n), direction, ng)
     factor = 1.0 if carries_flux else eta * eta
@@ -216,8 +214,8 @@ def _scatter_rough(geometry, specular, alpha, hit, arrival, numbers, carries_flu
     if alpha[material] == 0.0:
         return False, False, direction
     xi, u, v = numbers
-    column, probability, own = choose_index(specular, specular.media, arrival, throughput, xi)
-    keep_index(specular, specular.media, arrival, (column, probability), throughput)
+    column, probability, own = choose_index(specular.media, arrival, throughput, xi)
+    keep_index(specular.media, arrival, (column, probability), throughput)
     eta = index_ratio(specular, material, arrival, column)
     rough = roughness_at(geometry, specular, specular.anisotropy, hit)
     wi = to_local(specular.anisotropy, rough, vec.scale(direction, -1.0), n)

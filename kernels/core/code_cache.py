@@ -32,7 +32,7 @@ CODE_FOLDER = USER_FOLDER / "code"
 """Of what was compiled on this machine"""
 SHIPPED_FOLDER = SOURCES / "compiled"
 """Of what was compiled when the package was built"""
-_X86 = "cx16 lahf_lm popcnt sse4.2 ssse3 avx avx2 bmi bmi2 f16c fma lzcnt movbe xsave"
+_X86 = "cx16 sahf popcnt sse4.2 ssse3 avx avx2 bmi bmi2 f16c fma lzcnt movbe xsave"
 _LEVELS = {
     "x86_64": {
         "x86-64-v4": f"{_X86} avx512f avx512bw avx512cd avx512dq avx512vl",

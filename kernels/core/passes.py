@@ -134,7 +134,7 @@ class Camera(NamedTuple):
     axis: Vector
     """unit vector along which depth is measured; (0, 0, 0) where depth is distance"""
     optics: Optics | None
-    """None where all rays are those of a pinhole or parallel: then none of its code is compiled"""
+    """None where all rays are those of a pinhole or parallel"""
 
 
 class Film(NamedTuple):

@@ -1,7 +1,7 @@
 """The scene as kernels see it. T triangles, V vertices, M materials, K emitters, N bands.
 
 Lengths are in units of the scene's size, power in units of the lights' total: `compile_scene`
-scales there, `render` scales back. What a scene lacks is None, and its code is not compiled.
+scales there, `render` scales back. What a scene lacks is None, or absent: see `record_types`.
 """
 
 from typing import NamedTuple

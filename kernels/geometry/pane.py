@@ -3,9 +3,6 @@
 A ray passes a pane, unseen by it, with the probability that light of every band has in common; else
 the pane stops it, and `bsdf.specular` scatters the rest: the reflection, and what colours let pass
 beyond that. So lights shine through a window directly, and their shadows stay sharp.
-
-The panes are an argument of their own, None in a scene without any: then nothing of them is
-compiled.
 """
 
 from photonmap.kernels.core import vec

@@ -1,8 +1,7 @@
 """Rough metal and glass along specular chains: their light samples, and emitters that they hit.
 
 Emitters are found in two ways, weighed against each other: a light sample on each side of the
-surface, and the walk of `bsdf.microsurface` that goes on to the next hit. Functions take the α of
-the specular record as an argument of its own, None where all is smooth: then none is compiled.
+surface, and the walk of `bsdf.microsurface` that goes on to the next hit.
 """
 
 from typing import NamedTuple
@@ -28,8 +27,6 @@ from photonmap.kernels.lights.direct import (
     sampling_pdf,
 )
 from photonmap.kernels.lights.emission import add_attenuated, emission_of, visible_emitter
-
-# Numba leaves out a branch on None only where it is an argument of the function itself.
 
 
 class Sink(NamedTuple):
@@ -97,19 +94,12 @@ def _respond(geometry, specular, met, column, direction, state, scratch):
 
 
 @jit
-def _choose_index(specular, media, arrival, throughput, state):
+def _choose_index(media, arrival, throughput, state):
     """Choose an index for a light sample where glass disperses; return (choice, state)."""
-    if media is None:
-        return (0, 1.0), state
-    return _choose_by_draw(specular, media, media.dispersion, arrival, throughput, state)
-
-
-@jit
-def _choose_by_draw(specular, media, dispersion, arrival, throughput, state):
-    if dispersion is None:
+    if media is None or media.dispersion is None:
         return (0, 1.0), state
     xi, state = draw(state)
-    column, probability, _ = choose_index(specular, media, arrival, throughput, xi)
+    column, probability, _ = choose_index(media, arrival, throughput, xi)
     return (column, probability), state
 
 
@@ -124,12 +114,12 @@ def _add_light_sample(scene, specular, arrived, crossed, point, sink, state, scr
     if sample.weight <= 0.0 or is_folded(sample.direction, arrival, crossed):
         return state
     weight = sample.weight / vec.dot(surface.ns, sample.direction)
-    choice, state = _choose_index(specular, specular.media, arrival, throughput, state)
+    choice, state = _choose_index(specular.media, arrival, throughput, state)
     if sample.pdf > 0.0:
         own = _walk_pdf(scene.geometry, specular, arrived, choice[0], sample.direction)
         weight *= power_heuristic(sample.pdf, own)
     state = _respond(scene.geometry, specular, arrived, choice[0], sample.direction, state, scratch)
-    keep_index(specular, specular.media, arrival, choice, scratch.response)
+    keep_index(specular.media, arrival, choice, scratch.response)
     for band in range(len(throughput)):
         scratch.response[band] *= throughput[band]
     emission = emission_of(scene.lights, sample.emitter, sample.position)
@@ -190,7 +180,7 @@ def _weight_of_walk(scene, specular, alpha, throughput, before, after, seen):
         return 1.0
     if alpha[scene.geometry.material[before[0].triangle]] == 0.0:
         return 1.0
-    column = column_of(specular, specular.media, throughput)
+    column = column_of(specular.media, throughput)
     return _weigh_walk(scene, specular, column, before, after, seen)
 
 

@@ -12,8 +12,6 @@ from photonmap.kernels.lights.environment import radiance_of, texel_at
 from photonmap.kernels.lights.portal import position_on
 from photonmap.kernels.lights.samples import NOWHERE
 
-# Numba leaves out a branch on None only where it is an argument of the function itself.
-
 
 class Emission(NamedTuple):
     """What a position on an emitter sends; `emission_in` returns it by bands."""

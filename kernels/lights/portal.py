@@ -21,8 +21,7 @@ from photonmap.kernels.lights.samples import NOWHERE, PhotonStart
 def position_on(lights, environment, emitter, barycentrics, direction):
     """Return the position on an emitting triangle, as in `LightSample`, seen in a direction.
 
-    `environment` is that of the lights: Numba leaves out a branch on None only where it is an
-    argument.
+    `environment` is that of the lights.
     """
     if environment is not None and lights.spectrum[emitter] == environment.row:
         return texel_at(environment, direction)

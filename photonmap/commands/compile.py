@@ -27,9 +27,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="compile for processors of this name or level, such as x86-64-v3 (default: the "
         "highest level that this one has)",
     )
-    parser.add_argument(
-        "--threads", type=int, metavar="N", help="processes at a time (default: all processors)"
-    )
     add_quiet(parser)
 
 
@@ -43,13 +40,12 @@ def run(options: argparse.Namespace) -> None:
     from multiprocessing import get_context
 
     from photonmap.compile.kernel_variants import VARIANTS
-    from photonmap.integrators.kernel_warmup import compile_variant
-    from photonmap.kernels.core.code_cache import CODE_FOLDER, processor
+    from photonmap.integrators.kernel_warmup import compile_variant, describe_compiled
     from photonmap.runtime.workers import default_threads
 
     start = time.perf_counter()
     jobs = [(variant, method) for variant in reversed(VARIANTS) for method in INTEGRATORS]
-    count = min(options.threads or default_threads(), len(jobs))
+    count = min(default_threads(), len(jobs))
     with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
         names = {pool.submit(compile_variant, *job): " ".join(job) for job in jobs}
         for number, done in enumerate(as_completed(names), start=1):
@@ -58,5 +54,4 @@ def run(options: argparse.Namespace) -> None:
                 seconds = time.perf_counter() - start
                 print(f"{number}/{len(jobs)} {names[done]}: {seconds:.0f} s", flush=True)
     if not options.quiet:
-        size = sum(file.stat().st_size for file in CODE_FOLDER.iterdir()) / 1e6
-        print(f"kernels for {processor()}, {size:.1f} MB: {CODE_FOLDER}")
+        print(describe_compiled())

@@ -27,12 +27,27 @@ _NAMED = 4
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    from photonmap.evaluate.bench.predictions import ENCODINGS
-    from photonmap.evaluate.methods.registry import BUILT_IN
-
     parser.add_argument(
         "dataset", metavar="DATASET", nargs="?", help="folder of a finished data set"
     )
+    _add_what(parser)
+    _add_how(parser)
+    add_value(
+        parser.add_argument_group("files"),
+        "output",
+        "FOLDER",
+        "where to write the report",
+        default_text="NAME-evaluation in the current folder, not beside the data set NAME",
+        short="o",
+    )
+    add_quiet(parser)
+
+
+def _add_what(parser: argparse.ArgumentParser) -> None:
+    """Add the options that name what is scored."""
+    from photonmap.evaluate.bench.predictions import ENCODINGS
+    from photonmap.evaluate.methods.registry import BUILT_IN
+
     what = parser.add_argument_group("what is scored")
     text = "score on the data set of Grosse et al. 2009 instead: a folder for each object"
     add_value(what, "mit", "PATH", text)
@@ -59,16 +74,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=ENCODINGS[0],
         help="what the values of PNG predictions are (default: srgb)",
     )
-    _add_how(parser)
-    add_value(
-        parser.add_argument_group("files"),
-        "output",
-        "FOLDER",
-        "where to write the report",
-        default_text="NAME-evaluation in the current folder, not beside the data set NAME",
-        short="o",
-    )
-    add_quiet(parser)
 
 
 def _add_how(parser: argparse.ArgumentParser) -> None:

@@ -5,12 +5,7 @@ where it is about lights, up to 3% where surfaces lack images, and more where th
 there are kernels without these. docs/performance.md has the measurements.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from photonmap.compile.scene_arrays import CompiledScene
+from photonmap.kernels.core.records import SceneArrays
 
 _LOBES = frozenset({"specular", "scattering"})
 VARIANTS: dict[str, frozenset[str]] = {
@@ -21,7 +16,7 @@ VARIANTS: dict[str, frozenset[str]] = {
 """Records of the scene and its geometry that each is compiled without, the leanest first."""
 
 
-def variant_of(scene: CompiledScene) -> str:
+def variant_of(scene: SceneArrays) -> str:
     """Return the first variant that has all that a scene has."""
     holders = scene, scene.geometry
     there = {

@@ -98,7 +98,7 @@ class CompiledScene:
             self.textures,
             self.scattering,
         )
-        return with_absent(arrays, VARIANTS[variant_of(self)])
+        return with_absent(arrays, VARIANTS[variant_of(arrays)])
 
     @property
     def has_residual(self) -> bool:

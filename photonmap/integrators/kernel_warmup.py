@@ -74,7 +74,7 @@ def compile_kernels(wanted: CompiledScene, bands: Bands, workers: Workers, metho
     marker = _marker(wanted, method)
     if is_compiled(wanted, method):
         return
-    small = _smallest(variant_of(wanted))
+    small = _smallest(variant_of(wanted.arrays))
     if workers.threads > 1:
         with _aside(small, bands, method):
             _compile_camera_pass(small, bands, workers, method)
@@ -171,3 +171,9 @@ def compile_variant(variant: str, method: str) -> None:
     bands = Bands.rgb()
     with Workers(1) as workers:
         compile_kernels(compile_scene(_smallest(variant), bands), bands, workers, method)
+
+
+def describe_compiled() -> str:
+    """Return a line about the machine code that was compiled here: for what, how much, where."""
+    size = sum(file.stat().st_size for file in CODE_FOLDER.iterdir()) / 1e6
+    return f"kernels for {processor()}, {size:.1f} MB: {CODE_FOLDER}"

@@ -140,9 +140,12 @@ def test_nothing_is_said_of_lights_that_stand_in(small):
 
 
 LATE = """
-import importlib, sys
+import sys
 from numba.core.registry import CPUDispatcher
 import photonmap as pm
+from photonmap.integrators import kernel_warmup
+from photonmap.runtime.workers import Workers
+from photonmap.spectra.bands import Bands
 
 def called():
     return {
@@ -151,14 +154,6 @@ def called():
         for name, kernel in vars(sys.modules[module]).items() if isinstance(kernel, CPUDispatcher)
     }
 
-render, ahead = importlib.import_module("photonmap.render"), {}
-compile_kernels = render.compile_kernels
-
-def compile_and_list(*arguments):
-    compile_kernels(*arguments)
-    ahead.update(called())
-
-render.compile_kernels = compile_and_list
 box = pm.scenes.cornell_box()
 colors = [(0.2, 0.5, 0.5), (0.7, 0.3, 0.3), (0.1, 0.4, 0.4)]
 coloured = [
@@ -180,6 +175,10 @@ def test_a_render_calls_no_kernel_that_was_not_called_ahead(name):
     """It would be compiled in the first pass, without a word; in a process of its own."""
     script = f"""{LATE}
 {RENDERS[name]}
+with Workers(1) as workers:
+    small = kernel_warmup._smallest("full" if scene.name == "cornell_balls" else "plain")
+    kernel_warmup._compile_all(small, Bands.rgb(), workers, "photon")
+ahead = called()
 result = pm.render(scene, size=8, passes=2, seed=1, threads=1, **settings)
 print([at for at, overloads in called().items() if overloads - ahead.get(at, set())])
 """

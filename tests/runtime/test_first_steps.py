@@ -132,6 +132,6 @@ def test_options_are_checked_before_the_scene_is_read(tmp_path, capsys):
 def test_help_begins_with_what_there_is(capsys):
     with pytest.raises(SystemExit):
         main(["--help"])
-    head = "\n".join(capsys.readouterr().out.splitlines()[:25])
+    head = "\n".join(capsys.readouterr().out.splitlines()[:26])
     for wanted in ("dataset  Render a data set", "study    Sweep", ".gltf", ".stl", "--up z"):
         assert wanted in head
