@@ -44,7 +44,6 @@ from photonmap.integrators.path_truncation import warn_of_truncated_paths
 from photonmap.integrators.photon_mapping.photon_hit_rate import warn_of_few_photons
 from photonmap.integrators.render_loop import RenderLoop
 from photonmap.io.scene_source import SceneSource
-from photonmap.kernels.core.code_cache import processor
 from photonmap.kernels.core.passes import Film, View
 from photonmap.kernels.core.streams import Domain
 from photonmap.results.record import describe_measured_sets, describe_seconds, describe_versions
@@ -354,7 +353,6 @@ def describe_plan(scene: Scene, run: Run) -> dict[str, Any]:
         "group_whites": plan.scene.group_whites if settings.per_light else {},
         "measured_sets": describe_measured_sets(),
         "versions": describe_versions(),
-        "processor": processor(),
         "fingerprint": plan.fingerprint,
     }
 

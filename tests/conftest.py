@@ -74,9 +74,9 @@ def each_kernel_compiled_once():
     def wait_and_compile(wanted, bands, workers, method):
         if kernel_warmup.is_compiled(wanted, method):
             return compile_kernels(wanted, bands, workers, method)
-        marker = kernel_warmup._marker(wanted, method)
-        marker.parent.mkdir(parents=True, exist_ok=True)
-        with marker.with_suffix(".lock").open("a") as file:
+        folder = kernel_warmup.CODE_FOLDER
+        folder.mkdir(parents=True, exist_ok=True)
+        with (folder / kernel_warmup._mark(wanted, method, "lock")).open("a") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
             return compile_kernels(wanted, bands, workers, method)
 

@@ -13,10 +13,12 @@ from typing import Any
 
 os.environ["NUMBA_CACHE_DIR"] = tempfile.mkdtemp()
 
+from numba.core.registry import CPUDispatcher
+
 from photonmap.commands.compile import INTEGRATORS
 from photonmap.compile.kernel_variants import VARIANTS
 from photonmap.integrators.kernel_warmup import compile_variant
-from photonmap.kernels.core import jit
+from photonmap.kernels.core.code_cache import KernelCache
 
 
 def timed(
@@ -27,7 +29,7 @@ def timed(
     def compile_and_note(kernel: Any, signature: Any) -> Any:
         start, before = time.thread_time(), len(kernel.overloads)
         result = compile_one(kernel, signature)
-        if len(kernel.overloads) > before:
+        if len(kernel.overloads) > before and isinstance(kernel._cache, KernelCache):
             seconds = time.thread_time() - start
             library = list(kernel.overloads.values())[-1].library
             name = f"{kernel.py_func.__module__.rpartition('.')[2]}.{kernel.py_func.__name__}"
@@ -40,7 +42,7 @@ def timed(
 def main(variants: list[str]) -> None:
     """Print a table for each variant and integrator."""
     rows: list[tuple[float, int, str]] = []
-    jit._Kernel.compile = timed(jit._Kernel.compile, rows)
+    CPUDispatcher.compile = timed(CPUDispatcher.compile, rows)
     for variant in variants or VARIANTS:
         for method in INTEGRATORS:
             rows.clear()

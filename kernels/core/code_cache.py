@@ -1,10 +1,9 @@
-"""Where machine code of kernels is kept, and for which processors it is made.
+"""Where machine code of kernels is kept, and which of it runs on this processor.
 
 A file of code is named by a hash of the sources that its kernel reaches by imports: Numba notices
 an edit of a kernel's own file alone (numba #1833), and an edit elsewhere costs nothing. Code comes
-with the package, where it was built in, or is kept in the user's cache folder. It is compiled for a
-level of processors (x86-64-v3, …) and not for this very one, so it can travel; the bits of pictures
-are the same.
+with the package, for levels of processors (x86-64-v3, …), or is compiled for this very one and kept
+in the user's cache folder. The bits of pictures are the same.
 """
 
 import hashlib
@@ -12,8 +11,6 @@ import pickle
 import re
 import sys
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -23,8 +20,7 @@ import numba
 import platformdirs
 from numba import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
-from numba.core.codegen import JITCPUCodegen
-from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
 
 SOURCES = Path(__file__).parents[1]
 USER_FOLDER = Path(config.CACHE_DIR or platformdirs.user_cache_dir("photonmap"))
@@ -99,9 +95,13 @@ class KernelCache(FunctionCache):
 
     def _load_overload(self, signature: Any, context: Any) -> Any:
         """Return the compiled kernel, None if there is none."""
-        key = self._index_key(signature, context.codegen())
-        data = self._shipped.load(key) or self._cache_file.load(key)
-        return None if data is None else self._impl.rebuild(context, data)
+        signature, (triple, *_), code = self._index_key(signature, context.codegen())
+        for processor in processors():
+            key = signature, (triple, *processor), code
+            data = self._cache_file.load(key) or self._shipped.load(key)
+            if data is not None:
+                return self._impl.rebuild(context, data)
+        return None
 
 
 class _CheckedFile(IndexDataCacheFile):
@@ -199,41 +199,12 @@ def levels() -> list[str]:
 
 
 @cache
-def processor() -> str:
-    """Return what kernels are compiled for: a level of processors, or else this very one.
+def processors() -> list[tuple[str, str]]:
+    """Return names and features of the processors whose code runs here, the best first.
 
-    That is Numba's `NUMBA_CPU_NAME`, if it is set.
+    This very one, for which kernels are compiled, then its levels; or Numba's `NUMBA_CPU_NAME`
+    alone, if it is set.
     """
-    if config.CPU_NAME is not None:
-        return str(config.CPU_NAME)
-    return next(iter(levels()), llvm.get_host_cpu_name())
-
-
-class _LevelCodegen(JITCPUCodegen):
-    """Makes machine code for a level of processors."""
-
-    def _get_host_cpu_name(self) -> str:
-        return processor()
-
-    def _get_host_cpu_features(self) -> str:
-        return ""  # those of the level
-
-
-@cache
-def _codegen() -> Any:
-    return _LevelCodegen("photonmap")
-
-
-@contextmanager
-def compiling_for_level(context: Any) -> Iterator[None]:
-    """Let what is compiled run on all processors of a level, while no other thread compiles."""
-    if config.CPU_NAME is not None or processor() == llvm.get_host_cpu_name():
-        yield
-        return
-    with global_compiler_lock:
-        before = context.codegen()
-        context._internal_codegen = _codegen()
-        try:
-            yield
-        finally:
-            context._internal_codegen = before
+    codegen = cpu_target.target_context.codegen()
+    _, *own = codegen.magic_tuple()
+    return [tuple(own), *((level, "") for level in levels() if config.CPU_NAME is None)]

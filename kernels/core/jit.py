@@ -9,13 +9,7 @@ from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
 from numba.core.types import unliteral
 
-from photonmap.kernels.core.code_cache import (
-    SOURCES,
-    USER_FOLDER,
-    KernelCache,
-    compiling_for_level,
-    source_hash,
-)
+from photonmap.kernels.core.code_cache import SOURCES, USER_FOLDER, KernelCache, source_hash
 from photonmap.kernels.core.linking import IS_KNOWN, DisjointCompiler, KernelCompiler, only_linked
 
 CACHE_FOLDER = USER_FOLDER / f"kernels-{source_hash(SOURCES)}"
@@ -30,18 +24,8 @@ def kernel(function: Callable) -> Callable:
     """
     compiled = _compile(function, no_cfunc_wrapper=True)
     if isinstance(compiled, CPUDispatcher):
-        compiled.__class__ = _Kernel
         compiled._cache = KernelCache(function)
     return compiled
-
-
-class _Kernel(CPUDispatcher):
-    """A function that Python calls."""
-
-    def compile(self, signature: object) -> object:
-        """Load its machine code, or compile it."""
-        with compiling_for_level(self.targetctx):
-            return super().compile(signature)
 
 
 def jit(function: Callable) -> Callable:

@@ -24,8 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--processor",
         metavar="NAME",
-        help="compile for processors of this name or level, such as x86-64-v3 (default: the "
-        "highest level that this one has)",
+        help="compile for processors of this name or level, such as x86-64-v3 (default: this one)",
     )
     add_quiet(parser)
 

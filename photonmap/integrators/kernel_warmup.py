@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import gc
 import hashlib
+import itertools
 import pickle
 import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from pathlib import Path
 
 import numba
 import numpy as np
@@ -24,7 +24,7 @@ from photonmap.integrators.base import PassSetup
 from photonmap.integrators.choice import make_integrator
 from photonmap.integrators.first_hits import first_hit_buffers
 from photonmap.integrators.light_visibility import find_hidden_lights
-from photonmap.kernels.core.code_cache import CODE_FOLDER, SHIPPED_FOLDER, processor
+from photonmap.kernels.core.code_cache import CODE_FOLDER, SHIPPED_FOLDER, processors
 from photonmap.kernels.core.jit import CACHE_FOLDER
 from photonmap.kernels.core.passes import Film
 from photonmap.kernels.core.streams import Domain
@@ -51,8 +51,8 @@ scanning them over and over took a seventh of its time."""
 
 def is_compiled(wanted: CompiledScene, method: str) -> bool:
     """Return whether all kernels that a scene needs were compiled before on this machine."""
-    marker = _marker(wanted, method)
-    return marker.exists() or (SHIPPED_FOLDER / marker.name).exists()
+    places = itertools.product((CODE_FOLDER, SHIPPED_FOLDER), processors())
+    return any((folder / _mark(wanted, method, name)).exists() for folder, (name, _) in places)
 
 
 @contextmanager
@@ -71,7 +71,6 @@ def compile_kernels(wanted: CompiledScene, bands: Bands, workers: Workers, metho
 
     A second process compiles what comes before and after the camera pass.
     """
-    marker = _marker(wanted, method)
     if is_compiled(wanted, method):
         return
     small = _smallest(variant_of(wanted.arrays))
@@ -81,7 +80,7 @@ def compile_kernels(wanted: CompiledScene, bands: Bands, workers: Workers, metho
     _compile_all(small, bands, workers, method)
     with suppress(OSError):  # a cache that cannot be written is no reason to stop
         CODE_FOLDER.mkdir(parents=True, exist_ok=True)
-        marker.touch()
+        (CODE_FOLDER / _mark(wanted, method, processors()[0][0])).touch()
 
 
 def _compile_all(small: Scene, bands: Bands, workers: Workers, method: str) -> None:
@@ -160,10 +159,10 @@ def _smallest(variant: str) -> Scene:
     return Scene(meshes, [PointLight(_NEAR)], Camera((1.0, 1.0, 1.0), (0.3, 0.3, -0.7)))
 
 
-def _marker(wanted: CompiledScene, method: str) -> Path:
-    """Return the empty file that says what is in the cache: the types of all records name it."""
-    what = CACHE_FOLDER.name, processor(), str(numba.typeof(wanted.arrays))
-    return CODE_FOLDER / f"{method}-{hashlib.sha256(repr(what).encode()).hexdigest()[:16]}"
+def _mark(wanted: CompiledScene, method: str, processor: str) -> str:
+    """Return the name of the empty file that says what is compiled: types of records decide it."""
+    what = CACHE_FOLDER.name, processor, str(numba.typeof(wanted.arrays))
+    return f"{method}-{hashlib.sha256(repr(what).encode()).hexdigest()[:16]}"
 
 
 def compile_variant(variant: str, method: str) -> None:
@@ -176,4 +175,4 @@ def compile_variant(variant: str, method: str) -> None:
 def describe_compiled() -> str:
     """Return a line about the machine code that was compiled here: for what, how much, where."""
     size = sum(file.stat().st_size for file in CODE_FOLDER.iterdir()) / 1e6
-    return f"kernels for {processor()}, {size:.1f} MB: {CODE_FOLDER}"
+    return f"kernels for {processors()[0][0]}, {size:.1f} MB: {CODE_FOLDER}"

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from photonmap.kernels.core import code_cache
+
 ROOT = Path(__file__).parents[2]
 CALLER = """
 import math
@@ -79,11 +81,16 @@ def test_damaged_files_are_written_anew(checkout, suffix):
     assert call(checkout) == (1.0, True, "")
 
 
-def test_processors_have_code_of_their_own(checkout):
-    call(checkout)
+def test_processors_have_code_of_their_own_or_of_their_level(checkout):
     options = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
     assert call(checkout, **options) == (1.0, False, "")
     assert call(checkout, **options) == (1.0, True, "")
+    if not code_cache.levels():
+        pytest.skip("this processor has no level that is known")
+    assert call(checkout) == (1.0, "generic" in code_cache.levels(), "")
+    shutil.rmtree(checkout / "cache")
+    options["NUMBA_CPU_NAME"] = code_cache.levels()[-1]
+    assert call(checkout, **options) == (1.0, False, "")
     assert call(checkout) == (1.0, True, "")
 
 
