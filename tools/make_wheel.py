@@ -6,9 +6,11 @@ is for this Python and system. Elsewhere pip takes the source, and kernels are c
 """
 
 import platform
+import re
 import shutil
 import subprocess
 import sys
+import sysconfig
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -16,16 +18,20 @@ LIST = "from photonmap.kernels.core.code_cache import levels; print(*levels())"
 
 
 def run(*command: object, **options: object) -> str:
-    """Run a program, and return what it prints."""
-    return subprocess.run(
-        [str(word) for word in command], check=True, stdout=subprocess.PIPE, text=True, **options
-    ).stdout
+    """Run a program quietly, and return what it prints; show all of it if it fails."""
+    done = subprocess.run(
+        [str(word) for word in command], capture_output=True, text=True, check=False, **options
+    )
+    if done.returncode:
+        sys.exit(f"{done.stdout}{done.stderr}")
+    return done.stdout
 
 
 def tag() -> str:
-    """Return the platform tag: the code calls nothing of the C library by itself."""
+    """Return the platform tag: a broad one on Linux, as the code calls no certain C library."""
     machine = platform.machine()
-    return f"manylinux_2_17_{machine}" if sys.platform == "linux" else ""
+    here = re.sub(r"[-.]", "_", sysconfig.get_platform())
+    return f"manylinux_2_17_{machine}" if sys.platform == "linux" else here
 
 
 def main(folder: Path) -> None:
@@ -44,6 +50,7 @@ def main(folder: Path) -> None:
     run(python, "-m", "wheel", "unpack", "--dest", work / "tree", plain)
     (tree,) = (work / "tree").iterdir()
     shutil.copytree(work / "cache" / "code", tree / "photonmap" / "kernels" / "compiled")
+    (work / "packed").mkdir()
     run(python, "-m", "wheel", "pack", "--dest-dir", work / "packed", tree)
     (packed,) = (work / "packed").iterdir()
     version = f"cp{sys.version_info.major}{sys.version_info.minor}"
