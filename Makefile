@@ -14,7 +14,7 @@ demo: $(RUNNABLE)  ## render the Cornell box into out/
 	@$(QUIETLY) $(BIN)/python -m photonmap scenes/cornell_box.obj --bands 6 --output out/cornell_box.exr
 	@echo "the picture: $(CURDIR)/out/cornell_box.png"
 
-dataset-demo: $(RUNNABLE)  ## a data set of 4 scenes in 4 lights into out/dataset-demo/
+dataset-demo: $(INSTALLED)  ## a data set of 4 scenes in 4 lights into out/dataset-demo/
 	mkdir -p out
 	rm -rf out/dataset-demo
 	$(BIN)/python -m photonmap dataset out/dataset-demo --preset small --size 96x72 --error 0.05

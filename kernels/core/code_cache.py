@@ -11,6 +11,7 @@ import pickle
 import re
 import sys
 import warnings
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -49,8 +50,13 @@ def _hash_of(sources: list[Path], folder: Path) -> str:
     digest = hashlib.sha256(numba.__version__.encode())
     for source in sources:
         name = source.relative_to(folder).as_posix() if folder in source.parents else source.name
-        digest.update(name.encode() + b"\0" + source.read_bytes() + b"\0")
+        digest.update(name.encode() + b"\0" + _content(source) + b"\0")
     return digest.hexdigest()[:16]
+
+
+@cache
+def _content(source: Path) -> bytes:
+    return source.read_bytes()
 
 
 @cache
@@ -67,7 +73,7 @@ def reached_hash(source: Path) -> str:
 @cache
 def _imported(source: Path) -> frozenset[Path]:
     found = set()
-    for module, names in _IMPORTS.findall(source.read_text("utf-8")):
+    for module, names in _IMPORTS.findall(_content(source).decode()):
         place = SOURCES.joinpath(*module.split("."))
         found |= {place.with_suffix(".py"), *(place / f"{each}.py" for each in _words(names))}
     return frozenset(path for path in found if path.is_file())
@@ -78,7 +84,7 @@ def _words(text: str) -> list[str]:
 
 
 class KernelCache(FunctionCache):
-    """The machine code of a kernel in files: that of the package, else the user's.
+    """The machine code of a kernel in files: the user's, else that of the package.
 
     A damaged file is warned of, and written anew.
     """
@@ -114,7 +120,8 @@ class _CheckedFile(IndexDataCacheFile):
         except _DAMAGE:
             text = f"compiled kernels in {self._index_path} are damaged and will be made anew"
             warnings.warn(text, RuntimeWarning, stacklevel=2)
-            Path(self._index_path).unlink(missing_ok=True)
+            with suppress(OSError):  # the package may be for reading alone
+                Path(self._index_path).unlink()
             return None
 
     def _dump(self, obj: Any) -> bytes:
