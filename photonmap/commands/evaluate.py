@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _add_what(parser: argparse.ArgumentParser) -> None:
     """Add the options that name what is scored."""
     from photonmap.evaluate.bench.predictions import ENCODINGS
-    from photonmap.evaluate.methods.registry import BUILT_IN
+    from photonmap.evaluate.methods.method import BUILT_IN
 
     what = parser.add_argument_group("what is scored")
     text = "score on the data set of Grosse et al. 2009 instead: a folder for each object"
@@ -78,10 +78,9 @@ def _add_what(parser: argparse.ArgumentParser) -> None:
 
 def _add_how(parser: argparse.ArgumentParser) -> None:
     """Add the options that decide how estimates are scored."""
-    from photonmap.evaluate.bench.metric_list import METRICS
+    from photonmap.evaluate.bench.images import LIGHTS, SPACES
+    from photonmap.evaluate.bench.measure import METRICS
     from photonmap.evaluate.bench.run import DRAWS
-    from photonmap.evaluate.bench.truth import SPACES
-    from photonmap.evaluate.bench.views import LIGHTS
 
     how = parser.add_argument_group("how")
     text = f"metrics, separated by commas: {', '.join(METRICS)}"
@@ -128,9 +127,8 @@ def run(options: argparse.Namespace) -> int:
     from photonmap.evaluate.bench.run import evaluate_dataset
     from photonmap.evaluate.experiments.paper_table import paper_tables
     from photonmap.evaluate.experiments.run_experiments import run_experiments
-    from photonmap.evaluate.report.files import write_report
     from photonmap.evaluate.report.gallery import Gallery
-    from photonmap.evaluate.report.page import check_jinja
+    from photonmap.evaluate.report.page import check_jinja, write_report
     from photonmap.evaluate.report.tables import as_text
     from photonmap.runtime.file_checks import check_output_folder
 
@@ -187,8 +185,7 @@ def _check_experiments(options: argparse.Namespace) -> None:
     InputError
         if images are not in RGB and all light, or the metric they go by is left out
     """
-    from photonmap.evaluate.bench.truth import SPACES
-    from photonmap.evaluate.bench.views import LIGHTS
+    from photonmap.evaluate.bench.images import LIGHTS, SPACES
     from photonmap.evaluate.experiments.paper_table import METRIC
 
     if not options.experiments:
@@ -260,7 +257,7 @@ def _methods(options: argparse.Namespace) -> list[str | Method]:
     from photonmap.dataset.files.manifest import read_head
     from photonmap.evaluate.bench.mit import MitSet
     from photonmap.evaluate.bench.predictions import predictions
-    from photonmap.evaluate.methods.registry import method_names
+    from photonmap.evaluate.methods.method import method_names
 
     if not options.predictions:
         return list(options.method or method_names())

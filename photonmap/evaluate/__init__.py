@@ -4,28 +4,28 @@
 >>> evaluate.lmse(truth, estimate, mask)
 """
 
-from photonmap.evaluate.bench.metric_list import METRICS
+from photonmap.evaluate.bench.measure import METRICS
 from photonmap.evaluate.bench.predictions import predictions
 from photonmap.evaluate.bench.run import evaluate_dataset
 from photonmap.evaluate.bench.scores import Evaluation
 from photonmap.evaluate.intervals import Interval, paired_test, scene_interval, truth_interval
-from photonmap.evaluate.methods.method import Estimate, Method, View
-from photonmap.evaluate.methods.registry import find_method, method_names
-from photonmap.evaluate.metrics.albedo import (
-    albedo_chromaticity,
-    albedo_intensity,
-    albedo_texture,
-)
+from photonmap.evaluate.methods.method import Estimate, Method, View, find_method, method_names
 from photonmap.evaluate.metrics.angular import (
     AngularSummary,
     angular_error,
     angular_error_map,
     summarise_angles,
 )
-from photonmap.evaluate.metrics.color import delta_e
-from photonmap.evaluate.metrics.lmse import lmse, lmse_mit
-from photonmap.evaluate.metrics.sintel import dssim, si_lmse, si_mse
-from photonmap.evaluate.metrics.whdr import OrdinalPairs, ordinal_pairs, whdr
+from photonmap.evaluate.metrics.reflectance import (
+    OrdinalPairs,
+    albedo_chromaticity,
+    albedo_intensity,
+    albedo_texture,
+    delta_e,
+    ordinal_pairs,
+    whdr,
+)
+from photonmap.evaluate.metrics.scaled import dssim, lmse, lmse_mit, si_lmse, si_mse
 
 __all__ = [
     "METRICS",

@@ -13,7 +13,7 @@ from photonmap.dataset.jobs.verify import verify
 from photonmap.dataset.jobs.verify_arrays import check_identities
 from photonmap.dataset.publication.samples import usual_names
 from photonmap.errors import InputError
-from photonmap.evaluate.bench.truth import load_truth
+from photonmap.evaluate.bench.images import load_truth
 from photonmap.io.exr import list_parts
 
 CHOSEN = (*ALWAYS, "distance", "normal", "object_id", "specular_reflectance")

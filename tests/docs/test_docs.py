@@ -11,8 +11,8 @@ from helpers.source import ROOT
 
 import photonmap as pm
 from photonmap.commands import main
-from photonmap.evaluate.bench.metric_list import METRICS
-from photonmap.evaluate.methods.registry import BUILT_IN
+from photonmap.evaluate.bench.measure import METRICS
+from photonmap.evaluate.methods.method import BUILT_IN
 
 PAGES = sorted(
     path for folder in (ROOT, ROOT / "docs", ROOT / "kernels") for path in folder.glob("*.md")

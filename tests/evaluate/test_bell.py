@@ -3,10 +3,9 @@
 import numpy as np
 
 from photonmap import evaluate
-from photonmap.evaluate.methods.bell import estimate, regions
-from photonmap.evaluate.methods.bell.lattice import GaussianKernel, _corners
-from photonmap.evaluate.methods.method import View
-from photonmap.evaluate.methods.registry import find_method
+from photonmap.evaluate.methods import bell
+from photonmap.evaluate.methods.lattice import GaussianKernel, _corners
+from photonmap.evaluate.methods.method import View, find_method
 
 SIZE = 24, 30
 ALL = np.ones(SIZE, bool)
@@ -53,13 +52,13 @@ def test_far_points_do_not_see_each_other():
 
 def test_regions_are_connected_and_shading_joins_them():
     labels = np.array([[0, 0, 1, 0], [0, 1, 1, 0], [-1, -1, 2, 0]])
-    parts = regions.connected_regions(labels)
+    parts = bell.connected_regions(labels)
     assert (parts < 0).sum() == 2
     assert len(np.unique(parts[parts >= 0])) == 4
     assert parts[0, 0] != parts[0, 3]
     truth = np.array([0.3, -0.7, 1.1, 0.2])
     image = np.where(parts >= 0, truth[parts] + 0.25, 9.0)
-    found = regions.matched_intensities(image, parts, np.zeros(4))
+    found = bell.matched_intensities(image, parts, np.zeros(4))
     np.testing.assert_allclose(found - found[0], truth - truth[0], atol=1e-4)
 
 
@@ -68,8 +67,8 @@ def test_mean_field_outvotes_a_lone_pixel():
     costs = np.tile([0.0, 1.0], (9, 1))
     costs[4] = 1.0, 0.0
     distances = 5.0 * (1.0 - np.eye(2))
-    assert (estimate._likely_labels(costs, distances, kernel) == 0).all()
-    assert estimate._likely_labels(costs, 0.0 * distances, kernel)[4] == 1
+    assert (bell._likely_labels(costs, distances, kernel) == 0).all()
+    assert bell._likely_labels(costs, 0.0 * distances, kernel)[4] == 1
 
 
 def test_a_mondrian_under_a_gradient():

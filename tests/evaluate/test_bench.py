@@ -10,11 +10,9 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from photonmap import InputError, dataset, evaluate
 from photonmap.commands.main import main
-from photonmap.evaluate.bench.measure import Column, checked, measure
-from photonmap.evaluate.bench.metric_list import METRICS, choose_metrics
+from photonmap.evaluate.bench.images import load_truth, open_finished, shots
+from photonmap.evaluate.bench.measure import METRICS, Column, checked, choose_metrics, measure
 from photonmap.evaluate.bench.run import evaluate_dataset
-from photonmap.evaluate.bench.truth import load_truth
-from photonmap.evaluate.bench.views import open_finished, shots
 
 MEAN = Column("lmse", "mean")
 

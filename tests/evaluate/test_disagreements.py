@@ -5,10 +5,10 @@ import pytest
 from helpers import browser
 
 from photonmap.commands.main import main
-from photonmap.evaluate.bench.metric_list import choose_metrics
-from photonmap.evaluate.bench.truth import Truth
+from photonmap.evaluate.bench.images import Truth
+from photonmap.evaluate.bench.measure import choose_metrics
 from photonmap.evaluate.experiments.degradations import OrderTest
-from photonmap.evaluate.report.disagreements import DSSIM, LMSE, Disagreements, Rated
+from photonmap.evaluate.report.gallery import DSSIM, LMSE, Disagreements, Rated
 
 SIZE = 96, 128
 

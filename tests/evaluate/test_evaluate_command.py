@@ -10,7 +10,7 @@ from helpers import browser
 
 from photonmap.commands.main import main
 from photonmap.evaluate.report import page
-from photonmap.evaluate.report.numbers import number
+from photonmap.evaluate.report.tables import number
 from photonmap.io.png import write_png
 
 

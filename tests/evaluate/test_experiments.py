@@ -13,12 +13,18 @@ from scipy.stats import ttest_1samp
 import photonmap as pm
 from photonmap import InputError, evaluate
 from photonmap.commands.main import main
-from photonmap.evaluate.bench.direct_light import in_direct_light
-from photonmap.evaluate.bench.kinds import COMPLEX, CONTENTS, LIGHTS, OBJECT, Kind, kind_of
-from photonmap.evaluate.bench.measure import Column, Measured, checked, measure
-from photonmap.evaluate.bench.metric_list import choose_metrics
+from photonmap.evaluate.bench.images import (
+    COLORS_OF_LIGHT,
+    COMPLEX,
+    CONTENTS,
+    OBJECT,
+    Kind,
+    Truth,
+    in_direct_light,
+    kind_of,
+)
+from photonmap.evaluate.bench.measure import Column, Measured, checked, choose_metrics, measure
 from photonmap.evaluate.bench.scores import MethodScores
-from photonmap.evaluate.bench.truth import Truth
 from photonmap.evaluate.experiments import degradations, paper_table
 from photonmap.evaluate.experiments.costs import cost_table
 from photonmap.evaluate.experiments.sample_size import sample_tables, scenes_needed
@@ -103,7 +109,7 @@ def test_direct_light_alone(space):
 
 
 def papers_evaluation(rows):
-    kinds = [Kind(content, light) for content in CONTENTS for light in LIGHTS]
+    kinds = [Kind(content, light) for content in CONTENTS for light in COLORS_OF_LIGHT]
     scores = {
         name: (
             list(paper_table._PAPER.values())[row][:6],
@@ -141,7 +147,7 @@ def test_disagreement_with_the_paper_is_said():
 
 def test_costs_are_mean_changes():
     """In three lights; indirect light costs 0.01, colour 0.02, the second light −0.005."""
-    lights, scenes = list(LIGHTS) * 6, [f"scene-{place // 3}" for place in range(18)]
+    lights, scenes = list(COLORS_OF_LIGHT) * 6, [f"scene-{place // 3}" for place in range(18)]
     kinds = [Kind(OBJECT, light) for light in lights]
     steps = np.array([0.0, 0.02, 0.015] * 6)
     base = np.repeat(np.linspace(0.1, 0.2, 6), 3)

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from photonmap import InputError, evaluate
-from photonmap.evaluate.methods.method import FLOOR, View
+from photonmap.evaluate.methods.method import BUILT_IN, FLOOR, View, find_method, method_names
 from photonmap.evaluate.methods.poisson import differences, integrate
-from photonmap.evaluate.methods.registry import BUILT_IN, find_method, method_names
 
 SIZE = 24, 30
 ALL = np.ones(SIZE, bool)

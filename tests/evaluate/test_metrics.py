@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from photonmap import InputError, evaluate
-from photonmap.evaluate.metrics.sintel import SHARE
+from photonmap.evaluate.metrics.scaled import SHARE
 from photonmap.spectra.observer import observer
 from photonmap.study.color_error import delta_e_2000
 

@@ -6,8 +6,7 @@ from scipy.optimize import check_grad
 
 from photonmap import evaluate
 from photonmap.evaluate.methods import clusters, gehler, shen
-from photonmap.evaluate.methods.method import View
-from photonmap.evaluate.methods.registry import find_method
+from photonmap.evaluate.methods.method import View, find_method
 
 SIZE = 24, 30
 ALL = np.ones(SIZE, bool)

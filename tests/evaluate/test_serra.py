@@ -4,12 +4,16 @@ import numpy as np
 import pytest
 
 from photonmap import evaluate
-from photonmap.evaluate.methods.method import View
+from photonmap.evaluate.methods import serra
+from photonmap.evaluate.methods.color_descriptors import (
+    CHROMATIC,
+    NAMES,
+    _levels,
+    memberships,
+    ridge_numbers,
+)
+from photonmap.evaluate.methods.method import View, find_method
 from photonmap.evaluate.methods.poisson import neighbours
-from photonmap.evaluate.methods.registry import find_method
-from photonmap.evaluate.methods.serra import field
-from photonmap.evaluate.methods.serra.names import CHROMATIC, NAMES, _levels, memberships
-from photonmap.evaluate.methods.serra.ridges import ridge_numbers
 
 SIZE = 24, 30
 ALL = np.ones(SIZE, bool)
@@ -100,7 +104,7 @@ def described(seed, count):
     rng = np.random.default_rng(seed)
     names = rng.uniform(0.1, 1.0, (count, 4))
     names /= names.sum(axis=1, keepdims=True)
-    return rng.normal(size=count), field.Descriptors(rng.integers(0, 3, count), names)
+    return rng.normal(size=count), serra.Descriptors(rng.integers(0, 3, count), names)
 
 
 def test_the_field_lowers_the_energy_of_all_pairs():
@@ -128,15 +132,15 @@ def test_the_field_lowers_the_energy_of_all_pairs():
                 whole = names[ridge == ridge[i]].sum(axis=0)
                 ask(i, j, tie * (names[i] * names[j] / whole).sum(), 0.0)
     best = np.linalg.lstsq(np.array(rows), np.array(wanted))[0]
-    found = field.log_reflectance(log_image, descriptors, pairs, tie)
+    found = serra.log_reflectance(log_image, descriptors, pairs, tie)
     np.testing.assert_allclose(found - found.mean(), best - best.mean(), atol=1e-6)
 
 
 def test_neighbours_of_one_ridge_or_name_are_alike():
     sure = np.eye(3)[[0, 0, 1, 1]]
-    descriptors = field.Descriptors(np.array([0, 1, 1, 2]), sure)
+    descriptors = serra.Descriptors(np.array([0, 1, 1, 2]), sure)
     pairs = np.array([[1, 2, 3, 3], [0, 1, 2, 0]])
-    np.testing.assert_array_equal(field.likeness(descriptors, pairs), [1.0, 1.0, 1.0, 0.0])
+    np.testing.assert_array_equal(serra.likeness(descriptors, pairs), [1.0, 1.0, 1.0, 0.0])
 
 
 def mondrian():

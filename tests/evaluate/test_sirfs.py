@@ -5,14 +5,11 @@ import pytest
 from scipy.stats import norm
 
 from photonmap import evaluate
-from photonmap.evaluate.methods.method import View
-from photonmap.evaluate.methods.registry import find_method
-from photonmap.evaluate.methods.sirfs import mixture
-from photonmap.evaluate.methods.sirfs.estimate import depth_of, pyramid
-from photonmap.evaluate.methods.sirfs.harmonics import harmonics
-from photonmap.evaluate.methods.sirfs.objective import Objective
+from photonmap.evaluate.methods.method import View, find_method
+from photonmap.evaluate.methods.sirfs import priors
+from photonmap.evaluate.methods.sirfs.estimate import Objective, depth_of, pyramid
 from photonmap.evaluate.methods.sirfs.priors import as_json, load_priors, whitened
-from photonmap.evaluate.methods.sirfs.shape import Surface
+from photonmap.evaluate.methods.sirfs.shape import Surface, harmonics
 
 TERMS = ("smooth", "entropy", "absolute", "curvature", "facing", "light")
 SIZE = 12, 15
@@ -55,8 +52,8 @@ def test_mixtures_cost_what_they_say():
     weights = np.zeros(16)
     weights[7] = 1.0  # one Gaussian
     squared = np.array([0.1, 0.5, 2.0])
-    cost, slope = mixture.Mixture(weights, 1).cost(squared)
-    scale = mixture.SCALES[7]
+    cost, slope = priors.Mixture(weights, 1).cost(squared)
+    scale = priors.SCALES[7]
     expected = norm.logpdf(0.0, scale=scale) - norm.logpdf(np.sqrt(squared), scale=scale)
     np.testing.assert_allclose(cost, expected, rtol=1e-3)
     np.testing.assert_allclose(slope, 0.5 / scale**2, rtol=2e-2)
@@ -64,8 +61,10 @@ def test_mixtures_cost_what_they_say():
 
 def test_mixtures_are_learnt():
     rng = np.random.default_rng(0)
-    scales = np.where(rng.uniform(size=20_000) < 0.7, mixture.SCALES[2], mixture.SCALES[12])
-    weights = mixture.learn((scales[:, None] * rng.normal(size=(20_000, 3))) ** 2 @ np.ones(3), 3)
+    scales = np.where(rng.uniform(size=20_000) < 0.7, priors.SCALES[2], priors.SCALES[12])
+    weights = priors.learn_mixture(
+        (scales[:, None] * rng.normal(size=(20_000, 3))) ** 2 @ np.ones(3), 3
+    )
     assert weights[1:4].sum() == pytest.approx(0.7, abs=0.02)
     assert weights[11:14].sum() == pytest.approx(0.3, abs=0.02)
 
@@ -74,7 +73,7 @@ def test_windows_hold_each_pair_once():
     numbers = np.arange(30).reshape(5, 6)
     pairs = [
         frozenset(pair)
-        for one, other in mixture.windows(np.ones((5, 6), bool))
+        for one, other in priors.windows(np.ones((5, 6), bool))
         for pair in zip(numbers[one].ravel(), numbers[other].ravel(), strict=True)
     ]
     expected = {
@@ -138,10 +137,10 @@ def test_a_bump_of_one_colour_in_likely_light(bands):
 def test_pairs_cost_what_the_mixture_says():
     rng = np.random.default_rng(0)
     image, mask = rng.normal(size=(*SIZE, 3)), rng.uniform(size=SIZE) < 0.8
-    edges = mixture.Mixture(np.array(load_priors().edges), 3)
+    edges = priors.Mixture(np.array(load_priors().edges), 3)
     costs = [
         edges.cost(((image[other] - image[one]) ** 2).sum(axis=-1))[0][mask[one] & mask[other]]
-        for one, other in mixture.windows(mask)
+        for one, other in priors.windows(mask)
     ]
-    found = mixture.difference_cost(image, mask, edges)[0]
+    found = priors.difference_cost(image, mask, edges)[0]
     assert found == pytest.approx(np.concatenate(costs).mean())

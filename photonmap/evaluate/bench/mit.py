@@ -15,10 +15,8 @@ import numpy as np
 
 from photonmap.dataset.files.manifest import HEAD
 from photonmap.errors import InputError
-from photonmap.evaluate.bench.kinds import Kind
+from photonmap.evaluate.bench.images import Kind, Shot, Truth, white_level
 from photonmap.evaluate.bench.predictions import read_picture
-from photonmap.evaluate.bench.truth import Truth, white_level
-from photonmap.evaluate.bench.views import Shot
 from photonmap.evaluate.methods.method import View
 from photonmap.evaluate.metrics.arrays import Floats, Mask
 from photonmap.runtime.wording import listed

@@ -16,7 +16,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from photonmap.errors import InputError, naming_file, warn
-from photonmap.evaluate.bench.metric_list import LAYERS
+from photonmap.evaluate.bench.measure import LAYERS
 from photonmap.evaluate.methods.method import Estimate, Method, View
 from photonmap.evaluate.metrics.arrays import Floats, real
 from photonmap.runtime.wording import listed, suggest

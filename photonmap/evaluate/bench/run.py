@@ -1,29 +1,107 @@
-"""Score methods on a data set."""
+"""Score methods on a data set, with settings that all other scenes choose."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
+from importlib import import_module
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from photonmap.dataset.files.reader import Dataset
 from photonmap.errors import InputError
-from photonmap.evaluate.bench.measure import Measured, checked, measure
-from photonmap.evaluate.bench.metric_list import Metric, choose_metrics
+from photonmap.evaluate.bench.images import LIGHTS, SPACES, Shot, Truth, open_finished, shots
+from photonmap.evaluate.bench.measure import (
+    MEAN_LAYER,
+    METRICS,
+    Column,
+    Measured,
+    Metric,
+    checked,
+    choose_metrics,
+    measure,
+)
 from photonmap.evaluate.bench.mit import MitSet, is_mit
-from photonmap.evaluate.bench.one_thread import one_thread
 from photonmap.evaluate.bench.scores import Evaluation, MethodScores
-from photonmap.evaluate.bench.truth import SPACES, Truth
-from photonmap.evaluate.bench.tuning import tune
-from photonmap.evaluate.bench.views import LIGHTS, Shot, open_finished, shots
-from photonmap.evaluate.methods.method import Method
-from photonmap.evaluate.methods.registry import find_method, method_names
+from photonmap.evaluate.methods.method import Method, find_method, method_names
 from photonmap.evaluate.metrics.arrays import Floats
 from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import suggest
+
+
+def one_thread() -> AbstractContextManager[Any]:
+    """Return a context in which NumPy's and SciPy's linear algebra runs in one thread.
+
+    Raises
+    ------
+    InputError : without threadpoolctl, which limits them
+    """
+    try:
+        from threadpoolctl import threadpool_limits
+    except ImportError:
+        message = "evaluate needs threadpoolctl: pip install 'photonmap[evaluate]'"
+        raise InputError(message) from None
+    import_module("scipy.linalg")  # limits reach only libraries that are loaded
+    return threadpool_limits(1)
+
+
+Settings = Mapping[str, float]
+_BY = METRICS["lmse"]
+"""The metric that settings are chosen by."""
+
+
+def tune(
+    methods: Sequence[Method],
+    names: Sequence[str],
+    shots: Callable[[], Iterator[Shot]],
+    log: Callable[[str], None],
+) -> dict[str, dict[str, Settings]]:
+    """Return the settings of each method for each scene: by name of the method, then of the scene.
+
+    For a scene, those are chosen that have the least mean LMSE of reflectance and shading over the
+    images of all other scenes. Images on which a method fails with any setting do not count. Where
+    there is one scene only, or a method has no grid, these are its defaults.
+
+    Parameters
+    ----------
+    names : of the scenes
+    shots : returns the images of the data set
+    log : called with a line for each image
+    """
+    chosen = {method.name: dict.fromkeys(names, method.defaults) for method in methods}
+    tuned = [method for method in methods if method.grid]
+    if not tuned or len(names) < 2:
+        return chosen
+    scenes: list[str] = []
+    rows: dict[str, list[list[float]]] = {method.name: [] for method in tuned}
+    for shot in shots():
+        scenes.append(shot.truth.scene)
+        for method in tuned:
+            rows[method.name].append([_score(method, each, shot) for each in method.grid])
+        log(f"settings tried on {shot.truth.name}")
+    for method in tuned:
+        scores = np.array(rows[method.name])
+        usable = np.isfinite(scores).all(axis=1)
+        for name in names:
+            others = usable & (np.array(scenes) != name)
+            if others.any():
+                best = int(np.argmin(scores[others].mean(axis=0)))
+                chosen[method.name][name] = method.grid[best]
+    return chosen
+
+
+def _score(method: Method, settings: Settings, shot: Shot) -> float:
+    """Return the LMSE of a method with some settings; nan where it fails."""
+    try:
+        layers = checked(method.estimate(shot.view.copy(), **settings), shot.truth)
+    except Exception:  # whatever a method raises; it is reported when images are scored
+        return float("nan")
+    return measure(layers, shot.truth, [_BY]).scores.get(Column(_BY.name, MEAN_LAYER), float("nan"))
+
 
 DRAWS = 4
 """Default number of times that noise is added to the truth."""
@@ -49,7 +127,7 @@ def evaluate_dataset(
     ----------
     folder : of the data set, or of MIT's objects
     methods : their names, or `Method`s, one or several; None for all there are
-    metrics : their names, see `photonmap.evaluate.bench.metric_list`; None for all that apply
+    metrics : their names, see `photonmap.evaluate.bench.measure`; None for all that apply
     space : "rgb", linear sRGB, or "bands"
     draws : number of times that the standard errors of the truth are added to it, to see what they
         do to scores; 0 to save this time

@@ -9,9 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from photonmap.evaluate.bench.kinds import Kind
-from photonmap.evaluate.bench.measure import Column, Measured
-from photonmap.evaluate.bench.metric_list import MEAN_LAYER, METRICS, ORDER, figure
+from photonmap.evaluate.bench.images import Kind
+from photonmap.evaluate.bench.measure import MEAN_LAYER, METRICS, ORDER, Column, Measured, figure
 from photonmap.evaluate.intervals import (
     Interval,
     group_by_scene,

@@ -6,15 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from photonmap.evaluate.bench.kinds import ONE_LIGHT, TWO_LIGHTS, WHITE_LIGHT
-from photonmap.evaluate.bench.measure import Column
-from photonmap.evaluate.bench.metric_list import MEAN_LAYER
+from photonmap.evaluate.bench.images import ONE_LIGHT, TWO_LIGHTS, WHITE_LIGHT
+from photonmap.evaluate.bench.measure import MEAN_LAYER, Column
 from photonmap.evaluate.bench.scores import Evaluation, MethodScores
 from photonmap.evaluate.experiments.paper_table import METRIC
-from photonmap.evaluate.experiments.table import Cell, Table
 from photonmap.evaluate.intervals import group_by_scene, paired_test, scene_interval
 from photonmap.evaluate.metrics.arrays import Floats
-from photonmap.evaluate.report.numbers import interval, number
+from photonmap.evaluate.report.tables import Cell, Table, interval, number
 
 COLUMN = Column(METRIC, MEAN_LAYER)
 _HEADS = (

@@ -20,13 +20,19 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from photonmap.evaluate.bench.measure import Column, checked, measure
-from photonmap.evaluate.bench.metric_list import ILLUMINANT, MEAN_LAYER, Metric
-from photonmap.evaluate.bench.truth import Truth
-from photonmap.evaluate.experiments.table import Cell, Table
+from photonmap.evaluate.bench.images import Truth
+from photonmap.evaluate.bench.measure import (
+    ILLUMINANT,
+    MEAN_LAYER,
+    Column,
+    Metric,
+    checked,
+    measure,
+)
 from photonmap.evaluate.methods.method import FLOOR, Estimate
 from photonmap.evaluate.metrics.arrays import Floats, to_grey
-from photonmap.evaluate.report.disagreements import Rated
+from photonmap.evaluate.report.gallery import Rated
+from photonmap.evaluate.report.tables import Cell, Table
 
 Layers = tuple[Floats, Floats]
 """Reflectance and shading, (H, W, C) each."""

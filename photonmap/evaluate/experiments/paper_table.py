@@ -11,23 +11,21 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from photonmap.evaluate.bench.kinds import (
+from photonmap.evaluate.bench.images import (
+    COLORS_OF_LIGHT,
     COMPLEX,
     CONTENTS,
-    LIGHTS,
     OBJECT,
     ONE_LIGHT,
     TWO_LIGHTS,
     WHITE_LIGHT,
     Kind,
 )
-from photonmap.evaluate.bench.measure import Column
-from photonmap.evaluate.bench.metric_list import BOTH, REFLECTANCE, SHADING
+from photonmap.evaluate.bench.measure import BOTH, REFLECTANCE, SHADING, Column
 from photonmap.evaluate.bench.scores import Evaluation, MethodScores
-from photonmap.evaluate.experiments.table import Cell, Table
 from photonmap.evaluate.intervals import group_by_scene, scene_interval
 from photonmap.evaluate.metrics.arrays import Floats
-from photonmap.evaluate.report.numbers import interval
+from photonmap.evaluate.report.tables import Cell, Table, interval
 
 METRIC = "lmse-color"
 """The paper's: LMSE with one factor a window for all bands."""
@@ -49,7 +47,7 @@ _TITLES = {
 }
 """Name, title and meaning of the table by each metric."""
 _PLACES = tuple((layer, Kind(content, light)) for layer in BOTH for content in CONTENTS
-                for light in LIGHTS)  # fmt: skip
+                for light in COLORS_OF_LIGHT)  # fmt: skip
 _PAPER = {
     "Barron and Malik 2012, in the paper": (
         0.082, 0.099, 0.102, 0.020, 0.059, 0.039, 0.043, 0.046, 0.054, 0.011, 0.014, 0.014,
@@ -147,7 +145,7 @@ def _colour_costs(row: Row) -> bool:
 
 def _complex_is_lower(row: Row) -> bool:
     lower, higher = (
-        [_average(row, layer, *LIGHTS, contents=(content,)) for layer in BOTH]
+        [_average(row, layer, *COLORS_OF_LIGHT, contents=(content,)) for layer in BOTH]
         for content in (COMPLEX, OBJECT)
     )
     return all(one < other for one, other in zip(lower, higher, strict=True))

@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from photonmap.evaluate.bench.measure import Column
-from photonmap.evaluate.bench.metric_list import REFLECTANCE, choose_metrics
-from photonmap.evaluate.bench.one_thread import one_thread
-from photonmap.evaluate.bench.run import evaluate_dataset
+from photonmap.evaluate.bench.images import open_finished, shots
+from photonmap.evaluate.bench.measure import REFLECTANCE, Column, choose_metrics
+from photonmap.evaluate.bench.run import evaluate_dataset, one_thread
 from photonmap.evaluate.bench.scores import Evaluation
-from photonmap.evaluate.bench.views import open_finished, shots
 from photonmap.evaluate.experiments.costs import cost_table
 from photonmap.evaluate.experiments.degradations import OrderTest
 from photonmap.evaluate.experiments.paper_table import METRIC
 from photonmap.evaluate.experiments.sample_size import sample_tables
-from photonmap.evaluate.experiments.table import Table
 from photonmap.evaluate.methods.method import Method
-from photonmap.evaluate.report.disagreements import Disagreements
+from photonmap.evaluate.report.gallery import Disagreements
+from photonmap.evaluate.report.tables import Table
 
 
 def run_experiments(

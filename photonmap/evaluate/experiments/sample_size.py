@@ -8,8 +8,8 @@ import numpy as np
 
 from photonmap.evaluate.bench.scores import Evaluation
 from photonmap.evaluate.experiments.costs import COLUMN
-from photonmap.evaluate.experiments.table import Cell, Table
 from photonmap.evaluate.metrics.arrays import Floats
+from photonmap.evaluate.report.tables import Cell, Table
 
 POWER = 0.8
 """Probability of finding a difference that is there."""

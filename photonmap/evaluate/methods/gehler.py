@@ -27,9 +27,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.evaluate.methods.clusters import first_means, means_of, nearest_means
-from photonmap.evaluate.methods.color_retinex import reflectance_edges
 from photonmap.evaluate.methods.method import FLOOR, Estimate, Method, View, with_grey_shading
-from photonmap.evaluate.methods.poisson import differences, integrate, neighbours, steps_of
+from photonmap.evaluate.methods.poisson import integrate, neighbours, steps_of
+from photonmap.evaluate.methods.retinex import edge_steps
 from photonmap.evaluate.metrics.arrays import Floats
 
 _THRESHOLD = 0.075
@@ -60,14 +60,7 @@ def estimate(view: View, smooth: float, retinex: float, cluster: float, count: f
     image = np.maximum(view.image, FLOOR)
     length = np.linalg.norm(image, axis=-1)
     length /= length[view.mask].mean()
-    down, right = (
-        np.where(edge, difference, 0.0)
-        for edge, difference in zip(
-            reflectance_edges(image, _THRESHOLD, _THRESHOLD),
-            differences(np.log(length)),
-            strict=True,
-        )
-    )
+    down, right = edge_steps(image, np.log(length), _THRESHOLD, _THRESHOLD)
     field = _Field(
         length[view.mask],
         _unit(image[view.mask]),
@@ -149,6 +142,6 @@ def _gathered(field: _Field, values: Floats) -> Floats:
     return np.asarray(sums, np.float64)
 
 
-METHOD = Method(
-    "gehler", estimate, {"smooth": 0.01, "retinex": 1.0, "cluster": 0.1, "count": 150.0}
+METHODS = (
+    Method("gehler", estimate, {"smooth": 0.01, "retinex": 1.0, "cluster": 0.1, "count": 150.0}),
 )

@@ -1,19 +1,44 @@
-"""What a method is: from a view of a scene to an estimate of its layers."""
+"""What a method is, from a view of a scene to an estimate of its layers, and all methods by name.
+
+A package adds a method by an entry point of the group `photonmap.methods`, whose name is the
+method's and which refers to a `photonmap.evaluate.methods.method.Method`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
 
 import numpy as np
 
 from photonmap.errors import InputError
 from photonmap.evaluate.metrics.arrays import Floats, Mask, to_grey
-from photonmap.runtime.wording import shown
+from photonmap.runtime.wording import shown, suggest
 
 FLOOR = 3.0 / 257.0
 """Values that logarithms raise darker ones to; white is about 1. In Grosse et al.'s code, it is 3
 where 16-bit images go up to 257."""
+GROUP = "photonmap.methods"
+"""The group of entry points."""
+BUILT_IN = {
+    "constant-reflectance": "retinex",
+    "constant-shading": "retinex",
+    "retinex": "retinex",
+    "color-retinex": "retinex",
+    "weiss": "retinex",
+    "shen": "shen",
+    "gehler": "gehler",
+    "serra": "serra",
+    "sirfs": "sirfs.estimate",
+    "bell": "bell",
+    "grey-world": "illuminants",
+    "white-patch": "illuminants",
+    "shades-of-grey": "illuminants",
+    "grey-edge": "illuminants",
+}
+"""Methods of this folder, each with the module that lists it in `METHODS`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,3 +113,39 @@ class Method:
 def with_grey_shading(view: View, shading: Floats) -> Estimate:
     """Return a grey shading (H, W), and the image over it as reflectance."""
     return Estimate(view.image / shading[..., None], shading)
+
+
+def method_names() -> tuple[str, ...]:
+    """Return the names of all methods, those of this folder first."""
+    return (*BUILT_IN, *sorted(_added()))
+
+
+def find_method(name: str) -> Method:
+    """Return a method by name.
+
+    Raises
+    ------
+    InputError : there is none, it cannot be imported, or it has the name of another
+    """
+    added = _added()
+    if name in BUILT_IN:
+        if name in added:
+            raise InputError(f"{added[name].value} adds a method {name!r}, which exists; rename it")
+        module = import_module(f"{__package__}.{BUILT_IN[name]}")
+        return next(method for method in module.METHODS if method.name == name)
+    if name not in added:
+        raise InputError(f"there is no method {name!r}; {suggest(name, method_names())}")
+    try:
+        method = added[name].load()
+    except Exception as error:  # whatever another package's import raises
+        raise InputError(
+            f"method {name!r} cannot be imported from {added[name].value} ({error})"
+        ) from None
+    if not isinstance(method, Method):
+        raise InputError(f"{added[name].value}, method {name!r}, is not a Method")
+    return method
+
+
+def _added() -> dict[str, EntryPoint]:
+    """Return the entry points of installed packages by name."""
+    return {point.name: point for point in entry_points(group=GROUP)}

@@ -1,36 +1,125 @@
-"""Retinex on grey values: large differences are reflectance, small ones shading.
+"""Retinex, by which large differences are reflectance, and the baselines that all or nothing is.
 
-Grosse, Johnson, Adelson and Freeman, "Ground truth dataset and baseline evaluations for intrinsic
-image algorithms", ICCV 2009, after B. K. P. Horn, "Determining lightness from an image",
-1974. With i = log I, the differences of log reflectance r are
+R. Grosse, M. K. Johnson, E. H. Adelson and W. T. Freeman, "Ground truth dataset and baseline
+evaluations for intrinsic image algorithms", ICCV 2009:
 
-    r_x = i_x where |i_x| > T, else 0
+- constant-reflectance: R = 1, S = I; constant-shading: R = I, S = 1
+- retinex, after B. K. P. Horn, "Determining lightness from an image", 1974. With i = log I of grey
+  values, the differences of log reflectance r are, in both directions,
 
-in both directions, and r is their least-squares solution, a Poisson equation. s = i − r.
+      r_x = i_x where |i_x| > T, else 0
+
+- color-retinex: i_x, a vector over bands, is projected onto the direction of equal bands
+  (brightness, br) and onto its complement (chromaticity, chr). With i the log of the grey image,
+
+      r_x = i_x where |i_x^br| > T^br or |i_x^chr| > T^chr, else 0
+
+- weiss, on grey values as in Grosse et al.: Y. Weiss, "Deriving intrinsic images from image
+  sequences", ICCV 2001, with the two filters f_n that are differences between neighbours. If
+  filtered log shading is sparse, the maximum-likelihood estimate of filtered log reflectance is the
+  median over images t, r_n = median_t (i(t) ∗ f_n). The paper writes the solution by the reversed
+  filters
+
+r is the least-squares solution of these differences, a Poisson equation, and s = i − r.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from photonmap.evaluate.methods.method import Estimate, Method, View, with_grey_shading
+from photonmap.errors import InputError
+from photonmap.evaluate.methods.method import FLOOR, Estimate, Method, View, with_grey_shading
 from photonmap.evaluate.methods.poisson import differences, integrate
+from photonmap.evaluate.metrics.arrays import Floats, Mask, to_grey
+
+LEAST_LIGHTS = 2
+"""Least number of images of a view that weiss needs."""
+_THRESHOLDS = tuple(float(threshold) for threshold in np.logspace(-1.5, 0.0, 5))
 
 
-def estimate(view: View, threshold: float) -> Estimate:
+def constant_reflectance(view: View) -> Estimate:
+    """Return a reflectance of 1, and the image as shading."""
+    return Estimate(np.ones_like(view.image), view.image)
+
+
+def constant_shading(view: View) -> Estimate:
+    """Return the image as reflectance, and a shading of 1."""
+    return Estimate(view.image, np.ones_like(view.image))
+
+
+def retinex(view: View, threshold: float) -> Estimate:
     """Return the decomposition for a threshold T of differences in log grey values."""
-    down, right = (
-        np.where(np.abs(difference) > threshold, difference, 0.0)
-        for difference in differences(np.log(view.grey))
-    )
-    reflectance = np.exp(integrate(down, right, view.mask))
-    return with_grey_shading(view, view.grey / reflectance)
+    steps = differences(np.log(view.grey))
+    return _integrated(view, *(np.where(np.abs(step) > threshold, step, 0.0) for step in steps))
 
 
-METHOD = Method(
-    "retinex",
-    estimate,
-    {"threshold": 0.1},
-    tuple({"threshold": float(threshold)} for threshold in np.logspace(-3.0, 1.0, 15)),
+def color_retinex(view: View, grey: float, color: float) -> Estimate:
+    """Return the decomposition for thresholds T^br, of the mean over bands, and T^chr."""
+    return _integrated(view, *edge_steps(view.image, np.log(view.grey), grey, color))
+
+
+def edge_steps(image: Floats, log_grey: Floats, grey: float, color: float) -> list[Floats]:
+    """Return the differences of log grey values downwards and to the right, 0 but at edges.
+
+    Parameters
+    ----------
+    image : (H, W, C), of which the differences exceed thresholds at edges
+    log_grey : (H, W)
+    grey, color : T^br and T^chr
+    """
+    bands = differences(np.log(np.maximum(image, FLOOR)))
+    return [
+        np.where(_is_reflectance(band, grey, color), step, 0.0)
+        for band, step in zip(bands, differences(log_grey), strict=True)
+    ]
+
+
+def _is_reflectance(bands: Floats, grey: float, color: float) -> Mask:
+    """Return where differences (H, W, C) exceed a threshold."""
+    brightness = bands.mean(axis=-1)
+    chromaticity = np.linalg.norm(bands - brightness[..., None], axis=-1)
+    return (np.abs(brightness) > grey) | (chromaticity > color)
+
+
+def weiss(view: View) -> Estimate:
+    """Return the decomposition of one image of a sequence.
+
+    Raises
+    ------
+    InputError : the scene was rendered in one light only
+    """
+    if len(view.relit) < LEAST_LIGHTS:
+        raise InputError("weiss needs the view in two or more lights; there is one")
+    filtered = [differences(np.log(np.maximum(to_grey(image), FLOOR))) for image in view.relit]
+    return _integrated(view, *(_median(np.stack(parts)) for parts in zip(*filtered, strict=True)))
+
+
+def _median(filtered: Floats) -> Floats:
+    """Return the median over images that are valid, 0 where none is."""
+    known = np.where(np.isnan(filtered).all(axis=0), 0.0, filtered)
+    return np.asarray(np.nanmedian(known, axis=0))
+
+
+def _integrated(view: View, down: Floats, right: Floats) -> Estimate:
+    """Return the decomposition whose log reflectance has these differences."""
+    return with_grey_shading(view, view.grey / np.exp(integrate(down, right, view.mask)))
+
+
+METHODS = (
+    Method("constant-reflectance", constant_reflectance),
+    Method("constant-shading", constant_shading),
+    Method(
+        "retinex",
+        retinex,
+        {"threshold": 0.1},
+        tuple({"threshold": float(threshold)} for threshold in np.logspace(-3.0, 1.0, 15)),
+    ),
+    Method(
+        "color-retinex",
+        color_retinex,
+        {"grey": 0.1, "color": 0.1},
+        tuple({"grey": grey, "color": color} for grey in _THRESHOLDS for color in _THRESHOLDS),
+    ),
+    Method("weiss", weiss),
 )
-"""The grid is that of the code of Grosse et al."""
+"""The grids are those of the code of Grosse et al."""

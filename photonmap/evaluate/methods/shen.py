@@ -96,4 +96,4 @@ def _shifted(values: Floats) -> Floats:
     return np.stack([wide[y : y + height, x : x + width] for y, x in _SHIFTS])
 
 
-METHOD = Method("shen", estimate, {"rounds": 100.0, "relaxation": 1.9})
+METHODS = (Method("shen", estimate, {"rounds": 100.0, "relaxation": 1.9}),)

@@ -1,23 +1,34 @@
-"""The page of an evaluation: one HTML file that contains all tables and pictures."""
+"""The report of an evaluation: a page that contains all tables and pictures, and table files."""
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Sequence
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from photonmap.errors import InputError
-from photonmap.evaluate.bench.measure import Column
-from photonmap.evaluate.bench.metric_list import ILLUMINANT, METRICS
+from photonmap.evaluate.bench.measure import ILLUMINANT, METRICS, Column
 from photonmap.evaluate.bench.scores import Evaluation, MethodScores, Summary
-from photonmap.evaluate.experiments.table import Table
 from photonmap.evaluate.intervals import LEVEL
 from photonmap.evaluate.metrics.arrays import Floats
 from photonmap.evaluate.report.gallery import Gallery
-from photonmap.evaluate.report.numbers import interval, number
-from photonmap.evaluate.report.tables import by_metric, notes_of, titles
+from photonmap.evaluate.report.tables import (
+    Table,
+    as_tabular,
+    by_metric,
+    interval,
+    notes_of,
+    number,
+    titles,
+    write_latex,
+    write_scores,
+    write_summary,
+    write_table,
+)
 
 
 def check_jinja() -> None:
@@ -179,3 +190,41 @@ def _undefined(evaluation: Evaluation) -> list[tuple[str, str, int]]:
             for column, reason in measured.undefined.items():
                 found.setdefault((column.metric, reason), set()).add(image)
     return [(metric, reason, len(images)) for (metric, reason), images in found.items()]
+
+
+PAGE, SUMMARY, SCORES, LATEX = "report.html", "summary.csv", "scores.csv", "table.tex"
+
+
+def write_report(
+    folder: Path,
+    evaluation: Evaluation,
+    summaries: Sequence[Summary],
+    gallery: Gallery,
+    notes: Sequence[str] = (),
+    tables: Sequence[Table] = (),
+) -> None:
+    """Write the page and the tables; none appears before all of them are complete.
+
+    Parameters
+    ----------
+    folder : made where it is missing, like those above it
+    summaries, gallery, notes, tables : as `photonmap.evaluate.report.page.write_page` takes them
+
+    Raises
+    ------
+    OSError : writing fails
+    """
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=folder.parent) as made:
+        part = Path(made)
+        page = write_page(evaluation, summaries, gallery, notes, tables)
+        (part / PAGE).write_text(page, encoding="utf-8")
+        write_summary(part / SUMMARY, summaries)
+        write_scores(part / SCORES, evaluation)
+        write_latex(part / LATEX, evaluation, summaries)
+        for table in tables:
+            write_table(part / f"{table.name}.csv", table)
+            (part / f"{table.name}.tex").write_text(as_tabular(table), encoding="utf-8")
+        folder.mkdir(exist_ok=True)
+        for file in part.iterdir():
+            file.replace(folder / file.name)

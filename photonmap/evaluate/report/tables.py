@@ -1,16 +1,59 @@
-"""The tables of an evaluation: as text, comma-separated values and LaTeX."""
+"""The tables of an evaluation and of its experiments: as text, comma-separated values and LaTeX."""
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from photonmap.evaluate.bench.measure import Column
-from photonmap.evaluate.bench.metric_list import ILLUMINANT, MEAN_LAYER
+from photonmap.evaluate.bench.measure import ILLUMINANT, MEAN_LAYER, Column
 from photonmap.evaluate.bench.scores import Evaluation, Summary
-from photonmap.evaluate.report.numbers import interval, number
+from photonmap.evaluate.intervals import Interval
+
+
+class Cell(NamedTuple):
+    """A figure of a table."""
+
+    value: float | None
+    """None where there is none"""
+    note: str = ""
+    """small print, such as an interval"""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of an experiment.
+
+    Parameters
+    ----------
+    name : of its files and its anchor on the page
+    title : above it
+    meaning : what it shows and how it was measured
+    heads : of the columns, that of the rows' names first
+    rows : name and figures, as many as `heads` asks for
+    findings : sentences on what it shows, computed from it
+    """
+
+    name: str
+    title: str
+    meaning: str
+    heads: Sequence[str]
+    rows: Sequence[tuple[str, Sequence[Cell]]]
+    findings: Sequence[str] = ()
+
+
+def number(value: float) -> str:
+    """Return a number with three significant digits."""
+    text = f"{value:#.3g}".rstrip(".")
+    return text if "e" not in text else f"{value:.2g}"
+
+
+def interval(ends: Interval | None) -> str:
+    """Return an interval as text; "" for none."""
+    return "" if ends is None else f"[{number(ends.low)}, {number(ends.high)}]"
+
 
 _SUMMARY = (
     "method", "metric", "layer", "figure", "value", "low", "high", "truth_low", "truth_high",
@@ -166,3 +209,30 @@ def _latex_value(summary: Summary | None, best: dict[tuple[Column, str], float])
 def escaped(text: str) -> str:
     """Return text with the characters escaped that LaTeX reads otherwise."""
     return "".join(_SPECIAL.get(character, character) for character in text)
+
+
+def write_table(path: Path, table: Table) -> None:
+    """Write a table; each figure is followed by its small print."""
+    heads = [table.heads[0]]
+    for head in table.heads[1:]:
+        heads += [head, f"{head}, note"]
+    rows = []
+    for name, cells in table.rows:
+        row = [name]
+        for cell in cells:
+            row += ["" if cell.value is None else repr(float(cell.value)), cell.note]
+        rows.append(row)
+    write_rows(path, heads, rows)
+
+
+def as_tabular(table: Table) -> str:
+    """Return a tabular for LaTeX with the package booktabs; small print is left out."""
+    lines = [f"% {table.title}", f"\\begin{{tabular}}{{l{'r' * (len(table.heads) - 1)}}}"]
+    lines += ["\\toprule", " & ".join(map(escaped, table.heads)) + r" \\", "\\midrule"]
+    for name, cells in table.rows:
+        lines.append(" & ".join([escaped(name), *map(_value, cells)]) + r" \\")
+    return "\n".join([*lines, "\\bottomrule", "\\end{tabular}", ""])
+
+
+def _value(cell: Cell) -> str:
+    return "--" if cell.value is None else f"${number(cell.value)}$"

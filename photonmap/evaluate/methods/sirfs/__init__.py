@@ -25,7 +25,3 @@ colours; the entropy is that of a grid of pixels instead of all. There is no ter
 contours, as these images are not of one object on nothing. Of the four weights a few values were
 tried on seven images of the scenes of the priors; the paper's come from a search.
 """
-
-from photonmap.evaluate.methods.sirfs.estimate import METHOD
-
-__all__ = ["METHOD"]

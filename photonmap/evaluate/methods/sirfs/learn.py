@@ -11,14 +11,17 @@ from pathlib import Path
 import numpy as np
 
 from photonmap.dataset.files.reader import Image
-from photonmap.evaluate.bench.truth import load_truth
-from photonmap.evaluate.bench.views import open_finished
+from photonmap.evaluate.bench.images import load_truth, open_finished
 from photonmap.evaluate.methods.method import FLOOR
-from photonmap.evaluate.methods.sirfs import mixture
-from photonmap.evaluate.methods.sirfs.harmonics import harmonics
-from photonmap.evaluate.methods.sirfs.objective import BEND
-from photonmap.evaluate.methods.sirfs.priors import Priors, as_json, whitened
-from photonmap.evaluate.methods.sirfs.shape import Surface
+from photonmap.evaluate.methods.sirfs.estimate import BEND
+from photonmap.evaluate.methods.sirfs.priors import (
+    Priors,
+    as_json,
+    learn_mixture,
+    whitened,
+    windows,
+)
+from photonmap.evaluate.methods.sirfs.shape import Surface, harmonics
 from photonmap.evaluate.metrics.arrays import Floats, Mask
 
 _EVERY = 7
@@ -48,8 +51,8 @@ def learn_priors(folder: Path) -> Priors:
         lights.append(np.linalg.lstsq(basis, shading)[0])
     edges = np.concatenate(steps)
     spread = _spread(edges)
-    edge_weights = mixture.learn((whitened(edges, spread) ** 2).sum(axis=1), edges.shape[1])
-    bend_weights = mixture.learn(np.concatenate(bends) ** 2, 1)
+    edge_weights = learn_mixture((whitened(edges, spread) ** 2).sum(axis=1), edges.shape[1])
+    bend_weights = learn_mixture(np.concatenate(bends) ** 2, 1)
     return Priors(
         edge_weights.tolist(),
         bend_weights.tolist(),
@@ -61,9 +64,7 @@ def learn_priors(folder: Path) -> Priors:
 
 def _differences(image: Floats, mask: Mask) -> Floats:
     """Return a sample of the differences of (H, W, C) in windows of 5×5."""
-    found = [
-        (image[other] - image[one])[mask[one] & mask[other]] for one, other in mixture.windows(mask)
-    ]
+    found = [(image[other] - image[one])[mask[one] & mask[other]] for one, other in windows(mask)]
     return np.asarray(np.concatenate(found)[::_EVERY])
 
 

@@ -1,4 +1,4 @@
-"""The illuminant from Minkowski norms of an image or its derivatives, common to four methods.
+"""The illuminant from Minkowski norms of an image or of its derivatives.
 
 J. van de Weijer, T. Gevers and A. Gijsenij, "Edge-based color constancy", IEEE TIP 16(9), 2007:
 
@@ -11,10 +11,11 @@ illuminant, k any factor.
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 
-from photonmap.evaluate.methods.method import Estimate, View
+from photonmap.evaluate.methods.method import Estimate, Method, View
 from photonmap.evaluate.metrics.arrays import Floats, Mask
 
 
@@ -57,3 +58,22 @@ def _gradient_length(values: Floats, sigma: float) -> Floats:
         for order in ((1, 0), (0, 1))
     )
     return np.hypot(down, right)
+
+
+METHODS = (
+    Method("grey-world", partial(illuminant, norm=1.0)),
+    Method("white-patch", partial(illuminant, norm=math.inf)),
+    Method("shades-of-grey", partial(illuminant, norm=6.0)),
+    Method("grey-edge", partial(illuminant, norm=5.0, sigma=2.0, order=1)),
+)
+"""What each assumes:
+
+- grey-world: scenes are grey on average. G. Buchsbaum, "A spatial processor model for object colour
+  perception", Journal of the Franklin Institute 310(1), 1980: ∫ f dx = k e
+- white-patch: the brightest value of each band is white. E. H. Land and J. J. McCann, "Lightness
+  and Retinex theory", JOSA 61(1), 1971, in the form of van de Weijer et al. 2007: max f = k e
+- shades-of-grey: between these two. G. D. Finlayson and E. Trezzi, "Shades of gray and colour
+  constancy", CIC 12, 2004: (∫ f^p dx)^(1/p) = k e, best for p = 6
+- grey-edge: differences in a scene are grey on average. Van de Weijer et al. 2007: n = 1, with the
+  p = 5 and σ = 2 pixels of the code they released
+"""

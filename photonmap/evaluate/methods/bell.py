@@ -1,4 +1,28 @@
-"""The rounds of Bell's method; the package's docstring has the equations."""
+"""Bell's random field: pixels that are alike, wherever they are, share few reflectances.
+
+S. Bell, K. Bala and N. Snavely, "Intrinsic images in the wild", SIGGRAPH 2014. Each pixel has one
+of 20 reflectances R_x, cluster means of the image's intensity (times 0.5) and chromaticity; its
+shading is grey, s_i = |I_i| / |R_x|, with |·| the mean over bands. The energy of labels x is
+
+    E(x) = w_p Σ_{i<j} ψ_ij + w_s Σ_i ψ_i + w_l Σ_i λ_i
+    ψ_ij = |log R_xi − log R_xj|_1 exp(−|f_i − f_j|² / 2)
+    f_i = (position / (θ_p d), |I_i| / θ_l, chromaticity / θ_c)
+    ψ_i = (log s_i − log s̄_i)²,  λ_i = |log s_i − log ½|
+
+over all pairs of pixels, d being the image's diagonal. s̄ is the shading of the round before,
+blurred by 0.1 d / round; the first round has no ψ_i. Rounds have two stages. (1) Ten steps of mean
+field, in which the kernel is filtered on a permutohedral lattice and normalised symmetrically
+(Krähenbühl and Koltun 2013), lower E. (2) With labels held, the intensities of reflectances
+change to lower Σ |log s_i − log s_j| over neighbours whose labels differ; in the last round each
+connected region has an intensity of its own.
+
+Weights are those that the authors state for their best result on their photographs: 25 rounds,
+w_p = 10000, w_s = 20000, w_l = 500, θ_p = θ_l = 0.1, θ_c = 0.025. Left open, and chosen here:
+chromaticity is that of all bands, C − 1 of them; the 99th percentile
+of intensity is 1; clusters start from splits at medians; stage 2
+is solved by ten rounds of reweighted least squares and keeps the median of log reflectance; mean
+field stops early where no probability moves by 0.001.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +31,71 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.evaluate.methods.bell.lattice import GaussianKernel
-from photonmap.evaluate.methods.bell.regions import connected_regions, matched_intensities
 from photonmap.evaluate.methods.clusters import first_means, means_of, nearest_means
+from photonmap.evaluate.methods.lattice import GaussianKernel
 from photonmap.evaluate.methods.method import FLOOR, Estimate, Method, View, with_grey_shading
 from photonmap.evaluate.metrics.arrays import Floats, Mask
+
+_Labels = NDArray[np.int64]
+
+_REWEIGHTED = 10
+"""Of reweighted least squares."""
+_LEAST_RESIDUAL = 1e-3
+"""Residual of log shading below which weights stay the same."""
+_HOLD = 1e-6
+"""Weight that holds intensities where they were, for regions that touch no other."""
+
+
+def connected_regions(labels: _Labels) -> _Labels:
+    """Return the numbers of 4-connected parts of equal labels (H, W); −1 for negative labels."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    first, second = _neighbours(np.arange(labels.size).reshape(labels.shape))
+    same = labels.ravel()[first] == labels.ravel()[second]
+    links = (np.ones(same.sum()), (first[same], second[same]))
+    _, parts = connected_components(coo_array(links, shape=(labels.size,) * 2), directed=False)
+    inside = labels.ravel() >= 0
+    regions = np.full(labels.size, -1, np.int64)
+    regions[inside] = np.unique(parts[inside], return_inverse=True)[1]
+    return regions.reshape(labels.shape)
+
+
+def matched_intensities(log_image: Floats, regions: _Labels, start: Floats) -> Floats:
+    """Return log intensities of regions that lower Σ |log s_i − log s_j| across their borders.
+
+    Parameters
+    ----------
+    log_image : (H, W)
+    regions : (H, W) numbers of regions, negative where there is none
+    start : (R,) log intensities; the median over pixels stays that of these
+    """
+    from scipy.sparse import coo_array, diags_array
+    from scipy.sparse.linalg import spsolve
+
+    first, second = _neighbours(np.arange(regions.size).reshape(regions.shape))
+    of = regions.ravel()
+    across = (of[first] >= 0) & (of[second] >= 0) & (of[first] != of[second])
+    a, b = of[first[across]], of[second[across]]
+    step = (log_image.ravel()[first] - log_image.ravel()[second])[across]
+    count = len(start)
+    found = start
+    for _ in range(_REWEIGHTED):
+        weight = 1.0 / np.maximum(np.abs(step - found[a] + found[b]), _LEAST_RESIDUAL)
+        degree = np.bincount(a, weight, count) + np.bincount(b, weight, count) + _HOLD
+        links = coo_array((np.tile(weight, 2), (np.append(a, b), np.append(b, a))), (count,) * 2)
+        wanted = np.bincount(a, weight * step, count) - np.bincount(b, weight * step, count)
+        matrix = (diags_array(degree) - links).tocsc()
+        found = np.atleast_1d(spsolve(matrix, wanted + _HOLD * start))
+    inside = of[of >= 0]
+    return np.asarray(found + np.median(start[inside]) - np.median(found[inside]))
+
+
+def _neighbours(numbers: _Labels) -> tuple[_Labels, _Labels]:
+    """Return the numbers of pixels (H, W) and of those below and to the right of them."""
+    first = np.concatenate([numbers[:-1].ravel(), numbers[:, :-1].ravel()])
+    return first, np.concatenate([numbers[1:].ravel(), numbers[:, 1:].ravel()])
+
 
 _CLUSTERS = 20
 _POSITION, _INTENSITY, _CHROMATICITY = 0.1, 0.1, 0.025
@@ -27,8 +111,6 @@ _STEPS = 10
 _SETTLED = 1e-3
 """Change of all probabilities below which mean field ends."""
 _KMEANS_ROUNDS = 20
-
-_Labels = NDArray[np.int64]
 
 
 class _Reflectances(NamedTuple):
@@ -135,4 +217,6 @@ def _blurred(image: Floats, mask: Mask, sigma: float) -> Floats:
     return gaussian_filter(np.where(mask, image, 0.0), sigma) / np.where(mask, weight, 1.0)
 
 
-METHOD = Method("bell", estimate, {"rounds": 25.0, "pairwise": 1e4, "smooth": 2e4, "level": 500.0})
+METHODS = (
+    Method("bell", estimate, {"rounds": 25.0, "pairwise": 1e4, "smooth": 2e4, "level": 500.0}),
+)
