@@ -6,7 +6,7 @@ INSTALLED := .venv/installed
 # Runs a command without its output, which is shown if it fails.
 QUIETLY := sh -c 'log=$$(mktemp); "$$@" > $$log 2>&1 || { code=$$?; cat $$log; rm $$log; exit $$code; }; rm $$log' quietly
 
-.PHONY: docs gallery golden demo dataset-demo test test-all test-slow lint fuzz kernels-checked kernels-bounds kernels-plain bench study examples wheel clean
+.PHONY: docs gallery golden demo dataset-demo test test-all test-slow lint fuzz kernels-checked kernels-bounds kernels-plain bench study examples wheel release-check clean
 
 demo: $(RUNNABLE)  ## render the Cornell box into out/
 	@mkdir -p out
@@ -90,6 +90,10 @@ wheel: $(INSTALLED)  ## build a wheel that brings compiled kernels, and try it o
 		$$(wheel-venv/bin/python -c "import photonmap.scenes as s; print(s.FOLDER)")/cornell_box.obj \
 		--size 32x32 --passes 2 --output wheel.exr
 	cd out && wheel-venv/bin/python -c "import importlib.util as u; assert not u.find_spec('kernels')"
+
+COMPILED ?=
+release-check: $(INSTALLED)  ## build what is published, and try it in empty environments; COMPILED=yes: with kernels
+	$(BIN)/python tools/check_release.py out/release $(if $(COMPILED),--compiled)
 
 clean:
 	rm -rf .venv out build *.egg-info

@@ -3,7 +3,7 @@
     python tools/make_site.py [FOLDER]
 
 The pages keep their places in the repository, so that their links hold: README.md, CHANGELOG.md,
-docs/ and what they link to, source files included. A folder that is linked to gets a page that
+CONTRIBUTING.md, docs/ and what they link to, source files included. A folder that is linked to gets a page that
 lists its files. docs/api.md is made from the public names.
 """
 
@@ -18,7 +18,7 @@ from pathlib import Path
 import photonmap
 
 ROOT = Path(__file__).parents[1]
-PAGES = ("README.md", "CHANGELOG.md", "kernels/README.md")
+PAGES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "kernels/README.md")
 LINK = re.compile(r"(\]\()([^)#\s:]+)((?:#[^)\s]*)?\))")
 GROUPS = {
     "Rendering": (

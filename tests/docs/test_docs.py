@@ -20,7 +20,7 @@ PAGES = sorted(
 BLOCK = re.compile(
     r"^(?:<!-- from (?P<source>\S+) -->\n)?```(?P<language>\w*)\n(?P<text>.*?)^```", re.M | re.S
 )
-ELSEWHERE = {"--background", "--bounces", "--frame", "--from", "--python", "--rm"}
+ELSEWHERE = {"--background", "--bounces", "--frame", "--from", "--python", "--repository", "--rm"}
 """Flags of examples that do not exist, and of other programs"""
 
 each_page = pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)

@@ -62,6 +62,14 @@ def test_links_of_all_pages_lead_somewhere(site):
                 assert (page.parent / link).exists(), f"{page.name}: {link}"
 
 
+def test_version_is_stated_everywhere():
+    from check_release import VERSIONED, check_versions
+
+    check_versions(pm.__version__)
+    with pytest.raises(SystemExit, match=next(iter(VERSIONED))):
+        check_versions("99.0.0")
+
+
 def test_reading_without_photonmap(tmp_path, monkeypatch):
     pytest.importorskip("OpenEXR")
     rng = np.random.default_rng(0)
