@@ -3,8 +3,8 @@
     python tools/make_site.py [FOLDER]
 
 The pages keep their places in the repository, so that their links hold: README.md, CHANGELOG.md,
-CONTRIBUTING.md, docs/ and what they link to, source files included. A folder that is linked to gets a page that
-lists its files. docs/api.md is made from the public names.
+CONTRIBUTING.md, docs/ and what they link to, source files included. A folder that is linked to gets
+a page that lists its files. docs/api.md is made from the public names.
 """
 
 from __future__ import annotations
