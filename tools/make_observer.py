@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 from scipy.optimize import nnls
 
-from photonmap.spectra.integrals import integrate_products
+from photonmap.spectra.curves import integrate_products
 from photonmap.spectra.observer import observer_from_table
 
 FILE = Path(__file__).parents[1] / "photonmap" / "data" / "observer.csv"

@@ -17,8 +17,7 @@ from photonmap.capture.sensor import Sensor
 from photonmap.errors import InputError, warn
 from photonmap.results.result import Result, check_result
 from photonmap.runtime.wording import shown
-from photonmap.spectra.adaptation import adapt_to_d65
-from photonmap.spectra.observer import observer
+from photonmap.spectra.observer import adapt_to_d65, observer
 
 Floats = NDArray[np.float64]
 

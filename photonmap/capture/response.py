@@ -13,8 +13,8 @@ from photonmap.errors import InputError
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import EXTRAPOLATE
 from photonmap.spectra.projection import choose_projection
+from photonmap.spectra.sensitivities import read_sensors, table_of
 from photonmap.spectra.sensitivities import sensor as clean
-from photonmap.spectra.sensor_curves import read_sensors, table_of
 
 Floats = NDArray[np.float64]
 

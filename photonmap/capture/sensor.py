@@ -14,7 +14,7 @@ from photonmap.errors import InputError, naming
 from photonmap.io.readers.toml import read_toml
 from photonmap.runtime.options import Option, list_options, option
 from photonmap.runtime.wording import shown
-from photonmap.spectra.sensor_curves import check_camera, table_of
+from photonmap.spectra.sensitivities import check_camera, table_of
 
 EXPOSURE, ELECTRONICS, OPTICS, COLOR = "exposure", "electronics", "optics", "colour"
 GROUPS = (COLOR, EXPOSURE, ELECTRONICS, OPTICS)

@@ -17,7 +17,7 @@ from photonmap.dataset.files.chosen_buffers import ALWAYS
 from photonmap.film.budget import DEFAULT_ERROR
 from photonmap.runtime.options import read_list, read_memory
 from photonmap.settings import DATASET, OPTIONS, taken_by
-from photonmap.spectra.rgb_spaces import REC2020, SPACES
+from photonmap.spectra.projection import REC2020, SPACES
 
 USUAL: dict[str, Any] = {
     **{name: OPTIONS[name].default for name in taken_by(DATASET)},

@@ -15,11 +15,10 @@ from photonmap.io.exr import Projector
 from photonmap.results.files import Preview
 from photonmap.results.preview import as_bytes, choose_exposure
 from photonmap.runtime.wording import suggest
-from photonmap.spectra.adaptation import adapt_to_d65
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.color_text import emission
 from photonmap.spectra.curves import Color
-from photonmap.spectra.observer import observer
+from photonmap.spectra.observer import adapt_to_d65, observer
 from photonmap.spectra.projection import Method, Projection, Target, choose_projection
 
 Image = NDArray[np.float32]
@@ -155,7 +154,7 @@ class Colors:
 
         Returns
         -------
-        (3, 3) float64 for linear sRGB, see `photonmap.spectra.adaptation`
+        (3, 3) float64 for linear sRGB, see `photonmap.spectra.observer`
 
         Raises
         ------

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from photonmap.sensors.sampling import FINE, band_values, check_sensitivities, trapezoid_weights
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.curves import VISIBLE, Spectrum, SpectrumSet, check_covers
-from photonmap.spectra.integrals import resample
+from photonmap.spectra.curves import VISIBLE, Spectrum, SpectrumSet, check_covers, resample
 from photonmap.spectra.names import colour_science
 from photonmap.spectra.observer import observer
 from photonmap.spectra.projection import direct_projection, fit_projection

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.curves import Spectrum, SpectrumSet, check_covers, without_tails
-from photonmap.spectra.integrals import resample
+from photonmap.spectra.curves import Spectrum, SpectrumSet, check_covers, resample, without_tails
 
 Floats = NDArray[np.float64]
 

@@ -20,11 +20,21 @@ from photonmap.spectra.curves import (
     Spectrum,
     check_emission,
     check_reflectance,
+    integrate_products,
     needed_range,
 )
-from photonmap.spectra.integrals import integrate_products
 from photonmap.spectra.observer import observer, radiance_to_rgb, reflectance_to_rgb
-from photonmap.spectra.sensitivities import MOST, STEPS, Limits, boxes, gaussians, sensor, stepped
+from photonmap.spectra.sensitivities import (
+    MOST,
+    STEPS,
+    Limits,
+    boxes,
+    gaussians,
+    read_sensors,
+    sensor,
+    stepped,
+    table_of,
+)
 
 Floats = NDArray[np.float64]
 
@@ -202,8 +212,6 @@ class Bands:
     @classmethod
     def _named(cls, body: str, limits: Limits | None) -> Bands:
         """Return the sensors of a file or of a name."""
-        from photonmap.spectra.sensor_curves import read_sensors, table_of
-
         path = table_of(body)
         try:
             channels, curves = read_sensors(body)

@@ -22,7 +22,6 @@ from photonmap.errors import InputError, naming
 from photonmap.runtime.named_files import named_file
 from photonmap.runtime.wording import shown, suggest
 from photonmap.spectra import names
-from photonmap.spectra.colorimetry import emission_of_xyz, reflectance_of_xyz
 from photonmap.spectra.curves import (
     EXTRAPOLATE,
     FILES,
@@ -33,10 +32,10 @@ from photonmap.spectra.curves import (
     SpectrumSet,
     check_reflectance,
 )
-from photonmap.spectra.daylight.sky import ClearSky
+from photonmap.spectra.daylight import ClearSky
 from photonmap.spectra.metals import metal_by_source
 from photonmap.spectra.munsell import munsell
-from photonmap.spectra.observer import normalise_luminance
+from photonmap.spectra.observer import emission_of_xyz, normalise_luminance, reflectance_of_xyz
 
 ILLUMINANTS = "PHOTONMAP_ILLUMINANTS"
 """Environment variable that names the file of measured lights."""

@@ -15,7 +15,6 @@ from photonmap.errors import InputError
 from photonmap.runtime.wording import suggest
 from photonmap.spectra.curves import Spectrum
 from photonmap.spectra.observer import normalise_luminance
-from photonmap.spectra.sensitivities import best_sensors
 
 _HOTTEST, _COLDEST = 1e6, 300.0  # K; in between, there is some light at all of 400 to 700 nm
 DAYLIGHT = (4000.0, 25000.0)
@@ -65,17 +64,11 @@ def patch(name: str) -> Spectrum:
 def sensors(name: str) -> tuple[tuple[str, Spectrum], ...]:
     """Return the sensitivities of an observer or a camera, each with its channel's name.
 
-    "best:6" names the best six Gaussians, see `photonmap.spectra.sensitivities.BEST`.
-
     Raises
     ------
     InputError
         if there is none of this name; the error suggests the nearest
     """
-    kind, _, number = name.partition(":")
-    if kind == "best":
-        found = best_sensors(number.strip())
-        return tuple((f"{_middle(curve):.1f}nm", curve) for curve in found)
     curves = _find("camera or observer", name, _sensor_sets())
     return tuple(
         (str(label), Spectrum(curves.wavelengths, values))
@@ -86,11 +79,6 @@ def sensors(name: str) -> tuple[tuple[str, Spectrum], ...]:
 def sensor_names() -> list[str]:
     """Return the names of the cameras and observers, as colour-science spells them."""
     return list(dict.fromkeys(_spelled(_sensor_sets().values())))
-
-
-def _middle(curve: Spectrum) -> float:
-    """Return the mean wavelength of a sensitivity that is sampled evenly, nm."""
-    return float(curve.wavelengths @ curve.values / curve.values.sum())
 
 
 def planck(kelvin: float) -> Spectrum:

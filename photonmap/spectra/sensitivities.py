@@ -1,15 +1,18 @@
-"""Sensitivity curves: Gaussians and boxes over equal bins, and measured sensors."""
+"""Sensitivity curves: Gaussians and boxes over equal bins, and sensors of a file or by name."""
 
 from __future__ import annotations
 
 import re
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from photonmap.errors import InputError, warn
-from photonmap.runtime.wording import shown
-from photonmap.spectra.curves import VISIBLE, Spectrum
-from photonmap.spectra.integrals import merge_grids
+from photonmap.runtime.wording import listed, shown, suggest
+from photonmap.spectra import names
+from photonmap.spectra.curves import EXTRAPOLATE, FILES, VISIBLE, Spectrum, merge_grids
+from photonmap.spectra.tables import read_table
 
 MOST = 256
 """Largest number of bands."""
@@ -30,7 +33,7 @@ BEST = {
     11: (0.175, 0.938),
     12: (0.181, 0.925),
 }
-"""By the number of bands: σ over the bin, and the distance of the centres over that of the bins'.
+"""By the number of bands: σ, and the distance between centres, both in widths of the equal bins.
 
 Those with the least mean ΔE2000 after two bounces and regression, over the Munsell chips that are
 shipped and under D65, as `photonmap.sensors.best` finds them for 400 to 700 nm.
@@ -69,8 +72,8 @@ def spread_gaussians(
     ----------
     count : N
     low, high : nm, where the curves are truncated
-    width : σ over the bin, (high − low) / N
-    spread : distance of the centres over that of the bins'
+    width : σ in widths of a bin, (high − low) / N
+    spread : distance between centres, in widths of a bin
     """
     size, middle = (high - low) / count, (low + high) / 2.0
     centres = middle + spread * size * (np.arange(count) - (count - 1) / 2.0)
@@ -163,6 +166,67 @@ def sensor(curve: Spectrum, label: str, limits: Limits | None) -> Spectrum:
         raise InputError(f"{label}: is 0 from {low:g} to {high:g} nm; widen the range")
     support = slice(max(nonzero[0] - 1, 0), nonzero[-1] + 2)
     return Spectrum(grid[support], values[support])
+
+
+def table_of(text: str) -> Path | None:
+    """Return the file that a text names; None if it is the name of an observer or a camera."""
+    path = Path(text.strip().removeprefix(EXTRAPOLATE).strip())
+    return path if path.suffix.lower() in FILES else None
+
+
+def check_camera(text: str) -> str:
+    """Return the name of a camera or an observer; files and bands are not looked at.
+
+    Raises
+    ------
+    InputError : there is none of this name
+    """
+    body = text.strip().removeprefix(EXTRAPOLATE).strip()
+    is_bands = ":" in body or body.isdecimal() or body.lower() == "rgb"
+    if table_of(body) is not None or is_bands:
+        return text
+    try:
+        names.sensors(body)
+    except InputError:
+        known = names.sensor_names()
+        meant = suggest(body, known)
+        others = f" Known are {listed(known, len(known))};" if "?" in meant else ";"
+        raise InputError(
+            f"{shown(body)} is not known; {meant}{others} or give a FILE.csv of sensitivities"
+        ) from None
+    return text
+
+
+def read_sensors(text: str) -> tuple[list[str], list[Spectrum]]:
+    """Return the names of channels, and their curves in the source's unit.
+
+    Parameters
+    ----------
+    text : a FILE.csv, the name of an observer or a camera, or "best:6" for the best six Gaussians
+
+    Raises
+    ------
+    InputError
+        if the file cannot be read, or there is no such name
+    """
+    body, path = text.strip(), table_of(text)
+    held = body.startswith(EXTRAPOLATE)
+    if path is not None:
+        table = read_table(path, kind="sensitivity")
+        pairs = list(zip(table.names, table, strict=True))
+    else:
+        name = body.removeprefix(EXTRAPOLATE).strip()
+        kind, _, number = name.partition(":")
+        pairs = _best(number) if kind == "best" else list(names.sensors(name))
+    curves = [replace(curve, extrapolate=held) for _, curve in pairs]
+    return [name for name, _ in pairs], curves
+
+
+def _best(number: str) -> list[tuple[str, Spectrum]]:
+    """Return the best Gaussians by their mean wavelengths."""
+    curves = best_sensors(number.strip())
+    means = [float(each.wavelengths @ each.values / each.values.sum()) for each in curves]
+    return [(f"{mean:.1f}nm", each) for mean, each in zip(means, curves, strict=True)]
 
 
 def _bin_width(n: int, low: float, high: float) -> float:

@@ -12,7 +12,7 @@ from photonmap.dataset.files.derived_buffers import (
     with_derived,
 )
 from photonmap.dataset.files.splits import PARTS, part_of
-from photonmap.spectra.rgb_spaces import SPACES, check_space, from_srgb, projection_onto
+from photonmap.spectra.projection import SPACES, check_space, from_srgb, projection_onto
 
 
 def made_of(names, seeds, root="none"):

@@ -5,7 +5,7 @@ import pytest
 from helpers.scenes import quad
 
 import photonmap as pm
-from photonmap.spectra.daylight.sky import SUN_DIAMETER, ClearSky
+from photonmap.spectra.daylight import SUN_DIAMETER, ClearSky
 
 BANDS = 5
 GROUND = pm.Material("ground", 0.0)

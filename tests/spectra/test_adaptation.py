@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from photonmap.spectra.adaptation import adapt_to_d65
 from photonmap.spectra.color_text import emission
 from photonmap.spectra.names import colour_science
-from photonmap.spectra.observer import emission_spectrum, observer, radiance_to_rgb
+from photonmap.spectra.observer import adapt_to_d65, emission_spectrum, observer, radiance_to_rgb
 
 TO_XYZ = observer().rgb_to_xyz
 

@@ -7,8 +7,7 @@ from photonmap.errors import InputError
 from photonmap.results.result import Result
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.color_text import emission, reflectance
-from photonmap.spectra.curves import Spectrum
-from photonmap.spectra.integrals import resample
+from photonmap.spectra.curves import Spectrum, resample
 from photonmap.spectra.munsell import shipped_set
 from photonmap.spectra.names import colour_science
 from photonmap.spectra.observer import emission_spectrum, observer, radiance_to_rgb

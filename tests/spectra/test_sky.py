@@ -5,10 +5,10 @@ import pytest
 
 import photonmap as pm
 from photonmap.errors import InputError
+from photonmap.spectra import daylight as solar
 from photonmap.spectra.color_text import emission
 from photonmap.spectra.curves import Spectrum
-from photonmap.spectra.daylight import solar
-from photonmap.spectra.daylight.sky import (
+from photonmap.spectra.daylight import (
     LUMENS,
     SUN_DIAMETER,
     SUN_SOLID_ANGLE,
@@ -85,10 +85,10 @@ def test_sunlight_above_the_air_is_that_of_the_sun():
     """Nearly that of a black body of 5778 K, which has no Fraunhofer lines; 128 klx in all."""
     nm = solar.WAVELENGTHS
     black = 1.1910429724e20 / nm**5 / np.expm1(1.438776877e7 / (nm * 5778.0))
-    ratio = (solar.RADIANCE / black)[(nm >= 450.0) & (nm <= 700.0)]
+    ratio = (solar.SUN_RADIANCE / black)[(nm >= 450.0) & (nm <= 700.0)]
     assert (np.abs(ratio - 1.0) < 0.2).all()
     assert ratio.mean() == pytest.approx(1.0, abs=0.06)
-    whole = lux(Spectrum(nm, solar.RADIANCE * SUN_SOLID_ANGLE))
+    whole = lux(Spectrum(nm, solar.SUN_RADIANCE * SUN_SOLID_ANGLE))
     assert whole == pytest.approx(128e3, rel=0.01)
 
 
@@ -116,7 +116,7 @@ def test_air_makes_no_light(turbidity, elevation):
     """Sun and sky bring less than the sun would without air; most of it on clear days."""
     sky = ClearSky(turbidity, elevation)
     sine = np.sin(np.radians(elevation))
-    whole = lux(Spectrum(solar.WAVELENGTHS, solar.RADIANCE * SUN_SOLID_ANGLE)) * sine
+    whole = lux(Spectrum(solar.WAVELENGTHS, solar.SUN_RADIANCE * SUN_SOLID_ANGLE)) * sine
     assert 0.75 * whole < lux(sky.sun()) * sine + lux(sky.skylight()) < whole
 
 

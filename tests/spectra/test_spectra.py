@@ -13,8 +13,7 @@ from scipy.integrate import quad
 
 from photonmap.errors import InputError
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.curves import Spectrum, SpectrumSet
-from photonmap.spectra.integrals import integrate_products
+from photonmap.spectra.curves import Spectrum, SpectrumSet, integrate_products
 from photonmap.spectra.observer import (
     observer,
     radiance_to_rgb,

@@ -15,8 +15,8 @@ from photonmap.scene.light_parts.daylight import OvercastLight, SkyLight
 from photonmap.scene.lights import EnvironmentLight
 from photonmap.scene.panorama import check_panorama, read_panorama
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.daylight.sky import daylight_basis
-from photonmap.spectra.integrals import integrate_products
+from photonmap.spectra.curves import integrate_products
+from photonmap.spectra.daylight import daylight_basis
 from photonmap.spectra.observer import observer
 
 

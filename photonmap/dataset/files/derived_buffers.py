@@ -16,8 +16,7 @@ from photonmap.film.valid_pixels import valid_pixels
 from photonmap.results.result import Result
 from photonmap.scene.scene import Scene
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.projection import Method
-from photonmap.spectra.rgb_spaces import SRGB, projection_onto
+from photonmap.spectra.projection import SRGB, Method, projection_onto
 
 Image = NDArray[Any]
 
@@ -98,7 +97,7 @@ def as_rgb(result: Result, space: str = SRGB) -> Result:
     Parameters
     ----------
     result : with the buffers that `with_derived` adds
-    space : linear sRGB, or as `photonmap.spectra.rgb_spaces.check_space` takes it
+    space : linear sRGB, or as `photonmap.spectra.projection.check_space` takes it
     """
     matrix = projection_onto(result.bands, space, rgb_method(result.bands))
     names = [name for name in result.buffers if split_name(name)[0] in PROJECTED]

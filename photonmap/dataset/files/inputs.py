@@ -11,7 +11,7 @@ from typing import Any
 from photonmap.errors import warn
 from photonmap.runtime.wording import enumerated
 from photonmap.spectra.curves import EXTRAPOLATE
-from photonmap.spectra.sensor_curves import table_of
+from photonmap.spectra.sensitivities import table_of
 
 INPUTS = "inputs"
 """Folder of a data set with the small files that it was made from."""

@@ -16,7 +16,7 @@ from typing import Any
 from photonmap.dataset.files.inputs import CURVES, kept_as, with_table
 from photonmap.errors import InputError
 from photonmap.runtime.file_checks import check_output_folder
-from photonmap.spectra.sensor_curves import table_of
+from photonmap.spectra.sensitivities import table_of
 
 HEAD, LINES = "manifest.json", "manifest.jsonl"
 FORMAT = "photonmap data set 2"

@@ -32,7 +32,7 @@ def choose_sensor(text: str | None) -> tuple[Sensor, dict[str, Any]] | tuple[Non
         return None, None
     from photonmap.capture.response import find_response
     from photonmap.capture.sensor import load_sensor
-    from photonmap.spectra.sensor_curves import table_of
+    from photonmap.spectra.sensitivities import table_of
 
     sensor = load_sensor(text)
     if (path := table_of(sensor.camera)) is not None:

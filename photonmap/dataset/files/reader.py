@@ -26,7 +26,7 @@ from photonmap.dataset.files.splits import (
 from photonmap.errors import InputError
 from photonmap.io.exr import current_name
 from photonmap.runtime.wording import shown
-from photonmap.spectra.rgb_spaces import SRGB
+from photonmap.spectra.projection import SRGB
 
 if TYPE_CHECKING:
     from photonmap.capture.photo import Photo

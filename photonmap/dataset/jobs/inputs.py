@@ -14,7 +14,7 @@ from photonmap.dataset.jobs.job_scene import describe_inputs, digest_of
 from photonmap.dataset.jobs.plan import CommonSettings, Job
 from photonmap.errors import InputError
 from photonmap.results.record import describe_measured_sets
-from photonmap.spectra.sensor_curves import table_of
+from photonmap.spectra.sensitivities import table_of
 
 Find = Callable[[Job], Job]
 """Returns a job of the manifest with its files where they are on this machine."""

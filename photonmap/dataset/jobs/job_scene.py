@@ -29,7 +29,7 @@ from photonmap.scene.lights import EnvironmentLight
 from photonmap.scene.scene import Scene
 from photonmap.scene.textures import mean_color
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.rgb_spaces import SPACES, check_space
+from photonmap.spectra.projection import SPACES, check_space
 
 _DIGITS = 16
 """Digits of a digest."""

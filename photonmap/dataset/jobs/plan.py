@@ -21,7 +21,7 @@ from photonmap.dataset.scenes.illumination import Illumination, light_spectrum
 from photonmap.dataset.scenes.light_files import digest_of_light
 from photonmap.dataset.scenes.views import View
 from photonmap.errors import InputError, warn
-from photonmap.spectra.rgb_spaces import REC2020
+from photonmap.spectra.projection import REC2020
 
 MAX_IMAGES = 1_000_000
 """Largest number of images in a data set."""
@@ -43,7 +43,7 @@ class CommonSettings:
     size : (width, height), pixels
     bands : as `photonmap.Bands.parse` takes them
     error : at which a render stops, as `photonmap.render` takes it
-    rgb : space of images in RGB, see `photonmap.spectra.rgb_spaces`
+    rgb : space of images in RGB, see `photonmap.spectra.projection`
     pixel : where samples lie in a pixel, as `photonmap.render` takes it
     materials : of procedural scenes, one of `photonmap.dataset.models.materials.palette.MATERIALS`
     lightness, scale : of procedural scenes, see `photonmap.dataset.scenes.build.build_scene`

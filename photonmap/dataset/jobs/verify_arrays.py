@@ -150,7 +150,7 @@ def check_photo(image: Image) -> Iterator[str]:
         return
     from photonmap.capture.expose import expose
     from photonmap.capture.sensor import Sensor
-    from photonmap.spectra.sensor_curves import table_of
+    from photonmap.spectra.sensitivities import table_of
 
     try:
         photo = image.photo

@@ -15,7 +15,7 @@ from photonmap.errors import InputError
 from photonmap.runtime.wording import suggest
 from photonmap.spectra.color_text import emission
 from photonmap.spectra.curves import Spectrum
-from photonmap.spectra.daylight.sky import ClearSky
+from photonmap.spectra.daylight import ClearSky
 
 WHITE = "D65"
 COLORED = ("planck:2200", "planck:20000", "HPS", "H38HT-100 (Mercury)", "LED-RGB1")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from photonmap.errors import InputError
 from photonmap.spectra.curves import EXTRAPOLATE
-from photonmap.spectra.sensor_curves import table_of
+from photonmap.spectra.sensitivities import table_of
 from photonmap.spectra.tables import read_table
 
 _DIGITS = 10

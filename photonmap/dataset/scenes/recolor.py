@@ -21,7 +21,7 @@ from photonmap.scene.panorama import check_panorama, read_panorama
 from photonmap.scene.scene import Scene
 from photonmap.scene.textures import Paint, Texture, mean_color
 from photonmap.spectra.curves import Spectrum
-from photonmap.spectra.daylight.sky import SUN_DIAMETER
+from photonmap.spectra.daylight import SUN_DIAMETER
 from photonmap.spectra.observer import luminance, observer, radiance_to_rgb
 
 _COLORS = ("intensity", "irradiance", "radiance")

@@ -12,7 +12,7 @@ from photonmap.scene.lights import DirectionalLight, Emitter, Light
 from photonmap.scene.parameters import Emission, Number, Text
 from photonmap.scene.vectors import Vector
 from photonmap.spectra.curves import Color
-from photonmap.spectra.daylight.sky import (
+from photonmap.spectra.daylight import (
     ELEVATION,
     SUN_DIAMETER,
     TURBIDITY,
@@ -71,7 +71,7 @@ class _AllAround(Light):
 class SkyLight(_ClearDay, _AllAround):
     """A clear sky without its sun; +y is up.
 
-    Radiances are W·m⁻²·sr⁻¹ a nanometre: see `photonmap.spectra.daylight.sky`.
+    Radiances are W·m⁻²·sr⁻¹ a nanometre: see `photonmap.spectra.daylight`.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class SunLight(_ClearDay):
     """The sun of a clear sky, a disc of 0.533 degrees that lights surfaces and is not seen itself.
 
     Its irradiance on a surface that faces it is W·m⁻² a nanometre: see
-    `photonmap.spectra.daylight.sky`. Parameters are those of the `SkyLight` that it belongs to.
+    `photonmap.spectra.daylight`. Parameters are those of the `SkyLight` that it belongs to.
     """
 
     kind: ClassVar[str] = "sun"

@@ -25,8 +25,9 @@ from photonmap.spectra.curves import (
     check_covers,
     check_reflectance,
     check_wavelengths,
+    merge_grids,
+    resample,
 )
-from photonmap.spectra.integrals import merge_grids, resample
 from photonmap.spectra.observer import reflectance_to_rgb, upsample_reflectance
 
 Floats = NDArray[np.float64]

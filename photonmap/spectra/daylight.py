@@ -11,16 +11,12 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from photonmap.errors import InputError
-from photonmap.spectra.curves import Spectrum
-from photonmap.spectra.daylight import solar
-from photonmap.spectra.integrals import integrate_products
+from photonmap.spectra.curves import Floats, Spectrum, integrate_products
 from photonmap.spectra.names import colour_science
 from photonmap.spectra.observer import observer
-
-Floats = NDArray[np.float64]
 
 TURBIDITY = (2.0, 10.0)
 """Range of haze: clear days have 2 to 4, hazy ones 6 to 10. In clearer air the formula makes
@@ -39,42 +35,51 @@ _SEEN = (380.0, 780.0)
 _NAMES = ("Y", "x", "y")
 # Coefficients A to E of Perez' formula, by turbidity and alone (appendix A.2 of the paper).
 _PEREZ = {
-    "Y": [
-        (0.1787, -1.4630),
-        (-0.3554, 0.4275),
-        (-0.0227, 5.3251),
-        (0.1206, -2.5771),
-        (-0.0670, 0.3703),
-    ],
-    "x": [
-        (-0.0193, -0.2592),
-        (-0.0665, 0.0008),
-        (-0.0004, 0.2125),
-        (-0.0641, -0.8989),
-        (-0.0033, 0.0452),
-    ],
-    "y": [
-        (-0.0167, -0.2608),
-        (-0.0950, 0.0092),
-        (-0.0079, 0.2102),
-        (-0.0441, -1.6537),
-        (-0.0109, 0.0529),
-    ],
-}
+    "Y": [(0.1787, -1.4630), (-0.3554, 0.4275), (-0.0227, 5.3251), (0.1206, -2.5771),
+          (-0.0670, 0.3703)],
+    "x": [(-0.0193, -0.2592), (-0.0665, 0.0008), (-0.0004, 0.2125), (-0.0641, -0.8989),
+          (-0.0033, 0.0452)],
+    "y": [(-0.0167, -0.2608), (-0.0950, 0.0092), (-0.0079, 0.2102), (-0.0441, -1.6537),
+          (-0.0109, 0.0529)],
+}  # fmt: skip
 # Chromaticity of the zenith: rows by turbidity², turbidity and 1, columns by powers of the sun's
 # zenith angle from the third down.
 _ZENITH = {
-    "x": [
-        (0.00166, -0.00375, 0.00209, 0.0),
-        (-0.02903, 0.06377, -0.03202, 0.00394),
-        (0.11693, -0.21196, 0.06052, 0.25886),
-    ],
-    "y": [
-        (0.00275, -0.00610, 0.00317, 0.0),
-        (-0.04214, 0.08970, -0.04153, 0.00516),
-        (0.15346, -0.26756, 0.06670, 0.26688),
-    ],
-}
+    "x": [(0.00166, -0.00375, 0.00209, 0.0), (-0.02903, 0.06377, -0.03202, 0.00394),
+          (0.11693, -0.21196, 0.06052, 0.25886)],
+    "y": [(0.00275, -0.00610, 0.00317, 0.0), (-0.04214, 0.08970, -0.04153, 0.00516),
+          (0.15346, -0.26756, 0.06670, 0.26688)],
+}  # fmt: skip
+
+
+def _numbers(text: str) -> Floats:
+    return np.array(text.split(), np.float64)
+
+
+WAVELENGTHS: Floats = np.arange(380.0, 751.0, 5.0)
+"""Of the tables of sunlight: appendix A.1 and table 2 of the paper, nm."""
+_EVERY_10 = _numbers("""
+    165.5 162.3 211.2 258.8 258.2 242.3 267.6 296.6 305.4 300.6 306.6 288.3 287.1 278.2 271.0 272.3
+    263.6 255.0 250.6 253.1 253.5 251.3 246.3 241.7 236.8 232.1 228.2 223.4 219.7 215.3 211.0 207.3
+    202.4 198.7 194.3 190.7 186.3 182.6""")
+SUN_RADIANCE: Floats = 100.0 * np.interp(WAVELENGTHS, WAVELENGTHS[::2], _EVERY_10)
+"""Of the sun's disc above the air, W·m⁻²·sr⁻¹ a nanometre."""
+
+_OZONE_WAVELENGTHS = np.concatenate(
+    [[355.0], np.arange(445.0, 606.0, 5.0), np.arange(610.0, 791.0, 10.0)]
+)
+_OZONE = _numbers("""
+    0 .003 .003 .004 .006 .008 .009 .012 .014 .017 .021 .025 .03 .035 .04 .045 .048 .057 .063 .07
+    .075 .08 .085 .095 .103 .11 .12 .122 .12 .118 .115 .12 .125 .13 .12 .105 .09 .079 .067 .057
+    .048 .036 .028 .023 .018 .014 .011 .01 .009 .007 .004 0 0""")
+"""Absorption of ozone, cm⁻¹."""
+_GASES_WAVELENGTHS, _GASES = np.array([(759, 0.0), (760, 3.0), (770, 0.21), (771, 0.0)]).T
+_WATER_WAVELENGTHS = np.array([689, *range(690, 801, 10)], np.float64)
+_WATER = _numbers("0 .016 .024 .0125 1 .87 .061 .001 .00001 .00001 .0006 .0175 .036")
+_OZONE_PATH, _WATER_PATH = 0.35, 2.0
+"""Of ozone and of water in the air straight up, cm."""
+_ALPHA = 1.3
+"""Ångström's exponent, of the sizes of aerosol particles."""
 
 
 @cache
@@ -178,9 +183,9 @@ class ClearSky:
     def sun(self) -> Spectrum:
         """Return the sun's irradiance on a surface that faces it, W·m⁻² a nanometre."""
         beta = 0.04608 * self.turbidity - 0.04586
-        passed = solar.transmittance(self.optical_mass, beta)
-        values = solar.RADIANCE * passed * SUN_SOLID_ANGLE
-        return Spectrum(solar.WAVELENGTHS, values, extrapolate=True)
+        passed = transmittance(self.optical_mass, beta)
+        values = SUN_RADIANCE * passed * SUN_SOLID_ANGLE
+        return Spectrum(WAVELENGTHS, values, extrapolate=True)
 
     def skylight(self) -> Spectrum:
         """Return the sky's irradiance on level ground without the sun, W·m⁻² a nanometre."""
@@ -218,3 +223,21 @@ def _sphere_grid(rows: int = 90) -> tuple[tuple[Floats, Floats], Floats]:
     zenith, azimuth = np.meshgrid(middle, turn, indexing="ij")
     area = -np.diff(np.cos(edges)) * (2.0 * np.pi / (4 * rows))
     return (zenith, azimuth), np.repeat(area[:, None], 4 * rows, axis=1)
+
+
+def transmittance(mass: float, beta: float) -> Floats:
+    """Return how much sunlight the air lets pass at `WAVELENGTHS`.
+
+    Parameters
+    ----------
+    mass : how much more air it passes than from the zenith
+    beta : Ångström's coefficient, of the amount of aerosols
+    """
+    micrometres = 1e-3 * WAVELENGTHS
+    ozone = np.interp(WAVELENGTHS, _OZONE_WAVELENGTHS, _OZONE) * _OZONE_PATH
+    gases = np.interp(WAVELENGTHS, _GASES_WAVELENGTHS, _GASES)
+    water = np.interp(WAVELENGTHS, _WATER_WAVELENGTHS, _WATER) * _WATER_PATH
+    depth = 0.008735 * micrometres**-4.08 + beta * micrometres**-_ALPHA + ozone
+    depth += 1.41 * gases / (1.0 + 118.93 * gases * mass) ** 0.45
+    depth += 0.2385 * water / (1.0 + 20.07 * water * mass) ** 0.45
+    return np.asarray(np.exp(-mass * depth))

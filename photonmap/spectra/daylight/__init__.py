@@ -1,1 +1,0 @@
-"""The sun and a clear sky as spectra."""
