@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     import photonmap.evaluate as evaluate
     import photonmap.scenes as scenes
     from photonmap.capture.expose import expose
-    from photonmap.capture.files import load_photo, save_photo
-    from photonmap.capture.photo import Photo
+    from photonmap.capture.photo import Photo, load_photo, save_photo
     from photonmap.capture.sensor import Sensor, load_sensor
     from photonmap.compile.camera import camera_rays
     from photonmap.errors import InputError, SceneWarning
@@ -124,8 +123,8 @@ __all__ = [
 
 _HOMES = {
     "expose": "capture.expose",
-    "load_photo": "capture.files",
-    "save_photo": "capture.files",
+    "load_photo": "capture.photo",
+    "save_photo": "capture.photo",
     "Photo": "capture.photo",
     "Sensor": "capture.sensor",
     "load_sensor": "capture.sensor",

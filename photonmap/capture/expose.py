@@ -1,30 +1,58 @@
-"""Expose a sensor to a render."""
+"""Expose a sensor to a render: from radiance to electrons, and by their noise to raw numbers.
+
+Noise is the linear model of the EMVA Standard 1288, release 4.0 (2021), section 2: with gain K in
+numbers per electron, the variance of a pixel is K² (mean electrons + read noise²) + 1/12.
+"""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.capture.demosaic import choose_method
-from photonmap.capture.mosaic import Pattern, read_mosaic, sample
-from photonmap.capture.noise import digitise
+from photonmap.capture.mosaic import Pattern, choose_method, read_mosaic, sample
 from photonmap.capture.optics import spread, vignette
 from photonmap.capture.photo import Photo
-from photonmap.capture.response import Response, find_colors, find_response
 from photonmap.capture.sensor import Sensor
 from photonmap.errors import InputError, warn
 from photonmap.results.result import Result, check_result
 from photonmap.runtime.wording import shown
+from photonmap.spectra.bands import Bands
+from photonmap.spectra.curves import EXTRAPOLATE, Floats
 from photonmap.spectra.observer import adapt_to_d65, observer
-
-Floats = NDArray[np.float64]
+from photonmap.spectra.projection import choose_projection
+from photonmap.spectra.sensitivities import read_sensors, table_of
+from photonmap.spectra.sensitivities import sensor as clean
 
 _LARGEST_SEED = 2**64 - 1
 _DIGITS = 8
 _MOST_NEGATIVE = 0.01
-"""Share of the camera's values below 0, for want of bands, up to which nothing is said."""
+"""Share of the camera's values below 0, from too few bands, up to which there is no warning."""
+
+_HC = 6.62607015e-34 * 299792458.0
+"""J·m: the energy of a photon times its wavelength."""
+_NM, _UM = 1e-9, 1e-6
+_SHOT, _READ, _GAIN, _OFFSET = range(4)
+"""Uses of random numbers."""
+_MOST = 1e12
+"""Expected electrons above which a pixel is full anyway."""
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """A camera's channels.
+
+    Parameters
+    ----------
+    bands : its sensitivities, of integral 1
+    electrons : (C,) per second for radiance 1 in the channel, in the unit of the image
+    """
+
+    bands: Bands
+    electrons: Floats
 
 
 def expose(result: Result, sensor: Sensor | None = None, seed: int = 0) -> Photo:
@@ -42,7 +70,7 @@ def expose(result: Result, sensor: Sensor | None = None, seed: int = 0) -> Photo
     Raises
     ------
     InputError : the image has no radiance or no light, is smaller than the mosaic, or the sensor
-        cannot be
+        is not valid
     """
     check_result(result)
     sensor = Sensor() if sensor is None else sensor
@@ -167,3 +195,70 @@ def _describe_colors(result: Result, response: Response) -> dict[str, Any]:
         "to_srgb": (adapt @ to_srgb).tolist(),
         "to_xyz": to_xyz.tolist(),
     }
+
+
+def find_response(sensor: Sensor) -> Response:
+    """Return the channels of a sensor's camera.
+
+    On the axis, irradiance is π L / (4 N²) with the f-number N, and the electrons of a pixel of
+    area A are A ∫ E(λ) η(λ) λ / (h c) dλ per second. The quantum efficiency η is the sensitivity
+    over λ, scaled so that its peak over all channels is the sensor's.
+
+    Raises
+    ------
+    InputError : there is no such camera, or it has no sensitivities
+    """
+    bands = Bands.parse(sensor.camera)
+    if bands.is_rgb:
+        raise InputError("camera rgb has no sensitivities; name a camera, or a FILE.csv of them")
+    named = ":" not in sensor.camera.removeprefix(EXTRAPOLATE)
+    if table_of(sensor.camera) or (bands.kind == "sensors" and named):
+        names, read = read_sensors(sensor.camera)
+        curves = [clean(curve, name, None) for name, curve in zip(names, read, strict=True)]
+    else:  # filters of the same transmittance
+        curves = [curve * float(1.0 / curve.values.max()) for curve in bands.sensitivities]
+    areas = np.array([np.trapezoid(curve.values, curve.wavelengths) for curve in curves])
+    peak = max((curve.values / curve.wavelengths).max() for curve in curves) / _NM
+    light = math.pi / (4.0 * sensor.aperture**2) * (sensor.pixel_pitch * _UM) ** 2 * sensor.scale
+    per_watt = sensor.quantum_efficiency / (_HC * peak)
+    return Response(bands, light * per_watt * areas)
+
+
+def find_colors(response: Response, target: str) -> Floats:
+    """Return the matrix (3, C) from electrons, up to one factor for all, to "rgb" or "xyz".
+
+    The fit of `photonmap.spectra.projection.fit_projection` to Munsell chips under equal energy,
+    D65 and A.
+    """
+    wanted = "rgb" if target == "rgb" else "xyz"
+    matrix = choose_projection(response.bands, wanted, "regression").matrix  # type: ignore[arg-type]
+    return matrix / response.electrons * response.electrons.max()
+
+
+def digitise(electrons: Floats, sensor: Sensor, time: float, seed: int) -> NDArray[np.uint16]:
+    """Return what the converter gives for expected electrons, in the same shape.
+
+    Parameters
+    ----------
+    electrons : expected from light, after filters
+    time : exposure time, s: of the dark current
+    seed : of shot and read noise; gains and offsets of pixels are those of the specimen
+    """
+    shape = electrons.shape
+    expected = np.minimum(electrons, _MOST)
+    if sensor.prnu:
+        gains = 1.0 + sensor.prnu * _generator(sensor.specimen, _GAIN).standard_normal(shape)
+        expected = expected * np.maximum(gains, 0.0)
+    dark = min(sensor.dark_current * time, _MOST)
+    held = _generator(seed, _SHOT).poisson(expected + dark).astype(np.float64)
+    held = np.minimum(held, sensor.full_well)
+    if sensor.dsnu:
+        held += sensor.dsnu * _generator(sensor.specimen, _OFFSET).standard_normal(shape)
+    if sensor.read_noise:
+        held += sensor.read_noise * _generator(seed, _READ).standard_normal(shape)
+    numbers = np.rint(sensor.black + sensor.gain * held)
+    return np.clip(numbers, 0, sensor.white).astype(np.uint16)
+
+
+def _generator(seed: int, use: int) -> np.random.Generator:
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, use])))

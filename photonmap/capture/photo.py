@@ -1,23 +1,37 @@
-"""A photo: raw numbers, what they were before noise, and how they are developed."""
+"""A photo: raw numbers, what they were before noise, how they are developed, and its files."""
 
 from __future__ import annotations
 
+import json
+import tempfile
 from dataclasses import dataclass
 from functools import cached_property
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.capture.demosaic import demosaic
-from photonmap.capture.mosaic import Pattern
+from photonmap.capture.mosaic import Pattern, demosaic, initials
+from photonmap.errors import InputError
+from photonmap.io.dng import Negative, encode_dng
+from photonmap.io.png import encode_png
 from photonmap.kernels.core.color import LUMINANCE
+from photonmap.results.files import write_json
 from photonmap.results.preview import as_bytes
+from photonmap.runtime.file_checks import check_output_folder
+from photonmap.spectra.observer import observer
 
 Image = NDArray[np.float32]
 
 _FADES = 0.8
 """Fraction of saturation from which on colours are not trusted."""
+RAW, DEMOSAICED = "raw", "demosaiced"
+"""Images of 16 bits: PNG of one channel or of three, TIFF of other numbers."""
+DNG, SRGB, TRUTH, RECORD = "raw.dng", "srgb.png", "truth.npz", "sensor.json"
+_SUFFIXES = (".png", ".tif")
+_FULL = 65535
 
 
 @dataclass(eq=False)
@@ -94,3 +108,139 @@ class Photo:
         most = max(float(luminance.max(initial=0.0)), 1.0)
         scale = (1.0 + luminance / most**2) / (1.0 + luminance)
         return as_bytes(image * scale[..., None], 1.0)
+
+
+def save_photo(photo: Photo, folder: str | PathLike[str]) -> list[Path]:
+    """Write a photo into a folder, which is made if it is missing: all of its files or none.
+
+    raw.png has the numbers of the converter, raw.dng the same for mosaics of red, green and blue;
+    demosaiced.png is linear, in the camera's colours, between the levels of sensor.json; srgb.png
+    is tone-mapped; truth.npz has the noise-free `truth`. Raw and demosaiced images of other than
+    one or three channels are .tif.
+
+    Returns
+    -------
+    The files
+
+    Raises
+    ------
+    InputError
+        if the folder cannot be written to
+    OSError
+        if writing fails
+    """
+    place = check_output_folder(folder, "the photo")
+    place.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=place) as made:
+        part = Path(made)
+        write_photo(photo, part)
+        for name in (DNG, *(f"{stem}{end}" for stem in (RAW, DEMOSAICED) for end in _SUFFIXES)):
+            if not (part / name).exists():
+                (place / name).unlink(missing_ok=True)  # of a photo by another sensor
+        return [path.replace(place / path.name) for path in sorted(part.iterdir())]
+
+
+def write_photo(photo: Photo, folder: Path) -> None:
+    """Write the files of a photo into a folder that is there."""
+    record = dict(photo.record)
+    demosaiced, levels = _as_numbers(photo)
+    record["demosaiced"] = levels
+    record["files"] = {
+        RAW: _write(photo.raw, folder / RAW),
+        DEMOSAICED: _write(demosaiced, folder / DEMOSAICED),
+    }
+    if (negative := _negative(photo)) is not None:
+        (folder / DNG).write_bytes(encode_dng(negative))
+    (folder / SRGB).write_bytes(encode_png(photo.srgb))
+    np.savez_compressed(folder / TRUTH, truth=photo.truth)
+    write_json(record, folder / RECORD)
+
+
+def _as_numbers(photo: Photo) -> tuple[NDArray[np.uint16], dict[str, float]]:
+    """Return the demosaiced image in 16 bits, and the black and white levels in it."""
+    factor = _FULL / photo.record["white"]
+    levels = {"black": photo.record["black"] * factor, "white": float(_FULL)}
+    scaled = levels["black"] + photo.demosaiced * (levels["white"] - levels["black"])
+    return np.clip(np.rint(scaled), 0, _FULL).astype(np.uint16), levels
+
+
+def _write(image: NDArray[np.uint16], stem: Path) -> str:
+    """Write an image as PNG, or as TIFF where that cannot hold its channels; return its name."""
+    if image.ndim == 2 or image.shape[2] in (1, 3):
+        path = stem.with_suffix(".png")
+        path.write_bytes(encode_png(image, linear=True))
+        return path.name
+    import OpenImageIO
+
+    path = stem.with_suffix(".tif")
+    height, width, channels = image.shape
+    spec = OpenImageIO.ImageSpec(width, height, channels, OpenImageIO.UINT16)
+    spec.attribute("DateTime", "")
+    file = OpenImageIO.ImageOutput.create("tiff")
+    assert file is not None
+    done = file.open(str(path), spec) and file.write_image(np.ascontiguousarray(image))
+    if not (done and file.close()):
+        raise OSError(f"cannot write {path.name}: {file.geterror()}")
+    return path.name
+
+
+def _negative(photo: Photo) -> Negative | None:
+    """Return a photo as a DNG holds it; None if its mosaic is not of red, green and blue."""
+    record, pattern = photo.record, photo.pattern
+    letters = initials(record["channels"])
+    if pattern is None or letters is None or sorted(letters) != ["B", "G", "R"]:
+        return None
+    order = [letters.index(letter) for letter in "RGB"]
+    to_camera = np.linalg.inv(np.array(record["to_xyz"]))[order]
+    eye = observer()
+    white = eye.rgb_to_xyz.sum(axis=1)
+    neutral = np.array(record["neutral"])[order]
+    sensor = record["sensor"]
+    return Negative(
+        photo.raw,
+        np.argsort(order)[pattern],
+        record["black"],
+        record["white"],
+        to_camera / (to_camera @ white / white[1]).max(),
+        neutral.tolist(),
+        Path(sensor["camera"]).name,
+        {"seconds": record["time_s"], "f_number": sensor["aperture"], "iso": sensor["iso"]},
+    )
+
+
+def load_photo(folder: str | PathLike[str]) -> Photo:
+    """Read what `save_photo` wrote.
+
+    Raises
+    ------
+    InputError
+        if the folder holds no photo, or it is damaged
+    """
+    place = Path(folder)
+    if not (place / RECORD).is_file():
+        raise InputError(f"has no {RECORD}; name a folder that holds a photo", folder)
+    try:
+        record = json.loads((place / RECORD).read_text(encoding="utf-8"))
+        with np.load(place / TRUTH) as file:
+            truth = file["truth"]
+        names = record.pop("files")
+        raw = _read(place / names[RAW])
+        del record["demosaiced"]
+        if raw.shape != (*truth.shape[:2], 1 if record["mosaic"] else truth.shape[2]):
+            raise ValueError("its images are of different sizes")
+    except (OSError, EOFError, ValueError, KeyError) as error:
+        raise InputError(f"is damaged ({error}); write it again", folder) from None
+    return Photo(raw[..., 0] if record["mosaic"] else raw, truth, record)
+
+
+def _read(path: Path) -> NDArray[Any]:
+    import OpenImageIO
+
+    file = OpenImageIO.ImageInput.open(str(path))
+    if file is None:
+        raise OSError(f"{path.name}: {OpenImageIO.geterror()}")
+    pixels = file.read_image(OpenImageIO.UINT16)
+    file.close()
+    if pixels is None:
+        raise OSError(f"{path.name} cannot be read")
+    return pixels

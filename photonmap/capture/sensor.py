@@ -1,4 +1,4 @@
-"""A sensor: the one list of what is known of it, how it is written in files, and its checks."""
+"""The parameters of a sensor, declared once: options, keys in TOML files and their checks."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-from photonmap.capture.demosaic import METHODS
-from photonmap.capture.mosaic import AUTO, check_mosaic
+from photonmap.capture.mosaic import AUTO, METHODS, check_mosaic
 from photonmap.capture.optics import check_psf, check_vignetting
 from photonmap.errors import InputError, naming
 from photonmap.io.readers.toml import read_toml
@@ -36,12 +35,14 @@ def _number(low: float, high: float, unit: str = "", above: bool = False) -> Cal
 
 
 def _camera(value: Any) -> Any:
-    """Refuse names of which there is no camera; what is no text is refused with all the rest."""
+    """Refuse unknown names; a value that is not a text is refused by `Sensor`."""
     return check_camera(value) if isinstance(value, str) else value
 
 
-def _option(help: str, group: str, metavar: str | None, **traits: Any) -> Any:
-    return option(help, group=group, metavar=metavar, **{"read": float, **traits})
+def _option(default: Any, help: str, group: str, metavar: str | None, **traits: Any) -> Any:
+    """Return a field with its default, and what `photonmap.runtime.options.option` takes."""
+    traits = {"read": float, **traits}
+    return field(default=default, metadata=option(help, group=group, metavar=metavar, **traits))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,190 +57,143 @@ class Sensor:
     InputError : a value is out of range, or two do not go together
     """
 
-    camera: str = field(
-        default="Nikon 5100 (NPL)",
-        metadata=_option(
-            "spectral sensitivities, relative to power: the name of a camera or observer, a "
-            "FILE.csv, or bands such as 8 or 400:700:10",
-            COLOR,
-            "NAME",
-            read=str,
-            check=_camera,
-        ),
+    camera: str = _option(
+        "Nikon 5100 (NPL)",
+        "spectral sensitivities, relative to power: the name of a camera or observer, a "
+        "FILE.csv, or bands such as 8 or 400:700:10",
+        COLOR,
+        "NAME",
+        read=str,
+        check=_camera,
     )
-    mosaic: str = field(
-        default=AUTO,
-        metadata=_option(
-            "pattern of colour filters, row by row: RGGB, or numbers of bands, as in 1,2,3/4,5,6; "
-            "none: every pixel has all channels; auto: RGGB, or a square of all bands",
-            COLOR,
-            "PATTERN",
-            read=str,
-        ),
+    mosaic: str = _option(
+        AUTO,
+        "pattern of colour filters, row by row: RGGB, or numbers of bands, as in 1,2,3/4,5,6; "
+        "none: every pixel has all channels; auto: RGGB, or a square of all bands",
+        COLOR,
+        "PATTERN",
+        read=str,
     )
-    demosaic: str = field(
-        default="auto",
-        metadata=_option(
-            "how mosaics are interpolated; malvar (Malvar, He and Cutler 2004) is for 2×2 patterns "
-            "of three colours, and taken there",
-            COLOR,
-            None,
-            read=str,
-            choices=METHODS,
-        ),
+    demosaic: str = _option(
+        "auto",
+        "how mosaics are interpolated; auto: malvar (Malvar, He and Cutler 2004) for 2×2 patterns "
+        "of three colours, bilinear for others",
+        COLOR,
+        None,
+        read=str,
+        choices=METHODS,
     )
-    time: float | None = field(
-        default=None,
-        metadata=_option(
-            "exposure time, s",
-            EXPOSURE,
-            "S",
-            default_text="chosen by --percentile and --level",
-            check=_number(0.0, 1e9, " s", above=True),
-        ),
+    time: float | None = _option(
+        None,
+        "exposure time, s",
+        EXPOSURE,
+        "S",
+        default_text="chosen by --percentile and --level",
+        check=_number(0.0, 1e9, " s", above=True),
     )
-    percentile: float = field(
-        default=97.0,
-        metadata=_option(
-            "percentage of the lit pixels that an automatic exposure keeps at or below --level; "
-            "those that emit do not count",
-            EXPOSURE,
-            "P",
-            check=_number(0.0, 100.0),
-        ),
+    percentile: float = _option(
+        97.0,
+        "percentage of the lit pixels, other than those that emit, that an automatic exposure "
+        "keeps at or below --level",
+        EXPOSURE,
+        "P",
+        check=_number(0.0, 100.0),
     )
-    level: float = field(
-        default=0.8,
-        metadata=_option(
-            "fraction of saturation that an automatic exposure gives to the percentile",
-            EXPOSURE,
-            "F",
-            check=_number(0.0, 1e6, above=True),
-        ),
+    level: float = _option(
+        0.8,
+        "fraction of saturation to which an automatic exposure brings --percentile",
+        EXPOSURE,
+        "F",
+        check=_number(0.0, 1e6, above=True),
     )
-    iso: float = field(
-        default=100.0,
-        metadata=_option(
-            "speed (ISO): gain relative to --base-iso", EXPOSURE, "N", check=_number(1.0, 1e8)
-        ),
+    iso: float = _option(
+        100.0, "speed (ISO): gain relative to --base-iso", EXPOSURE, "N", check=_number(1.0, 1e8)
     )
-    base_iso: float = field(
-        default=100.0,
-        metadata=_option(
-            "speed (ISO) at which a full well is the white level",
-            EXPOSURE,
-            "N",
-            check=_number(1.0, 1e8),
-        ),
+    base_iso: float = _option(
+        100.0,
+        "speed (ISO) at which a full well reaches the white level",
+        EXPOSURE,
+        "N",
+        check=_number(1.0, 1e8),
     )
-    aperture: float = field(
-        default=4.0,
-        metadata=_option("f-number of the lens", EXPOSURE, "N", check=_number(0.5, 1e4)),
+    aperture: float = _option(4.0, "f-number of the lens", EXPOSURE, "N", check=_number(0.5, 1e4))
+    scale: float = _option(
+        1.0,
+        "radiance of which the value in the image is 1, W·m⁻²·sr⁻¹·nm⁻¹",
+        EXPOSURE,
+        "X",
+        check=_number(0.0, 1e30, above=True),
     )
-    scale: float = field(
-        default=1.0,
-        metadata=_option(
-            "what radiance 1 in the image stands for, W·m⁻²·sr⁻¹·nm⁻¹",
-            EXPOSURE,
-            "X",
-            check=_number(0.0, 1e30, above=True),
-        ),
+    full_well: float = _option(
+        40000.0, "electrons that a pixel can hold", ELECTRONICS, "E", check=_number(1.0, 1e9)
     )
-    full_well: float = field(
-        default=40000.0,
-        metadata=_option(
-            "electrons that a pixel can hold", ELECTRONICS, "E", check=_number(1.0, 1e9)
-        ),
+    read_noise: float = _option(
+        3.0, "standard deviation of read noise, electrons", ELECTRONICS, "E", check=_number(0, 1e6)
     )
-    read_noise: float = field(
-        default=3.0,
-        metadata=_option(
-            "standard deviation of read noise, electrons", ELECTRONICS, "E", check=_number(0, 1e6)
-        ),
+    dark_current: float = _option(
+        0.1, "electrons per second and pixel", ELECTRONICS, "E", check=_number(0, 1e9)
     )
-    dark_current: float = field(
-        default=0.1,
-        metadata=_option("electrons per second and pixel", ELECTRONICS, "E", check=_number(0, 1e9)),
+    prnu: float = _option(
+        0.0,
+        "standard deviation of the pixels' gains, as a fraction (PRNU)",
+        ELECTRONICS,
+        "F",
+        check=_number(0.0, 1.0),
     )
-    prnu: float = field(
-        default=0.0,
-        metadata=_option(
-            "standard deviation of the pixels' gains, as a fraction (PRNU)",
-            ELECTRONICS,
-            "F",
-            check=_number(0.0, 1.0),
-        ),
+    dsnu: float = _option(
+        0.0,
+        "standard deviation of the pixels' offsets, electrons (DSNU)",
+        ELECTRONICS,
+        "E",
+        check=_number(0.0, 1e6),
     )
-    dsnu: float = field(
-        default=0.0,
-        metadata=_option(
-            "standard deviation of the pixels' offsets, electrons (DSNU)",
-            ELECTRONICS,
-            "E",
-            check=_number(0.0, 1e6),
-        ),
+    specimen: int = _option(
+        0,
+        "number of an individual camera: decides the gains and offsets of its pixels",
+        ELECTRONICS,
+        "N",
+        read=int,
+        whole=(0, _LARGEST_SEED),
     )
-    specimen: int = field(
-        default=0,
-        metadata=_option(
-            "which camera of its make: decides the gains and offsets of its pixels",
-            ELECTRONICS,
-            "N",
-            read=int,
-            whole=(0, _LARGEST_SEED),
-        ),
+    bits: int = _option(
+        14, "bits of the analogue-to-digital converter", ELECTRONICS, "N", read=int, whole=(1, 16)
     )
-    bits: int = field(
-        default=14,
-        metadata=_option(
-            "bits of the analogue-to-digital converter", ELECTRONICS, "N", read=int, whole=(1, 16)
-        ),
+    black_level: int | None = _option(
+        None,
+        "raw number of no light",
+        ELECTRONICS,
+        "N",
+        default_text="a 32nd of the range",
+        read=int,
+        whole=(0, 65534),
     )
-    black_level: int | None = field(
-        default=None,
-        metadata=_option(
-            "number that stands for no light",
-            ELECTRONICS,
-            "N",
-            default_text="a 32nd of the range",
-            read=int,
-            whole=(0, 65534),
-        ),
+    pixel_pitch: float = _option(
+        4.8, "side of a pixel, µm", ELECTRONICS, "UM", check=_number(0.01, 1e6)
     )
-    pixel_pitch: float = field(
-        default=4.8,
-        metadata=_option("side of a pixel, µm", ELECTRONICS, "UM", check=_number(0.01, 1e6)),
+    quantum_efficiency: float = _option(
+        0.5,
+        "electrons per photon at the peak of the most sensitive channel, lens included",
+        ELECTRONICS,
+        "F",
+        check=_number(0.0, 1.0, above=True),
     )
-    quantum_efficiency: float = field(
-        default=0.5,
-        metadata=_option(
-            "electrons per photon at the peak of the most sensitive channel, lens included",
-            ELECTRONICS,
-            "F",
-            check=_number(0.0, 1.0, above=True),
-        ),
+    vignetting: str = _option(
+        "none",
+        "none; cos4: natural vignetting; or a,b,… for 1 + a r² + b r⁴ + …, r = 1 at the "
+        "farthest corner",
+        OPTICS,
+        "V",
+        read=str,
+        check=check_vignetting,
     )
-    vignetting: str = field(
-        default="none",
-        metadata=_option(
-            "none; cos4: natural vignetting; or a,b,… for 1 + a r² + b r⁴ + …, r = 1 at the "
-            "farthest corner",
-            OPTICS,
-            "V",
-            read=str,
-            check=check_vignetting,
-        ),
-    )
-    psf: str = field(
-        default="none",
-        metadata=_option(
-            "point spread: gaussian:S of standard deviation S, or defocus:R, a disk of radius R, "
-            "in pixels; several are joined by +",
-            OPTICS,
-            "PSF",
-            read=str,
-            check=check_psf,
-        ),
+    psf: str = _option(
+        "none",
+        "point spread: gaussian:S of standard deviation S, or defocus:R, a disk of radius R, "
+        "in pixels; several are joined by +",
+        OPTICS,
+        "PSF",
+        read=str,
+        check=check_psf,
     )
 
     def __post_init__(self) -> None:
@@ -264,7 +218,7 @@ class Sensor:
 
     @property
     def black(self) -> int:
-        """The number that stands for no light."""
+        """The raw number of no light."""
         return (1 << self.bits) // 32 if self.black_level is None else self.black_level
 
     @property

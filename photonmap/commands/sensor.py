@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="IMAGE.exr",
         help="renders in any bands, with radiance among their buffers",
     )
-    text = "what is not given here, by the names of these options with _ for -"
+    text = "values of options that are not given here; keys are their names, with _ for -"
     add_value(parser, "sensor", "FILE.toml", text)
     for title in GROUPS:
         group = parser.add_argument_group(title)
@@ -39,14 +39,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                 text = option.default_text or f"{option.default}"
                 add_option(group, replace(option, default=None, default_text=text))
     files = parser.add_argument_group("files")
-    text = "seed of the noise; of several images, that of the first: it counts up"
+    text = "seed of the noise of the first image; each further image adds 1"
     add_value(files, "seed", "N", text, read=whole_number(0, _LARGEST_SEED), default=0)
     files.add_argument(
         "-o",
         "--output",
         metavar="FOLDER",
-        help="where to write; of several images, one folder each (default: IMAGE-sensor, beside "
-        "the image)",
+        help="folder to write to, in which several images have one folder each (default: IMAGE-sensor "
+        "beside each image)",
     )
     add_quiet(parser)
 
@@ -59,9 +59,8 @@ def run(options: argparse.Namespace) -> None:
     InputError
         if an image cannot be read, an option is not permitted, or a folder cannot be written to
     """
-    from photonmap.capture.expose import expose
-    from photonmap.capture.files import save_photo
-    from photonmap.capture.response import find_response
+    from photonmap.capture.expose import expose, find_response
+    from photonmap.capture.photo import save_photo
     from photonmap.results.result import load_result
     from photonmap.runtime.file_checks import check_output_folder
 

@@ -36,7 +36,7 @@ def scaled(sensor, electrons):
     """Return a sensor by which radiance 1 gives so many electrons in its time, on the average."""
     from dataclasses import replace
 
-    from photonmap.capture.response import find_response
+    from photonmap.capture.expose import find_response
 
     once = float(find_response(sensor).electrons.mean()) * sensor.time
     return replace(sensor, scale=sensor.scale * electrons / once)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import photonmap as pm
-from photonmap.capture.demosaic import demosaic
-from photonmap.capture.mosaic import read_mosaic, sample, tile
+from photonmap.capture.mosaic import demosaic, read_mosaic, sample, tile
 
 RGB = ("red", "green", "blue")
 XTRANS = "GBGGRG/RGRBGB/GBGGRG/GRGGBG/BGBRGR/GRGGBG"

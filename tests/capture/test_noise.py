@@ -6,7 +6,7 @@ from renders import flat, ideal, render_of, scaled
 from scipy import stats
 
 import photonmap as pm
-from photonmap.capture.response import find_response
+from photonmap.capture.expose import find_response
 
 SIGNIFICANCE = 1e-4
 """Of each of the tests below, on both sides together; seeds are fixed."""

@@ -30,7 +30,7 @@ def choose_sensor(text: str | None) -> tuple[Sensor, dict[str, Any]] | tuple[Non
     """
     if text is None:
         return None, None
-    from photonmap.capture.response import find_response
+    from photonmap.capture.expose import find_response
     from photonmap.capture.sensor import load_sensor
     from photonmap.spectra.sensitivities import table_of
 
@@ -52,7 +52,7 @@ def add_photo(
     InputError : the sensor cannot record the image
     """
     from photonmap.capture.expose import expose
-    from photonmap.capture.files import write_photo
+    from photonmap.capture.photo import write_photo
 
     seen = result.select(["radiance", "emission"])
     photo = expose(seen if full else as_lean(seen)[0], sensor, seed)

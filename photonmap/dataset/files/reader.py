@@ -118,7 +118,7 @@ class Image(Mapping[str, Array]):
         ------
         InputError : the set was made without `--sensor`, or the photo is damaged
         """
-        from photonmap.capture.files import load_photo
+        from photonmap.capture.photo import load_photo
         from photonmap.dataset.files.photos import PHOTO
 
         return load_photo(self.folder / PHOTO)
