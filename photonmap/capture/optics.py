@@ -66,8 +66,8 @@ def vignette(text: str, size: tuple[int, int], camera: dict[str, Any]) -> Floats
     if text == COS4:
         if kind not in _FLAT or camera.get("intrinsics") is None:
             raise InputError(
-                f"vignetting cos4 holds for images on a plane, not for a camera of the kind {kind}; "
-                "choose none, or a polynomial as in -0.3,0.05"
+                "vignetting cos4 holds for images on a plane, not for a camera of the kind "
+                f"{kind}; choose none, or a polynomial as in -0.3,0.05"
             )
         (fx, _, cx), (_, fy, cy), _ = camera["intrinsics"]
         return 1.0 / (1.0 + ((x - cx) / fx) ** 2 + ((y - cy) / fy) ** 2) ** 2

@@ -45,8 +45,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="FOLDER",
-        help="folder to write to, in which several images have one folder each (default: IMAGE-sensor "
-        "beside each image)",
+        help="folder to write to; several images have one folder each in it (default: "
+        "IMAGE-sensor beside each image)",
     )
     add_quiet(parser)
 
