@@ -50,7 +50,7 @@ def pytest_xdist_make_scheduler(config, log):
             folder, _, name = nodeid.partition("::")[0].rpartition("/")
             if folder.endswith("golden"):
                 return nodeid
-            return folder if folder.endswith("study") else name
+            return folder if folder.endswith(("study", "dataset/scenes")) else name
 
     config.option.loadscopereorder = False  # by size: golden images came last
     return ByFile(config, log)

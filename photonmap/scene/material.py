@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 from types import NoneType
 from typing import Annotated
 
@@ -228,7 +229,7 @@ class Material(Presets):
         is_varied = self.has_textured_lobe or self.has_textured_coat
         return is_painted or is_turned or is_varied or self.is_brushed
 
-    @property
+    @cached_property
     def uses_uv(self) -> bool:
         """Whether texture coordinates matter to it."""
         return self.is_textured or self.is_anisotropic

@@ -73,7 +73,7 @@ class SceneObject:
 
     def transformed(self, transform: Callable[[Shape], Shape]) -> SceneObject:
         """Return the object with every shape transformed, and without supports."""
-        parts = [replace(part, shape=transform(part.shape)) for part in self.parts]
+        parts = [Part(transform(p.shape), p.material, p.light_group) for p in self.parts]
         return SceneObject(self.name, parts)
 
     def moved(self, offset: ArrayLike) -> SceneObject:

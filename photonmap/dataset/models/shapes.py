@@ -43,8 +43,11 @@ class Shape:
 
     def moved(self, offset: ArrayLike) -> Shape:
         """Return the shape moved by (x, y, z)."""
-        vertices = self.vertices + np.asarray(offset, np.float64)
-        return Shape(vertices, self.faces, self.normals, self.uv)
+        offset = np.asarray(offset, np.float64)
+        moved = Shape(self.vertices + offset, self.faces, self.normals, self.uv)
+        if "bounds" in vars(self):  # exact, as rounding keeps the order of numbers
+            vars(moved)["bounds"] = self.bounds + offset
+        return moved
 
     def turned(self, degrees: float, axis: int = 1) -> Shape:
         """Return the shape rotated about a coordinate axis by the right-hand rule.

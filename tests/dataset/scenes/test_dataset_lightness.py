@@ -2,26 +2,36 @@
 
 import numpy as np
 import pytest
+from helpers.generated import mean_reflectance, unlit
 
-from photonmap.dataset.models.materials.surfaces import reflectance_of
+from photonmap.dataset.models.materials.lightness import with_lightness
 from photonmap.dataset.scenes.build import build_unlit_scene
 from photonmap.errors import InputError
 from photonmap.spectra.munsell import shipped_set
 
 
-def mean_reflectance(unlit):
-    parts = [p for obj in unlit.objects for p in obj.parts if not p.light_group]
-    areas = np.array([p.shape.area for p in parts])
-    return areas @ [reflectance_of(p.material) for p in parts] / areas.sum()
-
-
-@pytest.mark.parametrize("materials", ["lambertian", "mixed"])
-@pytest.mark.parametrize(("name", "near"), [("study", 0.02), ("kitchen", 0.02), ("cushion", 0.07)])
+@pytest.mark.parametrize(
+    ("materials", "name", "near"),
+    [
+        ("lambertian", "bedroom", 0.02),
+        ("mixed", "kitchen", 0.02),
+        ("mixed", "cushion", 0.07),
+        ("rich", "bathroom", 0.02),
+    ],
+)
 @pytest.mark.parametrize("wanted", [0.2, 0.45])
-def test_scenes_have_the_lightness_that_is_asked_for(name, near, wanted, materials):
-    plain = build_unlit_scene(name, 0, materials)
-    made = build_unlit_scene(name, 0, materials, lightness=wanted)
+def test_objects_get_the_lightness_that_is_asked_for(materials, name, near, wanted):
+    plain = unlit(name, 0, materials).objects
+    made = with_lightness(plain, wanted)
     assert mean_reflectance(made) == pytest.approx(wanted, abs=near)
+    assert with_lightness(plain, None) is plain
+
+
+@pytest.mark.parametrize("name", ["cushion", "kitchen", "garden"])
+def test_lightness_changes_reflectances_alone(name):
+    plain = unlit(name, 0, "mixed")
+    made = build_unlit_scene(name, 0, "mixed", lightness=0.2)
+    assert mean_reflectance(made.objects) == pytest.approx(0.2, abs=0.07)
     assert made.camera == plain.camera
     known = set(shipped_set().names)
     for a, b in zip(plain.objects, made.objects, strict=True):
@@ -42,12 +52,13 @@ def test_a_lightness_that_no_chips_have():
 
 def test_rooms_have_the_scale_that_is_asked_for():
     sizes, counts = [], []
-    for scale in (1.0, 2.0):
-        made = [build_unlit_scene("library", seed, scale=scale) for seed in range(3)]
+    rooms = [unlit("bathroom", seed) for seed in range(2)]
+    larger = [build_unlit_scene("bathroom", seed, scale=2.0) for seed in range(2)]
+    for made in (rooms, larger):
         walls = [next(o for o in each.objects if o.name == "walls") for each in made]
         sizes.append(np.mean([np.ptp(wall.bounds, axis=0) for wall in walls], axis=0))
         counts.append(np.mean([len(each.objects) for each in made]))
     assert (sizes[1] > 1.6 * sizes[0]).all()
     assert counts[1] > 1.3 * counts[0]
     with pytest.raises(InputError, match=r"scale 5 must be from 0\.8 to 3"):
-        build_unlit_scene("library", 0, scale=5.0)
+        build_unlit_scene("bathroom", 0, scale=5.0)

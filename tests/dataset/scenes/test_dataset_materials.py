@@ -2,15 +2,14 @@
 
 import numpy as np
 import pytest
+from helpers.generated import unlit
 
-from photonmap.dataset.models.materials.lightness import with_lightness
 from photonmap.dataset.models.materials.mapping import box_mapped
 from photonmap.dataset.models.materials.palette import MATERIALS, Palette
 from photonmap.dataset.models.materials.procedures import LEVELS, PROCEDURES, paint
 from photonmap.dataset.models.materials.surfaces import Surface, reflectance_of, surface_of
 from photonmap.dataset.models.scene_object import single_part
 from photonmap.dataset.models.shapes import box, cylinder
-from photonmap.dataset.scenes.build import build_unlit_scene
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.munsell import munsell, shipped_set
@@ -123,7 +122,7 @@ def test_textures_move_with_what_they_lie_on():
 
 @pytest.mark.parametrize("materials", MATERIALS[2:])
 def test_materials_change_nothing_else(materials):
-    plain, made = build_unlit_scene("study", 1), build_unlit_scene("study", 1, materials)
+    plain, made = unlit("bedroom"), unlit("bedroom", 0, materials)
     assert plain.camera == made.camera
     assert [o.name for o in plain.named_objects] == [o.name for o in made.named_objects]
     chips = set()
@@ -136,12 +135,3 @@ def test_materials_change_nothing_else(materials):
     patterns, finishes = map(set, zip(*chips, strict=True))
     assert ({"wood", "cloth"} <= patterns) == (materials != "glossy")
     assert ("glossy " in finishes) == (materials != "textured")
-
-
-def test_textured_scenes_have_the_lightness_that_is_asked_for():
-    made = build_unlit_scene("kitchen", 0, "rich", lightness=0.3)
-    parts = [p for obj in made.objects for p in obj.parts if not p.light_group]
-    areas = np.array([p.shape.area for p in parts])
-    mean = areas @ [reflectance_of(p.material) for p in parts] / areas.sum()
-    assert mean == pytest.approx(0.3, abs=0.02)
-    assert with_lightness(made.objects, None) is made.objects

@@ -1,13 +1,12 @@
 """Gardens, terraces and streets: their lights, and what the sun and the sky bring."""
 
-from functools import cache
-
 import numpy as np
 import pytest
+from helpers.generated import appearance, lit, unlit
 
 import photonmap as pm
-from photonmap.dataset.report.diversity import appearance_of, nearest_neighbours
-from photonmap.dataset.scenes.build import build_scene, build_unlit_scene, draw_illumination
+from photonmap.dataset.report.diversity import nearest_neighbours
+from photonmap.dataset.scenes.build import draw_illumination
 from photonmap.dataset.scenes.exposure import LEVEL
 from photonmap.dataset.scenes.illumination import CLEAR_SKY, Illumination, clear_sky, is_sky
 from photonmap.dataset.scenes.outdoors.catalogue import OUTDOORS
@@ -19,16 +18,11 @@ from photonmap.spectra.observer import luminance
 each_place = pytest.mark.parametrize("name", OUTDOORS)
 
 
-@cache
-def setting(name, seed=0):
-    return build_unlit_scene(name, seed)
-
-
 @each_place
 def test_a_clear_sky_has_its_sun(name):
     """Both of one haze and hour, and at one factor of the model's watts."""
     chosen = draw_illumination(name, 0, CLEAR_SKY)
-    sky, sun = setting(name).lit(chosen).lights
+    sky, sun = unlit(name).lit(chosen).lights
     assert isinstance(sky, SkyLight)
     assert isinstance(sun, SunLight)
     named = clear_sky(chosen.colors[0])
@@ -41,16 +35,16 @@ def test_a_clear_sky_has_its_sun(name):
 
 @each_place
 def test_other_skies_are_overcast_and_lamps_light_the_night(name):
-    unlit = setting(name)
-    white = unlit.lit(Illumination("white", ("D65",)))
+    place = unlit(name)
+    white = place.lit(Illumination("white", ("D65",)))
     assert [type(light) for light in white.lights] == [OvercastLight]
-    night = unlit.lit(Illumination("night", ("HPS", "LED-B3")))
+    night = place.lit(Illumination("night", ("HPS", "LED-B3")))
     assert not night.lights
     burning = {m.material.name for m in night.meshes if luminance(m.material.emission) > 0.0}
     assert burning == {"lamp", "lamp 2"}
-    dusk = unlit.lit(Illumination("dusk", ("planck:2300", "daylight:12000")))
+    dusk = place.lit(Illumination("dusk", ("planck:2300", "daylight:12000")))
     assert [light.name for light in dusk.lights] == ["sky"]
-    assert len(unlit.received) >= MOST_LIGHTS
+    assert len(place.received) >= MOST_LIGHTS
 
 
 def test_hours_and_haze_differ_between_seeds():
@@ -58,9 +52,9 @@ def test_hours_and_haze_differ_between_seeds():
     assert len({each.colors for each in drawn}) == 12
     assert drawn == [draw_illumination("garden", seed, CLEAR_SKY) for seed in range(12)]
     assert all(is_sky(each.colors[0]) for each in drawn)
-    assert len({setting("terrace", seed).sky.azimuth for seed in range(2)}) == 2
+    assert len({unlit("terrace", seed).sky.azimuth for seed in range(2)}) == 2
     with pytest.raises(InputError, match="turbidity 1 is out of range; give 2 to 10"):
-        setting("terrace").lit(Illumination("clearest", ("sky:1,40",)))
+        unlit("terrace").lit(Illumination("clearest", ("sky:1,40",)))
 
 
 @each_place
@@ -70,8 +64,8 @@ def test_the_sun_and_the_sky_are_measured_before_the_render(name):
     Half may lie in the sun and half in shadow, so the median of the render is no measure.
     """
     chosen = draw_illumination(name, 0, CLEAR_SKY)
-    scene = setting(name).lit(chosen)
-    expected = setting(name).sky.received(chosen.colors[0]) * scene.lights[0].scale
+    scene = unlit(name).lit(chosen)
+    expected = unlit(name).sky.received(chosen.colors[0]) * scene.lights[0].scale
     assert np.median(expected) == pytest.approx(LEVEL)
     result = pm.render(scene, bands=3, size=(32, 24), passes=2, per_light=True)
     assert result.record["light_groups"] == ["sky", "sun"]
@@ -84,7 +78,7 @@ def test_the_sun_and_the_sky_are_measured_before_the_render(name):
 
 
 def test_rooms_show_a_clear_sky_in_their_windows():
-    scene = build_scene("study", 0, CLEAR_SKY)
+    scene = lit("study", 0, CLEAR_SKY)
     assert not any(luminance(mesh.material.emission) > 0.0 for mesh in scene.meshes)
     assert {mesh.name.split()[0] for mesh in scene.meshes if mesh.material.portal} == {"window"}
     (sky,) = scene.lights
@@ -96,16 +90,16 @@ def test_rooms_show_a_clear_sky_in_their_windows():
 @pytest.mark.parametrize("light", ["D65", "sky:3,20"])
 def test_light_through_windows_is_measured_before_the_render(light):
     """The mean direct irradiance of what the camera sees, by shadow rays and by the renderer."""
-    unlit = build_unlit_scene("living_room", 0)
-    scene = unlit.lit(Illumination("day", (light,)))
+    room = unlit("living_room")
+    scene = room.lit(Illumination("day", (light,)))
     level = scene.lights[0].scale if light != "D65" else luminance(scene.lights[0].radiance)
     result = pm.render(scene, bands=3, size=(32, 24), passes=4)
     seen = (result.coverage == 1.0) & ~result.emission.any(axis=-1)
     found = np.pi * result.shading[seen].mean()
-    assert level * unlit.sky.received(light).mean() == pytest.approx(found, rel=0.2)
+    assert level * room.sky.received(light).mean() == pytest.approx(found, rel=0.2)
 
 
 def test_seeds_differ():
-    maps = [appearance_of(build_scene("garden", seed)) for seed in range(4)]
+    maps = [appearance("garden", seed) for seed in range(4)]
     assert np.median(nearest_neighbours([each.depth for each in maps])) < 0.85
     assert np.median(nearest_neighbours([each.reflectance for each in maps])) < 0.75

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -53,6 +53,13 @@ class Group:
 
     objects: Sequence[SceneObject]
     access: float = 0.0
+    _turned: dict[float, list[SceneObject]] = field(default_factory=dict, init=False)
+
+    def turned(self, degrees: float) -> list[SceneObject]:
+        """Return the objects rotated about the y axis, the same ones when asked again."""
+        if degrees not in self._turned:
+            self._turned[degrees] = [obj.turned(degrees) for obj in self.objects]
+        return self._turned[degrees]
 
 
 Dressing = Callable[[Random, Palette, float], Sequence[SceneObject]]
@@ -302,7 +309,7 @@ class RoomBuilder:
         return self._add(turned, _boxes_of(turned), np.array([x, height, z]))
 
     def _place(self, group: Group, x: float, z: float, turn: float) -> bool:
-        turned = [obj.turned(turn) for obj in group.objects]
+        turned = group.turned(turn)
         boxes, offset = _boxes_of(turned), np.array([x, 0.0, z])
         front = _access_of(group, turn) + offset if group.access else None
         if front is not None and any(overlap(front, other) for other in self._boxes):
