@@ -24,8 +24,7 @@ from photonmap.film.variance_smoothing import (
     smooth_error,
     widen_ratio,
 )
-from photonmap.io.exr import Contents, name_errors, read_exr, write_exr
-from photonmap.io.layers import write_layers
+from photonmap.io.exr import Contents, name_errors, read_exr, write_exr, write_layers
 from photonmap.io.png import encode_png
 from photonmap.results.checks import as_images, as_record, check_shapes
 from photonmap.results.colors import SCENE, Image, White

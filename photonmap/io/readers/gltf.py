@@ -14,9 +14,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.io.readers.decoding import Losses, decode_file, note_loss
+from photonmap.io.readers.decoding import Losses, decode_file, note_loss, unused_name
 from photonmap.io.readers.gltf_parts.document import Document, split_glb
-from photonmap.io.readers.gltf_parts.geometry import MODES, TRIANGLES, place_nodes, read_primitive
+from photonmap.io.readers.gltf_parts.geometry import (
+    MODES,
+    TRIANGLES,
+    find_pose,
+    place_nodes,
+    read_primitive,
+    strike_pose,
+)
 from photonmap.io.readers.gltf_parts.materials import (
     LOBES,
     METAL_COLORS,
@@ -29,9 +36,7 @@ from photonmap.io.readers.gltf_parts.nodes import (
     are_photometric,
     read_camera,
     read_light,
-    unused_name,
 )
-from photonmap.io.readers.gltf_parts.poses import find_pose, strike_pose
 from photonmap.io.readers.gltf_parts.textures import Textures, find_placement
 from photonmap.io.readers.meshes import Part, build_mesh, is_closed, move
 from photonmap.io.readers.registry import ReadOptions

@@ -2,19 +2,238 @@
 
 from __future__ import annotations
 
+import math
+import re
+from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Losses, decode_file
-from photonmap.io.readers.mitsuba_parts.context import Context, Files
-from photonmap.io.readers.mitsuba_parts.emitters import read_emitters
-from photonmap.io.readers.mitsuba_parts.load import load_nodes
-from photonmap.io.readers.mitsuba_parts.materials.bsdfs import Bsdfs
-from photonmap.io.readers.mitsuba_parts.sensors import read_sensor
+from photonmap.io.readers.environment_maps import turned_map
+from photonmap.io.readers.mitsuba_parts.bsdfs import Bsdfs
+from photonmap.io.readers.mitsuba_parts.colors import combined, read_plain
+from photonmap.io.readers.mitsuba_parts.nodes import Context, Files, Node, load_nodes
 from photonmap.io.readers.mitsuba_parts.shapes import Shapes
+from photonmap.io.readers.mitsuba_parts.xml import number_of, plain
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.named_files import allowed_folder
+from photonmap.runtime.wording import shown, suggest
+from photonmap.scene.camera import NOT_IN_FILES, Camera, check_camera
+from photonmap.scene.lens import Lens
+from photonmap.scene.lights import (
+    DirectionalLight,
+    DomeLight,
+    EnvironmentLight,
+    Light,
+    PhotometricLight,
+    PointLight,
+    SpotLight,
+    check_light,
+)
+from photonmap.scene.projections import Intrinsics
 from photonmap.scene.scene import Scene
+from photonmap.scene.vectors import Vector, unit
+from photonmap.spectra.curves import Color
+
+_NARROW = 2.0
+"""Width, degrees, of an edge so narrow that its falloff does not matter."""
+_D65 = 1.0, 1.0, 1.0
+
+
+def read_emitters(context: Context, nodes: Iterable[Node]) -> list[Light]:
+    """Return the lights of emitters.
+
+    Raises
+    ------
+    InputError : one is of an unknown type, a value is not valid, or two are all around
+    """
+    lights, around = [], None
+    for node in nodes:
+        if node.type in _AROUND:
+            if around is not None:
+                place = around.element.place(node.element.path)
+                raise node.error(f"there is light all around from {place} too; remove one of them")
+            around = node
+        lights.append(_read_emitter(context, node))
+    return lights
+
+
+def _read_emitter(context: Context, node: Node) -> Light:
+    """Return the light of an emitter."""
+    if node.type not in _EMITTERS:
+        raise node.unknown(_EMITTERS)
+    name = context.name("light", node) if node.id else ""
+    light = _EMITTERS[node.type](context, node, name)
+    try:
+        light = check_light(light)
+    except InputError as invalid:
+        raise node.error(str(invalid)) from None
+    node.read.add("sampling_weight")
+    context.lose_unread(node)
+    return light
+
+
+def _amount(context: Context, node: Node, name: str) -> Color:
+    return read_plain(context, node, name, _D65, "emission")
+
+
+def _point(context: Context, node: Node, name: str) -> Light:
+    place = plain(node.transform()[:3, 3])
+    return PointLight(node.vector("position", place), _amount(context, node, "intensity"), name)
+
+
+def _spot(context: Context, node: Node, name: str) -> Light:
+    """Return a spot, whose intensity falls linearly with the angle between its beam and its edge.
+
+    As photonmap's own spots fall in another way, it is a table unless that range is narrow.
+    """
+    matrix = node.transform()
+    origin, target = plain(matrix[:3, 3]), plain(matrix[:3, 3] + matrix[:3, 2])
+    intensity = _amount(context, node, "intensity")
+    edge = node.number("cutoff_angle", 20.0)
+    beam = node.number("beam_width", 0.75 * edge)
+    if edge - beam < _NARROW:
+        return SpotLight(origin, target, intensity, beam, edge, name=name)
+    angles = np.linspace(0.0, 180.0, 181)
+    falloff = np.clip((edge - angles) / (edge - beam), 0.0, 1.0)
+    mean = float(np.average(falloff, weights=np.sin(np.radians(angles))))
+    mean_intensity = combined(lambda value: mean * value, intensity)
+    direction, side = plain(matrix[:3, 2]), plain(matrix[:3, 0])
+    table = np.stack([falloff, falloff], axis=1)
+    return PhotometricLight(origin, table, mean_intensity, direction, side, name)
+
+
+def _directional(context: Context, node: Node, name: str) -> Light:
+    ahead = plain(node.transform()[:3, 2])
+    return DirectionalLight(
+        node.vector("direction", ahead), _amount(context, node, "irradiance"), name
+    )
+
+
+def _constant(context: Context, node: Node, name: str) -> Light:
+    return DomeLight(_amount(context, node, "radiance"), name)
+
+
+def _environment(context: Context, node: Node, name: str) -> EnvironmentLight:
+    """Return an environment map; it is resampled if it is turned about more than the vertical.
+
+    Raises
+    ------
+    InputError : its image cannot be read
+    """
+    path = context.files.find(node.element, node.text("filename"))
+    scale = node.number("scale", 1.0)
+    return turned_map(path, node.transform()[:3, :3], scale, name)
+
+
+_EMITTERS: dict[str, Callable[[Context, Node, str], Light]] = {
+    "point": _point,
+    "spot": _spot,
+    "directional": _directional,
+    "constant": _constant,
+    "envmap": _environment,
+}
+_AROUND = ("constant", "envmap")
+
+
+_PERSPECTIVE, _THIN_LENS, _ORTHOGRAPHIC = "perspective", "thinlens", "orthographic"
+_SENSORS = (_PERSPECTIVE, _THIN_LENS, _ORTHOGRAPHIC)
+_IGNORED = ("near_clip", "far_clip", "shutter_open", "shutter_close", "srf")
+_FULL_FRAME = math.hypot(36.0, 24.0)
+"""Diagonal of the film, mm, to which focal lengths refer"""
+_AXES = ("x", "y", "diagonal", "smaller", "larger")
+
+
+def read_sensor(context: Context, node: Node) -> Camera:
+    """Return the camera of a sensor; near and far planes cut nothing off.
+
+    Raises
+    ------
+    InputError : it is of an unknown type, or a value is not valid
+    """
+    if node.type not in _SENSORS:
+        raise node.unknown(_SENSORS)
+    matrix = node.transform()
+    if np.linalg.det(matrix[:3, :3]) < 0.0:
+        context.lose("mirrored view", node)
+    origin, up = plain(matrix[:3, 3]), plain(matrix[:3, 1])
+    size = _film_size(context, node)
+    look: dict[str, Any]
+    if node.type == _ORTHOGRAPHIC:
+        look = {"height": 2.0 * float(np.linalg.norm(matrix[:3, 1])) * size[1] / size[0]}
+    else:
+        look = _perspective(node, size)
+    if node.type == _THIN_LENS and (radius := node.number("aperture_radius", 0.0)) != 0.0:
+        look["lens"] = Lens(_focus(node), radius)
+    node.read.update(("", *_IGNORED))
+    context.lose_unread(node)
+    name = re.sub(f"[{re.escape(NOT_IN_FILES)}]", "_", context.name("camera", node))
+    try:
+        return check_camera(Camera(origin, _target(matrix), up, name=name, **look))
+    except InputError as invalid:
+        raise node.error(str(invalid)) from None
+
+
+def _focus(node: Node) -> float:
+    focus = node.number("focus_distance", 0.0)
+    if focus == 0.0:
+        raise node.error("aperture_radius is given and no focus_distance; add one above 0")
+    return focus
+
+
+def _target(matrix: np.ndarray) -> Vector:
+    """Return a point ahead, so far away that rounding does not turn the view."""
+    ahead = unit(matrix[:3, 2])
+    assert ahead is not None  # transformations do not flatten
+    return plain(matrix[:3, 3] + max(1.0, float(np.abs(matrix[:3, 3]).max())) * ahead)
+
+
+def _film_size(context: Context, node: Node) -> tuple[int, int]:
+    """Return width and height of the film: only their ratio, and a crop, matter."""
+    films = node.parts("film")
+    if not films:
+        return 768, 576
+    size = films[-1].whole("width", 768), films[-1].whole("height", 576)
+    if not 0 < min(size) <= max(size) <= 1 << 20:
+        raise films[-1].error(f"a film of {size[0]}x{size[1]} is not possible; correct its size")
+    if any(films[-1].find(f"crop_{what}") for what in ("width", "height")):
+        context.lose("crop", node)
+    return size
+
+
+def _perspective(node: Node, size: tuple[int, int]) -> dict[str, Any]:
+    """Return the vertical angle of view; or intrinsics, if the principal point is not central."""
+    width, height = size
+    axis = node.text("fov_axis", "x").lower()
+    if axis not in _AXES:
+        raise node.error(f"fov_axis {shown(axis)} is not known; {suggest(axis, _AXES)}")
+    if node.find("fov"):
+        fov = node.number("fov", 0.0)
+    else:
+        text = node.text("focal_length", "50mm").removesuffix("mm")
+        millimetres = number_of(node.element, text)
+        fov = 2.0 * math.degrees(math.atan2(0.5 * _FULL_FRAME, millimetres))
+        axis = "diagonal"
+    if not 0.0 < fov < 180.0:
+        raise node.error(f"an angle of view of {fov:g} degrees is not within 0 and 180; correct it")
+    across = {
+        "x": width,
+        "y": height,
+        "diagonal": math.hypot(width, height),
+        "smaller": min(size),
+        "larger": max(size),
+    }[axis]
+    focal = 0.5 * across / math.tan(math.radians(fov) / 2.0)
+    right, down = (node.number(f"principal_point_offset_{axis}", 0.0) for axis in "xy")
+    if right == down == 0.0:
+        return {"fov": 2.0 * math.degrees(math.atan(0.5 * height / focal))}
+    center = (0.5 - right) * width, (0.5 - down) * height
+    return {"projection": Intrinsics(focal, size, cx=center[0], cy=center[1])}
+
 
 SUFFIXES = (".xml",)
 

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Losses, decode_colors, decode_file, note_loss
-from photonmap.io.readers.meshes import build_mesh, cut_polygons
-from photonmap.io.readers.polygons import LARGEST_FACE
+from photonmap.io.readers.meshes import LARGEST_FACE, build_mesh, cut_polygons
 from photonmap.io.readers.registry import GREY, ReadOptions
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material

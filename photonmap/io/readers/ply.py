@@ -1,23 +1,228 @@
-"""Read PLY files."""
+"""Read PLY files: elements of named numbers and lists, in text or binary, as a mesh."""
 
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, naming
+from photonmap.io.readers.decimals import parse_floats
 from photonmap.io.readers.decoding import Losses, decode_colors, decode_file, note_loss
-from photonmap.io.readers.meshes import Part, build_mesh, check_indices, check_rows, cut_polygons
-from photonmap.io.readers.ply_parts.elements import Element, read_elements
-from photonmap.io.readers.polygons import LARGEST_FACE
+from photonmap.io.readers.meshes import (
+    LARGEST_FACE,
+    Part,
+    build_mesh,
+    check_indices,
+    check_rows,
+    cut_polygons,
+)
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material
 from photonmap.scene.scene import Scene
+
+Kind = np.dtype[Any]
+_TYPES = {
+    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
+    "float": "f4", "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2",
+    "int32": "i4", "uint32": "u4", "float32": "f4", "float64": "f8",
+}  # fmt: skip
+_ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
+
+
+@dataclass
+class Element:
+    """Rows of a kind, such as vertices.
+
+    Parameters
+    ----------
+    rows : how many there are
+    kinds : the types of its columns; of lists, those of length and items
+    columns : (rows,) numbers by name
+    lists : all numbers of lists one after another, and the length of each, (rows,), by name
+    """
+
+    rows: int
+    kinds: dict[str, tuple[Kind, ...]] = field(default_factory=dict)
+    columns: dict[str, NDArray[Any]] = field(default_factory=dict)
+    lists: dict[str, tuple[NDArray[Any], NDArray[np.int64]]] = field(default_factory=dict)
+
+
+@dataclass
+class _Stream:
+    """What follows the header.
+
+    Parameters
+    ----------
+    items : bytes, uint8; or the numbers of a text, float64
+    at : how many have been read
+    """
+
+    items: NDArray[Any]
+    at: int = 0
+
+    def width(self, kind: Kind) -> int:
+        """Return how many items a number takes."""
+        return kind.itemsize if self.items.dtype == np.uint8 else 1
+
+    def take(self, places: NDArray[np.int64], kind: Kind) -> NDArray[Any]:
+        """Return the numbers that begin at these items."""
+        if self.items.dtype != np.uint8:
+            with np.errstate(invalid="ignore"):
+                return self.items[places].astype(kind)
+        parts = self.items[places[:, None] + np.arange(kind.itemsize)]
+        return parts.view(kind).ravel().astype(kind.newbyteorder("="))
+
+
+def read_elements(data: bytes) -> tuple[dict[str, Element], list[str], int]:
+    """Read a PLY file.
+
+    Returns
+    -------
+    elements : by name
+    comments : lines of the header
+    rest : bytes, or numbers of a text, that belong to none of them
+
+    Raises
+    ------
+    ValueError : it is malformed, or ends too early
+    """
+    end = data.find(b"end_header")
+    if end < 0:
+        raise ValueError("its header has no end")
+    begin = data.find(b"\n", end) + 1 or len(data)
+    lines = [line for line in data[:end].decode("utf-8", "replace").splitlines() if line.strip()]
+    words = [line.split() for line in lines]
+    order = _ORDERS[next(line[1] for line in words if line[0] == "format")]
+    elements = _read_header(words, order)
+    items: NDArray[Any] = np.frombuffer(data, np.uint8, offset=begin)
+    if order == "=":
+        numbers = parse_floats(np.frombuffer(b"\n" + data[begin:] + b"\n", np.uint8))
+        if numbers is None:
+            raise ValueError("a number is malformed")
+        items = numbers
+    stream = _Stream(items)
+    for element in elements.values():
+        _read_rows(stream, element)
+    comments = [line for line, parts in zip(lines, words, strict=True) if parts[0] == "comment"]
+    return elements, comments, len(items) - stream.at
+
+
+def _read_header(lines: list[list[str]], order: str) -> dict[str, Element]:
+    """Return the elements that a header announces, still empty."""
+    elements: dict[str, Element] = {}
+    element = Element(0)
+    for keyword, *words in lines:
+        if keyword == "element":
+            elements[words[0]] = element = Element(int(words[1]))
+        elif keyword == "property":
+            names = words[1:-1] if words[0] == "list" else words[:1]
+            kinds = tuple(np.dtype(order + _TYPES[name]) for name in names)
+            element.kinds[words[-1]] = kinds
+    return elements
+
+
+def _read_rows(stream: _Stream, element: Element) -> None:
+    """Read the rows of an element."""
+    starts, sizes = _find_even(stream, element) or _find_uneven(stream, element)
+    for name, (*length, kind) in element.kinds.items():
+        places = starts[name]
+        if not length:
+            element.columns[name] = stream.take(places, kind)
+            continue
+        counts = sizes[name]
+        first = np.repeat(places + stream.width(length[0]), counts)
+        index = np.arange(len(first)) - np.repeat(np.cumsum(counts) - counts, counts)
+        element.lists[name] = stream.take(first + stream.width(kind) * index, kind), counts
+
+
+Layout = tuple[dict[str, NDArray[np.int64]], dict[str, NDArray[np.int64]]]
+"""Where the value of each row begins, and how long its list is, by the names of columns."""
+
+
+def _find_even(stream: _Stream, element: Element) -> Layout | None:
+    """Return the layout where the lists of a column are equally long; None where they are not."""
+    at, offsets, counts = stream.at, {}, {}
+    for name, (*length, kind) in element.kinds.items():
+        offsets[name] = at - stream.at
+        if length and element.rows:
+            count = _count(stream, at, length[0])
+            if count is None:
+                return None
+            counts[name] = count
+            at += stream.width(length[0])
+        at += stream.width(kind) * counts.get(name, 1)
+    stride = at - stream.at
+    end = stream.at + stride * element.rows
+    if end > len(stream.items):
+        if counts:
+            return None
+        raise _short(element, (len(stream.items) - stream.at) // stride)
+    begins = stream.at + stride * np.arange(element.rows)
+    starts = {name: begins + offset for name, offset in offsets.items()}
+    sizes = {
+        name: stream.take(starts[name], kinds[0]).astype(np.int64)
+        for name, kinds in element.kinds.items()
+        if len(kinds) > 1
+    }
+    if any((sizes[name] != counts[name]).any() for name in counts):
+        return None
+    stream.at = end
+    return starts, sizes
+
+
+def _find_uneven(stream: _Stream, element: Element) -> Layout:
+    """Return the layout of lists of several lengths, which are followed one by one."""
+    steps = [
+        (stream.width(kind), length[0] if length else None)
+        for *length, kind in element.kinds.values()
+    ]
+    places: list[int] = []
+    counts: list[int] = []
+    at = stream.at
+    for row in range(element.rows):
+        for width, length in steps:
+            places.append(at)
+            if length is None:
+                at += width
+                continue
+            count = _count(stream, at, length)
+            if count is None:
+                raise _short(element, row)
+            counts.append(count)
+            at += stream.width(length) + width * count
+        if at > len(stream.items):
+            raise _short(element, row)
+    stream.at = at
+    starts = np.array(places, np.int64).reshape(element.rows, -1).T
+    lists = [name for name, kinds in element.kinds.items() if len(kinds) > 1]
+    lengths = np.array(counts, np.int64).reshape(element.rows, -1).T
+    return (
+        dict(zip(element.kinds, starts, strict=True)),
+        dict(zip(lists, lengths, strict=True)),
+    )
+
+
+def _short(element: Element, rows: int) -> ValueError:
+    return ValueError(f"{element.rows} rows are announced, but there are {rows}")
+
+
+def _count(stream: _Stream, at: int, kind: Kind) -> int | None:
+    """Return the length of a list; None beyond the end."""
+    if at + stream.width(kind) > len(stream.items):
+        return None
+    is_item = stream.width(kind) == 1
+    count = float(stream.items[at] if is_item else stream.take(np.array([at]), kind)[0])
+    if not 0 <= count <= len(stream.items):
+        raise ValueError(f"a list has {count:g} items")
+    return int(count)
+
 
 SUFFIXES = (".ply",)
 

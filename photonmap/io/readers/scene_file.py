@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import MISSING, fields, replace
 from glob import escape
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
-from photonmap.errors import InputError, naming
+from photonmap.errors import InputError, naming, warn
 from photonmap.io.readers.registry import (
     SCENE_SUFFIX,
     MissingTextures,
@@ -14,23 +16,336 @@ from photonmap.io.readers.registry import (
     find_reader,
     mesh_suffixes,
 )
-from photonmap.io.readers.scene_parts.cameras import SECTION as CAMERA
-from photonmap.io.readers.scene_parts.cameras import read_cameras
-from photonmap.io.readers.scene_parts.lights import SECTION as LIGHT
-from photonmap.io.readers.scene_parts.lights import read_lights
-from photonmap.io.readers.scene_parts.materials import SECTION as MATERIAL
-from photonmap.io.readers.scene_parts.materials import change_materials, check_indices
-from photonmap.io.readers.scene_parts.objects import SECTION as OBJECT
-from photonmap.io.readers.scene_parts.objects import assign_materials
-from photonmap.io.readers.toml import Toml, read_toml
+from photonmap.io.readers.toml import Toml, parse_value, read_toml
 from photonmap.runtime.named_files import named_file, reading_below
-from photonmap.runtime.wording import listed, shown
-from photonmap.scene.scene import Scene
+from photonmap.runtime.wording import listed, shown, suggest
+from photonmap.scene.camera import Camera, check_camera
+from photonmap.scene.lights import LIGHTS, Light, check_light
+from photonmap.scene.material import BESIDE_GLASS, Material
+from photonmap.scene.mesh import Mesh
+from photonmap.scene.parameters import Colored, Part, parameters_of
+from photonmap.scene.projections import RayMap
+from photonmap.scene.scene import Scene, check_names
+from photonmap.scene.surfaces.layers import LayerError, check_layers
+from photonmap.scene.surfaces.metallic import FRACTION, USUAL_COAT, metallic_gloss
+from photonmap.scene.surfaces.relative_index import StrandedIndexError, check_relative_indices
+from photonmap.scene.textures import Paint, Texture
+
+_CAMERA = "camera"
+_REQUIRED = ("origin", "target")
+_UNMOVED = {"origin": (0.0, 0.0, 0.0), "target": (0.0, 0.0, -1.0)}
+"""Of a ray map, which holds its rays in world space"""
+_BASELINE = "baseline"
+_CAMERA_KEYS = (*parameters_of(Camera), _BASELINE)
+
+
+def read_cameras(toml: Toml) -> list[Camera]:
+    """Read `[camera]`, or all sections `[[camera]]`, in their order.
+
+    Raises
+    ------
+    InputError : a key is unknown or missing, a value is not valid, or several cameras do not have
+        different names
+    """
+    if _CAMERA not in toml.sections:
+        return []
+    sections = toml.sections[_CAMERA]
+    if not isinstance(sections, list):
+        section = toml.section("[camera]", _CAMERA_KEYS, _CAMERA)
+        return _read_camera(toml, "[camera]", section, _CAMERA)
+    cameras: list[Camera] = []
+    for index, section in enumerate(sections):
+        at = (_CAMERA, index)
+        if not isinstance(section, dict):
+            raise toml.error("camera is not a section; write [[camera]] above its keys", _CAMERA)
+        toml.check_known(_CAMERA_KEYS, "[[camera]] key", *at)
+        cameras += _read_camera(toml, "[[camera]]", section, *at)
+        if len(sections) > 1:
+            with toml.naming(*at, *(["name"] * ("name" in section))):
+                check_names(cameras)
+    return cameras
+
+
+def _read_camera(toml: Toml, label: str, section: dict[str, Any], *at: str | int) -> list[Camera]:
+    """Read one section; two cameras where it has a baseline."""
+    lines = {key: toml.line(*at, key) for key in section}
+    values = {key: value for key, value in section.items() if key != _BASELINE}
+    for key, parameter in parameters_of(Camera).items():
+        if isinstance(parameter, Part) and key in values:
+            try:
+                values[key] = parse_value(parameter, values[key], toml.path.parent)
+            except InputError as error:
+                raise InputError(f"camera {key} {error}", toml.path, lines[key]) from None
+    pose = _UNMOVED if isinstance(values.get("projection"), RayMap) else {}
+    values = {**pose, **values}
+    for key in _REQUIRED:
+        if key not in values:
+            raise toml.error(f"{label} lacks {key}; add {key} = [x, y, z]", *at)
+    camera = check_camera(Camera(**values), toml.path, lines)
+    if _BASELINE not in section:
+        return [camera]
+    try:
+        return list(camera.stereo(section[_BASELINE]))
+    except InputError as error:
+        problem = f"camera {_BASELINE} {error}"
+        raise InputError(problem, toml.path, lines[_BASELINE]) from None
+
+
+_LIGHT = "light"
+_LIGHT_LABEL = "[[light]]"
+
+
+def read_lights(toml: Toml) -> list[Light]:
+    """Read all sections `[[light]]`.
+
+    Raises
+    ------
+    InputError : a type or key that is unknown or missing, a value that is not valid, or two lights
+        of one name
+    """
+    sections = toml.sections.get(_LIGHT, [])
+    if not isinstance(sections, list) or not all(isinstance(s, dict) for s in sections):
+        raise toml.error(f"light is not a section; write {_LIGHT_LABEL} above its keys", _LIGHT)
+    lights = [_read_light(toml, index, section) for index, section in enumerate(sections)]
+    for index, light in enumerate(lights):
+        if light.name and light.name in (other.name for other in lights[:index]):
+            problem = f"two lights are named {light.name!r}; give each its own name"
+            raise toml.error(problem, _LIGHT, index, "name")
+    return lights
+
+
+def _read_light(toml: Toml, index: int, section: dict[str, Any]) -> Light:
+    """Read one section."""
+    at = (_LIGHT, index)
+    if "type" not in section:
+        types = ", ".join(f'"{name}"' for name in LIGHTS)
+        raise toml.error(f"{_LIGHT_LABEL} lacks type; add one of {types}", *at)
+    kind = section["type"]
+    if not isinstance(kind, str) or kind not in LIGHTS:
+        remedy = suggest(str(kind), LIGHTS)
+        raise toml.error(f"{_LIGHT_LABEL} type {shown(kind)} is not known; {remedy}", *at, "type")
+    light: Any = LIGHTS[kind]
+    parameters = parameters_of(light)
+    attributes = {parameter.key or name: name for name, parameter in parameters.items()}
+    required = {field.name for field in fields(light) if field.default is MISSING}
+    toml.check_known(("type", *attributes), f"{kind} light key", *at)
+    values: dict[str, Any] = {}
+    lines: dict[str, int | None] = dict.fromkeys(parameters, toml.line(*at))
+    for key, attribute in attributes.items():
+        if key in section:
+            lines[attribute] = toml.line(*at, key)
+            with naming(f"{_LIGHT_LABEL} {key}", toml.path, lines[attribute]):
+                values[attribute] = parse_value(
+                    parameters[attribute], section[key], toml.path.parent
+                )
+        elif attribute in required:
+            hint = f"add {key} = {parameters[attribute].example}"
+            raise toml.error(f"the {kind} light lacks {key}; {hint}", *at)
+    return check_light(light(**values), toml.path, lines)
+
+
+_MATERIAL = "material"
+_METALLIC = "metallic"
+"""Key of what becomes a base and a lobe, as glTF has it"""
+_BLACK = (0.0, (0.0, 0.0, 0.0))
+_GLOSSY = "add glossy = 0.04 for plastic, or glossy = 'metal:Au'"
+_OF_BODIES = ("abbe", "dispersion", "priority", "outside")
+"""Attributes that only solid glass has"""
+
+
+def change_materials(meshes: list[Mesh], toml: Toml) -> list[Mesh]:
+    """Return the meshes, with the attributes that `[material.NAME]` gives their materials.
+
+    Raises
+    ------
+    InputError : a material or key that is unknown, or a value that is not valid
+    """
+    if _MATERIAL not in toml.sections:
+        return meshes
+    sections = toml.sections[_MATERIAL]
+    if not isinstance(sections, dict):
+        raise toml.error("material is not a section; write [material.NAME]", _MATERIAL)
+    used = {id(mesh.material): mesh.material for mesh in meshes}
+    toml.check_known({material.name for material in used.values()}, "material", _MATERIAL)
+    changed = {
+        key: _change(material, toml) for key, material in used.items() if material.name in sections
+    }
+    return [
+        _repaint(mesh, changed[id(mesh.material)], sections[mesh.material.name])
+        if id(mesh.material) in changed
+        else mesh
+        for mesh in meshes
+    ]
+
+
+def check_indices(meshes: list[Mesh], toml: Toml, path: Path) -> None:
+    """Check that an index below 1 is relative to something.
+
+    Parameters
+    ----------
+    path : the file of the meshes, at fault for what `[material.NAME]` does not give
+
+    Raises
+    ------
+    InputError : a mesh has one that no glass surrounds
+    """
+    try:
+        check_relative_indices(meshes)
+    except StrandedIndexError as error:
+        name = error.mesh.material.name
+        section = toml.sections.get(_MATERIAL, {}).get(name, {})
+        for key in ("dispersion", "ior"):
+            if key in section:
+                raise toml.error(str(error), _MATERIAL, name, key) from None
+        raise InputError(str(error), path) from None
+
+
+def _repaint(mesh: Mesh, material: Material, section: dict[str, Any]) -> Mesh:
+    """Return a mesh of another material; a reflectance that is given replaces its colours."""
+    colors = None if {"reflectance", "ior"} & section.keys() else mesh.colors
+    return replace(mesh, material=material, colors=colors)
+
+
+def _change(material: Material, toml: Toml) -> Material:
+    """Return a material with the attributes of its section; new glass loses its reflectance."""
+    label, at = f"[material.{material.name}]", (_MATERIAL, material.name)
+    parameters = parameters_of(Material)
+    attributes = {parameter.key or name: name for name, parameter in parameters.items()}
+    given: dict[str, Any] = {}
+    section = toml.section(label, (*attributes, _METALLIC), *at)
+    for key, value in section.items():
+        if key == _METALLIC:
+            continue
+        with naming(f"{label} {key}", toml.path, toml.line(*at, key)):
+            parameter = parameters[attributes[key]]
+            parsed = parse_value(parameter, value, toml.path.parent)
+            given[attributes[key]] = parameter.check(parsed) if type(parameter) is Part else parsed
+    if "dispersion" in given:
+        given = {"ior": None, "abbe": None, **given}  # it gives them, unless the section does
+    if "glossy" in given:
+        given = {"glossy_edge": None, **given}
+    if "ior" in given:
+        opaque = {name for name, parameter in parameters.items() if parameter.only == "opaque"}
+        opaque -= set(BESIDE_GLASS if given.get("transmission", 1.0) != 1.0 else ())
+        black = {name: _neutral(name) for name in opaque}
+        smooth = {"roughness": 0.0, "anisotropy": 0.0} if material.ior is None else {}
+        given = {**black, **smooth, **given}
+    changed = replace(material, **given)
+    for attribute in given:
+        if problem := _find_misplaced(changed, attribute):
+            key = parameters[attribute].key or attribute
+            raise toml.error(f"{label} {key}: {problem}", *at, key)
+    if _METALLIC in section:
+        with naming(f"{label} {_METALLIC}", toml.path, toml.line(*at, _METALLIC)):
+            share = parse_value(FRACTION, section[_METALLIC], toml.path.parent)
+            changed = _partly_metal(changed, share, given.get("glossy", USUAL_COAT))
+    _check_layers(changed, toml, section)
+    for key in section:
+        reason = _find_idle(changed, attributes[key]) if key in attributes else ""
+        if reason and given[attributes[key]] != getattr(Material, attributes[key]):
+            warn(str(toml.error(f"{label} {key} has no effect on {reason}", *at, key)))
+    return changed
+
+
+def _find_idle(material: Material, attribute: str) -> str:
+    """Return on what an attribute has no effect, and what to do; nothing if it has one."""
+    if attribute in ("roughness", "anisotropy") and not material.is_glossy:
+        return "" if material.ior is not None else f"what is not glossy; {_GLOSSY}"
+    if attribute == "glossy_edge" and not material.is_glossy:
+        return f"what is not glossy; {_GLOSSY}"
+    if attribute in ("coat_roughness", "coat_ior", "coat_relief") and not material.is_coated:
+        return "what has no coat; add coat = 1"
+    if attribute == "sheen_roughness" and not material.has_sheen:
+        return "what has no sheen; add sheen = 0.5"
+    if attribute in _OF_BODIES and material.thin:
+        return "thin glass, which has no inside; leave out one of them"
+    return ""
+
+
+def _check_layers(material: Material, toml: Toml, section: dict[str, Any]) -> None:
+    """Check that layers go together, where the section gives one of them."""
+    try:
+        check_layers(material)
+    except LayerError as error:
+        for key in reversed(error.attributes):
+            if key in section:
+                raise toml.error(str(error), _MATERIAL, material.name, key) from None
+
+
+def _partly_metal(material: Material, share: float | Texture, coat: Paint) -> Material:
+    """Return a material of which a share is metal of its reflectance, and the rest has a coat."""
+    if material.ior is not None:
+        raise InputError("glass has none; leave out metallic or ior")
+    gloss = metallic_gloss(material.reflectance, share, coat, material.roughness)
+    return replace(material, **gloss._asdict(), glossy_edge=None)
+
+
+def _neutral(attribute: str) -> float | None:
+    """Return the value by which an attribute of opaque surfaces has no effect on glass."""
+    default = getattr(Material, attribute)
+    if default is None:
+        return None
+    is_color = isinstance(parameters_of(Material)[attribute], Colored)
+    return 0.0 if is_color else float(default)
+
+
+def _find_misplaced(material: Material, attribute: str) -> str:
+    """Return why a material of its kind cannot have the attribute; nothing if it can."""
+    if material.takes(attribute):
+        return ""
+    if material.ior is None:
+        return "only glass has one; add ior = 1.5"
+    if getattr(material, attribute) in (*_BLACK, _neutral(attribute)):
+        return ""
+    return f"glass has none; leave out {attribute} or ior"
+
+
+_OBJECT = "object"
+
+
+def assign_materials(scene: Scene, toml: Toml) -> Scene:
+    """Return a scene whose objects have the materials that `[object.NAME]` names.
+
+    A material is one of the scene, or a new one that has a section `[material.NAME]`.
+
+    Raises
+    ------
+    InputError : an object, key or material that is unknown
+    """
+    if _OBJECT not in toml.sections:
+        return scene
+    names = {mesh.name for mesh in scene.meshes}
+    sections = toml.sections[_OBJECT]
+    if not isinstance(sections, dict):
+        raise toml.error("object is not a section; write [object.NAME]", _OBJECT)
+    toml.check_known(names, "object", _OBJECT)
+    described = toml.sections.get(_MATERIAL)
+    known = {name: Material(name) for name in (described if isinstance(described, dict) else ())}
+    known |= {mesh.material.name: mesh.material for mesh in reversed(scene.meshes)}
+    return scene.with_materials({name: _named(toml, name, known) for name in sections})
+
+
+def _named(toml: Toml, name: str, known: dict[str, Material]) -> Material:
+    """Return the material that the section of an object names."""
+    at = (_OBJECT, name)
+    section = toml.section(f"[object.{name}]", (_MATERIAL,), *at)
+    if _MATERIAL not in section:
+        raise toml.error(f'[object.{name}] lacks material; add material = "NAME"', *at)
+    wanted = section[_MATERIAL]
+    if not isinstance(wanted, str):
+        message = f"[object.{name}] material: {shown(wanted)} is not a name"
+        raise toml.error(f'{message}; write material = "NAME"', *at, _MATERIAL)
+    if wanted not in known:
+        remedy = f"{suggest(wanted, known)} (a new one needs a section [material.{wanted}])"
+        message = f"[object.{name}] material {shown(wanted)} is not known; {remedy}"
+        raise toml.error(message, *at, _MATERIAL)
+    return known[wanted]
+
 
 SUFFIXES = (".toml",)
 
 _MESH = "mesh"
-_SECTIONS = (_MESH, CAMERA, MATERIAL, OBJECT, LIGHT)
+_SECTIONS = (_MESH, _CAMERA, _MATERIAL, _OBJECT, _LIGHT)
 
 
 def load_scene(

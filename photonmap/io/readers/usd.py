@@ -49,10 +49,8 @@ def read(path: Path, options: ReadOptions) -> Scene:
 def _decode(options: ReadOptions, path: Path, data: bytes, losses: Losses) -> Scene:
     from pxr import Usd, UsdGeom, UsdUtils
 
-    from photonmap.io.readers.usd_parts.cameras import read_camera
-    from photonmap.io.readers.usd_parts.lights import read_light
     from photonmap.io.readers.usd_parts.materials import Materials
-    from photonmap.io.readers.usd_parts.meshes import SHAPES, read_meshes
+    from photonmap.io.readers.usd_parts.prims import SHAPES, read_camera, read_light, read_meshes
     from photonmap.io.readers.usd_parts.stage import Stage, is_light, is_shown, open_stage
 
     quiet = UsdUtils.CoalescingDiagnosticDelegate()  # what pxr would print

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,23 +18,209 @@ from photonmap.io.readers.gltf import Gltf
 from photonmap.io.readers.meshes import Part, build_mesh
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.io.writers.assets import Assets
-from photonmap.io.writers.gltf_parts.differences import (
-    find_material_changes,
-    is_same_light,
-    is_same_view,
-)
 from photonmap.io.writers.gltf_parts.draft import Draft, pack_glb
-from photonmap.io.writers.gltf_parts.materials import write_material
-from photonmap.io.writers.gltf_parts.nodes import add_cameras, add_lights
+from photonmap.io.writers.gltf_parts.materials import rgb_emission, split_exactly, write_material
 from photonmap.io.writers.gltf_parts.textures import TextureWriter
-from photonmap.io.writers.mtl import name_materials
+from photonmap.io.writers.obj import name_materials
 from photonmap.io.writers.toml import write_cameras, write_lights, write_materials
-from photonmap.scene.camera import check_camera
-from photonmap.scene.lights import check_light, name_lights
+from photonmap.scene.camera import ALL, NOT_IN_FILES, Camera, check_camera, frame_of
+from photonmap.scene.lights import (
+    DirectionalLight,
+    Light,
+    PhotometricLight,
+    PointLight,
+    SpotLight,
+    check_light,
+    name_lights,
+)
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
+from photonmap.scene.parameters import Emission, Parameter, Reflectance, Text, parameters_of
+from photonmap.scene.parameters import Part as PartParameter
+from photonmap.scene.projections import Orthographic, Pinhole
 from photonmap.scene.scene import Scene
-from photonmap.scene.textures import is_black
+from photonmap.scene.surfaces.explicit import explicit
+from photonmap.scene.surfaces.relief import BumpMap
+from photonmap.scene.textures import Texture, is_black
+from photonmap.spectra.curves import Spectrum
+
+_LIGHTS = "KHR_lights_punctual"
+_NEAR = 1e-3
+"""Distance of the near plane, by the size of the scene"""
+_FAR = 1e3
+
+
+def add_cameras(draft: Draft, cameras: Sequence[Camera], size: float) -> list[int]:
+    """Add the cameras that glTF knows; return their nodes.
+
+    Parameters
+    ----------
+    size : of the scene, which planes that cut off nothing lie at
+    """
+    nodes = []
+    for camera in cameras:
+        look: dict[str, Any]
+        match camera.model:
+            case Pinhole(fov):
+                lens = {"yfov": math.radians(fov), "znear": _NEAR * size}
+                look = {"type": "perspective", "perspective": lens}
+            case Orthographic(height):
+                lens = {"xmag": height / 2.0, "ymag": height / 2.0}
+                lens |= {"znear": 0.0, "zfar": _FAR * size}
+                look = {"type": "orthographic", "orthographic": lens}
+            case _:
+                continue
+        view, right, up = frame_of(camera)
+        node = {
+            "name": camera.name or "camera",
+            "camera": draft.add("cameras", look),
+            "matrix": _matrix(right, up, -view, camera.origin),
+        }
+        nodes.append(draft.add("nodes", node))
+    return nodes
+
+
+def add_lights(draft: Draft, lights: Sequence[Light], taken: Collection[str]) -> list[int]:
+    """Add the lights that glTF knows under names that its reader keeps; return their nodes.
+
+    Parameters
+    ----------
+    lights : with names; a photometric light is written as a point
+    taken : names that lights in glTF files cannot have
+    """
+    items: list[dict[str, Any]] = []
+    nodes = []
+    for light in lights:
+        described = _describe(light)
+        if described is None or light.name in (ALL, *taken) or set(light.name) & set(NOT_IN_FILES):
+            continue
+        item, axis, position = described
+        x, y, z = _frame_about(axis)
+        color, intensity = split_exactly(rgb_emission(light.color))
+        node = {
+            "name": light.name,
+            "extensions": draft.use(_LIGHTS, {"light": len(items)}),
+            "matrix": _matrix(x, y, z, position),
+        }
+        items.append({"name": light.name, "color": color, "intensity": intensity, **item})
+        nodes.append(draft.add("nodes", node))
+    if items:
+        draft.tree["extensions"] = {_LIGHTS: {"lights": items}}
+    return nodes
+
+
+def _describe(light: Light) -> tuple[dict[str, Any], Any, Any] | None:
+    """Return the JSON of a light without its colour, its axis and position; None if unknown."""
+    match light:
+        case PointLight() | PhotometricLight():
+            return {"type": "point"}, (0.0, 0.0, -1.0), light.position
+        case DirectionalLight():
+            return {"type": "directional"}, light.emitter().axis, (0.0, 0.0, 0.0)
+        case SpotLight(outer=outer) if outer <= 90.0:
+            angles = {
+                "innerConeAngle": math.radians(light.inner),
+                "outerConeAngle": math.radians(outer),
+            }
+            return {"type": "spot", "spot": angles}, light.emitter().axis, light.position
+    return None
+
+
+def _frame_about(axis: Any) -> tuple[NDArray[np.float64], ...]:
+    """Return x, y and z of a node whose -z is a unit vector."""
+    z = -np.array(axis, np.float64)
+    other = np.zeros(3)
+    other[int(np.abs(z).argmin())] = 1.0
+    x = np.cross(other, z)
+    x /= np.linalg.norm(x)
+    return x, np.cross(z, x), z
+
+
+def _matrix(x: Any, y: Any, z: Any, origin: Any) -> list[float]:
+    """Return a 4×4 matrix by columns."""
+    columns = np.zeros((4, 4))
+    columns[:, :3] = np.array([x, y, z, origin])
+    columns[3, 3] = 1.0
+    return [float(value) for value in columns.ravel() + 0.0]
+
+
+def _close(a: Any, b: Any) -> bool:
+    """Return whether numbers are the same to kernels, which compute with float32."""
+    return np.allclose(a, b, rtol=1e-9, atol=1e-12)
+
+
+def find_material_changes(wanted: Material, read: Material) -> dict[str, Any]:
+    """Return the attributes of a material that were read otherwise; textures stay as they are."""
+    found, wanted = {}, explicit(wanted)
+    for attribute, parameter in parameters_of(Material).items():
+        value, other = getattr(wanted, attribute), getattr(read, attribute)
+        if isinstance(parameter, Text) or isinstance(value, Texture):
+            continue
+        if attribute == "coat_relief":
+            value, other = wanted.own_coat_relief, read.own_coat_relief
+            if type(value) is not type(other):
+                found[attribute] = value
+            continue
+        if isinstance(parameter, PartParameter):
+            if isinstance(value, BumpMap) or (attribute == "dispersion" and value != other):
+                found[attribute] = value
+            continue
+        if attribute == "abbe" and wanted.dispersion is not None:
+            continue
+        if attribute == "roughness" and not wanted.is_glossy and wanted.ior is None:
+            continue
+        if not _is_same(parameter, value, other):
+            found[attribute] = value
+    return found
+
+
+def _is_same(parameter: Parameter, value: Any, other: Any) -> bool:
+    """Return whether two values look the same in any bands.
+
+    An equal triple is D65 as an emission, but a constant spectrum as a reflectance.
+    """
+    if isinstance(value, Spectrum):
+        return False
+    if isinstance(other, Texture):
+        if np.ptp(other.image.texels, axis=(0, 1)).any():
+            return False
+        other = other.mean  # white, to hold opacity
+    if value is None or other is None:
+        return value is other
+    if isinstance(parameter, Reflectance):
+        return _close(np.ones(3) * value, np.ones(3) * other)
+    if isinstance(parameter, Emission) and np.any(value) and np.ndim(value) != np.ndim(other):
+        return False
+    return _close(value, other)
+
+
+def is_same_view(wanted: Camera, read: Camera) -> bool:
+    """Return whether two checked cameras give the same picture, and have the same name."""
+    if wanted.projection is not None or wanted.lens is not None:
+        return False
+    same_place = _close([wanted.origin, *frame_of(wanted)], [read.origin, *frame_of(read)])
+    same_size = _close([wanted.fov, wanted.height or 0.0], [read.fov, read.height or 0.0])
+    return same_place and same_size and (wanted.name or "camera") == read.name
+
+
+def is_same_light(wanted: Light, read: Light | None) -> bool:
+    """Return whether a light was read as it was, up to rounding; `read` is None where it was not.
+
+    The target of a spot only gives a direction, as does the length of a direction.
+    """
+    if type(wanted) is not type(read) or wanted.group not in ("", wanted.name):
+        return False
+    assert read is not None
+    declared = parameters_of(type(wanted))[wanted.color_attribute or ""]
+    if not _is_same(declared, wanted.color, read.color):
+        return False
+    return _close(_shape(wanted), _shape(read))
+
+
+def _shape(light: Light) -> list[float]:
+    """Return where a light stands and how it shines."""
+    emitter = light.emitter()
+    return [*(emitter.position or ()), *emitter.axis, *emitter.cosines, emitter.cone]
+
 
 _SMALL = (1 << 16) - 1
 """Vertices from which on indices take 32 bits; the last index of 16 bits is not allowed."""

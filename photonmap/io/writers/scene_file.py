@@ -10,8 +10,7 @@ from pathlib import Path
 from photonmap.errors import InputError, naming, warn
 from photonmap.io.writers.assets import Assets, check_name
 from photonmap.io.writers.gltf import write_gltf
-from photonmap.io.writers.mtl import name_materials, write_mtl
-from photonmap.io.writers.obj import write_obj
+from photonmap.io.writers.obj import name_materials, write_mtl, write_obj
 from photonmap.io.writers.toml import write_cameras, write_lights, write_materials
 from photonmap.runtime.wording import listed
 from photonmap.scene.scene import Scene

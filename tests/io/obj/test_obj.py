@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from photonmap.errors import SceneWarning
+from photonmap.io.readers.decimals import parse_floats, parse_integers
 from photonmap.io.readers.obj import _distinct
 from photonmap.io.readers.wavefront import source
-from photonmap.io.readers.wavefront.decimals import parse_floats, parse_integers
 from photonmap.scene.material import Material
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"

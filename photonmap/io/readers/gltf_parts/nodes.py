@@ -158,15 +158,6 @@ def are_photometric(lights: Sequence[Light]) -> bool:
     return max(map(np.max, colors), default=0.0) >= _BRIGHT
 
 
-def unused_name(wanted: str, index: int, used: set[str]) -> str:
-    """Return a node's name, with its index where another has that name; enter it."""
-    name = wanted
-    while name in used:
-        name += f"_{index}"
-    used.add(name)
-    return name
-
-
 def _cone(node: NodeItem) -> tuple[float, float]:
     """Return the half-angles of a spot, degrees, the inner lowered to the outer with a warning."""
     spot = node.item.get("spot") or {}

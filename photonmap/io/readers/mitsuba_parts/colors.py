@@ -1,32 +1,32 @@
-"""Read colours: RGB, and curves over wavelength."""
+"""Read colours: RGB, curves over wavelength, textures, and what metals reflect."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.errors import naming
-from photonmap.io.readers.mitsuba_parts.context import Files
-from photonmap.io.readers.mitsuba_parts.nodes import Node
-from photonmap.io.readers.mitsuba_parts.values import (
-    number_of,
-    numbers_of,
-    plain,
-    triple_of,
-)
-from photonmap.runtime.wording import shown
+from photonmap.errors import InputError, naming
+from photonmap.io.readers.decoding import note_loss
+from photonmap.io.readers.mitsuba_parts.nodes import Context, Files, Node
+from photonmap.io.readers.mitsuba_parts.xml import number_of, numbers_of, plain, triple_of
+from photonmap.io.readers.registry import GREY, OR_WITHOUT
+from photonmap.runtime.wording import shown, suggest
 from photonmap.scene.images import decode_srgb
+from photonmap.scene.textures import Paint, Texture, mean_color, shared_image
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, VISIBLE, Color, Spectrum
+from photonmap.spectra.metals import EDGE_COSINE, conductor_reflectance, metal
 from photonmap.spectra.observer import radiance_to_rgb, reflectance_to_rgb
 
 Floats = NDArray[np.float64]
 Kind = Literal["reflectance", "emission", "index"]
 COLOR_TAGS = ("rgb", "srgb", "spectrum", "blackbody", "float")
-_TYPES = ("d65", "uniform", "srgb", "blackbody", "irregular", "regular")
+_SPECTRA = ("d65", "uniform", "srgb", "blackbody", "irregular", "regular")
 _EDGE = 1e-3
 """Width of the edges of a curve, nm, outside of which it is 0."""
 _PLANCK = 2.0 * 6.62607015e-34 * 299792458.0**2, 6.62607015e-34 * 299792458.0 / 1.380649e-23
@@ -48,7 +48,7 @@ def read_color(node: Node, kind: Kind, files: Files) -> Color:
     ------
     InputError : it is not a colour, or out of range
     """
-    color = _read(node, kind, files)
+    color = _read_any(node, kind, files)
     values = color.values if isinstance(color, Spectrum) else np.array(color, np.float64)
     highest = LARGEST_REFLECTANCE if kind == "reflectance" else math.inf
     outside = ~((values >= 0.0) & (values <= highest))
@@ -59,7 +59,7 @@ def read_color(node: Node, kind: Kind, files: Files) -> Color:
     return combined(lambda value: np.minimum(value, 1.0), color) if highest < 2.0 else color
 
 
-def _read(node: Node, kind: Kind, files: Files) -> Color:
+def _read_any(node: Node, kind: Kind, files: Files) -> Color:
     element = node.element
     match node.tag:
         case "float":
@@ -128,7 +128,7 @@ def _typed(node: Node) -> Color:
         case "irregular" | "regular":
             return _curve(node, _wavelengths(node), numbers_of(node.element, node.text("values")))
     images = ("bitmap", "checkerboard") if node.tag == "texture" else ()
-    raise node.unknown((*_TYPES, *images))
+    raise node.unknown((*_SPECTRA, *images))
 
 
 def _wavelengths(node: Node) -> list[float]:
@@ -190,3 +190,189 @@ def as_rgb(color: Color, kind: Kind = "reflectance") -> Floats:
         project = radiance_to_rgb if kind == "emission" else reflectance_to_rgb
         return np.maximum(project(color), 0.0)
     return np.ones(3) * color
+
+
+_CHECKS = 256
+"""Texels along a side of a checkerboard's image: its edges blur over one of them."""
+
+
+def read_paint(
+    context: Context, node: Node, name: str, default: Color, kind: Kind = "reflectance"
+) -> Paint:
+    """Return a parameter that is a colour or a texture.
+
+    Raises
+    ------
+    InputError : it is neither, its image cannot be read, or a value is out of range
+    """
+    found = node.find(name)
+    if found is None:
+        return default
+    if found.tag in COLOR_TAGS:
+        return read_color(found, kind, context.files)
+    if found.tag != "texture":
+        raise found.error(f"{name} is a <{found.tag}>; give a colour or a texture")
+    return read_texture(context, found, kind)
+
+
+def read_texture(context: Context, found: Node, kind: Kind) -> Paint:
+    """Return what a texture stands for: an image, or a colour.
+
+    Raises
+    ------
+    InputError : its image cannot be read, or a value is out of range
+    """
+    if found.type == "bitmap":
+        return _bitmap(context, found)
+    if found.type == "checkerboard":
+        return _checkerboard(context, found, kind)
+    return read_color(found, kind, context.files)
+
+
+def read_plain(
+    context: Context, node: Node, name: str, default: Color, kind: Kind = "reflectance"
+) -> Color:
+    """Return a parameter that is simulated as a colour: the mean of a texture, which is noted."""
+    paint = read_paint(context, node, name, default, kind)
+    if isinstance(paint, Texture):
+        context.lose(f"texture of {name}", node)
+    return mean_color(paint)
+
+
+def read_scalar(context: Context, node: Node, name: str, default: float) -> float:
+    """Return a parameter that is simulated as a number: the mean of anything else."""
+    color = read_plain(context, node, name, default, "index")
+    return float(np.mean(as_rgb(color) if isinstance(color, Spectrum) else color))
+
+
+def changed(paint: Paint, function: Callable[..., Any]) -> Paint:
+    """Return what a function of numbers makes of a colour, or of each texel."""
+    if not isinstance(paint, Texture):
+        return combined(function, paint)
+    linear = paint.image.linear(slice(None), slice(None)) * np.array(paint.factor, np.float32)
+    texels = function(linear).astype(np.float32)
+    return replace(Texture.of(texels), scale=paint.scale, offset=paint.offset, clamp=paint.clamp)
+
+
+def _bitmap(context: Context, node: Node) -> Paint:
+    """Return an image; grey if it is missing and that is allowed."""
+    raw = node.flag("raw", False)
+    if (filtered := node.text("filter_type", "bilinear")) == "nearest":
+        context.lose(f"filter {shown(filtered)}", node)
+    wrap = node.text("wrap_mode", "repeat")
+    if wrap not in ("repeat", "clamp"):
+        context.lose(f"wrap mode {shown(wrap)}", node)
+    name = node.text("filename")
+    try:
+        image = shared_image(context.files.find(node.element, name), raw)
+    except InputError as error:
+        if context.missing_textures == "error":
+            raise InputError(f"{error}{OR_WITHOUT}") from None
+        note_loss(context.losses, "unreadable textures, with grey in their place,", name[:80])
+        return GREY
+    placed = _placement(context, node)
+    context.lose_unread(node)
+    return Texture(image, clamp=wrap == "clamp", **placed)
+
+
+def _checkerboard(context: Context, node: Node, kind: Kind) -> Texture:
+    """Return two colours in a pattern of 2 × 2."""
+    highest = 1.0 if kind == "reflectance" else np.inf
+    one, other = (
+        np.minimum(as_rgb(read_plain(context, node, name, default, kind), kind), highest)
+        for name, default in (("color0", 0.4), ("color1", 0.2))
+    )
+    index = np.arange(_CHECKS) >= _CHECKS // 2
+    same = index[:, None] == index
+    texels = np.where(same[..., None], one, other).astype(np.float32)
+    placed = _placement(context, node)
+    context.lose_unread(node)
+    return Texture.of(texels, **placed)
+
+
+def _placement(context: Context, node: Node) -> dict[str, Any]:
+    """Return how a texture lies on a surface; Mitsuba's v counts downwards, ours upwards."""
+    matrix = node.transform("to_uv")
+    if matrix[0, 1] or matrix[1, 0]:
+        context.lose("rotation of textures", node)
+    # What stood in place of to_uv in Mitsuba 0.x
+    du, dv = node.number("uoffset", 0.0), node.number("voffset", 0.0)
+    u, v = node.number("uscale", 1.0), node.number("vscale", 1.0)
+    scale = float(matrix[0, 0]) * u, float(matrix[1, 1]) * v
+    shift = u * (float(matrix[0, 3]) + du), v * (float(matrix[1, 3]) + dv)
+    return {"scale": scale, "offset": (shift[0], 1.0 - scale[1] - shift[1])}
+
+
+_NAMED = {
+    "vacuum": 1.0,
+    "helium": 1.000036,
+    "hydrogen": 1.000132,
+    "air": 1.000277,
+    "carbon dioxide": 1.00045,
+    "water": 1.333,
+    "acetone": 1.36,
+    "ethanol": 1.361,
+    "carbon tetrachloride": 1.461,
+    "glycerol": 1.4729,
+    "benzene": 1.501,
+    "silicone oil": 1.52045,
+    "bromine": 1.661,
+    "water ice": 1.31,
+    "fused quartz": 1.458,
+    "pyrex": 1.47,
+    "acrylic glass": 1.49,
+    "polypropylene": 1.49,
+    "bk7": 1.5046,
+    "sodium chloride": 1.544,
+    "amber": 1.55,
+    "pet": 1.575,
+    "diamond": 2.419,
+}
+"""Indices of refraction that Mitsuba knows by name"""
+_PERFECT = "none"
+
+
+def index_of(node: Node, name: str, default: str) -> float:
+    """Return an index of refraction, given as a number or by name.
+
+    Raises
+    ------
+    InputError : the name is not known, or the number is not above 0
+    """
+    found = node.find(name)
+    if found is None:
+        return _NAMED[default]
+    if found.tag != "string":
+        value = node.number(name, 1.0)
+        if value <= 0.0:
+            raise found.error(f"{name} {value:g} is not above 0; correct it")
+        return value
+    wanted = node.text(name).lower()
+    if wanted not in _NAMED:
+        raise found.error(f"{name} {shown(wanted)} is not known; {suggest(wanted, _NAMED)}")
+    return _NAMED[wanted]
+
+
+def metal_reflectances(context: Context, node: Node) -> tuple[Color, Color]:
+    """Return what a metal reflects at normal incidence, and at 82°: 1 if none is named.
+
+    Raises
+    ------
+    InputError : its name is not known, or an index is negative
+    """
+    if node.find("eta") or node.find("k"):
+        eta = read_plain(context, node, "eta", 0.0, "index")
+        k = read_plain(context, node, "k", 1.0, "index")
+        normal, edge = (
+            combined(partial(conductor_reflectance, cosine=cosine), eta, k)
+            for cosine in (1.0, EDGE_COSINE)
+        )
+        return normal, edge
+    name = node.text("material", _PERFECT)
+    if name.lower() == _PERFECT:
+        return 1.0, 1.0
+    element = node.element
+    with naming(f"material {shown(name)}", element.path, element.line):
+        found = metal(name)
+    assert found.edge is not None
+    return found, found.edge

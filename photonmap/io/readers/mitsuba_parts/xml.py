@@ -1,14 +1,21 @@
-"""Read XML as elements that know their lines; entities and document types are refused."""
+"""Read XML as elements that know their lines, and the numbers and transformations they hold."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
+import numpy as np
+from numpy.typing import NDArray
+
 from photonmap.errors import InputError
+from photonmap.io.readers.surfaces import side_axes
 from photonmap.runtime.wording import shown
+from photonmap.scene.vectors import Vector, unit
 
 DEEPEST = 100
 """Levels of elements within each other, at most."""
@@ -88,3 +95,137 @@ def _without_comments(data: bytes) -> bytes:
         kept += [data[begin:at], b"\n" * data.count(b"\n", at, end)]
         begin = end + 3
     return b"".join([*kept, data[begin:]])
+
+
+_SEPARATORS = re.compile(r"[\s,]+")
+
+
+def numbers_of(element: Element, text: str) -> list[float]:
+    """Return numbers separated by spaces or commas."""
+    return [number_of(element, word) for word in _SEPARATORS.split(text.strip()) if word]
+
+
+def number_of(element: Element, text: str) -> float:
+    """Return a finite number.
+
+    Raises
+    ------
+    InputError : the text is none
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or "_" in text:
+        raise element.error(f"{shown(text)} is not a number; correct it")
+    return value
+
+
+def vector_of(element: Element, default: float) -> Vector:
+    """Return x, y and z of an element, or its value: one number for all of them, or three."""
+    if "value" not in element.attributes:
+        x, y, z = (number_of(element, element.attributes.get(axis, str(default))) for axis in "xyz")
+        return x, y, z
+    return triple_of(element, "value")
+
+
+def triple_of(element: Element, name: str) -> Vector:
+    """Return the three numbers of an attribute; one counts three times."""
+    values = numbers_of(element, element.attribute(name))
+    if len(values) not in (1, 3):
+        text = shown(element.attributes[name])
+        raise element.error(f"{name} {text} is not one number or three; correct it")
+    x, y, z = values * (3 // len(values))
+    return x, y, z
+
+
+def plain(vector: NDArray[np.float64]) -> Vector:
+    """Return three numbers of an array."""
+    x, y, z = vector.tolist()
+    return x, y, z
+
+
+Matrix = NDArray[np.float64]
+_FLATTEST = 1e-30
+"""Least determinant of the linear part."""
+
+
+def read_transform(element: Element) -> Matrix:
+    """Return the 4×4 matrix of a `<transform>`, whose steps are applied in their order.
+
+    Raises
+    ------
+    InputError : a step is unknown or not valid, or all of them together are not affine or flatten
+    """
+    matrix = np.eye(4)
+    for step in element.children:
+        if step.tag not in _STEPS:
+            known = ", ".join(_STEPS)
+            raise step.error(f"<{shown(step.tag)[1:-1]}> is not a transformation; give {known}")
+        with np.errstate(over="ignore", invalid="ignore"):
+            matrix = _STEPS[step.tag](step) @ matrix
+    if not np.isfinite(matrix).all() or (matrix[3] != [0.0, 0.0, 0.0, 1.0]).any():
+        raise element.error("the transformation is not affine; correct its matrix")
+    if abs(np.linalg.det(matrix[:3, :3])) < _FLATTEST:
+        raise element.error("the transformation flattens everything; correct its scale")
+    return matrix
+
+
+def _translate(step: Element) -> Matrix:
+    matrix = np.eye(4)
+    matrix[:3, 3] = vector_of(step, 0.0)
+    return matrix
+
+
+def _scale(step: Element) -> Matrix:
+    return np.diag([*vector_of(step, 1.0), 1.0])
+
+
+def _rotate(step: Element) -> Matrix:
+    """Return a turn about an axis by degrees: Rodrigues' formula."""
+    axis = unit(np.array(vector_of(step, 0.0)))
+    if axis is None:
+        raise step.error("the axis of a rotation is 0; give its x, y or z")
+    angle = math.radians(number_of(step, step.attribute("angle")))
+    x, y, z = axis.tolist()
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    matrix = np.eye(4)
+    matrix[:3, :3] += math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross
+    return matrix
+
+
+def _look_at(step: Element) -> Matrix:
+    """Return a frame at the origin whose z leads to the target, and whose y is nearest to up."""
+    origin, target = np.array(triple_of(step, "origin")), np.array(triple_of(step, "target"))
+    view = unit(target / 2 - origin / 2)
+    if view is None:
+        raise step.error("target and origin are the same; move one of them")
+    up = np.array(triple_of(step, "up")) if "up" in step.attributes else np.zeros(3)
+    if not up.any():
+        up, _ = side_axes(view)
+    left = unit(np.cross(up, view))
+    if left is None:
+        raise step.error("up is parallel to the view; choose another direction")
+    matrix = np.eye(4)
+    matrix[:3] = np.stack([left, np.cross(view, left), view, origin], axis=1)
+    return matrix
+
+
+def _matrix(step: Element) -> Matrix:
+    """Return a matrix, row by row: all 16 numbers, or the 9 of its linear part."""
+    values = numbers_of(step, step.attribute("value"))
+    if len(values) not in (9, 16):
+        raise step.error(f"a matrix has {len(values)} numbers; give 9 or 16")
+    size = 3 if len(values) == 9 else 4
+    matrix = np.eye(4)
+    matrix[:size, :size] = np.reshape(values, (size, size))
+    return matrix
+
+
+_STEPS: dict[str, Callable[[Element], Matrix]] = {
+    "translate": _translate,
+    "rotate": _rotate,
+    "scale": _scale,
+    "lookat": _look_at,
+    "matrix": _matrix,
+}

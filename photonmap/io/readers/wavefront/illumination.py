@@ -1,23 +1,164 @@
-"""What MTL's illumination models stand for."""
+"""The materials that the statements of MTL files stand for, by their illumination models."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.io.readers.registry import GREY
-from photonmap.io.readers.wavefront.draft import Draft, matters
-from photonmap.io.readers.wavefront.gloss import NUMBERS, gloss_of
+from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.material import Material
-from photonmap.scene.parameters import parameters_of
+from photonmap.scene.parameters import Number, parameters_of
 from photonmap.scene.surfaces.fresnel import normal_reflectance
-from photonmap.scene.surfaces.metallic import USUAL_INDEX, as_triple
-from photonmap.scene.textures import Paint, Texture, is_black
+from photonmap.scene.surfaces.metallic import USUAL_INDEX, Gloss, as_triple, metallic_gloss
+from photonmap.scene.surfaces.relief import BumpMap, NormalMap
+from photonmap.scene.textures import Paint, Texture, is_black, lie_alike
 from photonmap.spectra.curves import Color, Spectrum
 from photonmap.spectra.observer import radiance_to_rgb, reflectance_to_rgb
+
+
+@dataclass
+class Draft:
+    """A material as far as it has been read.
+
+    Parameters
+    ----------
+    blender : 0; of a file by Blender's exporter, the `Ns` that it writes for roughness 0
+    colors : `Kd`, `Ke`, `Ks`, `Tf`, `Ps`
+    maps : `map_Kd`, `map_Ke`, `map_d`; None for a missing file
+    data : `map_Pr` and `map_Pm`, which replace `Pr` and `Pm`, and `map_Ns`, which multiplies `Ns`
+    numbers : `illum`, `Ni`, `Ns`, `Pr`, `Pm`, `d`, and `Tr` as 1 - Tr
+    clamped : keywords of colours that were lowered to 1
+    ignored : keywords of what is not simulated
+    averaged : keywords of maps whose mean stands for them
+    relief, relief_keyword : of `norm` or `bump`, and which of them
+    """
+
+    blender: float = 0.0
+    colors: dict[str, Color] = field(default_factory=dict)
+    maps: dict[str, Texture | None] = field(default_factory=dict)
+    data: dict[str, Texture] = field(default_factory=dict)
+    numbers: dict[str, float] = field(default_factory=dict)
+    clamped: list[str] = field(default_factory=list)
+    ignored: list[str] = field(default_factory=list)
+    averaged: list[str] = field(default_factory=list)
+    relief: NormalMap | BumpMap | None = None
+    relief_keyword: str = ""
+
+    @property
+    def is_metallic(self) -> bool:
+        """Whether `Pr` or `Pm` makes it glossy, whatever `Ks` and `Ns` say."""
+        return "Pr" in self.numbers or self.numbers.get("Pm", 0.0) != 0.0
+
+    def number(self, keyword: str) -> float | Texture:
+        """Return the texture that replaces a number, or else the number."""
+        return self.data[keyword] if keyword in self.data else self.numbers[keyword]
+
+
+def matters(color: Color, neutral: float = 0.0) -> bool:
+    """Return whether a colour differs from the one that changes nothing."""
+    if isinstance(color, Spectrum):
+        return True
+    return any(value != neutral for value in (color if isinstance(color, tuple) else (color,)))
+
+
+NUMBERS = {
+    "Ns": Number("exponent", at_least=0.0),
+    "Pr": Number("roughness", at_least=0.0, at_most=1.0),
+    "Pm": Number("metallic fraction", at_least=0.0, at_most=1.0),
+}
+"""What statements of these keywords hold."""
+USUAL_ROUGHNESS = 0.5
+"""Of a metal that gives none: Blender's default."""
+BLENDER_RANGE = 0.08
+"""Reflectance at normal incidence at which Blender's specular is 1."""
+
+
+def has_exponent(draft: Draft) -> bool:
+    """Return whether a draft has a lobe of colour `Ks` and of the exponent `Ns`."""
+    numbers = draft.numbers
+    is_metallic = "Pr" in numbers or draft.blender > 0.0
+    return numbers.get("illum", 2.0) == 2.0 and "Ns" in numbers and not is_metallic
+
+
+def gloss_of(draft: Draft, albedo: Paint) -> Gloss | None:
+    """Return the glossy lobe that a draft describes, over a base of this albedo; None if none.
+
+    - With `Pr` or `Pm`, the metallic workflow: `Pm` of the surface is a metal of this colour, and
+      the rest has a coat of index `Ni`.
+    - From Blender's exporter, likewise: `Ks` is its specular, `Ns` stands for its roughness, and
+      under `illum 3` and 6 `Ka` for its metallic.
+    - Else, under `illum 2`, or none, with `Ks` and `Ns`, and their maps: a coat that reflects `Ks`
+      at normal incidence, whose lobe is about as wide as Phong's of this exponent:
+      α² = 2 / (Ns + 2), as in Walter et al. 2007, "Microfacet models for refraction through rough
+      surfaces".
+
+    Statements about gloss that have no effect are noted as ignored.
+    """
+    numbers, model = draft.numbers, draft.numbers.get("illum", 2.0)
+    if draft.is_metallic:
+        index = numbers.get("Ni", 1.0)  # 1 is what exporters write that know of no index
+        if index < 1.0:
+            draft.ignored.append("Ni")
+        coat = normal_reflectance(index if index > 1.0 else USUAL_INDEX)
+        metallic = draft.number("Pm") if "Pm" in numbers else 0.0
+        return _metallic(draft, albedo, metallic, coat, _roughness(draft))
+    if draft.blender and model >= 2.0 and "Ns" in numbers:
+        roughness = 1.0 - math.sqrt(min(numbers["Ns"] / draft.blender, 1.0))
+        metallic = numbers.get("Ka", 0.0) if model in (3.0, 6.0) else 0.0
+        specular = draft.colors.get("Ks", 0.0)
+        mean = float(np.mean(specular)) if not isinstance(specular, Spectrum) else 0.5
+        return _metallic(draft, albedo, metallic, BLENDER_RANGE * mean, roughness)
+    if has_exponent(draft):
+        glossy = _textured(draft)
+        if glossy is not None:
+            return Gloss(albedo, glossy, _from_exponent(draft))
+        if "Ks" in draft.colors:
+            return None
+    if "Ns" in numbers and matters(draft.colors.get("Ks", 1.0)):
+        draft.ignored.append("Ns")
+    return None
+
+
+def _metallic(
+    draft: Draft, albedo: Paint, metallic: float | Texture, coat: float, roughness: float | Texture
+) -> Gloss | None:
+    """Return a surface that is a metal in part; None if it reflects diffusely alone."""
+    if not lie_alike(albedo, metallic):
+        draft.averaged.append("map_Pm")
+    gloss = metallic_gloss(albedo, metallic, coat, roughness)
+    return None if is_black(gloss.glossy) else gloss
+
+
+def _textured(draft: Draft) -> Paint | None:
+    """Return `Ks` times its map; None where it is 0 or there is neither."""
+    color, texture = draft.colors.get("Ks"), draft.maps.get("map_Ks")
+    if texture is None:
+        return color if color is not None and matters(color) else None
+    factor = as_triple(1.0 if color is None else color)
+    return replace(texture, factor=factor) if any(factor) else None
+
+
+def _roughness(draft: Draft) -> float | Texture:
+    """Return that of the metallic workflow."""
+    if "Pr" in draft.numbers:
+        return draft.number("Pr")
+    return _from_exponent(draft) if "Ns" in draft.numbers else USUAL_ROUGHNESS
+
+
+def _from_exponent(draft: Draft) -> float | Texture:
+    """Return the roughness of a lobe as wide as Phong's of the exponent `Ns` times its map."""
+    exponent, texture = draft.numbers["Ns"], draft.data.get("Ns")
+    if texture is None:
+        return (2.0 / (exponent + 2.0)) ** 0.25
+    share = texture.image.linear(slice(None), slice(None)) @ np.array(LUMINANCE)
+    roughness = (2.0 / (exponent * share + 2.0)) ** 0.25
+    return replace(texture, image=Texture.of(roughness).image)
+
 
 _MIRRORS, _GLASSES = (3, 5), (4, 6, 7)
 _DECIDED = ("Kd", "Ke", "Ks", "Ni", "Tf", "d")

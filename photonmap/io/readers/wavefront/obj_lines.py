@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, warn
+from photonmap.io.readers.decimals import begins, parse_floats, parse_integers
 from photonmap.io.readers.decoding import decode_colors
-from photonmap.io.readers.polygons import LARGEST_FACE
-from photonmap.io.readers.wavefront.decimals import begins, parse_floats, parse_integers
+from photonmap.io.readers.meshes import LARGEST_FACE
 from photonmap.io.readers.wavefront.source import Source, split_statement
 from photonmap.runtime.wording import shown
 from photonmap.scene.mesh import LARGEST_COORDINATE

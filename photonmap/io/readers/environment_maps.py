@@ -1,4 +1,4 @@
-"""Read environment maps, turned as photonmap has them."""
+"""Environment maps of Mitsuba and USD, turned as photonmap has them."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.io.readers.mitsuba_parts.context import Context
-from photonmap.io.readers.mitsuba_parts.nodes import Node
 from photonmap.scene.images import read_texture
 from photonmap.scene.lights import EnvironmentLight
 
@@ -17,18 +15,6 @@ _BEHIND = 180.0
 """Between the centres of the maps: Mitsuba's is +z."""
 _ROWS = 64
 """Rows resampled at a time, so that temporary arrays stay small."""
-
-
-def read_environment(context: Context, node: Node, name: str) -> EnvironmentLight:
-    """Return an environment map; it is resampled if it is turned about more than the vertical.
-
-    Raises
-    ------
-    InputError : its image cannot be read
-    """
-    path = context.files.find(node.element, node.text("filename"))
-    scale = node.number("scale", 1.0)
-    return turned_map(path, node.transform()[:3, :3], scale, name)
 
 
 def turned_map(

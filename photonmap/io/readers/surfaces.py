@@ -7,13 +7,13 @@ v counts upwards.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.io.readers.meshes import Part
-from photonmap.io.readers.mitsuba_parts.transforms import side_axes
 
 Floats = NDArray[np.float64]
 SPHERE_EDGES = 128
@@ -106,3 +106,15 @@ def _solid(part: Part) -> Part:
     a, b, c = (part.vertices[part.faces[:, corner]] for corner in range(3))
     doubled = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     return replace(part, faces=part.faces[doubled > 1e-9 * doubled.max()])
+
+
+def side_axes(z: Floats) -> tuple[Floats, Floats]:
+    """Return x and y of a right-handed frame about a unit vector z.
+
+    T. Duff et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017.
+    """
+    sign = math.copysign(1.0, z[2])
+    a = -1.0 / (sign + z[2])
+    b = z[0] * z[1] * a
+    x = np.array([1.0 + sign * z[0] ** 2 * a, sign * b, -sign * z[0]])
+    return x, np.array([b, sign + z[1] ** 2 * a, -z[1]])

@@ -1,1 +1,0 @@
-"""BSDFs of Mitsuba as materials."""

@@ -1,1 +1,0 @@
-"""What PLY files consist of."""

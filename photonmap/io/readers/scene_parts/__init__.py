@@ -1,1 +1,0 @@
-"""What TOML scenes describe: cameras, lights, and materials of a mesh file and its objects."""
