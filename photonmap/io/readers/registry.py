@@ -53,6 +53,15 @@ GREY = 0.5
 """What replaces a missing texture."""
 OR_WITHOUT = "; or render without it, by --missing-textures grey (missing_textures='grey')"
 """How errors about textures end that may be left out."""
+
+
+def extended(error: InputError, more: str) -> InputError:
+    """Return an error with more behind its text, which names a file if it did."""
+    longer = InputError(f"{error}{more}")
+    longer.has_place = error.has_place
+    return longer
+
+
 Reader = Callable[[Path, ReadOptions], "Scene"]
 
 
@@ -86,10 +95,17 @@ def read_file(path: str | PathLike[str], options: ReadOptions | None = None) -> 
 
     Raises
     ------
-    InputError : no reader declares the suffix, or the file cannot be read
+    InputError : no reader declares the suffix, or the file cannot be read. A `ValueError` of a
+        reader that names no file gets this one, and the line that it knows as `lineno`
     """
     path = Path(path)
-    return find_reader(path)(path, options or ReadOptions())
+    read = find_reader(path)
+    try:
+        return read(path, options or ReadOptions())
+    except ValueError as error:
+        if isinstance(error, InputError) and error.has_place:
+            raise
+        raise InputError(str(error), path, getattr(error, "lineno", None)) from error
 
 
 @cache

@@ -15,6 +15,7 @@ from photonmap.io.readers.registry import (
     ReadOptions,
     find_reader,
     mesh_suffixes,
+    read_file,
 )
 from photonmap.io.readers.toml import Toml, parse_value, read_toml
 from photonmap.runtime.named_files import named_file, reading_below
@@ -402,10 +403,10 @@ def read(path: Path, options: ReadOptions) -> Scene:
     toml = read_toml(path.with_suffix(SCENE_SUFFIX))
     toml.check_known(_SECTIONS, "section")
     mesh = _mesh_path(path, toml)
-    read_mesh = find_reader(mesh)
+    find_reader(mesh)  # refuses a file of an unknown kind before all else
     cameras = read_cameras(toml)
     try:
-        bare = read_mesh(mesh, options)
+        bare = read_file(mesh, options)
     except InputError as error:
         if _MESH not in toml.sections or mesh.is_file():
             raise

@@ -1,5 +1,6 @@
 """Attributes that are declared once: checks, TOML and MTL follow."""
 
+import json
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, ClassVar
@@ -143,3 +144,22 @@ def test_lights_and_cameras_of_a_mesh_file_reach_the_scene(monkeypatch, tmp_path
     assert (scene.lights, scene.camera) == ([light, pm.DomeLight()], camera)
     (tmp_path / "a.toml").write_text("[camera]\norigin = [0, 0, 9]\ntarget = [0, 0, 0]\n")
     assert pm.load_scene(tmp_path / "a.off").camera == pm.Camera((0, 0, 9), (0, 0, 0))
+
+
+@pytest.mark.parametrize(
+    ("read", "message"),
+    [
+        (lambda text: int(text), r"a\.off: invalid literal .*'x\\ny'"),
+        (lambda text: json.loads('{\n"a": 1,\n}'), r"a\.off:3: .*property name"),
+        (lambda text: registry.ReadOptions("pink"), r"a\.off: missing_textures 'pink' is not"),
+        (lambda text: pm.load_scene("b.ply"), r"b\.ply: cannot be read"),
+    ],
+)
+@pytest.mark.parametrize("name", ["a.off", "a.toml"])
+def test_errors_of_a_reader_name_its_file_and_line(monkeypatch, tmp_path, name, read, message):
+    monkeypatch.setattr("photonmap.io.readers.off.read", lambda path, _: read(path.read_text()))
+    (tmp_path / "a.off").write_text("x\ny")
+    (tmp_path / "a.toml").write_text('mesh = "a.off"\n')
+    with pytest.raises(pm.InputError, match=rf"^\S*{message}") as caught:
+        pm.load_scene(tmp_path / name)
+    assert "\n" not in str(caught.value)

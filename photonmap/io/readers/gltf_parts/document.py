@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError
+from photonmap.io.readers.registry import extended
 from photonmap.runtime.named_files import named_file
 from photonmap.runtime.wording import shown
 from photonmap.spectra.tables import read_bytes
@@ -155,7 +156,7 @@ class Document:
         try:
             return read_bytes(named_file(self.path.parent, unquote(uri)))
         except InputError as error:
-            raise InputError(f"{error}; {self.path.name} names it") from None
+            raise extended(error, f"; {self.path.name} names it") from None
 
 
 def split_glb(path: Path, data: bytes) -> tuple[memoryview, memoryview | None]:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError
-from photonmap.io.readers.registry import OR_WITHOUT, MissingTextures
+from photonmap.io.readers.registry import OR_WITHOUT, MissingTextures, extended
 from photonmap.runtime.named_files import named_image
 from photonmap.scene.images import Channels, Image, read_channels
 from photonmap.scene.textures import Texture
@@ -203,7 +203,7 @@ class Textures:
     def _name(self, index: int, error: InputError) -> InputError:
         """Return an error about an image that names the file, where the image is part of it."""
         if not _is_embedded(self.item("images", index)):
-            return InputError(f"{error}; {self.path.name} names it{OR_WITHOUT}")
+            return extended(error, f"; {self.path.name} names it{OR_WITHOUT}")
         _, _, reason = str(error).partition(f"{_EMBEDDED}{index}.")
         return InputError(f"image {index} {reason.partition(': ')[2]}", self.path)
 

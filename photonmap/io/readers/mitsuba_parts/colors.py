@@ -15,7 +15,7 @@ from photonmap.errors import InputError, naming
 from photonmap.io.readers.decoding import note_loss
 from photonmap.io.readers.mitsuba_parts.nodes import Context, Files, Node
 from photonmap.io.readers.mitsuba_parts.xml import number_of, numbers_of, plain, triple_of
-from photonmap.io.readers.registry import GREY, OR_WITHOUT
+from photonmap.io.readers.registry import GREY, OR_WITHOUT, extended
 from photonmap.runtime.wording import shown, suggest
 from photonmap.scene.images import decode_srgb
 from photonmap.scene.textures import Paint, Texture, mean_color, shared_image
@@ -267,7 +267,7 @@ def _bitmap(context: Context, node: Node) -> Paint:
         image = shared_image(context.files.find(node.element, name), raw)
     except InputError as error:
         if context.missing_textures == "error":
-            raise InputError(f"{error}{OR_WITHOUT}") from None
+            raise extended(error, OR_WITHOUT) from None
         note_loss(context.losses, "unreadable textures, with grey in their place,", name[:80])
         return GREY
     placed = _placement(context, node)

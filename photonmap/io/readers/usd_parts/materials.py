@@ -9,7 +9,7 @@ from typing import Any
 from pxr import UsdShade
 
 from photonmap.errors import InputError
-from photonmap.io.readers.registry import GREY, OR_WITHOUT
+from photonmap.io.readers.registry import GREY, OR_WITHOUT, extended
 from photonmap.io.readers.usd_parts.stage import Stage, read_image
 from photonmap.scene.images import Channels, Image
 from photonmap.scene.material import Material
@@ -144,7 +144,7 @@ class _Surface:
             image = channel(read_image(self.stage, value(file.GetAttr()) if file else None))
         except InputError as error:
             if self.stage.options.missing_textures == "error":
-                raise InputError(f"{error}{OR_WITHOUT}") from None
+                raise extended(error, OR_WITHOUT) from None
             self.stage.lose("unreadable textures, with grey in their place,", self.prim)
             return None
         scale, offset = self._placement(found[0])
