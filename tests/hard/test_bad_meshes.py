@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
-from cases import assert_mean, assert_same, means, rendered
+from cases import assert_mean, assert_same, means, means_of, rendered
 from helpers.scenes import GREY, quad
 
 import photonmap as pm
 
 BOX = pm.scenes.cornell_box()
-TRIANGLES = int(os.environ.get("PHOTONMAP_TRIANGLES", "200000"))
+TRIANGLES = int(os.environ.get("PHOTONMAP_TRIANGLES", "20000"))
 """Of the largest mesh; 5 million in long runs."""
 
 
@@ -44,13 +44,11 @@ def floors():
     """The same floor, tiled badly."""
     edges = np.linspace(-1.0, 1.0, 9)
     slivers = np.sort(np.concatenate([edges, edges[1:-1] + 1e-6]))
-    fan = [(0.123, 0.321), (-1, -1), (-1, 1), (1, 1), (1, -1)]
     needles = np.array([[-1.0 + 2e-6 * i, -1.0] for i in range(40)] + [[-1, 1.0], [1, -1], [1, 1]])
     faces = [[i, 40, i + 1] for i in range(39)] + [[39, 40, 42], [39, 42, 41]]
     return {
         "slivers": strips(slivers),
         "needles": floor_of(needles, faces),
-        "fan": floor_of(fan, [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]]),
         "T-junctions": floor_of(
             [(-1, -1), (-1, 1), (1, 1), (1, -1), (1, 0.1), (1, -0.3)],
             [[0, 1, 2], [0, 2, 4], [0, 4, 5], [0, 5, 3]],
@@ -59,10 +57,8 @@ def floors():
             [(-1, -1), (-1, 1), (1e-7, 1), (1e-7, -1), (2e-7, -1), (2e-7, 1), (1, 1), (1, -1)],
             [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
         ),
-        "wound inversely": floor_of([(-1, -1), (-1, 1), (1, 1), (1, -1)], [[0, 2, 1], [0, 3, 2]]),
-        "wound both ways": floor_of([(-1, -1), (-1, 1), (1, 1), (1, -1)], [[0, 2, 1], [0, 2, 3]]),
-        "stray vertices": floor_of(
-            [(-1, -1), (-1, 1), (1, 1), (1, -1), (1e9, 1e9), (-1e9, 3e8)], [[0, 1, 2], [0, 2, 3]]
+        "wound both ways, with stray vertices": floor_of(
+            [(-1, -1), (-1, 1), (1, 1), (1, -1), (1e9, 1e9), (-1e9, 3e8)], [[0, 2, 1], [0, 2, 3]]
         ),
     }
 
@@ -70,13 +66,14 @@ def floors():
 @pytest.fixture(scope="module")
 def good():
     """Means of the box as it is."""
-    return {name: means(BOX, name) for name in ("direct", "indirect")}
+    return means_of(BOX)
 
 
 @pytest.mark.parametrize("name", floors())
-@pytest.mark.parametrize("buffer", ["direct", "indirect"])
-def test_how_a_floor_is_tiled_does_not_matter(name, buffer, good):
-    assert_same(means(with_floor(floors()[name]), buffer), good[buffer], slack=5e-3)
+def test_how_a_floor_is_tiled_does_not_matter(name, good):
+    found = means_of(with_floor(floors()[name]))
+    for buffer in ("direct", "indirect"):
+        assert_same(found[buffer], good[buffer], slack=5e-3)
 
 
 def test_triangles_without_area_are_left_out(good):
@@ -110,18 +107,18 @@ def test_surfaces_that_are_there_twice_count_once(turned, good):
     ]
     scene = replace(BOX, meshes=[*BOX.meshes, *copies])
     with pytest.warns(pm.SceneWarning, match="triangles that coincide with others"):
-        found = {buffer: means(scene, buffer) for buffer in ("direct", "indirect")}
-    for buffer, values in found.items():
-        assert_same(values, good[buffer])
+        found = means_of(scene)
+    for buffer in ("direct", "indirect"):
+        assert_same(found[buffer], good[buffer])
 
 
 def test_coplanar_overlapping_floors(good):
     """Two floors in one plane, tiled differently, of one material: light goes to either."""
     floor = next(mesh for mesh in BOX.meshes if mesh.name == "floor")
     other = floor_of([(-0.9, -1), (-1, 1), (0.8, 1)], [[0, 1, 2]], "rug")
-    scene = with_floor(floor, other)
-    assert_same(means(scene, "direct"), good["direct"], slack=5e-3)
-    assert_same(means(scene, "indirect"), good["indirect"], slack=0.05)
+    found = means_of(with_floor(floor, other))
+    assert_same(found["direct"], good["direct"], slack=5e-3)
+    assert_same(found["indirect"], good["indirect"], slack=0.05)
 
 
 def test_a_fan_of_walls_on_one_edge():
@@ -156,9 +153,9 @@ def test_one_triangle(side):
     """Under a sky of 1 it reflects its albedo, on both sides."""
     mesh = pm.Mesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]], pm.Material("t", 0.3))
     scene = pm.Scene([mesh], [pm.DomeLight()], pm.Camera((0, 0, 3 * side), (0, 0, 0), fov=10))
-    result = rendered(scene)
-    assert not result.indirect.any()
-    assert_mean(means(scene, "direct"), 0.3 * np.ones(2))
+    found = means_of(scene, seeds=4)
+    assert not found["indirect"].any()
+    assert_mean(found["direct"], 0.3 * np.ones(2))
 
 
 def test_many_triangles():

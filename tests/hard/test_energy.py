@@ -22,7 +22,7 @@ def furnace(reflectance):
 
 @pytest.mark.filterwarnings("ignore:.* truncated after 1000 bounces")
 @pytest.mark.parametrize("method", ["photon", "path"])
-@pytest.mark.parametrize("reflectance", [0.9, *slow(0.0, 1e-6, 0.5, 0.99)])
+@pytest.mark.parametrize("reflectance", [0.9, *slow(0.0, 0.99)])
 def test_furnace(reflectance, method):
     """L = Le / (1 - ρ)."""
     values = means(furnace(reflectance), method=method, passes=8)
@@ -30,15 +30,14 @@ def test_furnace(reflectance, method):
 
 
 @pytest.mark.parametrize("method", ["photon", "path"])
-@pytest.mark.parametrize("reflectance", [1.0, *slow(0.999)])
-def test_furnace_that_is_cut(reflectance, method):
-    """After 1000 bounces: then L = Le (1 - ρ¹⁰⁰¹) / (1 - ρ), and 1001 Le at ρ = 1."""
-    order = np.arange(1001)
+def test_furnace_that_is_cut(method):
+    """After 1000 bounces: 1001 Le at ρ = 1."""
     settings = {"method": method, "passes": 2, "photons": 500, "size": (4, 4)}
     messages = "photons were truncated" if method == "photon" else "% of paths are truncated"
     with pytest.warns(pm.SceneWarning, match=f"{messages} after 1000 bounces"):
-        values = means(furnace(reflectance), seeds=4, **settings)
-    assert_mean(values, np.full(2, (reflectance**order).sum()), slack=0.01)
+        # Paths have no noise where nothing absorbs.
+        values = means(furnace(1.0), seeds=2 if method == "path" else 4, **settings)
+    assert_mean(values, np.full(2, 1001.0), slack=0.01)
 
 
 @pytest.mark.parametrize("reflectance", [0.98, 1.0])
@@ -68,7 +67,7 @@ def shine_down(radiance):
     return quad(*(0.2 * corners + [0, 0.9, 0]), pm.Material("lamp", 0.0, radiance), "lamp")
 
 
-@pytest.mark.parametrize("power", [1e-28, 1e28, *slow(1e-12, 1e-6, 1e6, 1e12)])
+@pytest.mark.parametrize("power", [1e-28, 1e28, *slow(1e-6, 1e12)])
 @pytest.mark.parametrize("kind", ["lamp", "point"])
 def test_light_of_any_power_gives_the_same_picture(kind, power):
     def scene(factor):
@@ -112,15 +111,18 @@ def test_a_dim_room_beside_a_bright_one(kind, ratio):
     """Each is lit by its own light alone, as if the other were as bright."""
     settings = {"size": (24, 12), "photons": 8000}
 
-    def halves(scene, buffer):
-        images = [rendered(scene, seed=seed, **settings).buffers[buffer] for seed in range(8)]
-        sides = [(image[:, :10], image[:, 14:]) for image in images]
-        return (np.array([side[i].mean(axis=(0, 1), dtype=float) for side in sides])
-                for i in (0, 1))  # fmt: skip
+    def images(scene):
+        return [rendered(scene, seed=seed, **settings) for seed in range(8)]
 
+    def halves(results, buffer):
+        sides = [np.split(result.buffers[buffer], [10, 14], axis=1) for result in results]
+        return (np.array([side[i].mean(axis=(0, 1), dtype=float) for side in sides])
+                for i in (0, 2))  # fmt: skip
+
+    results, even = images(two_rooms(ratio, kind)), images(two_rooms(1.0, kind))
     for buffer in ("direct", "indirect"):
-        bright, dim = halves(two_rooms(ratio, kind), buffer)
-        wanted, also = halves(two_rooms(1.0, kind), buffer)
+        bright, dim = halves(results, buffer)
+        wanted, also = halves(even, buffer)
         assert_same(bright / ratio, wanted, slack=0.01)
         assert_same(dim, also, slack=0.01)
 

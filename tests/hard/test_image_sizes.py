@@ -3,20 +3,28 @@
 import numpy as np
 import pytest
 from cases import check, rendered
-from helpers.scenes import GREY, closed_box
+from helpers.scenes import GREY, balls_in_box, closed_box
 
 import photonmap as pm
 
 BOX = pm.scenes.cornell_box()
-BALLS = pm.scenes.cornell_balls()
+BALLS = balls_in_box()
 VIEW = pm.Camera((0.3, 0.2, 0.8), (-0.2, -0.1, -1.0), fov=70.0)
 
 
 @pytest.mark.filterwarnings("ignore:[0-9]* of [0-9]* photons were truncated")
 @pytest.mark.filterwarnings("ignore:the camera sees nothing")  # 4096 times as wide as high
-@pytest.mark.parametrize("size", [(1, 1), (1, 4096), (4096, 1), (2, 3)])
+@pytest.mark.parametrize(
+    ("size", "pixel"),
+    [
+        ((1, 1), "box"),
+        ((1, 1), "center"),
+        ((1, 4096), "center"),
+        ((4096, 1), "box"),
+        ((2, 3), "center"),
+    ],
+)
 @pytest.mark.parametrize("scene", [BOX, BALLS], ids=["box", "balls"])
-@pytest.mark.parametrize("pixel", ["box", "center"])
 def test_any_size(size, scene, pixel):
     result = rendered(scene, size=size, pixel=pixel, passes=2)
     assert result.size == size

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
-from cases import assert_same, means, rendered
+from cases import assert_same, means, means_of, rendered
 from helpers.marks import slow
 from helpers.scenes import GREY, closed_box
 
 import photonmap as pm
+from photonmap.compile.scene_arrays import compile_scene
 from photonmap.scene.images import Image
 
 pytestmark = pytest.mark.filterwarnings(
@@ -31,24 +32,41 @@ def with_ball(normals=None, material=GREY, uv=None):
     return pm.Scene([ROOM, ball], [LAMP], VIEW)
 
 
+def compiled_normals(normals):
+    return compile_scene(with_ball(normals), pm.Bands.rgb()).geometry.shading_normals
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_normals_that_are_none_mean_flat(value):
+    """They are compiled as zeros, of which pictures are sound."""
+    flat = compiled_normals(np.zeros_like(SMOOTH))
+    np.testing.assert_array_equal(compiled_normals(np.full_like(SMOOTH, value)), flat)
+    assert not flat.any()
+
+
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("value", [0.0, np.nan, *slow(np.inf, -np.inf)])
-def test_normals_that_are_none_mean_flat(kind, value):
-    result = rendered(with_ball(np.full_like(SMOOTH, value), KINDS[kind]))
-    flat = rendered(with_ball(np.zeros_like(SMOOTH), KINDS[kind]))
+def test_normals_of_zero_are_those_of_facets(kind):
+    zeros, none = np.zeros_like(SMOOTH), None
+    result, flat = (rendered(with_ball(each, KINDS[kind])) for each in (zeros, none))
     np.testing.assert_array_equal(result.radiance, flat.radiance)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("length", [2.0**-1000, 2.0**1000, *slow(2.0**-60, 2.0**60)])
-def test_normals_of_any_length(kind, length):
-    result = rendered(with_ball(length * SMOOTH, KINDS[kind]))
-    unit = rendered(with_ball(SMOOTH, KINDS[kind]))
-    np.testing.assert_array_equal(result.radiance, unit.radiance)
+@pytest.mark.parametrize("length", [2.0**-1000, 2.0**-60, 2.0**60, 2.0**1000])
+def test_normals_of_any_length(length):
+    np.testing.assert_array_equal(compiled_normals(length * SMOOTH), compiled_normals(SMOOTH))
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("turn", ["inverse", "sideways", "every other one flat"])
+@pytest.mark.parametrize(
+    ("kind", "turn"),
+    [
+        ("grey", "inverse"),
+        ("grey", "sideways"),
+        ("grey", "every other one flat"),
+        ("glass", "inverse"),
+        ("glass", "sideways"),
+        ("mirror", "every other one flat"),
+    ],
+)
 def test_normals_that_are_wrong(kind, turn):
     """Sound, and by both methods the same where surfaces are diffuse."""
     normals = {
@@ -58,7 +76,7 @@ def test_normals_that_are_wrong(kind, turn):
     }[turn]
     scene = with_ball(normals, KINDS[kind])
     if kind == "grey":
-        settings = {"photons": 8000, "size": (16, 16)}
+        settings = {"photons": 4000, "size": (16, 16)}
         values, wanted = (means(scene, method=m, **settings) for m in ("photon", "path"))
         assert_same(values, wanted, slack=0.02)
     else:
@@ -71,8 +89,9 @@ def checks(shape):
     return pm.Texture(Image(np.ascontiguousarray(image, np.float32), srgb=False))
 
 
-@pytest.mark.parametrize("shape", [(5, 3), *slow((1, 1), (1, 7))])
-@pytest.mark.parametrize("factor", [0.0, -1e5, 1e9])
+@pytest.mark.parametrize(
+    ("shape", "factor"), [((5, 3), 0.0), ((1, 1), -1e5), ((1, 7), 1e9), ((5, 3), 1e9)]
+)
 def test_texture_coordinates_of_any_size(shape, factor):
     material = pm.Material("paint", checks(shape))
     rendered(with_ball(None, material, factor * BALL.vertices[:, :2]))
@@ -91,7 +110,7 @@ def test_textures_out_of_reach(place):
         replace(checks((5, 3)), **place)
 
 
-@pytest.mark.parametrize("count", [2, 7, 8, 20, 1000])
+@pytest.mark.parametrize("count", [7, 8, 1000])
 def test_lights_at_one_place(count):
     """As one light with the power of all, whether they hang in a tree or not."""
     lights = [replace(LAMP, intensity=1.0 / count, name=f"{i}") for i in range(count)]
@@ -119,15 +138,14 @@ def test_a_lamp_of_slivers(width):
     """It shines as it does in one piece: each sliver by its area."""
     edges = np.linspace(-0.3, 0.3, 9)
     slivers = strips(np.sort(np.concatenate([edges, edges[1:-1] + width])))
+    values, wanted = (
+        means_of(pm.Scene([ROOM, lamp], camera=VIEW)) for lamp in (slivers, strips(edges[[0, -1]]))
+    )
     for buffer in ("direct", "indirect"):
-        values, wanted = (
-            means(pm.Scene([ROOM, lamp], camera=VIEW), buffer)
-            for lamp in (slivers, strips(edges[[0, -1]]))
-        )
-        assert_same(values, wanted, slack=5e-3)
+        assert_same(values[buffer], wanted[buffer], slack=5e-3)
 
 
-@pytest.mark.parametrize("fov", [1e-9, 1e-5, 179.0, 179.999])
+@pytest.mark.parametrize("fov", [1e-9, 179.999])
 def test_any_angle_of_view(fov):
     rendered(pm.Scene([ROOM], [LAMP], replace(VIEW, fov=fov)))
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
-from cases import assert_same, means, rendered
+from cases import assert_same, means, means_of, rendered
 from helpers.marks import slow
 from helpers.scenes import quad
 
@@ -47,7 +47,7 @@ def boxes():
 
 
 @pytest.mark.parametrize("name", boxes())
-@pytest.mark.parametrize("scale", [1e-9, 1e9, *slow(1e-6, 1e-3, 1e3, 1e6)])
+@pytest.mark.parametrize("scale", [1e-9, 1e9, *slow(1e-3, 1e6)])
 def test_scale_does_not_matter(name, scale):
     scene = boxes()[name]
     unit, other = rendered(scene), rendered(moved(scene, scale))
@@ -104,11 +104,11 @@ def test_a_millimetre_in_ten_kilometres(place):
     assert on_cube.sum() > 20
     assert (on_cube != (whole.object_id == 1)).sum() <= 2
     np.testing.assert_allclose(whole.depth[on_cube], part.depth[on_cube], rtol=1e-4)
+    values = means_of(large, size=(24, 24))
+    # Cells of the small scene are of the cube's size: paths need none.
+    wanted = means_of(small, size=(24, 24), method="path", passes=100)
     for buffer in ("direct", "indirect"):
-        values = means(large, buffer, size=(24, 24))
-        # Cells of the small scene are of the cube's size: paths need none.
-        wanted = means(small, buffer, size=(24, 24), method="path", passes=100)
-        assert_same(values, wanted, slack=5e-3)
+        assert_same(values[buffer], wanted[buffer], slack=5e-3)
 
 
 def test_what_is_lower_than_a_digit_of_the_scene_is_no_plane():

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 from cases import assert_mean, assert_same, means, rendered
 from helpers.marks import slow
-from helpers.scenes import GREY, closed_box, quad
+from helpers.scenes import GREY, balls_in_box, closed_box, quad
 
 import photonmap as pm
 from photonmap.integrators.photon_mapping import caustics
@@ -23,7 +23,7 @@ CUT = pytest.mark.filterwarnings(
 
 
 def ball(radius, material, name="ball", center=(0, 0, 0), smooth=True):
-    mesh = trimesh.creation.icosphere(subdivisions=4, radius=radius)
+    mesh = trimesh.creation.icosphere(subdivisions=3, radius=radius)
     normals = mesh.vertices / radius if smooth else None
     return pm.Mesh(mesh.vertices + center, mesh.faces, material, name, normals)
 
@@ -82,17 +82,17 @@ def test_what_absorbs_nothing_is_invisible_under_a_white_sky(name):
     """A sky of 1 seen through, past and in it is 1: 2% may stay in flat glass for ever."""
     scene = pm.Scene(SHELLS[name], [WHITE], pm.Camera((0.5, 0.7, 5), (0, 0, 0), fov=40))
     slack = 0.02 if name in ("apart", "touching", "hollow") else 1e-3
-    assert_mean(means(scene), np.ones(2), slack=slack)
+    assert_mean(means(scene, seeds=4, passes=1), np.ones(2), slack=slack)
 
 
-@pytest.mark.parametrize("ior", [1.000001, *slow(0.999999, 1.0)])
+@pytest.mark.parametrize("ior", [1.000001, *slow(0.999999)])
 def test_glass_like_air_is_invisible(ior):
     """A grey room seen through it looks as it does without it."""
     room, camera = closed_box(GREY), pm.Camera((0.3, 0.2, 0.9), (0, -0.5, -1), fov=60)
     light = pm.PointLight((0.2, 0.8, 0.3), 1.0)
     plain = pm.Scene([room], [light], camera)
     through = pm.Scene([room, ball(0.3, pm.Material.glass("air", ior))], [light], camera)
-    settings = {"photons": 8000, "size": (16, 16)}
+    settings = {"photons": 4000, "size": (16, 16), "seeds": 6}
     assert_same(means(through, **settings), means(plain, **settings), slack=0.03)
 
 
@@ -147,7 +147,7 @@ def test_a_caustic_focused_on_a_point():
     camera = pm.Camera((0.0, 0.5, 0.0), (0, 1, 0), (1, 0, 0), fov=fov)
     scene = pm.Scene([dish, target], [pm.DirectionalLight((0, -1, 0), 1.0)], camera)
     images = np.array([rendered(scene, seed=seed, size=(16, 16), photons=8000).caustics
-                       for seed in range(8)], float)  # fmt: skip
+                       for seed in range(6)], float)  # fmt: skip
     flux = np.pi / 0.5 * width**2 * images.mean(axis=(1, 2))
     assert_mean(flux, np.full(2, 4.0 - 0.01), slack=0.02)
 
@@ -220,5 +220,5 @@ def test_the_pilot_of_a_closed_ball_of_mirrors(core, monkeypatch):
     assert caustics.PILOT // 16 <= pilot <= caustics.PILOT // 8
     assert check == pilot // 4
     assert max(passes) <= 2000
-    rendered(pm.scenes.cornell_balls(), passes=2)
+    rendered(balls_in_box(), passes=2)
     assert totals[-4] == caustics.PILOT

@@ -1,6 +1,6 @@
 """Damage scene files at random, render them by the command line, and print what went wrong.
 
-Run by `test_damaged_files`, with little memory: `damage.py FOLDER KIND SEED COUNT`.
+Run by `test_damaged_files`, with little memory: `damage.py FOLDER SEED COUNT KIND...`.
 """
 
 import contextlib
@@ -168,15 +168,25 @@ def stop(number, frame):
     raise SystemExit(f"took more than {SECONDS} s of processors' time")
 
 
-def main(folder, kind, seed, count):
-    """Print a JSON list of findings: place, what is wrong, what was printed."""
+def main(folder, seed, count, *kinds):
+    """Print a JSON list of findings: kind and number, what is wrong, what was printed, the file."""
     warnings.simplefilter("default")
     signal.signal(signal.SIGPROF, stop)
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    folder, rng, findings = Path(folder), np.random.default_rng(int(seed)), []
+    findings = []
+    for kind in kinds:
+        place = Path(folder) / kind
+        place.mkdir()
+        findings += damaged_files(place, kind, np.random.default_rng(int(seed)), int(count))
+    print(json.dumps(findings))
+
+
+def damaged_files(folder, kind, rng, count):
+    """Damage a file so many times; return what was found."""
+    findings = []
     target, scene = write_whole(folder, kind)
     whole = target.read_bytes()
-    for number in range(int(count)):
+    for number in range(count):
         data = damage(whole, rng)
         target.write_bytes(data)
         before = sorted(folder.iterdir())
@@ -189,10 +199,12 @@ def main(folder, kind, seed, count):
             wrong = f"raises {type(error).__name__}: {error}"
         signal.setitimer(signal.ITIMER_PROF, 0)
         if wrong:
-            findings.append([number, wrong, messages[-300:], data.decode("latin-1")[:2000]])
+            findings.append(
+                [f"{kind} {number}", wrong, messages[-300:], data.decode("latin-1")[:2000]]
+            )
         for suffix in ("exr", "png", "json"):
             (folder / f"out.{suffix}").unlink(missing_ok=True)
-    print(json.dumps(findings))
+    return findings
 
 
 if __name__ == "__main__":

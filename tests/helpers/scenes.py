@@ -27,6 +27,19 @@ def closed_tetrahedron(material, name="walls"):
     return pm.Mesh(corners, np.array(faces)[:, ::-1], material, name)
 
 
+def balls_in_box():
+    """The Cornell box with a mirror and a ball of glass in it, both of few triangles."""
+    box = pm.scenes.cornell_box()
+    shape = trimesh.creation.icosphere(subdivisions=2, radius=0.35)
+    looks = {"mirror": pm.Material.polished(), "glass": pm.Material.glass()}
+    balls = [
+        pm.Mesh(shape.vertices + [x, -0.65, 0.0], shape.faces, look, name, shape.vertices / 0.35)
+        for x, (name, look) in zip((-0.4, 0.4), looks.items(), strict=True)
+    ]
+    walls = [mesh for mesh in box.meshes if not mesh.name.endswith("_box")]
+    return pm.Scene([*walls, *balls], camera=box.camera)
+
+
 def sky(height=8, seed=0):
     """A map whose texels differ, some of them black, one bright."""
     texels = np.random.default_rng(seed).random((height, 2 * height, 3)) ** 4

@@ -59,7 +59,7 @@ def true_parts(cells, count):
     points, outside = np.zeros((2, count))
     corners = floor().vertices
     for triangle, face in enumerate(floor().faces):
-        u, v = rng.random((2, 100_000))
+        u, v = rng.random((2, 30_000))
         u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
         a, b, c = corners[face]
         places = a + u[:, None] * (b - a) + v[:, None] * (c - a)
@@ -75,11 +75,17 @@ LAMP = pm.PointLight((0.1, 0.1, 0.8), 1.0)
 
 
 @pytest.mark.parametrize(
-    ("around", "light"),
-    [([], SKY), ([], SUN), ([room()], LAMP), ([room(0.0)], LAMP), ([room(outward=True)], LAMP)],
-    ids=["sky", "sun", "room", "black room", "room turned inside out"],
+    ("around", "light", "outward"),
+    [
+        ([], SKY, True),
+        ([], SUN, False),
+        ([room()], LAMP, True),
+        ([room()], LAMP, False),
+        ([room(0.0)], LAMP, True),
+        ([room(outward=True)], LAMP, False),
+    ],
+    ids=["sky", "sun", "room", "block inside out", "black room", "both inside out"],
 )
-@pytest.mark.parametrize("outward", [True, False])
 def test_what_is_under_a_block_is_not_open(around, light, outward):
     cells, part = parts_open([floor(), block(outward=outward), *around], [light])
     points, outside = true_parts(cells, len(part))
@@ -88,7 +94,8 @@ def test_what_is_under_a_block_is_not_open(around, light, outward):
     partly = (true > LEAST) & (true < 1.0)
     assert partly.sum() > 30
     # Of `POINTS` looks at a cell, spread evenly over the triangle.
-    spread = np.sqrt(true * (1.0 - true) / exposure.POINTS)
+    looks = 1.0 / exposure.POINTS + 1.0 / points[top]  # here, too
+    spread = np.sqrt(true * (1.0 - true) * looks)
     assert (np.abs(part[top] - true)[partly] < 4.0 * spread[partly] + 1e-6).all()
     assert part[top][partly].mean() == pytest.approx(true[partly].mean(), abs=0.05)
     assert (part[top][true == 1.0] == 1.0).all()
@@ -129,7 +136,7 @@ def test_light_beside_a_block_is_whole():
     camera = pm.Camera((0.5, 0.5, 0.6), (0.5, 0.5, 1.2), up=(0.0, 1.0, 0.0), fov=60.0)
     scene = pm.Scene([floor(0.9), block(0.0), ceiling], [LAMP], camera)
     settings = {"bands": "rgb", "size": (64, 64), "threads": 2}
-    path = pm.render(scene, **settings, method="path", passes=1000, seed=1).indirect
+    path = pm.render(scene, **settings, method="path", passes=500, seed=1).indirect
     means = [
         pm.render(scene, **settings, photons=4096, passes=8, seed=seed).indirect.mean()
         for seed in range(24)

@@ -24,10 +24,9 @@ def through(alpha, lamp=(4.0, 2.0, 1.0), pairs=1):
     return pm.Scene([ground, *veils], [light], camera)
 
 
-@pytest.mark.parametrize("bands", [3, "rgb"])
 @pytest.mark.parametrize("method", ["photon", "path"])
-def test_light_that_comes_through(method, bands):
-    settings = {"bands": bands, "size": (8, 8), "passes": 64, "method": method}
+def test_light_that_comes_through(method):
+    settings = {"bands": "rgb", "size": (8, 8), "passes": 64, "method": method}
     bare = pm.render(through(0.0), **settings)
     for alpha, pairs in ((0.3, 1), (0.5, 2)):
         veiled = pm.render(through(alpha, pairs=pairs), **settings)
@@ -83,7 +82,7 @@ def test_a_lamp_with_holes():
     back = scene.meshes[2]
     cut = pm.Material("back", back.material.reflectance, alpha=0.5)
     scene.meshes[2] = pm.Mesh(back.vertices, back.faces, cut, "back", uv=back.uv)
-    assert_methods_agree(scene, 24, 600, ("emission", "direct", "indirect"), bands="rgb")
+    assert_methods_agree(scene, 16, 200, ("emission", "direct", "indirect"), bands="rgb")
 
 
 @pytest.mark.parametrize("method", ["photon", "path"])

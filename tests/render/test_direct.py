@@ -111,7 +111,7 @@ def test_lights_add_up(empty_cornell):
 
     def render(chosen, seed):
         scene = pm.Scene(walls, chosen, empty_cornell.camera)
-        return pm.render(scene, bands=3, size=(16, 16), passes=32, seed=seed)
+        return pm.render(scene, bands=3, size=(16, 16), passes=16, seed=seed)
 
     both, one, other = render(lights, 1), render(lights[:1], 2), render(lights[1:], 3)
     error = np.sqrt(

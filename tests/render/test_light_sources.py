@@ -28,7 +28,7 @@ def look_down(light, method="photon", size=9, passes=2, bands=1, **options):
 
 
 @pytest.mark.parametrize("method", ["photon", "path"])
-@pytest.mark.parametrize(("inner", "outer"), [(5.0, 12.0), (8.0, 8.0), (0.0, 15.0), (20.0, 100.0)])
+@pytest.mark.parametrize(("inner", "outer"), [(5.0, 12.0), (8.0, 8.0), (20.0, 100.0)])
 def test_spot_over_plane(method, inner, outer):
     """Inverse square and cosine times the falloff, exactly 0 outside of the outer cone."""
     height, target, intensity = 1.5, np.array([0.1, 0.0, -0.05]), 3.0
@@ -141,7 +141,7 @@ def test_an_environment_in_the_furnace():
     means = []
     for light in (pm.DomeLight(2.0), pm.EnvironmentLight(np.full((4, 8, 3), 1.0), 2.0)):
         scene = pm.Scene([room], [light], camera)
-        result = pm.render(scene, bands="rgb", size=(12, 12), passes=32, seed=len(means))
+        result = pm.render(scene, bands="rgb", size=(12, 12), passes=16, seed=len(means))
         error = np.sqrt((result.standard_error("radiance").astype(float) ** 2).mean() / 144)
         means.append((result.radiance.mean(dtype=float), error))
     (a, first), (b, second) = means
@@ -162,8 +162,8 @@ def test_methods_agree_in_an_open_box(cornell, kind):
     """The Cornell box is open towards +z; z-scores of block means, and of the whole."""
     walls = [mesh for mesh in cornell.meshes if mesh.name != "light"]
     scene = pm.Scene(walls, [LIGHTS[kind]], cornell.camera)
-    photon = pm.render(scene, bands="rgb", size=(16, 16), passes=48, seed=1)
-    path = pm.render(scene, bands="rgb", size=(16, 16), passes=192, seed=2, method="path")
+    photon = pm.render(scene, bands="rgb", size=(16, 16), passes=16, seed=1)
+    path = pm.render(scene, bands="rgb", size=(16, 16), passes=96, seed=2, method="path")
     for part in ("emission", "direct", "indirect"):
         blocks, variances = [], []
         for result in (photon, path):

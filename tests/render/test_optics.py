@@ -13,7 +13,7 @@ from photonmap.kernels.core import fresnel, vec
 BOX = pm.scenes.cornell_box()
 
 
-def ball(center, radius, material, name="ball", subdivisions=5):
+def ball(center, radius, material, name="ball", subdivisions=4):
     mesh = trimesh.creation.icosphere(subdivisions=subdivisions, radius=radius)
     normals = mesh.vertices / radius
     return pm.Mesh(mesh.vertices + center, mesh.faces, material, name, normals)
@@ -65,15 +65,13 @@ FURNACES = {
 @pytest.mark.parametrize("kind", FURNACES)
 def test_white_furnace(kind, method):
     """Under a sky of radiance 1, a convex body that absorbs nothing cannot be seen."""
-    detail = 4 if kind == "diffuse" else 5  # whether a diffuse body is convex is checked
+    detail = 5 if kind in ("glass", "diamond") else 4  # fewer triangles keep light for ever
     scene = pm.Scene(
         [ball([0, 0, 0], 1.0, FURNACES[kind], subdivisions=detail)],
         [pm.DomeLight(1.0)],
         pm.Camera((0, 0, 3.0), (0, 0, 0), fov=30),
     )
-    result = pm.render(
-        scene, bands=3, size=(24, 24), passes=12, photons=4000, method=method, seed=1
-    )
+    result = pm.render(scene, bands=3, size=(16, 16), passes=8, photons=2000, method=method, seed=1)
     inside = result.coverage == 1.0
     wanted = 0.6 if kind == "dim mirror" else 1.0
     assert result.radiance[inside].mean() == pytest.approx(wanted, rel=5e-3)
@@ -95,7 +93,7 @@ def test_tint_and_total_reflection_inside_glass():
     )  # fmt: skip
     camera = pm.Camera((0, 0, 5), (0, 0, 0), fov=0.5)
     scene = pm.Scene([slab, lamp], [], camera)
-    result = pm.render(scene, bands="rgb", size=(8, 8), passes=64, seed=2)
+    result = pm.render(scene, bands="rgb", size=(8, 8), passes=32, seed=2)
     bounce = 0.04
     through = (0.96 * 0.8) ** 2 / (1.0 - bounce**2)
     assert result.emission.mean() == pytest.approx(through, rel=0.01)
@@ -142,8 +140,8 @@ def balls():
 def rendered(balls):
     settings = {"bands": "rgb", "size": (32, 32), "pixel": "center"}
     return {
-        "photon": pm.render(balls, passes=48, seed=3, **settings),
-        "path": pm.render(balls, passes=700, seed=2, method="path", **settings),
+        "photon": pm.render(balls, passes=24, seed=3, **settings),
+        "path": pm.render(balls, passes=200, seed=2, method="path", **settings),
     }
 
 
@@ -241,10 +239,10 @@ def encircled(light, distance, half, radii, **settings):
     The camera hangs below the ball and looks straight down, so that pixels are equal areas.
     """
     meshes = [
-        ball([0, 0, 0], 1.0, pm.Material.glass(), subdivisions=6),
+        ball([0, 0, 0], 1.0, pm.Material.glass(), subdivisions=5),
         plane(1.15 * half, -distance, pm.Material("plane", 0.5)),
     ]
-    eye, side = -1.02, 128
+    eye, side = -1.02, 64
     fov = math.degrees(2.0 * math.atan(half / (distance + eye)))
     camera = pm.Camera((0, eye, 0), (0, -distance, 0), (0, 0, -1), fov)
     result = pm.render(
@@ -363,7 +361,7 @@ def test_glass_as_thin_as_air_is_invisible():
     floor = plane(1.5, -0.5, pm.Material("floor", 0.7))
     glass = ball([0, 0.1, 0], 0.4, pm.Material.glass("nothing", 1.0), "glass")
     camera = pm.Camera((0, 0.7, 3), (0, -0.1, 0), fov=35)
-    settings = {"bands": "rgb", "size": (32, 32), "passes": 48, "pixel": "center"}
+    settings = {"bands": "rgb", "size": (32, 32), "passes": 16, "pixel": "center"}
     without, seen = (
         pm.render(pm.Scene(meshes, [colored_sky()], camera), seed=seed, **settings)
         for seed, meshes in enumerate([[floor], [floor, glass]])

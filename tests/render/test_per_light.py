@@ -26,7 +26,7 @@ SKY = pm.EnvironmentLight(np.full((4, 8, 3), [0.1, 0.2, 0.3]), name="sky", group
 def split(request):
     scene = lit(BLUE, RED, SKY, mirror=request.param == "mirror")
     # Many photons: pixels of a block share what photons bring, which their errors do not tell.
-    settings = {"bands": 5, "size": (24, 24), "passes": 6, "photons": 65536, "seed": 2}
+    settings = {"bands": 5, "size": (24, 24), "passes": 5, "photons": 32768, "seed": 2}
     return scene, settings, pm.render(scene, per_light=True, **settings)
 
 

@@ -22,8 +22,7 @@ def assert_same(one, other):
         np.testing.assert_array_equal(one.errors[name], other.errors[name], err_msg=name)
 
 
-@pytest.mark.parametrize("pixel", ["box", "center"])
-@pytest.mark.parametrize("bands", ["rgb", 1, 6])
+@pytest.mark.parametrize(("pixel", "bands"), [("box", "rgb"), ("center", 1), ("box", 6)])
 def test_identities(cornell, pixel, bands):
     result = pm.render(cornell, bands=bands, size=(32, 32), passes=3, pixel=pixel)
     total = (result.emission + result.direct) + result.indirect
@@ -58,12 +57,11 @@ def test_shading_is_defined_on_black_surfaces_and_emitters():
 
 @pytest.mark.parametrize("method", ["photon", "path"])
 def test_same_seed_same_arrays_for_any_number_of_threads(cornell, method):
-    one, two, four = (
-        pm.render(cornell, bands=3, size=(40, 30), passes=3, seed=7, threads=threads, method=method)
-        for threads in (1, 2, 4)
+    one, three = (
+        pm.render(cornell, bands=3, size=(40, 30), passes=2, seed=7, threads=threads, method=method)
+        for threads in (1, 3)
     )
-    assert_same(one, two)
-    assert_same(one, four)
+    assert_same(one, three)
 
 
 def test_other_seeds_are_independent(cornell):
@@ -111,7 +109,7 @@ def test_an_error_of_another_buffer_is_the_definition(cornell):
 
 
 def test_a_time_budget_holds(cornell):
-    result = pm.render(cornell, bands=1, size=(16, 16), seconds=0.5)
+    result = pm.render(cornell, bands=1, size=(16, 16), seconds=0.2)
     assert result.record["passes"] >= 1
     assert not result.record["interrupted"]
     assert_same(result, pm.render(cornell, bands=1, size=(16, 16), passes=result.record["passes"]))
@@ -190,8 +188,8 @@ def test_smooth_normals_agree_with_the_path_tracer():
         [pm.PointLight((0.7, 0.8, 0.6), 1.0)],
         pm.Camera((-0.2, 0.1, 0.95), (0.0, 0.0, 0.0), fov=60.0),
     )
-    photon = pm.render(scene, bands=1, size=(20, 20), passes=32, seed=1)
-    path = pm.render(scene, bands=1, size=(20, 20), passes=200, seed=2, method="path")
+    photon = pm.render(scene, bands=1, size=(20, 20), passes=16, seed=1)
+    path = pm.render(scene, bands=1, size=(20, 20), passes=128, seed=2, method="path")
     for name in ("direct", "indirect"):
         mean, truth = getattr(photon, name).mean(dtype=float), getattr(path, name).mean(dtype=float)
         error = np.sqrt((path.standard_error(name).astype(float) ** 2).sum()) / 400
