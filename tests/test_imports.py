@@ -14,7 +14,7 @@ LAYERS = [
     {"commands"},
     {"evaluate"},
     {"dataset", "inspection", "study", "sensors", "viewer"},
-    {"capture", "render"},
+    {"capture", "render", "report"},
     {"settings"},
     {"results"},
     {"integrators"},

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 import photonmap as pm
 from benchmarks.harness.options import Options
 from benchmarks.harness.table import Table
+from photonmap.spectra.color_difference import delta_e_2000
 from photonmap.spectra.names import colour_science
 from photonmap.spectra.observer import observer
-from photonmap.study.color_error import delta_e_2000
 
 Floats = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from benchmarks.harness.options import ROOT, Options
 from benchmarks.harness.shapes import room_with_sphere
 from benchmarks.harness.table import Table
 from benchmarks.speed.cores import cores_tables
-from photonmap.study.fit import fit_power
+from photonmap.study.convergence import fit_power
 
 SIDES = (128, 256, 512, 1024)
 PHOTONS = (1 << 15, 1 << 17, 1 << 19, 1 << 21)

@@ -199,7 +199,8 @@ def _report(
 ) -> int:
     """Write the report, and print what came out; return the exit code."""
     from photonmap.dataset.files.inputs import lines_of
-    from photonmap.dataset.report.page import has_jinja, mean_share, write_report
+    from photonmap.dataset.report.page import mean_share, write_report
+    from photonmap.report.pages import has_jinja
 
     entries = list(outcome.entries.values())
     written = write_report(folder, entries, lines_of(head)) if entries else []

@@ -93,9 +93,11 @@ def run(options: argparse.Namespace) -> None:
         if an option is not permitted, a curve does not cover the bands, or a file cannot be
         written
     """
+    from photonmap.report.files import check_file
+    from photonmap.report.plots import check_plot
     from photonmap.sensors.comparison import compare_bands
-    from photonmap.sensors.plot import check_plot, write_plot
-    from photonmap.sensors.report import check_file, write_csv
+    from photonmap.sensors.plot import write_plot
+    from photonmap.sensors.report import write_errors
 
     if options.csv:
         check_file(options.csv)
@@ -109,7 +111,7 @@ def run(options: argparse.Namespace) -> None:
     )
     _print(options, f"{len(reflectances)} reflectances, {source}", found)
     if options.csv:
-        write_csv(options.csv, found.by_bounce)
+        write_errors(options.csv, found.by_bounce)
     if options.plot:
         write_plot(options.plot, found.by_bounce, found.colors)
     if options.best:
@@ -136,7 +138,7 @@ def _print_best(
     options: argparse.Namespace, reflectances: SpectrumSet, illuminant: Spectrum
 ) -> None:
     """Print what each number of Gaussian bands reaches, as it is found."""
-    from photonmap.sensors.best import best_bands
+    from photonmap.sensors.comparison import best_bands
     from photonmap.sensors.report import best_line
     from photonmap.spectra.curves import VISIBLE
 

@@ -24,7 +24,7 @@ from photonmap.settings import STUDY
 
 if TYPE_CHECKING:
     from photonmap.study.measure import Study
-    from photonmap.study.report.run_study import Outcome
+    from photonmap.study.run_study import Outcome
     from photonmap.study.sweeps import Extent
 
 HELP = "Sweep the options of a render, and show what accuracy costs in time: FOLDER/study.html."
@@ -85,7 +85,7 @@ def run(options: argparse.Namespace) -> int | None:
     """
     _check_packages()
     from photonmap.runtime.file_checks import check_output_folder
-    from photonmap.study.report.run_study import run_study
+    from photonmap.study.run_study import run_study
 
     folder = check_output_folder(options.output or f"{Path(options.scene).stem}-study", "the study")
     study, extent = _prepare(options)
@@ -103,8 +103,7 @@ def _check_packages() -> None:
 
 def _prepare(options: argparse.Namespace) -> tuple[Study, Extent]:
     """Check the options and load the scene."""
-    from photonmap.study.measure import Study
-    from photonmap.study.point import Settings
+    from photonmap.study.measure import Settings, Study
     from photonmap.study.sweeps import Extent, check_largest
 
     quick = options.quick
@@ -130,8 +129,8 @@ def _print(line: str) -> None:
 
 def _report(outcome: Outcome, folder: Path) -> None:
     """Print the recommendation, and where the page is."""
-    from photonmap.study.report.files import PAGE
-    from photonmap.study.report.recommendation import recommend
+    from photonmap.study.recommendation import recommend
+    from photonmap.study.run_study import PAGE
 
     found = outcome.findings
     for sentence in recommend(found.laws, found.base):

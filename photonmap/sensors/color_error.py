@@ -12,10 +12,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.sensors.sampling import FINE, band_values, check_sensitivities, trapezoid_weights
+from photonmap.sensors.interreflection import (
+    FINE,
+    band_values,
+    check_sensitivities,
+    trapezoid_weights,
+)
 from photonmap.spectra.bands import Bands
+from photonmap.spectra.color_difference import lab_difference, lab_of_xyz
 from photonmap.spectra.curves import VISIBLE, Spectrum, SpectrumSet, check_covers, resample
-from photonmap.spectra.names import colour_science
 from photonmap.spectra.observer import observer
 from photonmap.spectra.projection import direct_projection, fit_projection
 
@@ -123,7 +128,9 @@ def exact_colors(reflectances: SpectrumSet, illuminant: Spectrum, most: int = MO
     one = curves @ matching.T
     two = np.stack([curves * row @ curves.T for row in matching], axis=-1).reshape(-1, 3)
     white = matching.sum(axis=1)
-    return Colors(taught, tested, illuminant, white, (_lab(one, white), _lab(two, white)))
+    return Colors(
+        taught, tested, illuminant, white, (lab_of_xyz(one, white), lab_of_xyz(two, white))
+    )
 
 
 def projection_matrix(exact: Colors, bands: Bands, method: str) -> Floats:
@@ -148,15 +155,8 @@ def differences(exact: Colors, bands: Bands, matrix: Floats, bounces: int) -> Fl
     estimate = reflected * light
     if bounces == 2:
         estimate = (estimate[:, None] * reflected).reshape(-1, len(light))
-    lab = _lab(estimate @ (observer().rgb_to_xyz @ matrix).T, exact.white)
-    with colour_science() as colour:
-        return colour.delta_E(exact.labs[bounces - 1], lab, method="CIE 2000")
-
-
-def _lab(xyz: Floats, white: Floats) -> Floats:
-    """Return CIE Lab (C, 3) of XYZ (C, 3) relative to a white (3,)."""
-    with colour_science() as colour:
-        return colour.XYZ_to_Lab(xyz / white[1], colour.XYZ_to_xy(white))
+    lab = lab_of_xyz(estimate @ (observer().rgb_to_xyz @ matrix).T, exact.white)
+    return lab_difference(exact.labs[bounces - 1], lab)
 
 
 def _subset(curves: SpectrumSet, chosen: NDArray[np.int64]) -> SpectrumSet:

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from os import PathLike
-from pathlib import Path
 
-from photonmap.errors import InputError
-from photonmap.runtime.file_checks import check_writable
-from photonmap.sensors.best import BestRow
+from photonmap.report.files import replacing, write_csv
 from photonmap.sensors.color_error import METHODS, ColorRow
+from photonmap.sensors.comparison import BestRow
 from photonmap.sensors.interreflection import ErrorRow
 
 COLUMNS = ("bands", "bounces", "mean_percent", "max_percent")
@@ -78,42 +73,16 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     )
 
 
-def write_csv(path: str | PathLike[str], rows: Sequence[ErrorRow]) -> None:
+def write_errors(path: str | PathLike[str], rows: Sequence[ErrorRow]) -> None:
     """Write errors in percent, one row for each set of bands and number of bounces.
 
     Raises
     ------
-    OSError
-        if writing fails
+    OSError : writing fails
     """
-    with replacing(path) as part, part.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for row in rows:
-            percent = (f"{100.0 * value:#.6g}" for value in (row.mean, row.worst))
-            writer.writerow([row.bands, row.bounces, *percent])
-
-
-def check_file(path: str | PathLike[str]) -> None:
-    """Check that a file can be written, before the work that fills it.
-
-    Raises
-    ------
-    InputError
-        if it is a folder, or its folder is not writable
-    """
-    path = Path(path)
-    if path.is_dir():
-        raise InputError("is a folder; name a file", path)
-    check_writable(path.parent, path)
-
-
-@contextmanager
-def replacing(path: str | PathLike[str]) -> Iterator[Path]:
-    """Yield a temporary path to write to, which replaces the file when all is written."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as folder:
-        part = Path(folder) / path.name
-        yield part
-        part.replace(path)
+    cells = [
+        [row.bands, row.bounces, f"{100.0 * row.mean:#.6g}", f"{100.0 * row.worst:#.6g}"]
+        for row in rows
+    ]
+    with replacing(path) as part:
+        write_csv(part, COLUMNS, cells)

@@ -36,7 +36,7 @@ BEST = {
 """By the number of bands: σ, and the distance between centres, both in widths of the equal bins.
 
 Those with the least mean ΔE2000 after two bounces and regression, over the Munsell chips that are
-shipped and under D65, as `photonmap.sensors.best` finds them for 400 to 700 nm.
+shipped and under D65, as `photonmap.sensors.comparison` finds them for 400 to 700 nm.
 """
 
 _CUT = 8.0  # σ from the centre, where a Gaussian has fallen to 1e-14 of its peak and is truncated

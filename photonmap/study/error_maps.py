@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.report.pages import webp_uri
 from photonmap.results.result import Result
-from photonmap.study.color_error import REFERENCE_BANDS, delta_e_2000
-from photonmap.study.metrics import Floats, relative_to
-from photonmap.study.reference import Reference
+from photonmap.spectra.color_difference import delta_e_2000
+from photonmap.study.errors import REFERENCE_BANDS, Floats, Reference, relative_to
 
 Kind = Literal["true", "stated", "delta"]
 
@@ -28,7 +26,6 @@ CAPTIONS: dict[Kind, str] = {
 
 _STEPS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 _COVERED = 98.0  # percentile of the absolute values that the scale of a map covers
-_QUALITY = 88  # of WebP, percent
 
 
 @dataclass(frozen=True)
@@ -69,16 +66,7 @@ def delta_map(result: Result, truth: Result) -> ErrorMap:
 
 def picture(result: Result, exposure: float) -> str:
     """Return radiance as a data URI at the given exposure."""
-    return data_uri(result.preview(exposure))
-
-
-def data_uri(image: NDArray[np.uint8]) -> str:
-    """Return an (H, W, 3) uint8 sRGB image as WebP in a data URI."""
-    from PIL import Image
-
-    file = io.BytesIO()
-    Image.fromarray(image).save(file, "WEBP", quality=_QUALITY, method=6)
-    return "data:image/webp;base64," + base64.b64encode(file.getvalue()).decode()
+    return webp_uri(result.preview(exposure))
 
 
 def color_bar(kind: Kind, steps: int = 17) -> list[str]:
@@ -100,7 +88,7 @@ def _map(kind: Kind, values: Floats) -> ErrorMap:
     most = np.percentile(np.abs(values), _COVERED)
     scale = next((step for step in _STEPS if step >= most), _STEPS[-1])
     shown = (values / scale + 1.0) / 2.0 if kind == "true" else values / scale
-    return ErrorMap(kind, data_uri(_colors(kind, shown)), scale)
+    return ErrorMap(kind, webp_uri(_colors(kind, shown)), scale)
 
 
 def _colors(kind: Kind, values: Floats) -> NDArray[np.uint8]:

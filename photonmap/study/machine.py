@@ -13,7 +13,7 @@ from typing import Any, Self
 import psutil
 
 from photonmap.results.record import describe_versions
-from photonmap.study.point import Point
+from photonmap.study.measure import Point
 
 MAX_BACKGROUND_LOAD = 0.1
 """Fraction of all processors, taken by other programs, above which wall times are unreliable."""

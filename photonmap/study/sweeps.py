@@ -9,11 +9,8 @@ from photonmap.film.budget import usual_photons
 from photonmap.integrators.memory_estimate import Work
 from photonmap.runtime.memory import check_memory
 from photonmap.spectra.bands import Bands
-from photonmap.study.color_error import REFERENCE_BANDS
-from photonmap.study.measure import Study
-from photonmap.study.metrics import counted_pixels
-from photonmap.study.point import Settings
-from photonmap.study.reference import Reference
+from photonmap.study.errors import REFERENCE_BANDS, Reference, counted_pixels
+from photonmap.study.measure import Settings, Study
 
 SHARES = {
     "reference": 0.22,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from html import escape
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,9 @@ import numpy as np
 from photonmap.buffers import BY_NAME, Buffer, row_of, split_name
 from photonmap.errors import InputError
 from photonmap.io.exr import list_parts, read_exr
+from photonmap.report.files import replacing
+from photonmap.report.pages import stylesheet
+from photonmap.report.plots import COLORS
 from photonmap.results.colors import AS_IT_IS, SCENE
 from photonmap.results.result import Result
 from photonmap.runtime.wording import suggest
@@ -26,8 +30,7 @@ _LEFT_OUT = {"covariance", "unresolved", "passes", "coverage", "distance"}
 """Buffers that are shown only where they are asked for."""
 _FOR_EXPOSURE = ("radiance", "emission")
 _TEMPLATES = Path(__file__).parent / "templates"
-_PALETTE = ("#000000", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a5195")
-"""Of M. Okabe and K. Ito, which colour-blind readers can distinguish as well."""
+_PALETTE = ("#000000", *COLORS)
 
 
 def load_for_page(path: str | PathLike[str], buffers: Collection[str] | None = None) -> Result:
@@ -94,18 +97,16 @@ def write_page(
     texts = [text for _, (_, texts) in packed.items() for text in texts]
     page = (_TEMPLATES / "viewer.html").read_text(encoding="utf-8")
     parts = {
-        "TITLE": " − ".join(titles).replace("&", "&amp;").replace("<", "&lt;"),
-        "STYLE": (_TEMPLATES / "viewer.css").read_text(encoding="utf-8"),
+        "TITLE": escape(" − ".join(titles), quote=False),
+        "STYLE": stylesheet(),
         "SCRIPT": (_TEMPLATES / "viewer.js").read_text(encoding="utf-8"),
         "HEAD": json.dumps(head, ensure_ascii=False).replace("<", "\\u003c"),
         "DATA": "\n".join(f'<script type="text/plain">{text}</script>' for text in texts),
     }
     for key, text in parts.items():
         page = page.replace(f"<!--{key}-->", text, 1)
-    Path(path).parent.mkdir(parents=True, exist_ok=True)
-    part = Path(path).with_name(f".{Path(path).name}.part")
-    part.write_text(page, encoding="utf-8")
-    part.replace(path)
+    with replacing(path) as part:
+        part.write_text(page, encoding="utf-8")
 
 
 def _check(results: Sequence[Result]) -> None:

@@ -17,7 +17,7 @@ from photonmap.errors import InputError, SceneWarning
 from photonmap.io.scene_source import SceneSource
 from photonmap.runtime.options import list_options, option, taking_keywords_of
 from photonmap.settings import DATASET, OPTIONS, RENDER, STUDY, Options, Settings, taken_by
-from photonmap.study.point import Settings as StudySettings
+from photonmap.study.measure import Settings as StudySettings
 
 ROOT = Path(__file__).parents[2]
 

@@ -12,6 +12,7 @@ from photonmap.dataset.files.derived_buffers import as_rgb, with_derived
 from photonmap.dataset.files.image_files import PREVIEWED
 from photonmap.dataset.files.image_statistics import BINS, summarise
 from photonmap.dataset.report import page as report
+from photonmap.report import pages
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +122,7 @@ def test_a_set_without_pictures_has_a_page(made, tmp_path):
 
 
 def test_without_jinja_the_sheet_is_made(made, tmp_path, monkeypatch):
-    monkeypatch.setattr(report, "find_spec", lambda name: None)
+    monkeypatch.setattr(pages, "find_spec", lambda name: None)
     images = dataset.open(made)
     written = report.write_report(made, images.entries)
     assert [path.name for path in written] == [report.SHEET]

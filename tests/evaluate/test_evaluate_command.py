@@ -9,9 +9,9 @@ import pytest
 from helpers import browser
 
 from photonmap.commands.main import main
-from photonmap.evaluate.report import page
 from photonmap.evaluate.report.tables import number
 from photonmap.io.png import write_png
+from photonmap.report import pages
 
 
 def command(folder, *more):
@@ -179,7 +179,7 @@ def test_unfinished_sets_are_bad_input(known, in_tmp, capsys):
 
 
 def test_without_jinja_nothing_is_scored(known, in_tmp, capsys, monkeypatch):
-    monkeypatch.setattr(page, "find_spec", lambda name: None)
+    monkeypatch.setattr(pages, "find_spec", lambda name: None)
     assert command(known[0]) == 2
     assert "pip install 'photonmap[evaluate]'" in capsys.readouterr().err
 

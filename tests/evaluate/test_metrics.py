@@ -7,8 +7,8 @@ import pytest
 
 from photonmap import InputError, evaluate
 from photonmap.evaluate.metrics.scaled import SHARE
+from photonmap.spectra.color_difference import delta_e_2000
 from photonmap.spectra.observer import observer
-from photonmap.study.color_error import delta_e_2000
 
 SCALE_INVARIANT = ("lmse", "lmse_mit", "si_mse", "si_lmse", "dssim", "whdr", "delta_e")
 

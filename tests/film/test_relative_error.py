@@ -13,7 +13,7 @@ from photonmap.kernels.core.passes import EMPTY, FOUND
 from photonmap.kernels.film.moments import is_valid
 from photonmap.results.merged_record import relative_error
 from photonmap.runtime.workers import Workers
-from photonmap.study.metrics import counted_pixels, stated_error
+from photonmap.study.errors import counted_pixels, stated_error
 
 BANDS = 2
 CASES = [

@@ -9,7 +9,7 @@ import pytest
 
 from photonmap.commands import sensors as command
 from photonmap.errors import InputError
-from photonmap.sensors import plot, report
+from photonmap.report import files, plots
 
 
 def run(*arguments):
@@ -99,7 +99,7 @@ def test_bad_flags(arguments, capsys):
 
 
 @pytest.mark.parametrize("bounces", [1, 2])
-@pytest.mark.parametrize("suffix", plot.SUFFIXES)
+@pytest.mark.parametrize("suffix", plots.SUFFIXES)
 def test_plots(reflectances, suffix, bounces):
     pytest.importorskip("matplotlib")
     counts = "--bands", "1,2", "--bounces", bounces
@@ -110,19 +110,19 @@ def test_plots(reflectances, suffix, bounces):
 
 
 def test_plots_say_what_they_need(monkeypatch, tmp_path):
-    monkeypatch.setattr(plot, "find_spec", lambda name: None)
+    monkeypatch.setattr(plots, "find_spec", lambda name: None)
     with pytest.raises(InputError, match="plots need matplotlib"):
-        plot.check_plot(tmp_path / "x.png")
+        plots.check_plot(tmp_path / "x.png")
 
 
 def test_labels_move_apart():
-    assert plot._apart([0.0, 1.0, 1.0, 3.0], 0.5) == [0.0, 0.75, 1.25, 3.0]
-    assert np.diff(plot._apart([0.0, 0.1, 0.2, 0.3], 1.0)) == pytest.approx(1.0)
+    assert plots.apart([0.0, 1.0, 1.0, 3.0], 0.5) == [0.0, 0.75, 1.25, 3.0]
+    assert np.diff(plots.apart([0.0, 0.1, 0.2, 0.3], 1.0)) == pytest.approx(1.0)
 
 
 def test_a_broken_write_leaves_nothing(tmp_path):
     (tmp_path / "x.csv").write_text("old")
-    with pytest.raises(FileNotFoundError), report.replacing(tmp_path / "x.csv") as part:
+    with pytest.raises(FileNotFoundError), files.replacing(tmp_path / "x.csv") as part:
         part.with_name("y").rename(part)
     assert (tmp_path / "x.csv").read_text() == "old"
     assert len(list(tmp_path.iterdir())) == 1

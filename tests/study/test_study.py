@@ -16,22 +16,23 @@ import pytest
 import photonmap as pm
 from photonmap.commands import study as command
 from photonmap.errors import InputError
+from photonmap.report.pages import webp_uri
 from photonmap.results.result import Result
 from photonmap.runtime.progress import Silent
-from photonmap.study.color_error import color_error, delta_e_2000
-from photonmap.study.error_maps import data_uri, true_map
-from photonmap.study.measure import Study
-from photonmap.study.metrics import (
+from photonmap.spectra.color_difference import delta_e_2000
+from photonmap.study import run_study
+from photonmap.study.convergence import Findings
+from photonmap.study.error_maps import true_map
+from photonmap.study.errors import (
     BUFFERS,
+    Reference,
+    color_error,
     counted_pixels,
     mean_relative,
     relative_distance,
     stated_error,
 )
-from photonmap.study.point import COLUMNS, Settings
-from photonmap.study.reference import Reference
-from photonmap.study.report import files
-from photonmap.study.report.findings import Findings
+from photonmap.study.measure import COLUMNS, Settings, Study
 from photonmap.study.sweeps import Extent, effects_on, run_sweeps
 
 
@@ -95,7 +96,7 @@ def test_colours_of_the_same_image_do_not_differ(cornell):
 
 
 def test_pictures_stand_in_the_page(cornell):
-    uri = data_uri(np.zeros((5, 7, 3), np.uint8))
+    uri = webp_uri(np.zeros((5, 7, 3), np.uint8))
     data = base64.b64decode(uri.removeprefix("data:image/webp;base64,"))
     assert data[8:12] == b"WEBP"
     halves = [pm.render(cornell, size=(12, 12), passes=2, photons=500, seed=s) for s in (0, 1)]
@@ -220,10 +221,10 @@ def test_a_study_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
     def fail(*_):
         raise OSError("disk full")
 
-    monkeypatch.setattr(files, "write_table", fail)
-    monkeypatch.setattr(files, "write_page", lambda *_: "")
+    monkeypatch.setattr(run_study, "write_csv", fail)
+    monkeypatch.setattr(run_study, "write_page", lambda *_: "")
     with pytest.raises(OSError, match="disk full"):
-        files.write_study(tmp_path / "box", Findings([], "6", {}), None)
+        run_study.write_study(tmp_path / "box", Findings([], "6", {}), None)
     assert list(tmp_path.iterdir()) == []
 
 

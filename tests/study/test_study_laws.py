@@ -8,19 +8,23 @@ import numpy as np
 import pytest
 
 from photonmap.study import machine
-from photonmap.study.color_error import ColorError
-from photonmap.study.fit import Cost, Power, fit_cost, fit_power
-from photonmap.study.point import COLUMNS, Point, Settings
-from photonmap.study.report.convergence import (
+from photonmap.study.convergence import (
     PATH,
     Correction,
+    Cost,
+    Findings,
     Law,
+    Power,
+    change_beyond_noise,
+    fit_cost,
+    fit_power,
     laws,
     pareto_front,
     total_error,
 )
-from photonmap.study.report.findings import Findings, change_beyond_noise
-from photonmap.study.report.recommendation import duration, percent, recommend, two_digits
+from photonmap.study.errors import ColorError
+from photonmap.study.measure import COLUMNS, Point, Settings
+from photonmap.study.recommendation import duration, percent, recommend, two_digits
 
 OWN = {"radiance": 0.001, "direct": 0.001, "indirect": 0.001, "shading": 0.001}
 

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import tempfile
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +14,8 @@ from numpy.typing import NDArray
 from photonmap.dataset.files.image_files import PREVIEWED
 from photonmap.dataset.files.image_statistics import BINS
 from photonmap.errors import InputError
+from photonmap.report.files import written_together
+from photonmap.report.pages import has_jinja, render_page
 
 PAGE, SHEET = "report.html", "contact_sheet.png"
 _WIDTH = 160
@@ -25,11 +25,6 @@ _GAP = 6
 
 Entry = dict[str, Any]
 Bytes = NDArray[np.uint8]
-
-
-def has_jinja() -> bool:
-    """Return whether Jinja, which the page needs, is installed."""
-    return find_spec("jinja2") is not None
 
 
 def write_report(
@@ -48,29 +43,27 @@ def write_report(
     OSError : the files cannot be written
     """
     shown = [entry for entry in entries if f"{PREVIEWED[0]}.png" in entry["files"]]
-    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=folder) as made:
-        part = Path(made)
+    with written_together(folder) as part:
         if has_jinja():
             (part / PAGE).write_text(write_page(entries, left_out), encoding="utf-8")
         if shown:
             from photonmap.io.png import write_png
 
             write_png(draw_sheet(folder, shown), part / SHEET)
-        return [file.replace(folder / file.name) for file in sorted(part.iterdir())]
+        written = sorted(file.name for file in part.iterdir())
+    return [folder / name for name in written]
 
 
 def write_page(entries: Sequence[Entry], left_out: Sequence[str] = ()) -> str:
     """Return the page as HTML; its pictures are the files of the images."""
-    from jinja2 import Environment, PackageLoader
-
-    loader = PackageLoader("photonmap.dataset.report")
-    templates = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     columns = columns_of(entries)
     seconds = {
         stage: sum(entry["seconds"][stage] for entry in entries)
         for stage in ("build", "compile", "render", "write")
     }
-    return templates.get_template("report.html").render(
+    return render_page(
+        __package__,
+        "dataset.html",
         count=len(entries),
         columns=list(dict.fromkeys(columns.values())),
         rows=[_row(scene, of, columns) for scene, of in by_scene(entries).items()],

@@ -159,7 +159,7 @@ def in_direct_light(image: Image, truth: Truth, space: str) -> Truth:
 
     Parameters
     ----------
-    truth : of the image, as `photonmap.evaluate.bench.truth.load_truth` returns it for the space
+    truth : of the image, as `load_truth` returns it for the space
 
     Raises
     ------
@@ -230,7 +230,7 @@ def shots(images: Dataset, space: str, light: str = LIGHTS[0]) -> Iterator[Shot]
 
     Parameters
     ----------
-    space : as `photonmap.evaluate.bench.truth.load_truth` takes it
+    space : as `load_truth` takes it
     light : one of `LIGHTS`
     """
     views: dict[Any, list[Image]] = {}

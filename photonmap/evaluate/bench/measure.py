@@ -166,7 +166,7 @@ class Column(NamedTuple):
 
     metric: str
     layer: str
-    """one of `photonmap.evaluate.bench.metric_list.ORDER`"""
+    """one of `ORDER`"""
 
 
 @dataclass

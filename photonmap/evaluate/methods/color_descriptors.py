@@ -46,7 +46,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.evaluate.metrics.arrays import Floats
-from photonmap.spectra.names import colour_science
+from photonmap.spectra.color_difference import lab_of_xyz
 from photonmap.spectra.observer import observer
 
 CHROMATIC = ("red", "orange", "brown", "yellow", "green", "blue", "purple", "pink")
@@ -60,7 +60,7 @@ def memberships(colors: Floats) -> Floats:
 
     Values are clipped to [0, 1]; 1 is white.
     """
-    lab = _lab(colors)
+    lab = lab_of_xyz(np.clip(colors, 0.0, 1.0) @ observer().rgb_to_xyz.T)
     found = np.zeros((len(lab), len(NAMES)))
     lightest = [level.lightness for level in _levels()][:-1]
     level_of = np.searchsorted(lightest, lab[:, 0])  # the first whose range ends above L*
@@ -115,13 +115,6 @@ def _chromatic(ab: Floats, level: _Level) -> Floats:
 
 def _sigmoid(values: Floats) -> Floats:
     return np.asarray(1.0 / (1.0 + np.exp(-np.clip(values, -700.0, 700.0))))
-
-
-def _lab(colors: Floats) -> Floats:
-    """Return CIELAB in D65 (P, 3) of linear sRGB."""
-    xyz = np.clip(colors, 0.0, 1.0) @ observer().rgb_to_xyz.T
-    with colour_science() as colour:
-        return np.asarray(colour.XYZ_to_Lab(xyz))
 
 
 _CELLS = 64

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.evaluate.metrics.arrays import Floats, Mask, least_squares_factor, paired, to_grey
-from photonmap.study.color_error import delta_e_2000
+from photonmap.spectra.color_difference import delta_e_2000
 
 _LEAST_ENERGY = 1e-6
 """Below which the divisor of a factor counts as this."""

@@ -6,7 +6,6 @@ Which one looks worse is for the reader to see; but of degraded truths it is kno
 
 from __future__ import annotations
 
-import base64
 import heapq
 import math
 import operator
@@ -27,7 +26,7 @@ from photonmap.evaluate.bench.measure import (
     true_layer,
 )
 from photonmap.evaluate.metrics.arrays import Floats, to_grey
-from photonmap.io.png import encode_png
+from photonmap.report.pages import png_uri
 from photonmap.results.preview import as_bytes
 
 _WIDTH = 160
@@ -58,8 +57,7 @@ def _as_uri(values: Floats, exposure: float) -> str:
     """Return linear RGB as a PNG in a data URI; other numbers of bands are shown in grey."""
     if values.shape[-1] != 3:
         values = np.repeat(to_grey(values)[..., None], 3, axis=-1)
-    png = encode_png(as_bytes(values, exposure))
-    return "data:image/png;base64," + base64.b64encode(png).decode()
+    return png_uri(as_bytes(values, exposure))
 
 
 LMSE, DSSIM = Column("lmse-color", MEAN_LAYER), Column("dssim", MEAN_LAYER)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -29,11 +27,13 @@ from photonmap.evaluate.report.tables import (
     write_summary,
     write_table,
 )
+from photonmap.report.files import written_together
+from photonmap.report.pages import has_jinja, render_page
 
 
 def check_jinja() -> None:
     """Raise `InputError` without Jinja, which the page needs."""
-    if find_spec("jinja2") is None:
+    if not has_jinja():
         raise InputError("the report needs jinja2: pip install 'photonmap[evaluate]'")
 
 
@@ -53,11 +53,9 @@ def write_page(
     notes : lines on how estimates came about
     tables : of experiments
     """
-    from jinja2 import Environment, PackageLoader
-
-    loader = PackageLoader("photonmap.evaluate.report")
-    templates = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    return templates.get_template("evaluation.html").render(
+    return render_page(
+        __package__,
+        "evaluation.html",
         evaluation=evaluation,
         count=len(evaluation.images),
         scenes=len(set(evaluation.scenes)),
@@ -214,9 +212,7 @@ def write_report(
     ------
     OSError : writing fails
     """
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=folder.parent) as made:
-        part = Path(made)
+    with written_together(folder) as part:
         page = write_page(evaluation, summaries, gallery, notes, tables)
         (part / PAGE).write_text(page, encoding="utf-8")
         write_summary(part / SUMMARY, summaries)
@@ -225,6 +221,3 @@ def write_report(
         for table in tables:
             write_table(part / f"{table.name}.csv", table)
             (part / f"{table.name}.tex").write_text(as_tabular(table), encoding="utf-8")
-        folder.mkdir(exist_ok=True)
-        for file in part.iterdir():
-            file.replace(folder / file.name)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any, NamedTuple
 from photonmap.evaluate.bench.measure import ILLUMINANT, MEAN_LAYER, Column
 from photonmap.evaluate.bench.scores import Evaluation, Summary
 from photonmap.evaluate.intervals import Interval
+from photonmap.report.files import write_csv
 
 
 class Cell(NamedTuple):
@@ -126,7 +126,7 @@ def _aligned(rows: Sequence[Sequence[str]]) -> str:
 
 def write_summary(path: Path, summaries: Sequence[Summary]) -> None:
     """Write all figures with their intervals over scenes and over the truth, a row each."""
-    write_rows(path, _SUMMARY, map(_summary_row, summaries))
+    write_csv(path, _SUMMARY, map(_summary_row, summaries))
 
 
 def _summary_row(summary: Summary) -> list[Any]:
@@ -152,15 +152,7 @@ def write_scores(path: Path, evaluation: Evaluation) -> None:
             measured = method.measured[image]
             rows += [[*head, *column, score, ""] for column, score in measured.scores.items()]
             rows += [[*head, *column, "", why] for column, why in measured.undefined.items()]
-    write_rows(path, _SCORES, rows)
-
-
-def write_rows(path: Path, head: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    """Write a file of comma-separated values."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(head)
-        writer.writerows(rows)
+    write_csv(path, _SCORES, rows)
 
 
 def write_latex(path: Path, evaluation: Evaluation, summaries: Sequence[Summary]) -> None:
@@ -222,7 +214,7 @@ def write_table(path: Path, table: Table) -> None:
         for cell in cells:
             row += ["" if cell.value is None else repr(float(cell.value)), cell.note]
         rows.append(row)
-    write_rows(path, heads, rows)
+    write_csv(path, heads, rows)
 
 
 def as_tabular(table: Table) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from photonmap.film.budget import LEAST_PASSES
-from photonmap.study.report.convergence import BUFFER, PATH, Estimate, Law
+from photonmap.study.convergence import BUFFER, PATH, Estimate, Law
 from photonmap.study.sweeps import bands_label
 
 TARGETS = (0.05, 0.02, 0.01, 0.005)

@@ -3,22 +3,107 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from photonmap.film.budget import LEAST_PASSES
-from photonmap.study.color_error import REFERENCE_BANDS
+from photonmap.report.pages import render_page
+from photonmap.report.plots import as_svg
+from photonmap.study.convergence import BUFFER, PATH, Findings, Law, Power, change_beyond_noise
 from photonmap.study.error_maps import CAPTIONS, Kind, color_bar
-from photonmap.study.fit import Power
-from photonmap.study.metrics import BUFFERS
-from photonmap.study.point import Point
-from photonmap.study.report.about import About
-from photonmap.study.report.convergence import BUFFER, PATH, Law
-from photonmap.study.report.drawing import as_svg
-from photonmap.study.report.findings import Findings, change_beyond_noise
-from photonmap.study.report.recommendation import TARGETS, duration, percent, recommend, two_digits
+from photonmap.study.errors import BUFFERS, REFERENCE_BANDS
+from photonmap.study.machine import MAX_BACKGROUND_LOAD
+from photonmap.study.measure import Point, Study
+from photonmap.study.recommendation import TARGETS, duration, percent, recommend, two_digits
+from photonmap.study.sweeps import Extent, bands_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class About:
+    """Texts that describe a study.
+
+    Parameters
+    ----------
+    title, subtitle : the scene, and how it was rendered
+    base : label of the bands that sweeps start from
+    interrupted : whether Ctrl-C ended the study
+    pairs : names and values of settings and of the machine
+    why : reason why each effect is on or off, by name
+    clock : how seconds were measured
+    repeats : how often renders were repeated whose times are compared
+    """
+
+    title: str
+    subtitle: str
+    base: str
+    interrupted: bool
+    pairs: list[tuple[str, str]]
+    why: dict[str, str]
+    clock: str
+    repeats: str
+
+
+def describe_study(
+    study: Study, extent: Extent, interrupted: bool, machine: dict[str, Any], others: float
+) -> About:
+    """Describe a study that has its reference.
+
+    Parameters
+    ----------
+    study, extent : the study, and how far its sweeps went
+    interrupted : whether Ctrl-C ended the study
+    machine : as `describe_machine` returns it
+    others : fraction of the processors that other programs took
+    """
+    width, height = study.base.size
+    record = study.record
+    triangles = record["scene"]["triangles"]
+    bands, clock = bands_label(study.base.bands), _clock(study, others)
+    pairs = [
+        ("scene", f"{study.name}, {triangles} triangles"),
+        ("image", f"{width}×{height}, {study.base.pixel} pixels, {bands}, seed {study.base.seed}"),
+        ("photons per pass", str(record["arguments"]["photons"])),
+        ("effects", ", ".join(name for name, e in record["effects"].items() if e["on"])),
+        ("reference", _reference(study)),
+        ("rendering", f"{study.spent:.0f} s of {extent.seconds:.0f} s allowed"),
+        ("threads", f"{record['arguments']['threads']} of {machine['processors']} processors"),
+        ("machine", f"{machine['processor']}, {machine['system']}"),
+        ("clock", clock),
+        ("versions", ", ".join(f"{name} {v}" for name, v in machine["versions"].items())),
+    ]
+    repeats = f"{extent.repeats} run{'s' * (extent.repeats > 1)}"
+    why = {name: effect["why"] for name, effect in record["effects"].items()}
+    subtitle = f"{width}×{height} pixels, {bands} unless stated, {triangles} triangles; " + (
+        f"{machine['processor']}, {record['arguments']['threads']} threads"
+    )
+    return About(study.name, subtitle, bands, interrupted, pairs, why, clock, repeats)
+
+
+def _reference(study: Study) -> str:
+    """Return how the reference was rendered, and its own errors."""
+    reference = study.reference
+    assert reference is not None
+    errors = ", ".join(f"{name} {100 * reference.own_error(name):.2g}%" for name in BUFFERS)
+    return (
+        f"photon mapping, {reference.passes} passes in two halves, {reference.seconds:.0f} s; "
+        f"its own error: {errors}"
+    )
+
+
+def _clock(study: Study, others: float) -> str:
+    """Return which clock seconds are by, and why."""
+    load = f"other programs took {others:.0%} of the processors"
+    if others <= MAX_BACKGROUND_LOAD:
+        return f"wall-clock time, without loading and compiling; {load}"
+    longer = study.spent * study.record["arguments"]["threads"] / study.processor
+    return (
+        f"processor time divided by threads, without loading and compiling, as {load}; "
+        f"wall-clock time was {longer:.1f} times as long"
+    )
+
 
 _DASH = "–"
 _BARS: tuple[Kind, ...] = ("true", "stated", "delta")
@@ -33,11 +118,9 @@ def write_page(found: Findings, about: About, figures: dict[str, Figure]) -> str
     about : description of the study
     figures : by name
     """
-    from jinja2 import Environment, PackageLoader
-
-    loader = PackageLoader("photonmap.study.report")
-    templates = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    return templates.get_template("study.html").render(
+    return render_page(
+        __package__,
+        "study.html",
         about=about,
         sentences=recommend(found.laws, found.base),
         targets=[f"{100 * target:g}%" for target in TARGETS],

@@ -1,4 +1,4 @@
-"""Convergence laws fitted to measured points, seconds to a target, and the Pareto front."""
+"""What follows from the points of a study: fits, convergence laws, and the Pareto front."""
 
 from __future__ import annotations
 
@@ -6,11 +6,85 @@ import math
 import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
 
 from photonmap.film.budget import LEAST_PASSES
-from photonmap.study.fit import Cost, Power, fit_cost, fit_power
-from photonmap.study.point import Point
+from photonmap.study.measure import Point
 from photonmap.study.sweeps import bands_label
+
+
+@dataclass(frozen=True)
+class Power:
+    """y = factor · x^exponent.
+
+    Parameters
+    ----------
+    factor, exponent : of the power law
+    uncertainty : standard error of the exponent; nan for fewer than three points
+    """
+
+    factor: float
+    exponent: float
+    uncertainty: float = math.nan
+
+    def at(self, x: float) -> float:
+        """Return y at x."""
+        return self.factor * x**self.exponent
+
+    def inverse(self, y: float) -> float:
+        """Return the x at which the law has the value y."""
+        return (y / self.factor) ** (1.0 / self.exponent)
+
+
+def fit_power(x: Sequence[float], y: Sequence[float]) -> Power | None:
+    """Fit a power law by least squares of logarithms; None for fewer than two different x.
+
+    Pairs with a value that is not positive and finite are ignored.
+    """
+    pairs = [(a, b) for a, b in zip(x, y, strict=True) if 0.0 < a < math.inf and 0.0 < b < math.inf]
+    if len({a for a, _ in pairs}) < 2:
+        return None
+    logs = np.log(pairs)
+    away = logs[:, 0] - logs[:, 0].mean()
+    spread = float(away @ away)
+    exponent = float(away @ logs[:, 1]) / spread
+    offset = float(logs[:, 1].mean() - exponent * logs[:, 0].mean())
+    rest = logs[:, 1] - offset - exponent * logs[:, 0]
+    free = len(pairs) - 2
+    uncertainty = math.sqrt(float(rest @ rest) / free / spread) if free else math.nan
+    return Power(math.exp(offset), exponent, uncertainty)
+
+
+@dataclass(frozen=True)
+class Cost:
+    """seconds = setup + each · passes."""
+
+    setup: float
+    each: float
+
+    def seconds(self, passes: float) -> float:
+        """Return the seconds of a number of passes."""
+        return self.setup + self.each * passes
+
+
+def fit_cost(passes: Sequence[float], seconds: Sequence[float]) -> Cost:
+    """Fit seconds by least squares of relative deviations; neither coefficient is negative.
+
+    Parameters
+    ----------
+    passes, seconds : positive, at least one pair
+    """
+    from scipy.optimize import nnls
+
+    took = np.asarray(seconds, np.float64)
+    if len(set(passes)) < 2:
+        return Cost(0.0, float(np.mean(took / np.asarray(passes))))
+    design = np.stack([np.ones(len(took)), np.asarray(passes, np.float64)], axis=1)
+    setup, each = nnls(design / took[:, None], np.ones(len(took)))[0]
+    return Cost(float(setup), float(each))
+
 
 BUFFER = "shading"
 """Buffer whose error is the target."""
@@ -192,3 +266,99 @@ def pareto_front(costs: Sequence[float], errors: Sequence[float]) -> list[int]:
 
 def _by_number(label: str) -> tuple[int, str]:
     return (int(label), "") if label.isdecimal() else (0, label)
+
+
+Indexed = list[tuple[int, Point]]
+
+_HIDDEN = 0.5  # fraction of the noise below which a change is not significant
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """The points in the order of measurement, and what follows from them.
+
+    Parameters
+    ----------
+    points : all measured points; they are identified by their index
+    base : bands that the sweeps start from
+    own_errors : errors of the reference itself, by buffer
+    """
+
+    points: Sequence[Point]
+    base: str
+    own_errors: dict[str, float]
+
+    def of(self, sweep: str) -> Indexed:
+        """Return the points of a sweep with their indices."""
+        return [(i, point) for i, point in enumerate(self.points) if point.sweep == sweep]
+
+    def most_passes(self, sweep: str) -> Indexed:
+        """Return the points of a sweep that have the most passes."""
+        points = self.of(sweep)
+        most = max((point.settings.passes for _, point in points), default=0)
+        return [pair for pair in points if pair[1].settings.passes == most]
+
+    @cached_property
+    def correction(self) -> Correction:
+        """Correction of stated errors to true errors, from the sweep of passes."""
+        points = [point for _, point in self.of("passes")]
+        return Correction.measure(points, self.own_errors[BUFFER])
+
+    def is_significant(self, point: Point, buffer: str) -> bool:
+        """Return whether a true error is above the error of the reference."""
+        return point.true.get(buffer, 0.0) > self.own_errors[buffer]
+
+    def slope(self, sweep: str, buffer: str) -> Power | None:
+        """Fit true errors of a sweep against seconds; None for too few points."""
+        points = [point for _, point in self.of(sweep) if self.is_significant(point, buffer)]
+        return fit_power([p.seconds for p in points], [p.true[buffer] for p in points])
+
+    def slope_by_passes(self, sweep: str, buffer: str) -> Power | None:
+        """Fit true errors of a sweep against passes, which other programs do not affect."""
+        points = [point for _, point in self.of(sweep) if self.is_significant(point, buffer)]
+        return fit_power([p.settings.passes for p in points], [p.true[buffer] for p in points])
+
+    @cached_property
+    def spectral(self) -> dict[str, tuple[float, float]]:
+        """Spectral errors of shading and of indirect light, by bands."""
+        return spectral_errors(self.points)
+
+    @cached_property
+    def laws(self) -> list[Law]:
+        """Convergence laws by bands; that of path tracing is the last."""
+        return laws(self.points, self.base, self.correction)
+
+    @property
+    def laws_of_bands(self) -> list[Law]:
+        """Convergence laws of photon mapping."""
+        return [law for law in self.laws if law.label != PATH]
+
+    @property
+    def candidates(self) -> Indexed:
+        """Points that may be on the Pareto front: photon mapping at full size."""
+        return self.of("passes") + self.of("bands")
+
+    @cached_property
+    def front(self) -> Indexed:
+        """The candidates that no other dominates in seconds and error."""
+        points = self.candidates
+        seconds = [point.seconds for _, point in points]
+        errors = [total_error(point, self.correction, self.spectral) for _, point in points]
+        return [points[place] for place in pareto_front(seconds, errors)]
+
+    def label_of(self, point: Point) -> str:
+        """Return the label of the law of a point's bands."""
+        return bands_label(point.settings.bands)
+
+    @property
+    def bias(self) -> Point | None:
+        """The longest run of path tracing, whose mean shows the bias of photon mapping."""
+        points = [point for _, point in self.of("path")]
+        return max(points, key=lambda point: point.settings.passes, default=None)
+
+
+def change_beyond_noise(point: Point, buffer: str = "radiance") -> float | None:
+    """Return the true error of a choice beyond its noise; None if it is not significant."""
+    noise = point.stated[buffer]
+    square = point.true[buffer] ** 2 - noise**2
+    return math.sqrt(square) if square > (_HIDDEN * noise) ** 2 else None

@@ -1,17 +1,38 @@
-"""A study from its first render to its report."""
+"""A study from its first render to its files: study.html, study.csv and the plots."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
 
+from photonmap.report.files import write_csv, written_together
+from photonmap.report.plots import save_figure
 from photonmap.runtime.interrupts import ignoring_interrupts
+from photonmap.study.convergence import Findings
 from photonmap.study.machine import BackgroundLoad, choose_clock, describe_machine
-from photonmap.study.measure import Study
-from photonmap.study.report.about import describe_study
-from photonmap.study.report.files import write_study
-from photonmap.study.report.findings import Findings
+from photonmap.study.measure import COLUMNS, Study
+from photonmap.study.page import About, describe_study, write_page
+from photonmap.study.plots import drawn_figures
 from photonmap.study.sweeps import Extent, run_sweeps
+
+PAGE, TABLE = "study.html", "study.csv"
+
+
+def write_study(folder: Path, found: Findings, about: About) -> None:
+    """Write the page, the table and the plots; none appears before all of them are complete.
+
+    Raises
+    ------
+    OSError
+        if writing fails
+    """
+    with written_together(folder) as part:
+        figures = drawn_figures(found)
+        (part / PAGE).write_text(write_page(found, about, figures), encoding="utf-8")
+        rows = [point.row() for point in found.points]
+        write_csv(part / TABLE, COLUMNS, [[row[name] for name in COLUMNS] for row in rows])
+        for name, figure in figures.items():
+            save_figure(figure, part / f"{name}.png")
 
 
 @dataclass(frozen=True)

@@ -8,20 +8,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from photonmap.study.color_error import REFERENCE_BANDS
-from photonmap.study.fit import fit_power
-from photonmap.study.report.convergence import Law, total_error
-from photonmap.study.report.drawing import (
+from photonmap.report.plots import (
+    BLUE,
     COLORS,
     INK,
-    PHOTON,
-    TRACED,
+    ORANGE,
+    SKY,
+    YELLOW,
+    legend,
     mark,
     new_figure,
     style,
     write,
 )
-from photonmap.study.report.findings import Findings, Indexed
+from photonmap.study.convergence import Findings, Indexed, Law, fit_power, total_error
+from photonmap.study.errors import REFERENCE_BANDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,17 +30,17 @@ if TYPE_CHECKING:
 
 _EXTRAPOLATION = 16.0  # factor of the longest time up to which laws are drawn
 _DELTAS = (
-    ("delta_mean", "radiance, mean", PHOTON),
-    ("delta_p95", "radiance, 95%", "#56B4E9"),
-    ("indirect_mean", "indirect light, mean", TRACED),
-    ("indirect_p95", "indirect light, 95%", "#E69F00"),
+    ("delta_mean", "radiance, mean", BLUE),
+    ("delta_p95", "radiance, 95%", SKY),
+    ("indirect_mean", "indirect light, mean", ORANGE),
+    ("indirect_p95", "indirect light, 95%", YELLOW),
 )
-_SWEEPS = (("passes", "photon mapping", PHOTON), ("path", "path tracing", TRACED))
+_SWEEPS = (("passes", "photon mapping", BLUE), ("path", "path tracing", ORANGE))
 
 
 def error_against_time(found: Findings) -> Figure:
     """Draw true and stated errors of radiance and shading, slopes, and the reference's error."""
-    figure, panels = new_figure(9.4, 3.9, 2)
+    figure, panels = new_figure(9.4, 3.9, (1.0, 1.0))
     for axes, buffer in zip(panels, ("radiance", "shading"), strict=True):
         for sweep, name, color in _SWEEPS:
             _draw_sweep(axes, found, sweep, name, color, buffer)
@@ -76,13 +77,13 @@ def _draw_sweep(
 
 def colors_by_bands(found: Findings) -> Figure:
     """Draw colour errors by bands, and against seconds."""
-    figure, (left, right) = new_figure(9.4, 3.7, 2)
+    figure, (left, right) = new_figure(9.4, 3.7, (1.0, 1.0))
     points = [(index, point) for index, point in found.most_passes("bands") if point.color]
     _draw_deltas(left, points)
     for index, point in points:
         for name, label, color, place in (
-            ("shading", "shading", PHOTON, {"xytext": (-7, 0), "ha": "right"}),
-            ("indirect", "indirect light", TRACED, {}),
+            ("shading", "shading", BLUE, {"xytext": (-7, 0), "ha": "right"}),
+            ("indirect", "indirect light", ORANGE, {}),
         ):
             off = 100.0 * getattr(point.color, name)
             mark(right, point.seconds, off, index, color=color, label=label)
@@ -90,7 +91,7 @@ def colors_by_bands(found: Findings) -> Figure:
     style(right, "colour error against time", "seconds", "relative distance in XYZ, %", "y")
     right.set_xlim(left=0.0)
     for axes in (left, right):
-        _legend(axes)
+        legend(axes)
     return figure
 
 
@@ -139,7 +140,7 @@ def _draw_law(axes: Axes, found: Findings, law: Law, color: str) -> None:
 
 def other_choices(found: Findings) -> Figure:
     """Draw the sweeps of photons and resolution."""
-    figure, (left, right) = new_figure(9.4, 3.5, 2)
+    figure, (left, right) = new_figure(9.4, 3.5, (1.0, 1.0))
     _draw_photons(left, found)
     _draw_resolution(right, found)
     return figure
@@ -152,14 +153,14 @@ def _draw_photons(axes: Axes, found: Findings) -> None:
     times = {point.settings.photons or 0: point.processor for _, point in points}
     for index, point in points:
         photons = point.settings.photons or 0
-        for buffer, color in (("shading", PHOTON), ("indirect", TRACED)):
+        for buffer, color in (("shading", BLUE), ("indirect", ORANGE)):
             error = 100.0 * point.true[buffer]
             mark(axes, photons, error, index, color=color, label=buffer)
         if usual in times:
             share = f"{times[photons] / times[usual]:.2g}×"
             write(axes, share, photons, error, xytext=(0, 9), ha="center")
     style(axes, f"photons per pass, {_passes(found, 'photons')} passes", "photons", "true error, %")
-    _legend(axes)
+    legend(axes)
 
 
 def _draw_resolution(axes: Axes, found: Findings) -> None:
@@ -169,27 +170,19 @@ def _draw_resolution(axes: Axes, found: Findings) -> None:
         width, height = point.settings.size
         pixels.append(width * height)
         seconds.append(point.seconds)
-        mark(axes, pixels[-1], seconds[-1], index, color=PHOTON)
+        mark(axes, pixels[-1], seconds[-1], index, color=BLUE)
         write(axes, f"{width}×{height}", pixels[-1], seconds[-1], xytext=(0, -12), ha="center")
     if law := fit_power(pixels[-2:], seconds[-2:]):
         ends = pixels[-2:]
-        axes.plot(ends, [law.at(end) for end in ends], color=PHOTON, lw=1.2, alpha=0.6)
+        axes.plot(ends, [law.at(end) for end in ends], color=BLUE, lw=1.2, alpha=0.6)
         middle = math.sqrt(ends[0] * ends[1])
         text = f"exponent {law.exponent:.2f}"
-        write(axes, text, middle, law.at(middle), PHOTON, xytext=(-8, 4), ha="right")
+        write(axes, text, middle, law.at(middle), BLUE, xytext=(-8, 4), ha="right")
     style(axes, f"resolution, {_passes(found, 'resolution')} passes", "pixels", "seconds")
 
 
 def _passes(found: Findings, sweep: str) -> int:
     return next((point.settings.passes for _, point in found.of(sweep)), 0)
-
-
-def _legend(axes: Axes) -> None:
-    """Add a legend that lists each label once."""
-    handles, labels = axes.get_legend_handles_labels()
-    once = dict(zip(labels, handles, strict=True))
-    if once:
-        axes.legend(once.values(), once.keys(), fontsize=8, frameon=False)
 
 
 _FIGURES: dict[str, tuple[Callable[[Findings], Figure], tuple[str, ...]]] = {

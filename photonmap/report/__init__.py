@@ -1,0 +1,1 @@
+"""What results are shown with: pages of one look, plots, and files that are written whole."""

@@ -1,0 +1,199 @@
+"""Errors of images: stated by a render, true against a reference, and of colours.
+
+Relative errors are sqrt(mean(d² / (v² + 0.01 m²))) over bands and valid pixels: d is a deviation, v
+the value it is relative to, m its mean in a band.
+
+The reference is two long renders of independent seeds. Their noise does not bias a measured error:
+for halves A and B, the expectation of mean((I − A)(I − B) / …) is the squared error of I alone.
+Their difference measures the error of the reference itself.
+
+Colour errors compare an image of N bands with one of many. Both are projected to XYZ or linear sRGB
+as the renderer does. With equal seeds and passes they share their noise, so that their difference
+is due to the bands alone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.film.relative_error import divide_by_norm, squared_norm
+from photonmap.film.valid_pixels import Mask, valid_pixels
+from photonmap.results.result import Result
+from photonmap.spectra.color_difference import delta_e_2000
+
+Floats = NDArray[np.float64]
+
+BUFFERS = ("radiance", "direct", "indirect", "shading")
+"""Buffers whose errors are studied."""
+
+
+def counted_pixels(result: Result) -> Mask:
+    """Return which pixels are valid, (H, W)."""
+    return valid_pixels(result.coverage, result.emission, result.unresolved)
+
+
+def mean_relative(squares: NDArray[Any], values: NDArray[Any]) -> float:
+    """Return mean(squares / (v² + 0.01 m²)) of (P, N) squares and values; black bands count 0."""
+    return float(divide_by_norm(np.asarray(squares, np.float64), relative_to(values)).mean())
+
+
+def relative_to(values: NDArray[Any]) -> Floats:
+    """Return v² + 0.01 m² of (P, N) values, m the mean over P."""
+    return squared_norm(np.asarray(values, np.float64))
+
+
+def relative_distance(values: NDArray[Any], truth: NDArray[Any]) -> float:
+    """Return sqrt(mean(|d|² / (|v|² + 0.01 |m|²))) of colours (P, 3), taken as vectors."""
+    squares = ((np.asarray(values, np.float64) - truth) ** 2).sum(axis=-1, keepdims=True)
+    norm = relative_to(truth).sum(axis=-1, keepdims=True)
+    return math.sqrt(float(divide_by_norm(squares, norm).mean()))
+
+
+def stated_error(result: Result, buffer: str, mask: Mask) -> float:
+    """Return the relative error that a render states for a buffer; nan after a single pass."""
+    if buffer not in result.errors:
+        return math.nan
+    spread = result.errors[buffer][mask].astype(np.float64)
+    return math.sqrt(mean_relative(spread**2, result.buffers[buffer][mask]))
+
+
+def mean_difference(values: NDArray[Any], truth: NDArray[Any]) -> float:
+    """Return the relative difference of the means of two images over all pixels and bands."""
+    whole = float(np.mean(truth, dtype=np.float64))
+    return float(np.mean(values, dtype=np.float64)) / whole - 1.0 if whole > 0.0 else 0.0
+
+
+def mean_error(result: Result, mask: Mask) -> float:
+    """Return the relative standard error of mean radiance of independent pixels.
+
+    Pixels are independent in path tracing, which shares no light between them. nan after a single
+    pass.
+    """
+    if "radiance" not in result.errors:
+        return math.nan
+    spread = result.errors["radiance"][mask].mean(axis=-1, dtype=np.float64)
+    mean = float(result.radiance[mask].mean(dtype=np.float64))
+    return float(np.sqrt((spread**2).sum())) / len(spread) / mean if mean > 0.0 else 0.0
+
+
+class Reference:
+    """Two independent renders of the same settings, and their mean.
+
+    Parameters
+    ----------
+    first, second : results of equal size, bands and pixel mode, with at least one valid pixel
+    """
+
+    def __init__(self, first: Result, second: Result) -> None:
+        self._halves = first, second
+
+    @cached_property
+    def mask(self) -> Mask:
+        """Valid pixels, (H, W) bool."""
+        return counted_pixels(self._halves[0])
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Height, width and bands of its images."""
+        return self._halves[0].radiance.shape
+
+    @property
+    def passes(self) -> int:
+        """Number of passes of both halves."""
+        return sum(half.record["passes"] for half in self._halves)
+
+    @property
+    def seconds(self) -> float:
+        """Seconds of rendering both halves."""
+        return sum(half.record["seconds"]["render"] for half in self._halves)
+
+    @cached_property
+    def exposure(self) -> float:
+        """Exposure of all pictures of the study."""
+        return self._halves[0].exposure
+
+    @cached_property
+    def luminance(self) -> Floats:
+        """Luminance of radiance, (H, W)."""
+        return np.mean([half.xyz()[..., 1] for half in self._halves], axis=0, dtype=np.float64)
+
+    def value(self, buffer: str) -> Floats:
+        """Return the mean of the halves over valid pixels, (P, N)."""
+        return np.mean([h.buffers[buffer][self.mask] for h in self._halves], 0, dtype=np.float64)
+
+    def own_error(self, buffer: str) -> float:
+        """Return the relative error of the reference, from the difference of its halves."""
+        first, second = (half.buffers[buffer][self.mask] for half in self._halves)
+        half_difference = (first.astype(np.float64) - second) / 2.0
+        return math.sqrt(mean_relative(half_difference**2, self.value(buffer)))
+
+    def own_errors(self) -> dict[str, float]:
+        """Return `own_error` of every studied buffer."""
+        return {buffer: self.own_error(buffer) for buffer in BUFFERS}
+
+    def fits(self, result: Result) -> bool:
+        """Return whether a result has the size and the bands of the reference."""
+        return result.radiance.shape == self.shape and result.bands == self._halves[0].bands
+
+    def true_error(self, result: Result, buffer: str) -> float:
+        """Return the true relative error of a result; 0 where it is too small to be measured."""
+        image = result.buffers[buffer][self.mask].astype(np.float64)
+        first, second = (image - half.buffers[buffer][self.mask] for half in self._halves)
+        return math.sqrt(max(mean_relative(first * second, self.value(buffer)), 0.0))
+
+    def mean_difference(self, result: Result) -> float:
+        """Return the relative difference of a result's mean radiance from the reference's."""
+        return mean_difference(result.radiance[self.mask], self.value("radiance"))
+
+
+REFERENCE_BANDS = "81"
+"""Bands of the images that are taken as true."""
+
+
+@dataclass(frozen=True)
+class ColorError:
+    """Colour errors of an image of N bands against one of many.
+
+    Parameters
+    ----------
+    delta_mean, delta_p95 : ΔE2000 of radiance, mean and 95th percentile over pixels
+    indirect_mean, indirect_p95 : the same for indirect light alone
+    luminance : relative error of the luminance Y of radiance
+    radiance, shading, indirect : relative distances in XYZ
+    """
+
+    delta_mean: float
+    delta_p95: float
+    indirect_mean: float
+    indirect_p95: float
+    luminance: float
+    radiance: float
+    shading: float
+    indirect: float
+
+
+def color_error(result: Result, truth: Result, mask: Mask) -> ColorError:
+    """Compare a result with one of more bands and equal seed and passes, over valid pixels."""
+    radiance, indirect = (
+        _summary(
+            delta_e_2000(result.rgb(buffer, white="D65"), truth.rgb(buffer, white="D65"))[mask]
+        )
+        for buffer in ("radiance", "indirect")
+    )
+    distances = {
+        buffer: relative_distance(result.xyz(buffer)[mask], truth.xyz(buffer)[mask])
+        for buffer in ("radiance", "shading", "indirect")
+    }
+    luminance = relative_distance(result.xyz()[mask][:, 1:2], truth.xyz()[mask][:, 1:2])
+    return ColorError(*radiance, *indirect, luminance, **distances)
+
+
+def _summary(deltas: Floats) -> tuple[float, float]:
+    """Return the mean and the 95th percentile."""
+    return float(deltas.mean()), float(np.percentile(deltas, 95.0))

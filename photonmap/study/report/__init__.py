@@ -1,1 +1,0 @@
-"""The page, plots, pictures and words of a study."""
