@@ -8,9 +8,9 @@ import time
 
 from photonmap.commands.options import add_quiet
 
-HELP = "Compile the kernels of all usual scenes ahead, for images of containers and for clusters."
+HELP = "Compile the kernels of all usual scenes ahead of time, for container images and clusters."
 INTEGRATORS = "photon", "path"
-"""Those whose kernels are compiled; those of `--unbiased`, which is rare, are when used."""
+"""Integrators whose kernels are compiled; those of `--unbiased` are compiled when first used."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="FOLDER",
-        help="keep machine code there, not in the user's cache folder (see NUMBA_CACHE_DIR)",
+        help="folder for the machine code (default: NUMBA_CACHE_DIR, or the user's cache folder)",
     )
     parser.add_argument(
         "--processor",

@@ -9,7 +9,7 @@ from photonmap.commands.options import add_material_options, add_quiet
 from photonmap.errors import InputError
 from photonmap.io.scene_source import SceneSource
 
-HELP = "Write any scene that can be read as OBJ, MTL and TOML, or as glTF."
+HELP = "Convert a scene of any format that can be read to OBJ, MTL and TOML, or to glTF."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -59,6 +59,8 @@ def _check_output(inputs: list[Path], output: Path) -> None:
     read = {path.resolve() for path in inputs}
     for path in (output, *companions(output)):
         if path.resolve() in read:
-            raise InputError("would replace a file of the scene that is read; rename", path)
+            raise InputError(
+                "is a file of the scene itself; choose another name for the output", path
+            )
         if path.exists() and not output.exists():
             raise InputError(f"exists, but {output.name} does not; rename one of them", path)

@@ -4,56 +4,232 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from photonmap.commands.dataset_options import USUAL, add_arguments
-from photonmap.commands.exit_codes import FAILED, INTERRUPTED
+from photonmap.commands import FAILED, INTERRUPTED
+from photonmap.commands.options import (
+    add_measured_sets,
+    add_options,
+    add_quiet,
+    add_scheduler,
+    add_value,
+    number,
+    print_failures,
+    progress_log,
+)
+from photonmap.dataset.files.chosen_buffers import ALWAYS
 from photonmap.errors import InputError, warn
+from photonmap.film.budget import DEFAULT_ERROR
 from photonmap.io.scene_source import use_measured_sets
+from photonmap.runtime.options import read_list, read_memory
 from photonmap.settings import DATASET, OPTIONS, taken_by
+from photonmap.spectra.projection import REC2020, SPACES
 
 if TYPE_CHECKING:
     from photonmap.dataset.jobs.make_dataset import Extra, Outcome
     from photonmap.dataset.jobs.plan import CommonSettings, Job
 
-__all__ = ["HELP", "add_arguments", "run"]
+HELP = "Render a data set of ground truth into FOLDER, or verify, publish or export a finished one."
 
-HELP = "Render a data set of ground truth into FOLDER, or verify or publish the one that is there."
+_USUAL: dict[str, Any] = {
+    **{name: OPTIONS[name].default for name in taken_by(DATASET)},
+    "size": (640, 480),
+    "error": f"{DEFAULT_ERROR}",
+    "preset": "small",
+    "count": 1,
+    "seed": 0,
+    "illuminations": [],
+    "materials": None,
+    "lightness": None,
+    "scale": None,
+    "format": ["exr", "png"],
+    "full": False,
+    "buffers": None,
+    "rgb": REC2020,
+}
+"""Values of options that neither the command nor a resumed data set gives; None means not given."""
 
-_VERIFY, _FLOW, _PUBLISH, _EXPORT = "verify", "flow", "publish", "export"
-_NAMED = 4
-"""Largest number of failed images that one line names."""
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.usage = (
+        f"{parser.prog} FOLDER [options]\n"
+        f"       {parser.prog} verify FOLDER [--sample N] [--scenes DIR]\n"
+        f"       {parser.prog} flow FOLDER\n       {parser.prog} publish FOLDER --license NAME\n"
+        f"       {parser.prog} export FOLDER NEW --layout LAYOUT --license NAME"
+    )
+    parser.add_argument(
+        "words",
+        nargs="+",
+        metavar="FOLDER",
+        help="folder of the data set; created where it is missing",
+    )
+    _add_images(parser)
+    usual = {"size": "640x480"} | {name: str(_USUAL[name]) for name in ("bands", "pixel", "error")}
+    changes = {name: {"default": None, "default_text": text} for name, text in usual.items()}
+    add_options(parser, DATASET, **changes)
+    _add_files(parser)
+    _add_work(parser)
+    check = parser.add_argument_group("verify")
+    text = "number of images to render again and compare"
+    add_value(check, "sample", "N", text, read=int, default=1)
+    text = "folder of the scene files, if they moved after the set was made; also for flow"
+    add_value(check, "scenes", "DIR", text)
+    publish = parser.add_argument_group("publish")
+    text = "one of CC0-1.0, CC-BY-4.0, CC-BY-SA-4.0, CC-BY-NC-4.0, or a file with another license"
+    add_value(publish, "license", "NAME", text)
+    _add_export(parser)
+    add_quiet(parser)
+
+
+def _add_export(parser: argparse.ArgumentParser) -> None:
+    export = parser.add_argument_group("export")
+    export.add_argument(
+        "--layout",
+        choices=("webdataset", "huggingface"),
+        default="webdataset",
+        help="tar files with an index, or Parquet tables (default: webdataset)",
+    )
+    text = "largest size of a file, as in 512M or 1G"
+    add_value(export, "shard_size", "SIZE", text, read=read_memory, default_text="512M")
+    add_value(
+        export,
+        "arrays",
+        "LIST",
+        "names of arrays, as in rgb.radiance,rgb.shading,shading,depth; rgb.NAME is in the set's "
+        "RGB",
+        read=read_list,
+        default_text="light, reflectance and shading in RGB, depth, normals, ids, masks",
+    )
+
+
+def _add_images(parser: argparse.ArgumentParser) -> None:
+    """Add the options that decide which scenes are rendered."""
+    what = parser.add_argument_group("scenes")
+    text = "small, icip2013, varied, or FILE.toml"
+    add_value(what, "preset", "NAME", text, default_text="small")
+    text = "number of seeds for which each scene is built"
+    add_value(what, "count", "N", text, read=int, default_text="1")
+    add_value(what, "seed", "N", "first of the seeds", read=int, default_text="0")
+    _add_looks(what)
+    add_measured_sets(what)
+
+
+def _add_looks(what: argparse._ArgumentGroup) -> None:
+    """Add the options that decide how procedural scenes look, and what lights them."""
+    what.add_argument(
+        "--materials",
+        choices=("lambertian", "mixed", "textured", "glossy", "rich"),
+        help="materials of procedural scenes (default: the preset's, or lambertian)",
+    )
+    text, usual = "mean reflectance of procedural scenes", "the preset's, or as chips are drawn"
+    add_value(what, "lightness", "R", text, read=float, default_text=usual)
+    text = "scale of rooms, 0.8 to 3"
+    add_value(what, "scale", "F", text, read=float, default_text="the preset's, or 1")
+    add_value(
+        what,
+        "illuminations",
+        "LIST",
+        "names separated by commas, such as white,random_3",
+        read=read_list,
+        default_text="the preset's, or white,colored,two_planckian,two_mixed",
+    )
+
+
+def _add_files(parser: argparse.ArgumentParser) -> None:
+    """Add the options that decide what is written of each image."""
+    files = parser.add_argument_group("files")
+    add_value(
+        files,
+        "format",
+        "LIST",
+        "file formats, of exr, hdf5 and png, separated by commas",
+        read=read_list,
+        default_text="exr,png",
+    )
+    files.add_argument(
+        "--full",
+        action="store_true",
+        default=None,
+        help="write all arrays in single precision, also those that follow from others; the files "
+        "are 3 to 7 times as large",
+    )
+    add_value(
+        files,
+        "buffers",
+        "LIST",
+        "names of the buffers that files hold, with their errors and those of light groups, "
+        f"separated by commas; {', '.join(ALWAYS)} are always among them",
+        read=read_list,
+        default_text="all",
+    )
+    add_value(
+        files,
+        "rgb",
+        "SPACE",
+        f"space of the images in RGB: {', '.join(SPACES)}, a camera, or FILE.csv of three "
+        "sensitivities",
+        default_text=REC2020,
+    )
+    add_value(
+        files,
+        "sensor",
+        "NAME",
+        "also write a photo of each image by this camera: its name, or a FILE.toml as "
+        "`photonmap sensor` takes it",
+    )
+
+
+def _add_work(parser: argparse.ArgumentParser) -> None:
+    """Add the options that decide how and where images are rendered."""
+    work = parser.add_argument_group("work")
+    add_value(
+        work,
+        "time_limit",
+        "S",
+        "seconds after which an image ends even if its error is not reached, and is marked so",
+        read=number(0.001, 1e9, " s"),
+        default_text="1 hour",
+    )
+    add_scheduler(work, may_be_auto=True)
+    for flag, text in (
+        (
+            "--resume",
+            "render only images that are missing or damaged, with the options of the set",
+        ),
+        ("--dry-run", "list the images without rendering them"),
+        (
+            "--estimate",
+            "estimate what the images will cost, by scene, from small pilot renders, and stop",
+        ),
+    ):
+        work.add_argument(flag, action="store_true", help=text)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Render a data set, or verify one; return 1 if images failed, 130 after Ctrl-C, else 0.
+    """Render a data set, or do to one what the first word says; return an exit code.
 
     Raises
     ------
     InputError
         if an option is not permitted, or the folder cannot hold the data set
     """
-    words = options.words
-    if words[0] == _VERIFY and len(words) == 2:
-        return _verify(Path(words[1]), options)
-    if words[0] == _PUBLISH and len(words) == 2:
-        return _publish(Path(words[1]), options)
-    if words[0] == _FLOW and len(words) == 2:
-        return _write_flow(Path(words[1]), options)
-    if words[0] == _EXPORT and len(words) == 3:
-        return _write_export(Path(words[1]), Path(words[2]), options)
-    if words[0] == _EXPORT and len(words) < 3:
+    word, *rest = options.words
+    action, count = _ACTIONS.get(word, (_make, 0))
+    if word in _ACTIONS and len(rest) == count:
+        return action(*map(Path, rest), options)
+    if word == "export" and len(rest) < count:
         raise InputError("export needs the folder of a data set and a new one to write to")
-    if len(words) > 1:
-        raise InputError(f"expected one folder, not {len(words)}: {' '.join(words)}")
-    if words[0] in (_VERIFY, _FLOW, _PUBLISH):
+    if rest:
+        raise InputError(f"expected one folder, not {1 + len(rest)}: {' '.join(options.words)}")
+    if word in _ACTIONS:
         raise InputError(
-            f"{words[0]} needs the folder of a data set; a folder of that name is written "
-            f"./{words[0]}"
+            f"{word} needs the folder of a data set; a folder of that name is written ./{word}"
         )
-    return _make(Path(words[0]), options)
+    return _make(Path(word), options)
 
 
 def _make(folder: Path, options: argparse.Namespace) -> int:
@@ -95,7 +271,7 @@ def _settle(folder: Path, options: argparse.Namespace) -> None:
 
     is_there = options.resume and (folder / HEAD).is_file()
     begun = read_options(folder) if is_there else {}
-    for name, usual in USUAL.items():
+    for name, usual in _USUAL.items():
         if getattr(options, name) is None:
             setattr(options, name, begun.get(name, usual))
 
@@ -113,7 +289,7 @@ def _preview(
         print("\n".join(list_jobs(jobs)))
         return
     task = partial(Task, formats=formats, full=options.full, **vars(extra))
-    with hearing((lambda line: None) if options.quiet else _print_progress):
+    with hearing(progress_log(options)):
         costs = estimate(task, jobs)
     print("\n".join(list_costs(costs)))
 
@@ -128,7 +304,7 @@ def _render(
     """Render what is missing, and report; return the exit code."""
     from photonmap.dataset.jobs.make_dataset import make_dataset
 
-    log = (lambda line: None) if options.quiet else _print_progress
+    log = progress_log(options)
     where = options.scheduler, options.workers
     try:
         outcome = make_dataset(folder, head, jobs, head["formats"], *where, log, extra)
@@ -190,10 +366,6 @@ def _plan(
     return common, jobs, faults
 
 
-def _print_progress(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
-
-
 def _report(
     folder: Path, head: dict[str, Any], outcome: Outcome, options: argparse.Namespace
 ) -> int:
@@ -206,10 +378,7 @@ def _report(
     written = write_report(folder, entries, lines_of(head)) if entries else []
     if not has_jinja():
         warn("the report's page needs jinja2: pip install 'photonmap[dataset]'")
-    for reason in dict.fromkeys(outcome.failures.values()):
-        names = [name for name, why in outcome.failures.items() if why == reason]
-        more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-        print(f"photonmap: failed: {', '.join(names[:_NAMED])}{more}: {reason}", file=sys.stderr)
+    print_failures(outcome.failures)
     if not options.quiet:
         kept = len(outcome.entries) - outcome.rendered
         earlier = f", {kept} rendered earlier" if kept else ""
@@ -245,7 +414,7 @@ def _write_flow(folder: Path, options: argparse.Namespace) -> int:
     from photonmap.dataset.jobs.flows import FOLDER, write_flows
 
     use_measured_sets(options.munsell, options.illuminants)
-    log = (lambda line: None) if options.quiet else _print_progress
+    log = progress_log(options)
     written = write_flows(folder, log, options.scenes)
     if not options.quiet:
         print(f"{len(written)} pairs of views: {folder / FOLDER}")
@@ -255,10 +424,9 @@ def _write_flow(folder: Path, options: argparse.Namespace) -> int:
 def _write_export(folder: Path, output: Path, options: argparse.Namespace) -> int:
     from photonmap.dataset.publication.export import SHARD, export
 
-    if options.license is None:
-        raise InputError("export needs a license; add --license CC-BY-4.0, or another")
+    _check_license("export", options)
     most = SHARD if options.shard_size is None else options.shard_size
-    log = (lambda line: None) if options.quiet else _print_progress
+    log = progress_log(options)
     export(folder, output, options.layout, options.license, options.arrays, most, log)
     if not options.quiet:
         print(output)
@@ -268,10 +436,23 @@ def _write_export(folder: Path, output: Path, options: argparse.Namespace) -> in
 def _publish(folder: Path, options: argparse.Namespace) -> int:
     from photonmap.dataset.publication.publish import publish
 
-    if options.license is None:
-        raise InputError("publish needs a license; add --license CC-BY-4.0, or another")
+    _check_license("publish", options)
     written = publish(folder, options.license)
     if not options.quiet:
         for path in written:
             print(path)
     return 0
+
+
+def _check_license(word: str, options: argparse.Namespace) -> None:
+    if options.license is None:
+        raise InputError(f"{word} needs a license; add --license CC-BY-4.0, or another")
+
+
+_ACTIONS: dict[str, tuple[Callable[..., int], int]] = {
+    "verify": (_verify, 1),
+    "flow": (_write_flow, 1),
+    "publish": (_publish, 1),
+    "export": (_write_export, 2),
+}
+"""What is done to a finished data set, by the first word, and how many folders follow it."""

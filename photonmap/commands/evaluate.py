@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from photonmap.commands.options import add_quiet, add_value
+from photonmap.commands import FAILED
+from photonmap.commands.options import add_quiet, add_value, print_failures, progress_log
 from photonmap.errors import InputError
 from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import suggest
@@ -18,11 +18,6 @@ if TYPE_CHECKING:
     from photonmap.evaluate.methods.method import Method
 
 HELP = "Score intrinsic-image methods, or predictions made elsewhere, on a data set of photonmap."
-
-_FAILED = 1
-"""Exit code if a method failed on an image."""
-_NAMED = 4
-"""Largest number of failed images that one line names."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -72,7 +67,7 @@ def _add_what(parser: argparse.ArgumentParser) -> None:
         "--png",
         choices=ENCODINGS,
         default=ENCODINGS[0],
-        help="what the values of PNG predictions are (default: srgb)",
+        help="encoding of PNG predictions (default: srgb)",
     )
 
 
@@ -95,9 +90,9 @@ def _add_how(parser: argparse.ArgumentParser) -> None:
         "--light",
         choices=LIGHTS,
         default=LIGHTS[0],
-        help="images and their truth in all light, or in direct light alone (default: all)",
+        help="light of the images and of their truth: all, or direct light alone (default: all)",
     )
-    text = "number of times that the truth's own noise is drawn for intervals; 0 for none"
+    text = "number of random draws of the truth's own noise for intervals; 0 for none"
     add_value(how, "draws", "N", text, read=int, default=DRAWS)
     how.add_argument(
         "--experiments",
@@ -109,8 +104,8 @@ def _add_how(parser: argparse.ArgumentParser) -> None:
         how,
         "costs_of",
         "NAMES",
-        "the methods that --experiments runs again in direct light and in bands, to leave out "
-        "slow ones",
+        "methods that --experiments also run in direct light and in bands, so that slow ones can "
+        "be left out",
         read=read_list,
         default_text="all that are scored",
     )
@@ -141,7 +136,7 @@ def run(options: argparse.Namespace) -> int:
     _check_experiments(options)
     gallery, methods = Gallery(), _methods(options)
     costed = _costed(options, methods)
-    log = (lambda line: None) if options.quiet else _print_progress
+    log = progress_log(options)
     how = (options.metrics, options.space, options.draws, options.light)
     evaluation = evaluate_dataset(options.dataset, methods, *how, log, gallery.keep)
     tables = paper_tables(evaluation)
@@ -151,11 +146,12 @@ def run(options: argparse.Namespace) -> int:
         )
     summaries, notes = evaluation.summaries(), _notes(options, evaluation)
     write_report(folder, evaluation, summaries, gallery, notes, tables)
-    _report_failures(evaluation)
+    for method in evaluation.methods:
+        print_failures(method.failures, method.name)
     if not options.quiet:
         found = [line for table in tables for line in table.findings]
         print(as_text(evaluation, summaries), *notes, *found, folder / "report.html", sep="\n")
-    return _FAILED if evaluation.failed else 0
+    return FAILED if evaluation.failed else 0
 
 
 def _choose_images(options: argparse.Namespace) -> None:
@@ -173,7 +169,9 @@ def _choose_images(options: argparse.Namespace) -> None:
     if options.mit is not None:
         MitSet(Path(options.mit))
         if options.experiments:
-            raise InputError("--experiments need light that is known; leave it out with --mit")
+            raise InputError(
+                "--experiments need known light, which --mit does not have; leave one of them out"
+            )
         options.dataset = options.mit
 
 
@@ -191,9 +189,11 @@ def _check_experiments(options: argparse.Namespace) -> None:
     if not options.experiments:
         return
     if (options.space, options.light) != (SPACES[0], LIGHTS[0]):
-        raise InputError("--experiments compare with RGB and all light; leave out the other option")
+        raise InputError(
+            "--experiments compare with RGB and all light; leave out --space and --light"
+        )
     if options.metrics and METRIC not in options.metrics:
-        raise InputError(f"--experiments go by {METRIC}; add it to --metrics")
+        raise InputError(f"--experiments need the metric {METRIC}; add it to --metrics")
 
 
 def _costed(options: argparse.Namespace, methods: Sequence[str | Method]) -> Sequence[str | Method]:
@@ -268,17 +268,3 @@ def _methods(options: argparse.Namespace) -> list[str | Method]:
     )
     read = [predictions(folder, images, options.png) for folder in options.predictions]
     return [*(options.method or ()), *read]
-
-
-def _print_progress(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
-
-
-def _report_failures(evaluation: Evaluation) -> None:
-    """Print each reason why a method failed, with some of the images."""
-    for method in evaluation.methods:
-        for reason in dict.fromkeys(method.failures.values()):
-            images = [image for image, why in method.failures.items() if why == reason]
-            more = f" and {len(images) - _NAMED} more" if len(images) > _NAMED else ""
-            named = ", ".join(images[:_NAMED])
-            print(f"photonmap: failed: {method.name}: {named}{more}: {reason}", file=sys.stderr)

@@ -17,7 +17,7 @@ from photonmap.commands.options import (
 from photonmap.errors import SceneWarning
 from photonmap.settings import INFO
 
-HELP = "Tell what is in a scene file, what a render would simulate, and what was not understood."
+HELP = "Show what a scene file contains, what a render would simulate, and what is not supported."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     groups = add_options(parser, INFO)
     add_range(groups["image"])
     output = parser.add_argument_group("output")
-    output.add_argument("--json", action="store_true", help="print JSON, with the same content")
+    output.add_argument("--json", action="store_true", help="print the same as JSON")
     output.add_argument(
         "--thumbnail",
         nargs="?",

@@ -7,14 +7,14 @@ from pathlib import Path
 
 from photonmap.commands.options import add_quiet
 
-HELP = "Write one page that shows a render's buffers and the spectra of its pixels, in a browser."
+HELP = "Write an HTML page that shows a render's buffers and the spectra of its pixels."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE.exr", help="a render")
     parser.add_argument(
-        "other", nargs="?", metavar="OTHER.exr", help="another, to see the difference"
+        "other", nargs="?", metavar="OTHER.exr", help="a second render, to show the difference"
     )
     parser.add_argument(
         "-o", "--output", metavar="FILE.html", help="where to write the page (default: FILE.html)"

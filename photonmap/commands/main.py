@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
-from photonmap.commands.exit_codes import BAD_INPUT, INTERRUPTED
+from photonmap.commands import BAD_INPUT, INTERRUPTED
 from photonmap.errors import InputError, SceneWarning
 from photonmap.runtime.interrupts import end_by, other_signals_as_ctrl_c
 from photonmap.runtime.streams import tolerant, tolerant_output
@@ -25,7 +25,7 @@ COMMANDS = (
     "split", "study",
 )  # fmt: skip
 """The other commands: each a module here with HELP, add_arguments and run, which returns one of
-`exit_codes`, or None."""
+`photonmap.commands`, or None."""
 _WIDTH = 80
 """Columns of the first lines of the help."""
 _BY_SIGNAL = 128

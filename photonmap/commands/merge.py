@@ -6,7 +6,7 @@ import argparse
 
 from photonmap.commands.options import add_quiet
 
-HELP = "Merge renders of one scene with different seeds, as if they had been one run."
+HELP = "Merge renders of one scene with different seeds into the result of one longer run."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

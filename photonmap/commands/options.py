@@ -1,18 +1,26 @@
-"""Options that several commands share: those of a render, of its scene, and of a scheduler."""
+"""What commands share: options, how their values are read, lines of progress and of failures."""
 
 from __future__ import annotations
 
 import argparse
+import math
+import sys
+from argparse import ArgumentTypeError
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from photonmap.commands.arguments import direction, limits, reader, vector
+from photonmap.errors import InputError
 from photonmap.io.scene_source import SceneSource
 from photonmap.runtime.options import Option
+from photonmap.runtime.wording import enumerated
 from photonmap.runtime.workers import AUTO
 from photonmap.settings import GROUPS, OPTIONS, RENDER, taken_by
 
+T = TypeVar("T")
+_NAMED = 4
+"""Largest number of failed images that one line names."""
 _CAMERA = {
     "origin": "position of the camera, scene units",
     "target": "point that the camera looks at, scene units",
@@ -113,8 +121,8 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
         groups["files"],
         "white",
         "LIGHT",
-        "light that the preview shows as white: scene, for all of its lights together, or one "
-        "such as D65, which leaves colours as they are",
+        "light that is white in the preview: scene, for all lights of the scene together; or one "
+        "by name, such as D65, which leaves colours as they are",
         read=_white,
         default="scene",
     )
@@ -163,7 +171,7 @@ def add_scheduler(group: argparse._ArgumentGroup, may_be_auto: bool = False) -> 
         default="local",
     )
     auto = (
-        "auto: one for each processor, if a trial at the start finds them faster than one for all"
+        "auto: one per processor if a trial at the start shows that to be faster than one for all"
     )
     add_value(
         group,
@@ -188,8 +196,8 @@ def add_scene_options(parser: argparse.ArgumentParser) -> None:
         metavar="SCENE",
         help="OBJ, PLY, STL, glTF, OFF, USD or Mitsuba (XML) file; or TOML that describes a scene",
     )
-    camera = parser.add_argument_group("camera", "one of the scene's, or in place of its own")
-    text = "camera of the scene to look by; all renders by each, into FILE-NAME.exr"
+    camera = parser.add_argument_group("camera", "choose one of the scene's, or replace it")
+    text = "camera of the scene to use; all: one image by each, in FILE-NAME.exr"
     add_value(camera, "camera", "NAME", text, default_text="the first")
     for name, text in _CAMERA.items():
         add_value(camera, name, "x,y,z", text, read=direction if name == "up" else vector)
@@ -211,14 +219,14 @@ def add_material_options(parser: argparse.ArgumentParser) -> None:
     materials.add_argument(
         "--strict",
         action="store_true",
-        help="refuse a scene that is read with a warning, as where something is not supported",
+        help="refuse a scene that is read with a warning, such as of an unsupported feature",
     )
     add_value(
         materials,
         "root",
         "FOLDER",
-        "folder below which all files lie that the scene names (default: the scene's own); "
-        "others are not opened",
+        "folder that must contain all files named by the scene; others are not opened",
+        default_text="the scene's own folder",
     )
 
 
@@ -256,3 +264,88 @@ def choose_options(options: argparse.Namespace, command: str = RENDER) -> dict[s
 
     given = {name: getattr(options, name) for name in taken_by(command)}
     return given | {"bands": Bands.parse(options.bands, options.range)}
+
+
+def reader(read: Callable[[str], T]) -> Callable[[str], T]:
+    """Return a function that reads text as `read` does, with errors in full sentences."""
+
+    def convert(text: str) -> T:
+        try:
+            return read(text)
+        except InputError as error:
+            raise ArgumentTypeError(str(error)) from None
+        except ValueError:
+            kind = "whole number" if read is int else "number"
+            raise ArgumentTypeError(f"{text!r} is not a {kind}") from None
+
+    return convert
+
+
+def vector(text: str) -> tuple[float, ...]:
+    """Read "1,2,3"."""
+    try:
+        x, y, z = map(float, text.split(","))
+    except ValueError:
+        raise ArgumentTypeError(f"{text!r} is not a vector; write it as x,y,z") from None
+    return x, y, z
+
+
+def direction(text: str) -> tuple[float, ...]:
+    """Read "1,2,3", or an axis: "z" or "-z"."""
+    axes = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+    axis = axes.get(text.lower().removeprefix("-"))
+    if axis is None:
+        return vector(text)
+    return tuple(-value for value in axis) if text.startswith("-") else axis
+
+
+def limits(text: str) -> tuple[float, float]:
+    """Read "400:700"."""
+    try:
+        low, high = map(float, text.split(":"))
+    except ValueError:
+        raise ArgumentTypeError(f"{text!r} is not a range; write it as 400:700") from None
+    return low, high
+
+
+def number(low: float, high: float, unit: str = "") -> Callable[[str], float]:
+    """Return what reads a number from `low` to `high`; `unit` is named in errors."""
+
+    def convert(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not low <= value <= high:
+            raise ArgumentTypeError(f"{text!r} is not a number from {low:g} to {high:g}{unit}")
+        return value
+
+    return convert
+
+
+def whole_number(low: int, high: int, unit: str = "") -> Callable[[str], int]:
+    """Return what reads a whole number from `low` to `high`; `unit` is named in errors."""
+
+    def convert(text: str) -> int:
+        if not text.strip().isdecimal() or not low <= int(text) <= high:
+            raise ArgumentTypeError(f"{text!r} is not a whole number from {low} to {high}{unit}")
+        return int(text)
+
+    return convert
+
+
+def progress_log(options: argparse.Namespace) -> Callable[[str], None]:
+    """Return what prints lines about progress on stderr; with --quiet, what does nothing."""
+    return (lambda line: None) if options.quiet else _print_progress
+
+
+def _print_progress(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def print_failures(failures: Mapping[str, str], method: str = "") -> None:
+    """Print each reason of failures by image, with some of the images, perhaps of a method."""
+    for reason in dict.fromkeys(failures.values()):
+        images = [image for image, why in failures.items() if why == reason]
+        named = f"{method}: " * bool(method) + enumerated(images, _NAMED)
+        print(f"photonmap: failed: {named}: {reason}", file=sys.stderr)

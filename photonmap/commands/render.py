@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from photonmap.commands.exit_codes import INTERRUPTED
+from photonmap.commands import INTERRUPTED
 from photonmap.commands.options import (
     add_name,
     add_render_options,
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         const=ADDRESS,
         metavar="HOST:PORT",
-        help="send the image to the viewer tev as it gets better; needs "
+        help="send the image to the viewer tev while it is rendered; needs "
         f"pip install 'photonmap[view]' (without HOST:PORT: {ADDRESS})",
     )
     parser.add_argument("--version", action="version", version=f"photonmap {__version__}")
@@ -113,13 +113,13 @@ def _name_checkpoint(options: argparse.Namespace, source: SceneSource, output: s
 
 
 def _announce(progress: Progress, scene: Scene, plan: RenderPlan) -> None:
-    """Print what the scene is seen by, and which effects will be simulated, and why."""
+    """Print the view of a scene without a camera, and which effects will be simulated, and why."""
     progress.close()
     if scene.camera is None:
         x, y, z = plan.scene.camera.origin
         print(
             f"no camera given: seen from the front right, above, at {x:.6g},{y:.6g},{z:.6g}; "
-            "where z is up, add --up z"
+            "if z is up, add --up z"
         )
     width = max(map(len, plan.effects.effects))
     for name, effect in plan.effects.effects.items():
@@ -139,7 +139,7 @@ def _report(record: dict[str, Any], output: str) -> None:
 
 
 def _error_text(record: dict[str, Any]) -> str:
-    """Return the error that was reached, and how many pixels it says nothing about."""
+    """Return the error that was reached, and how many pixels it does not cover."""
     goal = record["goal"] or {"buffer": "radiance", "percentile": None, "reached": record["error"]}
     error = "unknown" if goal["reached"] is None else f"{goal['reached']:.4f}"
     kind = "" if goal["buffer"] == "radiance" else f" of {goal['buffer']}"

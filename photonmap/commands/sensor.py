@@ -7,15 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from photonmap.commands.arguments import whole_number
-from photonmap.commands.options import add_option, add_quiet, add_value
+from photonmap.commands.options import add_option, add_quiet, add_value, whole_number
 from photonmap.errors import InputError, naming
 
 if TYPE_CHECKING:
     from photonmap.capture.photo import Photo
     from photonmap.capture.sensor import Sensor
 
-HELP = "Expose a camera's sensor to a render: raw files with noise, developed images, the truth."
+HELP = "Simulate a photo of a render: raw files with noise, developed images, noise-free truth."
 
 _LARGEST_SEED = 2**63 - 1
 

@@ -6,8 +6,7 @@ import argparse
 import os
 from typing import TYPE_CHECKING
 
-from photonmap.commands.arguments import number, whole_number
-from photonmap.commands.options import add_range, add_value
+from photonmap.commands.options import add_range, add_value, number, whole_number
 from photonmap.errors import InputError
 
 if TYPE_CHECKING:

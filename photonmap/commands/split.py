@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import argparse
 
-from photonmap.commands.arguments import reader
 from photonmap.commands.options import (
     add_render_options,
     add_scheduler,
     choose_options,
     choose_scene,
     name_output,
+    reader,
 )
 
 HELP = "Render the passes of one large image in parts, on several processes, and merge them."

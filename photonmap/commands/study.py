@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from photonmap.commands.arguments import number
-from photonmap.commands.exit_codes import INTERRUPTED
+from photonmap.commands import INTERRUPTED
 from photonmap.commands.options import (
     add_options,
     add_quiet,
@@ -17,6 +15,8 @@ from photonmap.commands.options import (
     add_scene_options,
     choose_options,
     choose_scene,
+    number,
+    progress_log,
 )
 from photonmap.errors import InputError
 from photonmap.runtime.progress import Lines, Progress, Silent
@@ -54,12 +54,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     groups = add_options(parser, STUDY, size={"default": None, "default_text": sizes})
     add_range(groups["image"])
     extent = parser.add_argument_group("extent")
-    extent.add_argument("--quick", action="store_true", help="measure few points, in seconds")
+    extent.add_argument(
+        "--quick", action="store_true", help="measure only a few points, in seconds"
+    )
     extent.add_argument(
         "--minutes",
         type=number(*_MINUTE_LIMITS, " minutes"),
         metavar="M",
-        help="minutes of rendering in all, which decide how far the sweeps go (default: "
+        help="total minutes of rendering; with more, the sweeps go farther (default: "
         f"{_MINUTES:g}; with --quick {_QUICK_MINUTES:g})",
     )
     files = parser.add_argument_group("files")
@@ -67,8 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="FOLDER",
-        help="where to write the report (default: the scene's name and -study, in the current "
-        "folder)",
+        help="where to write the report (default: SCENE-study in the current folder)",
     )
     add_quiet(parser)
 
@@ -116,15 +117,11 @@ def _prepare(options: argparse.Namespace) -> tuple[Study, Extent]:
     given["bands"] = str(options.bands)
     base = Settings(**given)
     progress: Progress = Silent() if options.quiet else _Stages()
-    log = (lambda line: None) if options.quiet else _print
+    log = progress_log(options)
     scene = choose_scene(options).load()
     study = Study(scene, base, options.range, progress, log)
     check_largest(study, extent)
     return study, extent
-
-
-def _print(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
 
 
 def _report(outcome: Outcome, folder: Path) -> None:

@@ -47,16 +47,16 @@ def test_quiet_and_help(tmp_path, capsys):
     assert capsys.readouterr() == ("", "")
     with pytest.raises(SystemExit):
         main(["--help"])
-    assert "convert  Write any scene" in capsys.readouterr().out
+    assert "convert  Convert a scene" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
     ("output", "message"),
     [
-        ("room.obj", "room.toml: would replace a file of the scene that is read; rename"),
-        ("mesh.obj", "mesh.obj: would replace a file of the scene that is read"),
-        ("room.glb", "room.toml: would replace a file of the scene that is read"),
-        ("./x/../mesh.obj", "mesh.obj: would replace"),
+        ("room.obj", "room.toml: is a file of the scene itself; choose another name"),
+        ("mesh.obj", "mesh.obj: is a file of the scene itself"),
+        ("room.glb", "room.toml: is a file of the scene itself"),
+        ("./x/../mesh.obj", "mesh.obj: is a file of the scene"),
         ("other.glb", "other.toml: exists, but other.glb does not; rename one of them"),
         ("spare.gltf", "spare.bin: exists, but spare.gltf does not"),
         ("kept.obj", "kept_files: exists, but kept.obj does not"),

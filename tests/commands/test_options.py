@@ -136,7 +136,7 @@ def test_options_are_listed_nowhere_else():
         "sensors": {"--bands"},
         "evaluate": {"--method"},
         "inspect": {"--buffers"},
-        "dataset_options": {"--buffers"},
+        "dataset": {"--buffers"},
     }  # where they mean something else
     for path in (ROOT / "photonmap").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

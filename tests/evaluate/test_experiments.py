@@ -281,7 +281,7 @@ def test_experiments_in_a_browser(report):
     [
         (["--experiments", "--space", "bands"], "compare with RGB and all light"),
         (["--experiments", "--light", "direct"], "compare with RGB and all light"),
-        (["--experiments", "--metrics", "lmse"], "go by lmse-color; add it to --metrics"),
+        (["--experiments", "--metrics", "lmse"], "need the metric lmse-color; add it to --metrics"),
         (["--costs-of", "retinex"], "--costs-of needs --experiments; add it"),
         (
             ["--method", "retinex", "--experiments", "--costs-of", "retinx"],
