@@ -26,7 +26,7 @@ def truth():
 @pytest.mark.parametrize("photons", [10, *slow(1, 20_000)])
 def test_any_number_of_photons(photons, truth):
     """Where they are few, cells are so large that paths answer in their place."""
-    values = means(BOX, "indirect", photons=photons, passes=16)
+    values = means(BOX, "indirect", photons=photons, passes=8)
     assert_same(values, truth, slack=0.02)
 
 
