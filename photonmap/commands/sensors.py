@@ -95,8 +95,7 @@ def run(options: argparse.Namespace) -> None:
     from photonmap.report.files import check_file
     from photonmap.report.plots import check_plot
     from photonmap.sensors.comparison import compare_bands
-    from photonmap.sensors.plot import write_plot
-    from photonmap.sensors.report import write_errors
+    from photonmap.sensors.report import write_errors, write_plot
 
     if options.csv:
         check_file(options.csv)

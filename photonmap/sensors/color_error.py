@@ -94,8 +94,7 @@ def color_errors(
 
     Raises
     ------
-    InputError
-        if a curve covers less than the bands or 400 to 700 nm
+    InputError : a curve covers less than the bands or 400 to 700 nm
     """
     exact = exact_colors(reflectances, illuminant)
     rows = []

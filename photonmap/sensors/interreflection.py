@@ -81,8 +81,7 @@ def band_values(
 
     Raises
     ------
-    InputError
-        if a curve does not cover the bands
+    InputError : a curve does not cover the bands
     """
     reflected, emitted = [], []
     for sensitivity in bands.sensitivities:
@@ -101,8 +100,7 @@ def sample_band(
 
     Raises
     ------
-    InputError
-        if a curve does not cover what the band sees but for a thousandth at either end
+    InputError : a curve does not cover what the band sees but for a thousandth at either end
     """
     nodes, weights = sensitivity_nodes(sensitivity, step)
     seen = without_tails(sensitivity)
@@ -190,8 +188,7 @@ def interreflection_errors(
 
     Raises
     ------
-    InputError
-        if a curve does not cover the bands, or no pair is bright enough
+    InputError : a curve does not cover the bands, or no pair is bright enough
     """
     check_sensitivities(bands)
     orders = range(1 if direct_too else bounces, bounces + 1)

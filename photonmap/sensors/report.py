@@ -1,14 +1,19 @@
-"""Results as tables in text and CSV."""
+"""Results as tables in text and CSV, and as one picture."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from os import PathLike
+from typing import TYPE_CHECKING, Any
 
+from photonmap.report import plots
 from photonmap.report.files import replacing, write_csv
 from photonmap.sensors.color_error import METHODS, ColorRow
 from photonmap.sensors.comparison import BestRow
 from photonmap.sensors.interreflection import ErrorRow
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 COLUMNS = ("bands", "bounces", "mean_percent", "max_percent")
 """Columns of the CSV file."""
@@ -86,3 +91,112 @@ def write_errors(path: str | PathLike[str], rows: Sequence[ErrorRow]) -> None:
     ]
     with replacing(path) as part:
         write_csv(part, COLUMNS, cells)
+
+
+_METHOD_COLORS = {"direct": "#777777", "regression": plots.BLUE}
+_FEW = 5
+"""Most sets of bands with both lines labelled."""
+_FLOOR = 1e-3
+"""Percent and ΔE; smaller values are drawn here on the logarithmic axes."""
+
+
+def write_plot(
+    path: str | PathLike[str], rows: Sequence[ErrorRow], color_rows: Sequence[ColorRow]
+) -> None:
+    """Draw errors against bounces, and ΔE2000 for each set of bands, side by side.
+
+    Parameters
+    ----------
+    path : a .png, .svg or .pdf
+    rows, color_rows : what to draw, one row at least of each
+
+    Raises
+    ------
+    InputError : as `check_plot`
+    OSError : writing fails
+    """
+    plots.check_plot(path)
+    wide = max(1.0, len({row.bands for row in color_rows}) / 4.0)
+    figure, (left, right) = plots.new_figure(4.5 + 4.5 * wide, 4.0, (1.0, wide))
+    _draw_errors(left, rows)
+    _draw_colors(right, color_rows)
+    with replacing(path) as part:
+        plots.save_figure(figure, part)
+
+
+def _draw_errors(axes: Axes, rows: Sequence[ErrorRow]) -> None:
+    """Draw mean and worst error against the number of bounces, a colour for each set of bands."""
+    ends: list[tuple[float, str, str]] = []
+    labels = dict.fromkeys(row.bands for row in rows)
+    for place, label in enumerate(labels):
+        own = [row for row in rows if row.bands == label]
+        bounces = [row.bounces for row in own]
+        color = plots.COLORS[place % len(plots.COLORS)]
+        worst = [_at_least(100.0 * row.worst) for row in own]
+        mean = [_at_least(100.0 * row.mean) for row in own]
+        axes.plot(bounces, worst, "o--", color=color, mfc="white", lw=1.2, ms=5)
+        axes.plot(bounces, mean, "o-", color=color, lw=1.8, ms=5)
+        ends.append((mean[-1], _called(label), color))
+        if len(labels) <= _FEW:
+            ends.append((worst[-1], "max", color))
+    plots.style(
+        axes,
+        "error within the bands: mean and (dashed) max",
+        "bounces between two surfaces",
+        "%",
+        "y",
+    )
+    last = max(row.bounces for row in rows)
+    axes.set_xlim(0.8, last + 0.2)
+    axes.set_xticks(range(1, last + 1))
+    plots.write_beside(axes, last, ends)
+
+
+def _draw_colors(axes: Axes, rows: Sequence[ColorRow]) -> None:
+    """Draw mean, 95th percentile and worst ΔE2000, a group for each set of bands."""
+    labels = list(dict.fromkeys(row.bands for row in rows))
+    places = [labels.index(row.bands) + _offset(row) for row in rows]
+    for at, row in zip(places, rows, strict=True):
+        color = _METHOD_COLORS[row.method]
+        mean, p95, worst = map(_at_least, (row.mean, row.p95, row.worst))
+        axes.plot([at, at], [mean, worst], color=color, lw=1.0)
+        axes.plot(at, p95, "_", color=color, ms=9, mew=1.8)
+        axes.plot(at, worst, "o", color=color, mfc="white", ms=5)
+        axes.plot(at, mean, "o", color=color, ms=6)
+    plots.style(axes, "colour difference after projection to sRGB", "bounces", "ΔE2000", "y")
+    axes.set_title(axes.get_title("left"), loc="left", fontsize=10.5, color=plots.INK, pad=18)
+    axes.axhline(1.0, color=plots.INK, lw=0.8, ls=":", zorder=0)
+    plots.write(axes, "just visible", -0.58, 1.0, xytext=(0, 3), va="bottom")
+    axes.set_xlim(-0.6, len(labels) - 0.4)
+    axes.set_xticks(places, [str(row.bounces) for row in rows])
+    for place, label in enumerate(labels):
+        above: dict[str, Any] = {
+            "xycoords": axes.get_xaxis_transform(),
+            "xytext": (0, 4),
+            "va": "bottom",
+        }
+        plots.write(axes, _called(label), place, 1.0, ha="center", **above)
+    last = max(zip(places, rows, strict=True), key=lambda pair: pair[0])
+    ends = zip((last[1].mean, last[1].p95, last[1].worst), ("mean", "95%", "max"), strict=True)
+    color = _METHOD_COLORS[last[1].method]
+    plots.write_beside(axes, last[0], [(_at_least(value), text, color) for value, text in ends])
+    for (method, color), side in zip(_METHOD_COLORS.items(), ("right", "left"), strict=True):
+        lowest = min(
+            _at_least(row.mean) for row in rows if (row.bands, row.method) == (labels[0], method)
+        )
+        shift = (-3 if side == "right" else 3, -14)
+        plots.write(axes, method, 0.0, lowest, color, xytext=shift, ha=side, va="bottom")
+
+
+def _offset(row: ColorRow) -> float:
+    """Return the offset of a row within its group."""
+    return {"direct": -0.21, "regression": 0.21}[row.method] + (row.bounces - 1.5) * 0.2
+
+
+def _at_least(value: float) -> float:
+    return max(value, _FLOOR)
+
+
+def _called(label: str) -> str:
+    """Return a label, with a noun if it is only a number."""
+    return f"{label} band{'s' * (label != '1')}" if label.isdecimal() else label

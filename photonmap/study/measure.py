@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from photonmap.render import render
@@ -80,35 +80,20 @@ class Point:
 
     def row(self) -> dict[str, object]:
         """Return the point as a row of the table, by `COLUMNS`; unknown values are empty."""
-        settings = self.settings
-        row: dict[str, object] = {
-            "sweep": self.sweep,
-            "label": self.label,
-            "method": settings.method,
-            "bands": settings.bands,
-            "width": settings.size[0],
-            "height": settings.size[1],
-            "pixel": settings.pixel,
-            "photons_per_pass": settings.photons,
-            "passes": settings.passes,
-            "effects": settings.effects,
-            "seed": settings.seed,
-            "seconds": self.seconds,
-            "wall_seconds": self.wall,
-            "processor_seconds": self.processor,
-            "rays": self.rays,
-            "photons": self.photons,
-            "mean_difference": self.mean_difference,
-            "mean_error": self.mean_error,
-        }
-        row |= {f"stated_{buffer}": self.stated.get(buffer) for buffer in BUFFERS}
-        row |= {f"true_{buffer}": self.true.get(buffer) for buffer in BUFFERS}
-        color = asdict(self.color) if self.color else {}
-        row |= {column: color.get(name) for column, name in _COLOR_COLUMNS.items()}
-        return {name: _cell(row[name]) for name in COLUMNS}
+        options = self.settings
+        values = (
+            *(self.sweep, self.label, options.method, options.bands, *options.size),
+            *(options.pixel, options.photons, options.passes, options.effects, options.seed),
+            *(self.seconds, self.wall, self.processor, self.rays, self.photons),
+            *(self.stated.get(buffer) for buffer in BUFFERS),
+            *(self.true.get(buffer) for buffer in BUFFERS),
+            *(self.mean_difference, self.mean_error),
+            *(getattr(self.color, name, None) for name in _COLORS.values()),
+        )
+        return dict(zip(COLUMNS, map(_cell, values), strict=True))
 
 
-_COLOR_COLUMNS = {
+_COLORS = {
     "delta_e_mean": "delta_mean",
     "delta_e_p95": "delta_p95",
     "delta_e_indirect_mean": "indirect_mean",
@@ -118,23 +103,14 @@ _COLOR_COLUMNS = {
     "spectral_shading": "shading",
     "spectral_indirect": "indirect",
 }
-
 COLUMNS = (
-    *("sweep", "label", "method", "bands", "width", "height", "pixel", "photons_per_pass"),
-    *(
-        "passes",
-        "effects",
-        "seed",
-        "seconds",
-        "wall_seconds",
-        "processor_seconds",
-        "rays",
-        "photons",
-    ),
+    *("sweep", "label", "method", "bands", "width", "height"),
+    *("pixel", "photons_per_pass", "passes", "effects", "seed"),
+    *("seconds", "wall_seconds", "processor_seconds", "rays", "photons"),
     *(f"stated_{buffer}" for buffer in BUFFERS),
     *(f"true_{buffer}" for buffer in BUFFERS),
     *("mean_difference", "mean_error"),
-    *_COLOR_COLUMNS,
+    *_COLORS,
 )
 """Columns of the table; errors and differences are fractions, not percent."""
 
@@ -228,8 +204,7 @@ class Study:
 
         Raises
         ------
-        KeyboardInterrupt
-            if Ctrl-C ended the render; the passes before it are a point nevertheless
+        KeyboardInterrupt : Ctrl-C ended the render; the passes before it are a point nevertheless
         """
         result, processor = self.render(settings)
         point = self._point(sweep, label, settings, result, processor, truth)
@@ -250,8 +225,7 @@ class Study:
 
         Raises
         ------
-        KeyboardInterrupt
-            at Ctrl-C; the points that were not repeated stay as they are
+        KeyboardInterrupt : at Ctrl-C; the points that were not repeated stay as they are
         """
         for _ in range(times):
             for index in range(len(self.points) - last, len(self.points)):

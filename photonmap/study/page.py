@@ -157,9 +157,7 @@ def _law_row(law: Law, found: Findings) -> dict[str, Any]:
 
 def _facts(found: Findings) -> dict[str, str]:
     """Return the numbers that captions quote, as text."""
-    facts = {
-        "honesty": f"{found.correction.ratio:.2f}",
-    }
+    facts = {"honesty": f"{found.correction.ratio:.2f}"}
     for sweep in ("passes", "path"):
         for buffer in ("radiance", "shading"):
             facts[f"{sweep}_{buffer}"] = _slope(found.slope(sweep, buffer))

@@ -23,14 +23,12 @@ def write_study(folder: Path, found: Findings, about: About) -> None:
 
     Raises
     ------
-    OSError
-        if writing fails
+    OSError : writing fails
     """
     with written_together(folder) as part:
         figures = drawn_figures(found)
         (part / PAGE).write_text(write_page(found, about, figures), encoding="utf-8")
-        rows = [point.row() for point in found.points]
-        write_csv(part / TABLE, COLUMNS, [[row[name] for name in COLUMNS] for row in rows])
+        write_csv(part / TABLE, COLUMNS, [[*point.row().values()] for point in found.points])
         for name, figure in figures.items():
             save_figure(figure, part / f"{name}.png")
 

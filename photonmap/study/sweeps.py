@@ -72,8 +72,7 @@ def check_largest(study: Study, extent: Extent) -> None:
 
     Raises
     ------
-    InputError
-        if they do not
+    InputError : they do not
     """
     pixels = study.base.size[0] * study.base.size[1]
     usual = usual_photons(pixels)
@@ -97,10 +96,8 @@ def run_sweeps(study: Study, extent: Extent) -> None:
 
     Raises
     ------
-    InputError
-        if no pixel is valid, so that there are no errors to measure
-    KeyboardInterrupt
-        at Ctrl-C; the study keeps its points
+    InputError : no pixel is valid, so that there are no errors to measure
+    KeyboardInterrupt : at Ctrl-C; the study keeps its points
     """
     pilot, _ = study.render(replace(study.base, passes=_PILOT))
     if pilot.record["interrupted"]:

@@ -34,8 +34,7 @@ def preview(scene: Scene | str | PathLike[str], buffer: str = "radiance", **opti
 
     Raises
     ------
-    InputError
-        if IPython is not installed, or as `photonmap.render` says
+    InputError : IPython is not installed, or as `photonmap.render` says
     """
     try:
         from IPython.display import Image, display
@@ -70,8 +69,7 @@ def picture_of(result: Result, buffer: str) -> bytes:
 
     Raises
     ------
-    ValueError
-        if there is no such buffer, or it has no bands
+    ValueError : there is no such buffer, or it has no bands
     """
     image = result.rgb(buffer)
     is_light = buffer != "reflectance" and "radiance" in result.buffers

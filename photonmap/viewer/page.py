@@ -42,8 +42,7 @@ def load_for_page(path: str | PathLike[str], buffers: Collection[str] | None = N
 
     Raises
     ------
-    InputError
-        if there is no such file, or it was not written by photonmap
+    InputError : there is no such file, or it was not written by photonmap
     """
     wanted = None if buffers is None else {*buffers, *_FOR_EXPOSURE}
     names = [
@@ -77,8 +76,7 @@ def write_page(
 
     Raises
     ------
-    InputError
-        if the two differ in size or bands, or have no buffer to show
+    InputError : the two differ in size or bands, or have no buffer to show
     """
     _check(results)
     names = _choose(results, buffers)
@@ -198,11 +196,7 @@ def _projections(result: Result) -> list[dict[str, Any]]:
     plain = (matrix / matrix.sum(axis=1, keepdims=True)).tolist()
     ways = {"sRGB": SCENE, "sRGB, not adapted": AS_IT_IS}
     return [
-        {
-            "name": name,
-            "matrix": (result.adaptation(white) @ matrix).tolist(),
-            "reflectance": plain,
-        }
+        {"name": name, "matrix": (result.adaptation(white) @ matrix).tolist(), "reflectance": plain}
         for name, white in ways.items()
     ]
 

@@ -26,8 +26,7 @@ class Tev:
 
     Raises
     ------
-    InputError
-        if tevclient is not installed, or there is no such address
+    InputError : tevclient is not installed, or there is no such address
     """
 
     def __init__(self, name: str, address: str = ADDRESS) -> None:

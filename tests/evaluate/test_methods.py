@@ -2,30 +2,18 @@
 
 import numpy as np
 import pytest
+from helpers.mondrians import ALL, SIZE, run, stripes
 
 from photonmap import InputError, evaluate
-from photonmap.evaluate.methods.method import BUILT_IN, FLOOR, View, find_method, method_names
+from photonmap.evaluate.methods.method import BUILT_IN, FLOOR, find_method, method_names
 from photonmap.evaluate.methods.poisson import differences, integrate
 
-SIZE = 24, 30
-ALL = np.ones(SIZE, bool)
 LIGHT = np.array([1.0, 0.8, 0.5, 0.9])
-
-
-def run(name, image, mask=ALL, relit=(), **settings):
-    method = find_method(name)
-    return method.estimate(View("image", image, mask, relit), **(settings or method.defaults))
 
 
 def assert_proportional(found, truth, mask=ALL):
     ratio = (found / truth)[mask]
     np.testing.assert_allclose(ratio, ratio.flat[0], rtol=1e-9)
-
-
-def stripes(colors):
-    """Vertical stripes of reflectance, (H, W, C)."""
-    columns = np.arange(SIZE[1]) * len(colors) // SIZE[1]
-    return np.broadcast_to(np.array(colors)[columns], (*SIZE, len(colors[0])))
 
 
 SMOOTH = np.linspace(0.5, 1.0, SIZE[0])[:, None] * np.ones(SIZE)

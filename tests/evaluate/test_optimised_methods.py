@@ -2,47 +2,27 @@
 
 import numpy as np
 import pytest
+from helpers.mondrians import ALL, COLORS, errors, mondrian, run
 from scipy.optimize import check_grad
 
-from photonmap import evaluate
 from photonmap.evaluate.methods import clusters, gehler, shen
-from photonmap.evaluate.methods.method import View, find_method
 
-SIZE = 24, 30
-ALL = np.ones(SIZE, bool)
-COLORS = np.array([(0.6, 0.3, 0.2), (0.2, 0.5, 0.3), (0.3, 0.25, 0.7)])
+BRIGHT = [(1.0, 0.5, 0.3), (0.1, 0.25, 0.15), (0.4, 0.3, 0.8)]
 
 
-def run(name, image, mask=ALL, **settings):
-    method = find_method(name)
-    return method.estimate(View("image", image, mask), **{**method.defaults, **settings})
-
-
-def mondrian(colors=COLORS):
-    """Vertical stripes of reflectance under light that falls off downwards to a half."""
-    columns = np.arange(SIZE[1]) * len(colors) // SIZE[1]
-    reflectance = np.broadcast_to(colors[columns], (*SIZE, 3))
-    shading = np.broadcast_to(np.linspace(1.0, 0.5, SIZE[0])[:, None], SIZE)
-    return reflectance, shading
-
-
-def grey(image):
-    return image if image.ndim == 2 else image.mean(axis=-1)
-
-
-def errors(found, reflectance, shading, mask=None):
-    return (
-        evaluate.si_mse(reflectance, found.reflectance, mask),
-        evaluate.si_mse(shading, grey(found.shading), mask),
-    )
-
-
-@pytest.mark.parametrize(("name", "share"), [("shen", 0.05), ("gehler", 0.001)])
-def test_mondrians_under_a_gradient(name, share):
+@pytest.mark.parametrize(
+    ("name", "share", "scene", "settings"),
+    [
+        ("shen", 0.05, {}, {"rounds": 1000.0}),
+        ("gehler", 0.001, {}, {"count": 3.0}),
+        ("serra", 0.01, {"times": 2}, {}),
+        ("bell", 0.001, {"colors": BRIGHT}, {}),
+    ],
+)
+def test_mondrians_under_a_gradient(name, share, scene, settings):
     """Most of the error of either baseline is gone, whatever is in pixels that do not count."""
-    reflectance, shading = mondrian()
+    reflectance, shading = mondrian(**scene)
     image = reflectance * shading[..., None]
-    settings = {"rounds": 1000.0} if name == "shen" else {"count": 3.0}
     mask = ALL.copy()
     mask[5:9, 12:15] = False
     blind = [errors(run(f"constant-{layer}", image), reflectance, shading)

@@ -1,28 +1,13 @@
-"""The reading of Serra's method: names, ridges, the field, and a Mondrian that it decomposes."""
+"""The reading of Serra's method: names, ridges, the field, and a sharp shadow."""
 
 import numpy as np
 import pytest
+from helpers.mondrians import COLORS, SIZE, mondrian, run
 
 from photonmap import evaluate
 from photonmap.evaluate.methods import serra
-from photonmap.evaluate.methods.color_descriptors import (
-    CHROMATIC,
-    NAMES,
-    _levels,
-    memberships,
-    ridge_numbers,
-)
-from photonmap.evaluate.methods.method import View, find_method
 from photonmap.evaluate.methods.poisson import neighbours
-
-SIZE = 24, 30
-ALL = np.ones(SIZE, bool)
-COLORS = np.array([(0.6, 0.3, 0.2), (0.2, 0.5, 0.3), (0.3, 0.25, 0.7)])
-
-
-def run(image, mask=ALL):
-    method = find_method("serra")
-    return method.estimate(View("image", image, mask), **method.defaults)
+from photonmap.evaluate.methods.serra import CHROMATIC, NAMES, _levels, memberships, ridge_numbers
 
 
 def linear(srgb):
@@ -143,47 +128,28 @@ def test_neighbours_of_one_ridge_or_name_are_alike():
     np.testing.assert_array_equal(serra.likeness(descriptors, pairs), [1.0, 1.0, 1.0, 0.0])
 
 
-def mondrian():
-    """Patches of three colours side by side, twice, under light that falls off downwards."""
-    columns = np.arange(SIZE[1]) * 6 // SIZE[1] % 3
-    reflectance = np.broadcast_to(COLORS[columns], (*SIZE, 3))
-    return reflectance, np.broadcast_to(np.linspace(1.0, 0.5, SIZE[0])[:, None], SIZE)
-
-
-def test_a_mondrian_under_a_gradient():
-    """It is found, whatever is in pixels that do not count."""
-    reflectance, shading = mondrian()
-    image = reflectance * shading[..., None]
-    mask = ALL.copy()
-    mask[5:9, 12:15] = False
-    blind = evaluate.si_mse(reflectance, image), evaluate.si_mse(shading, image.mean(axis=-1))
-    for held in (ALL, mask):
-        found = run(np.where(held[..., None], image, 7.0), held)
-        assert evaluate.si_mse(reflectance, found.reflectance, held) < 0.01 * blind[0]
-        assert evaluate.si_mse(shading, found.shading, held) < 0.01 * blind[1]
-
-
 def test_a_shadow_with_a_sharp_edge_is_shading():
     """Which Retinex takes for reflectance: two thirds of the light end within a pixel."""
-    reflectance, shading = mondrian()
+    reflectance, shading = mondrian(times=2)
     shading = shading * np.where(np.arange(SIZE[0]) < 12, 1.0, 0.35)[:, None]
     image = reflectance * shading[..., None]
-    retinex = find_method("color-retinex")
-    theirs = retinex.estimate(View("image", image, ALL), **retinex.defaults)
-    ours = evaluate.si_mse(shading, run(image).shading)
+    theirs = run("color-retinex", image)
+    ours = evaluate.si_mse(shading, run("serra", image).shading)
     assert ours < 0.1 * evaluate.si_mse(shading, theirs.shading)
 
 
 @pytest.mark.parametrize("bands", [1, 2, 4, 6])
 def test_other_bands_than_rgb(bands):
     """Those of one hue in RGB have it in more bands, which go from blue to red."""
-    reflectance, shading = mondrian()
+    reflectance, shading = mondrian(times=2)
     image = reflectance * shading[..., None]
     if bands < 3:
         image = image[..., :bands]
     else:
         image = np.repeat(image[..., ::-1], 2, axis=-1)[..., :bands]
-    found = run(image)
+    found = run("serra", image)
     assert found.reflectance.shape == image.shape
     if bands == 6:
-        np.testing.assert_allclose(found.shading, run(image[..., 4::-2]).shading, rtol=1e-6)
+        np.testing.assert_allclose(
+            found.shading, run("serra", image[..., 4::-2]).shading, rtol=1e-6
+        )

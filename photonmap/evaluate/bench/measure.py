@@ -68,6 +68,21 @@ def _pairs(mask_bytes: bytes, shape: tuple[int, int]) -> OrdinalPairs:
     return ordinal_pairs(np.frombuffer(mask_bytes, bool).reshape(shape))
 
 
+def _of_layers(error: Callable[..., float]) -> Measure:
+    """Return the measure of an error of two images."""
+    return lambda truth, true, made: error(true, made, truth.mask)
+
+
+def _of_grey(error: Callable[..., float]) -> Measure:
+    """Return the measure of an error of the means over bands of two images."""
+    return lambda truth, true, made: error(to_grey(true), to_grey(made), truth.mask)
+
+
+def _of_regions(error: Callable[..., float]) -> Measure:
+    """Return the measure of an error over regions."""
+    return lambda truth, true, made: error(true, made, truth.regions, truth.mask)
+
+
 def _whdr(truth: Truth, true: Floats, made: Floats) -> float:
     pairs = _pairs(truth.mask.tobytes(), truth.mask.shape)
     return whdr(true, made, truth.mask, pairs)
@@ -79,59 +94,33 @@ def _angle(truth: Truth, true: Floats, made: Floats) -> float:
 
 
 _ANGULAR = ("mean", "median", "trimean", "best", "worst")
+_PAINT, _LIGHT = (REFLECTANCE,), (ILLUMINANT,)
 _ROWS = (
-    Metric(
-        "lmse", "LMSE of grey values, windows of 20 px; Grosse et al. 2009", BOTH,
-        lambda truth, true, made: lmse(to_grey(true), to_grey(made), truth.mask),
-    ),
-    Metric(
-        "lmse-color", "LMSE with one factor a window for all bands", BOTH,
-        lambda truth, true, made: lmse(true, made, truth.mask),
-    ),
-    Metric(
-        "lmse-mit", "LMSE of grey values as in the code of Grosse et al., which divides by less",
-        BOTH, lambda truth, true, made: lmse_mit(to_grey(true), to_grey(made), truth.mask),
-    ),
-    Metric(
-        "si-mse", "scale-invariant MSE; Chen and Koltun 2013", BOTH,
-        lambda truth, true, made: si_mse(true, made, truth.mask),
-    ),
-    Metric(
-        "si-lmse", "mean of si-MSE over windows of a tenth of the image; Chen and Koltun 2013",
-        BOTH, lambda truth, true, made: si_lmse(true, made, truth.mask),
-    ),
-    Metric(
-        "dssim", "(1 − SSIM) / 2; Chen and Koltun 2013", BOTH,
-        lambda truth, true, made: dssim(true, made, truth.mask),
-    ),
-    Metric("whdr", "WHDR for δ = 10%, pairs ordered by the truth; Bell et al. 2014",
-           (REFLECTANCE,), _whdr),
-    Metric(
-        "albedo-intensity", "squared error of mean grey values of materials; Wu et al. 2023",
-        (REFLECTANCE,),
-        lambda truth, true, made: albedo_intensity(true, made, truth.regions, truth.mask),
-    ),
-    Metric(
-        "albedo-chromaticity", "ΔE2000 of mean colours of materials; Wu et al. 2023",
-        (REFLECTANCE,),
-        lambda truth, true, made: albedo_chromaticity(true, made, truth.regions, truth.mask),
-        needs_rgb=True,
-    ),
-    Metric(
-        "albedo-texture", "RMS difference of relative texture within materials", (REFLECTANCE,),
-        lambda truth, true, made: albedo_texture(true, made, truth.regions, truth.mask),
-    ),
-    Metric(
-        "delta-e", "mean ΔE2000 after one factor; Sharma et al. 2005", (REFLECTANCE,),
-        lambda truth, true, made: delta_e(true, made, truth.mask), needs_rgb=True,
-    ),
-    Metric("angle", "angle between the illuminant and that of all light, degrees",
-           (ILLUMINANT,), _angle, figures=_ANGULAR),
-    Metric(
-        "angle-map", "mean angle to the illuminant of each pixel, degrees", (ILLUMINANT,),
-        lambda truth, true, made: mean(angular_error_map(true, made, truth.mask)),
-        figures=_ANGULAR,
-    ),
+    Metric("lmse", "LMSE of grey values, windows of 20 px; Grosse et al. 2009", BOTH,
+           _of_grey(lmse)),
+    Metric("lmse-color", "LMSE with one factor a window for all bands", BOTH, _of_layers(lmse)),
+    Metric("lmse-mit",
+           "LMSE of grey values as in the code of Grosse et al., which divides by less", BOTH,
+           _of_grey(lmse_mit)),
+    Metric("si-mse", "scale-invariant MSE; Chen and Koltun 2013", BOTH, _of_layers(si_mse)),
+    Metric("si-lmse",
+           "mean of si-MSE over windows of a tenth of the image; Chen and Koltun 2013", BOTH,
+           _of_layers(si_lmse)),
+    Metric("dssim", "(1 − SSIM) / 2; Chen and Koltun 2013", BOTH, _of_layers(dssim)),
+    Metric("whdr", "WHDR for δ = 10%, pairs ordered by the truth; Bell et al. 2014", _PAINT,
+           _whdr),
+    Metric("albedo-intensity", "squared error of mean grey values of materials; Wu et al. 2023",
+           _PAINT, _of_regions(albedo_intensity)),
+    Metric("albedo-chromaticity", "ΔE2000 of mean colours of materials; Wu et al. 2023", _PAINT,
+           _of_regions(albedo_chromaticity), needs_rgb=True),
+    Metric("albedo-texture", "RMS difference of relative texture within materials", _PAINT,
+           _of_regions(albedo_texture)),
+    Metric("delta-e", "mean ΔE2000 after one factor; Sharma et al. 2005", _PAINT,
+           _of_layers(delta_e), needs_rgb=True),
+    Metric("angle", "angle between the illuminant and that of all light, degrees", _LIGHT,
+           _angle, figures=_ANGULAR),
+    Metric("angle-map", "mean angle to the illuminant of each pixel, degrees", _LIGHT,
+           _of_layers(lambda *layers: mean(angular_error_map(*layers))), figures=_ANGULAR),
 )  # fmt: skip
 METRICS = {metric.name: metric for metric in _ROWS}
 

@@ -30,7 +30,7 @@ from photonmap.evaluate.bench.measure import (
     measure,
 )
 from photonmap.evaluate.methods.method import FLOOR, Estimate
-from photonmap.evaluate.metrics.arrays import Floats, to_grey
+from photonmap.evaluate.metrics.arrays import Floats, blurred_within, to_grey
 from photonmap.evaluate.report.gallery import Rated
 from photonmap.evaluate.report.tables import Cell, Table
 
@@ -45,14 +45,7 @@ _BELOW, _ON_TOP = 4, (2, 8)
 
 
 def _blur(truth: Truth, layers: Layers, amount: float) -> Layers:
-    from scipy.ndimage import gaussian_filter
-
-    inside = truth.mask[..., None].astype(np.float64)
-    weight = np.maximum(gaussian_filter(inside, amount, axes=(0, 1)), 1e-9)
-    reflectance, shading = (
-        gaussian_filter(np.where(inside > 0.0, layer, 0.0), amount, axes=(0, 1)) / weight
-        for layer in layers
-    )
+    reflectance, shading = (blurred_within(layer, truth.mask, amount) for layer in layers)
     return reflectance, shading
 
 

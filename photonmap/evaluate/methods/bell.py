@@ -18,23 +18,118 @@ connected region has an intensity of its own.
 
 Weights are those that the authors state for their best result on their photographs: 25 rounds,
 w_p = 10000, w_s = 20000, w_l = 500, θ_p = θ_l = 0.1, θ_c = 0.025. Left open, and chosen here:
-chromaticity is that of all bands, C − 1 of them; the 99th percentile
-of intensity is 1; clusters start from splits at medians; stage 2
-is solved by ten rounds of reweighted least squares and keeps the median of log reflectance; mean
-field stops early where no probability moves by 0.001.
+chromaticity is that of all bands, C − 1 of them; the 99th percentile of intensity is 1; clusters
+start from splits at medians; stage 2 is solved by ten rounds of reweighted least squares and keeps
+the median of log reflectance; mean field stops early where no probability moves by 0.001.
+
+**The kernel** sums over all pairs of points in time linear in their number: A. Adams, J.
+Baek and M. A. Davis, "Fast high-dimensional filtering using the permutohedral lattice",
+Eurographics 2010. Values at points in d dimensions are spread to the d + 1 corners of the simplex
+around each, blurred along the d + 1 directions of the lattice, and gathered again.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.evaluate.methods.clusters import first_means, means_of, nearest_means
-from photonmap.evaluate.methods.lattice import GaussianKernel
 from photonmap.evaluate.methods.method import FLOOR, Estimate, Method, View, with_grey_shading
-from photonmap.evaluate.metrics.arrays import Floats, Mask
+from photonmap.evaluate.methods.poisson import neighbours
+from photonmap.evaluate.metrics.arrays import Floats, Mask, blurred_within
+
+_Keys = NDArray[np.int64]
+_Codes = NDArray[np.uint64]
+
+
+class GaussianKernel:
+    """The matrix k_ij = exp(−|f_i − f_j|² / 2), up to a factor, scaled to D^−½ k D^−½.
+
+    Parameters
+    ----------
+    features : (P, d) f
+    """
+
+    def __init__(self, features: Floats) -> None:
+        from scipy.sparse import csr_array
+
+        points, dimensions = features.shape
+        corners, shares = _corners(features)
+        nodes, node_of = np.unique(_codes(corners), return_inverse=True)
+        rows = np.repeat(np.arange(points), dimensions + 1)
+        entries = (shares.ravel(), (rows, node_of.ravel()))
+        self._gather = csr_array(entries, shape=(points, len(nodes)))
+        self._spread = csr_array(self._gather.T)
+        self._blurs = [_blur(nodes, step) for step in _codes(_directions(dimensions))]
+        self._scale = np.ones((points, 1))
+        self._scale = 1.0 / np.sqrt(self.apply(self._scale))
+
+    def apply(self, values: Floats) -> Floats:
+        """Return the weighted sums of values (P, L) over all points, for each point."""
+        nodes = self._spread @ (self._scale * values)
+        for blur in self._blurs:
+            nodes = blur @ nodes
+        return np.asarray(self._scale * (self._gather @ nodes))
+
+
+def _corners(features: Floats) -> tuple[_Keys, Floats]:
+    """Return the simplex around each point: corners (P, d + 1, d) and shares (P, d + 1).
+
+    Points are moved to the hyperplane Σ x = 0 in d + 1 dimensions, where corners have integer
+    coordinates that all leave the same remainder by d + 1.
+    """
+    points, d = features.shape
+    axis = np.arange(1, d + 1)
+    # Blurring has a variance of (d + 1)² / 2 on the lattice, spreading and gathering (d + 1)² / 6
+    scaled = features * ((d + 1) * np.sqrt(2.0 / 3.0) / np.sqrt(axis * (axis + 1.0)))
+    above = np.cumsum(scaled[:, ::-1], axis=1)[:, ::-1]
+    raised = np.zeros((points, d + 1))
+    raised[:, :d] = above
+    raised[:, 1:] -= axis * scaled
+    origin = np.rint(raised / (d + 1)).astype(np.int64) * (d + 1)
+    excess = origin.sum(axis=1) // (d + 1)
+    order = np.argsort(-(raised - origin), axis=1, kind="stable")
+    rank = np.argsort(order, axis=1, kind="stable") + excess[:, None]
+    turns = (rank < 0).astype(np.int64) - (rank > d)
+    rank += turns * (d + 1)
+    origin += turns * (d + 1)
+    sorted_rest = np.take_along_axis(raised - origin, np.argsort(rank, axis=1), axis=1) / (d + 1)
+    shares = np.empty((points, d + 1))
+    shares[:, 1:] = (sorted_rest[:, :-1] - sorted_rest[:, 1:])[:, ::-1]
+    shares[:, 0] = 1.0 - shares[:, 1:].sum(axis=1)
+    remainder = np.arange(d + 1)[None, :, None]
+    wraps = rank[:, None, :] > d - remainder
+    corners = origin[:, None, :] + remainder - (d + 1) * wraps
+    return corners[..., :d], shares
+
+
+def _directions(d: int) -> _Keys:
+    """Return the steps from a node to its neighbours ahead, (d + 1, d)."""
+    return (d + 1) * np.eye(d + 1, d, dtype=np.int64) - 1
+
+
+def _codes(corners: _Keys) -> _Codes:
+    """Return a number for each node (…, d), linear in its coordinates and modulo 2^64.
+
+    Two of n nodes share a number with a probability of about n² / 2^65.
+    """
+    odd = np.full(corners.shape[-1], 0x9E3779B97F4A7C15, np.uint64).cumprod()
+    return np.asarray((corners.astype(np.uint64) * odd).sum(axis=-1))
+
+
+def _blur(nodes: _Codes, step: np.uint64) -> Any:
+    """Return the matrix that averages each node, ½, with the two `step` away, ¼ each."""
+    from scipy.sparse import csr_array, eye_array
+
+    count = len(nodes)
+    wanted = nodes + step
+    place = np.minimum(np.searchsorted(nodes, wanted), count - 1)
+    there = np.flatnonzero(nodes[place] == wanted)
+    ahead = csr_array((np.full(len(there), 0.25), (there, place[there])), shape=(count, count))
+    return csr_array(0.5 * eye_array(count) + ahead + ahead.T)
+
 
 _Labels = NDArray[np.int64]
 
@@ -51,7 +146,7 @@ def connected_regions(labels: _Labels) -> _Labels:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    first, second = _neighbours(np.arange(labels.size).reshape(labels.shape))
+    second, first = neighbours(np.ones(labels.shape, bool))
     same = labels.ravel()[first] == labels.ravel()[second]
     links = (np.ones(same.sum()), (first[same], second[same]))
     _, parts = connected_components(coo_array(links, shape=(labels.size,) * 2), directed=False)
@@ -73,7 +168,7 @@ def matched_intensities(log_image: Floats, regions: _Labels, start: Floats) -> F
     from scipy.sparse import coo_array, diags_array
     from scipy.sparse.linalg import spsolve
 
-    first, second = _neighbours(np.arange(regions.size).reshape(regions.shape))
+    second, first = neighbours(np.ones(regions.shape, bool))
     of = regions.ravel()
     across = (of[first] >= 0) & (of[second] >= 0) & (of[first] != of[second])
     a, b = of[first[across]], of[second[across]]
@@ -89,12 +184,6 @@ def matched_intensities(log_image: Floats, regions: _Labels, start: Floats) -> F
         found = np.atleast_1d(spsolve(matrix, wanted + _HOLD * start))
     inside = of[of >= 0]
     return np.asarray(found + np.median(start[inside]) - np.median(found[inside]))
-
-
-def _neighbours(numbers: _Labels) -> tuple[_Labels, _Labels]:
-    """Return the numbers of pixels (H, W) and of those below and to the right of them."""
-    first = np.concatenate([numbers[:-1].ravel(), numbers[:, :-1].ravel()])
-    return first, np.concatenate([numbers[1:].ravel(), numbers[:, 1:].ravel()])
 
 
 _CLUSTERS = 20
@@ -138,7 +227,8 @@ def estimate(view: View, rounds: float, pairwise: float, smooth: float, level: f
         log_shading = log_intensity[:, None] - reflectances.log_intensity
         costs = level * np.abs(log_shading - np.log(_GREY))
         if index > 0:
-            target = _blurred(shading, mask, _BLUR * np.hypot(*mask.shape) / (index + 1))
+            sigma = _BLUR * np.hypot(*mask.shape) / (index + 1)
+            target = blurred_within(shading[..., None], mask, sigma)[..., 0]
             costs += smooth * (log_shading - target[mask][:, None]) ** 2
         labels = _likely_labels(costs, pairwise * _distances(reflectances), kernel)
         chosen = np.full(mask.shape, -1, np.int64)
@@ -207,14 +297,6 @@ def _softmax(logs: Floats) -> Floats:
     """Return probabilities (P, L) whose logarithms differ from `logs` by a constant."""
     powers = np.exp(logs - logs.max(axis=1, keepdims=True))
     return np.asarray(powers / powers.sum(axis=1, keepdims=True))
-
-
-def _blurred(image: Floats, mask: Mask, sigma: float) -> Floats:
-    """Return an image (H, W) averaged by a Gaussian over the pixels of a mask."""
-    from scipy.ndimage import gaussian_filter
-
-    weight = gaussian_filter(mask.astype(np.float64), sigma)
-    return gaussian_filter(np.where(mask, image, 0.0), sigma) / np.where(mask, weight, 1.0)
 
 
 METHODS = (

@@ -16,7 +16,7 @@ from functools import partial
 import numpy as np
 
 from photonmap.evaluate.methods.method import Estimate, Method, View
-from photonmap.evaluate.metrics.arrays import Floats, Mask
+from photonmap.evaluate.metrics.arrays import Floats, blurred_within
 
 
 def illuminant(view: View, norm: float, sigma: float = 0.0, order: int = 0) -> Estimate:
@@ -27,26 +27,15 @@ def illuminant(view: View, norm: float, sigma: float = 0.0, order: int = 0) -> E
     """
     values = np.maximum(view.image, 0.0)
     if order:
-        values = _gradient_length(_filled(values, view.mask, sigma), sigma)
+        means = blurred_within(values, view.mask, sigma, mode="nearest")
+        filled = np.where(view.mask[..., None], values, means)
+        values = _gradient_length(filled, sigma)
     counted = values[view.mask]
     largest = counted.max(axis=0)
     if math.isinf(norm):
         return Estimate(illuminant=largest)
     scaled = counted / np.where(largest > 0.0, largest, 1.0)
     return Estimate(illuminant=largest * np.mean(scaled**norm, axis=0) ** (1.0 / norm))
-
-
-def _filled(values: Floats, mask: Mask, sigma: float) -> Floats:
-    """Return an image whose invalid pixels have the Gaussian mean of valid ones around them."""
-    if mask.all():
-        return values
-    from scipy.ndimage import gaussian_filter
-
-    inside = mask[..., None].astype(np.float64)
-    near = gaussian_filter(values * inside, sigma, axes=(0, 1), mode="nearest")
-    weight = gaussian_filter(inside, sigma, axes=(0, 1), mode="nearest")
-    means = np.divide(near, weight, where=weight > 0.0, out=np.zeros_like(near))
-    return np.where(mask[..., None], values, means)
 
 
 def _gradient_length(values: Floats, sigma: float) -> Floats:

@@ -74,25 +74,38 @@ def _system(mask_bytes: bytes, shape: tuple[int, int]) -> _System:
     To hold a pixel at 0 is to add 1 to its diagonal: within a part, the equations add up to 0, so
     that this one says it is 0.
     """
-    from scipy.sparse import csc_array, diags_array
+    from scipy.sparse import diags_array
     from scipy.sparse.csgraph import connected_components
-    from scipy.sparse.linalg import splu
 
     mask = np.frombuffer(mask_bytes, bool).reshape(shape)
     ends = neighbours(mask)
     edges, pixels = ends.shape[1], int(mask.sum())
-    rows = np.tile(np.arange(edges), 2)
-    signs = np.repeat([1.0, -1.0], edges)
-    incidence = csc_array((signs, (rows, ends.ravel())), shape=(edges, pixels))
+    incidence = weighted_differences(ends[0], ends[1], np.ones(edges), pixels)
     laplacian = incidence.T @ incidence
     _, parts = connected_components(laplacian, directed=False)
     held = np.zeros(pixels)
     held[np.unique(parts, return_index=True)[1]] = 1.0
-    matrix = csc_array(laplacian + diags_array(held))
-    factors = splu(
-        matrix,
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
+    factors = factorised(laplacian + diags_array(held))
     return _System(factors, incidence, parts.astype(np.int64))
+
+
+def factorised(matrix: Any) -> Any:
+    """Return the factors of a sparse symmetric positive definite matrix."""
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import splu
+
+    options = {"SymmetricMode": True}
+    return splu(
+        csc_array(matrix), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options
+    )
+
+
+def weighted_differences(
+    plus: NDArray[np.int64], minus: NDArray[np.int64], weights: Floats, width: int
+) -> Any:
+    """Return the sparse matrix (E, width) of weighted differences between two entries each."""
+    from scipy.sparse import csc_array
+
+    rows = np.tile(np.arange(len(plus)), 2)
+    columns, values = np.concatenate([plus, minus]), np.concatenate([weights, -weights])
+    return csc_array((values, (rows, columns)), shape=(len(plus), width))

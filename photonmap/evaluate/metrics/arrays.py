@@ -85,6 +85,23 @@ def to_grey(image: Any) -> Floats:
     return array if array.ndim == 2 else array.mean(axis=-1)
 
 
+def blurred_within(image: Floats, mask: Mask, sigma: float, mode: str = "reflect") -> Floats:
+    """Return the Gaussian means of (H, W, C) over the pixels of a mask; 0 where none is near.
+
+    Parameters
+    ----------
+    sigma : pixels
+    mode : what is beyond the border, as `scipy.ndimage.gaussian_filter` takes it
+    """
+    from scipy.ndimage import gaussian_filter
+
+    near, weight = (
+        gaussian_filter(values, sigma, axes=(0, 1), mode=mode)
+        for values in (np.where(mask[..., None], image, 0.0), mask[..., None].astype(np.float64))
+    )
+    return np.divide(near, weight, where=weight > 0.0, out=np.zeros_like(near))
+
+
 def least_squares_factor(truth: Floats, estimate: Floats) -> float:
     """Return the factor of the estimate that brings it closest to the truth; 0 if it is black."""
     energy = float((estimate * estimate).sum())

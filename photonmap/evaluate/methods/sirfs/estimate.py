@@ -9,8 +9,8 @@ import numpy as np
 
 from photonmap.evaluate.methods.method import FLOOR, Estimate, Method, View
 from photonmap.evaluate.methods.sirfs.priors import (
-    Mixture,
     Priors,
+    cost_table,
     difference_cost,
     load_priors,
     whitened,
@@ -41,8 +41,8 @@ class Objective:
         self, log_image: Floats, mask: Mask, priors: Priors, weights: dict[str, float]
     ) -> None:
         self._image, self._mask, self._priors, self._weights = log_image, mask, priors, weights
-        self._edges = Mixture(np.array(priors.edges), log_image.shape[2])
-        self._bends = Mixture(np.array(priors.bends), 1)
+        self._edges = cost_table(np.array(priors.edges), log_image.shape[2])
+        self._bends = cost_table(np.array(priors.bends), 1)
         inside = np.flatnonzero(mask)
         self._sampled = inside[np.linspace(0, len(inside) - 1, _SAMPLED).astype(np.int64)]
 

@@ -28,29 +28,18 @@ _ROUNDS = 200
 _NEGLIGIBLE = 1e-6
 
 
-class Mixture:
-    """The cost −log Σ_k a_k σ_k^−d exp(−q / 2σ_k²) of squared lengths q of d numbers.
+def cost_table(weights: Floats, dimensions: int) -> Floats:
+    """Return the cost −log Σ_k a_k σ_k^−d exp(−q / 2σ_k²) of squared lengths q of d numbers.
 
-    Looked up in a table over log q, between whose entries it is linear.
+    It is 0 for no difference, and tabulated over log q, between whose entries it is linear.
 
     Parameters
     ----------
     weights : (16,) a_k
     dimensions : d
     """
-
-    def __init__(self, weights: Floats, dimensions: int) -> None:
-        grid = np.linspace(_LEAST, _MOST, _STEPS)
-        self.table = -_log_density(np.exp(grid), weights, dimensions)
-        self.table -= self.table[0]
-
-    def cost(self, squared: Floats) -> tuple[Floats, Floats]:
-        """Return costs, 0 for no difference, and their derivatives by q."""
-        kept = squared + _NEAR
-        place = np.clip((np.log(kept) - _LEAST) / _STEP, 0.0, _STEPS - 1.001)
-        index = place.astype(np.int64)
-        rise = self.table[index + 1] - self.table[index]
-        return self.table[index] + rise * (place - index), rise / (_STEP * kept)
+    table = -_log_density(np.exp(np.linspace(_LEAST, _MOST, _STEPS)), weights, dimensions)
+    return np.asarray(table - table[0])
 
 
 def learn_mixture(squared: Floats, dimensions: int) -> Floats:
@@ -95,15 +84,20 @@ def windows(mask: Mask, reach: int = 2) -> Iterator[tuple[tuple[slice, slice], .
                 yield (rows[0], left), (rows[1], right)
 
 
-def difference_cost(image: Floats, mask: Mask, mixture: Mixture) -> tuple[float, Floats]:
-    """Return the mean cost of differences of (H, W, C) in windows of 5×5, and its gradient."""
+def difference_cost(image: Floats, mask: Mask, table: Floats) -> tuple[float, Floats]:
+    """Return the mean cost of differences of (H, W, C) in windows of 5×5, and its gradient.
+
+    Parameters
+    ----------
+    table : as `cost_table` returns it
+    """
     total, count = 0.0, 0
     gradient = np.zeros_like(image)
     for one, other in windows(mask):
         cost, pairs = _compiled()(
             (image[one], image[other]),
             (mask[one], mask[other]),
-            mixture.table,
+            table,
             (gradient[one], gradient[other]),
         )
         total += cost
@@ -121,10 +115,7 @@ def _compiled() -> Any:
 
 
 def _add_pairs(images: Any, masks: Any, table: Floats, gradients: Any) -> tuple[float, int]:
-    """Return the cost and number of pairs of pixels a shift apart, and add to their gradients.
-
-    What `Mixture.cost` does, pixel by pixel.
-    """
+    """Return the cost and number of pairs of pixels a shift apart, and add to their gradients."""
     total, count = 0.0, 0
     for y in range(masks[0].shape[0]):
         for x in range(masks[0].shape[1]):
