@@ -48,6 +48,12 @@ _FOR_OTHERS = {".nc": _XARRAY, ".hdf5": _XARRAY, ".h5": _XARRAY, ".hdr": _ENVI, 
 
 FORMER_NAMES = {"specular_albedo": "specular_reflectance"}
 """What buffers were called in files of earlier versions, and what they are called now."""
+LAYER = "photonmap"
+"""Name of the layer whose passes the buffers are."""
+COMBINED, DEPTH = "Combined", "Depth"
+"""What compositors call the picture and its depth."""
+_PASSES = {"radiance": COMBINED, "depth": DEPTH}
+_LETTERS = {1: ("Z",), 3: ("X", "Y", "Z")}
 
 
 class Contents(NamedTuple):
@@ -128,10 +134,7 @@ def sort_parts(parts: Images) -> tuple[Images, Images, Images]:
 
 
 def write_exr(
-    contents: Contents,
-    path: str | PathLike[str],
-    to_rgb: Projector,
-    halves: Collection[str] = (),
+    contents: Contents, path: str | PathLike[str], to_rgb: Projector, halves: Collection[str] = ()
 ) -> None:
     """Write all buffers and errors to one multi-part OpenEXR, part by part.
 
@@ -353,14 +356,6 @@ def _read_part(file: OpenImageIO.ImageInput, index: int, bands: Bands) -> tuple[
     if row is not None and not row.is_banded and len(names) == 1:
         pixels = pixels[..., 0]
     return part, pixels.astype(bool) if row is not None and row.is_mask else pixels
-
-
-LAYER = "photonmap"
-"""Name of the layer whose passes the buffers are."""
-COMBINED, DEPTH = "Combined", "Depth"
-"""What compositors call the picture and its depth."""
-_PASSES = {"radiance": COMBINED, "depth": DEPTH}
-_LETTERS = {1: ("Z",), 3: ("X", "Y", "Z")}
 
 
 def write_layers(

@@ -112,11 +112,7 @@ def test_textures_return(tmp_path):
     linear = bytes_.image.linear(slice(None), slice(None)) * np.array(bytes_.factor)
     np.testing.assert_allclose(wall.material.reflectance.image.texels, linear, rtol=1e-6)
     glow = screen.material.emission
-    assert (glow.scale, glow.offset, glow.clamp) == (
-        (2.0, 3.0),
-        (0.25, -0.5),
-        True,
-    )
+    assert (glow.scale, glow.offset, glow.clamp) == ((2.0, 3.0), (0.25, -0.5), True)
     np.testing.assert_allclose(glow.image.texels[..., 0], floats.image.texels[..., 0], rtol=1e-6)
     opacity = veil.material.alpha.image
     np.testing.assert_allclose(

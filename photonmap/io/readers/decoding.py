@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import logging
+import tempfile
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, warn
 from photonmap.runtime.wording import listed, shown
-from photonmap.scene.images import decode_srgb
+from photonmap.scene.images import Channels, decode_srgb, read_channels
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
+from photonmap.scene.vectors import Vector
 from photonmap.spectra.tables import read_bytes
 
 _COARSE = 0.01
@@ -25,39 +27,37 @@ _LIKELY = 4.0
 """Spacings of which all positions are multiples where they were given, and not rounded"""
 _MOST = 1 << 16
 """Triangles of a mesh whose edges are measured, evenly chosen"""
-
-
-class _Rounding(NamedTuple):
-    """How coarse the positions of a mesh are.
-
-    Parameters
-    ----------
-    far, spacing : of the coordinates farthest from 0, scene units
-    share : the spacing relative to the mesh's longest side
-    name : of the mesh
-    """
-
-    share: float
-    spacing: float
-    far: float
-    name: str
+Losses = dict[str, dict[str, None]]
+"""What is read but not simulated, and whose it is, in order of appearance."""
+SHEEN = "sheen (which brightens cloth where it is seen at grazing angles)"
+"""What is left out of cloth, in whatever format"""
+Note = Callable[[str], None]
+"""Takes what is not simulated."""
+Decoder = Callable[[Path, bytes, Losses], Scene]
+"""From a file's path and content to its scene; the losses are noted in the third argument."""
 
 
 def warn_of_rounding(path: Path, meshes: Sequence[Mesh]) -> None:
     """Warn of meshes whose positions, in 32 bits, are coarse next to their edges."""
     found = [rounding for mesh in meshes if (rounding := _find_rounding(mesh)) is not None]
     if found:
-        worst = max(found)
+        share, spacing, far, name = max(found)
         others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
         warn(
-            f"{path}: mesh {shown(worst.name)}{others} is {worst.far:.3g} away from the origin, "
-            f"where positions in 32 bits are {worst.spacing:.3g} apart, "
-            f"{100.0 * worst.share:.2g}% of its size: its shape is coarse; centre it before export"
+            f"{path}: mesh {shown(name)}{others} is {far:.3g} away from the origin, "
+            f"where positions in 32 bits are {spacing:.3g} apart, "
+            f"{100.0 * share:.2g}% of its size: its shape is coarse; centre it before export"
         )
 
 
-def _find_rounding(mesh: Mesh) -> _Rounding | None:
-    """Return how coarse the positions of a mesh are; None where that does not matter."""
+def _find_rounding(mesh: Mesh) -> tuple[float, float, float, str] | None:
+    """Return how coarse the positions of a mesh are; None where that does not matter.
+
+    Returns
+    -------
+    their spacing, relative to the longest side and in scene units; the coordinate farthest from 0;
+    and the mesh's name
+    """
     if not len(mesh.faces):
         return None
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
@@ -75,18 +75,7 @@ def _find_rounding(mesh: Mesh) -> _Rounding | None:
     if spacing[axis] < _COARSE * np.median(edges):
         return None
     share = float(spacing[axis] / sides.max())
-    return _Rounding(share, float(spacing[axis]), float(far[axis]), mesh.name)
-
-
-Losses = dict[str, dict[str, None]]
-"""What is read but not simulated, and whose it is, in order of appearance."""
-
-SHEEN = "sheen (which brightens cloth where it is seen at grazing angles)"
-"""What is left out of cloth, in whatever format"""
-Note = Callable[[str], None]
-"""Takes what is not simulated."""
-Decoder = Callable[[Path, bytes, Losses], Scene]
-"""From a file's path and content to its scene; the losses are noted in the third argument."""
+    return share, float(spacing[axis]), float(far[axis]), mesh.name
 
 
 def decode_file(path: Path, decode: Decoder) -> Scene:
@@ -169,6 +158,30 @@ def _reporting_damage(path: Path) -> Iterator[None]:
         raise InputError(message, path) from None
     finally:
         log.setLevel(level)
+
+
+def read_embedded(data: bytes | memoryview, name: str) -> Channels:
+    """Read an image that is part of another file, by a temporary one of a name.
+
+    Raises
+    ------
+    InputError : it cannot be read
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        path.write_bytes(data)
+        return read_channels(path)
+
+
+def plain(row: Any) -> Vector:
+    """Return three numbers of an array as floats."""
+    x, y, z = map(float, row)
+    return x, y, z
+
+
+def point_ahead(origin: NDArray[np.float64], ahead: NDArray[np.float64]) -> Vector:
+    """Return a point from an origin along a unit vector, so far that rounding turns no view."""
+    return plain(origin + max(1.0, float(np.abs(origin).max())) * ahead)
 
 
 def unused_name(wanted: str, index: int, used: set[str]) -> str:

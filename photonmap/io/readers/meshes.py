@@ -204,8 +204,7 @@ def move(part: Part, matrix: NDArray[np.float64]) -> Part:
         columns = linear.T
         cofactors = np.cross(columns[[1, 2, 0]], columns[[2, 0, 1]])
         normals = normals @ (-cofactors if mirrors else cofactors)
-        length = np.linalg.norm(normals, axis=1, keepdims=True)
-        normals = np.divide(normals, length, out=np.zeros_like(normals), where=length != 0)
+        normals = unit_rows(normals)
     tangents = part.tangents
     if tangents is not None:
         sign = -tangents[:, 3] if mirrors else tangents[:, 3]
@@ -266,11 +265,9 @@ def check_indices(corners: NDArray[np.int64], count: int) -> None:
         raise InputError(f"{message}; export it again")
 
 
-Matrix = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
-
-def vertex_normals(points: Matrix, sizes: Indices, vertices: Indices, count: int) -> Matrix:
+def vertex_normals(
+    points: NDArray[np.float64], sizes: NDArray[np.int64], vertices: NDArray[np.int64], count: int
+) -> NDArray[np.float64]:
     """Return means of the normals of polygons about each vertex, weighted by their angles there.
 
     G. Thürmer and C. Wüthrich, "Computing vertex normals from polygonal facets", 1998.
@@ -293,11 +290,12 @@ def vertex_normals(points: Matrix, sizes: Indices, vertices: Indices, count: int
     ahead, back = points[following] - points, points[previous] - points
     angles = np.arctan2(np.linalg.norm(np.cross(ahead, back), axis=1), (ahead * back).sum(axis=1))
     from_first = points - np.repeat(points[begins], sizes, axis=0)
-    normals = _unit(np.add.reduceat(np.cross(from_first, ahead), begins))
+    normals = unit_rows(np.add.reduceat(np.cross(from_first, ahead), begins))
     weighted = angles[:, None] * np.repeat(normals, sizes, axis=0)
-    return _unit(np.stack([np.bincount(vertices, each, count) for each in weighted.T], axis=1))
+    return unit_rows(np.stack([np.bincount(vertices, each, count) for each in weighted.T], axis=1))
 
 
-def _unit(rows: Matrix) -> Matrix:
+def unit_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return rows scaled to length 1; those of length 0 and what is not finite stay so."""
     length = np.linalg.norm(rows, axis=1, keepdims=True)
-    return np.divide(rows, length, out=np.zeros_like(rows), where=length > 0.0)
+    return np.divide(rows, length, out=np.zeros_like(rows), where=length != 0.0)

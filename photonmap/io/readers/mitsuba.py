@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from photonmap.errors import InputError
-from photonmap.io.readers.decoding import Losses, decode_file
+from photonmap.io.readers.decoding import Losses, decode_file, plain, point_ahead
 from photonmap.io.readers.environment_maps import turned_map
 from photonmap.io.readers.mitsuba_parts.bsdfs import Bsdfs
 from photonmap.io.readers.mitsuba_parts.colors import combined, read_plain
 from photonmap.io.readers.mitsuba_parts.nodes import Context, Files, Node, load_nodes
 from photonmap.io.readers.mitsuba_parts.shapes import Shapes
-from photonmap.io.readers.mitsuba_parts.xml import number_of, plain
+from photonmap.io.readers.mitsuba_parts.xml import number_of
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.named_files import allowed_folder
 from photonmap.runtime.wording import shown, suggest
@@ -36,12 +36,21 @@ from photonmap.scene.lights import (
 )
 from photonmap.scene.projections import Intrinsics
 from photonmap.scene.scene import Scene
-from photonmap.scene.vectors import Vector, unit
+from photonmap.scene.vectors import unit
 from photonmap.spectra.curves import Color
+
+SUFFIXES = (".xml",)
 
 _NARROW = 2.0
 """Width, degrees, of an edge so narrow that its falloff does not matter."""
 _D65 = 1.0, 1.0, 1.0
+_AROUND = ("constant", "envmap")
+_PERSPECTIVE, _THIN_LENS, _ORTHOGRAPHIC = "perspective", "thinlens", "orthographic"
+_SENSORS = (_PERSPECTIVE, _THIN_LENS, _ORTHOGRAPHIC)
+_IGNORED = ("near_clip", "far_clip", "shutter_open", "shutter_close", "srf")
+_FULL_FRAME = math.hypot(36.0, 24.0)
+"""Diagonal of the film, mm, to which focal lengths refer"""
+_AXES = ("x", "y", "diagonal", "smaller", "larger")
 
 
 def read_emitters(context: Context, nodes: Iterable[Node]) -> list[Light]:
@@ -63,7 +72,6 @@ def read_emitters(context: Context, nodes: Iterable[Node]) -> list[Light]:
 
 
 def _read_emitter(context: Context, node: Node) -> Light:
-    """Return the light of an emitter."""
     if node.type not in _EMITTERS:
         raise node.unknown(_EMITTERS)
     name = context.name("light", node) if node.id else ""
@@ -137,15 +145,6 @@ _EMITTERS: dict[str, Callable[[Context, Node, str], Light]] = {
     "constant": _constant,
     "envmap": _environment,
 }
-_AROUND = ("constant", "envmap")
-
-
-_PERSPECTIVE, _THIN_LENS, _ORTHOGRAPHIC = "perspective", "thinlens", "orthographic"
-_SENSORS = (_PERSPECTIVE, _THIN_LENS, _ORTHOGRAPHIC)
-_IGNORED = ("near_clip", "far_clip", "shutter_open", "shutter_close", "srf")
-_FULL_FRAME = math.hypot(36.0, 24.0)
-"""Diagonal of the film, mm, to which focal lengths refer"""
-_AXES = ("x", "y", "diagonal", "smaller", "larger")
 
 
 def read_sensor(context: Context, node: Node) -> Camera:
@@ -160,7 +159,9 @@ def read_sensor(context: Context, node: Node) -> Camera:
     matrix = node.transform()
     if np.linalg.det(matrix[:3, :3]) < 0.0:
         context.lose("mirrored view", node)
-    origin, up = plain(matrix[:3, 3]), plain(matrix[:3, 1])
+    ahead = unit(matrix[:3, 2])
+    assert ahead is not None  # transformations do not flatten
+    origin, target, up = matrix[:3, 3], point_ahead(matrix[:3, 3], ahead), matrix[:3, 1]
     size = _film_size(context, node)
     look: dict[str, Any]
     if node.type == _ORTHOGRAPHIC:
@@ -173,7 +174,7 @@ def read_sensor(context: Context, node: Node) -> Camera:
     context.lose_unread(node)
     name = re.sub(f"[{re.escape(NOT_IN_FILES)}]", "_", context.name("camera", node))
     try:
-        return check_camera(Camera(origin, _target(matrix), up, name=name, **look))
+        return check_camera(Camera(plain(origin), target, plain(up), name=name, **look))
     except InputError as invalid:
         raise node.error(str(invalid)) from None
 
@@ -183,13 +184,6 @@ def _focus(node: Node) -> float:
     if focus == 0.0:
         raise node.error("aperture_radius is given and no focus_distance; add one above 0")
     return focus
-
-
-def _target(matrix: np.ndarray) -> Vector:
-    """Return a point ahead, so far away that rounding does not turn the view."""
-    ahead = unit(matrix[:3, 2])
-    assert ahead is not None  # transformations do not flatten
-    return plain(matrix[:3, 3] + max(1.0, float(np.abs(matrix[:3, 3]).max())) * ahead)
 
 
 def _film_size(context: Context, node: Node) -> tuple[int, int]:
@@ -233,9 +227,6 @@ def _perspective(node: Node, size: tuple[int, int]) -> dict[str, Any]:
         return {"fov": 2.0 * math.degrees(math.atan(0.5 * height / focal))}
     center = (0.5 - right) * width, (0.5 - down) * height
     return {"projection": Intrinsics(focal, size, cx=center[0], cy=center[1])}
-
-
-SUFFIXES = (".xml",)
 
 
 def read(path: Path, options: ReadOptions) -> Scene:

@@ -21,6 +21,8 @@ from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
 
+SUFFIXES = (".obj",)
+
 _KEYWORD = "s"
 _OFF = ("", "0", "off")
 """What stands behind the keyword where faces are flat."""
@@ -56,9 +58,6 @@ def _group_faces(lines: ObjLines) -> NDArray[np.int64]:
             offsets.append(offset)
             numbers.append(known.setdefault(name.lower(), len(known)))
     return np.array(numbers)[np.searchsorted(offsets, lines.offsets, "right") - 1]
-
-
-SUFFIXES = (".obj",)
 
 
 def read(path: Path, options: ReadOptions) -> Scene:

@@ -27,6 +27,8 @@ from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material
 from photonmap.scene.scene import Scene
 
+SUFFIXES = (".ply",)
+
 Kind = np.dtype[Any]
 _TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
@@ -34,6 +36,17 @@ _TYPES = {
     "int32": "i4", "uint32": "u4", "float32": "f4", "float64": "f8",
 }  # fmt: skip
 _ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
+Layout = tuple[dict[str, NDArray[np.int64]], dict[str, NDArray[np.int64]]]
+"""Where the value of each row begins, and how long its list is, by the names of columns."""
+_COLORS = (
+    ("red", "green", "blue"),
+    ("diffuse_red", "diffuse_green", "diffuse_blue"),
+    ("r", "g", "b"),
+)
+_ALPHA = "alpha"
+_INDICES = ("vertex_indices", "vertex_index")
+_UV = (("texture_u", "texture_v"), ("u", "v"), ("s", "t"))
+_WEDGES = ("texcoord", "texnumber")
 
 
 @dataclass
@@ -129,7 +142,6 @@ def _read_header(lines: list[list[str]], order: str) -> dict[str, Element]:
 
 
 def _read_rows(stream: _Stream, element: Element) -> None:
-    """Read the rows of an element."""
     starts, sizes = _find_even(stream, element) or _find_uneven(stream, element)
     for name, (*length, kind) in element.kinds.items():
         places = starts[name]
@@ -140,10 +152,6 @@ def _read_rows(stream: _Stream, element: Element) -> None:
         first = np.repeat(places + stream.width(length[0]), counts)
         index = np.arange(len(first)) - np.repeat(np.cumsum(counts) - counts, counts)
         element.lists[name] = stream.take(first + stream.width(kind) * index, kind), counts
-
-
-Layout = tuple[dict[str, NDArray[np.int64]], dict[str, NDArray[np.int64]]]
-"""Where the value of each row begins, and how long its list is, by the names of columns."""
 
 
 def _find_even(stream: _Stream, element: Element) -> Layout | None:
@@ -203,10 +211,7 @@ def _find_uneven(stream: _Stream, element: Element) -> Layout:
     starts = np.array(places, np.int64).reshape(element.rows, -1).T
     lists = [name for name, kinds in element.kinds.items() if len(kinds) > 1]
     lengths = np.array(counts, np.int64).reshape(element.rows, -1).T
-    return (
-        dict(zip(element.kinds, starts, strict=True)),
-        dict(zip(lists, lengths, strict=True)),
-    )
+    return (dict(zip(element.kinds, starts, strict=True)), dict(zip(lists, lengths, strict=True)))
 
 
 def _short(element: Element, rows: int) -> ValueError:
@@ -222,19 +227,6 @@ def _count(stream: _Stream, at: int, kind: Kind) -> int | None:
     if not 0 <= count <= len(stream.items):
         raise ValueError(f"a list has {count:g} items")
     return int(count)
-
-
-SUFFIXES = (".ply",)
-
-_COLORS = (
-    ("red", "green", "blue"),
-    ("diffuse_red", "diffuse_green", "diffuse_blue"),
-    ("r", "g", "b"),
-)
-_ALPHA = "alpha"
-_INDICES = ("vertex_indices", "vertex_index")
-_UV = (("texture_u", "texture_v"), ("u", "v"), ("s", "t"))
-_WEDGES = ("texcoord", "texnumber")
 
 
 def read(path: Path, options: ReadOptions) -> Scene:

@@ -24,6 +24,10 @@ SCENE_SUFFIX = ".toml"
 """Of files that describe a scene around a mesh file; all other suffixes are those of meshes."""
 
 MissingTextures = Literal["error", "grey"]
+GREY = 0.5
+"""What replaces a missing texture."""
+OR_WITHOUT = "; or render without it, by --missing-textures grey (missing_textures='grey')"
+"""How errors about textures end that may be left out."""
 
 
 @dataclass(frozen=True)
@@ -47,12 +51,6 @@ class ReadOptions:
         if self.missing_textures not in ("error", "grey"):
             choice = f"missing_textures {self.missing_textures!r}"
             raise InputError(f"{choice} is not a choice; give 'error' or 'grey'")
-
-
-GREY = 0.5
-"""What replaces a missing texture."""
-OR_WITHOUT = "; or render without it, by --missing-textures grey (missing_textures='grey')"
-"""How errors about textures end that may be left out."""
 
 
 def extended(error: InputError, more: str) -> InputError:

@@ -32,12 +32,26 @@ from photonmap.scene.surfaces.metallic import FRACTION, USUAL_COAT, metallic_glo
 from photonmap.scene.surfaces.relative_index import StrandedIndexError, check_relative_indices
 from photonmap.scene.textures import Paint, Texture
 
+SUFFIXES = (".toml",)
+
 _CAMERA = "camera"
 _REQUIRED = ("origin", "target")
 _UNMOVED = {"origin": (0.0, 0.0, 0.0), "target": (0.0, 0.0, -1.0)}
 """Of a ray map, which holds its rays in world space"""
 _BASELINE = "baseline"
 _CAMERA_KEYS = (*parameters_of(Camera), _BASELINE)
+_LIGHT = "light"
+_LIGHT_LABEL = "[[light]]"
+_MATERIAL = "material"
+_METALLIC = "metallic"
+"""Key of what becomes a base and a lobe, as glTF has it"""
+_BLACK = (0.0, (0.0, 0.0, 0.0))
+_GLOSSY = "add glossy = 0.04 for plastic, or glossy = 'metal:Au'"
+_OF_BODIES = ("abbe", "dispersion", "priority", "outside")
+"""Attributes that only solid glass has"""
+_OBJECT = "object"
+_MESH = "mesh"
+_SECTIONS = (_MESH, _CAMERA, _MATERIAL, _OBJECT, _LIGHT)
 
 
 def read_cameras(toml: Toml) -> list[Camera]:
@@ -92,10 +106,6 @@ def _read_camera(toml: Toml, label: str, section: dict[str, Any], *at: str | int
         raise InputError(problem, toml.path, lines[_BASELINE]) from None
 
 
-_LIGHT = "light"
-_LIGHT_LABEL = "[[light]]"
-
-
 def read_lights(toml: Toml) -> list[Light]:
     """Read all sections `[[light]]`.
 
@@ -116,7 +126,6 @@ def read_lights(toml: Toml) -> list[Light]:
 
 
 def _read_light(toml: Toml, index: int, section: dict[str, Any]) -> Light:
-    """Read one section."""
     at = (_LIGHT, index)
     if "type" not in section:
         types = ", ".join(f'"{name}"' for name in LIGHTS)
@@ -143,15 +152,6 @@ def _read_light(toml: Toml, index: int, section: dict[str, Any]) -> Light:
             hint = f"add {key} = {parameters[attribute].example}"
             raise toml.error(f"the {kind} light lacks {key}; {hint}", *at)
     return check_light(light(**values), toml.path, lines)
-
-
-_MATERIAL = "material"
-_METALLIC = "metallic"
-"""Key of what becomes a base and a lobe, as glTF has it"""
-_BLACK = (0.0, (0.0, 0.0, 0.0))
-_GLOSSY = "add glossy = 0.04 for plastic, or glossy = 'metal:Au'"
-_OF_BODIES = ("abbe", "dispersion", "priority", "outside")
-"""Attributes that only solid glass has"""
 
 
 def change_materials(meshes: list[Mesh], toml: Toml) -> list[Mesh]:
@@ -301,9 +301,6 @@ def _find_misplaced(material: Material, attribute: str) -> str:
     return f"glass has none; leave out {attribute} or ior"
 
 
-_OBJECT = "object"
-
-
 def assign_materials(scene: Scene, toml: Toml) -> Scene:
     """Return a scene whose objects have the materials that `[object.NAME]` names.
 
@@ -327,7 +324,6 @@ def assign_materials(scene: Scene, toml: Toml) -> Scene:
 
 
 def _named(toml: Toml, name: str, known: dict[str, Material]) -> Material:
-    """Return the material that the section of an object names."""
     at = (_OBJECT, name)
     section = toml.section(f"[object.{name}]", (_MATERIAL,), *at)
     if _MATERIAL not in section:
@@ -341,12 +337,6 @@ def _named(toml: Toml, name: str, known: dict[str, Material]) -> Material:
         message = f"[object.{name}] material {shown(wanted)} is not known; {remedy}"
         raise toml.error(message, *at, _MATERIAL)
     return known[wanted]
-
-
-SUFFIXES = (".toml",)
-
-_MESH = "mesh"
-_SECTIONS = (_MESH, _CAMERA, _MATERIAL, _OBJECT, _LIGHT)
 
 
 def load_scene(

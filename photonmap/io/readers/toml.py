@@ -29,6 +29,8 @@ from photonmap.scene.textures import Texture, check_texture, shared_image
 from photonmap.scene.vectors import finite
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
+_PLACED = ("scale", "offset", "clamp")
+
 
 @dataclass(frozen=True)
 class Toml:
@@ -183,9 +185,6 @@ def _flag(table: dict[str, Any], key: str, default: bool) -> bool:
     if not isinstance(value, bool):
         raise InputError(f"{key} {shown(value)}; write true or false")
     return value
-
-
-_PLACED = ("scale", "offset", "clamp")
 
 
 def _placement(table: dict[str, Any]) -> dict[str, Any]:

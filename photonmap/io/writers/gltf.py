@@ -48,6 +48,8 @@ _LIGHTS = "KHR_lights_punctual"
 _NEAR = 1e-3
 """Distance of the near plane, by the size of the scene"""
 _FAR = 1e3
+_SMALL = (1 << 16) - 1
+"""Vertices from which on indices take 32 bits; the last index of 16 bits is not allowed."""
 
 
 def add_cameras(draft: Draft, cameras: Sequence[Camera], size: float) -> list[int]:
@@ -220,10 +222,6 @@ def _shape(light: Light) -> list[float]:
     """Return where a light stands and how it shines."""
     emitter = light.emitter()
     return [*(emitter.position or ()), *emitter.axis, *emitter.cosines, emitter.cone]
-
-
-_SMALL = (1 << 16) - 1
-"""Vertices from which on indices take 32 bits; the last index of 16 bits is not allowed."""
 
 
 def write_gltf(scene: Scene, path: Path, assets: Assets) -> None:

@@ -19,6 +19,9 @@ from photonmap.scene.scene import Scene
 from photonmap.scene.surfaces.explicit import explicit
 from photonmap.scene.textures import Texture
 
+_ROWS = 3 << 14
+"""Rows written at a time: whole triangles"""
+
 
 def write_mtl(scene: Scene, path: Path, assets: Assets) -> dict[int, str]:
     """Write all materials that faces use.
@@ -90,10 +93,6 @@ def _illumination_model(material: Material) -> int:
     if material.ior is not None:
         return 4
     return 3 if material.mirror != 0.0 else 1
-
-
-_ROWS = 3 << 14
-"""Rows written at a time: whole triangles"""
 
 
 def write_obj(scene: Scene, path: Path, materials: Mapping[int, str]) -> None:

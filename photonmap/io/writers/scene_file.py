@@ -88,7 +88,6 @@ def save_scene(scene: Scene, path: str | PathLike[str]) -> list[Path]:
 
 
 def _write_obj(scene: Scene, path: Path, assets: Assets) -> None:
-    """Write an OBJ file, and its MTL and TOML."""
     names = write_mtl(scene, path.with_suffix(".mtl"), assets)
     write_obj(scene, path, names)
     kept = {

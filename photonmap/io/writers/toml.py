@@ -10,7 +10,7 @@ from photonmap.io.writers.assets import Assets
 from photonmap.scene.camera import Camera
 from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
-from photonmap.scene.parameters import Colored, File, Numbers, Part, Whole, parameters_of
+from photonmap.scene.parameters import Colored, File, Numbers, Parameter, Part, Whole, parameters_of
 from photonmap.scene.scene import check_names
 
 
@@ -26,12 +26,8 @@ def write_materials(changes: Mapping[str, Mapping[str, Any]], assets: Assets) ->
         yield f"[material.{_text(name)}]"
         for attribute, value in values.items():
             parameter = parameters[attribute]
-            key, label = parameter.key or attribute, f"{name} {attribute}"
-            if isinstance(parameter, Part):
-                yield f"{key} = {_table(parameter, value, assets, label)}"
-                continue
-            text = assets.color(value, label) if isinstance(parameter, Colored) else value
-            yield f"{key} = {_text(text)}"
+            text = _value(parameter, value, assets, f"{name} {attribute}")
+            yield f"{parameter.key or attribute} = {text}"
         yield ""
 
 
@@ -65,42 +61,43 @@ def _camera_keys(camera: Camera, assets: Assets) -> Iterator[str]:
     is_pinhole = camera.projection is None and camera.height is None
     for attribute, parameter in parameters_of(Camera).items():
         value = getattr(camera, attribute)
-        if isinstance(parameter, Part) and value is not None:
-            table = _table(parameter, value, assets, camera.name or attribute)
-            yield f"{attribute} = {table}"
-        elif value not in (None, "") and (attribute != "fov" or is_pinhole):
-            yield f"{attribute} = {_text(value)}"
+        if value not in (None, "") and (attribute != "fov" or is_pinhole):
+            text = _value(parameter, value, assets, camera.name or attribute)
+            yield f"{attribute} = {text}"
 
 
 def _table(part: Part, value: Any, assets: Assets, label: str) -> str:
     """Write an object with parameters of its own as a table in one line."""
     pairs = [f"type = {_text(value.kind)}"] * (len(part.kinds) > 1)
     for attribute, parameter in parameters_of(type(value)).items():
-        held, key = getattr(value, attribute), parameter.key or attribute
-        match parameter:
-            case _ if held is None:
-                continue
-            case File():
-                text = _text(assets.file(parameter, held, label))
-            case Whole() | Numbers(each=Whole()):
-                text = json.dumps(held)
-            case _:
-                text = _text(held)
-        pairs.append(f"{key} = {text}")
+        if (held := getattr(value, attribute)) is not None:
+            text = _value(parameter, held, assets, label)
+            pairs.append(f"{parameter.key or attribute} = {text}")
     return f"{{ {', '.join(pairs)} }}"
+
+
+def _value(parameter: Parameter, value: Any, assets: Assets, label: str) -> str:
+    """Write a value as its parameter declares; files are named after a label."""
+    match parameter:
+        case Part():
+            return _table(parameter, value, assets, label)
+        case Colored():
+            return _text(assets.color(value, label))
+        case File():
+            return _text(assets.file(parameter, value, label))
+        case Whole() | Numbers(each=Whole()):
+            return json.dumps(value)
+    return _text(value)
 
 
 def _light_keys(light: Light, assets: Assets) -> Iterator[str]:
     """Yield the attributes of a light as lines `key = value`."""
     for attribute, parameter in parameters_of(type(light)).items():
-        value, key = getattr(light, attribute), parameter.key or attribute
-        match parameter:
-            case Colored():
-                yield f"{key} = {_text(assets.color(value, f'light {light.name!r}'))}"
-            case File():
-                yield f"{key} = {_text(assets.file(parameter, value, light.name or light.kind))}"
-            case _ if value != "":
-                yield f"{key} = {_text(value)}"
+        value = getattr(light, attribute)
+        if isinstance(parameter, Colored | File) or value != "":
+            is_color = isinstance(parameter, Colored)
+            label = f"light {light.name!r}" if is_color else light.name or light.kind
+            yield f"{parameter.key or attribute} = {_value(parameter, value, assets, label)}"
 
 
 def _text(value: Any) -> str:

@@ -160,12 +160,7 @@ GLASS = {
                 },
             },
             Material(
-                "a",
-                (0.5, 0.2, 0.1),
-                glossy=COAT,
-                roughness=1.0,
-                coat=1.0,
-                coat_roughness=0.1,
+                "a", (0.5, 0.2, 0.1), glossy=COAT, roughness=1.0, coat=1.0, coat_roughness=0.1
             ),
             None,
         ),
@@ -173,20 +168,13 @@ GLASS = {
             {
                 "name": "a",
                 "pbrMetallicRoughness": {"metallicFactor": 1, "roughnessFactor": 0.5},
-                "extensions": {
-                    "KHR_materials_clearcoat": {
-                        "clearcoatFactor": 0.5,
-                    }
-                },
+                "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 0.5}},
             },
             Material("a", (0.0,) * 3, glossy=(1.0,) * 3, roughness=0.5, coat=0.5),
             None,
         ),
         (
-            {
-                "name": "a",
-                "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1.0}},
-            },
+            {"name": "a", "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1.0}}},
             Material("a"),
             "KHR_materials_clearcoat of 'a'",
         ),
@@ -196,10 +184,7 @@ GLASS = {
             None,
         ),
         (
-            {
-                "name": "a",
-                "extensions": {"KHR_materials_sheen": {"sheenColorFactor": [0, 0.1, 0]}},
-            },
+            {"name": "a", "extensions": {"KHR_materials_sheen": {"sheenColorFactor": [0, 0.1, 0]}}},
             Material("a", sheen=(0.0, 0.1, 0.0), sheen_roughness=0.0),
             None,
         ),

@@ -168,11 +168,7 @@ def test_normal_maps(read, build, png):
 
 @pytest.mark.parametrize(
     ("normals", "kind"),
-    [
-        ({"index": 0, "scale": 0.5}, type(None)),
-        ({"index": 0}, pm.NormalMap),
-        (None, pm.NoRelief),
-    ],
+    [({"index": 0, "scale": 0.5}, type(None)), ({"index": 0}, pm.NormalMap), (None, pm.NoRelief)],
 )
 def test_clear_coats_have_their_own_images(read, build, png, normals, kind):
     """Those of roughness, and of normals where the surface does not have the same."""
@@ -274,7 +270,7 @@ def test_an_image_is_decoded_once(read, build, png, monkeypatch):
         decoded.append(path)
         return read_channels(path)
 
-    monkeypatch.setattr("photonmap.io.readers.gltf_parts.textures.read_channels", count)
+    monkeypatch.setattr("photonmap.io.readers.decoding.read_channels", count)
     first, second = (mesh.material for mesh in read("a.glb", build.glb()))
     assert len(decoded) == 1
     assert first.reflectance.image is second.reflectance.image

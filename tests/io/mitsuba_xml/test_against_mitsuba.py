@@ -15,10 +15,7 @@ from helpers.mitsuba_scenes import CASES
 import photonmap as pm
 
 pytest.importorskip("mitsuba")
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.filterwarnings("ignore::photonmap.errors.SceneWarning"),
-]
+pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore::photonmap.errors.SceneWarning")]
 SIZE = 48, 32
 BLOCK = 8
 SAMPLES, RENDERS, PASSES = 256, 4, 24

@@ -197,10 +197,7 @@ def test_textures_where_only_colours_are_simulated(radiance, png):
         ('<spectrum @ value="500:1 400:2"/>', "wavelengths must increase"),
         ('<spectrum @ value="500:1 600"/>', "one value for each"),
         ('<spectrum @ filename="none.spd"/>', "file 'none.spd' does not exist"),
-        (
-            '<spectrum @ type="d66"/>',
-            "of type 'd66' is not simulated; give one of 'd65'",
-        ),
+        ('<spectrum @ type="d66"/>', "of type 'd66' is not simulated; give one of 'd65'"),
         ('<spectrum @ type="irregular"/>', "lacks wavelengths"),
         ('<spectrum @ type="regular"><string name="values" value="1"/></spectrum>', "2 samples"),
         (

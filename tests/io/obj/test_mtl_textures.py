@@ -83,11 +83,7 @@ def test_what_is_left_out_is_named(read, text, named):
 
 
 @pytest.mark.parametrize(
-    ("text", "metallic", "coat"),
-    [
-        ("Pr 0.5\nPm 0.25\n", 0.25, 0.04),
-        ("Pr 0.5\nPm 1\n", 1.0, 0.0),
-    ],
+    ("text", "metallic", "coat"), [("Pr 0.5\nPm 0.25\n", 0.25, 0.04), ("Pr 0.5\nPm 1\n", 1.0, 0.0)]
 )
 def test_textured_metals_reflect_the_colour_of_each_texel(read, tmp_path, text, metallic, coat):
     material = read(text + "Kd 0.5 1 1\nmap_Kd my wood.png\n")

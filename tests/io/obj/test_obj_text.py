@@ -206,32 +206,6 @@ def test_no_file(tmp_path):
         read_file("a\0b.obj")
 
 
-@pytest.mark.filterwarnings("ignore::photonmap.errors.SceneWarning")
-def test_damaged_files_end_in_meshes_or_an_input_error(read_obj):
-    rng = np.random.default_rng(11)
-    whole = (
-        PLAIN + "vn 0 0 1\nvt 0.5 0.5\nf 1/1/1 2/1/1 3/1/1 4/1/1\nf -1 -2 -3\nl 1 2\n"
-    ).encode()
-    alphabet = np.frombuffer(b"0123456789 \n\r\t\\/#-+.evnftlogusm\x00\xff", np.uint8)
-    outcomes = set()
-    for _ in range(400):
-        damaged = np.frombuffer(whole, np.uint8).copy()
-        places = rng.integers(len(damaged), size=rng.integers(1, 5))
-        damaged[places] = rng.choice(alphabet, len(places))
-        begin = rng.integers(20) if rng.random() < 0.2 else 0
-        end = rng.integers(len(damaged)) if rng.random() < 0.2 else len(damaged)
-        try:
-            meshes = read_obj(damaged[begin:end].tobytes(), tür="newmtl weiß\n")
-        except InputError:
-            outcomes.add("error")
-            continue
-        outcomes.add("meshes")
-        for mesh in meshes:
-            assert np.isfinite(mesh.vertices).all()
-            assert set(mesh.faces.ravel()) == set(range(len(mesh.vertices)))
-    assert outcomes == {"error", "meshes"}
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [

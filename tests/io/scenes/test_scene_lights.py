@@ -73,10 +73,7 @@ SKY = '[[light]]\ntype = "environment"\nfile = '
         (LIGHTS.replace("inner", "iner"), r":12: spot light key 'iner' .*did you mean 'inner'\?"),
         (LIGHTS.replace("irradiance", "radiance"), r":18: directional light key 'radiance' "),
         (LIGHTS.replace("target = [0, 0, 0]\n", ""), r":7: the spot light lacks target; add targ"),
-        (
-            LIGHTS.replace("[0, -1, 0]", "[0, 0, 0]"),
-            r":17: .*\]\] direction: .* no length",
-        ),
+        (LIGHTS.replace("[0, -1, 0]", "[0, 0, 0]"), r":17: .*\]\] direction: .* no length"),
         (LIGHTS.replace("[0, -1, 0]", "[0, nan, 0]"), r":17: .*direction: .* is not a direction"),
         (LIGHTS.replace("[0, -1, 0]", "true"), r":17: .*direction: True is not a direction"),
         (

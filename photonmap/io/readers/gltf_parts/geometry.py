@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 from photonmap.io.readers.decoding import Note
 from photonmap.io.readers.gltf_parts.document import Document
 from photonmap.io.readers.gltf_parts.textures import UNMOVED, Placement
-from photonmap.io.readers.meshes import Part
+from photonmap.io.readers.meshes import Part, unit_rows
 
 MODES = TRIANGLES, STRIP, FAN = 4, 5, 6
 """Of primitives that are made of triangles."""
+Place = Callable[[int], NDArray[np.float64]]
+"""Returns the matrix of a node, from its coordinates to the scene's."""
 
 
 def read_primitive(
@@ -140,10 +142,6 @@ def _rotation(quaternion: Any) -> NDArray[np.float64]:
     )
 
 
-Place = Callable[[int], NDArray[np.float64]]
-"""Returns the matrix of a node, from its coordinates to the scene's."""
-
-
 @dataclass(frozen=True)
 class Pose:
     """How the mesh of a node is changed before it is shown.
@@ -207,7 +205,7 @@ def strike_pose(
     normals = part.normals
     if normals is not None:
         rows = np.stack([np.cross(linear[:, i - 2], linear[:, i - 1]) for i in range(3)], axis=1)
-        normals = _unit(np.einsum("vij,vj->vi", rows, normals))
+        normals = unit_rows(np.einsum("vij,vj->vi", rows, normals))
     tangents = part.tangents
     if tangents is not None:
         along = np.einsum("vij,vj->vi", linear, tangents[:, :3])
@@ -231,10 +229,5 @@ def _morphed(
             along = tangents[:, :3] + weight * document.rows(target["TANGENT"])
             tangents = np.column_stack([along, tangents[:, 3]])
     if normals is not None and normals is not part.normals:
-        normals = _unit(normals)
+        normals = unit_rows(normals)
     return replace(part, vertices=vertices, normals=normals, tangents=tangents)
-
-
-def _unit(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    length = np.linalg.norm(rows, axis=1, keepdims=True)
-    return np.divide(rows, length, out=np.zeros_like(rows), where=length > 0.0)

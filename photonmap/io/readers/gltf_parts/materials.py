@@ -31,6 +31,17 @@ METALLIC_TEXTURE = "metallicRoughnessTexture"
 Factors = Mapping[str, Any]
 Tint = tuple[float, float, float, float]
 WHITE = (1.0, 1.0, 1.0, 1.0)
+_READ = (
+    "ior", "specular", "emissive_strength", "transmission", "volume", "dispersion",
+    "anisotropy", "clearcoat", "sheen", "pbrSpecularGlossiness",
+)  # fmt: skip
+"""Extensions that are simulated, `KHR_materials_…`"""
+_TEXTURES = ("baseColorTexture", METALLIC_TEXTURE, "emissiveTexture")
+_NORMALS, _COAT_NORMALS = "normalTexture", "clearcoatNormalTexture"
+_HARMLESS = "occlusionTexture"
+"""It stands for what is simulated anyway."""
+METAL_COLORS = "variation of a metal's colour"
+LOBES = "variation of roughness and metallic"
 
 
 @dataclass(frozen=True)
@@ -84,9 +95,11 @@ class Source:
         red, green, blue = (min(float(part), largest) for part in value)
         return red, green, blue
 
-    def texture(self, use: Factors) -> Texture | None:
-        """Return a colour texture; None if it is missing."""
-        return self.textures.color(use, find_placement(self.item), self.lose)
+    def texture(
+        self, use: Factors, channel: Callable[[Channels], Image] = Channels.image
+    ) -> Texture | None:
+        """Return a texture, of colours by default; None if it is missing."""
+        return self.textures.texture(use, channel, find_placement(self.item), self.lose)
 
     def data(self, factor: str, channel: Callable[[Channels], Image]) -> float | Texture:
         """Return a factor of the surface times a channel of the texture beside it, if any."""
@@ -99,7 +112,7 @@ class Source:
         """Return a number times a channel of a texture, if there is one."""
         if use is None or number == 0.0:
             return number
-        texture = self.textures.data(use, channel, find_placement(self.item), self.lose)
+        texture = self.texture(use, channel)
         if texture is None:
             return number
         texture = replace(texture, factor=(number,) * 3)
@@ -115,19 +128,6 @@ class Source:
         """Return the error that a value is not what is wanted."""
         message = f"material {shown(self.name)}: {key} {shown(value)} is not {wanted}"
         return InputError(f"{message}; correct it", self.textures.path)
-
-
-_READ = (
-    "ior", "specular", "emissive_strength", "transmission", "volume", "dispersion",
-    "anisotropy", "clearcoat", "sheen", "pbrSpecularGlossiness",
-)  # fmt: skip
-"""Extensions that are simulated, `KHR_materials_…`"""
-_TEXTURES = ("baseColorTexture", METALLIC_TEXTURE, "emissiveTexture")
-_NORMALS, _COAT_NORMALS = "normalTexture", "clearcoatNormalTexture"
-_HARMLESS = "occlusionTexture"
-"""It stands for what is simulated anyway."""
-METAL_COLORS = "variation of a metal's colour"
-LOBES = "variation of roughness and metallic"
 
 
 def read_material(
@@ -163,13 +163,14 @@ def read_material(
         source.lose("KHR_materials_clearcoat")
     if "sheen" not in look and _sheen(source):
         source.lose(SHEEN)
-    look |= _relief(source)
-    emission = _emission(source)
-    return Material(source.name, **(look if emission is None else look | {"emission": emission}))
+    if (relief := _normal_map(source, source.item, _NORMALS)) is not None:
+        look["relief"] = relief
+    if (emission := _emission(source)) is not None:
+        look["emission"] = emission
+    return Material(source.name, **look)
 
 
 def _opaque(source: Source) -> dict[str, Any]:
-    """Return attributes of a surface that transmits nothing."""
     if (older := _specular_gloss(source)) is not None:
         return older
     if "KHR_materials_unlit" in source.item.get("extensions", {}):
@@ -196,16 +197,17 @@ def _coat(source: Source, base: object) -> Paint:
     tint = source.color(specular, "specularColorFactor", 1e30)
     red, green, blue = (min(once * part, 1.0) * amount for part in tint)
     even: Triple = (red, green, blue)
-    images = [
-        source.texture(specular["specularColorTexture"])
-        if "specularColorTexture" in specular
-        else None,
-        source.times(1.0, specular.get("specularTexture"), Channels.opacity),
-    ]
-    for name, image in zip(("specularColorTexture", "specularTexture"), images, strict=True):
-        if isinstance(image, Texture) and not lie_alike(base, image):
+    use = specular.get("specularColorTexture")
+    images = {
+        "specularColorTexture": None if use is None else source.texture(use),
+        "specularTexture": source.times(1.0, specular.get("specularTexture"), Channels.opacity),
+    }
+    kept = []
+    for name, image in images.items():
+        if isinstance(image, Texture) and lie_alike(base, image):
+            kept.append(image)
+        elif isinstance(image, Texture):
             source.lose(name)
-    kept = [each for each in images if isinstance(each, Texture) and lie_alike(base, each)]
     if kept and lie_alike(kept[0], kept[-1]):
         return multiplied(kept, even)
     return even if len(set(even)) > 1 else even[0]
@@ -218,17 +220,13 @@ def _specular_gloss(source: Source) -> dict[str, Any] | None:
         return None
     if "specularGlossinessTexture" in model:
         source.lose("specularGlossinessTexture")
-    older = replace(source, item={**source.item, "pbrMetallicRoughness": _renamed(model)})
+    names = {"diffuseFactor": "baseColorFactor", "diffuseTexture": "baseColorTexture"}
+    renamed = {new: model[old] for old, new in names.items() if old in model}
+    older = replace(source, item={**source.item, "pbrMetallicRoughness": renamed})
     glossy = source.color(model, "specularFactor")
     roughness = 1.0 - source.number(model, "glossinessFactor", 1.0)
     look = {"reflectance": _base(older), "glossy": glossy, "roughness": roughness}
     return look | _alpha(older)
-
-
-def _renamed(model: Factors) -> dict[str, Any]:
-    """Return the diffuse colour of the older model, as the base colour of the newer one."""
-    names = {"diffuseFactor": "baseColorFactor", "diffuseTexture": "baseColorTexture"}
-    return {new: model[old] for old, new in names.items() if old in model}
 
 
 def _anisotropy(source: Source) -> dict[str, Any]:
@@ -241,20 +239,13 @@ def _anisotropy(source: Source) -> dict[str, Any]:
     if type(angle) not in (int, float) or not math.isfinite(angle):
         raise source.error("anisotropyRotation", angle, "a finite number")
     turns = math.remainder(angle / (2.0 * math.pi), 1.0)
-    stretch = {"anisotropy": strength, "anisotropy_rotation": turns}
-    return stretch | _brush(source, extension)
-
-
-def _brush(source: Source, extension: Factors) -> dict[str, AnisotropyMap]:
-    """Return the image of directions and strengths, if there is one."""
-    if (use := extension.get("anisotropyTexture")) is None:
-        return {}
-    image = source.textures.data(use, Channels.data, find_placement(source.item), source.lose)
-    return {} if image is None else {"anisotropy_map": AnisotropyMap(image)}
+    stretch: dict[str, Any] = {"anisotropy": strength, "anisotropy_rotation": turns}
+    use = extension.get("anisotropyTexture")
+    image = None if use is None else source.texture(use, Channels.data)
+    return stretch if image is None else stretch | {"anisotropy_map": AnisotropyMap(image)}
 
 
 def _base(source: Source) -> Triple | Texture:
-    """Return the base colour."""
     red, green, blue = factor = source.base_color()
     if "baseColorTexture" not in source.surface:
         return factor
@@ -289,16 +280,14 @@ def _clear_coat(source: Source) -> dict[str, Any]:
 
 
 def _sheen(source: Source) -> dict[str, Any]:
-    """Return the sheen of a surface, if it has one."""
     extension = source.extension("sheen")
     roughness = source.number(extension, "sheenRoughnessFactor", 0.0)
     if not any(extension.get("sheenColorFactor", ())):
         return {}
     factor = source.color(extension, "sheenColorFactor")
-    color: Paint = factor
-    if (use := extension.get("sheenColorTexture")) is not None:
-        texture = source.texture(use)
-        color = factor if texture is None else replace(texture, factor=factor)
+    use = extension.get("sheenColorTexture")
+    texture = None if use is None else source.texture(use)
+    color = factor if texture is None else replace(texture, factor=factor)
     if "sheenRoughnessTexture" in extension:
         source.lose("sheenRoughnessTexture")
     return {"sheen": color, "sheen_roughness": roughness}
@@ -362,14 +351,8 @@ def _attenuation(source: Source) -> dict[str, Any]:
         return {}
     distance = source.number(volume, "attenuationDistance", math.inf, 1e30)
     if distance == 0.0:
-        raise InputError(f"material {shown(source.name)}: attenuationDistance 0; correct it")
+        raise source.error("attenuationDistance", 0, "a number above 0")
     return {"attenuation_color": color, "attenuation_distance": distance}
-
-
-def _relief(source: Source) -> dict[str, NormalMap]:
-    """Return the normal map of a material that has one."""
-    found = _normal_map(source, source.item, _NORMALS)
-    return {} if found is None else {"relief": found}
 
 
 def _normal_map(source: Source, holder: Factors, key: str) -> NormalMap | None:
@@ -377,7 +360,7 @@ def _normal_map(source: Source, holder: Factors, key: str) -> NormalMap | None:
     use = holder.get(key)
     if use is None:
         return None
-    directions = source.textures.data(use, Channels.data, find_placement(source.item), source.lose)
+    directions = source.texture(use, Channels.data)
     scale = use.get("scale", 1.0)
     if type(scale) not in (int, float) or not abs(scale) <= STEEPEST:
         raise source.error(f"scale of {key}", scale, f"a number up to {STEEPEST:g}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import math
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError
+from photonmap.io.readers.decoding import Note, read_embedded
 from photonmap.io.readers.registry import OR_WITHOUT, MissingTextures, extended
 from photonmap.runtime.named_files import named_image
 from photonmap.scene.images import Channels, Image, read_channels
@@ -56,10 +56,7 @@ class Placement:
         (s, t), (u, v) = self.scale, self.offset
         cosine, sine = math.cos(self.rotation), math.sin(self.rotation)
         return np.array(
-            [
-                [s * cosine, -t * sine, u + t * sine],
-                [s * sine, t * cosine, 1.0 - v - t * cosine],
-            ]
+            [[s * cosine, -t * sine, u + t * sine], [s * sine, t * cosine, 1.0 - v - t * cosine]]
         )
 
     def turn(self, uv: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -104,14 +101,19 @@ class Textures:
     _known: dict[tuple[int, Callable[[Channels], Any]], Any] = field(default_factory=dict)
     _last: tuple[int, Channels] | None = None
 
-    def color(
-        self, use: Mapping[str, Any], placement: Placement, lose: Callable[[str], None]
+    def texture(
+        self,
+        use: Mapping[str, Any],
+        channel: Callable[[Channels], Image],
+        placement: Placement,
+        lose: Note,
     ) -> Texture | None:
-        """Return a colour texture; None if it is missing, which is noted.
+        """Return a texture; None if it is missing, which is noted.
 
         Parameters
         ----------
         use : the JSON that names it
+        channel : a method of `Channels` that returns its colours, or the numbers that it holds
         placement : of the material's textures
         lose : takes what is not simulated
 
@@ -119,7 +121,7 @@ class Textures:
         ------
         InputError : its image cannot be read, and `missing` is "error"
         """
-        image = self._read(use, Channels.image)
+        image = self._read(use, channel)
         return None if image is None else self._place(Texture(image), use, placement, lose)
 
     def opacity(
@@ -134,24 +136,6 @@ class Textures:
             return float(values[0, 0])
         texture = Texture.of(values[..., None])
         return self._place(texture, use, Placement.of(use), lambda _: None)
-
-    def data(
-        self,
-        use: Mapping[str, Any],
-        channel: Callable[[Channels], Image],
-        placement: Placement,
-        lose: Callable[[str], None],
-    ) -> Texture | None:
-        """Return a texture of numbers; None if it is missing, which is noted.
-
-        Parameters
-        ----------
-        channel : a method of `Channels` that returns the one that holds them
-
-        Other parameters and errors are those of `color`.
-        """
-        image = self._read(use, channel)
-        return None if image is None else self._place(Texture(image), use, placement, lose)
 
     def _read(self, use: Mapping[str, Any], make: Callable[[Channels], Any]) -> Any:
         """Return what a function makes of the image, once; None if the image is missing."""
@@ -177,28 +161,20 @@ class Textures:
     def _channels(self, index: int) -> Channels:
         """Read an image, unless it was the last one that was read."""
         if self._last is None or self._last[0] != index:
-            image = self.item("images", index)
-            if _is_embedded(image):
-                self._last = index, self._read_embedded(index, image)
-            else:
-                self._last = (
-                    index,
-                    read_channels(named_image(self.path.parent, unquote(image["uri"]))),
-                )
+            self._last = index, self._read_image(index, self.item("images", index))
         return self._last[1]
 
-    def _read_embedded(self, index: int, image: dict[str, Any]) -> Channels:
-        """Read an image that is part of the file."""
+    def _read_image(self, index: int, image: dict[str, Any]) -> Channels:
+        """Read an image in a file of its own, in a data URI, or in a buffer."""
+        if not _is_embedded(image):
+            return read_channels(named_image(self.path.parent, unquote(image["uri"])))
         data: bytes | memoryview
         if "uri" in image:
             data = base64.b64decode(image["uri"].partition(",")[2], validate=True)
         else:
             data = self.view(image["bufferView"])
-        with tempfile.TemporaryDirectory() as folder:
-            kind = image.get("mimeType", "image/png")[6:]
-            path = Path(folder) / f"{_EMBEDDED}{index}.{kind}"
-            path.write_bytes(data)
-            return read_channels(path)
+        kind = image.get("mimeType", "image/png")[6:]
+        return read_embedded(data, f"{_EMBEDDED}{index}.{kind}")
 
     def _name(self, index: int, error: InputError) -> InputError:
         """Return an error about an image that names the file, where the image is part of it."""
@@ -208,11 +184,7 @@ class Textures:
         return InputError(f"image {index} {reason.partition(': ')[2]}", self.path)
 
     def _place(
-        self,
-        texture: Texture,
-        use: Mapping[str, Any],
-        placement: Placement,
-        lose: Callable[[str], None],
+        self, texture: Texture, use: Mapping[str, Any], placement: Placement, lose: Note
     ) -> Texture:
         """Return a texture as it lies on a surface, whose coordinates have been turned."""
         sampler = self.item("textures", use["index"]).get("sampler")

@@ -36,13 +36,24 @@ from photonmap.scene.surfaces.fresnel import normal_reflectance
 from photonmap.scene.surfaces.metallic import metallic_gloss
 from photonmap.scene.surfaces.relief import BumpMap, NormalMap
 from photonmap.scene.textures import Paint, Texture, lie_alike, mean_color, mean_number
-from photonmap.spectra.curves import Color
 
 Look = dict[str, Any]
 """Attributes of a `Material`, without its name"""
 _OF_METAL = ("glossy", "glossy_edge", "roughness")
 _STRETCH = ("anisotropy", "anisotropy_rotation")
 _OF_SHEEN = ("sheen", "sheen_roughness")
+_BOTH_SIDES = ("twosided", "dielectric", "roughdielectric", "thindielectric", "null")
+_WRAPPERS = ("mask", "bumpmap", "normalmap", "blendbsdf")
+_LOBES = ("diff_trans", "flatness", "spec_tint")
+"""Of principled surfaces, not simulated where they are not 0"""
+_SHEEN, _SHEEN_ROUGHNESS = 0.11, 0.4
+"""Colour and roughness of the sheen here that comes nearest a principled one of 1, which is
+(1 - cos)⁵ of the angle to the half vector: it reflects as much of the light from all around, 1.2%,
+and at angles of light about as much, but for 9% of that (root mean square)"""
+LIKE_AIR = 1e-3
+"""By how much an index of refraction may differ from 1 for air"""
+_SAMPLING = "sample_visible"
+"""A parameter that changes noise alone"""
 
 
 def blended(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
@@ -138,25 +149,8 @@ def _mixed_paint(one: Paint, other: Paint, weight: float, lost: list[str]) -> Pa
             return replace(texture, factor=(red, green, blue))
     if isinstance(one, Texture) or isinstance(other, Texture):
         lost.append("textures of a blend")
-    return _mixed(mean_color(one), mean_color(other), weight)
-
-
-def _mixed(one: Color, other: Color, weight: float) -> Color:
-    return combined(lambda a, b: (1.0 - weight) * a + weight * b, one, other)
-
-
-_BOTH_SIDES = ("twosided", "dielectric", "roughdielectric", "thindielectric", "null")
-_WRAPPERS = ("mask", "bumpmap", "normalmap", "blendbsdf")
-_LOBES = ("diff_trans", "flatness", "spec_tint")
-"""Of principled surfaces, not simulated where they are not 0"""
-_SHEEN, _SHEEN_ROUGHNESS = 0.11, 0.4
-"""Colour and roughness of the sheen here that comes nearest a principled one of 1, which is
-(1 - cos)⁵ of the angle to the half vector: it reflects as much of the light from all around, 1.2%,
-and at angles of light about as much, but for 9% of that (root mean square)"""
-LIKE_AIR = 1e-3
-"""By how much an index of refraction may differ from 1 for air"""
-_SAMPLING = "sample_visible"
-"""A parameter that changes noise alone"""
+    means = mean_color(one), mean_color(other)
+    return combined(lambda a, b: (1.0 - weight) * a + weight * b, *means)
 
 
 @dataclass
@@ -272,7 +266,6 @@ def _roughness_map(context: Context, node: Node) -> float | Texture:
 
 
 def _note_distribution(context: Context, node: Node) -> None:
-    """Note facets of another distribution."""
     if node.text("distribution", "beckmann").lower() != "ggx":
         context.lose("Beckmann's distribution, with GGX in its place,", node)
 
@@ -290,7 +283,6 @@ def _roughness(context: Context, node: Node) -> float:
 
 
 def _dielectric(bsdfs: Bsdfs, node: Node) -> Look:
-    """Return glass."""
     tint = read_plain(bsdfs.context, node, "specular_transmittance", 1.0)
     look = {"reflectance": 0.0, **_indices(node), "tint": tint}
     if node.type == "roughdielectric":
@@ -312,7 +304,6 @@ def _relative_index(node: Node, inside: str) -> float:
 
 
 def _thin(bsdfs: Bsdfs, node: Node) -> Look:
-    """Return a pane."""
     tint = read_plain(bsdfs.context, node, "specular_transmittance", 1.0)
     if read_plain(bsdfs.context, node, "specular_reflectance", 1.0) != 1.0:
         bsdfs.context.lose("specular_reflectance of thin glass", node)

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, naming
-from photonmap.io.readers.decoding import note_loss
+from photonmap.io.readers.decoding import note_loss, plain
 from photonmap.io.readers.mitsuba_parts.nodes import Context, Files, Node
-from photonmap.io.readers.mitsuba_parts.xml import number_of, numbers_of, plain, triple_of
+from photonmap.io.readers.mitsuba_parts.xml import number_of, numbers_of, triple_of
 from photonmap.io.readers.registry import GREY, OR_WITHOUT, extended
 from photonmap.runtime.wording import shown, suggest
 from photonmap.scene.images import decode_srgb
@@ -31,6 +31,35 @@ _EDGE = 1e-3
 """Width of the edges of a curve, nm, outside of which it is 0."""
 _PLANCK = 2.0 * 6.62607015e-34 * 299792458.0**2, 6.62607015e-34 * 299792458.0 / 1.380649e-23
 """First (for radiance, W·m²·sr⁻¹) and second (m·K) radiation constants"""
+_CHECKS = 256
+"""Texels along a side of a checkerboard's image: its edges blur over one of them."""
+_NAMED = {
+    "vacuum": 1.0,
+    "helium": 1.000036,
+    "hydrogen": 1.000132,
+    "air": 1.000277,
+    "carbon dioxide": 1.00045,
+    "water": 1.333,
+    "acetone": 1.36,
+    "ethanol": 1.361,
+    "carbon tetrachloride": 1.461,
+    "glycerol": 1.4729,
+    "benzene": 1.501,
+    "silicone oil": 1.52045,
+    "bromine": 1.661,
+    "water ice": 1.31,
+    "fused quartz": 1.458,
+    "pyrex": 1.47,
+    "acrylic glass": 1.49,
+    "polypropylene": 1.49,
+    "bk7": 1.5046,
+    "sodium chloride": 1.544,
+    "amber": 1.55,
+    "pet": 1.575,
+    "diamond": 2.419,
+}
+"""Indices of refraction that Mitsuba knows by name"""
+_PERFECT = "none"
 
 
 def read_color(node: Node, kind: Kind, files: Files) -> Color:
@@ -132,7 +161,6 @@ def _typed(node: Node) -> Color:
 
 
 def _wavelengths(node: Node) -> list[float]:
-    """Return the wavelengths of a spectrum's values, nm."""
     if node.type == "irregular":
         return numbers_of(node.element, node.text("wavelengths"))
     low = node.number("wavelength_min", node.number("lambda_min", 360.0))
@@ -190,10 +218,6 @@ def as_rgb(color: Color, kind: Kind = "reflectance") -> Floats:
         project = radiance_to_rgb if kind == "emission" else reflectance_to_rgb
         return np.maximum(project(color), 0.0)
     return np.ones(3) * color
-
-
-_CHECKS = 256
-"""Texels along a side of a checkerboard's image: its edges blur over one of them."""
 
 
 def read_paint(
@@ -301,35 +325,6 @@ def _placement(context: Context, node: Node) -> dict[str, Any]:
     scale = float(matrix[0, 0]) * u, float(matrix[1, 1]) * v
     shift = u * (float(matrix[0, 3]) + du), v * (float(matrix[1, 3]) + dv)
     return {"scale": scale, "offset": (shift[0], 1.0 - scale[1] - shift[1])}
-
-
-_NAMED = {
-    "vacuum": 1.0,
-    "helium": 1.000036,
-    "hydrogen": 1.000132,
-    "air": 1.000277,
-    "carbon dioxide": 1.00045,
-    "water": 1.333,
-    "acetone": 1.36,
-    "ethanol": 1.361,
-    "carbon tetrachloride": 1.461,
-    "glycerol": 1.4729,
-    "benzene": 1.501,
-    "silicone oil": 1.52045,
-    "bromine": 1.661,
-    "water ice": 1.31,
-    "fused quartz": 1.458,
-    "pyrex": 1.47,
-    "acrylic glass": 1.49,
-    "polypropylene": 1.49,
-    "bk7": 1.5046,
-    "sodium chloride": 1.544,
-    "amber": 1.55,
-    "pet": 1.575,
-    "diamond": 2.419,
-}
-"""Indices of refraction that Mitsuba knows by name"""
-_PERFECT = "none"
 
 
 def index_of(node: Node, name: str, default: str) -> float:

@@ -27,6 +27,22 @@ from photonmap.runtime.wording import listed, shown, suggest
 from photonmap.scene.vectors import Vector
 from photonmap.spectra.tables import read_bytes
 
+_CAMEL = re.compile("(?<=[a-z])[A-Z]+")
+_TAGS = {"lookAt": "lookat", "luminaire": "emitter", "camera": "sensor"}
+MOST_FILES = 1000
+"""Files included, at most."""
+LONGEST = 4096
+"""Characters of an attribute with parameters put in, at most."""
+_PARAMETER = re.compile(r"(?<!\\)\$(\w+)")
+_OBJECTS = (
+    "scene", "shape", "bsdf", "emitter", "sensor", "film", "sampler",
+    "rfilter", "integrator", "texture", "medium", "phase", "volume", "subsurface",
+)  # fmt: skip
+_PLAIN = (
+    "float", "integer", "boolean", "string", "point", "vector", "rgb", "srgb", "spectrum",
+    "blackbody", "transform",
+)  # fmt: skip
+
 
 @dataclass(eq=False)
 class Node:
@@ -201,11 +217,7 @@ class Context:
         return unused_name(node.id or node.type or node.tag, len(used) + 1, used)
 
 
-_CAMEL = re.compile("(?<=[a-z])[A-Z]+")
-_TAGS = {"lookAt": "lookat", "luminaire": "emitter", "camera": "sensor"}
-
-
-def is_old(root: Element) -> bool:
+def _is_old(root: Element) -> bool:
     """Return whether a file's root has a version below 2.
 
     Raises
@@ -219,27 +231,12 @@ def is_old(root: Element) -> bool:
     return int(major[:9]) < 2
 
 
-def upgraded(element: Element) -> Element:
+def _upgraded(element: Element) -> Element:
     """Return an element with the names of Mitsuba 3: `to_world` for `toWorld`."""
     attributes = dict(element.attributes)
     if "name" in attributes and element.tag != "default":
         attributes["name"] = _CAMEL.sub(lambda word: f"_{word[0].lower()}", attributes["name"])
     return replace(element, tag=_TAGS.get(element.tag, element.tag), attributes=attributes)
-
-
-MOST_FILES = 1000
-"""Files included, at most."""
-LONGEST = 4096
-"""Characters of an attribute with parameters put in, at most."""
-_PARAMETER = re.compile(r"(?<!\\)\$(\w+)")
-_OBJECTS = (
-    "scene", "shape", "bsdf", "emitter", "sensor", "film", "sampler",
-    "rfilter", "integrator", "texture", "medium", "phase", "volume", "subsurface",
-)  # fmt: skip
-_PLAIN = (
-    "float", "integer", "boolean", "string", "point", "vector", "rgb", "srgb", "spectrum",
-    "blackbody", "transform",
-)  # fmt: skip
 
 
 @dataclass
@@ -290,20 +287,16 @@ def load_nodes(path: Path, data: bytes, files: Files) -> Node:
 
 
 def _add_all(loader: _Loader, parent: Node, root: Element) -> None:
-    """Add the children of a file's root."""
     if "version" not in root.attributes:
         raise root.error('its version is missing; add version="3.0.0" for Mitsuba 3')
-    old = is_old(root)
+    old = _is_old(root)
     for child in root.children:
         _add(loader, parent, child, old)
 
 
 def _add(loader: _Loader, parent: Node, element: Element, old: bool) -> None:
     """Add an element to its parent, or do what it says."""
-    filled = {name: _fill(loader, element, value) for name, value in element.attributes.items()}
-    element = replace(element, attributes=filled)
-    if old:
-        element = upgraded(element)
+    element = _filled(loader, element, old)
     if element.tag in _ACTIONS:
         _ACTIONS[element.tag](loader, parent, element, old)
     elif element.tag not in (*_OBJECTS, *_PLAIN, "ref"):
@@ -314,27 +307,26 @@ def _add(loader: _Loader, parent: Node, element: Element, old: bool) -> None:
 
 
 def _add_node(loader: _Loader, parent: Node, element: Element, old: bool) -> None:
-    """Add an object, a parameter or a reference."""
     node = Node(element)
     parent.children.append((element.attributes.get("name", ""), node))
     if element.tag == "ref":
         loader.references.append((parent, len(parent.children) - 1))
     elif element.tag == "transform":
-        element.children = [_filled_step(loader, step, old) for step in element.children]
+        element.children = [_filled(loader, step, old) for step in element.children]
     else:
         _enter(loader, node)
         for child in element.children:
             _add(loader, node, child, old)
 
 
-def _filled_step(loader: _Loader, step: Element, old: bool) -> Element:
-    filled = {name: _fill(loader, step, value) for name, value in step.attributes.items()}
-    step = replace(step, attributes=filled)
-    return upgraded(step) if old else step
+def _filled(loader: _Loader, element: Element, old: bool) -> Element:
+    """Return an element with parameters put in and with the names of Mitsuba 3."""
+    filled = {name: _fill(loader, element, value) for name, value in element.attributes.items()}
+    element = replace(element, attributes=filled)
+    return _upgraded(element) if old else element
 
 
 def _enter(loader: _Loader, node: Node) -> None:
-    """Enter a node under its id."""
     if node.id in loader.named:
         place = loader.named[node.id].element.place(node.element.path)
         raise node.error(f"the id {shown(node.id)} is that of {place} too; change one of them")
@@ -402,7 +394,7 @@ def _include(loader: _Loader, parent: Node, element: Element, old: bool) -> None
     else:
         if "name" in element.attributes:
             root.attributes = {**root.attributes, "name": element.attributes["name"]}
-        _add(loader, parent, root, is_old(root))
+        _add(loader, parent, root, _is_old(root))
     loader.depth -= 1
 
 

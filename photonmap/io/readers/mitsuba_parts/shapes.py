@@ -33,6 +33,9 @@ _HEADER = 4
 """Bytes before the compressed data."""
 _MOST = 1100
 """Bytes that zlib can pack into one: 1032, and a little more."""
+Matrix = NDArray[np.float64]
+_CLOSED = ("sphere", "cube")
+_GROUP, _INSTANCE = "shapegroup", "instance"
 
 
 def read_serialized(path: Path, index: int) -> Part:
@@ -138,11 +141,6 @@ def _damaged(path: Path) -> InputError:
     return InputError("is damaged: its meshes are not complete; export it again", path)
 
 
-Matrix = NDArray[np.float64]
-_CLOSED = ("sphere", "cube")
-_GROUP, _INSTANCE = "shapegroup", "instance"
-
-
 @dataclass
 class Shapes:
     """The shapes of a scene.
@@ -215,18 +213,6 @@ class Shapes:
         return replace(material, name=name, emission=radiance)
 
 
-def _rectangle(context: Context, node: Node) -> Part:
-    return surfaces.rectangle()
-
-
-def _cube(context: Context, node: Node) -> Part:
-    return surfaces.cube()
-
-
-def _disk(context: Context, node: Node) -> Part:
-    return surfaces.disk()
-
-
 def _sphere(context: Context, node: Node) -> Part:
     center = np.array(node.vector("center", (0.0, 0.0, 0.0)))
     return surfaces.sphere(center, _radius(node))
@@ -289,10 +275,10 @@ _FILES: dict[str, Callable[[Context, Node], Part]] = {
     "serialized": _serialized,
 }
 _TYPES: dict[str, Callable[[Context, Node], Part]] = {
-    "rectangle": _rectangle,
-    "cube": _cube,
+    "rectangle": lambda context, node: surfaces.rectangle(),
+    "cube": lambda context, node: surfaces.cube(),
     "sphere": _sphere,
-    "disk": _disk,
+    "disk": lambda context, node: surfaces.disk(),
     "cylinder": _cylinder,
     **_FILES,
 }

@@ -19,6 +19,10 @@ from photonmap.scene.vectors import Vector, unit
 
 DEEPEST = 100
 """Levels of elements within each other, at most."""
+_SEPARATORS = re.compile(r"[\s,]+")
+Matrix = NDArray[np.float64]
+_FLATTEST = 1e-30
+"""Least determinant of the linear part."""
 
 
 @dataclass(eq=False)
@@ -97,9 +101,6 @@ def _without_comments(data: bytes) -> bytes:
     return b"".join([*kept, data[begin:]])
 
 
-_SEPARATORS = re.compile(r"[\s,]+")
-
-
 def numbers_of(element: Element, text: str) -> list[float]:
     """Return numbers separated by spaces or commas."""
     return [number_of(element, word) for word in _SEPARATORS.split(text.strip()) if word]
@@ -137,17 +138,6 @@ def triple_of(element: Element, name: str) -> Vector:
         raise element.error(f"{name} {text} is not one number or three; correct it")
     x, y, z = values * (3 // len(values))
     return x, y, z
-
-
-def plain(vector: NDArray[np.float64]) -> Vector:
-    """Return three numbers of an array."""
-    x, y, z = vector.tolist()
-    return x, y, z
-
-
-Matrix = NDArray[np.float64]
-_FLATTEST = 1e-30
-"""Least determinant of the linear part."""
 
 
 def read_transform(element: Element) -> Matrix:

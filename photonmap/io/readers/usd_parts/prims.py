@@ -13,10 +13,11 @@ from pxr import UsdGeom, UsdLux, UsdShade
 
 from photonmap.errors import InputError
 from photonmap.io.readers import surfaces
+from photonmap.io.readers.decoding import plain, point_ahead
 from photonmap.io.readers.environment_maps import turned_map
 from photonmap.io.readers.meshes import Part, build_mesh, check_indices, cut_polygons, move
 from photonmap.io.readers.usd_parts.materials import Materials
-from photonmap.io.readers.usd_parts.stage import Stage, point, radiance_of
+from photonmap.io.readers.usd_parts.stage import Stage, radiance_of
 from photonmap.runtime.named_files import named_image
 from photonmap.scene.camera import Camera, check_camera
 from photonmap.scene.lens import Lens
@@ -28,6 +29,13 @@ from photonmap.scene.projections import Intrinsics
 TENTH = 0.1
 """Apertures and focal lengths are in tenths of scene units."""
 _PIXELS = 1000.0
+_SIZED = ("RectLight", "DiskLight", "SphereLight")
+_SUN, _SKY = "DistantLight", "DomeLight"
+_EVERYWHERE = 90.0
+"""Half-angle of a cone, degrees, from which on a light shines as without one."""
+_FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
+"""From shapes that face +z to lights that face -z."""
+Rows = NDArray[np.float64]
 
 
 def read_camera(stage: Stage, prim: Any) -> Camera:
@@ -57,19 +65,16 @@ def read_camera(stage: Stage, prim: Any) -> Camera:
     if number > 0.0:
         focus = float(value(camera.GetFocusDistanceAttr(), 0.0))
         look["lens"] = Lens(focus, f_number=number, focal_length=TENTH * focal)
-    target = origin + max(1.0, float(np.abs(origin).max())) * ahead
     return check_camera(
-        Camera(point(origin), point(target), point(matrix[:3, 1]), name=stage.name(prim), **look),
+        Camera(
+            plain(origin),
+            point_ahead(origin, ahead),
+            plain(matrix[:3, 1]),
+            name=stage.name(prim),
+            **look,
+        ),
         stage.path,
     )
-
-
-_SIZED = ("RectLight", "DiskLight", "SphereLight")
-_SUN, _SKY = "DistantLight", "DomeLight"
-_EVERYWHERE = 90.0
-"""Half-angle of a cone, degrees, from which on a light shines as without one."""
-_FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
-"""From shapes that face +z to lights that face -z."""
 
 
 def read_light(stage: Stage, prim: Any) -> Light | Mesh | None:
@@ -93,7 +98,7 @@ def read_light(stage: Stage, prim: Any) -> Light | Mesh | None:
         return _shape(stage, prim, name, (amount, is_whole))
     file = getattr(stage.value(UsdLux.DomeLight(prim).GetTextureFileAttr()), "path", "")
     if not file:
-        return DomeLight(point(amount), name=name)
+        return DomeLight(plain(amount), name=name)
     if np.ptp(amount) > 0.0:
         stage.lose("colour of a sky with an image", prim)
     path: Path = named_image(stage.path.parent, file)
@@ -107,7 +112,7 @@ def _sun(stage: Stage, prim: Any, name: str, light: tuple[NDArray[np.float64], b
     if not is_whole and angle > 0.0:
         amount = amount * math.pi * math.sin(0.5 * min(angle, math.pi)) ** 2
     ahead = -stage.matrix(prim)[:3, 2]
-    return DirectionalLight(point(ahead), point(amount), name=name)
+    return DirectionalLight(plain(ahead), plain(amount), name=name)
 
 
 def _shape(
@@ -136,7 +141,7 @@ def _shape(
     if _cone(stage, prim)[0] < _EVERYWHERE:
         stage.lose("cones of lights that have a size", prim)
     radiance = amount / _area(part) if is_whole else amount
-    return build_mesh(stage.path, part, Material(name, 0.0, point(radiance)), name)
+    return build_mesh(stage.path, part, Material(name, 0.0, plain(radiance)), name)
 
 
 def _point(stage: Stage, prim: Any, name: str, intensity: NDArray[np.float64]) -> Light:
@@ -144,9 +149,9 @@ def _point(stage: Stage, prim: Any, name: str, intensity: NDArray[np.float64]) -
     matrix, (outer, softness) = stage.matrix(prim), _cone(stage, prim)
     place = matrix[:3, 3]
     if outer >= _EVERYWHERE:
-        return PointLight(point(place), point(intensity), name=name)
+        return PointLight(plain(place), plain(intensity), name=name)
     target, inner = place - matrix[:3, 2], outer * (1.0 - min(max(softness, 0.0), 1.0))
-    return SpotLight(point(place), point(target), point(intensity), inner, outer, name=name)
+    return SpotLight(plain(place), plain(target), plain(intensity), inner, outer, name=name)
 
 
 def _cone(stage: Stage, prim: Any) -> tuple[float, float]:
@@ -164,9 +169,6 @@ def _area(part: Part) -> float:
     corners = part.vertices[part.faces]
     sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return float(0.5 * np.linalg.norm(sides, axis=1).sum())
-
-
-Rows = NDArray[np.float64]
 
 
 def read_meshes(stage: Stage, materials: Materials, prim: Any) -> Iterator[Mesh]:

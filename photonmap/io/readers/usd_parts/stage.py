@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import math
-import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Ar, Gf, Sdf, Tf, Usd, UsdGeom, UsdLux
+from pxr import Ar, Sdf, Tf, Usd, UsdGeom, UsdLux
 
 from photonmap.errors import InputError
-from photonmap.io.readers.decoding import Losses, note_loss
+from photonmap.io.readers.decoding import Losses, note_loss, read_embedded
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.named_files import named_file, named_image
 from photonmap.runtime.wording import shown
 from photonmap.scene.images import Channels, read_channels
-from photonmap.scene.vectors import Vector
 
 WHITE = 6500.0
 """Temperature, K, of lights whose colour is as given."""
@@ -116,10 +114,7 @@ def read_image(stage: Stage, asset: Any) -> Channels:
     data = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(name))
     if data is None:
         raise InputError(f"{shown(str(inside))} is not in the package; export it again")
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"image{inside.suffix}"
-        path.write_bytes(data.GetBuffer())
-        return read_channels(path)
+    return read_embedded(data.GetBuffer(), f"image{inside.suffix}")
 
 
 def is_shown(prim: Any) -> bool:
@@ -148,9 +143,3 @@ def radiance_of(stage: Stage, light: Any) -> NDArray[np.float64]:
     if not (np.isfinite(amount).all() and (amount >= 0.0).all() and math.isfinite(factor)):
         raise InputError(f"light {light.GetPrim().GetName()} is negative or not finite; correct it")
     return amount
-
-
-def point(row: NDArray[np.float64] | Gf.Vec3d) -> Vector:
-    """Return three plain floats."""
-    x, y, z = (float(value) for value in row)
-    return x, y, z

@@ -20,6 +20,20 @@ from photonmap.scene.textures import Paint, Texture, is_black, lie_alike
 from photonmap.spectra.curves import Color, Spectrum
 from photonmap.spectra.observer import radiance_to_rgb, reflectance_to_rgb
 
+NUMBERS = {
+    "Ns": Number("exponent", at_least=0.0),
+    "Pr": Number("roughness", at_least=0.0, at_most=1.0),
+    "Pm": Number("metallic fraction", at_least=0.0, at_most=1.0),
+}
+"""What statements of these keywords hold."""
+USUAL_ROUGHNESS = 0.5
+"""Of a metal that gives none: Blender's default."""
+BLENDER_RANGE = 0.08
+"""Reflectance at normal incidence at which Blender's specular is 1."""
+_MIRRORS, _GLASSES = (3, 5), (4, 6, 7)
+_DECIDED = ("Kd", "Ke", "Ks", "Ni", "Tf", "d")
+"""Statements whose meaning depends on the illumination model."""
+
 
 @dataclass
 class Draft:
@@ -64,18 +78,6 @@ def matters(color: Color, neutral: float = 0.0) -> bool:
     if isinstance(color, Spectrum):
         return True
     return any(value != neutral for value in (color if isinstance(color, tuple) else (color,)))
-
-
-NUMBERS = {
-    "Ns": Number("exponent", at_least=0.0),
-    "Pr": Number("roughness", at_least=0.0, at_most=1.0),
-    "Pm": Number("metallic fraction", at_least=0.0, at_most=1.0),
-}
-"""What statements of these keywords hold."""
-USUAL_ROUGHNESS = 0.5
-"""Of a metal that gives none: Blender's default."""
-BLENDER_RANGE = 0.08
-"""Reflectance at normal incidence at which Blender's specular is 1."""
 
 
 def has_exponent(draft: Draft) -> bool:
@@ -158,11 +160,6 @@ def _from_exponent(draft: Draft) -> float | Texture:
     share = texture.image.linear(slice(None), slice(None)) @ np.array(LUMINANCE)
     roughness = (2.0 / (exponent * share + 2.0)) ** 0.25
     return replace(texture, image=Texture.of(roughness).image)
-
-
-_MIRRORS, _GLASSES = (3, 5), (4, 6, 7)
-_DECIDED = ("Kd", "Ke", "Ks", "Ni", "Tf", "d")
-"""Statements whose meaning depends on the illumination model."""
 
 
 def make_material(name: str, draft: Draft) -> Material:

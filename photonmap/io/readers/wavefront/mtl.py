@@ -27,17 +27,47 @@ from photonmap.spectra.curves import LARGEST_REFLECTANCE, Color
 Triple = tuple[float, float, float]
 
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
-_TRIPLES = {"-s": 1.0, "-o": 0.0, "-t": 0.0}
-"""Options of one to three numbers, and the default of those left out."""
-_NUMBERS = {"-mm": (0.0, 1.0), "-bm": (1.0,), "-boost": (0.0,), "-texres": ()}
-"""Options of numbers, and the values at which they change nothing; `-texres` never does."""
+_NUMBERS = {
+    "-s": (1.0, 1.0, 1.0),
+    "-o": (0.0, 0.0, 0.0),
+    "-t": (0.0, 0.0, 0.0),
+    "-mm": (0.0, 1.0),
+    "-bm": (1.0,),
+    "-boost": (0.0,),
+    "-texres": (math.nan,),
+}
+"""Options of numbers, and the values at which they change nothing; of three, one is enough."""
+_SIMULATED = ("-s", "-o", "-bm")
 _SWITCHES = {"-clamp": "off", "-blendu": "on", "-blendv": "on", "-cc": "off"}
 _SIDES = ("front", "back", "top", "bottom", "left", "right")
 _WORDS = {
     "-imfchan": ("r", "g", "b", "m", "l", "z"),
     "-type": ("sphere", *(f"cube_{side}" for side in _SIDES)),
 }
-OPTIONS = (*_TRIPLES, *_NUMBERS, *_SWITCHES, *_WORDS)
+OPTIONS = (*_NUMBERS, *_SWITCHES, *_WORDS)
+_PARAMETERS = {
+    parameter.mtl: parameter for parameter in parameters_of(Material).values() if parameter.mtl
+} | NUMBERS
+"""What statements describe, by keyword."""
+_MAPS = {f"map_{key}": parameter for key, parameter in _PARAMETERS.items() if parameter.textured}
+_MAPS["map_Ks"] = _PARAMETERS["Ks"]
+_DATA = {f"map_{key}": NUMBERS[key] for key in ("Pr", "Pm", "Ns")}
+"""Maps in place of a number; they hold linear data."""
+_LINEAR = (*_DATA, "map_roughness", "map_Pc", "map_Pcr", "map_transmission")
+_PHONG = ("map_Ks", "map_Ns")
+"""Maps that are read only where they count, as many files name some that are not there."""
+_RELIEFS = ("norm", "bump", "map_bump", "map_Bump")
+_FLAT, _NEAR_FLAT = (0.5, 0.5, 0.9), 0.15
+"""Mean of images that hold normals, and by how much it may differ"""
+_AMBIENT = ("Ka", "map_Ka")
+_OPACITIES = ("d", "Tr")
+_MODEL = "illum"
+_OFTEN_WRONG = ("Ni", "Ns")
+"""Statements that exporters without a value for them write as -1, or 0."""
+_MEANING = {"Ps": f": {SHEEN}", "map_Ps": f": {SHEEN}"}
+"""Of statements that are not simulated, what they would do"""
+_NEUTRAL = {"d": 1.0}
+"""Numbers that change nothing, of statements that are not simulated."""
 
 
 @dataclass(frozen=True)
@@ -79,83 +109,57 @@ def parse_map(words: str | Sequence[str]) -> tuple[MapOptions, str]:
         line are the caller's to add
     """
     text = (words if isinstance(words, str) else " ".join(words)).strip()
-    triples = {option: (default,) * 3 for option, default in _TRIPLES.items()}
-    clamp, bump = False, 1.0
+    numbers: dict[str, tuple[float, ...]] = dict(_NUMBERS)
+    clamp = False
     ignored: dict[str, None] = {}
     while text.startswith("-"):
         option, text = _pop(text)
         if option not in OPTIONS:
             message = f"option {shown(option)} is not known"
             raise InputError(f"{message}; {suggest(option, OPTIONS)}")
-        if option in _TRIPLES:
-            triples[option], text = _read_triple(option, text)
-            changes = option == "-t" and any(triples[option])
-        elif option in _NUMBERS:
-            numbers, text = _read_numbers(option, text)
-            changes = numbers != _NUMBERS[option]
+        if option in _NUMBERS:
+            numbers[option], text = _read_numbers(option, text)
+            changes = numbers[option] != _NUMBERS[option]
         else:
             word, text = _read_word(option, text)
             changes = word != _SWITCHES.get(option)
         if option == "-clamp":
             clamp = word == "on"
-        elif option == "-bm":
-            bump = numbers[0]
-        elif changes:
+        elif option not in _SIMULATED and changes:
             ignored[option] = None
         else:
             ignored.pop(option, None)
     if not text:
         raise InputError("names no file; write one after the options")
-    return MapOptions(triples["-s"], triples["-o"], clamp, bump, tuple(ignored)), text
+    (s, t, w), (u, v, depth), (bump,) = (numbers[option] for option in _SIMULATED)
+    return MapOptions((s, t, w), (u, v, depth), clamp, bump, tuple(ignored)), text
 
 
 def _pop(text: str) -> tuple[str, str]:
-    """Split a text at its first word."""
-    word, *rest = text.split(maxsplit=1)
+    word, *rest = text.split(maxsplit=1) or [""]
     return word, rest[0] if rest else ""
 
 
-def _pop_number(option: str, text: str) -> tuple[float | None, str]:
-    """Split a text at its first word if that is a number."""
-    word, rest = _pop(text) if text else ("", "")
-    if not _NUMBER.fullmatch(word):
-        return None, text
-    if not math.isfinite(float(word)):
-        raise InputError(f"{option} {shown(word)} is too large; write a smaller number")
-    return float(word), rest
-
-
-def _read_triple(option: str, text: str) -> tuple[Triple, str]:
-    """Read one to three numbers."""
-    numbers: list[float] = []
-    while len(numbers) < 3:
-        number, text = _pop_number(option, text)
-        if number is None:
-            break
-        numbers.append(number)
-    if not numbers:
-        raise _lacks(option, "one to three numbers", text)
-    first, second, third = (*numbers, *([_TRIPLES[option]] * (3 - len(numbers))))
-    return (first, second, third), text
-
-
 def _read_numbers(option: str, text: str) -> tuple[tuple[float, ...], str]:
-    """Read as many numbers as the option has."""
-    numbers: list[float] = []
-    count = max(len(_NUMBERS[option]), 1)
-    for _ in range(count):
-        number, rest = _pop_number(option, text)
-        if number is None:
-            raise _lacks(option, f"{count} number{'s' * (count > 1)}", text)
-        numbers.append(number)
+    """Read the numbers of an option; those that may be left out change nothing."""
+    neutral, numbers = _NUMBERS[option], list[float]()
+    while len(numbers) < len(neutral):
+        word, rest = _pop(text)
+        if not _NUMBER.fullmatch(word):
+            break
+        if not math.isfinite(float(word)):
+            raise InputError(f"{option} {shown(word)} is too large; write a smaller number")
+        numbers.append(float(word))
         text = rest
-    return tuple(numbers), text
+    if not numbers or (len(numbers) < len(neutral) < 3):
+        plural = f"{len(neutral)} number{'s' * (len(neutral) > 1)}"
+        raise _lacks(option, "one to three numbers" if len(neutral) == 3 else plural, text)
+    return (*numbers, *neutral[len(numbers) :]), text
 
 
 def _read_word(option: str, text: str) -> tuple[str, str]:
-    """Read a word that is among those of the option."""
     known = ("on", "off") if option in _SWITCHES else _WORDS[option]
-    word, rest = _pop(text) if text else ("", "")
+    word, rest = _pop(text)
     if word.lower() not in known:
         raise _lacks(option, f"{', '.join(known[:-1])} or {known[-1]}", text)
     return word.lower(), rest
@@ -164,31 +168,6 @@ def _read_word(option: str, text: str) -> tuple[str, str]:
 def _lacks(option: str, needed: str, text: str) -> InputError:
     found = shown(_pop(text)[0]) if text else "nothing"
     return InputError(f"{option} is followed by {found}; write {needed} after it")
-
-
-_PARAMETERS = {
-    parameter.mtl: parameter for parameter in parameters_of(Material).values() if parameter.mtl
-} | NUMBERS
-"""What statements describe, by keyword."""
-_MAPS = {f"map_{key}": parameter for key, parameter in _PARAMETERS.items() if parameter.textured}
-_MAPS["map_Ks"] = _PARAMETERS["Ks"]
-_DATA = {f"map_{key}": NUMBERS[key] for key in ("Pr", "Pm", "Ns")}
-"""Maps in place of a number; they hold linear data."""
-_LINEAR = (*_DATA, "map_roughness", "map_Pc", "map_Pcr", "map_transmission")
-_PHONG = ("map_Ks", "map_Ns")
-"""Maps that are read only where they count, as many files name some that are not there."""
-_RELIEFS = ("norm", "bump", "map_bump", "map_Bump")
-_FLAT, _NEAR_FLAT = (0.5, 0.5, 0.9), 0.15
-"""Mean of images that hold normals, and by how much it may differ"""
-_AMBIENT = ("Ka", "map_Ka")
-_OPACITIES = ("d", "Tr")
-_MODEL = "illum"
-_OFTEN_WRONG = ("Ni", "Ns")
-"""Statements that exporters without a value for them write as -1, or 0."""
-_MEANING = {"Ps": f": {SHEEN}", "map_Ps": f": {SHEEN}"}
-"""Of statements that are not simulated, what they would do"""
-_NEUTRAL = {"d": 1.0}
-"""Numbers that change nothing, of statements that are not simulated."""
 
 
 @dataclass
@@ -334,7 +313,6 @@ class _Statement:
 
 
 def _read_statement(line: _Statement, draft: Draft, textures: _Textures) -> None:
-    """Read one statement of a material."""
     keyword = line.keyword
     parameter = _PARAMETERS.get(keyword)
     if isinstance(parameter, Colored):

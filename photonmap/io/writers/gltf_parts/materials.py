@@ -17,9 +17,7 @@ from photonmap.scene.surfaces.fresnel import normal_reflectance
 from photonmap.scene.surfaces.metallic import USUAL_COAT, USUAL_INDEX, as_triple, metallic_fraction
 from photonmap.scene.surfaces.relief import NormalMap
 from photonmap.scene.textures import (
-    Paint,
     Texture,
-    Triple,
     is_black,
     lie_alike,
     mean_color,
@@ -31,6 +29,12 @@ from photonmap.spectra.curves import Color
 
 _APART = "textures of gloss that lie otherwise than another one become their mean"
 _COATS = "textures of glossy reflectances take the coat of a usual dielectric"
+_RGB = Bands.rgb()
+_LARGEST_COAT = normal_reflectance(1e3)
+"""Of the largest index that the reader takes"""
+_METALLIC_ROUGHNESS = "metallicRoughnessTexture"
+_ONE_COLOR = "what is glass in part takes the colour of the rest"
+Floats = NDArray[np.float64]
 
 
 class Lobe(NamedTuple):
@@ -97,13 +101,6 @@ def _aligned(material: Material, name: str, draft: Draft) -> Material:
     return material
 
 
-_RGB = Bands.rgb()
-_LARGEST_COAT = normal_reflectance(1e3)
-"""Of the largest index that the reader takes"""
-_ONE_COLOR = "what is glass in part takes the colour of the rest"
-Floats = NDArray[np.float64]
-
-
 def write_material(
     material: Material, name: str, draft: Draft, textures: TextureWriter
 ) -> dict[str, Any]:
@@ -146,13 +143,13 @@ def _glass(material: Material, name: str, draft: Draft, textures: TextureWriter)
         color = material.reflectance
         if color != material.tint:
             draft.note(_ONE_COLOR, name)
-    surface, mode = _base_color(color, material.alpha, name, textures)
+    texture = color if isinstance(color, Texture) else None
+    factor = _RGB.reflectance(mean_color(color)).tolist()
+    surface, mode = _base_color(texture, factor, material.alpha, name, textures)
     surface["metallicFactor"] = 0.0
-    if isinstance(material.roughness, Texture):
-        surface["metallicRoughnessTexture"] = textures.data(_multiplied(material.roughness))
-    else:
-        surface["roughnessFactor"] = material.roughness
-    extensions = draft.use("KHR_materials_transmission", _transmission(material, textures))
+    surface |= _scalar(material.roughness, "roughnessFactor", _METALLIC_ROUGHNESS, textures)
+    share = _scalar(material.transmission, "transmissionFactor", "transmissionTexture", textures)
+    extensions = draft.use("KHR_materials_transmission", share)
     extensions |= draft.use("KHR_materials_ior", {"ior": material.ior})
     if not material.thin:
         extensions |= draft.use("KHR_materials_volume", _volume(material))
@@ -162,26 +159,44 @@ def _glass(material: Material, name: str, draft: Draft, textures: TextureWriter)
     return {"pbrMetallicRoughness": surface, "extensions": extensions, **mode}
 
 
-def _transmission(material: Material, textures: TextureWriter) -> dict[str, Any]:
-    if not isinstance(material.transmission, Texture):
-        return {"transmissionFactor": material.transmission}
-    texture = textures.data(_multiplied(material.transmission))
-    return {"transmissionFactor": 1.0, "transmissionTexture": texture}
+def _scalar(
+    value: float | Texture, factor: str, use: str, textures: TextureWriter
+) -> dict[str, Any]:
+    """Return a number as a factor, or a texture of numbers beside a factor of 1.
+
+    Parameters
+    ----------
+    factor, use : keys of the factor and of the texture
+    """
+    if not isinstance(value, Texture):
+        return {factor: value}
+    return {factor: 1.0, use: textures.data(_multiplied(value))}
 
 
 def _base_color(
-    color: Paint, alpha: float | Texture, name: str, textures: TextureWriter
+    texture: Texture | None,
+    factor: list[float],
+    alpha: float | Texture,
+    name: str,
+    textures: TextureWriter,
+    rest: float = 1.0,
 ) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return the JSON of a base colour and its opacity, and the mode in which that is used."""
+    """Return the JSON of a base colour and its opacity, and the mode in which that is used.
+
+    Parameters
+    ----------
+    texture, factor : its texture, or the colour where it has none
+    alpha : the opacity
+    rest : divides the colour of a texture
+    """
     surface: dict[str, Any] = {}
-    texture, opacity = (color if isinstance(color, Texture) else None), alpha
-    factor: Triple | list[float] = (1.0, 1.0, 1.0)
+    opacity, scale = alpha, (1.0, 1.0, 1.0)
     if isinstance(alpha, Texture):
-        surface["baseColorTexture"], factor, opacity = textures.masked(texture, alpha, name)
+        surface["baseColorTexture"], scale, opacity = textures.masked(texture, alpha, name)
     elif texture is not None:
-        surface["baseColorTexture"], factor = textures.color(texture, name)
-    if texture is None:
-        factor = _RGB.reflectance(mean_color(color)).tolist()
+        surface["baseColorTexture"], scale = textures.color(texture, name)
+    if texture is not None:
+        factor = [min(part / rest, 1.0) for part in scale]
     surface["baseColorFactor"] = [*factor, opacity]
     return surface, ({} if alpha == 1.0 else {"alphaMode": "BLEND"})
 
@@ -206,7 +221,7 @@ def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter
             material = replace(material, reflectance=textured.color)
     surface: dict[str, Any] = {"metallicFactor": metallic, "roughnessFactor": roughness}
     if textured is not None:
-        surface["metallicRoughnessTexture"] = textures.data(textured.data)
+        surface[_METALLIC_ROUGHNESS] = textures.data(textured.data)
     is_metal = metallic == 1.0 and textured is None
     item: dict[str, Any] = {
         "pbrMetallicRoughness": surface,
@@ -216,21 +231,12 @@ def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter
     item["extensions"] |= _stretch(material, draft, textures)
     item["extensions"] |= _clear_coat(material, draft, textures)
     item["extensions"] |= _sheen(material, name, draft, textures)
-    factor, opacity = whole.tolist(), material.alpha
     color = material.reflectance if isinstance(material.reflectance, Texture) else None
     color = color if base.any() or textured is not None else None
-    is_masked = isinstance(opacity, Texture)
-    if isinstance(opacity, Texture):
-        surface["baseColorTexture"], scale, opacity = textures.masked(color, opacity, name)
-    elif color is not None:
-        surface["baseColorTexture"], scale = textures.color(color, name)
-    if color is not None:
-        rest = 1.0 if textured and textured.color else 1.0 - metallic
-        factor = [min(part / rest, 1.0) for part in scale]
-    if is_masked or opacity != 1.0:
-        item["alphaMode"] = "BLEND"
-    surface["baseColorFactor"] = [*factor, opacity]
-    return item
+    rest = 1.0 if textured and textured.color else 1.0 - metallic
+    painted, mode = _base_color(color, whole.tolist(), material.alpha, name, textures, rest)
+    surface |= painted
+    return item | mode
 
 
 def _stretch(material: Material, draft: Draft, textures: TextureWriter) -> dict[str, Any]:
@@ -247,24 +253,15 @@ def _stretch(material: Material, draft: Draft, textures: TextureWriter) -> dict[
 
 
 def _clear_coat(material: Material, draft: Draft, textures: TextureWriter) -> dict[str, Any]:
-    """Return the extension of a clear coat, if there is one."""
     if not material.is_coated:
         return {}
-    coat: dict[str, Any] = {"clearcoatFactor": 1.0}
-    if isinstance(material.coat, Texture):
-        coat["clearcoatTexture"] = textures.data(_multiplied(material.coat))
-    else:
-        coat["clearcoatFactor"] = material.coat
-    if isinstance(material.coat_roughness, Texture):
-        coat["clearcoatRoughnessFactor"] = 1.0
-        coat["clearcoatRoughnessTexture"] = textures.data(_multiplied(material.coat_roughness))
-    else:
-        coat["clearcoatRoughnessFactor"] = material.coat_roughness
+    coat = _scalar(material.coat, "clearcoatFactor", "clearcoatTexture", textures)
+    keys = "clearcoatRoughnessFactor", "clearcoatRoughnessTexture"
+    coat |= _scalar(material.coat_roughness, *keys, textures)
     return draft.use("KHR_materials_clearcoat", coat)
 
 
 def _sheen(material: Material, name: str, draft: Draft, textures: TextureWriter) -> dict[str, Any]:
-    """Return the extension of a sheen, if there is one."""
     if not material.has_sheen:
         return {}
     sheen: dict[str, Any] = {"sheenRoughnessFactor": material.sheen_roughness}
@@ -323,11 +320,7 @@ def _coat(coat: float, draft: Draft) -> dict[str, Any]:
 
 
 def _emission(
-    material: Material,
-    name: str,
-    draft: Draft,
-    textures: TextureWriter,
-    item: dict[str, Any],
+    material: Material, name: str, draft: Draft, textures: TextureWriter, item: dict[str, Any]
 ) -> dict[str, Any]:
     """Add the emission to the JSON of a material; return its extensions."""
     emission = material.emission

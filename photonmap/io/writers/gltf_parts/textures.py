@@ -135,7 +135,6 @@ def _placement(texture: Texture) -> tuple[Any, ...]:
 
 
 def _rgb(texels: NDArray[Any]) -> NDArray[Any]:
-    """Return three channels."""
     return np.repeat(texels, 3, axis=2) if texels.shape[2] == 1 else texels
 
 
