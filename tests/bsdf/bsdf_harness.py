@@ -4,6 +4,7 @@ A new model needs a line of `CASES`, for each set of parameters that differs in 
 """
 
 from dataclasses import replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -25,9 +26,9 @@ from photonmap.scene.surfaces.fresnel import mean_rise
 from photonmap.spectra.bands import Bands
 
 ALBEDOS = (0.2, 0.7, 1.0)
-COSINES = (1.0, 0.8, 0.35, 0.08)
+COSINES = (1.0, 0.5, 0.08)
 """Of the angles between normal and wo."""
-SAMPLES = 100_000
+SAMPLES = 40_000
 
 
 class Case(NamedTuple):
@@ -88,6 +89,7 @@ FRAME = np.stack([_X, np.cross(_N, _X), _N])
 NORMAL = tuple(_N)
 
 
+@cache
 def make_scene(case):
     """Return the arrays of one triangle that scatters as the case says."""
     geometry = records.Geometry(
@@ -136,7 +138,7 @@ def _bare(case):
         model,
         parameters,
         specular,
-        albedos[None],
+        np.ascontiguousarray(albedos)[None],
         *(None, None, None),
         _dip(case),
         None,
@@ -270,19 +272,24 @@ def departure(cosine, azimuth=0.0):
     return to_world([[sine * np.cos(azimuth), sine * np.sin(azimuth), cosine]])[0]
 
 
-def evaluate(case, wi, wo):
-    """Return the BSDF, (n, N), and the density of wi, (n,), for pairs of directions."""
+def evaluate(case, wi, wo, model=None):
+    """Return the BSDF, (n, N), and the density of wi, (n,), for pairs of directions.
+
+    By default by the model of the case.
+    """
     wi = np.ascontiguousarray(wi)
     wo = np.ascontiguousarray(np.broadcast_to(wo, wi.shape))
     values, densities = np.empty((len(wi), len(case.albedo)), np.float32), np.empty(len(wi))
-    _evaluate_all(make_scene(case), number_of(case), NORMAL, wi, wo, values, densities)
+    model = number_of(case) if model is None else model
+    _evaluate_all(make_scene(case), model, NORMAL, wi, wo, values, densities)
     return values.astype(float), densities
 
 
-def sample(case, wo, key=1, count=SAMPLES):
+def sample(case, wo, key=1, count=SAMPLES, model=None):
     """Return directions wi, (n, 3), in the world."""
     wi = np.empty((count, 3))
-    _sample_all(make_scene(case), number_of(case), NORMAL, tuple(wo), np.uint64(key), wi)
+    model = number_of(case) if model is None else model
+    _sample_all(make_scene(case), model, NORMAL, tuple(wo), np.uint64(key), wi)
     return wi
 
 
@@ -311,10 +318,10 @@ def hemisphere(cosine=0.5, heights=48, turns=256):
     return to_world(local), np.repeat(share, turns) * 2.0 * np.pi / turns
 
 
-def furnace(case, cosine):
+def furnace(case, cosine, count=20_000):
     """Return what is reflected of even light, in the first band, and the error of that."""
     wo = departure(cosine)
-    wi = sample(case, wo)
+    wi = sample(case, wo, count=count)
     values, density = evaluate(case, wi, wo)
     used = density > 0.0
     weights = np.where(used, values[:, 0] * (wi @ _N) / np.where(used, density, 1.0), 0.0)

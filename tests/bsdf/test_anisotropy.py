@@ -5,22 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
-from bsdf_harness import FRAME, Case, departure, evaluate, hemisphere, sample
+from bsdf_harness import FRAME, departure, evaluate, hemisphere, sample
 from scipy import stats
+from test_white_furnace import BRUSHED
 
 import photonmap as pm
 from photonmap.compile.scene_arrays import compile_arrays
 from photonmap.compile.surfaces.glossy import azimuth_albedos, lobe_albedos
 from photonmap.spectra.bands import Bands
-
-METAL = {"albedo": (0.0,) * 3, "specular": (1.0, 1.0, 1.0)}
-"""That loses nothing."""
-BRUSHED = [
-    Case("glossy", (0.1,), anisotropy=(0.5, 0.0), **METAL),
-    Case("glossy", (0.3,), anisotropy=(0.7, 0.15), **METAL),
-    Case("glossy", (0.05,), anisotropy=(1.0, 0.25), **METAL),
-]
-AZIMUTHS = (0.0, 0.6, 1.3, 2.5)
 
 
 def widths(case):
@@ -48,7 +40,7 @@ def once(case, wi, wo):
     return density / (4.0 * wi[:, 2] * wo[:, 2] * (1.0 + smith(wi) + smith(wo)))
 
 
-@pytest.mark.parametrize("case", BRUSHED)
+@pytest.mark.parametrize("case", BRUSHED[:3])
 def test_one_facet_reflects_by_the_textbook(case):
     """What is scattered several times is smooth, positive and known: the furnace closes it."""
     rng = np.random.default_rng(3)
@@ -62,28 +54,15 @@ def test_one_facet_reflects_by_the_textbook(case):
     np.testing.assert_allclose(values, evaluate(case, wo, wi)[0][:, 0], rtol=2e-5)
 
 
-@pytest.mark.parametrize("azimuth", AZIMUTHS)
-@pytest.mark.parametrize("case", BRUSHED)
-def test_a_furnace_from_every_azimuth(case, azimuth):
-    """All light is reflected, by a quadrature fine enough for the lobe."""
-    for cosine in (1.0, 0.7, 0.3):
-        wo = departure(cosine, azimuth)
-        wi, solid_angles = hemisphere(cosine, 200, 1440)
-        values, _ = evaluate(case, wi, wo)
-        cosines = wi @ FRAME[2]
-        total = (values[:, 0] * cosines * solid_angles).sum()
-        assert total == pytest.approx(1.0, abs=0.005), cosine
-
-
-@pytest.mark.parametrize("azimuth", AZIMUTHS)
+@pytest.mark.parametrize("azimuth", [0.6, 2.5])
 @pytest.mark.parametrize("case", BRUSHED[:2])
 def test_samples_are_distributed_by_the_density(case, azimuth):
     """χ² over boxes of the hemisphere."""
     wo = departure(0.6, azimuth)
-    count = 100_000
+    count = 50_000
     drawn = sample(case, wo, count=count) @ FRAME.T
     drawn = drawn[drawn[:, 2] > 0.0]
-    wi, solid_angles = hemisphere(0.6, 200, 1440)
+    wi, solid_angles = hemisphere(0.6, 100, 960)
     density = evaluate(case, wi, wo)[1] * solid_angles
     edges = np.linspace(0.0, 1.0, 11), np.linspace(-np.pi, np.pi, 13)
 
@@ -121,31 +100,13 @@ def brushed(rotation=0.0, strength=0.8, uv=True):
 
 @pytest.mark.parametrize("rotation", [0.0, 0.25])
 def test_highlights_are_long_along_the_tangent(rotation):
-    settings = {"bands": "rgb", "size": (32, 32), "passes": 16, "seed": 4}
+    settings = {"bands": "rgb", "size": (16, 16), "passes": 16, "seed": 4}
     result = pm.render(brushed(rotation), **settings)
     image = result.residual.mean(axis=2)
-    x, y = np.meshgrid(np.arange(32) - 15.5, np.arange(32) - 15.5)
+    x, y = np.meshgrid(np.arange(16) - 7.5, np.arange(16) - 7.5)
     along, across = (np.sqrt((image * axis**2).sum() / image.sum()) for axis in (x, y))
     wanted = along > 1.15 * across if rotation == 0.0 else across > 1.15 * along
     assert wanted
-
-
-def test_photons_agree_with_paths_in_a_box():
-    box = pm.scenes.cornell_box()
-    look = pm.Material("metal", 0.0, glossy=(0.9, 0.7, 0.4), roughness=0.4, anisotropy=0.8)
-    ball = trimesh.creation.icosphere(subdivisions=3, radius=0.4)
-    ball.apply_translation([0.0, -0.5, 0.0])
-    walls = [mesh for mesh in box.meshes if "box" not in mesh.name]
-    metal = pm.Mesh(ball.vertices, ball.faces, look, "ball", normals=ball.vertex_normals)
-    scene = pm.Scene([*walls, metal], [], box.camera)
-    settings = {"bands": "rgb", "size": (24, 24), "pixel": "center"}
-    photon = pm.render(scene, passes=24, seed=6, **settings)
-    path = pm.render(scene, passes=400, seed=7, method="path", **settings)
-    errors = np.hypot(photon.standard_error("radiance"), path.standard_error("radiance"))
-    blocks = [result.radiance.reshape(6, 4, 6, 4, 3).mean(axis=(1, 3)) for result in (photon, path)]
-    error = np.sqrt((errors**2).reshape(6, 4, 6, 4, 3).sum(axis=(1, 3))) / 16
-    z = (blocks[0] - blocks[1]) / np.hypot(error, 0.01 * blocks[1].mean())
-    assert np.abs(z).max() < stats.norm.isf(1e-3 / z.size)
 
 
 def test_no_texture_coordinates_are_needed():

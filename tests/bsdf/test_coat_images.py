@@ -12,23 +12,21 @@ from bsdf_harness import (
     departure,
     directional_albedo,
     evaluate,
-    furnace,
     hemisphere,
     sample,
     scatter,
 )
 from helpers.comparisons import assert_within
+from helpers.scenes import ball, ball_room
 from test_bsdf_models import (
     SIGMAS,
     SIGNIFICANCE,
     fit_of_samples,
     random_directions,
 )
-from test_coats import BASES
-from test_glossy import RGB, SMALL, room
-from test_glossy import ball as bare_ball
+from test_coats import RGB, SMALL
 from test_relief import ABOVE, encoded, plane, tilted
-from test_rough_renders import block_means, excess
+from test_white_furnace import BASES
 
 import photonmap as pm
 from photonmap.compile.effects import plan_effects
@@ -42,22 +40,6 @@ LEANING = [
     Case("Lambertian", coat=(0.7, 0.4, 1.5), coat_lean=tuple(tilted(0.7, 2.0)[0])),
 ]
 LACQUER = pm.Material("ground", 0.0, coat=1.0, coat_roughness=0.5)
-
-
-def ball(material):
-    """Return a ball with texture coordinates."""
-    mesh = bare_ball(material)
-    return replace(mesh, uv=mesh.vertices[:, :2] + 0.5)
-
-
-@pytest.mark.parametrize("rough", [0.0, 0.11, 0.47, 0.82])
-@pytest.mark.parametrize("base", BASES)
-def test_white_furnace(base, rough):
-    """Also between the steps of roughness for which there are tables."""
-    case = BASES[base]._replace(coat=(1.0, rough, 1.5), is_coat_textured=True)
-    for cosine in (1.0, 0.6, 0.2, 0.05):
-        mean, error = furnace(case, cosine)
-        assert abs(mean - 1.0) < 0.005 + 4.0 * error
 
 
 @pytest.mark.parametrize("base", ["white paint", "matt metal"])
@@ -154,11 +136,6 @@ def varied(seed=3):
     return replace(material, glossy=0.04, roughness=0.4, coat_relief=pm.NoRelief())
 
 
-def test_photons_and_paths_agree():
-    scene = room(ball(varied()))
-    assert excess(block_means(scene, "photon"), block_means(scene, "path")) <= 0.0
-
-
 def test_buffers_look_up_the_roughness():
     """Over paint, of the roughness 0.25 at the left edge of the texture, and 0.75 at the right."""
     ramp = pm.Texture.of(np.array([[[0.25], [0.75]]], np.float32))
@@ -174,15 +151,15 @@ def test_buffers_look_up_the_roughness():
 
 def test_only_a_scene_that_calls_for_it_has_them():
     plain = replace(varied(), coat_roughness=0.3, relief=None)
-    coats = compile_scene(room(ball(plain)), RGB).scattering.coats
+    coats = compile_scene(ball_room(plain), RGB).scattering.coats
     assert coats.maps is None
     assert coats.relief is None
-    compiled = compile_scene(room(ball(varied())), RGB)
+    compiled = compile_scene(ball_room(varied()), RGB)
     assert plan_effects(compiled, "auto", 3, 3).on("textures")
     assert compiled.scattering.coats.maps is not None
     assert compiled.scattering.coats.relief is not None
     leaning = replace(plain, coat_relief=pm.NormalMap(encoded(*LEAN)))
-    plan = plan_effects(compile_scene(room(ball(leaning)), RGB), "auto", 3, 3)
+    plan = plan_effects(compile_scene(ball_room(leaning), RGB), "auto", 3, 3)
     assert plan.on("relief")
     assert not plan.on("textures")
 
@@ -223,11 +200,11 @@ def values(texture):
 
 
 def test_by_toml(tmp_path):
-    pm.save_scene(room(ball(pm.Material("ball", 0.8))), tmp_path / "scene.obj")
+    pm.save_scene(ball_room(pm.Material("ball", 0.8)), tmp_path / "scene.obj")
     text = "mesh = 'scene.obj'\n[material.ball]\ncoat = 1\ncoat_relief = { type = 'none' }\n"
     (tmp_path / "scene.toml").write_text(text)
     meshes = pm.load_scene(tmp_path / "scene.toml").meshes
-    found = next(mesh.material for mesh in meshes if mesh.name == "ball")
+    found = next(mesh.material for mesh in meshes if mesh.name == "ball 0")
     assert found.coat_relief == pm.NoRelief()
     (tmp_path / "scene.toml").write_text(text.replace("none", "flat"))
     with pytest.raises(InputError, match=r":4: .*coat_relief: type 'flat' is not known"):
@@ -244,5 +221,5 @@ def test_by_toml(tmp_path):
 )
 def test_bad_input(wrong, message):
     with pytest.raises(InputError, match=r"'ground'.*coat_") as error:
-        compile_scene(room(ball(replace(LACQUER, **wrong))), RGB)
+        compile_scene(ball_room(replace(LACQUER, **wrong)), RGB)
     assert message in str(error.value)

@@ -1,37 +1,21 @@
-"""Clear coats: the white furnace, closed forms, both methods, buffers, files and bad input."""
+"""Clear coats: closed forms, effects, buffers, files and bad input."""
 
 import numpy as np
 import pytest
-from bsdf_harness import NORMAL, Case, departure, evaluate, furnace, sample
-from test_glossy import RGB, SMALL, ball, room
+from bsdf_harness import NORMAL, Case, departure, evaluate, sample
+from helpers.scenes import ball_room
 from test_metals import born_wolf
-from test_rough_renders import block_means, excess
 
 import photonmap as pm
 from photonmap.compile.effects import EFFECTS, plan_effects
 from photonmap.compile.scene_arrays import compile_scene
 from photonmap.errors import InputError
+from photonmap.spectra.bands import Bands
 
-BASES = {
-    "white paint": Case("Lambertian", albedo=(1.0,) * 3),
-    "white polished plastic": Case("glossy", (1e-3,), (1.0,) * 3, (0.04,) * 3),
-    "white matt plastic": Case("glossy", (0.4,), (1.0,) * 3, (0.08,) * 3),
-    "polished metal": Case("glossy", (1e-3,), (0.0,) * 3, (1.0,) * 3),
-    "brushed metal": Case("glossy", (0.05,), (0.0,) * 3, (1.0,) * 3),
-    "matt metal": Case("glossy", (0.5,), (0.0,) * 3, (1.0,) * 3),
-}
+RGB = Bands.rgb()
+SMALL = {"bands": 3, "size": (12, 12), "threads": 2}
 LACQUER = {"coat": 1.0, "coat_roughness": 0.1}
 METAL = pm.Material("car", 0.0, glossy=(0.9, 0.3, 0.2), roughness=0.5, **LACQUER)
-
-
-@pytest.mark.parametrize("coat", [(1.0, 0.0, 1.5), (0.5, 0.3, 1.5), (1.0, 0.7, 2.0)])
-@pytest.mark.parametrize("base", BASES)
-def test_white_furnace(base, coat):
-    """Whatever is white below reflects all light, whatever coat lies over how much of it."""
-    case = BASES[base]._replace(coat=coat)
-    for cosine in (1.0, 0.6, 0.2, 0.05):
-        mean, error = furnace(case, cosine)
-        assert abs(mean - 1.0) < 0.005 + 4.0 * error
 
 
 def test_a_coat_over_paint_is_plastic():
@@ -70,27 +54,17 @@ def test_the_weight_mixes_bare_and_coated_surfaces():
     np.testing.assert_allclose(half, 0.5 * (none + all_of_it), rtol=1e-5)
 
 
-@pytest.mark.parametrize(
-    "material",
-    [METAL, pm.Material("tile", (0.2, 0.4, 0.7), coat=0.6, coat_roughness=0.4)],
-    ids=lambda material: material.name,
-)
-def test_photons_and_paths_agree(material):
-    scene = room(ball(material))
-    assert excess(block_means(scene, "photon"), block_means(scene, "path")) <= 0.0
-
-
 def test_only_a_scene_that_calls_for_it_has_coats():
-    assert compile_scene(room(ball(pm.Material.metal(roughness=0.5))), RGB).scattering.coats is None
-    compiled = compile_scene(room(ball(METAL)), RGB)
+    assert compile_scene(ball_room(pm.Material.metal(roughness=0.5)), RGB).scattering.coats is None
+    compiled = compile_scene(ball_room(METAL), RGB)
     assert compiled.scattering.coats is not None
     assert plan_effects(compiled, "auto", 3, 3).on("glossy")
 
 
 def test_without_gloss_the_base_is_left():
     effects = [name for name in EFFECTS if name != "glossy"]
-    coated = pm.render(room(ball(pm.Material(**LACQUER))), **SMALL, passes=2, effects=effects)
-    diffuse = pm.render(room(ball(pm.Material())), **SMALL, passes=2)
+    coated = pm.render(ball_room(pm.Material(**LACQUER)), **SMALL, passes=2, effects=effects)
+    diffuse = pm.render(ball_room(pm.Material()), **SMALL, passes=2)
     np.testing.assert_array_equal(coated.radiance, diffuse.radiance)
 
 
@@ -101,7 +75,7 @@ def test_buffers():
     tile = pm.Material("tile", 0.5, coat=0.5, coat_roughness=0.4)
     seen = {}
     for material in (metal, tile):
-        result = pm.render(room(ball(material)), **SMALL, passes=2, buffers=(*names, "object_id"))
+        result = pm.render(ball_room(material), **SMALL, passes=2, buffers=(*names, "object_id"))
         at = result.object_id == 3
         assert at.any()
         seen[material.name] = {name: result[name][at].mean(axis=0) for name in names}
@@ -173,7 +147,7 @@ def test_buffers_look_up_the_weight():
 def test_what_no_coat_lies_over_is_refused(other, found):
     material = pm.Material(**{"name": "cup", "coat": 0.5, "reflectance": 0.4, **other})
     with pytest.raises(InputError, match=rf"material 'cup': coat does not go with {found}: \w+"):
-        compile_scene(room(ball(material)), RGB)
+        compile_scene(ball_room(material), RGB)
 
 
 @pytest.mark.parametrize(
@@ -186,4 +160,4 @@ def test_what_no_coat_lies_over_is_refused(other, found):
 )
 def test_numbers_out_of_range_are_refused(wrong, message):
     with pytest.raises(InputError, match=message):
-        compile_scene(room(ball(pm.Material("cup", **wrong))), RGB)
+        compile_scene(ball_room(pm.Material("cup", **wrong)), RGB)

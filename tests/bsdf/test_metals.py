@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.scenes import quad
-from test_glossy import ball, room
+from helpers.passes import pass_means
+from helpers.scenes import ball_room, quad
 from test_microsurface import METAL, at, evaluate, scatter
-from test_rough_renders import block_means, excess
 
 import photonmap as pm
 from photonmap.compile.scene_arrays import compile_scene
@@ -67,7 +66,7 @@ def test_metals_reflect_by_their_table_at_every_angle(symbol):
     found = metal(symbol)
     assert found.edge is not None
     np.testing.assert_allclose(found.edge.values, born_wolf(n, k, EDGE_COSINE), rtol=1e-12)
-    for column in range(len(n)):
+    for column in range(0, len(n), 4):
         exact = born_wolf(n[column], k[column], COSINES)
         ours = approximate(found.values[column], found.edge.values[column])
         assert np.abs(ours - exact).max() < 0.005
@@ -75,7 +74,7 @@ def test_metals_reflect_by_their_table_at_every_angle(symbol):
 
 
 def test_reflectances_stay_between_0_and_1():
-    f0, edge = (values.ravel() for values in np.mgrid[0:1:11j, 0:1:11j])
+    f0, edge = (values.ravel() for values in np.mgrid[0:1:7j, 0:1:7j])
     found = np.array([approximate(*pair) for pair in zip(f0, edge, strict=True)])
     assert found.min() > -1e-5
     assert found.max() < 1.0 + 1e-5
@@ -162,12 +161,6 @@ def test_other_mirrors_reflect_alike_at_all_angles():
         assert compile_scene(_with(scene, look), RGB).specular.grazing.size == 0
 
 
-def test_photons_and_paths_agree_on_polished_metal():
-    look = pm.Material("plate", 0.0, mirror=pm.reflectance("metal:Ni"))
-    scene = room(ball(look))
-    assert excess(block_means(scene, "photon"), block_means(scene, "path")) <= 0.0
-
-
 def test_light_groups_keep_polished_metal():
     scene = plate("Cr", 0.0, 60)
     settings = {"bands": "rgb", "size": (2, 2), "passes": 1, "threads": 2}
@@ -189,24 +182,29 @@ def test_rough_metals_go_over_into_polished_ones():
 
 
 def test_narrow_metals_go_over_into_mirrors():
-    """In a room; at the least α, 0.001, which all roughness up to 0.0316 has."""
-
-    def pictures(roughness, seeds=8):
-        scene = room(ball(pm.Material.metal(glossy=(0.9, 0.8, 0.5), roughness=roughness)))
-        settings = {"bands": "rgb", "size": (12, 12), "passes": 16, "threads": 2}
-        return [pm.render(scene, **settings, seed=seed) for seed in range(seeds)]
-
-    mirrors, narrow, least = pictures(0.0), pictures(0.03), pictures(0.001, 1)
-    assert mirrors[0].record["effects"]["glossy"]["on"] is False
-    assert narrow[0].record["effects"]["glossy"]["on"] is True
-    np.testing.assert_array_equal(narrow[0].radiance, least[0].radiance)
-    means = [[one.radiance.mean(dtype=float) for one in each] for each in (mirrors, narrow)]
-    apart, value = np.subtract(*means), np.mean(means)
+    """At the least α, 0.001, which all roughness up to 0.0316 has."""
+    mirrors, narrow, least = (
+        ball_room(pm.Material.metal(glossy=(0.9, 0.8, 0.5), roughness=roughness))
+        for roughness in (0.0, 0.03, 0.001)
+    )
+    settings = {"bands": "rgb", "size": (8, 8), "passes": 1, "threads": 2}
+    results = [pm.render(room, **settings) for room in (mirrors, narrow, least)]
+    assert [each.record["effects"]["glossy"]["on"] for each in results] == [False, True, True]
+    np.testing.assert_array_equal(results[1].radiance, results[2].radiance)
+    one, other = (pass_means(room, "photon", 24).sum(axis=1) for room in (mirrors, narrow))
+    apart, value = (one - other).mean(axis=(1, 2, 3)), other.mean()
     error = apart.std(ddof=1) / np.sqrt(len(apart))  # of pairs, which share random numbers
     assert error < 0.002 * value
     assert abs(apart.mean()) < 4.0 * error + 1e-4 * value
-    pixels = [np.mean([one.radiance for one in each], 0, float) for each in (mirrors, narrow)]
-    assert np.abs(np.subtract(*pixels)).mean() < 0.005 * value
+    assert np.abs((one - other).mean(axis=0)).max() < 0.005 * value
+
+
+def test_a_textured_or_painted_metal_stays_glossy():
+    for reflectance in (0.1, pm.Texture.of(np.full((1, 1), 0.4))):
+        painted = pm.Material("paint", reflectance, glossy=0.5, roughness=0.1)
+        assert not painted.is_narrow_metal
+    assert pm.Material.metal(roughness=0.31).is_narrow_metal
+    assert not pm.Material.metal(roughness=0.32).is_narrow_metal
 
 
 def test_only_metals_with_an_edge_have_dips():

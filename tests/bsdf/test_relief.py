@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.scenes import GREY, closed_box, quad
-from test_rough_renders import block_means, excess
+from helpers.scenes import quad
 
 import photonmap as pm
 from photonmap.compile.effects import EFFECTS, plan_effects
@@ -173,29 +172,6 @@ def test_tangents_of_a_ball():
     up = np.cross(flat, around)
     wanted = texels[0] * around + texels[1] * up + texels[2] * flat
     np.testing.assert_allclose(found, wanted, atol=2e-4)
-
-
-def rough_room():
-    """Walls whose normals lean to all sides by up to 40°, in which light goes to and fro."""
-    random = np.random.default_rng(3)
-    angle, azimuth = random.uniform(0.0, 0.7, (8, 8)), random.uniform(0.0, 6.3, (8, 8))
-    normals = np.stack(
-        [np.sin(angle) * np.cos(azimuth), np.sin(angle) * np.sin(azimuth), np.cos(angle)], axis=2
-    )
-    relief = pm.NormalMap(pm.Texture.of((0.5 + 0.5 * normals).astype(np.float32)))
-    box = closed_box(replace(GREY, relief=relief, name="wall")).split_corners()
-    box = replace(box, uv=box.vertices[:, :2] + box.vertices[:, 1:])
-    lamp = quad((-0.4, 0.8, -0.4), (0.4, 0.8, -0.4), (0.4, 0.8, 0.4), (-0.4, 0.8, 0.4),
-                pm.Material("lamp", 0.0, 10.0), "lamp")  # fmt: skip
-    camera = pm.Camera((0.2, 0.3, 0.95), (0.0, -0.2, -1.0), fov=80.0)
-    return pm.Scene([box, lamp], camera=camera)
-
-
-@pytest.mark.slow
-def test_photons_and_paths_agree():
-    """Veach's adjoint factor makes photons see the turned normals as paths do."""
-    scene = rough_room()
-    assert excess(block_means(scene, "photon"), block_means(scene, "path")) <= 0.0
 
 
 def test_the_plan_of_effects():

@@ -1,12 +1,11 @@
-"""Rough diffuse surfaces in pictures: closed forms, both methods, and files."""
-
-from dataclasses import replace
+"""Rough diffuse surfaces in pictures: closed forms, bits, and files."""
 
 import numpy as np
 import pytest
 import trimesh
 from bsdf_harness import Case, directional_albedo
 from helpers.comparisons import assert_within
+from helpers.passes import SIGNIFICANCE, pass_means
 from helpers.scenes import closed_box, quad
 from scipy import stats
 
@@ -16,15 +15,8 @@ from photonmap.compile.scene_arrays import compile_scene
 from photonmap.kernels.bsdf.models import MODELS
 from photonmap.kernels.core.passes import Film
 
-SIGNIFICANCE = 1e-4
-"""Of all comparisons of one test together (Bonferroni): how probably it fails where all is well."""
-SEEDS = 6
-BIAS = 0.01
-"""Of what photons bring, relative: they are averaged over cells."""
 METHODS = ("photon", "path")
 SMALL = {"bands": 1, "size": (12, 12), "threads": 2}
-COST = {"photon": {"passes": 4, "photons": 8000}, "path": {"passes": 64}}
-CHEAP = {"photon": {"passes": 2, "photons": 3000}, "path": {"passes": 16}}
 
 
 def wall(roughness, reflectance=0.6, **attributes):
@@ -39,48 +31,9 @@ def room(roughness, *meshes):
     return pm.Scene([closed_box(wall(roughness)), lamp, *meshes], camera=camera)
 
 
-def glass_block():
-    """A turned cube: light that is reflected inside finds its way out, as in a ball it may not."""
-    box = trimesh.creation.box(extents=(0.6, 0.6, 0.6))
-    box.apply_transform(trimesh.transformations.rotation_matrix(0.6, (0.3, 1.0, 0.2)))
-    vertices = box.vertices + np.array([-0.2, -0.5, -0.2])
-    return pm.Mesh(vertices, box.faces, pm.Material.glass(ior=1.5, tint=0.9), "glass")
-
-
 def block(material):
     box = trimesh.creation.box(extents=(1.0, 1.0, 1.0))
     return pm.Mesh(box.vertices, box.faces, material, "block")
-
-
-def block_means(scene, method, cost=COST, buffers=("direct", "indirect", "radiance")):
-    """Return means of quarters of the image by seed, (seeds, buffers, 2, 2)."""
-    settings = SMALL | cost[method] | {"method": method}
-    results = [pm.render(scene, **settings, seed=seed) for seed in range(SEEDS)]
-    images = np.array([[r.buffers[name][..., 0] for name in buffers] for r in results], float)
-    return images.reshape(SEEDS, len(buffers), 2, 6, 2, 6).mean(axis=(3, 5))
-
-
-def excess(values, others):
-    """Return by how much means over seeds differ by more than noise and bias, at most: 0 or less.
-
-    Welch's t at the significance, shared by all means.
-    """
-    variances = np.stack([values.var(axis=0, ddof=1), others.var(axis=0, ddof=1)]) / SEEDS
-    error = np.sqrt(variances.sum(axis=0))
-    degrees = (SEEDS - 1) * error**4 / np.maximum((variances**2).sum(axis=0), 1e-300)
-    allowed = stats.t.isf(SIGNIFICANCE / 2 / error.size, degrees) * error
-    truth = others.mean(axis=0)
-    return (np.abs(values.mean(axis=0) - truth) - allowed - BIAS * truth).max()
-
-
-@pytest.mark.parametrize("glass", [False, True], ids=["alone", "beside glass"])
-def test_photons_and_paths_agree_between_rough_walls(glass):
-    meshes = [glass_block()] if glass else []
-    scene = room(1.0, *meshes)
-    paths = block_means(scene, "path")
-    assert excess(block_means(scene, "photon"), paths) <= 0.0
-    smooth = replace(scene, meshes=[closed_box(wall(0.0)), *scene.meshes[1:]])
-    assert excess(block_means(smooth, "photon"), paths) > 0.0, "nothing tells rough from smooth"
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -119,9 +72,9 @@ def test_furnace_between_rough_walls(furnace, method):
     case = Case("rough diffuse", (roughness,), (rho,))
     albedos = [directional_albedo(case, cosine)[0] for cosine in np.linspace(0.02, 1.0, 50)]
     assert max(albedos) < rho < min(albedos) + 0.1
-    means = block_means(scene, method, CHEAP, ("radiance",))
-    error = means.std(axis=0, ddof=1) / np.sqrt(SEEDS)
-    reach = stats.t.isf(SIGNIFICANCE / 8, SEEDS - 1) * error
+    means = pass_means(scene, method, 12 if method == "photon" else 96).sum(axis=1)
+    error = means.std(axis=0, ddof=1) / np.sqrt(len(means))
+    reach = stats.t.isf(SIGNIFICANCE / means[0].size, len(means) - 1) * error
     low, high = 1.0 / (1.0 - min(albedos)), 1.0 / (1.0 - max(albedos))
     mean = means.mean(axis=0)
     assert (mean >= low - reach).all()

@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bsdf_harness import Case, departure, evaluate, furnace, hemisphere
+from bsdf_harness import Case, departure, evaluate, hemisphere
 from helpers.scenes import GREY, closed_box, quad
-from test_rough_renders import block_means, excess
 
 import photonmap as pm
 from photonmap.compile.effects import plan_effects
@@ -74,21 +73,6 @@ def test_an_even_texture_is_the_number(alpha):
     scale = 1e-5 if exact else 5e-3
     np.testing.assert_allclose(found, values, rtol=scale, atol=scale * 0.05)
     np.testing.assert_allclose(drawn, density, rtol=2 * scale, atol=scale * 0.05)
-
-
-@pytest.mark.parametrize("cosine", [1.0, 0.6, 0.2, 0.05])
-@pytest.mark.parametrize("roughness", [0.05, 0.11, 0.39, 0.77, 0.98])
-def test_white_furnace_between_the_steps_of_the_table(roughness, cosine):
-    case = Case("glossy", (roughness**2,), (1.0,) * 3, (0.2,) * 3, is_textured=True)
-    mean, error = furnace(case, cosine)
-    assert abs(mean - 1.0) < 0.005 + 4.0 * error
-
-
-@pytest.mark.slow
-def test_halves_of_a_texture_are_two_materials():
-    """By path tracing, and by photons, which go by the texture as well."""
-    textured = block_means(textured_room(), "photon")
-    assert excess(textured, block_means(parted_room(), "path")) <= 0.0
 
 
 def test_buffers_show_the_textures():

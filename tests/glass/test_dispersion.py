@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import trimesh
-from helpers.comparisons import assert_blocks_agree
 
 import photonmap as pm
 from photonmap.compile.effects import EFFECTS
@@ -97,35 +96,6 @@ def test_a_slab_reflects_by_band(method):
 
     wanted = [over(curve, passed) for curve in pm.Bands.box(4).sensitivities]
     np.testing.assert_allclose(result.emission.mean(axis=(0, 1)), wanted, rtol=0.015)
-
-
-@pytest.mark.filterwarnings("ignore:.*successive reflections")
-@pytest.mark.parametrize("roughness", [0.0, 0.5])
-def test_a_ball_in_a_furnace(roughness):
-    """A sky of 1 seen by any paths through it is 1."""
-    mesh = trimesh.creation.icosphere(subdivisions=3)
-    look = pm.Material("strong", 0.0, ior=1.6, abbe=6.0, roughness=roughness)
-    ball = pm.Mesh(mesh.vertices, mesh.faces, look, "ball", normals=mesh.vertices)
-    scene = pm.Scene([ball], [pm.DomeLight(1.0)], pm.Camera((0, 0, 5), (0, 0, 0), fov=15))
-    result = pm.render(scene, bands="box:4", size=(16, 16), passes=128, seed=5)
-    np.testing.assert_allclose(result.radiance.mean(axis=(0, 1)), 1.0, atol=0.02)
-
-
-@pytest.mark.filterwarnings("ignore:.*successive reflections")
-@pytest.mark.parametrize("roughness", [0.0, 0.4])
-def test_photons_agree_with_paths(roughness):
-    """A ball in the Cornell box, with its caustic."""
-    mesh = trimesh.creation.icosphere(subdivisions=3, radius=0.4)
-    mesh.apply_translation([0.0, -0.5, 0.0])
-    look = pm.Material("strong", 0.0, ior=1.6, abbe=6.0, roughness=roughness)
-    walls = [each for each in BOX.meshes if "box" not in each.name]
-    scene = pm.Scene([*walls, pm.Mesh(mesh.vertices, mesh.faces, look, "ball")], [], BOX.camera)
-    settings = {"bands": "box:3", "size": (24, 24), "pixel": "center"}
-    photon = pm.render(scene, passes=48, seed=6, **settings)
-    path = pm.render(scene, passes=600, seed=7, method="path", **settings)
-    one, other = photon.radiance, path.radiance
-    assert_blocks_agree(photon, path)
-    np.testing.assert_allclose(one.mean(axis=(0, 1)), other.mean(axis=(0, 1)), rtol=0.015)
 
 
 def test_auto_equals_all_and_grey_glass_costs_nothing():

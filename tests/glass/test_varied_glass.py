@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
-from helpers.comparisons import assert_within
 from helpers.scenes import GREY, closed_box, quad
 
 import photonmap as pm
@@ -65,49 +64,6 @@ def test_even_textures_are_their_numbers():
     wanted, found = (pm.render(room(*materials), **settings) for materials in (numbers, textures))
     for name, image in wanted.buffers.items():
         np.testing.assert_allclose(found[name], image, rtol=1e-4, atol=1e-5, err_msg=name)
-
-
-def test_what_is_white_vanishes_in_an_even_sky():
-    """Part glass, part white: all light that meets it leaves it again.
-
-    By paths: photons come to it slowly, since light is long within white walls.
-    """
-    materials = (
-        replace(GLASS, transmission=0.4, **WHITE),
-        replace(GLASS, transmission=random(1), roughness=random(2), **WHITE),
-        replace(PANE, transmission=random(3), reflectance=1.0),
-    )
-    camera = pm.Camera((0.0, -0.4, 3.0), (0.0, -0.4, 0.0), fov=11.4)
-    scene = pm.Scene(balls(*materials), [pm.DomeLight(0.7)], camera)
-    settings = SMALL | {"size": (24, 8), "method": "path"}
-    result = pm.render(scene, **settings, passes=384)
-    for third in range(3):
-        columns = slice(8 * third, 8 * third + 8)
-        inside = result.coverage[:, columns] == 1.0
-        value = result.radiance[:, columns][inside]
-        error = result.errors["radiance"][:, columns][inside]
-        assert inside.any()
-        error = np.sqrt((error.astype(float) ** 2).sum()) / error.size
-        assert_within(value.mean(dtype=float), 0.7, error, 4.0)
-        assert error < 0.01 * 0.7
-
-
-def test_photons_and_paths_agree():
-    """In the mean over all pixels, by the spread over seeds."""
-    materials = (
-        replace(GLASS, tint=random(4, 3, 0.5), roughness=random(5)),
-        replace(GLASS, transmission=random(6), reflectance=COLOR, glossy=0.04, roughness=0.4),
-        replace(PANE, tint=random(7, 3), transmission=0.6, reflectance=0.5),
-    )
-    means = {}
-    for method, count in {"photon": 16, "path": 128}.items():
-        settings = SMALL | {"passes": count, "method": method}
-        results = (pm.render(room(*materials), **settings, seed=seed) for seed in range(SEEDS))
-        means[method] = np.array([result.radiance.mean(dtype=float) for result in results])
-    photon, path = means["photon"], means["path"]
-    error = np.sqrt((photon.var(ddof=1) + path.var(ddof=1)) / SEEDS)
-    assert error < 0.015 * path.mean()
-    assert_within(photon.mean(), path.mean(), error, 4.0)
 
 
 def test_the_sun_through_a_stained_window():

@@ -1,10 +1,86 @@
-"""Passes over a scene, without a render around them."""
+"""Passes over a scene, without a render around them, and whether both methods bring one light."""
 
+import numpy as np
+from scipy import stats
+
+from photonmap.compile.scene_arrays import compile_scene
+from photonmap.film.blocks import block_means
 from photonmap.integrators.base import PassSetup
-from photonmap.kernels.core.passes import Film
+from photonmap.integrators.choice import make_integrator
+from photonmap.kernels.core.passes import (
+    FIRST_CAUSTIC,
+    VIA_CAUSTIC,
+    VIA_DIRECT,
+    VIA_INDIRECT,
+    Film,
+)
+from photonmap.runtime.workers import Workers
+from photonmap.spectra.bands import Bands
+
+SIGNIFICANCE = 1e-4
+"""Of all comparisons of one test together (Bonferroni): how probably it fails where all is well."""
+BIAS = 0.01
+"""Of what photons bring to a part of the image, relative: they are averaged over cells."""
+SIDE = 12
+"""Pixels across an image."""
 
 
 def setup_of(compiled, workers, film=None, photons=4096, seed=1):
     """What passes over a compiled scene are made of; a film of one pixel by default."""
     bands = compiled.materials.reflectance.shape[1]
     return PassSetup(compiled, film or Film(1, 1, True), bands, photons, seed, workers)
+
+
+def pass_means(scene, method, count, bands="rgb", photons=3000, seed=1):
+    """Emission, direct and indirect light of quarters of the image in each pass, (n, 3, 2, 2, N).
+
+    Passes are independent, so that their spread gives the error of a mean. Errors of pixels do not:
+    pixels share photons and point sets, and errors of their mean are up to 2.4 times as large.
+    """
+    compiled = compile_scene(scene, Bands.parse(bands))
+    found = []
+    with Workers(2) as workers:
+        setup = setup_of(compiled, workers, Film(SIDE, SIDE, True), photons, seed)
+        integrator = make_integrator(method, setup)
+        for index in range(count):
+            pixels, via, _ = integrator.estimate(index)
+            parts = np.array([pixels.emission, pixels.direct, pixels.indirect], float)
+            if via is not None:
+                parts[1] += via[VIA_DIRECT]
+                parts[2] += via[[FIRST_CAUSTIC, VIA_INDIRECT, VIA_CAUSTIC]].sum(axis=0)
+            images = parts.reshape(3, SIDE, SIDE, setup.bands).transpose(1, 2, 0, 3)
+            found.append(compiled.power * block_means(images, SIDE // 2).transpose(2, 0, 1, 3))
+    return np.array(found)
+
+
+def _error(values):
+    return values.std(axis=0, ddof=1) / np.sqrt(len(values))
+
+
+def excess(values, others, bias=BIAS):
+    """Return by how much means over passes differ by more than noise and bias, at most: 0 or less.
+
+    Welch's t at the significance, shared by direct light and all light of all parts and bands.
+    """
+    one, other = (np.stack([each[:, 1], each.sum(axis=1)], axis=1) for each in (values, others))
+    squares = np.stack([_error(one) ** 2, _error(other) ** 2])
+    error = np.sqrt(squares.sum(axis=0))
+    freedom = np.array([len(one), len(other)]).reshape(2, *[1] * error.ndim) - 1
+    degrees = error**4 / np.maximum((squares**2 / freedom).sum(axis=0), 1e-300)
+    allowed = stats.t.isf(SIGNIFICANCE / 2 / error.size, degrees) * error
+    truth = other.mean(axis=0)
+    return (np.abs(one.mean(axis=0) - truth) - allowed - bias * truth).max()
+
+
+def assert_methods_agree(scene, photon=20, path=200, **settings):
+    """Assert that photons and paths bring the same light: to the whole image, and to its parts.
+
+    The error of the whole is below 1%.
+    """
+    one = pass_means(scene, "photon", photon, **settings)
+    other = pass_means(scene, "path", path, **settings)
+    whole = [each.mean(axis=(2, 3, 4)) for each in (one, other)]
+    light = [each.sum(axis=1) for each in whole]
+    assert np.hypot(*map(_error, light)) < 0.01 * light[1].mean()
+    assert excess(*whole, bias=0.0) <= 0.0
+    assert excess(one, other) <= 0.0

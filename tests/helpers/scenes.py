@@ -20,6 +20,26 @@ def closed_box(material, low=-1.0, high=1.0, name="walls"):
     return pm.Mesh(box.vertices, box.faces[:, ::-1], material, name)
 
 
+def ball(material, center=(0.0, -0.4, -0.3), radius=0.5, subdivisions=2, name="ball"):
+    """A ball with texture coordinates, and no normals of its own."""
+    sphere = trimesh.creation.icosphere(subdivisions, radius)
+    uv = 0.5 + 0.5 / radius * sphere.vertices[:, :2]
+    return pm.Mesh(sphere.vertices + center, sphere.faces, material, name, uv=uv)
+
+
+def ball_room(*materials, lights=(), walls=GREY):
+    """A closed box with a lamp, and up to four balls, each in a quarter of the image."""
+    glow, x = pm.Material("lamp", 0.0, 5.0), 0.8
+    lamp = quad((-x, 0.9, -x), (x, 0.9, -x), (x, 0.9, x), (-x, 0.9, x), glow, "lamp")
+    places = [(0.37 * x, 0.37 * y, -0.2) for y in (1, -1) for x in (-1, 1)]
+    balls = [
+        ball(material, place, 0.35, name=f"ball {number}")
+        for number, (material, place) in enumerate(zip(materials, places, strict=False))
+    ]
+    camera = pm.Camera((0.0, 0.0, 0.95), (0.0, 0.0, -1.0), fov=65.0)
+    return pm.Scene([closed_box(walls), lamp, *balls], list(lights), camera)
+
+
 def closed_tetrahedron(material, name="walls"):
     """A room around the unit cube, of so few triangles that it needs no light tree if it emits."""
     corners = 3.0 * np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)])
