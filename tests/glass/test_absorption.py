@@ -34,7 +34,8 @@ def test_a_slab_before_a_lamp(thickness, method):
     """T² a / (1 - R² a²), by the geometric series of reflections, with a = c^(thickness / d)."""
     camera = pm.Camera((0, 0, 5), (0, 0, 0), fov=0.5)
     scene = pm.Scene([slab(thickness, jelly()), lamp(-1.0)], [], camera)
-    result = pm.render(scene, bands="rgb", size=(8, 8), passes=256, seed=2, method=method)
+    settings = {"bands": "rgb", "size": (16, 16), "photons": 100, "seed": 2}
+    result = pm.render(scene, **settings, passes=64, method=method)
     inside = np.array(COLOR) ** (thickness / 0.5)
     wanted = 0.96**2 * inside / (1.0 - 0.04**2 * inside**2)
     np.testing.assert_allclose(result.emission.mean(axis=(0, 1)), wanted, rtol=0.01)
@@ -67,7 +68,7 @@ def test_a_wall_inside():
     around = trimesh.creation.box((2, 2, 1.2))
     meshes = [body(wall, pm.Material("wall", 0.5), "wall"), body(around, jelly(1.0))]
     scene = pm.Scene(meshes, [sun], camera)
-    settings = {"bands": "rgb", "size": (8, 8), "passes": 128, "seed": 3}
+    settings = {"bands": "rgb", "size": (16, 16), "passes": 16, "seed": 3}
     result = pm.render(scene, **settings)
     inside = np.array(COLOR) ** (2.0 * 0.5 / 0.5)
     found = result.radiance.mean(axis=(0, 1)) * np.pi
@@ -85,7 +86,7 @@ def test_bodies_in_bodies(order):
     ]
     camera = pm.Camera((0, 0, 5), (0, 0, 0), fov=5)
     scene = pm.Scene([meshes[i] for i in order], [pm.DirectionalLight((0, 0, -1), 1.0)], camera)
-    result = pm.render(scene, bands="rgb", size=(8, 8), passes=128, seed=3)
+    result = pm.render(scene, bands="rgb", size=(16, 16), passes=16, seed=3)
     inside = np.array(COLOR) ** 2.0 * np.array((0.3, 0.9, 0.7)) ** 2.0
     found = result.radiance.mean(axis=(0, 1)) * np.pi
     np.testing.assert_allclose(found, 0.5 * inside, rtol=0.03)

@@ -44,13 +44,12 @@ def test_a_pane_reflects_a_geometric_series(degrees):
     assert pane_reflectance(1.5, -cosine) == pane_reflectance(1.5, cosine)
 
 
-@pytest.mark.parametrize("degrees", [20.0, 70.0])
-def test_the_sun_through_a_window(degrees):
+def test_the_sun_through_a_window():
     """What all bands have in common is direct light with a sharp shadow, the rest a caustic."""
-    angle = math.radians(degrees)
+    angle = math.radians(70.0)
     sun = pm.DirectionalLight((-math.sin(angle), -math.cos(angle), 0.0), 2.0)
     scene = over_floor(pm.Material.pane("window", 1.5, COLOR), sun)
-    result = pm.render(scene, bands="rgb", size=(32, 32), passes=256, seed=4)
+    result = pm.render(scene, bands="rgb", size=(32, 32), passes=256, photons=1000, seed=4)
     passed = 2.0 * math.cos(angle) * (1.0 - pane_reflectance(1.5, math.cos(angle)))
     direct, caustics = (result[name].mean(axis=(0, 1)) * math.pi for name in ("direct", "caustics"))
     np.testing.assert_allclose(
@@ -59,14 +58,15 @@ def test_the_sun_through_a_window(degrees):
     np.testing.assert_allclose(direct + caustics, 0.5 * passed * np.array(COLOR), rtol=0.015)
 
 
-@pytest.mark.parametrize("tint", [1.0, 0.6, COLOR])
+@pytest.mark.parametrize("tint", [1.0, COLOR])
 @pytest.mark.parametrize("method", ["photon", "path"])
 def test_a_window_before_the_sky(method, tint):
     """A camera sees the sky through it, dimmed, and the sky of its own side in it."""
     camera = pm.Camera((0, 3.0, 0), (0, 0, 0), up=(0, 0, 1), fov=1)
     window = square(0.0, 5.0, pm.Material.pane("window", 1.5, tint), "window", 0.9)
     scene = pm.Scene([window], [pm.DomeLight(1.0)], camera)
-    result = pm.render(scene, bands="rgb", size=(32, 32), passes=256, method=method, seed=5)
+    settings = {"bands": "rgb", "size": (32, 32), "photons": 100, "seed": 5}
+    result = pm.render(scene, **settings, passes=64, method=method)
     reflected = pane_reflectance(1.5, math.cos(0.9))
     wanted = reflected + (1.0 - reflected) * np.ones(3) * tint
     np.testing.assert_allclose(

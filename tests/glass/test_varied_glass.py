@@ -187,11 +187,10 @@ def test_metal_beside_glass_keeps_its_edge(tmp_path, metal):
     np.testing.assert_allclose(kept, wanted, atol=1e-4)
 
 
-@pytest.mark.parametrize("ior", [1.5, 1.7])
-def test_white_glass_in_part_vanishes_in_even_light(ior):
+def test_white_glass_in_part_vanishes_in_even_light():
     """Photons linger in it and lose nothing: none grows, or a few would bring all of the light."""
     sphere = trimesh.creation.icosphere(subdivisions=3, radius=0.6)
-    white = pm.Material("white", 1.0, ior=ior, transmission=0.5)
+    white = pm.Material("white", 1.0, ior=1.7, transmission=0.5)
     ball = pm.Mesh(sphere.vertices, sphere.faces, white, "ball")
     camera = pm.Camera((0.3, 0.5, 2.5), (0.0, 0.0, 0.0), fov=24.0)
     scene = pm.Scene([ball], [pm.DomeLight(1.0)], camera)
