@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from helpers.estimates import empty_pixels
+from helpers.scenes import balls_in_box
 from scipy import stats
 
 import photonmap as pm
@@ -12,7 +13,8 @@ from photonmap.film.pooling import pool_errors
 from photonmap.kernels.core.passes import FIRST_CAUSTIC, VIA_CAUSTIC, VIA_INDIRECT, Film
 
 WIDTH, HEIGHT, BANDS, COUNT = 20, 13, 2, 5
-PASSES, SEEDS = 16, 48
+PASSES, SEEDS = 16, 32
+pytestmark = pytest.mark.filterwarnings("ignore:.*successive reflections")
 
 
 def brute_force(image, reduce):
@@ -69,8 +71,7 @@ def test_runs_are_pooled():
 
 def rendered(seed):
     """A box with a mirror and a glass ball."""
-    scene = pm.scenes.cornell_balls()
-    return pm.render(scene, bands="rgb", size=(48, 48), passes=PASSES, seed=seed)
+    return pm.render(balls_in_box(), bands="rgb", size=(48, 48), passes=PASSES, seed=seed)
 
 
 @pytest.fixture(scope="module")

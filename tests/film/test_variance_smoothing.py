@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.scenes import balls_in_box
 from scipy import stats
 
 import photonmap as pm
@@ -66,7 +67,7 @@ def test_centres_have_no_edges(cornell):
 @pytest.mark.parametrize("size", PASS_SAMPLES)
 def test_edges_that_few_samples_see(size):
     """Of a pixel at whose border a surface ends; with 16 samples, most passes miss that."""
-    scene = pm.scenes.cornell_balls()
+    scene = balls_in_box()
     settings = {"bands": "rgb", "size": (40, 40), "effects": "direct", "adaptive": False}
     settings["pass_samples"] = size
     runs = [pm.render(scene, **settings, passes=PASSES, seed=200 + seed) for seed in range(SEEDS)]
@@ -134,7 +135,7 @@ def test_a_ratio_of_few_samples_may_be_what_neighbours_show():
 def runs(request):
     """Many seeds of one scene: buffer to (values, errors), each (S, H, W, N)."""
     name, size = request.param
-    scene = {"cornell": pm.scenes.cornell_box, "balls": pm.scenes.cornell_balls}[name]()
+    scene = {"cornell": pm.scenes.cornell_box, "balls": balls_in_box}[name]()
     settings = {"bands": "rgb", "size": (SIZE, SIZE), "pass_samples": size}
     runs = [pm.render(scene, **settings, passes=PASSES, seed=seed) for seed in range(SEEDS)]
     names = set(runs[0].buffers) & set(CALIBRATED)

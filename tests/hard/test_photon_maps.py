@@ -6,7 +6,7 @@ import pytest
 import trimesh
 from cases import assert_same, means, rendered
 from helpers.marks import slow
-from helpers.scenes import GREY, balls_in_box, closed_box, quad
+from helpers.scenes import GREY, balls_in_box, quad
 
 import photonmap as pm
 from photonmap.integrators.photon_mapping import cache_tracer, caustics
@@ -97,19 +97,9 @@ def test_disks_of_caustics_far_too_small_or_too_large(radius, monkeypatch):
 def test_cells_far_too_large_or_too_small(share, monkeypatch, truth):
     """Large ones never answer; small ones answer with noise that their errors tell of."""
     monkeypatch.setattr(cache_tracer, "STORES_PER_CELL", max(1.0 / share, 1e-3))
-    monkeypatch.setattr(cache_tracer, "MOST_CELLS_PER_PHOTON", 500.0)
+    monkeypatch.setattr(cache_tracer, "MOST_CELLS_PER_PHOTON", 50.0)
     values = means(BOX, "indirect", passes=16)
     assert_same(values, truth, slack=0.02)
-
-
-def test_a_view_in_which_no_photon_lands():
-    """A closed room beside the one with the lamp: black, and two warnings that say why."""
-    other = closed_box(GREY, 2.0, 3.0, "other")
-    camera = pm.Camera((2.5, 2.5, 2.9), (2.5, 2.4, 2.0), fov=80)
-    with pytest.warns(pm.SceneWarning, match="sends nothing into the view"):
-        result = rendered(replace(BOX, meshes=[*BOX.meshes, other], camera=camera))
-    assert not result.radiance.any()
-    assert result.unresolved.all()
 
 
 def test_a_view_that_photons_hardly_reach():

@@ -47,7 +47,7 @@ def test_glb(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("whole", [False, True], ids=["vertices", "normals and uv"])
 def test_obj(tmp_path, whole):
-    vertices, normals, uv, faces = grid(600)
+    vertices, normals, uv, faces = grid(300)
     path = tmp_path / "a.obj"
     with path.open("w") as file:
         np.savetxt(file, vertices, "v %.6f %.6f %.6f")

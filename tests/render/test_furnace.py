@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import trimesh
 from helpers.comparisons import assert_within
-from helpers.scenes import closed_box
 
 import photonmap as pm
 
@@ -85,13 +84,3 @@ def test_open_sky_lights_a_convex_body_evenly():
     assert_within(result.radiance, 0.8, result.standard_error("radiance"))
     assert (result.indirect == 0.0).all()
     assert (result.shading > 0.0).all()
-
-
-def test_a_black_closed_box_in_a_lit_room_stays_black(cornell):
-    black = closed_box(pm.Material("black", 0.0), 0.3, 0.6, "inner")
-    camera = pm.Camera((0.45, 0.45, 0.59), (0.45, 0.45, 0.0), fov=90.0)
-    scene = pm.Scene([*cornell.meshes, black], camera=camera)
-    with pytest.warns(pm.SceneWarning, match="'light' sends nothing into the view"):
-        result = pm.render(scene, bands="rgb", size=(16, 16), passes=4)
-    assert (result.radiance == 0.0).all()
-    assert (result.shading == 0.0).all()
