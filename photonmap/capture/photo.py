@@ -124,10 +124,8 @@ def save_photo(photo: Photo, folder: str | PathLike[str]) -> list[Path]:
 
     Raises
     ------
-    InputError
-        if the folder cannot be written to
-    OSError
-        if writing fails
+    InputError : the folder cannot be written to
+    OSError : writing fails
     """
     place = check_output_folder(folder, "the photo")
     place.mkdir(parents=True, exist_ok=True)
@@ -213,8 +211,7 @@ def load_photo(folder: str | PathLike[str]) -> Photo:
 
     Raises
     ------
-    InputError
-        if the folder holds no photo, or it is damaged
+    InputError : the folder holds no photo, or it is damaged
     """
     place = Path(folder)
     if not (place / RECORD).is_file():

@@ -27,8 +27,7 @@ def run(options: argparse.Namespace) -> None:
 
     Raises
     ------
-    InputError
-        if the scene cannot be read or written, or files that are read would be replaced
+    InputError : the scene cannot be read or written, or files that are read would be replaced
     """
     from photonmap.io.readers.scene_file import scene_files
     from photonmap.io.writers.scene_file import save_scene

@@ -214,8 +214,7 @@ def run(options: argparse.Namespace) -> int:
 
     Raises
     ------
-    InputError
-        if an option is not permitted, or the folder cannot hold the data set
+    InputError : an option is not permitted, or the folder cannot hold the data set
     """
     word, *rest = options.words
     action, count = _ACTIONS.get(word, (_make, 0))
@@ -264,8 +263,7 @@ def _settle(folder: Path, options: argparse.Namespace) -> None:
 
     Raises
     ------
-    InputError
-        if the manifest of that data set is damaged
+    InputError : the manifest of that data set is damaged
     """
     from photonmap.dataset.files.manifest import HEAD, read_options
 

@@ -116,8 +116,8 @@ def run(options: argparse.Namespace) -> int:
 
     Raises
     ------
-    InputError
-        if an option is not permitted, the data set is not finished, or nothing could be scored
+    InputError : an option is not permitted, the data set is not finished, or nothing could be
+        scored
     """
     from photonmap.evaluate.bench.run import evaluate_dataset
     from photonmap.evaluate.experiments.paper_table import paper_tables
@@ -159,8 +159,8 @@ def _choose_images(options: argparse.Namespace) -> None:
 
     Raises
     ------
-    InputError
-        if neither or both are given, MIT's are not there, or experiments are asked for with them
+    InputError : neither or both are given, MIT's are not there, or experiments are asked for with
+        them
     """
     from photonmap.evaluate.bench.mit import MitSet
 
@@ -180,8 +180,7 @@ def _check_experiments(options: argparse.Namespace) -> None:
 
     Raises
     ------
-    InputError
-        if images are not in RGB and all light, or the metric they go by is left out
+    InputError : images are not in RGB and all light, or the metric they go by is left out
     """
     from photonmap.evaluate.bench.images import LIGHTS, SPACES
     from photonmap.evaluate.experiments.paper_table import METRIC
@@ -201,8 +200,7 @@ def _costed(options: argparse.Namespace, methods: Sequence[str | Method]) -> Seq
 
     Raises
     ------
-    InputError
-        if one is not scored, or there are no experiments
+    InputError : one is not scored, or there are no experiments
     """
     wanted = options.costs_of
     if wanted is None:
@@ -251,8 +249,7 @@ def _methods(options: argparse.Namespace) -> list[str | Method]:
 
     Raises
     ------
-    InputError
-        if there is no such folder
+    InputError : there is no such folder
     """
     from photonmap.dataset.files.manifest import read_head
     from photonmap.evaluate.bench.mit import MitSet

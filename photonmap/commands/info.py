@@ -41,8 +41,7 @@ def run(options: argparse.Namespace) -> None:
 
     Raises
     ------
-    InputError
-        if the scene cannot be read or rendered, or the thumbnail not be written
+    InputError : the scene cannot be read or rendered, or the thumbnail not be written
     """
     from photonmap.inspection.describe import inspect_file
     from photonmap.inspection.text import as_text

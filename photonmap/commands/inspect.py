@@ -38,8 +38,7 @@ def run(options: argparse.Namespace) -> None:
 
     Raises
     ------
-    InputError
-        if a file is not a render, the two cannot be compared, or the page cannot be written
+    InputError : a file is not a render, the two cannot be compared, or the page cannot be written
     """
     from photonmap.errors import InputError
     from photonmap.runtime.file_checks import check_writable

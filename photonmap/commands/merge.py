@@ -25,8 +25,7 @@ def run(options: argparse.Namespace) -> None:
 
     Raises
     ------
-    InputError
-        if a file is not such a render, they cannot be merged, or the output cannot be written
+    InputError : a file is not such a render, they cannot be merged, or the output cannot be written
     """
     from photonmap.results.files import check_output
     from photonmap.results.merge import merge

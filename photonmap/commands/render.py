@@ -57,10 +57,9 @@ def run(options: argparse.Namespace) -> int | None:
 
     Raises
     ------
-    InputError
-        if an option is not permitted, the scene cannot be rendered, or the output not be written
-    KeyboardInterrupt
-        at Ctrl-C before the first pass was complete
+    InputError : an option is not permitted, the scene cannot be rendered, or the output not be
+        written
+    KeyboardInterrupt : at Ctrl-C before the first pass was complete
     """
     from photonmap.results.files import check_output
 

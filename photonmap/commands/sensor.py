@@ -55,8 +55,8 @@ def run(options: argparse.Namespace) -> None:
 
     Raises
     ------
-    InputError
-        if an image cannot be read, an option is not permitted, or a folder cannot be written to
+    InputError : an image cannot be read, an option is not permitted, or a folder cannot be written
+        to
     """
     from photonmap.capture.expose import expose, find_response
     from photonmap.capture.photo import save_photo

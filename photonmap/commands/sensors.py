@@ -88,8 +88,7 @@ def run(options: argparse.Namespace) -> None:
 
     Raises
     ------
-    InputError
-        if an option is not permitted, a curve does not cover the bands, or a file cannot be
+    InputError : an option is not permitted, a curve does not cover the bands, or a file cannot be
         written
     """
     from photonmap.report.files import check_file

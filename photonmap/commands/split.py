@@ -35,10 +35,8 @@ def run(options: argparse.Namespace) -> None:
 
     Raises
     ------
-    InputError
-        if an option is not permitted, the output cannot be written, or a part failed
-    KeyboardInterrupt
-        at Ctrl-C; the parts that are complete are kept
+    InputError : an option is not permitted, the output cannot be written, or a part failed
+    KeyboardInterrupt : at Ctrl-C; the parts that are complete are kept
     """
     from photonmap.dataset.jobs.parts import find_missing, merge_parts, plan_parts, render_parts
     from photonmap.dataset.jobs.schedule import check_scheduler

@@ -79,10 +79,9 @@ def run(options: argparse.Namespace) -> int | None:
 
     Raises
     ------
-    InputError
-        if an option is not permitted, the scene cannot be rendered, or the folder not be written to
-    KeyboardInterrupt
-        at Ctrl-C before there was a reference to measure errors by
+    InputError : an option is not permitted, the scene cannot be rendered, or the folder not be
+        written to
+    KeyboardInterrupt : at Ctrl-C before there was a reference to measure errors by
     """
     _check_packages()
     from photonmap.runtime.file_checks import check_output_folder

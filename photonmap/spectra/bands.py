@@ -10,18 +10,19 @@ from os import PathLike
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.runtime.wording import listed, shown
 from photonmap.spectra.curves import (
     VISIBLE,
     Color,
+    Floats,
     Spectrum,
     check_emission,
     check_reflectance,
     integrate_products,
     needed_range,
+    read_only,
 )
 from photonmap.spectra.observer import observer, radiance_to_rgb, reflectance_to_rgb
 from photonmap.spectra.sensitivities import (
@@ -35,8 +36,6 @@ from photonmap.spectra.sensitivities import (
     stepped,
     table_of,
 )
-
-Floats = NDArray[np.float64]
 
 _WANTED = (
     f"bands must be 'rgb', a number from 1 to {MOST}, 'best:N', 'box:N', '400:700:10', a FILE.csv "
@@ -90,8 +89,7 @@ class Bands:
 
         Raises
         ------
-        InputError
-            if the number, the range or σ is out of bounds
+        InputError : the number, the range or σ is out of bounds
         """
         curves, sigma = gaussians(n, low, high, sigma)
         return cls._of("gaussian", curves, None, (float(low), float(high)), sigma)
@@ -102,8 +100,7 @@ class Bands:
 
         Raises
         ------
-        InputError
-            as for `gaussian`
+        InputError : as for `gaussian`
         """
         curves = boxes(n, low, high)
         return cls._of("box", curves, None, (float(low), float(high)))
@@ -127,9 +124,8 @@ class Bands:
 
         Raises
         ------
-        InputError
-            if a curve is negative, sees nothing within the range, or does not cover it (400 to
-            700 nm without one)
+        InputError : a curve is negative, sees nothing within the range, or does not cover it (400
+            to 700 nm without one)
         """
         if not 1 <= len(curves) <= MOST:
             raise InputError(f"there must be 1 to {MOST} sensors; got {len(curves)}")
@@ -151,8 +147,7 @@ class Bands:
 
         Raises
         ------
-        InputError
-            if a band leaves 380 to 780 nm, or steps do not lead from the first to the last
+        InputError : a band leaves 380 to 780 nm, or steps do not lead from the first to the last
         """
         curves, low, high = stepped(first, last, step)
         names = [f"{curve.wavelengths[len(curve.wavelengths) // 2]:g}nm" for curve in curves]
@@ -230,8 +225,7 @@ class Bands:
 
         Raises
         ------
-        InputError
-            if it is not such a description
+        InputError : it is not such a description
         """
         try:
             kind, names = description["kind"], description["names"]
@@ -285,15 +279,14 @@ class Bands:
         if self.limits is None:
             return None
         ends = np.array(self.limits)
-        return _read_only(self.average(Spectrum(ends, ends)))  # of f(λ) = λ
+        return read_only(self.average(Spectrum(ends, ends)))  # of f(λ) = λ
 
     def average(self, spectrum: Spectrum) -> Floats:
         """Return ∫ f ρ dλ for each sensitivity ρ, exactly: (N,) float64, in the unit of f.
 
         Raises
         ------
-        InputError
-            for RGB, which has no sensitivities
+        InputError : for RGB, which has no sensitivities
         """
         return self.average_all(spectrum.wavelengths, spectrum.values[None])[0]
 
@@ -319,9 +312,8 @@ class Bands:
 
         Raises
         ------
-        InputError
-            if it is not a colour, or a curve outside [0, 1], or one that does not cover 400 to
-            700 nm and what the bands see but for a thousandth at either end
+        InputError : it is not a colour, or a curve outside [0, 1], or one that does not cover 400
+            to 700 nm and what the bands see but for a thousandth at either end
         """
         if not isinstance(color, Spectrum):
             return self._mix(color, self.reflectance_basis)
@@ -339,9 +331,8 @@ class Bands:
 
         Raises
         ------
-        InputError
-            if it is not a colour, or a curve below 0, or one that does not cover 400 to 700 nm and
-            what the bands see but for a thousandth at either end
+        InputError : it is not a colour, or a curve below 0, or one that does not cover 400 to 700
+            nm and what the bands see but for a thousandth at either end
         """
         if not isinstance(color, Spectrum):
             return self._mix(color, self.emission_basis)
@@ -355,9 +346,9 @@ class Bands:
     def reflectance_basis(self) -> Floats:
         """(3, N) float64: linear sRGB @ this = band reflectances, for any (..., 3) array."""
         if self.is_rgb:
-            return _read_only(np.eye(3))
+            return read_only(np.eye(3))
         eye = observer()
-        return _read_only(self.average_all(eye.wavelengths, eye.basis))
+        return read_only(self.average_all(eye.wavelengths, eye.basis))
 
     @cached_property
     def emission_basis(self) -> Floats:
@@ -368,9 +359,9 @@ class Bands:
         average of `upsample_emission`, the product of the curves, differs where bands are wide.
         """
         if self.is_rgb:
-            return _read_only(np.eye(3))
+            return read_only(np.eye(3))
         eye = observer()
-        return _read_only(self.reflectance_basis * self.average_all(eye.wavelengths, eye.d65[None]))
+        return read_only(self.reflectance_basis * self.average_all(eye.wavelengths, eye.d65[None]))
 
     @cached_property
     def _needed(self) -> Limits:
@@ -400,9 +391,3 @@ def _whole(number: str, text: object) -> int:
         return int(number)
     except ValueError:
         raise InputError(_WANTED.format(shown(text))) from None
-
-
-def _read_only(array: Floats) -> Floats:
-    """Return the array, now locked."""
-    array.setflags(write=False)
-    return array

@@ -73,8 +73,7 @@ def reflectance(text: str, folder: str | os.PathLike[str] = ".") -> Color:
 
     Raises
     ------
-    InputError
-        if it names none, or one that leaves [0, 1] or covers less than 400 to 700 nm
+    InputError : it names none, or one that leaves [0, 1] or covers less than 400 to 700 nm
     """
     color = _read(text, Path(folder), _reflectance_source)
     if isinstance(color, Spectrum):
@@ -94,8 +93,7 @@ def emission(text: str, folder: str | os.PathLike[str] = ".") -> Color:
 
     Raises
     ------
-    InputError
-        if it names none, or one that is negative or covers less than 400 to 700 nm
+    InputError : it names none, or one that is negative or covers less than 400 to 700 nm
     """
     color = _read(text, Path(folder), _emission_source)
     values = color.values if isinstance(color, Spectrum) else _numbers_of(color)
@@ -249,8 +247,7 @@ def measured_illuminants() -> SpectrumSet:
 
     Raises
     ------
-    InputError
-        if no file is named, or it cannot be read
+    InputError : no file is named, or it cannot be read
     """
     path = os.environ.get(ILLUMINANTS)
     if not path:

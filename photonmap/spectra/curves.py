@@ -44,8 +44,7 @@ class Spectrum:
 
     Raises
     ------
-    InputError
-        if the arrays are not of this kind, or the wavelengths seem to be in another unit
+    InputError : the arrays are not of this kind, or the wavelengths seem to be in another unit
     """
 
     wavelengths: Floats
@@ -128,8 +127,7 @@ class SpectrumSet:
 
     Raises
     ------
-    InputError
-        if the arrays do not fit together, or a curve is not a spectrum
+    InputError : the arrays do not fit together, or a curve is not a spectrum
     """
 
     wavelengths: Floats
@@ -170,8 +168,7 @@ class SpectrumSet:
 
         Raises
         ------
-        InputError
-            if there is none of this name; the error suggests the nearest
+        InputError : there is none of this name; the error suggests the nearest
         """
         if isinstance(key, str):
             if key not in self.names:
@@ -184,8 +181,7 @@ class SpectrumSet:
 
         Raises
         ------
-        InputError
-            if the curves do not cover them
+        InputError : the curves do not cover them
         """
         check_covers(self.wavelengths, wavelengths[0], wavelengths[-1])
         return resample(wavelengths, self.wavelengths, self.values)
@@ -284,6 +280,12 @@ def _check_samples(wavelengths: Floats, values: Floats) -> None:
 def resample(at: Floats, wavelengths: Floats, curves: Floats) -> Floats:
     """Return piecewise-linear `curves` (C, K) over `wavelengths` (K,) at `at` (M,): (C, M)."""
     return np.array([np.interp(at, wavelengths, curve) for curve in curves])
+
+
+def read_only(array: Floats) -> Floats:
+    """Return the array, now locked against changes."""
+    array.setflags(write=False)
+    return array
 
 
 def merge_grids(a: Floats, b: Floats) -> Floats:

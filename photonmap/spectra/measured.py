@@ -45,8 +45,7 @@ def read_munsell(path: str | PathLike[str]) -> SpectrumSet:
 
     Raises
     ------
-    InputError
-        if there is no such file, its arrays do not match, or a reflectance is outside [0, 1]
+    InputError : there is no such file, its arrays do not match, or a reflectance is outside [0, 1]
     """
     path = Path(path)
     if path.is_dir():
@@ -81,8 +80,8 @@ def read_illuminants(path: str | PathLike[str]) -> SpectrumSet:
 
     Raises
     ------
-    InputError
-        if there is no such file, its numbers do not match, or a value is negative or not finite
+    InputError : there is no such file, its numbers do not match, or a value is negative or not
+        finite
     """
     path = Path(path)
     if path.is_dir():

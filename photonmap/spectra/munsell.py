@@ -37,8 +37,7 @@ def munsell(notation: str, path: str | None = None) -> Spectrum:
 
     Raises
     ------
-    InputError
-        if it is not a notation, or the renotation data do not cover it
+    InputError : it is not a notation, or the renotation data do not cover it
     """
     name, measured = canonical(notation), measured_set(path)
     if measured is not None:
@@ -103,8 +102,7 @@ def recover(name: str) -> Spectrum:
 
     Raises
     ------
-    InputError
-        if the renotation data do not cover it
+    InputError : the renotation data do not cover it
     """
     if name.startswith("N"):
         return _grey(name)

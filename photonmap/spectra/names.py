@@ -40,8 +40,7 @@ def light(name: str) -> Spectrum:
 
     Raises
     ------
-    InputError
-        if there is none of this name; the error suggests the nearest
+    InputError : there is none of this name; the error suggests the nearest
     """
     return normalise_luminance(_spectrum(_find("light", name, _lights())))
 
@@ -55,8 +54,7 @@ def patch(name: str) -> Spectrum:
 
     Raises
     ------
-    InputError
-        if there is none of this name; the error suggests the nearest
+    InputError : there is none of this name; the error suggests the nearest
     """
     return _spectrum(_find("reflectance", name, _patches()))
 
@@ -66,8 +64,7 @@ def sensors(name: str) -> tuple[tuple[str, Spectrum], ...]:
 
     Raises
     ------
-    InputError
-        if there is none of this name; the error suggests the nearest
+    InputError : there is none of this name; the error suggests the nearest
     """
     curves = _find("camera or observer", name, _sensor_sets())
     return tuple(
@@ -86,8 +83,7 @@ def planck(kelvin: float) -> Spectrum:
 
     Raises
     ------
-    InputError
-        if the temperature is not from 300 to 1e6 K
+    InputError : the temperature is not from 300 to 1e6 K
     """
     if not _COLDEST <= kelvin <= _HOTTEST:
         raise InputError(
@@ -105,8 +101,7 @@ def daylight(kelvin: float) -> Spectrum:
 
     Raises
     ------
-    InputError
-        if the temperature is not from 4000 to 25000 K
+    InputError : the temperature is not from 4000 to 25000 K
     """
     if not DAYLIGHT[0] <= kelvin <= DAYLIGHT[1]:
         low, high = DAYLIGHT

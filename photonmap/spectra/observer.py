@@ -103,8 +103,7 @@ def radiance_to_rgb(spectrum: Spectrum) -> Floats:
 
     Raises
     ------
-    InputError
-        if the spectrum covers less
+    InputError : the spectrum covers less
     """
     spectrum.check_covers(*VISIBLE)
     eye, curve = observer(), spectrum.values[None]
@@ -207,8 +206,7 @@ def reflectance_of_xyz(xyz: XYZ) -> Color:
 
     Raises
     ------
-    InputError
-        if no reflectance has it
+    InputError : no reflectance has it
     """
     rgb = _to_rgb(xyz)
     if rgb.min() >= 0.0 and rgb.max() <= 1.0:
@@ -226,8 +224,7 @@ def emission_of_xyz(xyz: XYZ) -> Color:
 
     Raises
     ------
-    InputError
-        if no light has it
+    InputError : no light has it
     """
     rgb = _to_rgb(xyz)
     if rgb.min() >= 0.0:

@@ -8,15 +8,21 @@ from functools import cache
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.runtime.wording import shown, suggest
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.curves import Color, Spectrum, SpectrumSet, integrate_products, resample
+from photonmap.spectra.curves import (
+    Color,
+    Floats,
+    Spectrum,
+    SpectrumSet,
+    integrate_products,
+    read_only,
+    resample,
+)
 from photonmap.spectra.observer import emission_spectrum, observer
 
-Floats = NDArray[np.float64]
 Target = Bands | Literal["rgb", "xyz"]
 Method = Literal["direct", "primaries", "regression"]
 
@@ -66,8 +72,7 @@ def choose_projection(bands: Bands, target: Target, method: Method) -> Projectio
 
     Raises
     ------
-    InputError
-        if there is no such target or method
+    InputError : there is no such target or method
     """
     if not isinstance(target, Bands) and target not in ("rgb", "xyz"):
         raise InputError(f"there is no target {shown(target)}; give 'rgb', 'xyz' or Bands")
@@ -87,11 +92,10 @@ def direct_projection(bands: Bands, target: Target) -> Projection:
 
     Raises
     ------
-    InputError
-        if the target is the bands of RGB, which have no sensitivities
+    InputError : the target is the bands of RGB, which have no sensitivities
     """
     if isinstance(target, Bands):
-        return Projection(_locked(target.average_all(*_spectra(bands)).T))
+        return Projection(read_only(target.average_all(*_spectra(bands)).T))
     if bands.is_rgb:
         return _from_rgb(target, np.eye(3))
     eye = observer()
@@ -117,7 +121,7 @@ def primaries_projection(bands: Bands, target: Target) -> Projection:
 
 
 def _from_rgb(target: Literal["rgb", "xyz"], to_rgb: Floats) -> Projection:
-    return Projection(_locked(to_rgb if target == "rgb" else observer().rgb_to_xyz @ to_rgb))
+    return Projection(read_only(to_rgb if target == "rgb" else observer().rgb_to_xyz @ to_rgb))
 
 
 def fit_projection(
@@ -140,8 +144,7 @@ def fit_projection(
 
     Raises
     ------
-    InputError
-        if the bands or the target have no sensitivities, or there is no illuminant
+    InputError : the bands or the target have no sensitivities, or there is no illuminant
     """
     if bands.is_rgb:
         raise InputError("RGB has no sensitivities to fit; choose a number of bands")
@@ -160,7 +163,7 @@ def fit_projection(
     gram = inputs.T @ inputs
     ridge = _RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram))
     matrix = direct + np.linalg.solve(gram + ridge, inputs.T @ missing).T
-    return Projection(_locked(matrix), (_residual(matrix, *once), _residual(matrix, *twice)))
+    return Projection(read_only(matrix), (_residual(matrix, *once), _residual(matrix, *twice)))
 
 
 @cache
@@ -342,9 +345,3 @@ def _correction(emission: Floats, direct: Floats) -> Floats:
     missing -= to_white @ emission
     others = np.linalg.qr(white[:, None], mode="complete")[0][:, 1:].T
     return to_white + missing @ np.linalg.pinv(others @ emission, rcond=0.02) @ others
-
-
-def _locked(array: Floats) -> Floats:
-    """Return the array, now read-only."""
-    array.setflags(write=False)
-    return array

@@ -89,8 +89,7 @@ def best_sensors(text: str) -> list[Spectrum]:
 
     Raises
     ------
-    InputError
-        if the best are not known for this number
+    InputError : the best are not known for this number
     """
     count = int(text) if text.isdecimal() else 0
     if count not in BEST:
@@ -206,8 +205,7 @@ def read_sensors(text: str) -> tuple[list[str], list[Spectrum]]:
 
     Raises
     ------
-    InputError
-        if the file cannot be read, or there is no such name
+    InputError : the file cannot be read, or there is no such name
     """
     body, path = text.strip(), table_of(text)
     held = body.startswith(EXTRAPOLATE)

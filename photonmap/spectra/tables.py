@@ -40,9 +40,8 @@ def read_table(
 
     Raises
     ------
-    InputError
-        if the file is not a table of numbers, the wavelengths do not increase or are not in nm,
-        or a value is not finite or lies outside
+    InputError : the file is not a table of numbers, the wavelengths do not increase or are not in
+        nm, or a value is not finite or lies outside
     """
     path = Path(path)
     header, rows = _read_rows(path)
@@ -86,8 +85,7 @@ def read_lines(path: Path) -> list[str]:
 
     Raises
     ------
-    InputError
-        if it cannot be read, is empty, or is not text
+    InputError : it cannot be read, is empty, or is not text
     """
     data = read_bytes(path)
     if junk := data.translate(None, _TEXT):
