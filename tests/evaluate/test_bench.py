@@ -198,7 +198,7 @@ def test_undefined_metrics_are_not_failures(known):
     few = type(truth)(**{**vars(truth), "mask": small})
     found = measure(layers, few, choose_metrics(["dssim", "lmse"], "bands"))
     assert list(found.scores) == [Column("lmse", "reflectance")]
-    assert "wholly valid" in found.undefined[Column("dssim", "reflectance")]
+    assert "entirely valid" in found.undefined[Column("dssim", "reflectance")]
 
 
 def test_the_noise_of_the_truth_is_taken_out(tmp_path):
@@ -252,7 +252,7 @@ def test_wrong_options_are_named(known):
     with pytest.raises(InputError, match="no metric 'lsme'; did you mean 'lmse'"):
         run(folder, "retinex", metrics=["lsme"])
     with pytest.raises(
-        InputError, match="delta-e is defined in RGB alone; leave it out or take the space rgb"
+        InputError, match="delta-e is defined in RGB only; leave it out or use the space rgb"
     ):
         run(folder, "retinex", metrics=["delta-e"])
     with pytest.raises(InputError, match="no method 'rettinex'"):
@@ -263,7 +263,7 @@ def test_wrong_options_are_named(known):
         run(folder, "retinex", "retinex")
     with pytest.raises(InputError, match="no method was chosen"):
         run(folder)
-    with pytest.raises(InputError, match="draws -1"):
+    with pytest.raises(InputError, match="draws must be 0 or more; got -1"):
         run(folder, "retinex", draws=-1)
 
 

@@ -145,12 +145,12 @@ def test_layers_that_some_predictions_lack_are_counted(known, in_tmp, capsys):
     [
         (["--method", "retinx"], "there is no method 'retinx'; did you mean 'retinex'?"),
         (["--metrics", "lsme"], "there is no metric 'lsme'; did you mean 'lmse'?"),
-        (["--predictions", "nowhere"], "nowhere: is no folder of predictions"),
+        (["--predictions", "nowhere"], "nowhere: is not a folder"),
         (["--method", "retinex,retinex"], "'retinex' is given twice"),
         (["--space", "xyz"], "argument --space: invalid choice"),
         (["--draws", "many"], "argument --draws: 'many' is not a whole number"),
-        (["--draws", "-1"], "draws -1 must be"),
-        (["--metrics", "delta-e", "--space", "bands"], "delta-e is defined in RGB alone"),
+        (["--draws", "-1"], "draws must be 0 or more; got -1"),
+        (["--metrics", "delta-e", "--space", "bands"], "delta-e is defined in RGB only"),
     ],
 )
 def test_bad_input_is_one_line_and_writes_nothing(known, in_tmp, capsys, more, message):

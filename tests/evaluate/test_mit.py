@@ -84,14 +84,17 @@ def test_what_is_missing_is_named(mit, tmp_path, capsys):
         MitSet(tmp_path)
     (tmp_path / "cup").mkdir()
     (tmp_path / "cup" / "diffuse.png").write_bytes((mit / "cup" / "diffuse.png").read_bytes())
-    with pytest.raises(InputError, match=r"cup: lacks 'shading\.png'.*unpack the data set again"):
+    with pytest.raises(InputError, match=r"cup: has no 'shading\.png'.*unpack the data set again"):
         MitSet(tmp_path)
     with pytest.raises(InputError, match="photographs have no direct light"):
         evaluate.evaluate_dataset(mit, ["retinex"], light="direct")
     for arguments, message in (
         (["evaluate"], "give either the folder of a data set or --mit PATH"),
         (["evaluate", str(mit), "--mit", str(mit)], "give either"),
-        (["evaluate", "--mit", str(mit), "--experiments"], "leave it out with --mit"),
+        (
+            ["evaluate", "--mit", str(mit), "--experiments"],
+            "need known light, which --mit does not have",
+        ),
     ):
         assert main(arguments) == 2
         assert message in capsys.readouterr().err

@@ -82,7 +82,7 @@ def test_strangers_are_counted(tmp_path):
 
 
 def test_wrong_folders_are_named(tmp_path):
-    with pytest.raises(InputError, match="is no folder of predictions"):
+    with pytest.raises(InputError, match="is not a folder; choose the folder of the predictions"):
         predictions(tmp_path / "nowhere", ["room"])
     with pytest.raises(InputError, match=r"such as hall/reflectance.png or hall.npz"):
         predictions(tmp_path, ["room", "hall"])
@@ -105,7 +105,9 @@ def test_wrong_files_are_named(tmp_path):
     with pytest.raises(InputError, match=r"shading.png: there is more than one shading"):
         read(tmp_path)
     np.savez(tmp_path / "room.npz", albedo=LINEAR)
-    with pytest.raises(InputError, match=r"has none of 'reflectance'.*but 'albedo'; rename them"):
+    with pytest.raises(
+        InputError, match=r"has none of the arrays 'reflectance'.*it has 'albedo'; rename them"
+    ):
         read(tmp_path)
     np.savez(tmp_path / "room.npz", reflectance=1j * LINEAR)
     with pytest.raises(InputError, match=r"room.npz: reflectance is of type complex64; give real"):

@@ -129,7 +129,8 @@ def load_truth(image: Image, space: str) -> Truth:
         errors["shading"] = errors["shading"] / brightness
     if "material_id" not in image:
         raise InputError(
-            "holds no material_id, which scores need; add it to --buffers", image.folder
+            "has no material_id, which metrics need; add it to --buffers and render again",
+            image.folder,
         )
     regions = np.asarray(image["material_id"]).astype(np.int64)
     return Truth(image.name, image.geometry, **values, regions=regions, mask=mask, errors=errors)

@@ -146,7 +146,7 @@ def choose_metrics(names: str | Sequence[str] | None, space: str) -> list[Metric
         if name not in METRICS:
             raise InputError(f"there is no metric {name!r}; {suggest(name, METRICS)}")
         if space != "rgb" and METRICS[name].needs_rgb:
-            raise InputError(f"{name} is defined in RGB alone; leave it out or take the space rgb")
+            raise InputError(f"{name} is defined in RGB only; leave it out or use the space rgb")
     return [METRICS[name] for name in dict.fromkeys(names)]
 
 
@@ -209,7 +209,7 @@ def _checked_layer(layer: Floats, truth: Truth, name: str) -> Floats:
         return pair.estimate * factor
     if layer.ndim == 1:
         if layer.shape != true.shape[2:] or not np.isfinite(layer).all() or not layer.any():
-            raise InputError(f"{layer} is no colour of light in {true.shape[2]} bands")
+            raise InputError(f"{layer} is not a colour of light in {true.shape[2]} bands")
         return layer
     return paired(true, layer, truth.mask).estimate
 

@@ -50,7 +50,7 @@ class MitSet:
             )
         for path in found:
             if missing := [name for name in _NEEDED if not (path / name).is_file()]:
-                raise InputError(f"lacks {listed(missing, 4)}; unpack the data set again", path)
+                raise InputError(f"has no {listed(missing, 4)}; unpack the data set again", path)
         self._folders = found
 
     def __len__(self) -> int:
@@ -77,7 +77,7 @@ def _shot(folder: Path) -> Shot:
     bands = image.shape[2]
     for name, layer in zip(_NEEDED[1:], (shading, reflectance, masked), strict=True):
         if layer.shape[:2] != mask.shape or image.shape[:2] != mask.shape:
-            raise InputError(f"is not of the size of {_NEEDED[0]}; unpack it again", folder / name)
+            raise InputError(f"differs in size from {_NEEDED[0]}; unpack it again", folder / name)
     seen, light, painted = (
         _scaled(np.broadcast_to(layer, (*mask.shape, bands)), mask)
         for layer in (image, shading, reflectance)

@@ -47,7 +47,7 @@ def predictions(
     if encoding not in ENCODINGS:
         raise InputError(f"there is no encoding {encoding!r}; {suggest(encoding, ENCODINGS)}")
     if not root.is_dir():
-        raise InputError("is no folder of predictions; choose one", root)
+        raise InputError("is not a folder; choose the folder of the predictions", root)
     found = {
         path.name if path.is_dir() else path.stem
         for path in root.iterdir()
@@ -92,7 +92,9 @@ def _read_arrays(path: Path) -> dict[str, Floats]:
     except (OSError, ValueError, BadZipFile) as error:
         raise InputError(f"cannot be read ({error}); write it with numpy.savez", path) from None
     if not arrays:
-        raise InputError(f"has none of {listed(LAYERS)}, but {listed(names)}; rename them", path)
+        raise InputError(
+            f"has none of the arrays {listed(LAYERS)}; it has {listed(names)}; rename them", path
+        )
     with naming_file(path):
         return {name: real(array, name) for name, array in arrays.items()}
 

@@ -147,7 +147,7 @@ def evaluate_dataset(
     if light not in LIGHTS:
         raise InputError(f"there is no light {light!r}; {suggest(light, LIGHTS)}")
     if draws < 0:
-        raise InputError(f"draws {draws} must be a number of draws, 0 or more")
+        raise InputError(f"draws must be 0 or more; got {draws}")
     chosen = _choose_methods(methods)
     measured_by = choose_metrics(metrics, space)
     images = _open(Path(folder), light)
@@ -184,9 +184,7 @@ def _open(folder: Path, light: str) -> Dataset | MitSet:
     if not is_mit(folder):
         return open_finished(folder)
     if light != LIGHTS[0]:
-        raise InputError(
-            "photographs have no direct light of their own; choose the light all", folder
-        )
+        raise InputError("photographs have no direct light of their own; use the light all", folder)
     return MitSet(folder)
 
 

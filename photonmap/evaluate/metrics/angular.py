@@ -26,7 +26,9 @@ def angular_error(truth: Any, estimate: Any) -> float:
     """
     true, made = (real(color, "the colour") for color in (truth, estimate))
     if true.ndim != 1 or true.shape != made.shape:
-        raise InputError(f"illuminants of shapes {true.shape} and {made.shape} are no pair of (C,)")
+        raise InputError(
+            f"illuminants must both have shape (C,); got {true.shape} and {made.shape}"
+        )
     if not (_has_direction(true) and _has_direction(made)):
         raise InputError("an illuminant is black or not finite, so it has no colour")
     return float(_angles(true, made))

@@ -189,8 +189,8 @@ def ordinal_pairs(mask: Mask, distance: float = DISTANCE, seed: int = 0) -> Ordi
         triangles = Delaunay(points).simplices
     except (QhullError, ValueError):
         raise InputError(
-            f"{len(points)} valid points {distance:g} of the image apart are no triangle; take "
-            "larger images or a smaller distance"
+            f"{len(points)} valid points, {distance:g} of the image apart, do not form a triangle; "
+            "use larger images or a smaller distance"
         ) from None
     edges = np.sort(np.concatenate([triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])]))
     edges = np.unique(edges, axis=0)

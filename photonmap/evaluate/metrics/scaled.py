@@ -143,7 +143,9 @@ def si_lmse(truth: Any, estimate: Any, mask: Any = None) -> float:
     pair = paired(truth, estimate, mask)
     side = round_half_up(SHARE * max(pair.truth.shape))
     if side < 1:
-        raise InputError("windows of a tenth of the image have no side; take 5 pixels or more")
+        raise InputError(
+            "the image is too small for windows of a tenth of it; use 5 pixels or more"
+        )
     count = pair.truth.shape[2]
     errors = []
     for rows, columns in _windows(pair.mask, side):
@@ -239,5 +241,5 @@ def _whole_windows(mask: Mask) -> Mask:
     side = 2 * _RADIUS + 1
     whole = minimum_filter(mask, size=side, mode="constant", cval=False)
     if not whole.any():
-        raise InputError(f"no window of {side}×{side} pixels is wholly valid; take larger images")
+        raise InputError(f"no window of {side}×{side} pixels is entirely valid; use larger images")
     return whole

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from photonmap.errors import InputError
-from photonmap.evaluate.bench.measure import ILLUMINANT, METRICS, Column
+from photonmap.evaluate.bench.measure import METRICS, Column
 from photonmap.evaluate.bench.scores import Evaluation, MethodScores, Summary
 from photonmap.evaluate.intervals import LEVEL
 from photonmap.evaluate.metrics.arrays import Floats
 from photonmap.evaluate.report.gallery import Gallery
 from photonmap.evaluate.report.tables import (
+    Cell,
     Table,
     as_tabular,
     by_metric,
@@ -61,9 +62,9 @@ def write_page(
         scenes=len(set(evaluation.scenes)),
         level=f"{100 * LEVEL:g}%",
         notes=notes,
-        metrics=[_metric(name, rows, evaluation) for name, rows in by_metric(summaries).items()],
-        comparisons=[_comparison(found) for found in evaluation.comparisons()],
-        experiments=[_experiment(table) for table in tables],
+        metrics=[_metric(name, rows) for name, rows in by_metric(summaries).items()],
+        comparisons=evaluation.comparisons(),
+        experiments=tables,
         tables=_score_tables(evaluation),
         methods=[_method(method) for method in evaluation.methods],
         failures=evaluation.failures,
@@ -71,58 +72,22 @@ def write_page(
         cases=gallery.cases,
         disagreements=gallery.disagreements,
         number=number,
+        interval=interval,
+        notes_of=notes_of,
     )
 
 
-def _cell(value: float | None, note: str = "") -> dict[str, Any]:
-    """Return a cell: what it sorts by, what it shows, and the small print below."""
-    return {
-        "sort": "" if value is None else value,
-        "text": "–" if value is None else number(value),
-        "note": note,
-    }
+def _metric(name: str, rows: dict[str, dict[str, Summary]]) -> dict[str, Any]:
+    """Return the table of a metric: for each method, the summary that covers most images, and all.
 
-
-def _metric(
-    name: str, rows: dict[str, dict[str, Summary]], evaluation: Evaluation
-) -> dict[str, Any]:
-    """Return the table of a metric."""
+    A method has no summary, None, under titles that only others have.
+    """
     heads = titles(rows)
-    table = []
-    for method, cells in rows.items():
-        most = max(cells.values(), key=lambda cell: cell.scored)
-        shown: list[dict[str, Any]] = []
-        for head in heads:
-            found = cells.get(head)
-            shown.append(_cell(found.value, notes_of(found, most.scored)) if found else _cell(None))
-            shown.append(
-                {"sort": "", "text": interval(found.over_truth) if found else "", "note": ""}
-            )
-        table.append({"method": method, "cells": shown, "most": most})
-    return {
-        "name": name,
-        "meaning": METRICS[name].meaning,
-        "heads": heads,
-        "rows": table,
-        "count": len(evaluation.images),
-    }
-
-
-def _experiment(table: Table) -> dict[str, Any]:
-    """Return the table of an experiment."""
-    rows = [(name, [_cell(cell.value, cell.note) for cell in cells]) for name, cells in table.rows]
-    return {"table": table, "rows": rows}
-
-
-def _comparison(found: Any) -> dict[str, Any]:
-    layer = "" if found.column.layer == ILLUMINANT else f", {found.column.layer}"
-    return {
-        "names": (found.first, found.second),
-        "by": f"{found.column.metric}{layer}",
-        "difference": f"{found.difference:+.3g}".replace("-", "−"),
-        "sort": found.difference,
-        "p": found.p_value,
-    }
+    found = [
+        (method, max(cells.values(), key=lambda cell: cell.scored), [cells.get(h) for h in heads])
+        for method, cells in rows.items()
+    ]
+    return {"about": METRICS[name], "heads": heads, "rows": found}
 
 
 def _score_tables(evaluation: Evaluation) -> list[dict[str, Any]]:
@@ -132,21 +97,17 @@ def _score_tables(evaluation: Evaluation) -> list[dict[str, Any]]:
         for column in method.columns:
             columns[column.metric] = column  # the mean over layers comes last
     tables = []
-    for metric in [name for name in METRICS if name in columns]:
-        column = columns[metric]
+    for column in (columns[name] for name in METRICS if name in columns):
         methods = [method for method in evaluation.methods if column in method.columns]
         scores = np.array([method.values(column, evaluation.images) for method in methods]).T
-        scenes = {
-            scene: np.array(evaluation.scenes, object) == scene
-            for scene in dict.fromkeys(evaluation.scenes)
-        }
+        scenes = np.array(evaluation.scenes, object)
         tables.append(
             {
                 "column": column,
                 "methods": [method.name for method in methods],
-                "scenes": [(scene, _means(scores[of])) for scene, of in scenes.items()],
+                "scenes": [(s, _means(scores[scenes == s])) for s in dict.fromkeys(scenes)],
                 "images": [
-                    (image, list(map(_known, row)))
+                    (image, _means(row[None]))
                     for image, row in zip(evaluation.images, scores, strict=True)
                 ],
             }
@@ -154,15 +115,10 @@ def _score_tables(evaluation: Evaluation) -> list[dict[str, Any]]:
     return tables
 
 
-def _means(scores: Floats) -> list[dict[str, Any]]:
-    """Return the cells of means over images (K, M) that have a score."""
+def _means(scores: Floats) -> list[Cell]:
+    """Return the means of (K, M) over the images that have a score."""
     columns = [column[np.isfinite(column)] for column in scores.T]
-    return [_cell(float(column.mean()) if column.size else None) for column in columns]
-
-
-def _known(value: float) -> dict[str, Any]:
-    """Return the cell of a score, or of none if it is nan."""
-    return _cell(float(value) if np.isfinite(value) else None)
+    return [Cell(float(column.mean()) if column.size else None) for column in columns]
 
 
 def _method(method: MethodScores) -> dict[str, Any]:
