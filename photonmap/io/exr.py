@@ -190,13 +190,7 @@ def read_exr(path: str | PathLike[str], names: Collection[str] | None = None) ->
     InputError
         if there is no such file, or it was not written by photonmap
     """
-    import OpenImageIO
-
-    _check_file(path)
-    file = OpenImageIO.ImageInput.open(str(path))
-    if file is None:
-        raise _no_exr(path)
-    with closing(file):
+    with closing(_open(path)) as file:
         head = file.spec()
         if _RECORD not in head or _BANDS not in head:
             raise InputError("this was not written by photonmap; give a FILE.exr that was", path)
@@ -214,24 +208,23 @@ def read_exr(path: str | PathLike[str], names: Collection[str] | None = None) ->
     return Contents(buffers, errors, bands, record, block_errors)
 
 
-def _check_file(path: str | PathLike[str]) -> None:
-    """Raise `InputError` if there is no file of this name."""
+def _open(path: str | PathLike[str]) -> OpenImageIO.ImageInput:
+    """Open a file; raise `InputError` if there is none of this name, or it is no OpenEXR."""
+    import OpenImageIO
+
     if Path(path).is_dir():
         raise InputError("this is a folder; give the FILE.exr of a render", path)
     if not Path(path).is_file():
         raise InputError("there is no such file; check its name", path)
-
-
-def _no_exr(path: str | PathLike[str]) -> InputError:
-    import OpenImageIO
-
+    if (file := OpenImageIO.ImageInput.open(str(path))) is not None:
+        return file
     reason = OpenImageIO.geterror().partition("\n")[0]
     if (suffix := Path(path).suffix.lower()) in _FOR_OTHERS:
         how = f"files in {suffix} are for other programs, as {_FOR_OTHERS[suffix]}"
-        return InputError(f"{how}; save the render as FILE.exr too, and give that", path)
+        raise InputError(f"{how}; save the render as FILE.exr too, and give that", path)
     if not str(path).lower().endswith(".exr"):
-        return InputError("this is not a render; give the FILE.exr of one", path)
-    return InputError(f"this is not an OpenEXR file, or it is damaged: {reason}", path)
+        raise InputError("this is not a render; give the FILE.exr of one", path)
+    raise InputError(f"this is not an OpenEXR file, or it is damaged: {reason}", path)
 
 
 def list_parts(path: str | PathLike[str], half: bool = False) -> list[str]:
@@ -242,13 +235,7 @@ def list_parts(path: str | PathLike[str], half: bool = False) -> list[str]:
     InputError
         if there is no such file, or it is damaged
     """
-    import OpenImageIO
-
-    _check_file(path)
-    file = OpenImageIO.ImageInput.open(str(path))
-    if file is None:
-        raise _no_exr(path)
-    with closing(file):
+    with closing(_open(path)) as file:
         names = _part_names(file)
         if not half:
             return names

@@ -18,7 +18,6 @@ from photonmap.io.readers.mitsuba_parts.bsdfs import Bsdfs
 from photonmap.io.readers.mitsuba_parts.colors import combined, read_plain
 from photonmap.io.readers.mitsuba_parts.nodes import Context, Files, Node, load_nodes
 from photonmap.io.readers.mitsuba_parts.shapes import Shapes
-from photonmap.io.readers.mitsuba_parts.xml import number_of
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.named_files import allowed_folder
 from photonmap.runtime.wording import shown, suggest
@@ -209,7 +208,7 @@ def _perspective(node: Node, size: tuple[int, int]) -> dict[str, Any]:
         fov = node.number("fov", 0.0)
     else:
         text = node.text("focal_length", "50mm").removesuffix("mm")
-        millimetres = number_of(node.element, text)
+        millimetres = node.element.number(text)
         fov = 2.0 * math.degrees(math.atan2(0.5 * _FULL_FRAME, millimetres))
         axis = "diagonal"
     if not 0.0 < fov < 180.0:

@@ -17,6 +17,7 @@ from photonmap.errors import InputError
 from photonmap.io.readers.gltf import Gltf
 from photonmap.io.readers.meshes import Part, build_mesh
 from photonmap.io.readers.registry import ReadOptions
+from photonmap.io.readers.surfaces import side_axes
 from photonmap.io.writers.assets import Assets
 from photonmap.io.writers.gltf_parts.draft import Draft, pack_glb
 from photonmap.io.writers.gltf_parts.materials import rgb_emission, split_exactly, write_material
@@ -97,7 +98,8 @@ def add_lights(draft: Draft, lights: Sequence[Light], taken: Collection[str]) ->
         if described is None or light.name in (ALL, *taken) or set(light.name) & set(NOT_IN_FILES):
             continue
         item, axis, position = described
-        x, y, z = _frame_about(axis)
+        z = -np.array(axis, np.float64)
+        x, y = side_axes(z)
         color, intensity = split_exactly(rgb_emission(light.color))
         node = {
             "name": light.name,
@@ -125,16 +127,6 @@ def _describe(light: Light) -> tuple[dict[str, Any], Any, Any] | None:
             }
             return {"type": "spot", "spot": angles}, light.emitter().axis, light.position
     return None
-
-
-def _frame_about(axis: Any) -> tuple[NDArray[np.float64], ...]:
-    """Return x, y and z of a node whose -z is a unit vector."""
-    z = -np.array(axis, np.float64)
-    other = np.zeros(3)
-    other[int(np.abs(z).argmin())] = 1.0
-    x = np.cross(other, z)
-    x /= np.linalg.norm(x)
-    return x, np.cross(z, x), z
 
 
 def _matrix(x: Any, y: Any, z: Any, origin: Any) -> list[float]:

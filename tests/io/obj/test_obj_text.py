@@ -200,7 +200,7 @@ def test_no_file(tmp_path):
     with pytest.raises(InputError, match=r"none\.obj: cannot be read \(No such file"):
         read_file(tmp_path / "none.obj")
     (tmp_path / "folder.obj").mkdir()
-    with pytest.raises(InputError, match=r"is a directory; name an OBJ file"):
+    with pytest.raises(InputError, match=r"is a directory; name a file"):
         read_file(tmp_path / "folder.obj")
     with pytest.raises(InputError, match=r"cannot be read"):
         read_file("a\0b.obj")

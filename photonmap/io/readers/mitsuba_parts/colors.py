@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from photonmap.errors import InputError, naming
 from photonmap.io.readers.decoding import note_loss, plain
 from photonmap.io.readers.mitsuba_parts.nodes import Context, Files, Node
-from photonmap.io.readers.mitsuba_parts.xml import number_of, numbers_of, triple_of
 from photonmap.io.readers.registry import GREY, OR_WITHOUT, extended
 from photonmap.runtime.wording import shown, suggest
 from photonmap.scene.images import decode_srgb
@@ -92,14 +91,14 @@ def _read_any(node: Node, kind: Kind, files: Files) -> Color:
     element = node.element
     match node.tag:
         case "float":
-            value = number_of(element, element.attribute("value"))
+            value = element.number(element.attribute("value"))
             return (value, value, value) if kind == "emission" else value
         case "rgb" | "srgb":
             return _rgb(node)
         case "blackbody":
             kelvin = element.attribute("temperature").strip().removesuffix("K")
-            scale = number_of(element, element.attributes.get("scale", "1"))
-            return _black_body(node, number_of(element, kelvin)) * scale
+            scale = element.number(element.attributes.get("scale", "1"))
+            return _black_body(node, element.number(kelvin)) * scale
         case _ if node.type:
             return _typed(node)
         case _:
@@ -118,7 +117,7 @@ def _rgb(node: Node) -> Color:
         if len(values) != 3:
             raise node.error(f"{shown(text)} is not a colour; write six digits after #")
         return plain(decode_srgb(values))
-    values = np.array(triple_of(element, "value"))
+    values = np.array(element.triple("value"))
     return plain(decode_srgb(values) if node.tag == "srgb" else values)
 
 
@@ -129,13 +128,13 @@ def _spectrum(node: Node, kind: Kind, files: Files) -> Color:
         path = files.find(element, element.attributes["filename"])
         text = path.read_text("utf-8", "replace")
         rows = [line for line in text.splitlines() if not line.lstrip().startswith("#")]
-        values = numbers_of(element, " ".join(rows))
+        values = element.numbers(" ".join(rows))
         return _curve(node, values[::2], values[1::2])
     text = element.attribute("value")
     if ":" in text:
-        values = numbers_of(element, text.replace(":", " "))
+        values = element.numbers(text.replace(":", " "))
         return _curve(node, values[::2], values[1::2])
-    values = numbers_of(element, text)
+    values = element.numbers(text)
     if len(values) == 3:  # as Mitsuba 0.x, compiled for RGB, has it
         return plain(np.array(values))
     if len(values) != 1:
@@ -150,22 +149,22 @@ def _typed(node: Node) -> Color:
             return flat(node.number("value", 1.0))
         case "srgb" | "d65":
             color, scale = node.find("color"), node.number("scale", 1.0)
-            values = np.ones(3) if color is None else np.array(triple_of(color.element, "value"))
+            values = np.ones(3) if color is None else np.array(color.element.triple("value"))
             return plain(scale * values)
         case "blackbody":
             return _black_body(node, node.number("temperature", 5000.0))
         case "irregular" | "regular":
-            return _curve(node, _wavelengths(node), numbers_of(node.element, node.text("values")))
+            return _curve(node, _wavelengths(node), node.element.numbers(node.text("values")))
     images = ("bitmap", "checkerboard") if node.tag == "texture" else ()
     raise node.unknown((*_SPECTRA, *images))
 
 
 def _wavelengths(node: Node) -> list[float]:
     if node.type == "irregular":
-        return numbers_of(node.element, node.text("wavelengths"))
+        return node.element.numbers(node.text("wavelengths"))
     low = node.number("wavelength_min", node.number("lambda_min", 360.0))
     high = node.number("wavelength_max", node.number("lambda_max", 830.0))
-    count = len(numbers_of(node.element, node.text("values")))
+    count = len(node.element.numbers(node.text("values")))
     return np.linspace(low, high, count).tolist()
 
 

@@ -13,14 +13,7 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Losses, note_loss, unused_name
-from photonmap.io.readers.mitsuba_parts.xml import (
-    DEEPEST,
-    Element,
-    number_of,
-    parse_xml,
-    read_transform,
-    vector_of,
-)
+from photonmap.io.readers.mitsuba_parts.xml import DEEPEST, Element, parse_xml, read_transform
 from photonmap.io.readers.registry import MissingTextures
 from photonmap.runtime.named_files import is_below, outside
 from photonmap.runtime.wording import listed, shown, suggest
@@ -118,7 +111,7 @@ class Node:
         found = self.find(name)
         if found is None:
             return default
-        return number_of(found.element, found.element.attribute("value"))
+        return found.element.number(found.element.attribute("value"))
 
     def whole(self, name: str, default: int) -> int:
         """Return a whole number of at least 0."""
@@ -137,7 +130,7 @@ class Node:
     def vector(self, name: str, default: Vector) -> Vector:
         """Return three numbers, of a point or a vector."""
         found = self.find(name)
-        return default if found is None else vector_of(found.element, 0.0)
+        return default if found is None else found.element.vector(0.0)
 
     def transform(self, name: str = "to_world") -> NDArray[np.float64]:
         """Return a 4×4 matrix, the identity if it is not given."""

@@ -54,6 +54,41 @@ class Element:
             raise self.error(f'<{shown(self.tag)[1:-1]}> lacks {name}; add {name}="..."')
         return self.attributes[name]
 
+    def number(self, text: str) -> float:
+        """Return a finite number.
+
+        Raises
+        ------
+        InputError : the text is none
+        """
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value) or "_" in text:
+            raise self.error(f"{shown(text)} is not a number; correct it")
+        return value
+
+    def numbers(self, text: str) -> list[float]:
+        """Return numbers separated by spaces or commas."""
+        return [self.number(word) for word in _SEPARATORS.split(text.strip()) if word]
+
+    def triple(self, name: str) -> Vector:
+        """Return the three numbers of an attribute; one counts three times."""
+        values = self.numbers(self.attribute(name))
+        if len(values) not in (1, 3):
+            text = shown(self.attributes[name])
+            raise self.error(f"{name} {text} is not one number or three; correct it")
+        x, y, z = values * (3 // len(values))
+        return x, y, z
+
+    def vector(self, default: float) -> Vector:
+        """Return x, y and z, or the value: one number for all of them, or three."""
+        if "value" in self.attributes:
+            return self.triple("value")
+        x, y, z = (self.number(self.attributes.get(axis, str(default))) for axis in "xyz")
+        return x, y, z
+
 
 def parse_xml(path: Path, data: bytes) -> Element:
     """Return the root element.
@@ -101,45 +136,6 @@ def _without_comments(data: bytes) -> bytes:
     return b"".join([*kept, data[begin:]])
 
 
-def numbers_of(element: Element, text: str) -> list[float]:
-    """Return numbers separated by spaces or commas."""
-    return [number_of(element, word) for word in _SEPARATORS.split(text.strip()) if word]
-
-
-def number_of(element: Element, text: str) -> float:
-    """Return a finite number.
-
-    Raises
-    ------
-    InputError : the text is none
-    """
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value) or "_" in text:
-        raise element.error(f"{shown(text)} is not a number; correct it")
-    return value
-
-
-def vector_of(element: Element, default: float) -> Vector:
-    """Return x, y and z of an element, or its value: one number for all of them, or three."""
-    if "value" not in element.attributes:
-        x, y, z = (number_of(element, element.attributes.get(axis, str(default))) for axis in "xyz")
-        return x, y, z
-    return triple_of(element, "value")
-
-
-def triple_of(element: Element, name: str) -> Vector:
-    """Return the three numbers of an attribute; one counts three times."""
-    values = numbers_of(element, element.attribute(name))
-    if len(values) not in (1, 3):
-        text = shown(element.attributes[name])
-        raise element.error(f"{name} {text} is not one number or three; correct it")
-    x, y, z = values * (3 // len(values))
-    return x, y, z
-
-
 def read_transform(element: Element) -> Matrix:
     """Return the 4×4 matrix of a `<transform>`, whose steps are applied in their order.
 
@@ -163,20 +159,20 @@ def read_transform(element: Element) -> Matrix:
 
 def _translate(step: Element) -> Matrix:
     matrix = np.eye(4)
-    matrix[:3, 3] = vector_of(step, 0.0)
+    matrix[:3, 3] = step.vector(0.0)
     return matrix
 
 
 def _scale(step: Element) -> Matrix:
-    return np.diag([*vector_of(step, 1.0), 1.0])
+    return np.diag([*step.vector(1.0), 1.0])
 
 
 def _rotate(step: Element) -> Matrix:
     """Return a turn about an axis by degrees: Rodrigues' formula."""
-    axis = unit(np.array(vector_of(step, 0.0)))
+    axis = unit(np.array(step.vector(0.0)))
     if axis is None:
         raise step.error("the axis of a rotation is 0; give its x, y or z")
-    angle = math.radians(number_of(step, step.attribute("angle")))
+    angle = math.radians(step.number(step.attribute("angle")))
     x, y, z = axis.tolist()
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     matrix = np.eye(4)
@@ -186,11 +182,11 @@ def _rotate(step: Element) -> Matrix:
 
 def _look_at(step: Element) -> Matrix:
     """Return a frame at the origin whose z leads to the target, and whose y is nearest to up."""
-    origin, target = np.array(triple_of(step, "origin")), np.array(triple_of(step, "target"))
+    origin, target = np.array(step.triple("origin")), np.array(step.triple("target"))
     view = unit(target / 2 - origin / 2)
     if view is None:
         raise step.error("target and origin are the same; move one of them")
-    up = np.array(triple_of(step, "up")) if "up" in step.attributes else np.zeros(3)
+    up = np.array(step.triple("up")) if "up" in step.attributes else np.zeros(3)
     if not up.any():
         up, _ = side_axes(view)
     left = unit(np.cross(up, view))
@@ -203,7 +199,7 @@ def _look_at(step: Element) -> Matrix:
 
 def _matrix(step: Element) -> Matrix:
     """Return a matrix, row by row: all 16 numbers, or the 9 of its linear part."""
-    values = numbers_of(step, step.attribute("value"))
+    values = step.numbers(step.attribute("value"))
     if len(values) not in (9, 16):
         raise step.error(f"a matrix has {len(values)} numbers; give 9 or 16")
     size = 3 if len(values) == 9 else 4

@@ -10,6 +10,7 @@ from os import PathLike
 from pathlib import Path
 
 from photonmap.errors import InputError
+from photonmap.spectra.tables import read_bytes
 
 BLOCK = 1 << 22
 """Bytes parsed at a time, so that temporary arrays do not grow with the file."""
@@ -78,15 +79,7 @@ def read_source(path: str | PathLike[str], kind: str) -> Source:
     InputError : the file is missing, unreadable, a directory, empty, or not text
     """
     path = Path(path)
-    try:
-        data = path.read_bytes()
-    except IsADirectoryError:
-        raise InputError(f"is a directory; name an {kind} file", path) from None
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(f"cannot be read ({reason}); check the {kind} file's name", path) from None
-    if not data:
-        raise InputError(f"is empty; export the {kind} file again", path)
+    data = read_bytes(path)
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         data = data.decode("utf-16", "replace").encode()
     if junk := data.translate(None, _TEXT):
