@@ -2,9 +2,11 @@
 
 import logging
 
+import numpy as np
 import pytest
 from helpers.meshes import GltfBuilder
 
+from photonmap.io.png import encode_png
 from photonmap.io.readers.registry import read_file
 from photonmap.io.readers.scene_file import load_scene
 
@@ -59,3 +61,19 @@ def load(tmp_path):
         return load_scene(tmp_path / name)
 
     return load
+
+
+@pytest.fixture
+def wall(tmp_path):
+    """Read the material of a TOML scene from the keys of its section, beside the image a.png."""
+    texels = np.array([[[51, 102, 153], [204, 102, 0]]], np.uint8)
+    (tmp_path / "a.png").write_bytes(encode_png(texels))
+    rows = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
+    (tmp_path / "a.obj").write_text(f"mtllib a.mtl\n{rows}usemtl wall\nf 1/1 2/2 3/3\n")
+    (tmp_path / "a.mtl").write_text("newmtl wall\nKd 0.5 0.5 0.5\n")
+
+    def read(keys):
+        (tmp_path / "a.toml").write_text(f"[material.wall]\n{keys}\n")
+        return load_scene(tmp_path / "a.obj").meshes[0].material
+
+    return read

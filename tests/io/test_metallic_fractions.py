@@ -7,13 +7,11 @@ from helpers.meshes import TRIANGLE
 import photonmap as pm
 from photonmap.compile.scene_arrays import compile_scene
 from photonmap.errors import InputError
-from photonmap.io.png import encode_png
 from photonmap.runtime.fingerprint import digest
 from photonmap.spectra.bands import Bands
 
 COLOR = (0.8, 0.4, 0.2)
 UV = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
-TEXELS = np.array([[[51, 102, 153], [204, 102, 0]]], np.uint8)
 
 
 def arrays(material):
@@ -23,24 +21,9 @@ def arrays(material):
     return digest((compiled.materials, compiled.specular, compiled.scattering, compiled.textures))
 
 
-@pytest.fixture
-def from_toml(tmp_path):
-    """Read the material of a TOML scene from the keys of its section."""
-    (tmp_path / "a.png").write_bytes(encode_png(TEXELS))
-
-    def read(keys):
-        rows = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
-        (tmp_path / "a.obj").write_text(f"mtllib a.mtl\n{rows}usemtl wall\nf 1/1 2/2 3/3\n")
-        (tmp_path / "a.mtl").write_text("newmtl wall\nKd 0.5 0.5 0.5\n")
-        (tmp_path / "a.toml").write_text(f"[material.wall]\n{keys}\n")
-        return pm.load_scene(tmp_path / "a.obj").meshes[0].material
-
-    return read
-
-
 @pytest.mark.parametrize("roughness", [0.1, 0.4])
 @pytest.mark.parametrize("metallic", [0.0, 0.3, 1.0])
-def test_code_makes_what_files_make(metallic, roughness, from_toml, read, build):
+def test_code_makes_what_files_make(metallic, roughness, wall, read, build):
     made = pm.Material.metallic_roughness("wall", COLOR, metallic, roughness)
     keys = f"reflectance = {list(COLOR)}\nroughness = {roughness}\nmetallic = {metallic}"
     build.primitive(TEXCOORD_0=UV, more={"material": 0})
@@ -48,17 +31,38 @@ def test_code_makes_what_files_make(metallic, roughness, from_toml, read, build)
     factors["baseColorFactor"] = [*COLOR, 1.0]
     build.tree["materials"] = [{"name": "wall", "pbrMetallicRoughness": factors}]
     [mesh] = read("wall.glb", build.glb())
-    assert from_toml(keys) == mesh.material == made
-    assert arrays(from_toml(keys)) == arrays(mesh.material) == arrays(made)
+    assert wall(keys) == mesh.material == made
+    assert arrays(wall(keys)) == arrays(mesh.material) == arrays(made)
 
 
-def test_images_of_it_do_so_too(from_toml, tmp_path):
+def test_images_of_it_do_so_too(wall, tmp_path):
     image = '{ file = "a.png" }'
-    found = from_toml(f"reflectance = {image}\nroughness = 0.3\nmetallic = {image}")
+    found = wall(f"reflectance = {image}\nroughness = 0.3\nmetallic = {image}")
     color = pm.Texture.read(tmp_path / "a.png")
     share = pm.Texture.read(tmp_path / "a.png", linear=True)
     made = pm.Material.metallic_roughness("wall", color, share, 0.3)
     assert arrays(found) == arrays(made)
+
+
+def test_keys_of_toml_and_statements_of_mtl(wall, tmp_path):
+    """A share of metal of the surface's colour; the rest is a base of it, below a coat."""
+    half = wall("reflectance = [0.8, 0.4, 0.2]\nroughness = 0.3\nmetallic = 0.5")
+    assert half.reflectance == (0.4, 0.2, 0.1)
+    np.testing.assert_allclose(half.glossy, np.array((0.4, 0.2, 0.1)) + 0.5 * 0.04, rtol=1e-12)
+    whole = wall("reflectance = [0.8, 0.4, 0.2]\nroughness = 0.3\nmetallic = 1\nglossy = 0.1")
+    assert (whole.reflectance, whole.glossy) == ((0.0,) * 3, (0.8, 0.4, 0.2))
+    plastic = wall("roughness = 0.3\nmetallic = 0")
+    assert (plastic.reflectance, plastic.roughness) == ((0.5,) * 3, 0.3)
+    assert plastic.glossy == pytest.approx(0.04)
+    image = 'file = "a.png"'
+    found = wall(f"reflectance = {{ {image} }}\nroughness = 0.3\nmetallic = {{ {image} }}")
+    mtl = tmp_path / "a.mtl"
+    mtl.write_text("newmtl wall\nmap_Kd a.png\nPr 0.3\nmap_Pm a.png\n")
+    wanted = wall("")
+    assert found.roughness == wanted.roughness == 0.3
+    for name in ("reflectance", "glossy"):
+        ours, theirs = (getattr(look, name).image.texels for look in (found, wanted))
+        np.testing.assert_array_equal(ours, theirs)
 
 
 def test_metal_and_plastic_are_its_ends():

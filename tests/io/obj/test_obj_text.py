@@ -132,7 +132,7 @@ F = "f 1 2 3\n"
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", r": is empty; export"),
+        ("", r": is empty; save"),
         ("# nothing\n", r": has no faces"),
         (SQUARE, r": has no faces"),
         ("v 0 0 0\n" * 3 + F, r": has no face with an area"),
