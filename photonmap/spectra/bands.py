@@ -381,8 +381,8 @@ class Bands:
         if values.shape in ((), (3,)) and np.isfinite(values).all():
             return values @ basis if values.shape else np.full(self.count, values)
         raise InputError(
-            "a colour is a number, three for linear RGB, or a Spectrum, such as "
-            f"photonmap.reflectance and photonmap.emission make from a text; got {shown(color)}"
+            "a colour is a number, three numbers of linear RGB, or a Spectrum, as "
+            f"photonmap.reflectance and photonmap.emission make it from a text; got {shown(color)}"
         )
 
 

@@ -108,7 +108,7 @@ def _read(text: str, folder: Path, source: _Source) -> Color:
     held = body.startswith(EXTRAPOLATE)
     body = body.removeprefix(EXTRAPOLATE).strip()
     if not body:
-        raise InputError(f"{shown(text)} names no colour; write a number, a name or a file")
+        raise InputError(f"{shown(text)} is not a colour; write a number, a name or a file")
     color = _scaled(body, folder, source)
     if not isinstance(color, Spectrum):
         return color
@@ -193,7 +193,9 @@ def _common_source(body: str, folder: Path, highest: float, kind: str) -> Color 
     prefix, colon, _ = body.partition(":")
     if colon:
         known = suggest(f"{prefix}:", [f"{each}:" for each in _PREFIXES])
-        raise InputError(f"{shown(body)} names no {kind}: there is no '{prefix}:'; {known}")
+        what = "a light" if kind == "emission" else f"a {kind}"
+        problem = f"{shown(body)} is not {what}: there is no notation '{prefix}:'"
+        raise InputError(f"{problem}; {known}")
     return None
 
 
@@ -251,7 +253,9 @@ def measured_illuminants() -> SpectrumSet:
     """
     path = os.environ.get(ILLUMINANTS)
     if not path:
-        raise InputError(f"measured lights need their file: --illuminants PATH, or {ILLUMINANTS}")
+        raise InputError(
+            f"sfu: needs the file of measured lights; give --illuminants PATH, or set {ILLUMINANTS}"
+        )
     return _read_illuminants(path)
 
 

@@ -241,7 +241,7 @@ def emission_of_xyz(xyz: XYZ) -> Color:
 def _to_rgb(xyz: XYZ) -> Floats:
     """Return linear sRGB, with rounding errors next to 0 and 1 removed."""
     if min(xyz) < 0.0:
-        raise InputError(f"no colour has the XYZ {_listed(xyz)}; give three values from 0")
+        raise InputError(f"no colour has the XYZ {_listed(xyz)}; give three values of 0 or more")
     rgb = np.linalg.solve(observer().rgb_to_xyz, xyz)
     near = np.round(rgb)
     return np.where(np.abs(rgb - near) < 1e-9 * max(1.0, rgb.max()), near, rgb)

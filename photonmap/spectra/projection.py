@@ -203,8 +203,8 @@ def _camera(name: str) -> Bands:
         nearest = suggest(name, SPACES)
         other = " " if nearest[-1] == "?" else ", or give "
         raise InputError(
-            f"there is no RGB {name!r}; {nearest}{other}the name of a camera, or a FILE.csv of "
-            "three sensitivities"
+            f"there is no RGB space {name!r}; {nearest}{other}the name of a camera, or a FILE.csv "
+            "of three sensitivities"
         )
     return bands
 

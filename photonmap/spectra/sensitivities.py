@@ -94,7 +94,7 @@ def best_sensors(text: str) -> list[Spectrum]:
     count = int(text) if text.isdecimal() else 0
     if count not in BEST:
         raise InputError(
-            f"the best bands are known for {min(BEST)} to {max(BEST)} of them; got {text!r}; "
+            f"the best bands are tabulated for {min(BEST)} to {max(BEST)} bands; got {text!r}; "
             "`python -m photonmap sensors --best` finds others"
         )
     return spread_gaussians(count, *VISIBLE, *BEST[count])

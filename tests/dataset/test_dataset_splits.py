@@ -93,7 +93,9 @@ def test_spaces_agree_with_colour_science():
 def test_spaces_that_do_not_exist():
     for name in SPACES:
         assert check_space(name) == name
-    with pytest.raises(pm.InputError, match="there is no RGB 'rec2002'; did you mean 'rec2020'"):
+    with pytest.raises(
+        pm.InputError, match="there is no RGB space 'rec2002'; did you mean 'rec2020'"
+    ):
         check_space("rec2002")
     with pytest.raises(pm.InputError, match="or give the name of a camera, or a FILE"):
         check_space("Nikkon")

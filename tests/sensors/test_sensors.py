@@ -299,5 +299,5 @@ def test_best_bands_by_name():
     assert bands.names[0] == "446.9nm"
     assert Bands.from_description(bands.describe()) == bands
     for text in ("best:2", "best:x", "best:"):
-        with pytest.raises(InputError, match="the best bands are known for 3 to 12 of them"):
+        with pytest.raises(InputError, match="the best bands are tabulated for 3 to 12 bands"):
             Bands.parse(text)

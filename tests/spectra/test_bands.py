@@ -284,7 +284,9 @@ def test_rgb_takes_triples_as_they_stand_and_projects_spectra():
 @pytest.mark.parametrize("color", ["red", None, (1.0, 2.0), np.nan, [[1, 2, 3]], (1, "a", 2)])
 def test_what_is_no_colour_is_refused(bands, color):
     for convert in (bands.reflectance, bands.emission):
-        with pytest.raises(InputError, match="a colour is a number, three for linear RGB, or"):
+        with pytest.raises(
+            InputError, match="a colour is a number, three numbers of linear RGB, or"
+        ):
             convert(color)
 
 

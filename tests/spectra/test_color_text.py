@@ -155,8 +155,8 @@ def test_white_is_white_in_every_notation():
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("", "'' names no colour; write a number, a name or a file"),
-        ("extrapolate:", "names no colour"),
+        ("", "'' is not a colour; write a number, a name or a file"),
+        ("extrapolate:", "is not a colour"),
         ("1.2", "'1.2' is not a reflectance; keep it between 0 and 1"),
         ("-0.1", "not a reflectance"),
         (
@@ -167,7 +167,7 @@ def test_white_is_white_in_every_notation():
         ("rgb:1,2,x", "needs three numbers"),
         ("rgb:0,0,1.1", "not a reflectance"),
         ("xyz:20,30,10", "divide values of 0 to 100 by 100"),
-        ("xyz:-1,0,0", "give three values from 0"),
+        ("xyz:-1,0,0", "give three values of 0 or more"),
         ("xyY:.3,0,.5", "y must be above 0"),
         ("dark skim", "did you mean 'dark skin'"),
         ("metal:Ay", r"metal:Ay: there is no metal 'Ay'; "),
@@ -175,9 +175,9 @@ def test_white_is_white_in_every_notation():
         ("metal:one.csv", "one.csv: has 1 column.s. after the wavelength; a metal's index has two"),
         ("metal:negative.csv", r"negative.csv:2: n or k of the index is -3 at 700 nm"),
         ("metal:none.csv", "none.csv: cannot be read"),
-        ("munsel:5R 5/8", "there is no 'munsel:'; did you mean 'munsell:'"),
-        ("RGB:.1,.2,.3", "there is no 'RGB:'; did you mean 'rgb:'"),
-        ("qq:5", r"'qq:5' names no reflectance: there is no 'qq:'; choose from 'rgb:'"),
+        ("munsel:5R 5/8", "there is no notation 'munsel:'; did you mean 'munsell:'"),
+        ("RGB:.1,.2,.3", "there is no notation 'RGB:'; did you mean 'rgb:'"),
+        ("qq:5", r"'qq:5' is not a reflectance: there is no notation 'qq:'; choose from 'rgb:'"),
         ("munsell:red", "write it as '5R 5/10' or 'N 5'"),
         ("planck:2856", "is a light, not a reflectance"),
         ("daylight:6500", "is a light, not a reflectance"),
@@ -210,13 +210,13 @@ def test_what_is_no_reflectance_is_told(words, message, chip):
         ("ISO 7589", "there is no light 'ISO 7589'; did you mean 'ISO 7589"),
         ("munsell:5R 5/10", "is a reflectance, not a light"),
         ("metal:Au", "'metal:Au' is a reflectance, not a light"),
-        ("plank:2856", "there is no 'plank:'; did you mean 'planck:'"),
+        ("plank:2856", "there is no notation 'plank:'; did you mean 'planck:'"),
         ("planck:hot", "needs a temperature in K"),
         ("daylight:noon", "needs a temperature in K, as in daylight:5000"),
         ("daylight:3000", "daylight of 3000 K is out of range; write 4000 to 25000 K"),
         ("planck:20", "write 300 to 1e"),
         ("xyz:.01,0,.9", "no light has the XYZ"),
-        ("sfu:1", "--illuminants PATH, or PHOTONMAP_ILLUMINANTS"),
+        ("sfu:1", "--illuminants PATH, or set PHOTONMAP_ILLUMINANTS"),
     ],
 )
 def test_what_is_no_light_is_told(words, message, monkeypatch):

@@ -209,7 +209,7 @@ def test_emission_has_no_upper_limit(read):
         ("newmtl a\n\nKd spectral red.rfl\n", r":3: Kd: .*red.rfl: cannot be read"),
         ("newmtl a\nKd spectral dark skim\n", r":2: Kd: .*did you mean 'dark skin'"),
         ("newmtl a\nKe spectral -1\n", r":2: Ke: '-1' is not a light"),
-        ("newmtl a\nKd spectral\n", r":2: Kd: '' names no colour"),
+        ("newmtl a\nKd spectral\n", r":2: Kd: '' is not a colour"),
         ("newmtl a\nKd xyz 1 1\n", r":2: Kd 'xyz 1 1' has 2 numbers"),
         ("newmtl a\nKd xyz 20 30 10\n", r":2: Kd: no reflectance .* divide values .* by 100"),
         ("newmtl a\nd x\n", r":2: d 'x' is not a number"),
