@@ -10,6 +10,9 @@ import time
 from contextlib import nullcontext
 from pathlib import Path
 
+# Beside other processes, threads of BLAS mostly wait for each other, and use a core each meanwhile.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import pytest
 from helpers.scenes import closed_box
 

@@ -54,6 +54,7 @@ def mean_rise(index: float) -> float:
     return float(rise(cosines, index) @ shares)
 
 
+@cache
 def even_light(count: int) -> tuple[Floats, Floats]:
     """Return cosines, (count,), and the share that each has of light from all around: quadrature.
 
@@ -61,4 +62,7 @@ def even_light(count: int) -> tuple[Floats, Floats]:
     """
     nodes, weights = np.polynomial.legendre.leggauss(count)
     roots = 0.5 * (nodes + 1.0)  # mean over μ = t² of 2 μ dμ = 4 t³ dt
-    return roots**2, 2.0 * weights * roots**3
+    light = roots**2, 2.0 * weights * roots**3
+    for each in light:
+        each.flags.writeable = False
+    return light
