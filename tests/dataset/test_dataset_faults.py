@@ -248,7 +248,7 @@ def rewrite_hash(folder, image, name):
 
 def test_verify_draws_another_sample_each_time(tmp_path, monkeypatch):
     preset = tmp_path / "two.toml"
-    preset.write_text('scenes = ["jug", "bowl"]\nilluminations = ["white", "colored", "two_mixed"]')
+    preset.write_text('scenes = ["jug", "bowl"]\nilluminations = ["white"]')
     assert main(["dataset", str(tmp_path / "set"), "--preset", str(preset), *SIZE]) == 0
     drawn = []
     monkeypatch.setattr(verify_module, "_faults", lambda image, log, find: [])
@@ -262,7 +262,7 @@ def test_verify_draws_another_sample_each_time(tmp_path, monkeypatch):
     assert drawn[-1] == drawn[-2]
 
 
-@pytest.mark.parametrize("scene", ["study", "kitchen", "living_room"])
+@pytest.mark.parametrize("scene", ["bedroom", "kitchen"])
 def test_views_are_kept_inside_and_clear(scene):
     """The way from the scene's own camera is free, and things are seen, as rays say."""
     for view in (View("left", 20.0, -5.0, 1.1), View("far", -150.0, 0.0, 1.5)):

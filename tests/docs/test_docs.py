@@ -270,8 +270,8 @@ def test_snippets_of_data_sets(tmp_path, monkeypatch):
     for _, text, _ in blocks(docs("dataset.md")):
         if find_spec("torch") is None:
             text = re.sub(r"^tensors = .*\n", "", text, flags=re.M)
-        for written in ("size=(640, 480), error=0.02", "bands=6, error=0.05"):
-            text = text.replace(written, "bands=6, size=(8, 6), passes=2")
+        for written in ("size=(640, 480), error=0.02", "error=0.05"):
+            text = text.replace(written, "size=(8, 6), passes=2")
         exec(text, names)
     assert names["result"].per_light
     assert (tmp_path / "study.exr").exists()

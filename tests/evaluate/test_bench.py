@@ -269,7 +269,7 @@ def test_wrong_options_are_named(known):
 
 def test_rendered_sets_can_be_scored(tmp_path):
     """All methods and metrics, in RGB."""
-    (tmp_path / "two.toml").write_text('scenes = ["jug"]\nilluminations = ["two_mixed"]')
+    (tmp_path / "two.toml").write_text('scenes = ["jug"]\nilluminations = ["white", "two_mixed"]')
     size = ["--size", "24x20", "--bands", "3", "--error", "0.5", "--quiet"]
     preset = ["--preset", str(tmp_path / "two.toml")]
     assert main(["dataset", str(tmp_path / "set"), *preset, *size]) == 0

@@ -73,7 +73,7 @@ def test_pairs_and_paths(tmp_path):
 @pytest.mark.parametrize("seed", [1, 2])
 def test_paths_in_rooms(tmp_path, seed):
     """Through free space, and within the room: from each frame the next one can be seen."""
-    preset = write(tmp_path, PLAIN.replace("jug", "study").replace('"white", ', ""))
+    preset = write(tmp_path, PLAIN.replace("jug", "kitchen").replace('"white", ', ""))
     jobs = plan_jobs(preset, [], COMMON, seed=seed)
     scene = make_scene(jobs[-1])
     path = [np.array(camera.origin) for camera in cameras_of(jobs[2:]).values()]
@@ -140,7 +140,7 @@ def test_a_baseline_that_does_not_fit(tmp_path):
     [job, _] = plan_jobs(
         write(
             tmp_path,
-            'scenes = ["study"]\nilluminations = ["white"]\n[[view]]\nname = "a"\nbaseline = 60\n',
+            'scenes = ["kitchen"]\nilluminations = ["white"]\n[[view]]\nname = "a"\nbaseline = 60',
         ),
         [],
         COMMON,
