@@ -70,11 +70,10 @@ def test_pairs_and_paths(tmp_path):
     assert is_way_free(Onlooker(make_scene(jobs[0])), path)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_paths_in_rooms(tmp_path, seed):
+def test_paths_in_rooms(tmp_path):
     """Through free space, and within the room: from each frame the next one can be seen."""
     preset = write(tmp_path, PLAIN.replace("jug", "kitchen").replace('"white", ', ""))
-    jobs = plan_jobs(preset, [], COMMON, seed=seed)
+    jobs = plan_jobs(preset, [], COMMON, seed=1)
     scene = make_scene(jobs[-1])
     path = [np.array(camera.origin) for camera in cameras_of(jobs[2:]).values()]
     corners = np.concatenate([mesh.vertices for mesh in scene.meshes])
