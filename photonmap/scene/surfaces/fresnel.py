@@ -11,6 +11,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.spectra.curves import read_only
 from photonmap.spectra.metals import conductor_reflectance
 
 Floats = NDArray[np.float64]
@@ -62,7 +63,4 @@ def even_light(count: int) -> tuple[Floats, Floats]:
     """
     nodes, weights = np.polynomial.legendre.leggauss(count)
     roots = 0.5 * (nodes + 1.0)  # mean over μ = t² of 2 μ dμ = 4 t³ dt
-    light = roots**2, 2.0 * weights * roots**3
-    for each in light:
-        each.flags.writeable = False
-    return light
+    return read_only(roots**2), read_only(2.0 * weights * roots**3)
