@@ -52,6 +52,7 @@ def main(folder: Path, *, compiled: bool) -> None:
     (wheel,) = folder.glob("*.whl")
     check_description(wheel)
     if compiled:
+        print("compiling kernels for the wheel that brings them: minutes", flush=True)
         with tempfile.TemporaryDirectory() as apart:
             run(sys.executable, ROOT / "tools" / "make_wheel.py", apart)
             made = shutil.move(next(Path(apart).glob("*.whl")), folder)
