@@ -37,47 +37,6 @@ Decoder = Callable[[Path, bytes, Losses], Scene]
 """From a file's path and content to its scene; the losses are noted in the third argument."""
 
 
-def warn_of_rounding(path: Path, meshes: Sequence[Mesh]) -> None:
-    """Warn of meshes whose positions, in 32 bits, are coarse next to their edges."""
-    found = [rounding for mesh in meshes if (rounding := _find_rounding(mesh)) is not None]
-    if found:
-        share, spacing, far, name = max(found)
-        others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-        warn(
-            f"{path}: mesh {shown(name)}{others} is {far:.3g} away from the origin, "
-            f"where positions in 32 bits are {spacing:.3g} apart, "
-            f"{100.0 * share:.2g}% of its size: its shape is coarse; centre it before export"
-        )
-
-
-def _find_rounding(mesh: Mesh) -> tuple[float, float, float, str] | None:
-    """Return how coarse the positions of a mesh are; None where that does not matter.
-
-    Returns
-    -------
-    their spacing, relative to the longest side and in scene units; the coordinate farthest from 0;
-    and the mesh's name
-    """
-    if not len(mesh.faces):
-        return None
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    far, sides = np.maximum(-low, high), high - low
-    if not 0.0 < sides.max() < far.max() < np.finfo(np.float32).max:
-        return None
-    spacing = np.where(sides > 0.0, np.spacing(far.astype(np.float32)), 0.0).astype(np.float64)
-    axis = int(np.argmax(spacing))
-    along = mesh.vertices[:, axis]
-    is_single = (along == along.astype(np.float32)).all()
-    if not is_single or not np.fmod(along, _LIKELY * spacing[axis]).any():
-        return None
-    corners = mesh.vertices[mesh.faces[:: -(-len(mesh.faces) // _MOST)]]
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-    if spacing[axis] < _COARSE * np.median(edges):
-        return None
-    share = float(spacing[axis] / sides.max())
-    return share, float(spacing[axis]), float(far[axis]), mesh.name
-
-
 def decode_file(path: Path, decode: Decoder) -> Scene:
     """Read a file whole, and name what is lost in one warning; in another, meshes far away.
 
@@ -98,6 +57,28 @@ def decode_file(path: Path, decode: Decoder) -> Scene:
         ]
         warn(f"{path}: not simulated: {'; '.join(named)}")
     return scene
+
+
+@contextmanager
+def _reporting_damage(path: Path) -> Iterator[None]:
+    """Turn whatever damaged data raises into an `InputError`, and keep trimesh quiet."""
+    log = logging.getLogger("trimesh")
+    level = log.level
+    log.setLevel(logging.CRITICAL + 1)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    except InputError:
+        raise
+    except Exception as error:  # what a damaged file raises is not documented
+        text = " ".join(str(error).split())
+        reason = f" ({text[:80]})" if text else ""
+        kind = path.suffix[1:].upper()
+        message = f"is damaged or not a file of type {kind}{reason}; export it again"
+        raise InputError(message, path) from None
+    finally:
+        log.setLevel(level)
 
 
 def note_loss(losses: Losses, what: str, owner: str = "") -> None:
@@ -138,28 +119,6 @@ def decode_colors(values: NDArray[Any], note: Note, owners: str) -> NDArray[np.f
     return decode_srgb(colors)
 
 
-@contextmanager
-def _reporting_damage(path: Path) -> Iterator[None]:
-    """Turn whatever damaged data raises into an `InputError`, and keep trimesh quiet."""
-    log = logging.getLogger("trimesh")
-    level = log.level
-    log.setLevel(logging.CRITICAL + 1)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            yield
-    except InputError:
-        raise
-    except Exception as error:  # what a damaged file raises is not documented
-        text = " ".join(str(error).split())
-        reason = f" ({text[:80]})" if text else ""
-        kind = path.suffix[1:].upper()
-        message = f"is damaged or not a file of type {kind}{reason}; export it again"
-        raise InputError(message, path) from None
-    finally:
-        log.setLevel(level)
-
-
 def read_embedded(data: bytes | memoryview, name: str) -> Channels:
     """Read an image that is part of another file, by a temporary one of a name.
 
@@ -191,3 +150,44 @@ def unused_name(wanted: str, index: int, used: set[str]) -> str:
         name += f"_{index}"
     used.add(name)
     return name
+
+
+def warn_of_rounding(path: Path, meshes: Sequence[Mesh]) -> None:
+    """Warn of meshes whose positions, in 32 bits, are coarse next to their edges."""
+    found = [rounding for mesh in meshes if (rounding := _find_rounding(mesh)) is not None]
+    if found:
+        share, spacing, far, name = max(found)
+        others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+        warn(
+            f"{path}: mesh {shown(name)}{others} is {far:.3g} away from the origin, "
+            f"where positions in 32 bits are {spacing:.3g} apart, "
+            f"{100.0 * share:.2g}% of its size: its shape is coarse; centre it before export"
+        )
+
+
+def _find_rounding(mesh: Mesh) -> tuple[float, float, float, str] | None:
+    """Return how coarse the positions of a mesh are; None where that does not matter.
+
+    Returns
+    -------
+    their spacing, relative to the longest side and in scene units; the coordinate farthest from 0;
+    and the mesh's name
+    """
+    if not len(mesh.faces):
+        return None
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    far, sides = np.maximum(-low, high), high - low
+    if not 0.0 < sides.max() < far.max() < np.finfo(np.float32).max:
+        return None
+    spacing = np.where(sides > 0.0, np.spacing(far.astype(np.float32)), 0.0).astype(np.float64)
+    axis = int(np.argmax(spacing))
+    along = mesh.vertices[:, axis]
+    is_single = (along == along.astype(np.float32)).all()
+    if not is_single or not np.fmod(along, _LIKELY * spacing[axis]).any():
+        return None
+    corners = mesh.vertices[mesh.faces[:: -(-len(mesh.faces) // _MOST)]]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    if spacing[axis] < _COARSE * np.median(edges):
+        return None
+    share = float(spacing[axis] / sides.max())
+    return share, float(spacing[axis]), float(far[axis]), mesh.name

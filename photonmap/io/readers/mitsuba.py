@@ -52,6 +52,29 @@ _FULL_FRAME = math.hypot(36.0, 24.0)
 _AXES = ("x", "y", "diagonal", "smaller", "larger")
 
 
+def read(path: Path, options: ReadOptions) -> Scene:
+    """Read a scene with its shapes, emitters and sensors.
+
+    Each shape becomes a mesh, called by its id or else its type. Files that the scene names are
+    looked up in its folder, and not outside of it.
+
+    Raises
+    ------
+    InputError : as `decode_file`; or the scene needs what is not simulated
+    """
+    return decode_file(path, partial(_decode, options))
+
+
+def _decode(options: ReadOptions, path: Path, data: bytes, losses: Losses) -> Scene:
+    context = Context(Files(path, allowed_folder(path)), options.missing_textures, losses)
+    scene = load_nodes(path, data, context.files)
+    shapes = Shapes(Bsdfs(context))
+    meshes = [mesh for shape in scene.parts("shape") for mesh in shapes.meshes(shape)]
+    lights = read_emitters(context, scene.parts("emitter"))
+    cameras = [read_sensor(context, sensor) for sensor in scene.parts("sensor")]
+    return Scene(meshes, lights, name=path.stem, cameras=cameras)
+
+
 def read_emitters(context: Context, nodes: Iterable[Node]) -> list[Light]:
     """Return the lights of emitters.
 
@@ -226,26 +249,3 @@ def _perspective(node: Node, size: tuple[int, int]) -> dict[str, Any]:
         return {"fov": 2.0 * math.degrees(math.atan(0.5 * height / focal))}
     center = (0.5 - right) * width, (0.5 - down) * height
     return {"projection": Intrinsics(focal, size, cx=center[0], cy=center[1])}
-
-
-def read(path: Path, options: ReadOptions) -> Scene:
-    """Read a scene with its shapes, emitters and sensors.
-
-    Each shape becomes a mesh, called by its id or else its type. Files that the scene names are
-    looked up in its folder, and not outside of it.
-
-    Raises
-    ------
-    InputError : as `decode_file`; or the scene needs what is not simulated
-    """
-    return decode_file(path, partial(_decode, options))
-
-
-def _decode(options: ReadOptions, path: Path, data: bytes, losses: Losses) -> Scene:
-    context = Context(Files(path, allowed_folder(path)), options.missing_textures, losses)
-    scene = load_nodes(path, data, context.files)
-    shapes = Shapes(Bsdfs(context))
-    meshes = [mesh for shape in scene.parts("shape") for mesh in shapes.meshes(shape)]
-    lights = read_emitters(context, scene.parts("emitter"))
-    cameras = [read_sensor(context, sensor) for sensor in scene.parts("sensor")]
-    return Scene(meshes, lights, name=path.stem, cameras=cameras)

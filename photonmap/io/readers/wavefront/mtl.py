@@ -70,135 +70,6 @@ _NEUTRAL = {"d": 1.0}
 """Numbers that change nothing, of statements that are not simulated."""
 
 
-@dataclass(frozen=True)
-class MapOptions:
-    """How a texture lies on a surface.
-
-    The texture is looked up at `scale` · (u, v, w) + `offset`.
-
-    Parameters
-    ----------
-    scale : `-s`
-    offset : `-o`
-    clamp : `-clamp`, the texture ends at the unit square; otherwise it repeats
-    bump : `-bm`, by which heights are multiplied
-    ignored : options that would change the picture but are not simulated, such as "-mm"
-    """
-
-    scale: Triple = (1.0, 1.0, 1.0)
-    offset: Triple = (0.0, 0.0, 0.0)
-    clamp: bool = False
-    bump: float = 1.0
-    ignored: tuple[str, ...] = ()
-
-
-def parse_map(words: str | Sequence[str]) -> tuple[MapOptions, str]:
-    """Read what follows `map_Kd` and similar keywords.
-
-    Parameters
-    ----------
-    words : options and a file name; given as one text, the name keeps its spaces
-
-    Returns
-    -------
-    the options, and the file name
-
-    Raises
-    ------
-    InputError : an option is unknown or lacks its arguments, or no file is named; file and
-        line are the caller's to add
-    """
-    text = (words if isinstance(words, str) else " ".join(words)).strip()
-    numbers: dict[str, tuple[float, ...]] = dict(_NUMBERS)
-    clamp = False
-    ignored: dict[str, None] = {}
-    while text.startswith("-"):
-        option, text = _pop(text)
-        if option not in OPTIONS:
-            message = f"option {shown(option)} is not known"
-            raise InputError(f"{message}; {suggest(option, OPTIONS)}")
-        if option in _NUMBERS:
-            numbers[option], text = _read_numbers(option, text)
-            changes = numbers[option] != _NUMBERS[option]
-        else:
-            word, text = _read_word(option, text)
-            changes = word != _SWITCHES.get(option)
-        if option == "-clamp":
-            clamp = word == "on"
-        elif option not in _SIMULATED and changes:
-            ignored[option] = None
-        else:
-            ignored.pop(option, None)
-    if not text:
-        raise InputError("names no file; write one after the options")
-    (s, t, w), (u, v, depth), (bump,) = (numbers[option] for option in _SIMULATED)
-    return MapOptions((s, t, w), (u, v, depth), clamp, bump, tuple(ignored)), text
-
-
-def _pop(text: str) -> tuple[str, str]:
-    word, *rest = text.split(maxsplit=1) or [""]
-    return word, rest[0] if rest else ""
-
-
-def _read_numbers(option: str, text: str) -> tuple[tuple[float, ...], str]:
-    """Read the numbers of an option; those that may be left out change nothing."""
-    neutral, numbers = _NUMBERS[option], list[float]()
-    while len(numbers) < len(neutral):
-        word, rest = _pop(text)
-        if not _NUMBER.fullmatch(word):
-            break
-        if not math.isfinite(float(word)):
-            raise InputError(f"{option} {shown(word)} is too large; write a smaller number")
-        numbers.append(float(word))
-        text = rest
-    if not numbers or (len(numbers) < len(neutral) < 3):
-        plural = f"{len(neutral)} number{'s' * (len(neutral) > 1)}"
-        raise _lacks(option, "one to three numbers" if len(neutral) == 3 else plural, text)
-    return (*numbers, *neutral[len(numbers) :]), text
-
-
-def _read_word(option: str, text: str) -> tuple[str, str]:
-    known = ("on", "off") if option in _SWITCHES else _WORDS[option]
-    word, rest = _pop(text)
-    if word.lower() not in known:
-        raise _lacks(option, f"{', '.join(known[:-1])} or {known[-1]}", text)
-    return word.lower(), rest
-
-
-def _lacks(option: str, needed: str, text: str) -> InputError:
-    found = shown(_pop(text)[0]) if text else "nothing"
-    return InputError(f"{option} is followed by {found}; write {needed} after it")
-
-
-@dataclass
-class _Textures:
-    """How textures are read.
-
-    Parameters
-    ----------
-    missing : what becomes of one that cannot be read
-    lost : those that could not be read
-    flat : images of relief that could not be read
-    """
-
-    missing: MissingTextures
-    lost: list[str] = field(default_factory=list)
-    flat: list[str] = field(default_factory=list)
-
-    def warn(self) -> None:
-        """Name what could not be read, and what became of it."""
-        if self.lost:
-            count = _count(self.lost, "texture was", "textures were")
-            warn(f"{count} not readable and replaced by grey: {enumerated(self.lost)}")
-        if self.flat:
-            count = _count(self.flat, "image of relief was", "images of relief were")
-            warn(f"{count} not readable and left out: {enumerated(self.flat)}")
-
-
-def _count(names: list[str], one: str, several: str) -> str:
-    return f"{len(names)} {several if len(names) > 1 else one}"
-
-
 def read_mtl(
     path: str | PathLike[str],
     missing_textures: MissingTextures = "error",
@@ -511,3 +382,132 @@ def _warn_of_changes(source: Source, drafts: dict[str, Draft], repeated: list[st
             warn(f"{source.path}: the mean of {keyword} stands for it in {listed(averaged)}")
     if repeated:
         warn(f"{source.path}: newmtl is repeated, and the last one is used: {listed(repeated)}")
+
+
+@dataclass(frozen=True)
+class MapOptions:
+    """How a texture lies on a surface.
+
+    The texture is looked up at `scale` · (u, v, w) + `offset`.
+
+    Parameters
+    ----------
+    scale : `-s`
+    offset : `-o`
+    clamp : `-clamp`, the texture ends at the unit square; otherwise it repeats
+    bump : `-bm`, by which heights are multiplied
+    ignored : options that would change the picture but are not simulated, such as "-mm"
+    """
+
+    scale: Triple = (1.0, 1.0, 1.0)
+    offset: Triple = (0.0, 0.0, 0.0)
+    clamp: bool = False
+    bump: float = 1.0
+    ignored: tuple[str, ...] = ()
+
+
+def parse_map(words: str | Sequence[str]) -> tuple[MapOptions, str]:
+    """Read what follows `map_Kd` and similar keywords.
+
+    Parameters
+    ----------
+    words : options and a file name; given as one text, the name keeps its spaces
+
+    Returns
+    -------
+    the options, and the file name
+
+    Raises
+    ------
+    InputError : an option is unknown or lacks its arguments, or no file is named; file and
+        line are the caller's to add
+    """
+    text = (words if isinstance(words, str) else " ".join(words)).strip()
+    numbers: dict[str, tuple[float, ...]] = dict(_NUMBERS)
+    clamp = False
+    ignored: dict[str, None] = {}
+    while text.startswith("-"):
+        option, text = _pop(text)
+        if option not in OPTIONS:
+            message = f"option {shown(option)} is not known"
+            raise InputError(f"{message}; {suggest(option, OPTIONS)}")
+        if option in _NUMBERS:
+            numbers[option], text = _read_numbers(option, text)
+            changes = numbers[option] != _NUMBERS[option]
+        else:
+            word, text = _read_word(option, text)
+            changes = word != _SWITCHES.get(option)
+        if option == "-clamp":
+            clamp = word == "on"
+        elif option not in _SIMULATED and changes:
+            ignored[option] = None
+        else:
+            ignored.pop(option, None)
+    if not text:
+        raise InputError("names no file; write one after the options")
+    (s, t, w), (u, v, depth), (bump,) = (numbers[option] for option in _SIMULATED)
+    return MapOptions((s, t, w), (u, v, depth), clamp, bump, tuple(ignored)), text
+
+
+def _pop(text: str) -> tuple[str, str]:
+    word, *rest = text.split(maxsplit=1) or [""]
+    return word, rest[0] if rest else ""
+
+
+def _read_numbers(option: str, text: str) -> tuple[tuple[float, ...], str]:
+    """Read the numbers of an option; those that may be left out change nothing."""
+    neutral, numbers = _NUMBERS[option], list[float]()
+    while len(numbers) < len(neutral):
+        word, rest = _pop(text)
+        if not _NUMBER.fullmatch(word):
+            break
+        if not math.isfinite(float(word)):
+            raise InputError(f"{option} {shown(word)} is too large; write a smaller number")
+        numbers.append(float(word))
+        text = rest
+    if not numbers or (len(numbers) < len(neutral) < 3):
+        plural = f"{len(neutral)} number{'s' * (len(neutral) > 1)}"
+        raise _lacks(option, "one to three numbers" if len(neutral) == 3 else plural, text)
+    return (*numbers, *neutral[len(numbers) :]), text
+
+
+def _read_word(option: str, text: str) -> tuple[str, str]:
+    known = ("on", "off") if option in _SWITCHES else _WORDS[option]
+    word, rest = _pop(text)
+    if word.lower() not in known:
+        raise _lacks(option, f"{', '.join(known[:-1])} or {known[-1]}", text)
+    return word.lower(), rest
+
+
+def _lacks(option: str, needed: str, text: str) -> InputError:
+    found = shown(_pop(text)[0]) if text else "nothing"
+    return InputError(f"{option} is followed by {found}; write {needed} after it")
+
+
+@dataclass
+class _Textures:
+    """How textures are read.
+
+    Parameters
+    ----------
+    missing : what becomes of one that cannot be read
+    lost : those that could not be read
+    flat : images of relief that could not be read
+    """
+
+    missing: MissingTextures
+    lost: list[str] = field(default_factory=list)
+    flat: list[str] = field(default_factory=list)
+
+    def warn(self) -> None:
+        """Name what could not be read, and what became of it."""
+        if self.lost:
+            count = _count(self.lost, "texture was", "textures were")
+            warn(f"{count} not readable and replaced by grey: {enumerated(self.lost)}")
+        if self.flat:
+            count = _count(self.flat, "image of relief was", "images of relief were")
+            warn(f"{count} not readable and left out: {enumerated(self.flat)}")
+
+
+def _count(names: list[str], one: str, several: str) -> str:
+    return f"{len(names)} {several if len(names) > 1 else one}"
