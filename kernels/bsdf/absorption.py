@@ -10,19 +10,20 @@ from photonmap.kernels.geometry.interaction import side_of
 
 
 @jit
-def absorb(geometry, specular, hit, direction, from_specular, throughput):
+def absorb(scene, hit, direction, from_specular, throughput):
     """Absorb light along the ray that meets `hit`, from a specular surface or to one.
 
     `throughput`, (N,), is multiplied by what the glass around the ray transmits.
     """
+    specular = scene.specular
     if specular is None:
         return
     media = specular.media
     if media is None or len(media.absorption) == 0 or hit.triangle < 0:
         return
-    if not from_specular and specular.kind[geometry.material[hit.triangle]] == 0:
+    if not from_specular and specular.kind[scene.geometry.material[hit.triangle]] == 0:
         return
-    medium = media.of_side[hit.triangle, side_of(geometry, hit.triangle, direction)]
+    medium = media.of_side[hit.triangle, side_of(scene.geometry, hit.triangle, direction)]
     if medium < 0:
         return
     length = hit.distance * math.sqrt(vec.dot(direction, direction))

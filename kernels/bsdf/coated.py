@@ -43,14 +43,11 @@ class Coat(NamedTuple):
 
 
 @jit
-def weight_at(geometry, scattering, maps, hit):
+def weight_at(geometry, scattering, hit):
     """Return the fraction of the surface that a coat covers, where a ray meets it."""
-    material = geometry.material[hit.triangle]
-    weight = scattering.coats.weight[material]
-    if maps is None:
-        return weight
-    if maps.coat[material] < 0:
-        return weight
+    maps, material = scattering.maps, geometry.material[hit.triangle]
+    if maps is None or maps.coat[material] < 0:
+        return scattering.coats.weight[material]
     s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
     return min(look_up_number(maps.maps, maps.coat[material], s, t), 1.0)
 
@@ -58,23 +55,18 @@ def weight_at(geometry, scattering, maps, hit):
 @outlined
 def coat_at(geometry, scattering, surface):
     """Return the `Coat` of a surface."""
-    weight = weight_at(geometry, scattering, scattering.maps, surface.hit)
-    lobe, through = lobe_at(geometry, scattering.coats, scattering.coats.maps, surface.hit)
-    normal = _normal_at(geometry, scattering.coats, scattering.coats.relief, surface)
+    weight = weight_at(geometry, scattering, surface.hit)
+    lobe, through = lobe_at(geometry, scattering.coats, surface.hit)
+    normal = _normal_at(geometry, scattering.coats, surface)
     return Coat(weight, lobe, through, normal)
 
 
 @jit
-def lobe_at(geometry, coats, maps, hit):
-    """Return the lobe of a coat where a ray meets it, and its row of `Coats.through`.
-
-    `maps` is `coats.maps`.
-    """
-    material = geometry.material[hit.triangle]
+def lobe_at(geometry, coats, hit):
+    """Return the lobe of a coat where a ray meets it, and its row of `Coats.through`."""
+    maps, material = coats.maps, geometry.material[hit.triangle]
     alpha, row, first = coats.alpha[material], np.int64(coats.row[material]), coats.first[material]
-    if maps is None:
-        return _lobe(coats, material, alpha, row, 0.0), np.int64(first)
-    if maps.coat_roughness[material] < 0:
+    if maps is None or maps.coat_roughness[material] < 0:
         return _lobe(coats, material, alpha, row, 0.0), np.int64(first)
     s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
     roughness = min(look_up_number(maps.maps, maps.coat_roughness[material], s, t), 1.0)
@@ -94,14 +86,12 @@ def _lobe(coats, material, alpha, row, between):
 
 
 @jit
-def _normal_at(geometry, coats, relief, surface):
-    """Return the shading normal of a coat; `relief` is `coats.relief`."""
-    if relief is None:
-        return surface.ns
-    if coats.own[geometry.material[surface.hit.triangle]] == 0:
+def _normal_at(geometry, coats, surface):
+    """Return the shading normal of a coat."""
+    if coats.relief is None or coats.own[geometry.material[surface.hit.triangle]] == 0:
         return surface.ns
     n = interpolated_normal(geometry, surface.hit, surface.ng, surface.side)
-    return turned_normal(geometry, relief, surface.hit, n, surface.side)
+    return turned_normal(geometry, coats.relief, surface.hit, n, surface.side)
 
 
 @jit
@@ -119,15 +109,13 @@ def _step(coats, coat, base, kind, cosine):
     row = coat.through + step
     low = glossy.interpolate(coats.through[row, kind], cosine)
     low += (place - step) * (glossy.interpolate(coats.through[row + 1, kind], cosine) - low)
-    return _between_coats(coats, coats.maps, coat, (row, place - step, kind), cosine, low)
+    return _between_coats(coats, coat, (row, place - step, kind), cosine, low)
 
 
 @jit
-def _between_coats(coats, maps, coat, at, cosine, low):
+def _between_coats(coats, coat, at, cosine, low):
     """Return D between that of two steps of a coat's roughness, of which one is given."""
-    if maps is None:
-        return low
-    if coat.lobe.between == 0.0:
+    if coats.maps is None or coat.lobe.between == 0.0:
         return low
     row, between, kind = at
     row += coats.steps[coat.lobe.material]
@@ -181,7 +169,7 @@ def cover_at(scattering, base, coat, wi, wo, n):
     tilt = _tilt(coats.relief, normal, wi, wo, n)
     wi, wo = _above(wi, normal), _above(wo, normal)
     cos_i, cos_o = vec.dot(wi, normal), vec.dot(wo, normal)
-    found = glossy.between(scattering, None, coats.maps, None, lobe, wi, wo, normal)
+    found = glossy.between(scattering, lobe, wi, wo, normal)
     multiple = glossy.multiple_fresnel(lobe, lobe.f0, 0.0, found.mean[0])
     own = glossy.reflected(found, lobe.f0, 0.0, multiple) * tilt
     at_i, at_o = _albedo(lobe, multiple, found.incoming), _albedo(lobe, multiple, found.outgoing)
@@ -198,9 +186,9 @@ def probability(scattering, base, coat, wo):
     cosine = vec.dot(wo, coat.normal)
     if coat.weight <= 0.0 or cosine <= 0.0:
         return 0.0
-    lobe, albedos, maps = coat.lobe, scattering.albedos, scattering.coats.maps
-    single = glossy.look_up_albedo(albedos, maps, None, lobe, 0, cosine, 0.0)
-    grazing = glossy.look_up_albedo(albedos, maps, None, lobe, 1, cosine, 0.0)
+    lobe = coat.lobe
+    single = glossy.look_up_albedo(scattering, lobe, 0, cosine, 0.0)
+    grazing = glossy.look_up_albedo(scattering, lobe, 1, cosine, 0.0)
     once = coat.weight * (lobe.f0 * (single - grazing) + grazing)
     beneath = (1.0 - once) * min(base.f0 + base.base, 1.0)
     return once / max(once + beneath, glossy.TINY)
@@ -209,7 +197,7 @@ def probability(scattering, base, coat, wo):
 @jit
 def sample(coat, wo, u, v):
     """Return a direction by visible normals of the coat."""
-    return glossy.sample_visible(None, coat.lobe, wo, coat.normal, u, v)
+    return glossy.sample_visible(coat.lobe, wo, coat.normal, u, v)
 
 
 @jit
@@ -222,4 +210,4 @@ def pdf(coat, wi, wo, n):
         return 0.0
     if vec.dot(vec.add(wi, wo), coat.normal) <= 0.0:
         return 0.0
-    return glossy.visible_pdf(None, coat.lobe, wi, wo, coat.normal, 0.0)
+    return glossy.visible_pdf(coat.lobe, wi, wo, coat.normal, 0.0)

@@ -54,9 +54,7 @@ def brush_at(anisotropy, maps, material, s, t):
     KHR_materials_anisotropy.
     """
     brush = brush_of(anisotropy, material)
-    if anisotropy is None:
-        return brush
-    if maps.anisotropy[material] < 0:
+    if anisotropy is None or maps.anisotropy[material] < 0:
         return brush
     red, green, blue = look_up(maps.maps, maps.anisotropy[material], s, t)
     x, y = 2.0 * red - 1.0, 2.0 * green - 1.0
@@ -76,9 +74,7 @@ def brush_at(anisotropy, maps, material, s, t):
 @outlined
 def tangent_of(geometry, anisotropy, brush, hit):
     """Return the direction along which α is `along`, of any length and not quite on the surface."""
-    if anisotropy is None:
-        return 0.0, 0.0, 0.0
-    if brush.stretch == 0.0:
+    if anisotropy is None or brush.stretch == 0.0:
         return 0.0, 0.0, 0.0
     normal = vec.row(geometry.normals, hit.triangle)
     tangent, sign = vec.cross((0.0, 1.0, 0.0), normal), 1.0
@@ -108,10 +104,8 @@ def _frame(lobe, n):
 
 
 @jit
-def to_local(anisotropy, lobe, w, n):
+def to_local(lobe, w, n):
     """Return a vector in the frame of the normal, whose first axis is the tangent, if any."""
-    if anisotropy is None:
-        return vec.to_frame(w, n)
     if lobe.along == lobe.alpha:
         return vec.to_frame(w, n)
     tangent, across = _frame(lobe, n)
@@ -119,10 +113,8 @@ def to_local(anisotropy, lobe, w, n):
 
 
 @jit
-def from_local(anisotropy, lobe, w, n):
+def from_local(lobe, w, n):
     """Undo `to_local`."""
-    if anisotropy is None:
-        return vec.from_frame(w, n)
     if lobe.along == lobe.alpha:
         return vec.from_frame(w, n)
     tangent, across = _frame(lobe, n)
@@ -130,13 +122,11 @@ def from_local(anisotropy, lobe, w, n):
 
 
 @jit
-def azimuth(anisotropy, lobe, w, n):
+def azimuth(lobe, w, n):
     """Return the share of w² along the surface that lies across the tangent, in [0, 1]."""
-    if anisotropy is None:
-        return 0.0
     if lobe.along == lobe.alpha:
         return 0.0
-    x, y, _ = to_local(anisotropy, lobe, w, n)
+    x, y, _ = to_local(lobe, w, n)
     return y * y / max(x * x + y * y, TINY)
 
 
@@ -146,10 +136,8 @@ def _smith(alpha, cosine):
 
 
 @jit
-def masking(anisotropy, lobe, cosine, share):
+def masking(lobe, cosine, share):
     """Return Smith's Λ in a direction of this cosine and `azimuth`."""
-    if anisotropy is None:
-        return _smith(lobe.alpha, cosine)
     along, across = lobe.along, lobe.alpha
     if along == across:
         return _smith(across, cosine)
@@ -157,14 +145,12 @@ def masking(anisotropy, lobe, cosine, share):
 
 
 @jit
-def distribution(anisotropy, lobe, h, n):
+def distribution(lobe, h, n):
     """Return the density of facet normals (per steradian)."""
-    if anisotropy is None:
-        return _even_distribution(lobe.alpha, h, n)
     along, across = lobe.along, lobe.alpha
     if along == across:
         return _even_distribution(across, h, n)
-    x, y, z = to_local(anisotropy, lobe, h, n)
+    x, y, z = to_local(lobe, h, n)
     x, y = x / along, y / across
     spread = x * x + y * y + z * z
     return warp.INV_PI / (along * across * spread * spread)

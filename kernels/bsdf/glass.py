@@ -32,9 +32,7 @@ def _number(geometry, maps, image, hit):
 def alpha_at(geometry, alpha, maps, hit):
     """Return GGX's α of a rough specular surface, of a table (M,) or a texture of roughness."""
     material = geometry.material[hit.triangle]
-    if maps is None:
-        return alpha[material]
-    if maps.roughness[material] < 0:
+    if maps is None or maps.roughness[material] < 0:
         return alpha[material]
     roughness = _number(geometry, maps.maps, maps.roughness[material], hit)
     return max(roughness * roughness, maps.least)
@@ -51,8 +49,9 @@ def _brush_at(geometry, anisotropy, maps, hit):
 
 
 @outlined
-def roughness_at(geometry, specular, anisotropy, hit):
+def roughness_at(scene, hit):
     """Return the `Roughness` of a rough specular surface."""
+    geometry, specular, anisotropy = scene.geometry, scene.specular, scene.specular.anisotropy
     alpha = alpha_at(geometry, specular.alpha, specular.maps, hit)
     if anisotropy is None:
         return Roughness(alpha, alpha, (0.0, 0.0, 0.0))
@@ -62,37 +61,39 @@ def roughness_at(geometry, specular, anisotropy, hit):
 
 
 @jit
-def multiply_tint(geometry, specular, maps, hit, factor, throughput):
+def multiply_tint(scene, hit, factor, throughput):
     """Multiply throughput, (N,), by factor · what glass transmits at a crossing."""
-    material, factor = geometry.material[hit.triangle], np.float32(factor)
-    if maps is None:
+    material, factor = scene.geometry.material[hit.triangle], np.float32(factor)
+    if scene.specular.maps is None:
         for band in range(len(throughput)):
-            throughput[band] *= specular.tint[material, band] * factor
+            throughput[band] *= scene.specular.tint[material, band] * factor
         return
-    _multiply_mixed(geometry, specular, maps, hit, 0.0, factor, throughput)
+    _multiply_mixed(scene, hit, 0.0, factor, throughput)
 
 
 @jit
-def multiply_remainder(geometry, specular, maps, hit, clear, throughput):
+def multiply_remainder(scene, hit, clear, throughput):
     """Multiply throughput, (N,), by what smooth panes transmit of light that they stopped.
 
     `clear` is what they let pass of all bands; `specular.tint` holds what remains, but for textures
     the whole tint.
     """
-    if maps is None:
-        multiply_tint(geometry, specular, maps, hit, 1.0, throughput)
+    if scene.specular.maps is None:
+        multiply_tint(scene, hit, 1.0, throughput)
         return
-    _multiply_mixed(geometry, specular, maps, hit, clear, np.float32(1.0), throughput)
+    _multiply_mixed(scene, hit, clear, np.float32(1.0), throughput)
 
 
 @jit
-def _multiply_mixed(geometry, specular, maps, hit, passed, factor, throughput):
+def _multiply_mixed(scene, hit, passed, factor, throughput):
     """Multiply throughput by factor · (tint - passed) / (1 - passed), where tint is textured."""
+    maps = scene.specular.maps
+    geometry = scene.geometry
     material = geometry.material[hit.triangle]
     image = maps.tint[material]
     if image < 0:
         for band in range(len(throughput)):
-            throughput[band] *= specular.tint[material, band] * factor
+            throughput[band] *= scene.specular.tint[material, band] * factor
         return
     s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
     r, g, b = look_up(maps.maps, image, s, t)
@@ -107,17 +108,10 @@ def glass_share(geometry, share, hit):
     """Return which fraction of a surface is glass; 1 where no surface is so in part."""
     if share is None:
         return 1.0
-    return _share_at(geometry, share, share.maps, hit)
-
-
-@jit
-def _share_at(geometry, share, maps, hit):
     material = geometry.material[hit.triangle]
-    if maps is None:
+    if share.maps is None or share.image[material] < 0:
         return share.value[material]
-    if share.image[material] < 0:
-        return share.value[material]
-    return _number(geometry, maps, share.image[material], hit)
+    return _number(geometry, share.maps, share.image[material], hit)
 
 
 @jit

@@ -8,8 +8,7 @@ whatever covers it. The BSDF is reciprocal.
 
 `parameters` are α, the means over bands of the reflectance at normal incidence and of the base's
 albedo, by which one of the two is chosen for a sample, and the lobe's `curve`. Where textures give
-them, they are looked up for each point: `maps`, an argument of its own, is None in scenes without
-such textures. Facets may differ along the surface: see `facets`.
+them, they are looked up for each point. Facets may differ along the surface: see `facets`.
 """
 
 import math
@@ -24,8 +23,16 @@ from photonmap.kernels.core.bands import mix
 from photonmap.kernels.core.fresnel import dip_of, dip_terms, rise
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.metals import DIP_MEANS
+from photonmap.kernels.geometry.interaction import departure
 from photonmap.kernels.geometry.texture import coordinates, look_up, look_up_number
 
+IS_NARROW = True
+"""See `models`"""
+LOBE = 255
+"""In place of a surface's model: what a glossy one has beside its base, for which the radiosity
+cache has answered"""
+_BY_LOBE = 0.9
+"""Least share of directions by the lobe where there is nothing else."""
 TINY = 1e-12
 NO_DIP = (0.0, 0.0, 0.0, 0.0)
 
@@ -78,9 +85,9 @@ class Reflection(NamedTuple):
 
 
 @jit
-def lobe_at(geometry, scattering, maps, hit):
+def lobe_at(geometry, scattering, hit):
     """Return the `Lobe` where a ray meets a surface."""
-    material = geometry.material[hit.triangle]
+    maps, material = scattering.maps, geometry.material[hit.triangle]
     parameters = scattering.parameters[material]
     alpha, f0, base = parameters[0], parameters[1], parameters[2]
     curve = parameters[3], parameters[4]
@@ -123,12 +130,10 @@ def _reflectance(maps, image, s, t):
 
 
 @jit
-def normal_reflectance(scattering, maps, lobe, band):
+def normal_reflectance(scattering, lobe, band):
     """Return the reflectance at normal incidence in one band."""
-    if maps is None:
-        return float(scattering.specular[lobe.material, band])
-    if lobe.is_textured:
-        return float(mix(lobe.color, maps.basis, band))
+    if scattering.maps is not None and lobe.is_textured:
+        return float(mix(lobe.color, scattering.maps.basis, band))
     return float(scattering.specular[lobe.material, band])
 
 
@@ -141,26 +146,16 @@ def interpolate(table, cosine):
 
 
 @jit
-def look_up_albedo(albedos, maps, anisotropy, lobe, term, cosine, share):
+def look_up_albedo(scattering, lobe, term, cosine, share):
     """Return the albedo of a Fresnel term of `Scattering.albedos`, of light from an angle."""
-    value = interpolate(albedos[lobe.row, term], cosine)
-    if maps is None:
-        return _of_azimuth(albedos, maps, anisotropy, lobe, term, cosine, share, value)
-    value += lobe.between * (interpolate(albedos[lobe.row + 1, term], cosine) - value)
-    return _of_azimuth(albedos, maps, anisotropy, lobe, term, cosine, share, value)
-
-
-@jit
-def _of_azimuth(albedos, maps, anisotropy, lobe, term, cosine, share, value):
-    """Return the albedo of light from an angle and azimuth, in place of the mean over azimuths."""
-    if anisotropy is None:
-        return value
-    if lobe.along == lobe.alpha:
-        return value
+    albedos, anisotropy = scattering.albedos, scattering.anisotropy
+    if anisotropy is None or lobe.along == lobe.alpha:
+        value = interpolate(albedos[lobe.row, term], cosine)
+        if lobe.between == 0.0:
+            return value
+        return value + lobe.between * (interpolate(albedos[lobe.row + 1, term], cosine) - value)
     count, row = anisotropy.azimuths, lobe.azimuths
     value = _at_share(albedos, row, count, term, cosine, share)
-    if maps is None:
-        return value
     if lobe.between == 0.0:
         return value
     stronger = _at_share(albedos, row + count, count, term, cosine, share)
@@ -177,46 +172,42 @@ def _at_share(albedos, row, count, term, cosine, share):
 
 
 @jit
-def mean_albedo(albedos, maps, lobe, term):
+def mean_albedo(scattering, lobe, term):
     """Return the cosine-weighted mean of `look_up_albedo`."""
+    albedos = scattering.albedos
     value = albedos[lobe.row, term, -1]
-    if maps is None:
+    if lobe.between == 0.0:
         return value
     return value + lobe.between * (albedos[lobe.row + 1, term, -1] - value)
 
 
 @jit
-def dip_albedos(scattering, dips, maps, uneven, lobe, way):
+def dip_albedos(scattering, lobe, way):
     """Return the albedos at `dip_terms`, of light from an angle and azimuth: `way`.
 
     They count where there is a base, which gets what the lobe does not reflect.
     """
-    if dips is None:
+    if scattering.dip.shape[1] == 0 or lobe.base <= 0.0:
         return NO_DIP
-    if dips.shape[1] == 0 or lobe.base <= 0.0:
-        return NO_DIP
-    albedos, cosine, share = scattering.albedos, way[0], way[1]
+    cosine, share = way
     return (
-        look_up_albedo(albedos, maps, uneven, lobe, 2, cosine, share),
-        look_up_albedo(albedos, maps, uneven, lobe, 3, cosine, share),
-        look_up_albedo(albedos, maps, uneven, lobe, 4, cosine, share),
-        look_up_albedo(albedos, maps, uneven, lobe, 5, cosine, share),
+        look_up_albedo(scattering, lobe, 2, cosine, share),
+        look_up_albedo(scattering, lobe, 3, cosine, share),
+        look_up_albedo(scattering, lobe, 4, cosine, share),
+        look_up_albedo(scattering, lobe, 5, cosine, share),
     )
 
 
 @jit
-def mean_dips(scattering, dips, maps, lobe):
+def mean_dips(scattering, lobe):
     """Return the cosine-weighted means of `dip_albedos`."""
-    if dips is None:
+    if scattering.dip.shape[1] == 0 or lobe.base <= 0.0:
         return NO_DIP
-    if dips.shape[1] == 0 or lobe.base <= 0.0:
-        return NO_DIP
-    albedos = scattering.albedos
     return (
-        mean_albedo(albedos, maps, lobe, 2),
-        mean_albedo(albedos, maps, lobe, 3),
-        mean_albedo(albedos, maps, lobe, 4),
-        mean_albedo(albedos, maps, lobe, 5),
+        mean_albedo(scattering, lobe, 2),
+        mean_albedo(scattering, lobe, 3),
+        mean_albedo(scattering, lobe, 4),
+        mean_albedo(scattering, lobe, 5),
     )
 
 
@@ -241,26 +232,25 @@ def lobe_albedo(terms, f0, dip, multiple):
 
 
 @jit
-def between(scattering, dips, maps, uneven, lobe, wi, wo, n):
+def between(scattering, lobe, wi, wo, n):
     """Return what a lobe does between two directions above the surface, whatever its colour."""
     cos_i, cos_o = vec.dot(wi, n), vec.dot(wo, n)
-    albedos = scattering.albedos
     h = vec.normalize(vec.add(wi, wo))
-    at_i, at_o = facets.azimuth(uneven, lobe, wi, n), facets.azimuth(uneven, lobe, wo, n)
-    masking = 1.0 + facets.masking(uneven, lobe, cos_i, at_i)
-    masking += facets.masking(uneven, lobe, cos_o, at_o)
-    once = facets.distribution(uneven, lobe, h, n) / (4.0 * cos_i * cos_o * masking)
+    at_i, at_o = facets.azimuth(lobe, wi, n), facets.azimuth(lobe, wo, n)
+    masking = 1.0 + facets.masking(lobe, cos_i, at_i)
+    masking += facets.masking(lobe, cos_o, at_o)
+    once = facets.distribution(lobe, h, n) / (4.0 * cos_i * cos_o * masking)
     rising, dip = rise(vec.dot(wo, h), lobe.curve[0]), dip_terms(vec.dot(wo, h))
-    single_i = look_up_albedo(albedos, maps, uneven, lobe, 0, cos_i, at_i)
-    single_o = look_up_albedo(albedos, maps, uneven, lobe, 0, cos_o, at_o)
-    grazing_i = look_up_albedo(albedos, maps, uneven, lobe, 1, cos_i, at_i)
-    grazing_o = look_up_albedo(albedos, maps, uneven, lobe, 1, cos_o, at_o)
-    mean, mean_grazing = mean_albedo(albedos, maps, lobe, 0), mean_albedo(albedos, maps, lobe, 1)
+    single_i = look_up_albedo(scattering, lobe, 0, cos_i, at_i)
+    single_o = look_up_albedo(scattering, lobe, 0, cos_o, at_o)
+    grazing_i = look_up_albedo(scattering, lobe, 1, cos_i, at_i)
+    grazing_o = look_up_albedo(scattering, lobe, 1, cos_o, at_o)
+    mean, mean_grazing = mean_albedo(scattering, lobe, 0), mean_albedo(scattering, lobe, 1)
     missing = (1.0 - single_i) * (1.0 - single_o) / max(1.0 - mean, TINY) * warp.INV_PI
-    dip_i = dip_albedos(scattering, dips, maps, uneven, lobe, (cos_i, at_i))
-    dip_o = dip_albedos(scattering, dips, maps, uneven, lobe, (cos_o, at_o))
+    dip_i = dip_albedos(scattering, lobe, (cos_i, at_i))
+    dip_o = dip_albedos(scattering, lobe, (cos_o, at_o))
     incoming, outgoing = (single_i, grazing_i, dip_i), (single_o, grazing_o, dip_o)
-    means = mean, mean_grazing, mean_dips(scattering, dips, maps, lobe)
+    means = mean, mean_grazing, mean_dips(scattering, lobe)
     return Reflection(once, rising, dip, missing, incoming, outgoing, means)
 
 
@@ -275,20 +265,20 @@ def reflected(found, f0, dip, multiple):
 
 
 @jit
-def evaluate(scattering, maps, lobe, wi, wo, n, cover, values):
+def evaluate(scattering, lobe, surface, wi, cover, values):
     """Turn the base's albedos in values, (N,), into the BSDF (per steradian).
 
     `cover` is what lies over the surface: see `cover`.
     """
+    wo, n = departure(surface), surface.ns
     if vec.dot(wi, n) <= 0.0 or vec.dot(wo, n) <= 0.0:
         values[:] = cover.own
         return
-    dips = scattering.dip
-    found = between(scattering, dips, maps, scattering.anisotropy, lobe, wi, wo, n)
+    found = between(scattering, lobe, wi, wo, n)
     at_i, at_o, means = found.incoming, found.outgoing, found.mean
-    weights = dips, lobe.material
+    weights = scattering.dip, lobe.material
     for band in range(len(values)):
-        f0, rho = normal_reflectance(scattering, maps, lobe, band), float(values[band])
+        f0, rho = normal_reflectance(scattering, lobe, band), float(values[band])
         multiple = multiple_fresnel(lobe, f0, dip_of(weights, DIP_MEANS, band), means[0])
         through = 1.0 - lobe_albedo(at_i, f0, dip_of(weights, at_i[2], band), multiple)
         through *= 1.0 - lobe_albedo(at_o, f0, dip_of(weights, at_o[2], band), multiple)
@@ -299,15 +289,14 @@ def evaluate(scattering, maps, lobe, wi, wo, n, cover, values):
 
 
 @jit
-def lobe_probability(scattering, maps, lobe, cosine, share):
+def lobe_probability(scattering, lobe, cosine, share):
     """Return with which probability a sample is drawn by visible normals, whatever the dip."""
-    albedos, f0, rho = scattering.albedos, lobe.f0, lobe.base
-    mean, mean_grazing = mean_albedo(albedos, maps, lobe, 0), mean_albedo(albedos, maps, lobe, 1)
+    f0, rho = lobe.f0, lobe.base
+    mean, mean_grazing = mean_albedo(scattering, lobe, 0), mean_albedo(scattering, lobe, 1)
     multiple = multiple_fresnel(lobe, f0, 0.0, mean)
     back = lobe_albedo((mean, mean_grazing), f0, 0.0, multiple)
-    uneven = scattering.anisotropy
-    single = look_up_albedo(albedos, maps, uneven, lobe, 0, cosine, share)
-    grazing = look_up_albedo(albedos, maps, uneven, lobe, 1, cosine, share)
+    single = look_up_albedo(scattering, lobe, 0, cosine, share)
+    grazing = look_up_albedo(scattering, lobe, 1, cosine, share)
     once = f0 * (single - grazing) + grazing
     whole = lobe_albedo((single, grazing), f0, 0.0, multiple)
     base = rho * (1.0 - whole) * (1.0 - back) / max(1.0 - rho * back, TINY)
@@ -315,49 +304,100 @@ def lobe_probability(scattering, maps, lobe, cosine, share):
 
 
 @jit
-def sample_visible(uneven, lobe, wo, n, u, v):
+def sample_visible(lobe, wo, n, u, v):
     """Return a direction by visible normals."""
-    local = facets.to_local(uneven, lobe, wo, n)
+    local = facets.to_local(lobe, wo, n)
     h = facets.visible_normal(lobe.along, lobe.alpha, local, u, v)
     wi = vec.sub(vec.scale(h, 2.0 * vec.dot(local, h)), local)
-    return vec.normalize(facets.from_local(uneven, lobe, wi, n))
+    return vec.normalize(facets.from_local(lobe, wi, n))
 
 
 @jit
-def sample(scattering, maps, lobe, wo, n, u, v, least):
-    """Return a direction by visible normals, or by the cosine for base and multiple scattering.
+def _least(surface):
+    """Return the least probability of visible normals."""
+    return _BY_LOBE if surface.model == LOBE else 0.0
 
-    The probability of visible normals is `least` or more.
-    """
+
+@jit
+def sample(scattering, lobe, surface, u, v):
+    """Return a direction by visible normals, or by the cosine for base and multiple scattering."""
+    wo, n = departure(surface), surface.ns
     cosine = vec.dot(wo, n)
     if cosine <= 0.0:
         return vec.scale(n, -1.0)
-    uneven = scattering.anisotropy
-    share = facets.azimuth(uneven, lobe, wo, n)
-    probability = max(lobe_probability(scattering, maps, lobe, cosine, share), least)
+    share = facets.azimuth(lobe, wo, n)
+    probability = max(lobe_probability(scattering, lobe, cosine, share), _least(surface))
     if u >= probability:
         u = min((u - probability) / (1.0 - probability), warp.BELOW_ONE)
         return vec.from_frame(warp.cosine_hemisphere(u, v), n)
-    return sample_visible(uneven, lobe, wo, n, u / probability, v)
+    return sample_visible(lobe, wo, n, u / probability, v)
 
 
 @jit
-def visible_pdf(uneven, lobe, wi, wo, n, share):
+def visible_pdf(lobe, wi, wo, n, share):
     """Return the density of sampling by visible normals (per steradian)."""
     cos_o = vec.dot(wo, n)
     h = vec.normalize(vec.add(wi, wo))
-    visible = facets.distribution(uneven, lobe, h, n)
-    return visible / (4.0 * cos_o * (1.0 + facets.masking(uneven, lobe, cos_o, share)))
+    visible = facets.distribution(lobe, h, n)
+    return visible / (4.0 * cos_o * (1.0 + facets.masking(lobe, cos_o, share)))
 
 
 @jit
-def pdf(scattering, maps, lobe, wi, wo, n, least):
+def pdf(scattering, lobe, surface, wi):
     """Return the density of `sample` (per steradian)."""
+    wo, n = departure(surface), surface.ns
     cos_i, cos_o = vec.dot(wi, n), vec.dot(wo, n)
     if cos_i <= 0.0 or cos_o <= 0.0:
         return 0.0
-    uneven = scattering.anisotropy
-    share = facets.azimuth(uneven, lobe, wo, n)
-    probability = max(lobe_probability(scattering, maps, lobe, cos_o, share), least)
-    visible = visible_pdf(uneven, lobe, wi, wo, n, share)
+    share = facets.azimuth(lobe, wo, n)
+    probability = max(lobe_probability(scattering, lobe, cos_o, share), _least(surface))
+    visible = visible_pdf(lobe, wi, wo, n, share)
     return probability * visible + (1.0 - probability) * warp.cosine_hemisphere_pdf(cos_i)
+
+
+@jit
+def _terms_of(scattering, lobe, w, n):
+    """Return the albedos of the lobe for light to or from w, as `Reflection.incoming`."""
+    cosine, share = vec.dot(w, n), facets.azimuth(lobe, w, n)
+    single = look_up_albedo(scattering, lobe, 0, cosine, share)
+    grazing = look_up_albedo(scattering, lobe, 1, cosine, share)
+    dip = dip_albedos(scattering, lobe, (cosine, share))
+    return single, grazing, dip
+
+
+@jit
+def pass_lobe(scattering, lobe, w, n, values):
+    """Multiply values, (N,), by the part of light to or from w that passes the lobe."""
+    if vec.dot(w, n) <= 0.0:
+        values[:] = 0.0
+        return
+    terms = _terms_of(scattering, lobe, w, n)
+    mean = mean_albedo(scattering, lobe, 0)
+    weights = scattering.dip, lobe.material
+    for band in range(len(values)):
+        f0 = normal_reflectance(scattering, lobe, band)
+        multiple = multiple_fresnel(lobe, f0, dip_of(weights, DIP_MEANS, band), mean)
+        own = lobe_albedo(terms, f0, dip_of(weights, terms[2], band), multiple)
+        values[band] *= np.float32(1.0 - own)
+
+
+@jit
+def return_to_base(scattering, lobe, values):
+    """Turn the base's albedos in values, (N,), into what it sends in all, reflected back to it."""
+    means = mean_albedo(scattering, lobe, 0), mean_albedo(scattering, lobe, 1)
+    dip, weights = mean_dips(scattering, lobe), (scattering.dip, lobe.material)
+    for band in range(len(values)):
+        f0, rho = normal_reflectance(scattering, lobe, band), float(values[band])
+        multiple = multiple_fresnel(lobe, f0, dip_of(weights, DIP_MEANS, band), means[0])
+        back = lobe_albedo(means, f0, dip_of(weights, dip, band), multiple)
+        values[band] = np.float32(rho / max(1.0 - rho * back, TINY))
+
+
+@jit
+def share_of_lobe(scattering, lobe, wo, n):
+    """Return which part of the light to wo the lobe reflects, about."""
+    cosine = vec.dot(wo, n)
+    if cosine <= 0.0:
+        return 0.0
+    share = facets.azimuth(lobe, wo, n)
+    return lobe_probability(scattering, lobe, cosine, share)

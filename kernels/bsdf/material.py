@@ -1,7 +1,4 @@
-"""Material look-up: the diffuse albedo where a ray meets a surface, of a table or a texture.
-
-Textures are an argument of their own: where they are None, none of their code is compiled.
-"""
+"""Material look-up: the diffuse albedo where a ray meets a surface, of a table or a texture."""
 
 import numpy as np
 
@@ -14,17 +11,18 @@ _BLACK = ((0.0, 0.0, 0.0), _NO_ROWS)
 
 
 @jit
-def look_up_material(geometry, textures, hit):
+def look_up_material(scene, hit):
     """Return (material, colour) of a hit; the colour means something where it is textured."""
-    material = geometry.material[hit.triangle]
-    if textures is None:
+    material = scene.geometry.material[hit.triangle]
+    if scene.textures is None:
         return material, _BLACK
-    return material, _look_up(geometry, textures, textures.palettes, hit)
+    return material, _look_up(scene.geometry, scene.textures, hit)
 
 
 @outlined
-def _look_up(geometry, textures, palettes, hit):
+def _look_up(geometry, textures, hit):
     """Return (r, g, b) and four rows of palettes with their weights; rows of -1 for a colour."""
+    palettes = textures.palettes
     image = textures.reflectance[geometry.material[hit.triangle]]
     if image < 0:
         return _BLACK
@@ -36,37 +34,36 @@ def _look_up(geometry, textures, palettes, hit):
 
 
 @jit
-def albedo(materials, textures, color, band):
+def albedo(scene, color, band):
     """Return the diffuse albedo in one band of what `look_up_material` gave."""
-    if textures is None:
-        return materials.reflectance[color[0], band]
-    if textures.reflectance[color[0]] < 0:
-        return materials.reflectance[color[0], band]
-    return _mix(textures, textures.palettes, color[1], band)
+    textures = scene.textures
+    if textures is None or textures.reflectance[color[0]] < 0:
+        return scene.materials.reflectance[color[0], band]
+    return _mix(textures, color[1], band)
 
 
 @jit
-def _mix(textures, palettes, color, band):
+def _mix(textures, color, band):
     """Return one band of what `_look_up` gave."""
     rgb, rows = color
-    if palettes is not None:
+    if textures.palettes is not None:
         (a, b, c, d), (p, q, r, s) = rows
         if a >= 0:
-            spectra = palettes.spectra
+            spectra = textures.palettes.spectra
             above = p * spectra[a, band] + q * spectra[b, band]
             return np.float32(above + r * spectra[c, band] + s * spectra[d, band])
     return np.float32(mix(rgb, textures.basis, band))
 
 
 @jit
-def multiply_albedo(throughput, materials, textures, color, factor):
+def multiply_albedo(throughput, scene, color, factor):
     """Multiply throughput, (N,), by factor · albedo; return its largest, (old, new)."""
-    if textures is None:
-        return attenuate(throughput, materials.reflectance, color[0], factor)
+    if scene.textures is None:
+        return attenuate(throughput, scene.materials.reflectance, color[0], factor)
     factor = np.float32(factor)
     before = after = np.float32(0.0)
     for band in range(len(throughput)):
         before = max(before, throughput[band])
-        throughput[band] *= albedo(materials, textures, color, band) * factor
+        throughput[band] *= albedo(scene, color, band) * factor
         after = max(after, throughput[band])
     return before, after

@@ -6,8 +6,15 @@ JCGT 14(1), 2025. `parameters[0]` is the roughness, from 0 (Lambertian) to 1.
 
 import math
 
+from photonmap.kernels.bsdf.lambert import cosine_pdf, lobe_at, sample_cosine
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit
+from photonmap.kernels.geometry.interaction import departure
+
+__all__ = ("directional_albedo", "evaluate", "lobe_at", "pdf", "sample")
+
+IS_NARROW = False
+"""See `models`"""
 
 DARKENING = 0.5 - 2.0 / (3.0 * math.pi)
 """How much a grazing view at roughness 1 darkens: the paper's first constant."""
@@ -26,9 +33,9 @@ def directional_albedo(cosine, roughness):
 
 
 @jit
-def evaluate(parameters, wi, wo, n, values):
-    """Turn the albedos in values, (N,), into the BSDF (per steradian)."""
-    roughness = parameters[0]
+def evaluate(scattering, base, surface, wi, cover, values):
+    """Turn the albedos in values, (N,), into the BSDF (per steradian); nothing may cover it."""
+    roughness, wo, n = scattering.parameters[base.material, 0], departure(surface), surface.ns
     cos_i, cos_o = vec.dot(wi, n), vec.dot(wo, n)
     if cos_i <= 0.0 or cos_o <= 0.0:
         for band in range(len(values)):
@@ -48,12 +55,12 @@ def evaluate(parameters, wi, wo, n, values):
 
 
 @jit
-def sample(parameters, wo, n, u, v):
-    """Return a direction about n, distributed by its cosine: the BSDF departs little from it."""
-    return vec.from_frame(warp.cosine_hemisphere(u, v), n)
+def sample(scattering, base, surface, u, v):
+    """Return a direction distributed by its cosine: the BSDF departs little from it."""
+    return sample_cosine(surface, u, v)
 
 
 @jit
-def pdf(parameters, wi, wo, n):
+def pdf(scattering, base, surface, wi):
     """Return the density of `sample` (per steradian)."""
-    return warp.cosine_hemisphere_pdf(vec.dot(wi, n))
+    return cosine_pdf(surface, wi)

@@ -47,25 +47,21 @@ class Sheen(NamedTuple):
 
 
 @jit
-def sheen_at(geometry, sheens, maps, hit):
-    """Return the `Sheen` where a ray meets a surface that has one; `maps` is `sheens.maps`."""
+def sheen_at(geometry, sheens, hit):
+    """Return the `Sheen` where a ray meets a surface that has one."""
     material = geometry.material[hit.triangle]
     row, mean, nothing = sheens.row[material], sheens.mean[material], (0.0, 0.0, 0.0)
-    if maps is None:
-        return Sheen(material, row, False, nothing, mean)
-    if sheens.image[material] < 0:
+    if sheens.maps is None or sheens.image[material] < 0:
         return Sheen(material, row, False, nothing, mean)
     s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
-    r, g, b = look_up(maps, sheens.image[material], s, t)
+    r, g, b = look_up(sheens.maps, sheens.image[material], s, t)
     color = min(r, 1.0), min(g, 1.0), min(b, 1.0)
     return Sheen(material, row, True, color, (color[0] + color[1] + color[2]) / 3.0)
 
 
 @jit
-def color_of(sheens, maps, sheen, band):
-    """Return the colour of a sheen in one band; `maps` is `sheens.maps`."""
-    if maps is None:
-        return float(sheens.color[sheen.material, band])
+def color_of(sheens, sheen, band):
+    """Return the colour of a sheen in one band."""
     if sheen.is_textured:
         return min(max(float(mix(sheen.color, sheens.basis, band)), 0.0), 1.0)
     return float(sheens.color[sheen.material, band])
@@ -128,10 +124,10 @@ def _through(table, color, cosine):
 
 
 @jit
-def cover(sheens, maps, sheen, directions, n, values):
+def cover(sheens, sheen, directions, n, values):
     """Turn the BSDF of a base in values, (N,), into that of the base below a sheen.
 
-    `directions` are wi and wo, `maps` is `sheens.maps`.
+    `directions` are wi and wo.
     """
     wi, wo = directions
     cos_i, cos_o = vec.dot(wi, n), vec.dot(wo, n)
@@ -142,7 +138,7 @@ def cover(sheens, maps, sheen, directions, n, values):
     own *= interpolate(sheens.kept[sheen.row], cos_i) * interpolate(sheens.kept[sheen.row], cos_o)
     table = sheens.through[sheen.row]
     for band in range(len(values)):
-        color = color_of(sheens, maps, sheen, band)
+        color = color_of(sheens, sheen, band)
         passed = _through(table, color, cos_i) * _through(table, color, cos_o)
         values[band] = color * own + passed * values[band]
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.bsdf import microsurface
+from photonmap.kernels.bsdf.absorption import absorb
 from photonmap.kernels.bsdf.dispersion import choose_index, index_ratio, keep_index, reflects
 from photonmap.kernels.bsdf.facets import from_local, to_local
 from photonmap.kernels.bsdf.glass import (
@@ -19,7 +20,7 @@ from photonmap.kernels.bsdf.glass import (
     take_share,
 )
 from photonmap.kernels.core import vec
-from photonmap.kernels.core.bands import divide
+from photonmap.kernels.core.bands import divide, largest
 from photonmap.kernels.core.fresnel import (
     dip_of,
     dip_terms,
@@ -31,11 +32,15 @@ from photonmap.kernels.core.fresnel import (
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.records import GLASS, MIRROR
 from photonmap.kernels.core.rng import draw, draw_three, stream
+from photonmap.kernels.core.roulette import russian_roulette
 from photonmap.kernels.geometry.interaction import offset, point_at, shading_normal, side_of
+from photonmap.kernels.geometry.opacity import intersect
 from photonmap.kernels.geometry.pane import clear_at, is_reflected
 
 LONGEST_CHAIN = 256
 """Specular scatterings in a row, after which a path is truncated."""
+CERTAIN_STEPS = 4
+"""Specular scatterings of a chain before Russian roulette begins."""
 BITS = float(1 << 53)
 """Of a uniform number."""
 
@@ -55,9 +60,11 @@ class Arrival(NamedTuple):
 
 
 @jit
-def specular_probability(geometry, specular, triangle):
+def specular_probability(scene, triangle):
     """Return the probability of the specular lobe; 1 for a surface that has no other."""
-    return 0.0 if specular is None else specular.probability[geometry.material[triangle]]
+    if scene.specular is None:
+        return 0.0
+    return scene.specular.probability[scene.geometry.material[triangle]]
 
 
 @jit
@@ -75,21 +82,16 @@ def choose_lobe(probability, state, throughput):
 
 
 @jit
-def _multiply_by_mirror(specular, grazing, material, cosine, throughput):
+def _multiply_by_mirror(specular, material, cosine, throughput):
     """Multiply throughput, (N,), by what a mirror reflects of light of this cosine."""
-    if len(grazing) == 0:
+    if len(specular.grazing) == 0:
         for band in range(len(throughput)):
             throughput[band] *= specular.mirror[material, band]
         return
-    _multiply_by_metal(specular, grazing, specular.dip, material, cosine, throughput)
-
-
-@jit
-def _multiply_by_metal(specular, grazing, dips, material, cosine, throughput):
     rise, terms = np.float32(schlick_term(cosine)), dip_terms(cosine)
-    dip = dips, material
+    dip = specular.dip, material
     for band in range(len(throughput)):
-        reflected = specular.mirror[material, band] + rise * grazing[material, band]
+        reflected = specular.mirror[material, band] + rise * specular.grazing[material, band]
         throughput[band] *= reflected - np.float32(dip_of(dip, terms, band))
 
 
@@ -106,14 +108,14 @@ def arrive_at(geometry, hit, direction):
 
 
 @jit
-def reflected_share(geometry, specular, hit, direction):
+def reflected_share(scene, hit, direction):
     """Return what smooth glass reflects of a ray, in one band; 1 of any other surface."""
-    material = geometry.material[hit.triangle]
-    if specular.kind[material] != GLASS:
+    material = scene.geometry.material[hit.triangle]
+    if scene.specular.kind[material] != GLASS:
         return 1.0
-    arrival = arrive_at(geometry, hit, direction)
+    arrival = arrive_at(scene.geometry, hit, direction)
     cosine = -vec.dot(arrival.n, arrival.direction)
-    return fresnel(cosine, index_ratio(specular, material, arrival, 0))
+    return fresnel(cosine, index_ratio(scene.specular, material, arrival, 0))
 
 
 @jit
@@ -126,7 +128,7 @@ def draw_scattering(alpha, state):
 
 
 @outlined
-def scatter_specular(geometry, specular, hit, direction, numbers, carries_flux, throughput):
+def scatter_specular(scene, hit, direction, numbers, carries_flux, throughput):
     """Scatter light that arrives along `direction` at a specular surface: a BSDF's `sample`.
 
     Glass reflects where the first of three uniform `numbers` is below Fresnel's reflectance, and
@@ -138,21 +140,20 @@ def scatter_specular(geometry, specular, hit, direction, numbers, carries_flux, 
     -------
     origin, unit direction
     """
+    geometry, specular = scene.geometry, scene.specular
     material = geometry.material[hit.triangle]
     arrival = arrive_at(geometry, hit, direction)
     direction, ng, n = arrival.direction, arrival.ng, arrival.n
     xi = numbers[0]
     point, size = point_at(geometry, hit.triangle, hit.u, hit.v)
     take_share(geometry, specular.share, hit, throughput)
-    if _crosses_pane(geometry, geometry.alpha, specular, hit, arrival, xi, throughput):
+    if _crosses_pane(scene, hit, arrival, xi, throughput):
         return offset(point, size, vec.scale(ng, -1.0)), direction
     if specular.kind[material] == MIRROR:
         cosine = -vec.dot(n, direction)
-        _multiply_by_mirror(specular, specular.grazing, material, cosine, throughput)
+        _multiply_by_mirror(specular, material, cosine, throughput)
         return offset(point, size, ng), _on_side(mirrored(direction, n), direction, ng)
-    rough, crossed, out = _scatter_rough(
-        geometry, specular, specular.alpha, hit, arrival, numbers, carries_flux, throughput
-    )
+    rough, crossed, out = _scatter_rough(scene, hit, arrival, numbers, carries_flux, throughput)
     if rough:
         return offset(point, size, vec.scale(ng, -1.0) if crossed else ng), out
     cosine = -vec.dot(n, direction)
@@ -160,7 +161,7 @@ def scatter_specular(geometry, specular, hit, direction, numbers, carries_flux, 
     if is_reflected:
         return offset(point, size, ng), _on_side(mirrored(direction, n), direction, ng)
     factor = 1.0 if carries_flux else eta * eta
-    multiply_tint(geometry, specular, specular.maps, hit, factor, throughput)
+    multiply_tint(scene, hit, factor, throughput)
     transmitted = refracted(direction, n, eta)
     if vec.dot(transmitted, ng) >= 0.0:
         transmitted = refracted(direction, ng, eta)
@@ -168,24 +169,17 @@ def scatter_specular(geometry, specular, hit, direction, numbers, carries_flux, 
 
 
 @jit
-def _crosses_pane(geometry, alpha, specular, hit, arrival, xi, throughput):
+def _crosses_pane(scene, hit, arrival, xi, throughput):
     """Return whether light that a pane stopped goes straight on, in the colour of the glass."""
-    if alpha is None:
+    if scene.geometry.alpha is None:
         return False
-    return _crosses(geometry, alpha.panes, specular, hit, arrival, xi, throughput)
-
-
-@jit
-def _crosses(geometry, panes, specular, hit, arrival, xi, throughput):
-    if panes is None:
+    panes, material = scene.geometry.alpha.panes, scene.geometry.material[hit.triangle]
+    if panes is None or panes.ior[material] == 0.0:
         return False
-    material = geometry.material[hit.triangle]
-    if panes.ior[material] == 0.0:
-        return False
-    clear = clear_at(geometry, panes, panes.maps, hit)
+    clear = clear_at(scene.geometry, panes, hit)
     if is_reflected(panes, material, clear, vec.dot(arrival.ng, arrival.direction), xi):
         return False
-    multiply_remainder(geometry, specular, specular.maps, hit, clear, throughput)
+    multiply_remainder(scene, hit, clear, throughput)
     return True
 
 
@@ -196,31 +190,30 @@ def _on_side(out, direction, ng):
 
 
 @jit
-def metal_of(specular, dip, material):
+def metal_of(specular, material):
     """Return what a METAL reflects, as `microsurface.scatter` takes it."""
-    return specular.mirror[material], (dip, material)
+    return specular.mirror[material], (specular.dip, material)
 
 
 @jit
-def _scatter_rough(geometry, specular, alpha, hit, arrival, numbers, carries_flux, throughput):
+def _scatter_rough(scene, hit, arrival, numbers, carries_flux, throughput):
     """Scatter light at a rough surface; return (whether it is one, transmitted or not, direction).
 
     `throughput` is multiplied as by `scatter_specular`.
     """
+    specular = scene.specular
     direction, ng, n = arrival.direction, arrival.ng, arrival.n
-    material = geometry.material[hit.triangle]
-    if len(alpha) == 0:
-        return False, False, direction
-    if alpha[material] == 0.0:
+    material = scene.geometry.material[hit.triangle]
+    if len(specular.alpha) == 0 or specular.alpha[material] == 0.0:
         return False, False, direction
     xi, u, v = numbers
     column, probability, own = choose_index(specular.media, arrival, throughput, xi)
     keep_index(specular.media, arrival, (column, probability), throughput)
     eta = index_ratio(specular, material, arrival, column)
-    rough = roughness_at(geometry, specular, specular.anisotropy, hit)
-    wi = to_local(specular.anisotropy, rough, vec.scale(direction, -1.0), n)
+    rough = roughness_at(scene, hit)
+    wi = to_local(rough, vec.scale(direction, -1.0), n)
     state = stream(np.uint64(xi * BITS), np.uint64(u * BITS), np.uint64(v * BITS))
-    metal = metal_of(specular, specular.dip, material)
+    metal = metal_of(specular, material)
     wo, crossed, state = microsurface.scatter(
         (specular.anisotropy, rough.along, rough.alpha),
         eta,
@@ -232,8 +225,8 @@ def _scatter_rough(geometry, specular, alpha, hit, arrival, numbers, carries_flu
     )
     if crossed:
         factor = 1.0 if carries_flux else microsurface.radiance_factor(eta)
-        multiply_tint(geometry, specular, specular.maps, hit, factor, throughput)
-    out = vec.normalize(from_local(specular.anisotropy, rough, wo, n))
+        multiply_tint(scene, hit, factor, throughput)
+    out = vec.normalize(from_local(rough, wo, n))
     if (vec.dot(out, ng) < 0.0) != crossed:
         out = mirrored(out, ng)
     return True, crossed, out
@@ -247,3 +240,22 @@ def is_folded(out, arrival, crossed):
     """
     toward = vec.dot(mirrored(out, arrival.ng), arrival.n)
     return toward < 0.0 if crossed else toward > 0.0
+
+
+@outlined
+def specular_step(scene, met, numbers, step, before, state, carries_flux, throughput):
+    """Scatter at a specular surface, and go on to the next hit: the one step of every chain.
+
+    `met` is (hit, direction) there, `numbers` are those of `scatter_specular`. From
+    `CERTAIN_STEPS` on, Russian roulette is played against the throughput `before` the chain.
+    Returns (whether the path goes on, hit, direction, state).
+    """
+    hit, direction = met
+    origin, direction = scatter_specular(scene, hit, direction, numbers, carries_flux, throughput)
+    if step >= CERTAIN_STEPS:
+        alive, state = russian_roulette(before, largest(throughput), state, throughput)
+        if not alive:
+            return False, hit, direction, state
+    hit = intersect(scene.geometry, origin, direction)
+    absorb(scene, hit, direction, True, throughput)
+    return True, hit, direction, state

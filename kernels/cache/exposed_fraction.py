@@ -52,7 +52,7 @@ class Piece(NamedTuple):
 def _is_lit(scene, lit_sides, hit, direction):
     """Return whether light reaches what a ray meets, if anything."""
     other = hit.triangle
-    if other < 0 or specular_probability(scene.geometry, scene.specular, other) > 0.0:
+    if other < 0 or specular_probability(scene, other) > 0.0:
         return True
     return lit_sides[other, side_of(scene.geometry, other, direction)]
 

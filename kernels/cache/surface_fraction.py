@@ -24,7 +24,7 @@ def measure_cells(geometry, alpha, cells, areas, whole, there):
             for i in range(steps):
                 for j in range(steps - i):
                     u, v = place_in(n, part, (i + 0.4) / steps, (j + 0.4) / steps)
-                    opacity = opacity_at(geometry, alpha, triangle, u, v)
+                    opacity = opacity_at(geometry, triangle, u, v)
                     for side in range(2):
                         cell = cell_at(cells, triangle, side, u, v)
                         whole[cell] += weight

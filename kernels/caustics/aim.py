@@ -9,11 +9,12 @@ import math
 
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.lights.infinite import emit_from_sun, start_at
+from photonmap.kernels.lights.dome import start_at
 from photonmap.kernels.lights.kinds import DIRECTIONAL, DOME, emit, emitted
 from photonmap.kernels.lights.photons import send
 from photonmap.kernels.lights.portal import let_in, position_on
 from photonmap.kernels.lights.samples import PhotonStart
+from photonmap.kernels.lights.sun import emit_from_outside
 
 MIDDLE = (0.5, 0.5)
 
@@ -59,7 +60,7 @@ def _towards(geometry, lights, emitter, guide, sums, start, position, direction)
             density += guide.importance[k]
     weight = intensity * whole / density if density > 0.0 else 0.0
     seen = vec.scale(towards, -1.0)
-    place = position_on(lights, lights.environment, emitter, start.position, seen)
+    place = position_on(lights, emitter, start.position, seen)
     return PhotonStart(weight, place, start.origin, towards), chosen
 
 
@@ -88,11 +89,6 @@ def _from_infinity(lights, guide, sums, start, point):
 
 
 @jit
-def _through_portals(geometry, portals, start):
-    return start if portals is None else let_in(geometry, portals, start)
-
-
-@jit
 def aim_photon(geometry, lights, guide, sums, place, direction, share, flux):
     """Send a photon from an emitter to a specular surface, by two points of the unit square.
 
@@ -102,9 +98,10 @@ def aim_photon(geometry, lights, guide, sums, place, direction, share, flux):
     emitter, u = warp.discrete(lights.cdf, place[0])
     position = (u, place[1])
     if lights.kind[emitter] == DIRECTIONAL:
-        start = emit_from_sun(lights, emitter, MIDDLE, position)
+        start = emit_from_outside(lights, emitter, MIDDLE, position)
         start, chosen = _from_infinity(lights, guide, sums, start, direction)
-        start = _through_portals(geometry, lights.portals, start)
+        if lights.portals is not None:
+            start = let_in(geometry, lights.portals, start)
     elif lights.kind[emitter] == DOME:
         start = emit(geometry, lights, emitter, MIDDLE, position)
         start, chosen = _from_infinity(lights, guide, sums, start, direction)

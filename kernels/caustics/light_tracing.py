@@ -35,8 +35,9 @@ def _film_density(seen, way, ng):
 
 
 @jit
-def are_caustics_connected(job, caustics, surface, pixel):
+def are_caustics_connected(job, surface, pixel):
     """Return whether light tracing brings the caustics of a first hit: then disks must not."""
+    caustics = job.maps.caustics
     if caustics is None:
         return False
     if caustics.connected == 0.0:
@@ -74,7 +75,7 @@ def _connect(job, caustics, photon):
         return -1, 0.0, 0
     if occluded(geometry, point, way, 1.0):
         return -1, 0.0, 1
-    opacity = opacity_along(geometry, geometry.alpha, _hit_of(caustics, photon), way)
+    opacity = opacity_along(geometry, _hit_of(caustics, photon), way)
     return pixel, density * opacity, 1
 
 
@@ -94,14 +95,14 @@ def connect_photons(job, caustics, span, pixels, weights):
 
 
 @jit
-def _scatter(scene, scattering, caustics, surface, photon, scratches):
+def _scatter(scene, caustics, surface, photon, scratches):
     """Fill row CAUSTIC of what is scattered with what a surface makes of a photon."""
-    if scattering is None:
+    if scene.scattering is None:
         return
-    if models.model_at(scene.geometry, scattering, surface.hit.triangle) == models.LAMBERTIAN:
+    if models.model_at(scene, surface.hit.triangle) == models.LAMBERTIAN:
         return
     wi = vec.scale(vec.row(caustics.arrivals, photon), -1.0)
-    models.evaluate(scene, scattering, surface, wi, scratches.own.response)
+    models.evaluate(scene, surface, wi, scratches.own.response)
     for band in range(len(scratches.own.response)):
         light = scratches.own.irradiance[CAUSTIC, band]
         scratches.scattered.irradiance[CAUSTIC, band] = scratches.own.response[band] * light
@@ -122,5 +123,5 @@ def add_connected(job, caustics, connections, span, scratches, estimate):
             way = _way_to_eye(camera, vec.row(caustics.positions, photon))[1]
             hit = _hit_of(caustics, photon)
             surface = surface_interaction(scene.geometry, hit, vec.scale(way, -1.0))
-            _scatter(scene, scene.scattering, caustics, surface, photon, scratches)
+            _scatter(scene, caustics, surface, photon, scratches)
             add_beyond_diffuse(scene, surface, share, pixel, scratches, estimate)

@@ -10,7 +10,8 @@ from photonmap.kernels.bsdf.specular import (
     LONGEST_CHAIN,
     choose_lobe,
     draw_scattering,
-    scatter_specular,
+    specular_probability,
+    specular_step,
 )
 from photonmap.kernels.caustics.aim import aim_photon
 from photonmap.kernels.core import vec, warp
@@ -22,6 +23,8 @@ from photonmap.kernels.core.streams import EMIT_DIRECTION, EMIT_POSITION, LOBE, 
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import divide_by_opacity, intersect
 
+CERTAIN = np.float32(1.0)
+"""Against which no Russian roulette is played: photons keep their flux."""
 ALIGNED = 0.7
 """Cosine between normals above which photons count for each other's surface."""
 FLATNESS = 0.3
@@ -29,29 +32,27 @@ FLATNESS = 0.3
 
 
 @jit
-def _follow(geometry, specular, ray, state, flux):
+def _follow(scene, ray, state, flux):
     """Follow a photon along specular surfaces to where it takes another lobe.
 
     Returns (whether it came there via specular surfaces, its hit, its direction, rays cast).
     """
-    origin, direction = ray
-    hit = intersect(geometry, origin, direction)
+    hit, direction = intersect(scene.geometry, *ray), ray[1]
+    if hit.triangle < 0 or specular_probability(scene, hit.triangle) == 0.0:
+        return False, hit, direction, 1
+    absorb(scene, hit, direction, True, flux)
     for step in range(LONGEST_CHAIN):
-        if hit.triangle < 0:
-            return False, hit, direction, step + 1
-        absorb(geometry, specular, hit, direction, True, flux)
-        probability = specular.probability[geometry.material[hit.triangle]]
-        if step == 0 and probability == 0.0:
-            return False, hit, direction, step + 1
         if step > 0:
+            probability = specular_probability(scene, hit.triangle)
             is_specular, state = choose_lobe(probability, state, flux)
             if not is_specular:
                 return True, hit, direction, step + 1
-        numbers, state = draw_scattering(specular.alpha, state)
-        origin, direction = scatter_specular(
-            geometry, specular, hit, direction, numbers, True, flux
+        numbers, state = draw_scattering(scene.specular.alpha, state)
+        _, hit, direction, state = specular_step(
+            scene, (hit, direction), numbers, 0, CERTAIN, state, True, flux
         )
-        hit = intersect(geometry, origin, direction)
+        if hit.triangle < 0:
+            return False, hit, direction, step + 2
     return False, hit, direction, LONGEST_CHAIN + 1
 
 
@@ -62,7 +63,7 @@ def _arrive(geometry, hit, direction, photons, row):
     factor = max(0.0, -vec.dot(surface.ns, direction))
     factor /= max(1e-9, -vec.dot(surface.ng, direction))
     divide(photons.flux[row], 1.0 / max(factor, 1e-9))
-    divide_by_opacity(geometry, geometry.alpha, hit, photons.flux[row])
+    divide_by_opacity(geometry, hit, photons.flux[row])
     for axis in range(3):
         photons.positions[row, axis] = surface.point[axis]
         photons.positions[row, 3 + axis] = surface.ng[axis]
@@ -109,9 +110,7 @@ def trace_caustics(scene, guide, key, span, total, sums, photons):
         if photons.emitted[row] == 0.0:
             continue
         state = stream(lobe_key, index, 0)
-        photons.arrived[row], hit, direction, cast = _follow(
-            scene.geometry, scene.specular, (start, direction), state, flux
-        )
+        photons.arrived[row], hit, direction, cast = _follow(scene, (start, direction), state, flux)
         rays += cast
         if photons.arrived[row]:
             _arrive(scene.geometry, hit, direction, photons, row)
@@ -245,7 +244,7 @@ def scatter_caustics(scene, caustics, surface, factor, target, row, scratch):
             if near == 0.0:
                 continue
             wi = vec.scale(vec.row(caustics.arrivals, photon), -1.0)
-            models.evaluate(scene, scene.scattering, surface, wi, scratch.response)
+            models.evaluate(scene, surface, wi, scratch.response)
             for band in range(target.shape[1]):
                 light = np.float32(scale * near) * caustics.flux[photon, band]
                 target[row, band] += scratch.throughput[band] * scratch.response[band] * light

@@ -10,7 +10,13 @@ from numba.core.sigutils import normalize_signature
 from numba.core.types import unliteral
 
 from photonmap.kernels.core.code_cache import SOURCES, USER_FOLDER, KernelCache, source_hash
-from photonmap.kernels.core.linking import IS_KNOWN, DisjointCompiler, KernelCompiler, only_linked
+from photonmap.kernels.core.linking import (
+    IS_KNOWN,
+    DisjointCompiler,
+    FullCompiler,
+    KernelCompiler,
+    only_linked,
+)
 
 CACHE_FOLDER = USER_FOLDER / f"kernels-{source_hash(SOURCES)}"
 """Of tables that kernels make, and of marks that say what is compiled"""
@@ -48,8 +54,8 @@ def vectorized(function: Callable) -> Callable:
     Told so, LLVM turns loops of any length into vector instructions: the checks that it would make
     else pay only for a dozen iterations and more.
     """
-    compiler = {"pipeline_class": DisjointCompiler} if IS_KNOWN else {}
-    return _inner(_compile(function, forceinline=False, **_NO_WRAPPERS, **compiler))
+    compiler = DisjointCompiler if IS_KNOWN else FullCompiler
+    return _inner(_compile(function, forceinline=False, **_NO_WRAPPERS, pipeline_class=compiler))
 
 
 # Turning Python's objects into a scene's arrays takes more code than many a function itself.
@@ -104,6 +110,5 @@ def _inner(compiled: Callable) -> Callable:
 
 
 def _compile(function: Callable, **options: Any) -> Callable:
-    if IS_KNOWN:
-        options.setdefault("pipeline_class", KernelCompiler)
+    options.setdefault("pipeline_class", KernelCompiler if IS_KNOWN else FullCompiler)
     return numba.njit(nogil=True, error_model="numpy", _nrt=False, **options)(function)

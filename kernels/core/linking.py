@@ -3,6 +3,9 @@
 Much of what Numba does is needed once, for the kernel that all its functions are linked into. This
 rests on Numba's inside: where that is not as it was, `IS_KNOWN` is false, and all is compiled in
 full, which takes longer. The machine code is the same.
+
+And in one step more: a record's field that is None is a constant, so code that would use it is left
+out, as Numba does for arguments that are None.
 """
 
 from collections.abc import Iterator
@@ -10,11 +13,13 @@ from contextlib import contextmanager
 from typing import Any
 
 from llvmlite.binding import ModuleRef
-from numba.core import typed_passes, untyped_passes
+from numba.core import ir, typed_passes, types, untyped_passes
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
-from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags
+from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags, StateDict
 from numba.core.compiler_lock import global_compiler_lock
-from numba.core.compiler_machinery import PassManager
+from numba.core.compiler_machinery import FunctionPass, PassManager, register_pass
+from numba.core.consts import ConstantInference
+from numba.core.ir_utils import get_definition, guard
 from numba.core.registry import CPUDispatcher
 
 _NEEDLESS = {
@@ -33,18 +38,69 @@ _NEEDLESS = {
 exceptions, `with`. After each, Numba finds the lifetimes of all variables anew."""
 
 
-class KernelCompiler(CompilerBase):
-    """Numba's steps without those that are for what kernels do not contain."""
+@register_pass(mutates_CFG=False, analysis_only=False)
+class NoneFields(FunctionPass):
+    """Make constants of fields that are None, of NamedTuples among the arguments."""
+
+    _name = "none_fields"
+
+    def __init__(self) -> None:
+        FunctionPass.__init__(self)
+
+    def run_pass(self, state: StateDict) -> bool:
+        """Return whether the function was changed."""
+        code, changed = state.func_ir, False
+        blocks = code.blocks.values()
+        for assigned in (each for block in blocks for each in block.find_insts(ir.Assign)):
+            read = assigned.value
+            if not isinstance(_kind_of(code, state.args, read), types.NoneType):
+                continue
+            definitions = code._definitions[assigned.target.name]
+            assigned.value = ir.Const(None, loc=assigned.loc)
+            definitions[definitions.index(read)] = assigned.value
+            changed = True
+        if changed:
+            code._consts = ConstantInference(code)
+        return changed
+
+
+def _kind_of(code: ir.FunctionIR, kinds: tuple[types.Type, ...], read: object) -> object:
+    """Return the type of a field of an argument, or of a field's field; else None."""
+    if not isinstance(read, ir.Expr) or read.op != "getattr":
+        return None
+    holder = guard(get_definition, code, read.value)
+    kind = kinds[holder.index] if isinstance(holder, ir.Arg) else _kind_of(code, kinds, holder)
+    if isinstance(kind, types.NamedTuple) and read.attr in kind.fields:
+        return kind.types[kind.fields.index(read.attr)]
+    return None
+
+
+class FullCompiler(CompilerBase):
+    """All of Numba's steps, and ours."""
 
     def define_pipelines(self) -> list[PassManager]:
         """Return the one list of steps."""
         steps = PassManager("kernel")
         whole = DefaultPassBuilder.define_nopython_pipeline(self.state)
         for step, meaning in whole.passes:
-            if step.__name__ not in _NEEDLESS:
+            if step is untyped_passes.DeadBranchPrune:
+                steps.add_pass(NoneFields, "fields that are None")
+            if self.needs(step):
                 steps.add_pass(step, meaning)
         steps.finalize()
         return [steps]
+
+    def needs(self, step: type) -> bool:
+        """Return whether a step of Numba's is taken."""
+        return True
+
+
+class KernelCompiler(FullCompiler):
+    """The steps without those that are for what kernels do not contain."""
+
+    def needs(self, step: type) -> bool:
+        """Return whether a step of Numba's is taken."""
+        return step.__name__ not in _NEEDLESS
 
 
 class DisjointCompiler(KernelCompiler):

@@ -268,7 +268,8 @@ class RadiosityCache(NamedTuple):
     radiosity: float32[:, ::1]
     """(cells, N) float32"""
     followed: float | None = None
-    """probability with which paths go on past a look-up, to correct it: see `cache.two_level`; None
+    """probability with which paths go on past a look-up, to correct it, see
+    `integrators.cache_answer`; None
     where they never do, and gather rays look up too"""
 
 

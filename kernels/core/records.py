@@ -122,7 +122,7 @@ class Dispersion(NamedTuple):
     """Glass whose index depends on wavelength; a scene without any has None in its place."""
 
     ior: float64[:, ::1]
-    """(R, N) float64, index of refraction in each band, in this pass"""
+    """(R, N) float64, index of refraction in each band, in this pass: one of `steps`"""
     steps: float64[:, :, ::1]
     """(K, R, N) float64, the same at K wavelengths of each band, of which passes take one"""
     wave: int32[::1]
@@ -334,9 +334,8 @@ class Lights(NamedTuple):
     """(K, 3) float64 of lights at a point"""
     axis: float64[:, ::1]
     """(K, 3) float64, unit vector in which spot and directional lights shine"""
-    cosines: float64[:, ::1]
-    """(K, 2) float64 of the angles up to which a spot is full, and beyond which it is dark; of the
-    radius of a sun's disc"""
+    parameters: float64[:, ::1]
+    """(K, P) float64 that its kind has beside: a row of `Parameters` of its module"""
     area: float64[::1]
     """(K,) float64 of triangles"""
     spectrum: int32[::1]

@@ -100,6 +100,6 @@ def fill_centre_reflectance(scene, view, span, reflectance):
         for band in range(reflectance.shape[1]):
             reflectance[pixel, band] = UNSEEN
         if hit.triangle >= 0:
-            color = look_up_material(scene.geometry, scene.textures, hit)
+            color = look_up_material(scene, hit)
             for band in range(reflectance.shape[1]):
-                reflectance[pixel, band] = albedo(scene.materials, scene.textures, color, band)
+                reflectance[pixel, band] = albedo(scene, color, band)

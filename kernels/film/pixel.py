@@ -68,7 +68,7 @@ def trace_camera_ray(job, pixel, position, index, share, pixels, rays):
 @jit
 def add_reflected(scene, surface, share, pixel, scratches, estimate):
     """Add what a first hit's material makes of its irradiance, (2, N) or (3, N), to a pixel."""
-    color = look_up_material(scene.geometry, scene.textures, surface.hit)
+    color = look_up_material(scene, surface.hit)
     _add_diffuse(scene, color, share, pixel, scratches.own.irradiance, estimate.pixels)
     add_beyond_diffuse(scene, surface, share, pixel, scratches, estimate)
 
@@ -76,15 +76,15 @@ def add_reflected(scene, surface, share, pixel, scratches, estimate):
 @jit
 def add_beyond_diffuse(scene, surface, share, pixel, scratches, estimate):
     """Add the caustics that a first hit reflects, and what its BSDF scatters beyond Lambert's."""
-    color = look_up_material(scene.geometry, scene.textures, surface.hit)
+    color = look_up_material(scene, surface.hit)
     _add_caustics(scene, color, share, pixel, scratches.own.irradiance, estimate.via_specular)
-    _add_scattered(scene, scene.scattering, surface, share, pixel, scratches, estimate.via_specular)
+    _add_scattered(scene, surface, share, pixel, scratches, estimate.via_specular)
 
 
 @jit
 def _add_diffuse(scene, color, share, pixel, irradiance, pixels):
     for band in range(irradiance.shape[1]):
-        rho = albedo(scene.materials, scene.textures, color, band) * share
+        rho = albedo(scene, color, band) * share
         direct, indirect = irradiance[DIRECT, band], irradiance[INDIRECT, band]
         pixels.reflectance[pixel, band] += rho
         pixels.direct[pixel, band] += rho * direct * np.float32(warp.INV_PI)
@@ -99,21 +99,21 @@ def _add_caustics(scene, color, share, pixel, irradiance, via_specular):
         return
     for band in range(irradiance.shape[1]):
         light = share * irradiance[CAUSTIC, band]
-        rho = albedo(scene.materials, scene.textures, color, band)
+        rho = albedo(scene, color, band)
         via_specular[CAUSTIC_IRRADIANCE, pixel, band] += light
         via_specular[FIRST_CAUSTIC, pixel, band] += rho * light * np.float32(warp.INV_PI)
 
 
 @jit
-def _add_scattered(scene, scattering, surface, share, pixel, scratches, via_specular):
+def _add_scattered(scene, surface, share, pixel, scratches, via_specular):
     """Add what a BSDF other than Lambert's scatters beyond albedo · irradiance / π."""
-    if scattering is None or via_specular is None:
+    if scene.scattering is None or via_specular is None:
         return
-    color = look_up_material(scene.geometry, scene.textures, surface.hit)
-    if scattering.model[color[0]] == 0:
+    color = look_up_material(scene, surface.hit)
+    if scene.scattering.model[color[0]] == 0:
         return
     for band in range(scratches.own.irradiance.shape[1]):
-        rho = albedo(scene.materials, scene.textures, color, band) * np.float32(warp.INV_PI)
+        rho = albedo(scene, color, band) * np.float32(warp.INV_PI)
         for row in range(scratches.own.irradiance.shape[0]):
             light = (
                 scratches.scattered.irradiance[row, band]

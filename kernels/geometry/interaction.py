@@ -15,6 +15,12 @@ LEAST_BARYCENTRIC = 2.0**-20
 
 
 @jit
+def departure(surface):
+    """Return wo: the unit vector to where a ray came from."""
+    return vec.normalize(vec.scale(surface.arrival, -1.0))
+
+
+@jit
 def side_of(geometry, triangle, direction):
     """Return 0 where `direction` arrives at the front of a triangle, 1 at its back."""
     return 0 if vec.dot(vec.row(geometry.normals, triangle), direction) < 0.0 else 1

@@ -26,8 +26,9 @@ STEPS = float(1 << 40)
 
 
 @jit
-def opacity_at(geometry, alpha, triangle, u, v):
-    """Return the opacity of a surface at barycentrics (u, v); alpha may be None."""
+def opacity_at(geometry, triangle, u, v):
+    """Return the opacity of a surface at barycentrics (u, v)."""
+    alpha = geometry.alpha
     if alpha is None:
         return 1.0
     material = geometry.material[triangle]
@@ -39,20 +40,20 @@ def opacity_at(geometry, alpha, triangle, u, v):
 
 
 @jit
-def opacity_along(geometry, alpha, hit, direction):
-    """Return with which probability a surface stops a ray; alpha may be None."""
-    if alpha is None:
+def opacity_along(geometry, hit, direction):
+    """Return with which probability a surface stops a ray."""
+    if geometry.alpha is None:
         return 1.0
-    opacity = opacity_at(geometry, alpha, hit.triangle, hit.u, hit.v)
-    return opacity * pane_opacity(geometry, alpha.panes, hit, direction)
+    opacity = opacity_at(geometry, hit.triangle, hit.u, hit.v)
+    return opacity * pane_opacity(geometry, hit, direction)
 
 
 @jit
-def divide_by_opacity(geometry, alpha, hit, flux):
+def divide_by_opacity(geometry, hit, flux):
     """Divide flux that a surface stopped by its opacity: what an opaque surface would get."""
-    if alpha is None:
+    if geometry.alpha is None:
         return
-    divide(flux, opacity_at(geometry, alpha, hit.triangle, hit.u, hit.v))
+    divide(flux, opacity_at(geometry, hit.triangle, hit.u, hit.v))
 
 
 @jit
@@ -61,9 +62,9 @@ def _bits(x):
 
 
 @jit
-def _stops(geometry, alpha, hit, direction):
+def _stops(geometry, hit, direction):
     """Return whether a surface stops a ray."""
-    opacity = opacity_along(geometry, alpha, hit, direction)
+    opacity = opacity_along(geometry, hit, direction)
     if opacity >= 1.0:
         return True
     if opacity <= 0.0:
@@ -84,19 +85,19 @@ def behind(geometry, hit, direction):
 
 
 @outlined
-def _intersect_layers(geometry, alpha, origin, direction):
+def _intersect_layers(geometry, origin, direction):
     passed = 0.0
     for _ in range(MOST_LAYERS):
         hit = closest_hit(geometry.scene, origin, direction)
         passed += hit.distance
-        if hit.triangle < 0 or _stops(geometry, alpha, hit, direction):
+        if hit.triangle < 0 or _stops(geometry, hit, direction):
             break
         origin = behind(geometry, hit, direction)
     return Hit(hit.triangle, hit.u, hit.v, passed)
 
 
 @outlined
-def _occluded_by_layers(geometry, alpha, origin, direction, length):
+def _occluded_by_layers(geometry, origin, direction, length):
     if not any_hit(geometry.scene, origin, direction, length):
         return False
     start, rest = origin, direction
@@ -105,7 +106,7 @@ def _occluded_by_layers(geometry, alpha, origin, direction, length):
         # A segment that ends is shortened to what is left of it, and has length 1.
         if hit.triangle < 0 or hit.distance >= length:
             return False
-        if _stops(geometry, alpha, hit, direction):
+        if _stops(geometry, hit, direction):
             return True
         start = behind(geometry, hit, direction)
         if length < math.inf:
@@ -117,26 +118,16 @@ def _occluded_by_layers(geometry, alpha, origin, direction, length):
 
 
 @jit
-def _intersect(geometry, alpha, origin, direction):
-    if alpha is None:
-        return closest_hit(geometry.scene, origin, direction)
-    return _intersect_layers(geometry, alpha, origin, direction)
-
-
-@jit
-def _occluded(geometry, alpha, origin, direction, length):
-    if alpha is None:
-        return any_hit(geometry.scene, origin, direction, length)
-    return _occluded_by_layers(geometry, alpha, origin, direction, length)
-
-
-@jit
 def intersect(geometry, origin, direction):
     """Return the first `Hit` that stops a ray; its triangle is -1 if none does."""
-    return _intersect(geometry, geometry.alpha, origin, direction)
+    if geometry.alpha is None:
+        return closest_hit(geometry.scene, origin, direction)
+    return _intersect_layers(geometry, origin, direction)
 
 
 @jit
 def occluded(geometry, origin, direction, length):
     """Return whether anything stops a ray within origin + t direction, 0 < t < length."""
-    return _occluded(geometry, geometry.alpha, origin, direction, length)
+    if geometry.alpha is None:
+        return any_hit(geometry.scene, origin, direction, length)
+    return _occluded_by_layers(geometry, origin, direction, length)

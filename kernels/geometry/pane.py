@@ -22,31 +22,25 @@ def pane_reflectance(ior, cosine):
 
 
 @jit
-def pane_opacity(geometry, panes, hit, direction):
+def pane_opacity(geometry, hit, direction):
     """Return the probability that a pane stops a ray; 1 for whatever is no pane."""
-    if panes is None:
-        return 1.0
+    panes = geometry.alpha.panes
     material = geometry.material[hit.triangle]
-    if panes.ior[material] == 0.0:
+    if panes is None or panes.ior[material] == 0.0:
         return 1.0
     normal = vec.row(geometry.normals, hit.triangle)
     reflected = pane_reflectance(panes.ior[material], vec.dot(normal, vec.normalize(direction)))
-    return _stopped(clear_at(geometry, panes, panes.maps, hit), reflected)
+    return _stopped(clear_at(geometry, panes, hit), reflected)
 
 
 @jit
-def clear_at(geometry, panes, maps, hit):
-    """Return what a pane transmits in every band, where a ray meets it.
-
-    The maps are an argument of their own, None where no tint is textured.
-    """
+def clear_at(geometry, panes, hit):
+    """Return what a pane transmits in every band, where a ray meets it."""
     material = geometry.material[hit.triangle]
-    if maps is None:
-        return panes.clear[material]
-    if panes.image[material] < 0:
+    if panes.maps is None or panes.image[material] < 0:
         return panes.clear[material]
     s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
-    return min(look_up_number(maps, panes.image[material], s, t), 1.0)
+    return min(look_up_number(panes.maps, panes.image[material], s, t), 1.0)
 
 
 @jit

@@ -45,18 +45,18 @@ def _render_sample(job, keys, pixel, index, share, budget, estimate, scratches):
         return
     surface = surface_interaction(scene.geometry, hit, direction)
     update_plane(pixels.plane, pixel, is_first, surface.point, surface.ns)
-    if specular_probability(scene.geometry, scene.specular, hit.triangle) < 1.0:
+    if specular_probability(scene, hit.triangle) < 1.0:
         shifts = begin_shifts(
             job, estimate.differences, position, index, pixel, share, scratches.own
         )
         pixels.lookups[pixel] |= estimate_irradiance(
             scene, job.maps, surface, index, budget, keys[1], shifts, scratches
         )
-        if not are_caustics_connected(job, job.maps.caustics, surface, pixel):
-            add_disks(scene, scene.scattering, job.maps.caustics, surface, scratches)
+        if not are_caustics_connected(job, surface, pixel):
+            add_disks(scene, job.maps.caustics, surface, scratches)
         add_reflected(scene, surface, share, pixel, scratches, estimate)
     chain = Chain(job.key, index, pixel, share, budget, ALL_LOBES)
-    view_specular_chains(job, scene.specular, (hit, direction), chain, estimate, scratches)
+    view_specular_chains(job, (hit, direction), chain, estimate, scratches)
 
 
 @kernel

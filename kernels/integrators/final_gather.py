@@ -6,17 +6,22 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.bsdf import models
-from photonmap.kernels.bsdf.specular import specular_probability
-from photonmap.kernels.cache.radiosity_cache import can_look_up, cell_at
+from photonmap.kernels.bsdf.absorption import absorb
+from photonmap.kernels.bsdf.specular import (
+    LONGEST_CHAIN,
+    choose_lobe,
+    draw_scattering,
+    specular_probability,
+    specular_step,
+)
 from photonmap.kernels.core import vec, warp
-from photonmap.kernels.core.jit import jit
-from photonmap.kernels.core.passes import DIRECT, EMPTY, FOUND, GATHER, INDIRECT, Hit
+from photonmap.kernels.core.jit import jit, outlined
+from photonmap.kernels.core.passes import DIRECT, FOUND, GATHER, SPECULAR, Hit
 from photonmap.kernels.core.rng import block_key, sobol_point, stream
 from photonmap.kernels.core.streams import split
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import intersect
-from photonmap.kernels.integrators.cached_base import has_base, look_up_base
-from photonmap.kernels.integrators.gather_chain import gather_specular_chain
+from photonmap.kernels.integrators.cache_answer import answer, may_answer_gather_ray
 from photonmap.kernels.integrators.path_walk import follow_path, seen_emitter
 from photonmap.kernels.lights.emission import add_emission, emission_of
 
@@ -59,50 +64,50 @@ def fill_directions(ns, first, key, directions):
 
 
 @jit
-def _add_cell(scene, cache, surface, weight, irradiance):
-    """Add a cell's light to row INDIRECT; return FOUND, EMPTY, or 0 if the surface is black."""
-    cell = cell_at(cache.cells, surface.hit.triangle, surface.side, surface.hit.u, surface.hit.v)
-    weight, light = np.float32(weight), np.float32(0.0)
-    for band in range(irradiance.shape[1]):
-        irradiance[INDIRECT, band] += weight * cache.radiosity[cell, band]
-        light += cache.radiosity[cell, band]
-    if light > 0.0:
-        return FOUND
-    material = scene.geometry.material[surface.hit.triangle]
-    for band in range(irradiance.shape[1]):
-        if scene.materials.reflectance[material, band] > 0.0:
-            return EMPTY
-    return 0
+def _add_surface(scene, maps, hit, direction, state, scratch):
+    """Add the light of a surface on a chain; return (whether the chain goes on, flags, state)."""
+    surface = surface_interaction(scene.geometry, hit, direction)
+    surface = models.with_model(scene, surface)
+    if surface.model == models.LAMBERTIAN:
+        flags, _, _, state = answer(scene, maps.cache, surface, state, scratch)
+        return True, flags, state
+    probability = specular_probability(scene, hit.triangle)
+    is_specular, state = choose_lobe(probability, state, scratch.throughput)
+    if is_specular:
+        return True, 0, state
+    flags, goes_on, surface, state = answer(scene, maps.cache, surface, state, scratch)
+    if goes_on:
+        flags |= follow_path(scene, maps, surface, state, scratch)
+    return False, flags, state
 
 
-@jit
-def _answers(cache, followed, end):
-    """Return whether the cache answers for the end of a gather ray.
+@outlined
+def _gather_specular_chain(scene, maps, hit, direction, weight, state, scratch):
+    """Add the light that a gather ray sees via specular surfaces, times weight; return flags.
 
-    Not where it is corrected: a path's light sample and next ray cost little there, and what they
-    look up counts for less. Nor in clutter, where light differs within a cell, and gather rays see
-    what is lit more often than its share of the surface.
+    The cache answers for Lambertian surfaces and the bases of glossy ones; from others, a path goes
+    on. Emitters seen so make caustics, which photons bring.
     """
-    cells, hit = cache.cells, end.hit
-    if followed is not None or not can_look_up(cells, end):
-        return False
-    return not cells.cluttered[cell_at(cells, hit.triangle, end.side, hit.u, hit.v)]
-
-
-@jit
-def _look_up(scene, maps, end, share, state, scratch):
-    """Add what the cache holds of a gather ray's end, if it answers.
-
-    Returns (lookup flags, whether a path goes on from there, the surface it goes on from, state).
-    """
-    cache, is_lambertian = maps.cache, end.model == models.LAMBERTIAN
-    if not (is_lambertian or has_base(scene.geometry, scene.scattering, end.hit.triangle)):
-        return 0, True, end, state
-    if not _answers(cache, cache.followed, end):
-        return 0, True, end, state
-    if is_lambertian:
-        return _add_cell(scene, cache, end, share, scratch.irradiance), False, end, state
-    return look_up_base(scene, scene.scattering, cache, end, state, scratch)
+    throughput, flags = scratch.throughput, 0
+    throughput[:] = weight
+    absorb(scene, hit, direction, False, throughput)
+    for step in range(LONGEST_CHAIN):
+        if scene.specular.kind[scene.geometry.material[hit.triangle]] == 0:
+            break
+        numbers, state = draw_scattering(scene.specular.alpha, state)
+        alive, hit, direction, state = specular_step(
+            scene, (hit, direction), numbers, step, weight, state, False, throughput
+        )
+        if not alive:
+            break
+        scratch.rays[SPECULAR] += 1
+        if hit.triangle < 0 or len(maps.cache.cells.divisions) == 0:
+            break
+        goes_on, found, state = _add_surface(scene, maps, hit, direction, state, scratch)
+        flags |= found
+        if not goes_on:
+            break
+    return flags
 
 
 @jit
@@ -128,23 +133,20 @@ def gather(scene, maps, surface, direction, place, budget, keys, scratch):
     if hit.triangle < 0:
         return 0, nothing
     found, share = 0, np.float32(1.0 / budget.scattered)
-    probability = specular_probability(geometry, scene.specular, hit.triangle)
-    if probability > 0.0:
+    probability = specular_probability(scene, hit.triangle)
+    if scene.specular is not None and probability > 0.0:
         state = stream(keys.chain, place, 0)
-        lit = gather_specular_chain(
-            scene, scene.specular, maps, hit, direction, share, state, scratch
-        )
-        found = FOUND if lit else 0
+        found = _gather_specular_chain(scene, maps, hit, direction, share, state, scratch) & FOUND
         if probability == 1.0:
             return found, nothing
-    end = surface_interaction(geometry, hit, direction)
-    end = models.with_model(geometry, scene.scattering, end)
+    end = models.with_model(scene, surface_interaction(geometry, hit, direction))
     scratch.throughput[:] = share
-    lit, goes_on, end, state = _look_up(
-        scene, maps, end, share, stream(keys.path, place, 0), scratch
-    )
+    state, goes_on = stream(keys.path, place, 0), True
+    if may_answer_gather_ray(maps.cache, end):
+        flags, goes_on, end, state = answer(scene, maps.cache, end, state, scratch)
+        found |= flags
     if end.model != models.LAMBERTIAN:
         hit = nothing
     if goes_on:
-        lit |= follow_path(scene, maps, end, state, scratch)
-    return found | lit, hit
+        found |= follow_path(scene, maps, end, state, scratch)
+    return found, hit

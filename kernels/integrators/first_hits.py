@@ -1,6 +1,9 @@
-"""What lies at each pixel's centre: distance, depth, normal and identity of the first hit."""
+"""What lies at each pixel's centre: where its ray hits, and what the surface there reflects."""
 
 import math
+from typing import NamedTuple
+
+from numba.types import float32, float64, int32
 
 from photonmap.kernels.bsdf import coated, glossy, models, sheen
 from photonmap.kernels.bsdf.glass import alpha_at, glass_share
@@ -9,111 +12,119 @@ from photonmap.kernels.camera.cameras import first_hit, generate_ray
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.passes import Hit
+from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.geometry.interaction import point_at, surface_interaction
 
 
-@kernel
-def first_hits(geometry, view, span, triangles, barycentrics, distance, depth, normal):
-    """Fill the first hits of the pixels of a span, by rays through the centre of the lens.
+@by_reference
+class FirstHits(NamedTuple):
+    """What the rays through the centres of P pixels hit; all is 0 for the background but rays."""
 
-    Triangles (P,) int32 (-1: none), barycentrics (P, 2), distance and depth (P,), normal (P, 3).
-    Depth is measured along the camera's axis; where it has none, it is the distance.
-    """
+    triangle: int32[::1]
+    """(P,) int32, row of `Geometry.triangles`; -1 for the background"""
+    barycentrics: float32[:, ::1]
+    """(P, 2) float32, of the second and third corner"""
+    direction: float32[:, ::1]
+    """(P, 3) float32, of the ray, a unit vector in the world"""
+    distance: float32[::1]
+    """(P,) float32, from where the ray begins in the kernels' unit"""
+    depth: float32[::1]
+    """(P,) float32, the same along the camera's axis; where it has none, the distance"""
+    normal: float32[:, ::1]
+    """(P, 3) float32, unit shading normal towards the camera"""
+
+
+@by_reference
+class SurfaceRows(NamedTuple):
+    """What the surfaces of P first hits reflect; of what a scene lacks, no rows."""
+
+    reflectance: float32[:, ::1]
+    """(P, N) diffuse albedo"""
+    glossy: float32[:, ::1]
+    """(P, N) reflectance of the glossy lobe at normal incidence"""
+    lobes: float64[:, ::1]
+    """(P, 8) its α, and its mean albedos at the Fresnel terms of `Scattering.albedos`; the last
+    column is not looked up"""
+    coat_weight: float64[:, ::1]
+    """(P, 1) fraction of the surface that a clear coat covers"""
+    coat_lobes: float64[:, ::1]
+    """(P, 8) the coat's, as `lobes`"""
+    sheen_color: float32[:, ::1]
+    """(P, N)"""
+    alpha: float64[::1]
+    """(P,) α of specular surfaces, 0 of what is smooth"""
+    share: float64[::1]
+    """(P,) fraction that is glass"""
+
+
+@kernel
+def find_first_hits(geometry, view, span, hits):
+    """Fill the `FirstHits` of the pixels of a span, by rays through the centre of the lens."""
     film, ahead = view.film, view.camera.axis
     has_axis = vec.dot(ahead, ahead) > 0.0
     for pixel in range(span.first, span.last):
-        column, row = pixel % film.width, pixel // film.width
-        ray = generate_ray(view.camera, column + 0.5, row + 0.5)
+        row = pixel - span.first
+        ray = generate_ray(view.camera, pixel % film.width + 0.5, pixel // film.width + 0.5)
         hit = first_hit(geometry, ray)
-        triangles[pixel] = hit.triangle
-        barycentrics[pixel] = 0.0
-        distance[pixel] = 0.0
-        depth[pixel] = 0.0
-        normal[pixel] = 0.0
+        hits.triangle[row] = hit.triangle
+        _fill(hits.direction[row], vec.normalize(ray.direction))
         if hit.triangle < 0:
+            hits.barycentrics[row], hits.normal[row] = 0.0, 0.0
+            hits.distance[row], hits.depth[row] = 0.0, 0.0
             continue
-        barycentrics[pixel, 0], barycentrics[pixel, 1] = hit.u, hit.v
+        hits.barycentrics[row, 0], hits.barycentrics[row, 1] = hit.u, hit.v
         step = vec.sub(point_at(geometry, hit.triangle, hit.u, hit.v)[0], ray.origin)
-        ns = surface_interaction(geometry, hit, ray.direction).ns
-        distance[pixel] = math.sqrt(vec.dot(step, step))
-        depth[pixel] = vec.dot(step, ahead) if has_axis else distance[pixel]
-        for axis in range(3):
-            normal[pixel, axis] = ns[axis]
-
-
-@kernel
-def look_up_lobes(scene, scattering, maps, triangles, barycentrics, base, specular, lobes):
-    """Fill what first hits reflect where textures give their glossy lobes: one row a hit.
-
-    Diffuse albedos and reflectances at normal incidence (P, N); α, and the mean albedos of the
-    lobe at the Fresnel terms of `Scattering.albedos`, in all but the last of (P, 8). Rows of other
-    surfaces stay as they are.
-    """
-    geometry = scene.geometry
-    for pixel in range(len(triangles)):
-        triangle = triangles[pixel]
-        if triangle < 0:
-            continue
-        if models.model_below(geometry, scattering, triangle) != models.GLOSSY:
-            continue
-        hit = Hit(triangle, barycentrics[pixel, 0], barycentrics[pixel, 1], 0.0)
-        color = look_up_material(geometry, scene.textures, hit)
-        lobe = glossy.lobe_at(geometry, scattering, maps, hit)
-        lobes[pixel, 0] = lobe.alpha
-        for term in range(scattering.albedos.shape[1]):
-            lobes[pixel, 1 + term] = glossy.mean_albedo(scattering.albedos, maps, lobe, term)
-        for band in range(base.shape[1]):
-            base[pixel, band] = albedo(scene.materials, scene.textures, color, band)
-            specular[pixel, band] = glossy.normal_reflectance(scattering, maps, lobe, band)
-
-
-@kernel
-def look_up_coats(geometry, scattering, maps, triangles, barycentrics, weights, lobes):
-    """Fill which fraction of each surface hit a coat covers, (P,); rows of the sky stay.
-
-    And its lobe, (P, 8), as `look_up_lobes` does.
-    """
-    coats = scattering.coats
-    for pixel in range(len(triangles)):
-        if triangles[pixel] >= 0:
-            hit = Hit(triangles[pixel], barycentrics[pixel, 0], barycentrics[pixel, 1], 0.0)
-            weights[pixel] = coated.weight_at(geometry, scattering, maps, hit)
-            lobe, _ = coated.lobe_at(geometry, coats, coats.maps, hit)
-            if weights[pixel] > 0.0:
-                lobes[pixel, 0] = lobe.alpha
-                for term in range(scattering.albedos.shape[1]):
-                    mean = glossy.mean_albedo(scattering.albedos, coats.maps, lobe, term)
-                    lobes[pixel, 1 + term] = mean
-
-
-@kernel
-def look_up_sheens(geometry, sheens, maps, triangles, barycentrics, colors):
-    """Fill the colour of the sheen of each surface hit, (P, N), where an image gives it."""
-    for pixel in range(len(triangles)):
-        if triangles[pixel] < 0:
-            continue
-        if sheens.image[geometry.material[triangles[pixel]]] >= 0:
-            hit = Hit(triangles[pixel], barycentrics[pixel, 0], barycentrics[pixel, 1], 0.0)
-            over = sheen.sheen_at(geometry, sheens, maps, hit)
-            for band in range(colors.shape[1]):
-                colors[pixel, band] = sheen.color_of(sheens, maps, over, band)
+        hits.distance[row] = math.sqrt(vec.dot(step, step))
+        hits.depth[row] = vec.dot(step, ahead) if has_axis else hits.distance[row]
+        _fill(hits.normal[row], surface_interaction(geometry, hit, ray.direction).ns)
 
 
 @jit
-def _rough_alpha(geometry, alpha, maps, hit):
-    """Return α of a specular surface, 0 where it is smooth."""
-    if len(alpha) == 0:
-        return 0.0
-    if alpha[geometry.material[hit.triangle]] == 0.0:
-        return 0.0
-    return alpha_at(geometry, alpha, maps, hit)
+def _fill(row, vector):
+    for axis in range(3):
+        row[axis] = vector[axis]
 
 
 @kernel
-def look_up_glass(geometry, specular, triangles, barycentrics, alphas, shares):
-    """Fill α, and the fraction that is glass, of specular surfaces, (P,); rows of the sky stay."""
-    for pixel in range(len(triangles)):
-        if triangles[pixel] >= 0:
-            hit = Hit(triangles[pixel], barycentrics[pixel, 0], barycentrics[pixel, 1], 0.0)
-            alphas[pixel] = _rough_alpha(geometry, specular.alpha, specular.maps, hit)
-            shares[pixel] = glass_share(geometry, specular.share, hit)
+def describe_surfaces(scene, hits, rows):
+    """Fill `SurfaceRows` of `FirstHits` with what images say of them; other values stay."""
+    for row in range(len(hits.triangle)):
+        if hits.triangle[row] < 0:
+            continue
+        hit = Hit(hits.triangle[row], hits.barycentrics[row, 0], hits.barycentrics[row, 1], 0.0)
+        if scene.scattering is not None:
+            _describe_scattering(scene, hit, row, rows)
+        if scene.specular is not None:
+            specular = scene.specular
+            if len(specular.alpha) > 0 and rows.alpha[row] > 0.0:
+                rows.alpha[row] = alpha_at(scene.geometry, specular.alpha, specular.maps, hit)
+            rows.share[row] = glass_share(scene.geometry, specular.share, hit)
+
+
+@jit
+def _describe_scattering(scene, hit, row, rows):
+    geometry, scattering, sheens = scene.geometry, scene.scattering, scene.scattering.sheens
+    if scattering.maps is not None:
+        if models.model_below(scene, hit.triangle) == models.GLOSSY:
+            lobe = glossy.lobe_at(geometry, scattering, hit)
+            color = look_up_material(scene, hit)
+            _fill_lobe(scattering, lobe, rows.lobes[row])
+            for band in range(rows.glossy.shape[1]):
+                rows.reflectance[row, band] = albedo(scene, color, band)
+                rows.glossy[row, band] = glossy.normal_reflectance(scattering, lobe, band)
+        if scattering.coats is not None:
+            rows.coat_weight[row, 0] = coated.weight_at(geometry, scattering, hit)
+            if rows.coat_weight[row, 0] > 0.0:
+                lobe, _ = coated.lobe_at(geometry, scattering.coats, hit)
+                _fill_lobe(scattering, lobe, rows.coat_lobes[row])
+    if sheens is not None and sheens.image[geometry.material[hit.triangle]] >= 0:
+        over = sheen.sheen_at(geometry, sheens, hit)
+        for band in range(rows.sheen_color.shape[1]):
+            rows.sheen_color[row, band] = sheen.color_of(sheens, over, band)
+
+
+@jit
+def _fill_lobe(scattering, lobe, row):
+    row[0] = lobe.alpha
+    for term in range(scattering.albedos.shape[1]):
+        row[1 + term] = glossy.mean_albedo(scattering, lobe, term)

@@ -33,35 +33,35 @@ LEAST_PATHS, LEAST_BARE_PATHS = 8, 16
 
 
 @jit
-def _model(scene, scattering, surface):
-    return models.model_at(scene.geometry, scattering, surface.hit.triangle)
+def _model(scene, surface):
+    return models.model_at(scene, surface.hit.triangle)
 
 
 @jit
-def _is_broad(scene, scattering, surface):
+def _is_broad(scene, surface):
     """Return whether a BSDF is neither Lambertian nor narrow."""
-    model = _model(scene, scattering, surface)
+    model = _model(scene, surface)
     return model != models.LAMBERTIAN and model not in models.NARROW
 
 
 @jit
-def _paths(scene, scattering, surface, budget):
+def _paths(scene, surface, budget):
     """Return how many paths leave a surface by its own narrow BSDF."""
-    base = scattering.parameters[scene.geometry.material[surface.hit.triangle], 2]
+    base = scene.scattering.parameters[scene.geometry.material[surface.hit.triangle], 2]
     least = LEAST_PATHS if base > 0.0 else LEAST_BARE_PATHS
     return max(budget.scattered // GATHERS_PER_PATH, least)
 
 
 @jit
-def _scatter_light(scene, scattering, surface, sample, emission, weight, budget, scratches):
+def _scatter_light(scene, surface, sample, emission, weight, budget, scratches):
     """Add a light sample to what the surface scatters; its irradiance has the weight given."""
-    if scattering is None or _model(scene, scattering, surface) == models.LAMBERTIAN:
+    if scene.scattering is None or _model(scene, surface) == models.LAMBERTIAN:
         return
-    if not _is_broad(scene, scattering, surface):
-        own = models.with_model(scene.geometry, scattering, surface)
-        paths = _paths(scene, scattering, surface, budget)
-        weight = sample.weight * weigh_sample(scene, scattering, own, sample, paths)
-    models.evaluate(scene, scattering, surface, sample.direction, scratches.own.response)
+    if not _is_broad(scene, surface):
+        own = models.with_model(scene, surface)
+        paths = _paths(scene, surface, budget)
+        weight = sample.weight * weigh_sample(scene, own, sample, paths)
+    models.evaluate(scene, surface, sample.direction, scratches.own.response)
     add_attenuated(
         scratches.scattered.irradiance,
         DIRECT,
@@ -85,27 +85,25 @@ def _add_lights(scene, surface, index, budget, key, scratches):
         sample = sample_direct(scene, surface, cdf, points[0, lane], points[1, lane], budget.lights)
         count_shadow_ray(sample, scratches.own.rays)
         if sample.weight > 0.0:
-            weight = sample.weight * weigh_sample(scene, None, surface, sample, budget.scattered)
+            weight = sample.weight * weigh_sample(scene, surface, sample, budget.scattered)
             emission = emission_of(scene.lights, sample.emitter, sample.position)
             add_emission(scratches.own.irradiance, DIRECT, scene.lights, emission, weight)
-            _scatter_light(
-                scene, scene.scattering, surface, sample, emission, weight, budget, scratches
-            )
+            _scatter_light(scene, surface, sample, emission, weight, budget, scratches)
 
 
 @jit
-def _leave_to_paths(scene, scattering, surface, direction, budget, scratches):
+def _leave_to_paths(scene, surface, direction, budget, scratches):
     """Subtract from the response what paths estimate; return the first row it applies to.
 
     Paths estimate what a narrow BSDF makes of emission, and their share of its lobe. The diffuse
     base stays with the gather rays, so that its noise cancels against that of irradiance.
     """
-    if _is_broad(scene, scattering, surface):
+    if _is_broad(scene, surface):
         return DIRECT
-    own = models.with_model(scene.geometry, scattering, surface)
-    paths = _paths(scene, scattering, surface, budget)
-    share = weigh_gather(scene, scattering, own, direction, paths, budget.scattered)
-    models.evaluate_lobe(scene, scattering, surface, direction, scratches.own.throughput)
+    own = models.with_model(scene, surface)
+    paths = _paths(scene, surface, budget)
+    share = weigh_gather(scene, own, direction, paths, budget.scattered)
+    models.evaluate_lobe(scene, surface, direction, scratches.own.throughput)
     for band in range(len(scratches.own.response)):
         scratches.own.response[band] -= np.float32(share) * scratches.own.throughput[band]
     return INDIRECT
@@ -129,10 +127,10 @@ def _gather_diffuse(scene, shifts, maps, surface, ray, budget, keys, scratches):
 
 
 @jit
-def _gather(scene, scattering, maps, surface, ray, budget, keys, scratches):
+def _gather(scene, maps, surface, ray, budget, keys, scratches):
     """Add a gather ray, (direction, number, shifts), to the irradiance and what is scattered."""
     direction, place, shifts = ray
-    if scattering is None or _model(scene, scattering, surface) == models.LAMBERTIAN:
+    if scene.scattering is None or _model(scene, surface) == models.LAMBERTIAN:
         of_lambert = direction, place
         return _gather_diffuse(scene, shifts, maps, surface, of_lambert, budget, keys, scratches)
     clear(scratches.incident.irradiance)
@@ -140,8 +138,8 @@ def _gather(scene, scattering, maps, surface, ray, budget, keys, scratches):
     add_differences(
         scene, shifts, surface, end, direction, scratches.incident.irradiance, scratches.own
     )
-    models.evaluate(scene, scattering, surface, direction, scratches.own.response)
-    first = _leave_to_paths(scene, scattering, surface, direction, budget, scratches)
+    models.evaluate(scene, surface, direction, scratches.own.response)
+    first = _leave_to_paths(scene, surface, direction, budget, scratches)
     for row in range(scratches.incident.irradiance.shape[0]):
         for band in range(scratches.incident.irradiance.shape[1]):
             light = scratches.incident.irradiance[row, band]
@@ -152,27 +150,27 @@ def _gather(scene, scattering, maps, surface, ray, budget, keys, scratches):
 
 
 @jit
-def add_disks(scene, scattering, caustics, surface, scratches):
+def add_disks(scene, caustics, surface, scratches):
     """Add what disks of the photon map say of caustics, if there is a map, to a surface's light."""
     if caustics is None:
         return
     scratches.own.throughput[:] = 1.0
     add_caustics(caustics, surface, scratches.own.throughput, scratches.own.irradiance, CAUSTIC)
-    if scattering is not None and _model(scene, scattering, surface) != models.LAMBERTIAN:
+    if scene.scattering is not None and _model(scene, surface) != models.LAMBERTIAN:
         scatter_caustics(
             scene, caustics, surface, 1.0, scratches.scattered.irradiance, CAUSTIC, scratches.own
         )
 
 
 @jit
-def _add_glossy(scene, scattering, maps, surface, index, budget, key, scratches):
+def _add_glossy(scene, maps, surface, index, budget, key, scratches):
     """Add what a narrow BSDF scatters, by paths that leave the surface in directions of its own."""
-    if scattering is None or _model(scene, scattering, surface) not in models.NARROW:
+    if scene.scattering is None or _model(scene, surface) not in models.NARROW:
         return
-    paths = _paths(scene, scattering, surface, budget)
+    paths = _paths(scene, surface, budget)
     bounces = MAX_BOUNCES if budget.scattered > 0 else 1
     both = SampleBudget(budget.lights, paths)
-    own = models.with_model(scene.geometry, scattering, surface)
+    own = models.with_model(scene, surface)
     state = stream(key, index, 0)
     first = index * np.uint64(paths)
     for number in range(paths):
@@ -202,20 +200,18 @@ def estimate_irradiance(scene, maps, surface, index, budget, keys, shifts, scrat
         if lane == 0:
             fill_directions(surface.ns, place, keys.gather, directions)
         ray = directions[0, lane], directions[1, lane], directions[2, lane]
-        found |= _gather(
-            scene, scene.scattering, maps, surface, (ray, place, shifts), budget, keys, scratches
-        )
-    _add_glossy(scene, scene.scattering, maps, surface, index, budget, keys.glossy, scratches)
+        found |= _gather(scene, maps, surface, (ray, place, shifts), budget, keys, scratches)
+    _add_glossy(scene, maps, surface, index, budget, keys.glossy, scratches)
     return found
 
 
 @jit
-def _trace_scattered(scene, scattering, maps, surface, bounces, state, scratches):
+def _trace_scattered(scene, maps, surface, bounces, state, scratches):
     """Trace another path for what a surface that is not Lambertian sends to the eye."""
-    if scattering is None or _model(scene, scattering, surface) == models.LAMBERTIAN:
+    if scene.scattering is None or _model(scene, surface) == models.LAMBERTIAN:
         return state
     scratches.own.throughput[:] = np.float32(INV_PI)
-    own = models.with_model(scene.geometry, scattering, surface)
+    own = models.with_model(scene, surface)
     return trace_path(scene, maps, own, alone(DIRECT, bounces), state, scratches.scattered)
 
 
@@ -229,4 +225,4 @@ def trace_irradiance(scene, maps, surface, bounces, state, scratches):
     clear(scratches.scattered.irradiance)
     scratches.own.throughput[:] = 1.0
     state = trace_path(scene, maps, surface, alone(DIRECT, bounces), state, scratches.own)
-    return _trace_scattered(scene, scene.scattering, maps, surface, bounces, state, scratches)
+    return _trace_scattered(scene, maps, surface, bounces, state, scratches)

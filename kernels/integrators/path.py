@@ -31,12 +31,12 @@ def _render_path(job, bounces, pixel, index, share, state, estimate, scratches):
     )
     if hit.triangle < 0:
         return state
-    if specular_probability(scene.geometry, scene.specular, hit.triangle) < 1.0:
+    if specular_probability(scene, hit.triangle) < 1.0:
         surface = surface_interaction(scene.geometry, hit, direction)
         state = trace_irradiance(scene, job.maps, surface, bounces, state, scratches)
         add_reflected(scene, surface, share, pixel, scratches, estimate)
     chain = Chain(job.key, index, pixel, share, ONE, ALL_LOBES)
-    view_specular_chains(job, scene.specular, (hit, direction), chain, estimate, scratches)
+    view_specular_chains(job, (hit, direction), chain, estimate, scratches)
     return state
 
 

@@ -7,11 +7,9 @@ import numpy as np
 
 from photonmap.kernels.bsdf import lambert, models
 from photonmap.kernels.bsdf.material import look_up_material, multiply_albedo
-from photonmap.kernels.cache.radiosity_cache import can_look_up, cell_at
-from photonmap.kernels.cache.two_level import goes_on_from
 from photonmap.kernels.caustics.photon_map import add_caustics, scatter_caustics
 from photonmap.kernels.core import vec
-from photonmap.kernels.core.bands import add_product, copy, largest, total
+from photonmap.kernels.core.bands import copy, largest, total
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.passes import (
     CAUSTIC,
@@ -28,7 +26,7 @@ from photonmap.kernels.core.roulette import russian_roulette
 from photonmap.kernels.core.warp import power_heuristic
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import intersect
-from photonmap.kernels.integrators.cached_base import has_base, look_up_base
+from photonmap.kernels.integrators.cache_answer import answer, may_answer
 from photonmap.kernels.integrators.specular_chain import follow_specular_chain
 from photonmap.kernels.lights.direct import (
     count_shadow_ray,
@@ -85,20 +83,18 @@ def seen_emitter(scene, surface, hit, direction, budget):
     emitter, position = visible_emitter(scene.geometry, scene.lights, hit, direction)
     if emitter < 0:
         return emitter, position, 0.0
-    weight = weigh_hit(
-        scene, scene.scattering, surface, hit, (emitter, position), direction, budget
-    )
+    weight = weigh_hit(scene, surface, hit, (emitter, position), direction, budget)
     return emitter, position, weight
 
 
 @jit
-def _respond(scene, scattering, surface, wi, factor, scratch):
+def _respond(scene, surface, wi, factor, scratch):
     """Fill `scratch.response` with throughput · factor · BSDF: of Lambert's, throughput has it."""
     response, throughput = scratch.response, scratch.throughput
-    if scattering is None or surface.model == models.LAMBERTIAN:
+    if scene.scattering is None or surface.model == models.LAMBERTIAN:
         copy(throughput, response)
         return
-    models.evaluate(scene, scattering, surface, wi, response)
+    models.evaluate(scene, surface, wi, response)
     for band in range(len(response)):
         response[band] *= throughput[band] * np.float32(factor)
 
@@ -113,32 +109,32 @@ def _add_light_sample(scene, surface, row, state, scratch):
     count_shadow_ray(sample, scratch.rays)
     if sample.weight > 0.0:
         emission = emission_of(scene.lights, sample.emitter, sample.position)
-        weight = sample.weight * weigh_sample(scene, scene.scattering, surface, sample, 1)
-        _respond(scene, scene.scattering, surface, sample.direction, math.pi, scratch)
+        weight = sample.weight * weigh_sample(scene, surface, sample, 1)
+        _respond(scene, surface, sample.direction, math.pi, scratch)
         add_attenuated(scratch.irradiance, row, scene.lights, emission, scratch.response, weight)
     return state
 
 
 @jit
-def weigh_gather(scene, scattering, surface, direction, paths, gathers):
+def weigh_gather(scene, surface, direction, paths, gathers):
     """Return the weight of paths of a surface's own BSDF against cosine-distributed rays."""
-    own = paths * models.pdf(scene.geometry, scattering, surface, direction)
-    return power_heuristic(own, gathers * lambert.pdf(surface, direction))
+    own = paths * models.pdf(scene, surface, direction)
+    return power_heuristic(own, gathers * lambert.cosine_pdf(surface, direction))
 
 
 @jit
-def _weigh_path(scene, scattering, surface, direction, start, scratch):
+def _weigh_path(scene, surface, direction, start, scratch):
     """Weight the path against gather rays, if any, which also estimate the diffuse base."""
-    if scattering is None or start.gathers == 0:
+    if scene.scattering is None or start.gathers == 0:
         return
     throughput, response = scratch.throughput, scratch.response
     weight = np.float32(
-        weigh_gather(scene, scattering, surface, direction, start.budget.scattered, start.gathers)
+        weigh_gather(scene, surface, direction, start.budget.scattered, start.gathers)
     )
-    models.evaluate(scene, scattering, surface, direction, response)
+    models.evaluate(scene, surface, direction, response)
     for band in range(len(throughput)):
         throughput[band] *= weight / max(response[band], SMALLEST)
-    models.evaluate_lobe(scene, scattering, surface, direction, response)
+    models.evaluate_lobe(scene, surface, direction, response)
     for band in range(len(throughput)):
         throughput[band] *= response[band]
 
@@ -156,11 +152,11 @@ def _extend(scene, caustics, surface, start, place, state, scratch):
     v, state = draw(state)
     if bounce == 0 and start.skips_light_sample:
         u, v = start.point
-    direction = models.sample(scene.geometry, scene.scattering, surface, u, v)
+    direction = models.sample(scene, surface, u, v)
     lost = Hit(np.int64(-1), 0.0, 0.0, 0.0)
     if vec.dot(surface.ng, direction) <= 0.0:
         return lost, direction, state
-    if not _scale_by_bsdf(scene, scene.scattering, surface, direction, scratch):
+    if not _scale_by_bsdf(scene, surface, direction, scratch):
         return lost, direction, state
     hit = intersect(scene.geometry, surface.point, direction)
     scratch.rays[WALK] += 1
@@ -173,36 +169,36 @@ def _extend(scene, caustics, surface, start, place, state, scratch):
     if hit.triangle < 0:
         return lost, direction, state
     if bounce == 0:
-        _weigh_path(scene, scene.scattering, surface, direction, start, scratch)
+        _weigh_path(scene, surface, direction, start, scratch)
     chain_row = _row_of_chains(caustics, bounce)
-    return follow_specular_chain(scene, scene.specular, hit, direction, chain_row, state, scratch)
+    return follow_specular_chain(scene, hit, direction, chain_row, state, scratch)
 
 
 @jit
-def _scale_by_bsdf(scene, scattering, surface, direction, scratch):
+def _scale_by_bsdf(scene, surface, direction, scratch):
     """Multiply throughput by BSDF · cosine / pdf, unless the surface is Lambertian.
 
     Returns whether light can come from there.
     """
-    if scattering is None or surface.model == models.LAMBERTIAN:
+    if scene.scattering is None or surface.model == models.LAMBERTIAN:
         return True
-    density = models.pdf(scene.geometry, scattering, surface, direction)
+    density = models.pdf(scene, surface, direction)
     if density <= 0.0:
         return False
     cosine = vec.dot(surface.ns, direction)
-    _respond(scene, scattering, surface, direction, cosine / density, scratch)
+    _respond(scene, surface, direction, cosine / density, scratch)
     copy(scratch.response, scratch.throughput)
     return True
 
 
 @jit
-def _arrive(scene, scattering, caustics, surface, scratch):
+def _arrive(scene, caustics, surface, scratch):
     """Multiply throughput by a Lambertian surface's albedo, and add caustics of the photon map."""
-    if scattering is not None and surface.model != models.LAMBERTIAN:
+    if scene.scattering is not None and surface.model != models.LAMBERTIAN:
         scatter_caustics(scene, caustics, surface, math.pi, scratch.irradiance, INDIRECT, scratch)
         return
-    color = look_up_material(scene.geometry, scene.textures, surface.hit)
-    multiply_albedo(scratch.throughput, scene.materials, scene.textures, color, 1.0)
+    color = look_up_material(scene, surface.hit)
+    multiply_albedo(scratch.throughput, scene, color, 1.0)
     if largest(scratch.throughput) > 0.0:
         add_caustics(caustics, surface, scratch.throughput, scratch.irradiance, INDIRECT)
 
@@ -229,26 +225,14 @@ def trace_path(scene, maps, surface, start, state, scratch):
         if hit.triangle < 0:
             break
         surface = surface_interaction(scene.geometry, hit, direction)
-        surface = models.with_model(scene.geometry, scene.scattering, surface)
+        surface = models.with_model(scene, surface)
         row = INDIRECT
-        if looks_up and surface.model == models.LAMBERTIAN and can_look_up(cache.cells, surface):
-            cell = cell_at(cache.cells, hit.triangle, surface.side, hit.u, hit.v)
-            add_product(scratch.irradiance, row, cache.radiosity, cell, throughput, 1.0)
-            goes_on, state = goes_on_from(cache, cache.followed, cell, state, scratch)
+        if looks_up and may_answer(cache, surface):
+            _, goes_on, surface, state = answer(scene, cache, surface, state, scratch)
             if not goes_on:
                 break
-            looks_up = False
-        elif (
-            cache.followed is None
-            and can_look_up(cache.cells, surface)
-            and has_base(scene.geometry, scene.scattering, hit.triangle)
-        ):
-            _, goes_on, surface, state = look_up_base(
-                scene, scene.scattering, cache, surface, state, scratch
-            )
-            if not goes_on:
-                break
-        _arrive(scene, scene.scattering, maps.caustics, surface, scratch)
+            looks_up = cache.followed is None
+        _arrive(scene, maps.caustics, surface, scratch)
         survival = largest(throughput)
         if survival == 0.0:
             break
@@ -276,7 +260,7 @@ def follow_path(scene, maps, surface, state, scratch):
     black.
     """
     before = total(scratch.irradiance, INDIRECT)
-    _arrive(scene, scene.scattering, maps.caustics, surface, scratch)
+    _arrive(scene, maps.caustics, surface, scratch)
     if largest(scratch.throughput) == 0.0:
         return 0
     start = alone(INDIRECT, MAX_BOUNCES)

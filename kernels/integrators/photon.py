@@ -24,28 +24,26 @@ from photonmap.kernels.core.streams import (
 )
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import intersect
-from photonmap.kernels.integrators.cached_base import fill_base_flux, has_base
+from photonmap.kernels.integrators.cache_answer import fill_base_flux, has_base
 from photonmap.kernels.lights.photons import emit_photon
 
 
 @jit
-def _scatter_if_specular(scene, specular, hit, direction, before, flux, state):
+def _scatter_if_specular(scene, hit, direction, before, flux, state):
     """Send a photon on from a surface if it takes the specular lobe.
 
     `before` is its largest flux over bands, against which Russian roulette is played: the choice of
     a lobe is no loss, though it divides by a probability. Returns (whether it did, origin,
     direction, state); a photon of no flux is lost.
     """
-    probability = specular_probability(scene.geometry, specular, hit.triangle)
-    if specular is None or probability == 0.0:
+    probability = specular_probability(scene, hit.triangle)
+    if scene.specular is None or probability == 0.0:
         return False, direction, direction, state
     is_specular, state = choose_lobe(probability, state, flux)
     if not is_specular:
         return False, direction, direction, state
-    numbers, state = draw_scattering(specular.alpha, state)
-    origin, direction = scatter_specular(
-        scene.geometry, specular, hit, direction, numbers, True, flux
-    )
+    numbers, state = draw_scattering(scene.specular.alpha, state)
+    origin, direction = scatter_specular(scene, hit, direction, numbers, True, flux)
     alive, state = russian_roulette(before, largest(flux), state, flux)
     if not alive:
         flux[:] = 0.0
@@ -73,30 +71,27 @@ def _store(cache, surface, flux):
 
 
 @jit
-def _store_base(scene, scattering, cache, surface, flux, response):
-    """Add what a glossy surface's base makes of a photon to the cell."""
-    if scattering is None:
-        return
-    factor = adjoint_factor(surface, surface.arrival)
-    fill_base_flux(scene, scattering, surface, factor, flux, response)
-    _store(cache, surface, response)
+def _reflect(scene, cache, surface, point, flux, response):
+    """Reflect a photon that does not take the specular lobe, and add what is kept to its cell.
 
-
-@jit
-def _reflect(scene, scattering, surface, point, flux, response):
-    """Reflect a photon that does not take the specular lobe, by a point of the unit square.
-
-    Returns its largest flux over bands, and the direction in which it leaves.
+    `point`, of the unit square, chooses the direction. Returns the photon's largest flux over
+    bands, and the direction in which it leaves.
     """
     factor = adjoint_factor(surface, surface.arrival)
-    surface = models.with_model(scene.geometry, scattering, surface)
-    if scattering is not None and surface.model != models.LAMBERTIAN:
-        direction = models.scatter_flux(scene, scattering, surface, point, factor, flux, response)
-        return largest(flux), direction
-    color = look_up_material(scene.geometry, scene.textures, surface.hit)
-    _, after = multiply_albedo(flux, scene.materials, scene.textures, color, factor)
-    direction = vec.from_frame(warp.cosine_hemisphere(point[0], point[1]), surface.ng)
-    return after, direction
+    surface = models.with_model(scene, surface)
+    if scene.scattering is None or surface.model == models.LAMBERTIAN:
+        color = look_up_material(scene, surface.hit)
+        _, after = multiply_albedo(flux, scene, color, factor)
+        _store(cache, surface, flux)
+        return after, vec.from_frame(warp.cosine_hemisphere(point[0], point[1]), surface.ng)
+    is_glossy = has_base(scene, surface.hit.triangle)
+    if is_glossy:
+        fill_base_flux(scene, surface, factor, flux, response)
+        _store(cache, surface, response)
+    direction = models.scatter_flux(scene, surface, point, factor, flux, response)
+    if not is_glossy:
+        _store(cache, surface, flux)
+    return largest(flux), direction
 
 
 @jit
@@ -113,10 +108,10 @@ def _trace(scene, cache, index, key, ray, bounces, flux, response):
         hit = intersect(scene.geometry, origin, direction)
         if hit.triangle < 0:
             return stores, bounce + 1, 0
-        absorb(scene.geometry, scene.specular, hit, direction, passed, flux)
+        absorb(scene, hit, direction, passed, flux)
         before = largest(flux)
         passed, origin, direction, state = _scatter_if_specular(
-            scene, scene.specular, hit, direction, before, flux, state
+            scene, hit, direction, before, flux, state
         )
         if passed:
             if largest(flux) == 0.0:
@@ -124,12 +119,7 @@ def _trace(scene, cache, index, key, ray, bounces, flux, response):
             continue
         surface = surface_interaction(scene.geometry, hit, direction)
         point = sobol_2d(index, stream(bounce_key, bounce, 0))
-        is_glossy = has_base(scene.geometry, scene.scattering, hit.triangle)
-        if is_glossy:
-            _store_base(scene, scene.scattering, cache, surface, flux, response)
-        after, direction = _reflect(scene, scene.scattering, surface, point, flux, response)
-        if not is_glossy:
-            _store(cache, surface, flux)
+        after, direction = _reflect(scene, cache, surface, point, flux, response)
         stores += 1
         alive, state = russian_roulette(before, after, state, flux)
         if not alive:

@@ -76,7 +76,7 @@ def _take(scene, textured, seen, surface, index, keys, cdf):
     u, v = sobol_2d(index, keys[0])
     prepare_direct(scene, surface, cdf)
     sample = sample_direct(scene, surface, cdf, u, v, 1)
-    specular = specular_probability(geometry, scene.specular, triangle) > 0.0
+    specular = specular_probability(scene, triangle) > 0.0
     return Corners(
         seen.hits + 1,
         seen.lit + (sample.weight > 0.0),

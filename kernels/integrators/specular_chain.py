@@ -1,71 +1,228 @@
-"""Specular chains: the one step by which paths, gather rays and camera rays follow them.
+"""Light along specular chains: emission that they meet, and light samples of rough surfaces.
 
-Functions take the specular record as an argument of its own, None in a scene without mirrors and
-glass: then none of this is compiled.
+Emitters beyond rough metal and glass are found in two ways, weighed against each other: a light
+sample on each side of the surface, and the walk of `bsdf.microsurface` that goes on to the next
+hit.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from photonmap.kernels.bsdf import microsurface
 from photonmap.kernels.bsdf.absorption import absorb
+from photonmap.kernels.bsdf.dispersion import choose_index, column_of, index_ratio, keep_index
+from photonmap.kernels.bsdf.facets import to_local
+from photonmap.kernels.bsdf.glass import multiply_tint, roughness_at, take_share
 from photonmap.kernels.bsdf.specular import (
     LONGEST_CHAIN,
+    arrive_at,
     choose_lobe,
     draw_scattering,
-    scatter_specular,
+    is_folded,
+    metal_of,
+    specular_step,
 )
+from photonmap.kernels.core import vec
 from photonmap.kernels.core.bands import largest
-from photonmap.kernels.core.jit import outlined
-from photonmap.kernels.core.passes import SPECULAR, Hit
-from photonmap.kernels.core.roulette import russian_roulette
-from photonmap.kernels.geometry.opacity import intersect
-from photonmap.kernels.integrators.rough_chain import (
-    Sink,
-    add_chain_emission,
-    add_rough_lights,
-    draw_light_point,
+from photonmap.kernels.core.jit import jit, outlined
+from photonmap.kernels.core.passes import SPECULAR, Hit, SurfaceInteraction
+from photonmap.kernels.core.records import METAL
+from photonmap.kernels.core.rng import draw
+from photonmap.kernels.core.warp import power_heuristic
+from photonmap.kernels.geometry.interaction import offset, point_at
+from photonmap.kernels.lights.direct import (
+    count_shadow_ray,
+    prepare_direct,
+    sample_direct,
+    sampling_pdf,
 )
+from photonmap.kernels.lights.emission import add_attenuated, emission_of, visible_emitter
 
-CERTAIN_STEPS = 4
-"""Specular scatterings of a chain before Russian roulette begins."""
+
+class Sink(NamedTuple):
+    """Where light is added, and times what."""
+
+    target: np.ndarray
+    """(rows, N) float32"""
+    row: int
+    factor: float
+    throughput: np.ndarray
+    """of the chain, (N,)"""
+
+
+@jit
+def is_rough(scene, triangle):
+    """Return whether a specular surface is rough."""
+    alpha = scene.specular.alpha
+    return len(alpha) > 0 and alpha[scene.geometry.material[triangle]] > 0.0
+
+
+@jit
+def _surface_on(geometry, hit, arrival, crossed):
+    """Return a rough surface as seen from the side on which light is looked for."""
+    sign, side = (-1.0, 1 - arrival.side) if crossed else (1.0, arrival.side)
+    ng, ns = vec.scale(arrival.ng, sign), vec.scale(arrival.n, sign)
+    point, size = point_at(geometry, hit.triangle, hit.u, hit.v)
+    return SurfaceInteraction(offset(point, size, ng), ng, ns, side, hit, arrival.direction, 0)
+
+
+@jit
+def _local(specular, rough, arrival, direction):
+    """Return (wi, wo) of a walk that leaves along `direction`, in the frame of its facets."""
+    wi = to_local(rough, vec.scale(arrival.direction, -1.0), arrival.n)
+    return wi, to_local(rough, direction, arrival.n)
+
+
+@jit
+def _walk_pdf(scene, met, column, direction):
+    """Return about the density (per steradian) with which a walk leaves along a direction."""
+    specular = scene.specular
+    hit, arrival = met
+    rough = roughness_at(scene, hit)
+    wi, wo = _local(specular, rough, arrival, direction)
+    eta = index_ratio(specular, scene.geometry.material[hit.triangle], arrival, column)
+    alpha = specular.anisotropy, rough.along, rough.alpha
+    return microsurface.typical_pdf(alpha, eta, wi, wo)
+
+
+@jit
+def _respond(scene, met, column, direction, state, scratch):
+    """Fill `scratch.response` with the density of a direction, tinted and scaled by refraction."""
+    specular = scene.specular
+    hit, arrival = met
+    material = scene.geometry.material[hit.triangle]
+    response, eta = scratch.response, index_ratio(specular, material, arrival, column)
+    rough = roughness_at(scene, hit)
+    pair = _local(specular, rough, arrival, direction)
+    alpha = specular.anisotropy, rough.along, rough.alpha
+    metal = metal_of(specular, material)
+    state = microsurface.evaluate(alpha, eta, metal, pair, state, scratch.walk, response)
+    if pair[1][2] < 0.0:
+        factor = microsurface.radiance_factor(eta)
+        multiply_tint(scene, hit, factor, response)
+    take_share(scene.geometry, specular.share, hit, response)
+    return state
+
+
+@jit
+def _choose_index(media, arrival, throughput, state):
+    """Choose an index for a light sample where glass disperses; return (choice, state)."""
+    if media is None or media.dispersion is None:
+        return (0, 1.0), state
+    xi, state = draw(state)
+    column, probability, _ = choose_index(media, arrival, throughput, xi)
+    return (column, probability), state
 
 
 @outlined
-def specular_step(scene, specular, met, numbers, step, before, state, throughput):
-    """Scatter at a specular surface, and go on to the next hit.
+def _add_light_sample(scene, arrived, crossed, point, sink, state, scratch):
+    """Add a light sample on one side of a rough surface; return the random state."""
+    (hit, arrival), throughput = arrived, sink.throughput
+    surface = _surface_on(scene.geometry, hit, arrival, crossed)
+    prepare_direct(scene, surface, scratch.emitters)
+    sample = sample_direct(scene, surface, scratch.emitters, point[0], point[1], 1)
+    count_shadow_ray(sample, scratch.rays)
+    if sample.weight <= 0.0 or is_folded(sample.direction, arrival, crossed):
+        return state
+    weight = sample.weight / vec.dot(surface.ns, sample.direction)
+    choice, state = _choose_index(scene.specular.media, arrival, throughput, state)
+    if sample.pdf > 0.0:
+        own = _walk_pdf(scene, arrived, choice[0], sample.direction)
+        weight *= power_heuristic(sample.pdf, own)
+    state = _respond(scene, arrived, choice[0], sample.direction, state, scratch)
+    keep_index(scene.specular.media, arrival, choice, scratch.response)
+    for band in range(len(throughput)):
+        scratch.response[band] *= throughput[band]
+    emission = emission_of(scene.lights, sample.emitter, sample.position)
+    weight *= sink.factor
+    add_attenuated(sink.target, sink.row, scene.lights, emission, scratch.response, weight)
+    return state
 
-    `met` is (hit, direction) there, `numbers` are those of `scatter_specular`. From
-    `CERTAIN_STEPS` on, Russian roulette is played against the throughput `before` the chain.
-    Returns (whether the path goes on, hit, direction, state).
+
+@jit
+def draw_light_point(alpha, state):
+    """Draw the `point` of `add_rough_lights`; nothing is drawn where all is smooth."""
+    if len(alpha) == 0:
+        return (0.0, 0.0), state
+    u, state = draw(state)
+    v, state = draw(state)
+    return (u, v), state
+
+
+@jit
+def add_rough_lights(scene, arrived, point, sink, state, scratch):
+    """Add what emitters send along the chain by a surface, if it is rough, at once.
+
+    `arrived` is (hit, direction) of the ray that meets it, `point` one of the unit square, for the
+    light samples of both sides. Returns the random state.
     """
-    hit, direction = met
-    origin, direction = scatter_specular(
-        scene.geometry, specular, hit, direction, numbers, False, throughput
-    )
-    if step >= CERTAIN_STEPS:
-        alive, state = russian_roulette(before, largest(throughput), state, throughput)
-        if not alive:
-            return False, hit, direction, state
-    hit = intersect(scene.geometry, origin, direction)
-    absorb(scene.geometry, specular, hit, direction, True, throughput)
-    return True, hit, direction, state
+    hit, direction = arrived
+    if not is_rough(scene, hit.triangle):
+        return state
+    met = hit, arrive_at(scene.geometry, hit, direction)
+    state = _add_light_sample(scene, met, False, point, sink, state, scratch)
+    if scene.specular.kind[scene.geometry.material[hit.triangle]] == METAL:
+        return state
+    return _add_light_sample(scene, met, True, point, sink, state, scratch)
 
 
 @outlined
-def follow_specular_chain(scene, specular, hit, direction, row, state, scratch):
+def _weigh_walk(scene, column, before, after, seen):
+    """Return the weight of a walk's end on an emitter against the light samples where it began.
+
+    `column` says in which index it went.
+    """
+    (hit, direction), (end, out) = before, after
+    arrival = arrive_at(scene.geometry, hit, direction)
+    crossed = vec.dot(out, arrival.ng) < 0.0
+    if is_folded(out, arrival, crossed):
+        return 1.0
+    surface = _surface_on(scene.geometry, hit, arrival, crossed)
+    own = _walk_pdf(scene, (hit, arrival), column, out)
+    return power_heuristic(own, sampling_pdf(scene, surface, end, seen, out))
+
+
+@jit
+def _weight_of_walk(scene, throughput, before, after, seen):
+    if not is_rough(scene, before[0].triangle):
+        return 1.0
+    column = column_of(scene.specular.media, throughput)
+    return _weigh_walk(scene, column, before, after, seen)
+
+
+@jit
+def add_chain_emission(scene, before, after, sink):
+    """Add the emission that a step of a chain meets; rough surfaces share it with light samples.
+
+    `before` and `after` are (hit, direction) of the rays to the surface and from it.
+    """
+    geometry, lights = scene.geometry, scene.lights
+    emitter, position = visible_emitter(geometry, lights, *after)
+    if emitter >= 0:
+        seen = emitter, position
+        weight = _weight_of_walk(scene, sink.throughput, before, after, seen)
+        emission = emission_of(lights, emitter, position)
+        factor = sink.factor * weight
+        add_attenuated(sink.target, sink.row, lights, emission, sink.throughput, factor)
+
+
+@outlined
+def follow_specular_chain(scene, hit, direction, row, state, scratch):
     """Follow a path from a hit along specular surfaces, until it takes another lobe.
 
     Emission on the way, and light samples of rough surfaces, are added to row `row` of
     `scratch.irradiance`, unless it is -1. Returns (hit, direction, state); the hit's triangle is -1
     where the path ends.
     """
+    specular = scene.specular
     if specular is None:
         return hit, direction, state
     throughput = scratch.throughput
     before = largest(throughput)
     sink = Sink(scratch.irradiance, row, math.pi, throughput)
-    absorb(scene.geometry, specular, hit, direction, False, throughput)
+    absorb(scene, hit, direction, False, throughput)
     for step in range(LONGEST_CHAIN):
         probability = specular.probability[scene.geometry.material[hit.triangle]]
         is_specular, state = choose_lobe(probability, state, throughput)
@@ -74,18 +231,16 @@ def follow_specular_chain(scene, specular, hit, direction, row, state, scratch):
         met = hit, direction
         if row >= 0:
             point, state = draw_light_point(specular.alpha, state)
-            state = add_rough_lights(
-                scene, specular, specular.alpha, met, point, sink, state, scratch
-            )
+            state = add_rough_lights(scene, met, point, sink, state, scratch)
         numbers, state = draw_scattering(specular.alpha, state)
         alive, hit, direction, state = specular_step(
-            scene, specular, met, numbers, step, before, state, throughput
+            scene, met, numbers, step, before, state, False, throughput
         )
         if not alive:
             break
         scratch.rays[SPECULAR] += 1
         if row >= 0:
-            add_chain_emission(scene, specular, met, (hit, direction), sink)
+            add_chain_emission(scene, met, (hit, direction), sink)
         if hit.triangle < 0:
             break
     return Hit(np.int64(-1), hit.u, hit.v, hit.distance), direction, state

@@ -12,7 +12,7 @@ import numpy as np
 from photonmap.kernels.bsdf import models
 from photonmap.kernels.bsdf.absorption import absorb
 from photonmap.kernels.bsdf.material import albedo, look_up_material
-from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, reflected_share
+from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, reflected_share, specular_step
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.passes import (
     CAUSTIC,
@@ -47,13 +47,12 @@ from photonmap.kernels.integrators.irradiance import (
     estimate_irradiance,
     trace_irradiance,
 )
-from photonmap.kernels.integrators.rough_chain import (
+from photonmap.kernels.integrators.specular_chain import (
     Sink,
     add_chain_emission,
     add_rough_lights,
     is_rough,
 )
-from photonmap.kernels.integrators.specular_chain import specular_step
 
 USES = (CHAIN_LIGHT, CHAIN_GATHER, CHAIN_PATH, CHAIN_GATHER_CHAIN, CHAIN_GLOSSY_PATH)
 STEP = np.uint64(40)
@@ -82,11 +81,11 @@ class Chain(NamedTuple):
 
 
 @jit
-def _radiance(scene, scattering, color, row, band, scratches):
+def _radiance(scene, color, row, band, scratches):
     """Return the radiance that a surface sends along the chain, of a row of its irradiance."""
-    if scattering is not None and scattering.model[color[0]] != models.LAMBERTIAN:
+    if scene.scattering is not None and scene.scattering.model[color[0]] != models.LAMBERTIAN:
         return scratches.scattered.irradiance[row, band]
-    rho = albedo(scene.materials, scene.textures, color, band)
+    rho = albedo(scene, color, band)
     return rho * np.float32(INV_PI) * scratches.own.irradiance[row, band]
 
 
@@ -95,34 +94,31 @@ def _add_radiance(scene, surface, passed, chain, scratches, via_specular):
     """Add what a surface sends along the chain, whose throughput is `scratches.own.chain`."""
     if via_specular is None:
         return
-    color = look_up_material(scene.geometry, scene.textures, surface.hit)
+    color = look_up_material(scene, surface.hit)
     for row in range(CAUSTIC + 1):
         kind = VIA_DIRECT + row if passed == SMOOTH else VIA_INDIRECT
         for band in range(len(scratches.own.chain)):
-            light = _radiance(scene, scene.scattering, color, row, band, scratches)
+            light = _radiance(scene, color, row, band, scratches)
             via_specular[kind, chain.pixel, band] += chain.share * scratches.own.chain[band] * light
 
 
 @jit
-def _light_of(job, caustics, surface, step, chain, state, scratches):
+def _light_of(job, surface, step, chain, state, scratches):
     """Fill the scratches with a surface's light; without a caustic map, by a plain path."""
-    if caustics is None:
+    if job.maps.caustics is None:
         return trace_irradiance(job.scene, job.maps, surface, MAX_BOUNCES, state, scratches)
     index, keys = chain.index + (np.uint64(step + 1) << STEP), light_keys(chain.key, USES)
     estimate_irradiance(job.scene, job.maps, surface, index, chain.budget, keys, None, scratches)
-    add_disks(job.scene, job.scene.scattering, caustics, surface, scratches)
+    add_disks(job.scene, job.maps.caustics, surface, scratches)
     return state
 
 
 @jit
-def _pass(geometry, alpha, hit, passed):
+def _pass(scene, hit, passed):
     """Return what a chain has passed after one more surface."""
-    if len(alpha) == 0:
-        return SMOOTH
-    rough = is_rough(geometry, alpha, hit.triangle)
-    if passed == SMOOTH:
-        return ONE_ROUGH if rough else SMOOTH
-    return FURTHER
+    if passed != SMOOTH:
+        return FURTHER
+    return ONE_ROUGH if is_rough(scene, hit.triangle) else SMOOTH
 
 
 @jit
@@ -144,58 +140,57 @@ def _scattering_numbers(alpha, chain, step):
 
 
 @jit
-def _add_lights_of(scene, specular, alpha, arrived, to, state, scratches):
-    """Add the light samples of a surface on the chain, if it is rough; return the random state.
+def _add_lights_of(scene, arrived, to, state, scratches):
+    """Add the light samples of a rough surface on the chain; return the random state.
 
     `to` is (the chain, its step, what it has passed before, `Estimate.via_specular`).
     """
-    if len(alpha) == 0:
-        return state
     chain, step, passed, via_specular = to
     row = VIA_DIRECT if passed == SMOOTH else VIA_INDIRECT
     sink = Sink(via_specular[row], chain.pixel, np.float64(chain.share), scratches.own.chain)
     point = _point(chain, CHAIN_ROUGH_LIGHT, step)
-    return add_rough_lights(scene, specular, alpha, arrived, point, sink, state, scratches.own)
+    return add_rough_lights(scene, arrived, point, sink, state, scratches.own)
 
 
 @jit
-def _add_emission(scene, specular, alpha, met, passed, chain, estimate, scratches):
+def _add_emission(scene, met, passed, chain, estimate, scratches):
     """Add the emission that a chain meets; `met` are (hit, direction) of its last two rays."""
     target = estimate.pixels.emission
     if passed != SMOOTH:
         target = estimate.via_specular[VIA_DIRECT if passed == ONE_ROUGH else VIA_INDIRECT]
     sink = Sink(target, chain.pixel, np.float64(chain.share), scratches.own.chain)
-    add_chain_emission(scene, specular, met[0], met[1], sink)
+    add_chain_emission(scene, met[0], met[1], sink)
 
 
 @outlined
-def _view_along(job, specular, seen, chain, estimate, scratches):
+def _view_along(job, seen, chain, estimate, scratches):
     """Add all that is seen along one chain."""
-    scene = job.scene
+    scene, specular = job.scene, job.scene.specular
     hit, direction = seen
     scratches.own.chain[:] = 1.0
-    absorb(scene.geometry, specular, hit, direction, True, scratches.own.chain)
+    absorb(scene, hit, direction, True, scratches.own.chain)
     state, passed = stream(split(chain.key, CHAIN_WALK), chain.index, 0), SMOOTH
     for step in range(LONGEST_CHAIN):
         if specular.kind[scene.geometry.material[hit.triangle]] == 0:
             return
         met, to = (hit, direction), (chain, step, passed, estimate.via_specular)
-        state = _add_lights_of(scene, specular, specular.alpha, met, to, state, scratches)
+        if is_rough(scene, hit.triangle):
+            state = _add_lights_of(scene, met, to, state, scratches)
         numbers = _scattering_numbers(specular.alpha, chain, step)
         alive, hit, direction, state = specular_step(
-            scene, specular, met, numbers, step, np.float32(1.0), state, scratches.own.chain
+            scene, met, numbers, step, np.float32(1.0), state, False, scratches.own.chain
         )
         if not alive:
             return
         scratches.own.rays[SPECULAR] += 1
-        passed = _pass(scene.geometry, specular.alpha, met[0], passed)
+        passed = _pass(scene, met[0], passed)
         rays = met, (hit, direction)
-        _add_emission(scene, specular, specular.alpha, rays, passed, chain, estimate, scratches)
+        _add_emission(scene, rays, passed, chain, estimate, scratches)
         if hit.triangle < 0:
             return
         if specular.probability[scene.geometry.material[hit.triangle]] < 1.0:
             surface = surface_interaction(scene.geometry, hit, direction)
-            state = _light_of(job, job.maps.caustics, surface, step, chain, state, scratches)
+            state = _light_of(job, surface, step, chain, state, scratches)
             _add_radiance(scene, surface, passed, chain, scratches, estimate.via_specular)
     estimate.pixels.lookups[chain.pixel] |= TRUNCATED
 
@@ -208,7 +203,7 @@ def _shared(budget, share):
 
 
 @jit
-def _view_both(job, specular, seen, reflected, chain, estimate, scratches):
+def _view_both(job, seen, reflected, chain, estimate, scratches):
     """Follow what smooth glass reflects, and what it transmits, apart.
 
     Else one sample in 25 would show the lamp that a pane reflects by 4%, at its full brightness.
@@ -221,36 +216,37 @@ def _view_both(job, specular, seen, reflected, chain, estimate, scratches):
         budget = _shared(chain.budget, share)
         weight = np.float32(chain.share * share)
         part = Chain(own, chain.index, chain.pixel, weight, budget, lobes)
-        _view_along(job, specular, seen, part, estimate, scratches)
+        _view_along(job, seen, part, estimate, scratches)
 
 
 @jit
-def _count_chains(geometry, specular, triangle, budget):
+def _count_chains(scene, triangle, budget):
     """Return how many chains a camera sample of a rough surface sends."""
-    most = METAL_CHAINS if specular.kind[geometry.material[triangle]] == METAL else GLASS_CHAINS
+    is_metal = scene.specular.kind[scene.geometry.material[triangle]] == METAL
+    most = METAL_CHAINS if is_metal else GLASS_CHAINS
     return min(max(budget.scattered, 1), most)
 
 
 @jit
-def view_specular_chains(job, specular, seen, chain, estimate, scratches):
+def view_specular_chains(job, seen, chain, estimate, scratches):
     """Follow a camera ray on from a specular first hit, and add all that it sees.
 
     `seen` = (hit, direction) of the ray, `chain` has its share of the pixel and its budget, which
     glass and rough surfaces split between several. Emission goes to `estimate.pixels.emission`
     while all is smooth, other light to `estimate.via_specular`.
     """
-    if specular is None:
+    if job.scene.specular is None:
         return
-    if not is_rough(job.scene.geometry, specular.alpha, seen[0].triangle):
-        reflected = reflected_share(job.scene.geometry, specular, seen[0], seen[1])
+    if not is_rough(job.scene, seen[0].triangle):
+        reflected = reflected_share(job.scene, seen[0], seen[1])
         if 0.0 < reflected < 1.0:
-            _view_both(job, specular, seen, reflected, chain, estimate, scratches)
+            _view_both(job, seen, reflected, chain, estimate, scratches)
         else:
-            _view_along(job, specular, seen, chain, estimate, scratches)
+            _view_along(job, seen, chain, estimate, scratches)
         return
-    count = _count_chains(job.scene.geometry, specular, seen[0].triangle, chain.budget)
+    count = _count_chains(job.scene, seen[0].triangle, chain.budget)
     key, budget = split(chain.key, CHAIN_ROUGH), _shared(chain.budget, 1.0 / count)
     share, first = np.float32(chain.share / count), chain.index * np.uint64(count)
     for number in range(count):
         part = Chain(key, first + np.uint64(number), chain.pixel, share, budget, ALL_LOBES)
-        _view_along(job, specular, seen, part, estimate, scratches)
+        _view_along(job, seen, part, estimate, scratches)

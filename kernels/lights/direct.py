@@ -9,8 +9,7 @@ from photonmap.kernels.core.passes import SHADOW
 from photonmap.kernels.core.warp import power_heuristic
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import occluded
-from photonmap.kernels.lights import triangle
-from photonmap.kernels.lights.infinite import dome_pdf
+from photonmap.kernels.lights import dome, triangle
 from photonmap.kernels.lights.kinds import DIRECTIONAL, sample_towards
 from photonmap.kernels.lights.portal import shines_in
 from photonmap.kernels.lights.samples import NOWHERE
@@ -42,14 +41,14 @@ def _cosine(surface, direction):
 @jit
 def prepare_direct(scene, surface, cdf):
     """Fill the CDF, (SCRATCH,), by which `sample_direct` chooses emitters for a point."""
-    weigh_emitters(scene.geometry, scene.lights, scene.lights.tree, surface.point, surface.ns, cdf)
+    weigh_emitters(scene.geometry, scene.lights, surface.point, surface.ns, cdf)
 
 
 @jit
-def _is_hidden(geometry, lights, portals, emitter, point, sample):
+def _is_hidden(geometry, lights, emitter, point, sample):
     """Return whether something is in the way from a point to a `LightSample`."""
-    if portals is not None and lights.kind[emitter] == DIRECTIONAL:
-        return not shines_in(geometry, portals, point, sample.direction)
+    if lights.portals is not None and lights.kind[emitter] == DIRECTIONAL:
+        return not shines_in(geometry, lights.portals, point, sample.direction)
     return occluded(geometry, point, sample.segment, sample.length)
 
 
@@ -61,14 +60,14 @@ def sample_direct(scene, surface, cdf, u, v, count):
     with scattered rays: then samples are weighed by `weigh_sample`, and rays by `weigh_hit`.
     """
     geometry, lights = scene.geometry, scene.lights
-    emitter, probability, u = select_emitter(lights, lights.tree, surface.point, surface.ns, cdf, u)
+    emitter, probability, u = select_emitter(lights, surface.point, surface.ns, cdf, u)
     if emitter < 0:
         return DirectSample(-1, 0.0, 0.0, NOWHERE, surface.ns)
     sample = sample_towards(geometry, lights, emitter, surface, u, v)
     cosine = _cosine(surface, sample.direction)
     if sample.weight == 0.0 or cosine == 0.0:
         return DirectSample(-1, 0.0, 0.0, NOWHERE, sample.direction)
-    if _is_hidden(geometry, lights, lights.portals, emitter, surface.point, sample):
+    if _is_hidden(geometry, lights, emitter, surface.point, sample):
         return DirectSample(emitter, 0.0, 0.0, NOWHERE, sample.direction)
     weight = cosine * sample.weight / (count * probability)
     pdf = count * probability * sample.pdf
@@ -83,14 +82,14 @@ def count_shadow_ray(sample, rays):
 
 
 @jit
-def weigh_sample(scene, scattering, surface, sample, rays):
+def weigh_sample(scene, surface, sample, rays):
     """Return the weight of a `DirectSample` against `rays` scattered rays that may hit emitters.
 
     They have the density of the surface's model, or of Lambert's law where `scattering` is None.
     """
     if sample.pdf == 0.0:
         return 1.0
-    density = models.pdf(scene.geometry, scattering, surface, sample.direction)
+    density = models.pdf(scene, surface, sample.direction)
     return power_heuristic(sample.pdf, rays * density)
 
 
@@ -102,11 +101,9 @@ def sampling_pdf(scene, surface, hit, seen, direction):
     """
     emitter, position = seen
     geometry, lights = scene.geometry, scene.lights
-    probability = selection_probability(
-        geometry, lights, lights.tree, emitter, surface.point, surface.ns
-    )
+    probability = selection_probability(geometry, lights, emitter, surface.point, surface.ns)
     if emitter == lights.dome:
-        pdf = dome_pdf(lights.environment, surface.ns, direction, position)
+        pdf = dome.pdf(lights.environment, surface.ns, direction, position)
     else:
         end = surface_interaction(geometry, hit, direction).point
         segment = vec.sub(end, surface.point)
@@ -115,11 +112,11 @@ def sampling_pdf(scene, surface, hit, seen, direction):
 
 
 @jit
-def weigh_hit(scene, scattering, surface, hit, seen, direction, budget):
+def weigh_hit(scene, surface, hit, seen, direction, budget):
     """Return the weight of a scattered ray that hits an emitter, against light samples.
 
     `seen` is (emitter, position on it); of `budget`, samples and rays count.
     """
     pdf = sampling_pdf(scene, surface, hit, seen, direction)
-    own = budget.scattered * models.pdf(scene.geometry, scattering, surface, direction)
+    own = budget.scattered * models.pdf(scene, surface, direction)
     return power_heuristic(own, budget.lights * pdf)

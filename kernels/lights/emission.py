@@ -35,7 +35,7 @@ def visible_emitter(geometry, lights, hit, direction):
     emitter = geometry.emitter[hit.triangle]
     if emitter < 0 or side_of(geometry, hit.triangle, direction) != 0:
         return -1, (hit.u, hit.v)
-    return emitter, position_on(lights, lights.environment, emitter, (hit.u, hit.v), direction)
+    return emitter, position_on(lights, emitter, (hit.u, hit.v), direction)
 
 
 @jit
@@ -46,11 +46,7 @@ def _position_on_dome(environment, direction):
 @jit
 def emission_of(lights, emitter, position):
     """Return the `Emission` of an emitter at a position on it, as in `LightSample`."""
-    return _emission(lights, lights.environment, lights.emission_textures, emitter, position)
-
-
-@jit
-def _emission(lights, environment, textures, emitter, position):
+    environment, textures = lights.environment, lights.emission_textures
     row = lights.spectrum[emitter]
     if environment is not None and row == environment.row:
         r, g, b = radiance_of(environment, position)
@@ -64,20 +60,15 @@ def _emission(lights, environment, textures, emitter, position):
 
 
 @jit
-def _value(lights, environment, textures, emission, band):
+def emission_in(lights, emission, band):
     """Return an emission in one band, float32."""
+    environment, textures = lights.environment, lights.emission_textures
     if environment is not None and emission.texture == MAP:
         return np.float32(mix(emission.color, environment.basis, band))
     if textures is not None and emission.texture >= 0:
         slot = emission.texture
         return np.float32(mix(emission.color, textures.basis[3 * slot : 3 * slot + 3], band))
     return lights.spectra[emission.row, band]
-
-
-@jit
-def emission_in(lights, emission, band):
-    """Return an emission in one band, float32."""
-    return _value(lights, lights.environment, lights.emission_textures, emission, band)
 
 
 @jit

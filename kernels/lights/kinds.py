@@ -1,125 +1,64 @@
 """The kinds of emitters, and the calls to each: how likely, towards a point, and as photons.
 
-A kind is a file of functions beside each other: `importance` estimates the irradiance at a point
+A kind is a module of functions beside each other: `importance` estimates the irradiance at a point
 from an emitter of power 1, by which emitters are chosen; `sample_towards` returns a `LightSample`,
-`pdf` its density where scattered rays can hit the emitter, `emit` a `PhotonStart`, and `emitted`
-what leaves for another direction, where emitters are not infinitely far.
+`emit` a `PhotonStart`, and `emitted` what leaves for another direction. Its `Parameters`, a
+NamedTuple of numbers, are what describes an emitter beside its place and axis.
 """
 
-from photonmap.kernels.core.jit import jit
-from photonmap.kernels.lights import infinite, photometric, point, portal, spot, triangle
+from types import ModuleType
+from typing import NamedTuple
 
-TRIANGLE, POINT, DOME, SPOT, DIRECTIONAL, PHOTOMETRIC = 0, 1, 2, 3, 4, 5
-"""Values of `Lights.kind`; the dome is even, or an environment map."""
+from photonmap.kernels.core.dispatch import by_number
+from photonmap.kernels.lights import dome, photometric, point, spot, sun, triangle
+
+
+class Kind(NamedTuple):
+    """A kind of emitters."""
+
+    functions: ModuleType
+    has_place: bool
+    """whether it shines from a place, not from infinitely far away"""
+    has_area: bool
+    """whether camera rays and scattered rays can hit it, and its shadows are soft"""
+
+
 KINDS = {
-    "triangle": TRIANGLE,
-    "point": POINT,
-    "dome": DOME,
-    "spot": SPOT,
-    "directional": DIRECTIONAL,
-    "photometric": PHOTOMETRIC,
+    "triangle": Kind(triangle, has_place=True, has_area=True),
+    "point": Kind(point, has_place=True, has_area=False),
+    "dome": Kind(dome, has_place=False, has_area=True),
+    "spot": Kind(spot, has_place=True, has_area=False),
+    "directional": Kind(sun, has_place=False, has_area=False),
+    "photometric": Kind(photometric, has_place=True, has_area=False),
 }
 """By the names that lights give them."""
-HITTABLE_KINDS = (TRIANGLE, DOME)
-"""Those that camera rays and scattered rays can hit."""
-EXTENDED_KINDS = (TRIANGLE, DOME)
-"""Those that cast soft shadows, for which many light samples are taken."""
-POSITION_KINDS = (POINT, SPOT, PHOTOMETRIC)
-"""Those that shine from a point."""
-INFINITE_KINDS = (DOME, DIRECTIONAL)
-"""Those that are infinitely far."""
+NUMBERS = {name: number for number, name in enumerate(KINDS)}
+"""Values of `Lights.kind`"""
+TRIANGLE, DOME, DIRECTIONAL = (NUMBERS[name] for name in ("triangle", "dome", "directional"))
 
 
-@jit
-def importance(geometry, lights, emitter, at, ns):
-    """Estimate the unoccluded irradiance at a point from an emitter of power 1."""
-    kind = lights.kind[emitter]
-    if kind == TRIANGLE:
-        return triangle.importance(geometry, lights, emitter, at, ns)
-    if kind == DOME:
-        return infinite.dome_importance(lights)
-    if kind == DIRECTIONAL:
-        return infinite.sun_importance(lights, lights.portals, emitter, ns)
-    if kind == SPOT:
-        return spot.importance(lights, emitter, at, ns)
-    return _importance_of_point(lights, lights.profiles, emitter, at, ns)
+def numbers_where(**traits: bool) -> list[int]:
+    """Return the values of `Lights.kind` of the kinds that have some traits."""
+    return [
+        NUMBERS[name]
+        for name, kind in KINDS.items()
+        if all(getattr(kind, trait) == value for trait, value in traits.items())
+    ]
 
 
-@jit
-def _importance_of_point(lights, profiles, emitter, at, ns):
-    if profiles is not None and lights.kind[emitter] == PHOTOMETRIC:
-        return photometric.importance(lights, emitter, at, ns)
-    return point.importance(lights, emitter, at, ns)
+_modules = [kind.functions for kind in KINDS.values()]
+_kind = "lights.kind[emitter]"
+importance = by_number(_modules, "importance", "geometry, lights, emitter, at, ns", _kind)
+"""Estimate the unoccluded irradiance at a point from an emitter of power 1."""
+sample_towards = by_number(
+    _modules, "sample_towards", "geometry, lights, emitter, surface, u, v", _kind
+)
+"""Return the `LightSample` of an emitter for a surface point."""
+emit = by_number(_modules, "emit", "geometry, lights, emitter, position, direction", _kind)
+"""Return the `PhotonStart` of an emitter, by two points of the unit square."""
+emitted = by_number(_modules, "emitted", "geometry, lights, emitter, start, direction", _kind)
+"""Return what a `PhotonStart` of an emitter sends in another direction.
 
-
-@jit
-def sample_towards(geometry, lights, emitter, surface, u, v):
-    """Return the `LightSample` of an emitter for a surface point."""
-    kind = lights.kind[emitter]
-    if kind == TRIANGLE:
-        return triangle.sample_towards(geometry, lights, emitter, surface, u, v)
-    if kind == DOME:
-        return infinite.sample_dome(lights.environment, surface, u, v)
-    if kind == DIRECTIONAL:
-        return infinite.sample_sun(lights, emitter, u, v)
-    if kind == SPOT:
-        return spot.sample_towards(lights, emitter, surface)
-    return _sample_point(lights, lights.profiles, emitter, surface)
-
-
-@jit
-def _sample_point(lights, profiles, emitter, surface):
-    if profiles is not None and lights.kind[emitter] == PHOTOMETRIC:
-        return photometric.sample_towards(lights, emitter, surface)
-    return point.sample_towards(lights, emitter, surface)
-
-
-@jit
-def emit(geometry, lights, emitter, position, direction):
-    """Return the `PhotonStart` of an emitter, by two points of the unit square."""
-    kind = lights.kind[emitter]
-    if kind == TRIANGLE:
-        return triangle.emit(geometry, lights, emitter, position, direction)
-    if kind == DOME:
-        return infinite.emit_from_dome(lights, lights.environment, position, direction)
-    if kind == DIRECTIONAL:
-        return _emit_from_sun(geometry, lights, lights.portals, emitter, position, direction)
-    if kind == SPOT:
-        return spot.emit(lights, emitter, direction)
-    return _emit_from_point(lights, lights.profiles, emitter, direction)
-
-
-@jit
-def _emit_from_sun(geometry, lights, portals, emitter, position, direction):
-    if portals is not None:
-        towards = infinite.direction_of_sun(lights, emitter, direction[0], direction[1])
-        return portal.emit_through(geometry, portals, emitter, position, towards)
-    return infinite.emit_from_sun(lights, emitter, position, direction)
-
-
-@jit
-def _emit_from_point(lights, profiles, emitter, direction):
-    if profiles is not None and lights.kind[emitter] == PHOTOMETRIC:
-        return photometric.emit(lights, emitter, direction)
-    return point.emit(lights, emitter, direction)
-
-
-@jit
-def emitted(geometry, lights, emitter, start, direction):
-    """Return what a `PhotonStart` of an emitter sends in another direction.
-
-    As (flux per steradian for an emission of 1, density of `emit` per steradian).
-    """
-    kind = lights.kind[emitter]
-    if kind == TRIANGLE:
-        return triangle.emitted(geometry, lights, emitter, start, direction)
-    if kind == SPOT:
-        return spot.emitted(lights, emitter, direction)
-    return _emitted_from_point(lights, lights.profiles, emitter, direction)
-
-
-@jit
-def _emitted_from_point(lights, profiles, emitter, direction):
-    if profiles is not None and lights.kind[emitter] == PHOTOMETRIC:
-        return photometric.emitted(lights, emitter, direction)
-    return point.emitted()
+As (flux per steradian for an emission of 1, density of `emit` per steradian); of emitters that are
+infinitely far, nothing.
+"""

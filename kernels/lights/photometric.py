@@ -5,7 +5,9 @@ import math
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.lights.point import importance_at, sample_position
-from photonmap.kernels.lights.samples import NOWHERE, LightSample, PhotonStart
+from photonmap.kernels.lights.samples import NOWHERE, LightSample, NoParameters, PhotonStart
+
+Parameters = NoParameters
 
 
 @outlined
@@ -27,18 +29,18 @@ def intensity(profiles, emitter, direction):
 
 
 @jit
-def importance(lights, emitter, point, ns):
+def importance(geometry, lights, emitter, at, ns):
     """Estimate the irradiance at a point from a light of power 1, unless it is occluded."""
     position = vec.row(lights.position, emitter)
-    step = vec.sub(point, position)
+    step = vec.sub(at, position)
     if vec.dot(step, step) == 0.0:
         return 0.0
     relative = intensity(lights.profiles, emitter, vec.normalize(step))
-    return relative * importance_at(position, point, ns) * warp.uniform_sphere_pdf()
+    return relative * importance_at(position, at, ns) * warp.uniform_sphere_pdf()
 
 
 @jit
-def sample_towards(lights, emitter, surface):
+def sample_towards(geometry, lights, emitter, surface, u, v):
     """Return the only `LightSample` there is."""
     sample = sample_position(vec.row(lights.position, emitter), surface)
     relative = intensity(lights.profiles, emitter, vec.scale(sample.direction, -1.0))
@@ -48,7 +50,7 @@ def sample_towards(lights, emitter, surface):
 
 
 @jit
-def emit(lights, emitter, direction):
+def emit(geometry, lights, emitter, position, direction):
     """Start a photon, by a point of the unit square; a `PhotonStart`."""
     towards = warp.uniform_sphere(direction[0], direction[1])
     weight = intensity(lights.profiles, emitter, towards) / warp.uniform_sphere_pdf()
@@ -56,6 +58,6 @@ def emit(lights, emitter, direction):
 
 
 @jit
-def emitted(lights, emitter, direction):
+def emitted(geometry, lights, emitter, start, direction):
     """Return what is sent in a direction, per steradian, and the density of `emit`."""
     return intensity(lights.profiles, emitter, direction), warp.uniform_sphere_pdf()

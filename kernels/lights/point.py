@@ -4,8 +4,15 @@ import math
 
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.lights.samples import NOWHERE, LightSample, PhotonStart, no_sample
+from photonmap.kernels.lights.samples import (
+    NOWHERE,
+    LightSample,
+    NoParameters,
+    PhotonStart,
+    no_sample,
+)
 
+Parameters = NoParameters
 TINY = 1e-30
 
 
@@ -18,9 +25,9 @@ def importance_at(position, point, ns):
 
 
 @jit
-def importance(lights, emitter, point, ns):
+def importance(geometry, lights, emitter, at, ns):
     """Estimate the irradiance at a point from a light of power 1, unless it is occluded."""
-    reach = importance_at(vec.row(lights.position, emitter), point, ns)
+    reach = importance_at(vec.row(lights.position, emitter), at, ns)
     return reach * warp.uniform_sphere_pdf()
 
 
@@ -36,13 +43,13 @@ def sample_position(position, surface):
 
 
 @jit
-def sample_towards(lights, emitter, surface):
+def sample_towards(geometry, lights, emitter, surface, u, v):
     """Return the only `LightSample` there is."""
     return sample_position(vec.row(lights.position, emitter), surface)
 
 
 @jit
-def emit(lights, emitter, direction):
+def emit(geometry, lights, emitter, position, direction):
     """Start a photon, by a point of the unit square; a `PhotonStart`."""
     weight = 1.0 / warp.uniform_sphere_pdf()
     origin = vec.row(lights.position, emitter)
@@ -50,6 +57,6 @@ def emit(lights, emitter, direction):
 
 
 @jit
-def emitted():
+def emitted(geometry, lights, emitter, start, direction):
     """Return what is sent in any direction, per steradian, and the density of `emit`."""
     return 1.0, warp.uniform_sphere_pdf()

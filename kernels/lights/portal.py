@@ -18,11 +18,9 @@ from photonmap.kernels.lights.samples import NOWHERE, PhotonStart
 
 
 @jit
-def position_on(lights, environment, emitter, barycentrics, direction):
-    """Return the position on an emitting triangle, as in `LightSample`, seen in a direction.
-
-    `environment` is that of the lights.
-    """
+def position_on(lights, emitter, barycentrics, direction):
+    """Return the position on an emitting triangle, as in `LightSample`, seen in a direction."""
+    environment = lights.environment
     if environment is not None and lights.spectrum[emitter] == environment.row:
         return texel_at(environment, direction)
     return barycentrics

@@ -8,6 +8,10 @@ NOWHERE = (0.0, 0.0)
 """Position on an emitter that has no positions."""
 
 
+class NoParameters(NamedTuple):
+    """Of a kind of emitters that places and axes describe."""
+
+
 class LightSample(NamedTuple):
     """A direction from a surface point to an emitter."""
 

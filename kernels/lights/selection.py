@@ -14,7 +14,7 @@ SCRATCH = 2 * WIDTH
 
 
 @jit
-def weigh_emitters(geometry, lights, tree, point, ns, cdf):
+def weigh_emitters(geometry, lights, point, ns, cdf):
     """Fill `cdf`, (SCRATCH,), by which `select_emitter` chooses for a point.
 
     That is the CDF of few emitters, or with a tree the sums of its first block. Of few, each
@@ -22,8 +22,8 @@ def weigh_emitters(geometry, lights, tree, point, ns, cdf):
     stratified on each. The CDF is 0 where no emitter can reach the point.
     """
     count = len(lights.cdf)
-    if tree is not None:
-        weigh_nodes(tree.nodes, 0, point, ns, cdf)
+    if lights.tree is not None:
+        weigh_nodes(lights.tree.nodes, 0, point, ns, cdf)
         return
     if count > FEW_EMITTERS:
         return
@@ -74,12 +74,13 @@ def _probability_of_few(geometry, lights, emitter, point, ns):
 
 
 @jit
-def select_emitter(lights, tree, point, ns, cdf, u):
+def select_emitter(lights, point, ns, cdf, u):
     """Choose an emitter for the light at a point; return (emitter, probability, u renewed).
 
     emitter is -1 where none can reach it. `cdf` is what `weigh_emitters` filled for the point.
-    Without a tree (None) more than FEW_EMITTERS are chosen by power.
+    Without a tree, more than FEW_EMITTERS are chosen by power.
     """
+    tree = lights.tree
     if tree is None:
         if len(lights.cdf) <= FEW_EMITTERS:
             return _select_of_few(len(lights.cdf), cdf, u)
@@ -95,8 +96,9 @@ def select_emitter(lights, tree, point, ns, cdf, u):
 
 
 @jit
-def selection_probability(geometry, lights, tree, emitter, point, ns):
+def selection_probability(geometry, lights, emitter, point, ns):
     """Return the probability of `select_emitter` to return an emitter."""
+    tree = lights.tree
     if tree is None and len(lights.cdf) <= FEW_EMITTERS:
         return _probability_of_few(geometry, lights, emitter, point, ns)
     leaf = -1 if tree is None else tree.leaf[emitter]

@@ -13,8 +13,9 @@ from photonmap.kernels.core.jit import jit
 from photonmap.kernels.geometry.interaction import offset, point_at
 from photonmap.kernels.geometry.opacity import opacity_at
 from photonmap.kernels.lights.portal import position_on
-from photonmap.kernels.lights.samples import LightSample, PhotonStart, no_sample
+from photonmap.kernels.lights.samples import LightSample, NoParameters, PhotonStart, no_sample
 
+Parameters = NoParameters
 TINY = 1e-30
 BEFORE_LAMP = 1.0 - 2.0**-16
 """Where shadow rays end, as a fraction of the way. The rounding of an origin that lies far from the
@@ -116,10 +117,10 @@ def sample_triangle_light(corners, u, v):
 
 
 @jit
-def importance(geometry, lights, emitter, point, ns):
+def importance(geometry, lights, emitter, at, ns):
     """Estimate the irradiance at a point from an area light of power 1, unless it is occluded."""
     return warp.INV_PI * mean_irradiance_factor(
-        corners_from(geometry, lights.triangle[emitter], point, ns)
+        corners_from(geometry, lights.triangle[emitter], at, ns)
     )
 
 
@@ -128,7 +129,7 @@ def _emitting_point(geometry, triangle, position):
     """Return (point, ng, opacity) on the front of an emitting triangle, offset off it."""
     point, size = point_at(geometry, triangle, position[0], position[1])
     normal = vec.row(geometry.normals, triangle)
-    opacity = opacity_at(geometry, geometry.alpha, triangle, position[0], position[1])
+    opacity = opacity_at(geometry, triangle, position[0], position[1])
     return offset(point, size, normal), normal, opacity
 
 
@@ -156,7 +157,7 @@ def sample_towards(geometry, lights, emitter, surface, u, v):
         return no_sample(direction)
     even = warp.uniform_triangle_pdf(lights.area[emitter]) * squared / facing
     weight = opacity / (even * density)
-    position = position_on(lights, lights.environment, emitter, (b1, b2), direction)
+    position = position_on(lights, emitter, (b1, b2), direction)
     return LightSample(segment, BEFORE_LAMP, direction, weight, even, position)
 
 
@@ -176,7 +177,7 @@ def emit(geometry, lights, emitter, position, direction):
     spot = warp.uniform_triangle(position[0], position[1])
     origin, normal, opacity = _emitting_point(geometry, lights.triangle[emitter], spot)
     direction = vec.from_frame(warp.cosine_hemisphere(direction[0], direction[1]), normal)
-    seen = position_on(lights, lights.environment, emitter, spot, vec.scale(direction, -1.0))
+    seen = position_on(lights, emitter, spot, vec.scale(direction, -1.0))
     return PhotonStart(math.pi * lights.area[emitter] * opacity, seen, origin, direction)
 
 

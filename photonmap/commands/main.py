@@ -8,6 +8,8 @@ import re
 import sys
 import textwrap
 import warnings
+from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
@@ -34,6 +36,14 @@ _BY_SIGNAL = 128
 
 class _Parser(argparse.ArgumentParser):
     """A parser whose errors are one line."""
+
+    describe: Callable[[], str] | None = None
+    """Makes the description, where that takes the imports of all commands."""
+
+    def format_help(self) -> str:
+        if self.describe is not None:
+            self.description = self.describe()
+        return super().format_help()
 
     def error(self, message: str) -> Any:
         unknown = re.match(r"unrecognized arguments: (--[^\s=]+)", message)
@@ -132,7 +142,7 @@ def parser_of(name: str) -> argparse.ArgumentParser:
     if name == DEFAULT:
         parser.usage = f"{parser.prog} SCENE [options]\n       {parser.prog} COMMAND [options]"
         parser.formatter_class = argparse.RawDescriptionHelpFormatter
-        parser.description = _describe(command.HELP, parser.prog)
+        parser.describe = partial(_describe, command.HELP, parser.prog)
     command.add_arguments(parser)
     return parser
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.kernels.bsdf.models import LAMBERTIAN, NARROW
 from photonmap.kernels.core.records import GLASS, METAL, Geometry, Scattering
-from photonmap.kernels.lights.kinds import EXTENDED_KINDS, HITTABLE_KINDS, POSITION_KINDS
+from photonmap.kernels.lights.kinds import numbers_where
 
 EFFECTS = (
     "emission",
@@ -60,14 +60,14 @@ def called_for(compiled: CompiledScene, distinct: int, bands: int) -> dict[str, 
 
 def _of_lights(compiled: CompiledScene) -> dict[str, Effect]:
     kinds = compiled.lights.kind
-    hittable, extended = np.isin(kinds, HITTABLE_KINDS).any(), np.isin(kinds, EXTENDED_KINDS).any()
+    have_area = np.isin(kinds, numbers_where(has_area=True)).any()
     sky = compiled.lights.environment is not None
     sharp = "all lights are points or suns: shadows are sharp"
     return {
         "emission": _if(
-            hittable, "area lights or a sky can be seen", "no area light or sky can be seen"
+            have_area, "area lights or a sky can be seen", "no area light or sky can be seen"
         ),
-        "soft_shadows": _if(extended, "lights have an area", sharp),
+        "soft_shadows": _if(have_area, "lights have an area", sharp),
         "environment": _if(sky, "the sky is a map", "the sky is not a map"),
     }
 
@@ -234,7 +234,7 @@ def _is_closed(geometry: Geometry) -> bool:
 def _lit_inside(compiled: CompiledScene) -> bool:
     """Return whether a point light may lie within, or the camera does."""
     lights = compiled.lights
-    points = lights.position[np.isin(lights.kind, POSITION_KINDS)]
+    points = lights.position[np.isin(lights.kind, numbers_where(has_place=True, has_area=False))]
     if compiled.camera.eye is None:
         return True  # camera rays may start anywhere
     camera = (np.array(compiled.camera.eye) - compiled.center) / compiled.size

@@ -32,6 +32,7 @@ from photonmap.kernels.core.passes import (
     Span,
     View,
 )
+from photonmap.kernels.core.records import SceneArrays
 from photonmap.kernels.core.streams import Domain
 from photonmap.kernels.lights.selection import SCRATCH
 from photonmap.runtime.storage import RAM, Storage
@@ -100,14 +101,20 @@ class PassSetup:
         """Return the key of a family of random streams of pass `index`."""
         return stream_key(self.seed, index, domain)
 
-    def begin_pass(self, index: int) -> None:
-        """Choose the wavelengths, within their bands, at which glass refracts in pass `index`."""
-        specular = self.compiled.specular
-        media = None if specular is None else specular.media
-        if media is not None and media.dispersion is not None:
-            steps = media.dispersion.steps
-            step = int(self.key(index, Domain.WAVELENGTHS) % np.uint64(len(steps)))
-            media.dispersion.ior[:] = steps[step]
+    def scene(self, index: int) -> SceneArrays:
+        """Return the scene of pass `index`, which chooses a wavelength in each band for glass."""
+        arrays, specular = self._arrays, self.compiled.specular
+        if specular is None or specular.media is None or specular.media.dispersion is None:
+            return arrays
+        media = arrays.specular.media
+        steps = media.dispersion.steps
+        step = int(self.key(index, Domain.WAVELENGTHS) % np.uint64(len(steps)))
+        media = media._replace(dispersion=media.dispersion._replace(ior=steps[step]))
+        return arrays._replace(specular=arrays.specular._replace(media=media))
+
+    @cached_property
+    def _arrays(self) -> SceneArrays:
+        return self.compiled.arrays
 
     def over_pixels(self, task: Callable[[Span], object]) -> None:
         """Run a task over spans of pixels."""

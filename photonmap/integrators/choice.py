@@ -79,7 +79,7 @@ def warn_of_lost_caustics(method: str, compiled: CompiledScene, plan: EffectPlan
     import numpy as np
 
     from photonmap.kernels.core.records import GLASS, MIRROR
-    from photonmap.kernels.lights.kinds import HITTABLE_KINDS
+    from photonmap.kernels.lights.kinds import numbers_where
 
     specular = compiled.specular
     if method != "path" or specular is None or not plan.on("caustics"):
@@ -87,7 +87,8 @@ def warn_of_lost_caustics(method: str, compiled: CompiledScene, plan: EffectPlan
     is_smooth = np.isin(specular.kind, (MIRROR, GLASS))
     if len(specular.alpha):
         is_smooth &= specular.alpha == 0.0
-    if is_smooth.any() and not np.isin(compiled.lights.kind, HITTABLE_KINDS).all():
+    can_be_hit = np.isin(compiled.lights.kind, numbers_where(has_area=True))
+    if is_smooth.any() and not can_be_hit.all():
         warn(
             "method path finds no caustics of points, spots and suns by mirrors or smooth glass: "
             "they are missing; method photon has them"

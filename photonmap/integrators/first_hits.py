@@ -6,7 +6,7 @@ A new one is a row of `photonmap.buffers.TABLE` with the source "first hit", and
 from __future__ import annotations
 
 from collections.abc import Callable, Container
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,38 +18,17 @@ from photonmap.integrators.base import TILE
 from photonmap.integrators.seen_surfaces import (
     Surfaces,
     has_textured_lobes,
-    surfaces_at_points,
+    surfaces_at_hits,
     surfaces_of_materials,
 )
 from photonmap.kernels.core.passes import Film, Span, View
 from photonmap.kernels.core.records import GLASS, METAL, MIRROR
-from photonmap.kernels.integrators.first_hits import first_hits
+from photonmap.kernels.integrators.first_hits import FirstHits, find_first_hits
 from photonmap.runtime.storage import RAM, Storage, strips
 from photonmap.runtime.workers import Workers
 from photonmap.scene.surfaces.metallic import metallic_fraction
 
 Array = NDArray[Any]
-
-
-class FirstHits(NamedTuple):
-    """What the rays through the centres of P pixels hit."""
-
-    triangle: Array
-    """(P,) int32, row of `Geometry.triangles`; -1 for the background"""
-    barycentrics: Array
-    """(P, 2) float32, of the second and third corner"""
-    distance: Array
-    """(P,) float32, from where the ray begins in the kernels' unit; 0 for the background"""
-    depth: Array
-    """(P,) float32, the same along the camera's axis, if it has one"""
-    normal: Array
-    """(P, 3) float32, unit shading normal towards the camera; 0 for the background"""
-
-    def look_up(self, of_triangle: Array) -> Array:
-        """Return the rows of a table (T, …) that the hit triangles have; 0 for the background."""
-        rows = of_triangle[self.triangle]
-        rows[self.triangle < 0] = 0
-        return rows
 
 
 Compute = Callable[[CompiledScene, FirstHits], Array]
@@ -73,7 +52,7 @@ def of_surface(name: str) -> Callable[[Callable[[Surfaces], Array]], Callable[[S
     def register(compute: Callable[[Surfaces], Array]) -> Callable[[Surfaces], Array]:
         def look_up(compiled: CompiledScene, hits: FirstHits) -> Array:
             if has_textured_lobes(compiled):
-                rows = compute(surfaces_at_points(compiled, hits.triangle, hits.barycentrics))
+                rows = compute(surfaces_at_hits(compiled, hits))
             else:
                 material = compiled.geometry.material[hits.triangle]
                 rows = compute(surfaces_of_materials(compiled))[material]
@@ -98,27 +77,40 @@ def first_hit_buffers(
     if not names:
         return {}
     pixels = film.width * film.height
-    hits = FirstHits(
-        storage.zeros(pixels, np.int32),
-        storage.zeros((pixels, 2)),
-        storage.zeros(pixels),
-        storage.zeros(pixels),
-        storage.zeros((pixels, 3)),
-    )
     view = View(compiled.film_camera(film.width, film.height), film)
-    geometry = compiled.arrays.geometry
-    workers.ranges(
-        lambda first, last: first_hits(geometry, view, Span(first, last), *hits),
-        pixels,
-        TILE,
-        whole=True,
-    )
     images = {name: _empty(name, pixels, compiled, storage) for name in names}
     for part in strips(pixels):
-        some = FirstHits(*(array[part] for array in hits))
+        hits = _hits_of(compiled, view, part, workers)
         for name, image in images.items():
-            image[part] = _COMPUTE[name](compiled, some)
+            image[part] = _COMPUTE[name](compiled, hits)
     return images
+
+
+def _hits_of(compiled: CompiledScene, view: View, part: slice, workers: Workers) -> FirstHits:
+    """Return the first hits of some consecutive pixels."""
+    count, geometry = part.stop - part.start, compiled.arrays.geometry
+    hits = FirstHits(
+        triangle=np.empty(count, np.int32),
+        barycentrics=np.empty((count, 2), np.float32),
+        direction=np.empty((count, 3), np.float32),
+        distance=np.empty(count, np.float32),
+        depth=np.empty(count, np.float32),
+        normal=np.empty((count, 3), np.float32),
+    )
+
+    def find(first: int, last: int) -> None:
+        span = Span(part.start + first, part.start + last)
+        find_first_hits(geometry, view, span, FirstHits(*(array[first:last] for array in hits)))
+
+    workers.ranges(find, count, TILE, whole=True)
+    return hits
+
+
+def _of_triangles(table: Array, hits: FirstHits) -> Array:
+    """Return the rows of a table (T, …) that the hit triangles have; 0 for the background."""
+    rows = table[hits.triangle]
+    rows[hits.triangle < 0] = 0
+    return rows
 
 
 def _empty(name: str, pixels: int, compiled: CompiledScene, storage: Storage) -> Array:
@@ -148,12 +140,12 @@ def _normal(compiled: CompiledScene, hits: FirstHits) -> Array:
 
 @at_centre("object_id")
 def _object_id(compiled: CompiledScene, hits: FirstHits) -> Array:
-    return hits.look_up(compiled.object_ids)
+    return _of_triangles(compiled.object_ids, hits)
 
 
 @at_centre("material_id")
 def _material_id(compiled: CompiledScene, hits: FirstHits) -> Array:
-    return hits.look_up(compiled.material_ids)
+    return _of_triangles(compiled.material_ids, hits)
 
 
 @of_surface("specular_reflectance")

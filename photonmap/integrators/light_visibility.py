@@ -10,7 +10,7 @@ from photonmap.errors import warn
 from photonmap.kernels.core.passes import View
 from photonmap.kernels.core.records import Lights
 from photonmap.kernels.integrators.light_visibility import find_view_points, reaches_view
-from photonmap.kernels.lights.kinds import HITTABLE_KINDS, POINT
+from photonmap.kernels.lights.kinds import NUMBERS, numbers_where
 from photonmap.kernels.lights.selection import SCRATCH
 from photonmap.runtime.wording import listed
 
@@ -79,9 +79,9 @@ def _suspects(compiled: CompiledScene, hidden: list[str]) -> str:
         return f"the winding of portals, {only}, and that {it_is} not behind one"
     outside = f"that {it_is} not inside a wall"
     kinds = lights.kind[np.isin(compiled.light_names, hidden)]
-    if (kinds == POINT).all():
+    if (kinds == NUMBERS["point"]).all():
         return outside
-    what = "winding" if np.isin(kinds, HITTABLE_KINDS).any() else "direction"
+    what = "winding" if np.isin(kinds, numbers_where(has_area=True)).any() else "direction"
     return f"{its} {what}, and {outside}"
 
 
@@ -97,7 +97,7 @@ def _only(lights: Lights, members: np.ndarray) -> Lights:
         triangle=lights.triangle[members],
         position=lights.position[members],
         axis=lights.axis[members],
-        cosines=lights.cosines[members],
+        parameters=lights.parameters[members],
         area=lights.area[members],
         spectrum=lights.spectrum[members],
         cdf=make_cdf(probabilities_of(lights.cdf)[members]),

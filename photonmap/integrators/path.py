@@ -41,10 +41,9 @@ class PathIntegrator:
     def estimate(self, index: int, wider: int = 0) -> Estimate:
         """Run pass `index`, as `Integrator.estimate` says; there are no supports to widen."""
         setup = self._setup
-        setup.begin_pass(index)
         key = setup.key(index, Domain.CAMERA)
         maps = PhotonMaps(empty_cache(setup.bands), None)
-        job = CameraPass(setup.compiled.arrays, maps, setup.view, NO_PLAN, key)
+        job = CameraPass(setup.scene(index), maps, setup.view, NO_PLAN, key)
         bounces = MAX_BOUNCES if setup.simulates("indirect") else 1
         rays = setup.render_pixels(
             lambda span, own: path_pass(job, SAMPLES, bounces, span, own, self._estimate)

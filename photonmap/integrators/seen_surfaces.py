@@ -12,12 +12,7 @@ from photonmap.compile.surfaces.glossy import TERMS, mean_albedo
 from photonmap.kernels.bsdf.models import GLOSSY
 from photonmap.kernels.core.lobe_records import Coats
 from photonmap.kernels.core.records import GLASS, Scattering, Specular
-from photonmap.kernels.integrators.first_hits import (
-    look_up_coats,
-    look_up_glass,
-    look_up_lobes,
-    look_up_sheens,
-)
+from photonmap.kernels.integrators.first_hits import FirstHits, SurfaceRows, describe_surfaces
 
 Array = NDArray[Any]
 
@@ -144,48 +139,29 @@ def surfaces_of_materials(compiled: CompiledScene) -> Surfaces:
     return Surfaces(reflectance, model, glossy, lobes, dip, specular, compiled.is_thin, coat, sheen)
 
 
-def surfaces_at_points(compiled: CompiledScene, triangle: Array, barycentrics: Array) -> Surfaces:
-    """Return what R points reflect, as textures say.
-
-    Parameters
-    ----------
-    triangle : (R,) int32, rows of `Geometry.triangles`
-    barycentrics : (R, 2) float32, of the second and third corner
-    """
-    plain, scattering = surfaces_of_materials(compiled), compiled.scattering
-    material = compiled.geometry.material[triangle]
-    places = np.ascontiguousarray(triangle), np.ascontiguousarray(barycentrics)
-    tables = plain.reflectance, plain.glossy, plain.lobes
-    reflectance, glossy, lobes = (np.ascontiguousarray(table[material]) for table in tables)
-    coat, specular, sheen = plain.coat, plain.specular, plain.sheen
-    arrays = compiled.arrays
-    if sheen is not None:
-        sheen = Sheen(*(np.ascontiguousarray(rows[material]) for rows in sheen))
-        if (sheens := arrays.scattering.sheens).maps:
-            look_up_sheens(arrays.geometry, sheens, sheens.maps, *places, sheen.color)
-    if scattering is not None and (maps := scattering.maps) is not None:
-        look_up_lobes(arrays, arrays.scattering, maps, *places, reflectance, glossy, lobes)
-        if coat is not None:
-            coat = Coat(*(np.ascontiguousarray(rows[material]) for rows in coat))
-            found = coat.weight[:, 0], coat.lobes
-            look_up_coats(arrays.geometry, arrays.scattering, maps, *places, *found)
-    elif coat is not None:
-        coat = Coat(*(rows[material] for rows in coat))
-    if specular is not None:
-        specular = Specularity(*(np.ascontiguousarray(rows[material]) for rows in specular))
-        found = specular.alpha, specular.share
-        look_up_glass(arrays.geometry, arrays.specular, *places, *found)
-    return Surfaces(
-        reflectance,
-        plain.model[material],
-        glossy,
-        lobes,
-        plain.dip[material],
-        specular,
-        plain.is_thin[material],
-        coat,
-        sheen,
+def surfaces_at_hits(compiled: CompiledScene, hits: FirstHits) -> Surfaces:
+    """Return what the surfaces of R first hits reflect, as textures say."""
+    seen = _rows(surfaces_of_materials(compiled), compiled.geometry.material[hits.triangle])
+    no_table, no_row = np.empty((0, 0)), np.empty(0)
+    rows = SurfaceRows(
+        reflectance=seen.reflectance,
+        glossy=seen.glossy,
+        lobes=seen.lobes,
+        coat_weight=no_table if seen.coat is None else seen.coat.weight,
+        coat_lobes=no_table if seen.coat is None else seen.coat.lobes,
+        sheen_color=no_table.astype(np.float32) if seen.sheen is None else seen.sheen.color,
+        alpha=no_row if seen.specular is None else seen.specular.alpha,
+        share=no_row if seen.specular is None else seen.specular.share,
     )
+    describe_surfaces(compiled.arrays, hits, rows)
+    return seen
+
+
+def _rows(table: Any, index: Array) -> Any:
+    """Return rows of all arrays of a tuple, at any depth, each an array of its own."""
+    if isinstance(table, tuple):
+        return type(table)(*(_rows(part, index) for part in table))
+    return table if table is None else np.ascontiguousarray(table[index])
 
 
 def _coat(scattering: Scattering, coats: Coats) -> Coat:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Annotated, Any, ClassVar
 
@@ -61,7 +61,7 @@ class Emitter:
     extent : the power of an emission of 1, by the radius of a sphere that holds the scene
     position : None for a light infinitely far away
     axis : unit vector in which it shines
-    cosines : of the angles to the axis up to which it is full, and beyond which it is dark
+    parameters : that its kind has beside: the fields of `Parameters` of its module
     cone : cosine of the half angle of the directions in which it shines
     profile : None for a light that has none
     """
@@ -70,7 +70,7 @@ class Emitter:
     extent: Callable[[float], float]
     position: Vector | None = None
     axis: Vector = (0.0, 0.0, 0.0)
-    cosines: tuple[float, float] = (1.0, 1.0)
+    parameters: Mapping[str, float] = field(default_factory=dict)
     cone: float = 1.0
     profile: Profile | None = None
 
@@ -166,7 +166,12 @@ class SpotLight(Light):
         axis = unit(_half_way(self))
         assert axis is not None
         return Emitter(
-            "spot", lambda radius: extent, self.position, tuple(axis), (inner, outer), outer
+            "spot",
+            lambda radius: extent,
+            self.position,
+            tuple(axis),
+            {"inner": inner, "outer": outer},
+            outer,
         )
 
 
@@ -250,7 +255,7 @@ class DirectionalLight(Light):
             "directional",
             lambda radius: np.pi * radius**2,
             axis=tuple(axis),
-            cosines=(edge, edge),
+            parameters={"edge": edge},
         )
 
 

@@ -233,8 +233,8 @@ def _evaluate_all(scene, model, n, wi, wo, values, densities):
         arrival = vec.scale(vec.row(wo, i), -3.0)
         surface = SurfaceInteraction((0.0, 0.0, 0.0), n, n, 0, hit, arrival, model)
         direction = vec.row(wi, i)
-        models.evaluate(scene, scene.scattering, surface, direction, values[i])
-        densities[i] = models.pdf(scene.geometry, scene.scattering, surface, direction)
+        models.evaluate(scene, surface, direction, values[i])
+        densities[i] = models.pdf(scene, surface, direction)
 
 
 @kernel
@@ -245,9 +245,7 @@ def _sample_all(scene, model, n, wo, key, wi):
     for i in range(len(wi)):
         u, state = rng.draw(state)
         v, state = rng.draw(state)
-        wi[i, 0], wi[i, 1], wi[i, 2] = models.sample(
-            scene.geometry, scene.scattering, surface, u, v
-        )
+        wi[i, 0], wi[i, 1], wi[i, 2] = models.sample(scene, surface, u, v)
 
 
 @kernel
@@ -258,7 +256,7 @@ def _scatter_all(scene, model, n, wo, key, response, flux):
     for i in range(len(flux)):
         u, state = rng.draw(state)
         v, state = rng.draw(state)
-        models.scatter_flux(scene, scene.scattering, surface, (u, v), 1.0, flux[i], response)
+        models.scatter_flux(scene, surface, (u, v), 1.0, flux[i], response)
 
 
 def to_world(local):

@@ -17,11 +17,11 @@ from helpers.comparisons import assert_within
 from helpers.scenes import closed_box, quad
 
 import photonmap as pm
-from photonmap.kernels.bsdf import glossy, glossy_base, models
+from photonmap.kernels.bsdf import glossy, models
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import kernel
 from photonmap.kernels.core.passes import Hit, SurfaceInteraction
-from photonmap.kernels.integrators.cached_base import fill_base_flux, has_base
+from photonmap.kernels.integrators.cache_answer import fill_base_flux, has_base
 
 HELD = [case for case in CASES if number_of(case) == models.GLOSSY and np.mean(case.albedo) > 0.0]
 SAMPLES = 30_000
@@ -37,11 +37,10 @@ def _fill_bases(scene, n, wi, wo, flux, passed, base):
     for i in range(len(wi)):
         arrival = vec.scale(vec.row(wi, i), -2.0)
         at = SurfaceInteraction((0.0, 0.0, 0.0), n, n, 0, hit, arrival, models.GLOSSY)
-        fill_base_flux(scene, scene.scattering, at, 1.0, flux, base[i])
-        maps = scene.scattering.maps
-        found = glossy.lobe_at(scene.geometry, scene.scattering, maps, hit)
+        fill_base_flux(scene, at, 1.0, flux, base[i])
+        found = glossy.lobe_at(scene.geometry, scene.scattering, hit)
         passed[:] = 1.0
-        glossy_base.pass_lobe(scene.scattering, maps, found, vec.row(wo, i), n, passed)
+        glossy.pass_lobe(scene.scattering, found, vec.row(wo, i), n, passed)
         for band in range(base.shape[1]):
             base[i, band] *= passed[band] / np.pi
 
@@ -57,7 +56,7 @@ def base_between(case, wi, wo):
 def test_which_surfaces_have_one():
     for case in CASES:
         scene = make_scene(case)
-        held = has_base(scene.geometry, scene.scattering, 0)
+        held = has_base(scene, 0)
         assert held == (case in HELD)
 
 
@@ -65,7 +64,7 @@ def test_which_surfaces_have_one():
 def test_base_and_lobe_are_the_bsdf(case):
     for cosine in COSINES:
         wi, wo = hemisphere(cosine, 6, 12)[0], departure(cosine, 0.7)
-        base, (lobe, _) = base_between(case, wi, wo), evaluate(case, wi, wo, models.LOBE)
+        base, (lobe, _) = base_between(case, wi, wo), evaluate(case, wi, wo, glossy.LOBE)
         np.testing.assert_allclose(base + lobe, evaluate(case, wi, wo)[0], rtol=2e-5, atol=1e-7)
         assert (base > 0.0).all()
 
@@ -74,12 +73,12 @@ def test_base_and_lobe_are_the_bsdf(case):
 def test_paths_that_go_on_bring_the_lobe(case):
     for cosine in COSINES:
         wo = departure(cosine)
-        wi = sample(case, wo, key=3, count=SAMPLES, model=models.LOBE)
-        values, density = evaluate(case, wi, wo, models.LOBE)
+        wi = sample(case, wo, key=3, count=SAMPLES, model=glossy.LOBE)
+        values, density = evaluate(case, wi, wo, glossy.LOBE)
         used = density > 0.0
         brought = values * np.where(used, wi @ NORMAL / np.where(used, density, 1.0), 0.0)[:, None]
         away, solid_angles = hemisphere(cosine)
-        lobe = evaluate(case, away, wo, models.LOBE)[0]
+        lobe = evaluate(case, away, wo, glossy.LOBE)[0]
         expected = lobe.T @ ((away @ NORMAL) * solid_angles)
         error = brought.std(axis=0) / np.sqrt(SAMPLES)
         assert_within(brought.mean(axis=0), expected, error, 5.0, slack=2e-3)

@@ -27,22 +27,22 @@ SAMPLES = 100_000
 @kernel
 def count_choices(geometry, lights, point, ns, n, cdf, counts, worst):
     state = rng.stream(12, 0, 0)
-    weigh_emitters(geometry, lights, lights.tree, point, ns, cdf)
+    weigh_emitters(geometry, lights, point, ns, cdf)
     for _ in range(n):
         u, state = rng.draw(state)
-        emitter, probability, u = select_emitter(lights, lights.tree, point, ns, cdf, u)
+        emitter, probability, u = select_emitter(lights, point, ns, cdf, u)
         counts[emitter] += 1
         if emitter >= 0:
-            other = selection_probability(geometry, lights, lights.tree, emitter, point, ns)
+            other = selection_probability(geometry, lights, emitter, point, ns)
             worst[0] = max(worst[0], abs(probability / other - 1.0))
         worst[1] = max(worst[1], u)
 
 
 @kernel
 def count_strata(geometry, lights, point, ns, n, cdf, counts, strata):
-    weigh_emitters(geometry, lights, lights.tree, point, ns, cdf)
+    weigh_emitters(geometry, lights, point, ns, cdf)
     for i in range(n):
-        emitter, _, u = select_emitter(lights, lights.tree, point, ns, cdf, (i + 0.5) / n)
+        emitter, _, u = select_emitter(lights, point, ns, cdf, (i + 0.5) / n)
         if emitter >= 0:
             counts[emitter] += 1
             strata[emitter, int(4.0 * u)] += 1
@@ -91,9 +91,7 @@ def test_choices_have_their_probabilities(lights, request):
         assert worst[0] < 1e-9
         assert worst[1] < 1.0
         emitters = range(len(lights.kind))
-        probabilities = [
-            selection_probability(geometry, lights, lights.tree, i, *at) for i in emitters
-        ]
+        probabilities = [selection_probability(geometry, lights, i, *at) for i in emitters]
         probabilities = np.append(probabilities, max(1.0 - sum(probabilities), 0.0))
         assert not counts[probabilities == 0.0].any()
         common = probabilities * SAMPLES > 10.0
@@ -111,7 +109,7 @@ def test_stratified_numbers_stay_stratified(lights, request):
     emitters, n = range(len(lights.kind)), 4096
     counts, strata = np.zeros(len(emitters)), np.zeros((len(emitters), 4))
     count_strata(geometry, lights, *at, n, np.empty(SCRATCH), counts, strata)
-    shares = [selection_probability(geometry, lights, lights.tree, i, *at) for i in emitters]
+    shares = [selection_probability(geometry, lights, i, *at) for i in emitters]
     assert np.count_nonzero(counts) > 3
     assert np.abs(counts - n * np.array(shares)).max() <= 1.0
     assert np.abs(strata - counts[:, None] / 4).max() <= 1.0
@@ -130,10 +128,10 @@ def test_no_light_that_shines_on_a_point_has_no_chance(many):
             lit = -step @ ns > 0.0
             if lights.kind[emitter] == 3:
                 cosine = lights.axis[emitter] @ step / np.linalg.norm(step)
-                lit &= cosine > lights.cosines[emitter, 1]
+                lit &= cosine > lights.parameters[emitter, 1]
             if lit:
                 at = tuple(point), tuple(ns)
-                assert selection_probability(geometry, lights, lights.tree, emitter, *at) > 0.0
+                assert selection_probability(geometry, lights, emitter, *at) > 0.0
 
 
 def test_no_triangle_that_shines_on_a_point_has_no_chance(cornell):
@@ -154,7 +152,7 @@ def test_no_triangle_that_shines_on_a_point_has_no_chance(cornell):
         above = ((corners - point) @ ns).max(axis=1) > 1e-9
         for emitter in np.flatnonzero((in_front & above)[lights.triangle]):
             at = tuple(point), tuple(ns)
-            assert selection_probability(geometry, lights, lights.tree, emitter, *at) > 0.0
+            assert selection_probability(geometry, lights, emitter, *at) > 0.0
             seen += 1
     assert seen > 1000
 

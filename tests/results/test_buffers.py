@@ -317,8 +317,8 @@ def test_textured_gloss_beside_glass_that_absorbs():
     compiled = compile_scene(scene, Bands.rgb())
     assert compiled.specular.media is not None
     seen = compiled.geometry.material.argsort()[[0, -1]]
-    hits = first_hits.FirstHits(
-        np.append(seen, -1).astype(np.int32), np.full((3, 2), 0.3, np.float32), *np.zeros((3, 3))
-    )
+    blank = np.zeros((3, 3), np.float32)
+    places = np.append(seen, -1).astype(np.int32), np.full((3, 2), 0.3, np.float32)
+    hits = first_hits.FirstHits(*places, blank, blank[0], blank[0], blank)
     found = first_hits._COMPUTE["roughness"](compiled, hits)
     np.testing.assert_allclose(found, [0.4, 0.0, 0.0], atol=1e-6)

@@ -56,7 +56,7 @@ def compiled(emitter):
     sky = pm.EnvironmentLight(texels, rotation=30.0) if emitter == SKY else pm.DomeLight(0.4)
     scene = make_scene(sky, 40.0 if emitter == SUN else 0.0)
     arrays = compile_scene(scene, pm.Bands.parse("1"))
-    number = kinds.KINDS[{SKY: "dome", SUN: "directional"}.get(emitter, emitter)]
+    number = kinds.NUMBERS[{SKY: "dome", SUN: "directional"}.get(emitter, emitter)]
     return scene, arrays, int(np.flatnonzero(arrays.lights.kind == number)[0])
 
 

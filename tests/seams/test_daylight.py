@@ -81,8 +81,8 @@ def test_the_edge_of_a_shadow_is_that_of_a_disc():
 
 
 def test_the_sun_is_as_large_as_the_sun():
-    cosines = pm.SunLight().emitter().cosines
-    assert np.degrees(2.0 * np.arccos(cosines[0])) == pytest.approx(SUN_DIAMETER, rel=1e-6)
+    edge = pm.SunLight().emitter().parameters["edge"]
+    assert np.degrees(2.0 * np.arccos(edge)) == pytest.approx(SUN_DIAMETER, rel=1e-6)
 
 
 def test_files_have_skies_and_suns(tmp_path):

@@ -13,10 +13,10 @@ SIGMAS = 5.0
 CELLS = 4
 """Cells of the floor along each side."""
 
+AREAS = [name for name, kind in kinds.KINDS.items() if kind.has_area]
+
 each_emitter = pytest.mark.parametrize("emitter", EMITTERS)
-each_area = pytest.mark.parametrize(
-    "emitter", [e for e in EMITTERS if e == SKY or kinds.KINDS.get(e) in kinds.HITTABLE_KINDS]
-)
+each_area = pytest.mark.parametrize("emitter", [e for e in EMITTERS if e in (SKY, *AREAS)])
 
 
 def points_on_floor(emitter, count, seed=5):
@@ -40,10 +40,10 @@ def watts(emitter):
         mean_sky = (rows * -np.diff(edges)).sum() / 2.0
     power = {
         kinds.TRIANGLE: np.pi * lights.area[0] * arrays.size**2 * 2.0,
-        kinds.POINT: 4.0 * np.pi * point.intensity,
-        kinds.SPOT: np.pi * spot.intensity * (2.0 - inner - outer),
+        kinds.NUMBERS["point"]: 4.0 * np.pi * point.intensity,
+        kinds.NUMBERS["spot"]: np.pi * spot.intensity * (2.0 - inner - outer),
         kinds.DIRECTIONAL: np.pi * radius**2 * sun.irradiance,
-        kinds.PHOTOMETRIC: 4.0 * np.pi * photometric.intensity,
+        kinds.NUMBERS["photometric"]: 4.0 * np.pi * photometric.intensity,
         kinds.DOME: (2.0 * np.pi * radius) ** 2 * mean_sky,
     }
     return power[int(lights.kind[number])] / sum(power.values())
@@ -120,9 +120,9 @@ def test_densities_integrate_to_1(emitter):
 @each_emitter
 def test_only_rays_that_may_hit_an_emitter_have_a_density(emitter):
     samples = Samples(emitter, points_on_floor(emitter, 100))
-    is_area = emitter == SKY or kinds.KINDS.get(emitter) in kinds.HITTABLE_KINDS
+    is_area = emitter in (SKY, *AREAS)
     assert (samples.pdf > 0.0).any() == is_area
-    far = emitter in (SKY, SUN) or kinds.KINDS[emitter] in kinds.INFINITE_KINDS
+    far = emitter in (SKY, SUN) or not kinds.KINDS[emitter].has_place
     np.testing.assert_array_equal(samples.length, np.inf if far else BEFORE_LAMP if is_area else 1)
 
 
@@ -131,7 +131,7 @@ def test_importance_is_the_irradiance_of_a_power_of_1(emitter):
     """Exactly so where one sample tells all, on average for the dome."""
     _, arrays, number = compiled(emitter)
     samples = Samples(emitter, points_on_floor(emitter, 2000))
-    radius, cosines = arrays.lights.radius, arrays.lights.cosines[number]
+    radius, cosines = arrays.lights.radius, arrays.lights.parameters[number]
     power = {
         "spot": np.pi * (2.0 - cosines.sum()),
         "directional": np.pi * radius**2,
@@ -139,7 +139,7 @@ def test_importance_is_the_irradiance_of_a_power_of_1(emitter):
     }
     irradiance = samples.weight * samples.cosine / power.get(emitter, 4.0 * np.pi)
     np.testing.assert_allclose(samples.importance, irradiance, rtol=1e-6)
-    assert arrays.lights.kind[number] == kinds.KINDS[emitter]
+    assert arrays.lights.kind[number] == kinds.NUMBERS[emitter]
 
 
 @each_emitter

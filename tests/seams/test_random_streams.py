@@ -114,7 +114,7 @@ def places(monkeypatch):
     def follow(index, steps):
         seen = []
 
-        def step_on(scene, specular, met, numbers, step, before, state, throughput):
+        def step_on(scene, met, numbers, step, before, state, flux, throughput):
             return step + 1 < steps + 1, *met, state
 
         def add_light(scene, maps, surface, place, budget, keys, shifts, scratch):
@@ -123,7 +123,7 @@ def places(monkeypatch):
         nothing = lambda *_: None  # noqa: E731
         monkeypatch.setattr(specular_view, "specular_step", step_on)
         monkeypatch.setattr(specular_view, "estimate_irradiance", add_light)
-        monkeypatch.setattr(specular_view, "_add_lights_of", lambda *given: given[-2])
+        monkeypatch.setattr(specular_view, "is_rough", lambda *given: False)
         monkeypatch.setattr(specular_view, "_pass", lambda *given: given[-1])
         monkeypatch.setattr(specular_view, "stream", lambda *given: KEY)
         for name in (
@@ -136,8 +136,9 @@ def places(monkeypatch):
             monkeypatch.setattr(specular_view, name, nothing)
         for name in ("light_keys", "surface_interaction"):
             monkeypatch.setattr(specular_view, name, nothing)
-        specular = SimpleNamespace(kind=[1], probability=[0.5], alpha=None)
-        scene = SimpleNamespace(geometry=SimpleNamespace(material=[0]), scattering=None)
+        specular = SimpleNamespace(kind=[1], probability=[0.5], alpha=())
+        geometry = SimpleNamespace(material=[0])
+        scene = SimpleNamespace(geometry=geometry, scattering=None, specular=specular)
         maps = SimpleNamespace(caustics=())
         job = SimpleNamespace(scene=scene, maps=maps, key=KEY)
         pixels = SimpleNamespace(emission=None, lookups=np.zeros(1, np.uint8))
@@ -147,7 +148,7 @@ def places(monkeypatch):
         sight = (SimpleNamespace(triangle=0), (0.0, 0.0, 1.0))
         one, lobes = SampleBudget(1, 1), specular_view.ALL_LOBES
         chain = specular_view.Chain(KEY, np.uint64(index), 0, 1.0, one, lobes)
-        specular_view._view_along.py_func(job, specular, sight, chain, estimate, scratches)
+        specular_view._view_along.py_func(job, sight, chain, estimate, scratches)
         return seen
 
     return follow

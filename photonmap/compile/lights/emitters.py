@@ -18,7 +18,13 @@ from photonmap.compile.textures import TextureTable
 from photonmap.compile.triangles import triangle_areas
 from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.core.records import Geometry, Lights, LightTree, Profiles, SunPortals
-from photonmap.kernels.lights.kinds import INFINITE_KINDS, KINDS, POSITION_KINDS, TRIANGLE
+from photonmap.kernels.lights.kinds import (
+    DOME,
+    KINDS,
+    NUMBERS,
+    TRIANGLE,
+    numbers_where,
+)
 from photonmap.runtime.wording import listed
 from photonmap.scene.camera import Camera
 from photonmap.scene.lights import (
@@ -35,6 +41,8 @@ from photonmap.spectra.bands import Bands
 
 DIMMEST, BRIGHTEST = 1e-30, 1e30
 """Power of all lights, W·m⁻²·sr⁻¹ times the square of the scene's size: images are float32."""
+
+_MOST_PARAMETERS = max(len(kind.functions.Parameters._fields) for kind in KINDS.values())
 
 
 @dataclass(frozen=True)
@@ -76,7 +84,7 @@ class _Layout(NamedTuple):
     triangle: NDArray[np.int32]
     position: NDArray[np.float64]
     axis: NDArray[np.float64]
-    cosines: NDArray[np.float64]
+    parameters: NDArray[np.float64]
     area: NDArray[np.float64]
     extent: NDArray[np.float64]
     """(K,) power of an emission of 1"""
@@ -124,7 +132,9 @@ def compile_lights(
     spectra = np.concatenate(
         [emission, *(_spectrum(light, shining.sky, bands)[None] for light in shining.lights)]
     )
-    spectra[row[np.isin(layout.kind, POSITION_KINDS)]] /= frame.size * frame.size
+    spectra[row[np.isin(layout.kind, numbers_where(has_place=True, has_area=False))]] /= (
+        frame.size * frame.size
+    )
     described = _descriptions(materials, shining.lights)
     names, groups = ([described[k][part] for k in row] for part in (0, 1))
     record, flux = _record(geometry, layout, names, row, spectra)
@@ -152,13 +162,13 @@ def _record(
     mean = spectra[row].mean(axis=1)
     flux, power = _measure_power(layout.extent, mean)
     cdf = make_cdf(mix_uniform(flux, names))
-    dome = np.flatnonzero(layout.kind == KINDS["dome"])
+    dome = np.flatnonzero(layout.kind == DOME)
     record = Lights(
         kind=layout.kind,
         triangle=layout.triangle,
         position=layout.position,
         axis=layout.axis,
-        cosines=layout.cosines,
+        parameters=layout.parameters,
         area=layout.area,
         spectrum=row.astype(np.int32),
         spectra=(spectra / power).astype(np.float32),
@@ -237,7 +247,7 @@ def _lay_out(
         triangle=np.full(count, -1, np.int32),
         position=np.zeros((count, 3)),
         axis=np.zeros((count, 3)),
-        cosines=np.ones((count, 2)),
+        parameters=np.zeros((count, _MOST_PARAMETERS)),
         area=np.zeros(count),
         extent=np.zeros(count),
         cone=np.ones((count, 2)),
@@ -251,11 +261,12 @@ def _lay_out(
     radius = _radius(geometry)
     described = [light.emitter() for light in lights]
     for index, emitter in enumerate(described, start=first):
-        layout.kind[index] = KINDS[emitter.kind]
+        layout.kind[index] = NUMBERS[emitter.kind]
         if emitter.position is not None:
             layout.position[index] = frame.into(np.array(emitter.position))
         layout.axis[index] = emitter.axis
-        layout.cosines[index] = emitter.cosines
+        own = KINDS[emitter.kind].functions.Parameters(**emitter.parameters)
+        layout.parameters[index, : len(own)] = own
         layout.extent[index] = emitter.extent(radius)
         layout.cone[index] = emitter.cone, 1.0
     return layout._replace(
@@ -265,7 +276,7 @@ def _lay_out(
 
 def _let_suns_in(layout: _Layout, geometry: Geometry, portals: NDArray[np.bool_]) -> _Layout:
     """Return the layout with portals, (M,), through which all the power of suns goes, if any."""
-    opened = open_to_suns(geometry, portals, layout.kind, layout.axis, layout.cosines)
+    opened = open_to_suns(geometry, portals, layout.kind, layout.axis, layout.parameters)
     if opened is None:
         return layout
     sun = opened.row >= 0
@@ -295,7 +306,7 @@ def _grow_tree(
     low[is_area], high[is_area] = corners.min(axis=1), corners.max(axis=1)
     axis[is_area] = geometry.normals[triangles]
     strength = mean * np.where(is_area, layout.area, 1.0)
-    far = np.isin(layout.kind, INFINITE_KINDS)
+    far = np.isin(layout.kind, numbers_where(has_place=False))
     return grow_tree(EmitterBounds(low, high, axis, layout.cone, strength), cdf, far)
 
 

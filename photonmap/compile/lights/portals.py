@@ -11,7 +11,8 @@ from photonmap.compile.cdf import make_cdf
 from photonmap.compile.triangles import triangle_areas
 from photonmap.errors import InputError, warn
 from photonmap.kernels.core.records import Geometry, SunPortals
-from photonmap.kernels.lights.kinds import KINDS
+from photonmap.kernels.lights import sun
+from photonmap.kernels.lights.kinds import DIRECTIONAL
 from photonmap.runtime.wording import listed
 from photonmap.scene.material import Material
 
@@ -50,22 +51,22 @@ def open_to_suns(
     portals: NDArray[np.bool_],
     kind: NDArray[np.uint8],
     axis: NDArray[np.float64],
-    cosines: NDArray[np.float64],
+    parameters: NDArray[np.float64],
 ) -> SunPortals | None:
     """Return the portals as suns see them; None where there are none, or no suns.
 
     Parameters
     ----------
     portals : which materials are, (M,)
-    kind, axis, cosines : of K emitters, as in `Lights`
+    kind, axis, parameters : of K emitters, as in `Lights`
     """
     triangles = np.flatnonzero(portals[geometry.material])
-    suns = np.flatnonzero(kind == KINDS["directional"])
+    suns = np.flatnonzero(kind == DIRECTIONAL)
     if not (len(triangles) and len(suns)):
         return None
     area = triangle_areas(geometry, triangles)
     facing = np.abs(axis[suns] @ geometry.normals[triangles].T.astype(np.float64))
-    edge = cosines[suns, :1]
+    edge = parameters[suns, sun.Parameters._fields.index("edge"), None]
     seen = area * (facing + np.sqrt(1.0 - edge * edge) + EDGE_ON)  # a disc sees some more
     row = np.full(len(kind), -1, np.int32)
     row[suns] = np.arange(len(suns))

@@ -66,17 +66,15 @@ class CacheTracer:
 
     def __init__(self, setup: PassSetup, counters: Counters) -> None:
         self._setup, self._counters = setup, counters
-        self._scene = setup.compiled.arrays
         self._areas = triangle_areas(setup.compiled.geometry)
         self._layouts: dict[int, Layout] = {}
         self._bundles = np.empty((0, 0, 0), np.float32)
-        setup.begin_pass(0)
         stores = stores_per_photon(setup, MAX_BOUNCES)
         self._cells_per_photon = min(stores / STORES_PER_CELL, MOST_CELLS_PER_PHOTON)
 
     def trace(self, index: int, wider: int = 0) -> RadiosityCache:
         """Return the cache of pass `index`, with cells `wider` times doubled in width."""
-        setup, total = self._setup, self._setup.photons
+        setup, total, scene = self._setup, self._setup.photons, self._setup.scene(index)
         layout = self._layout(index, wider)
         bundles = bundle_count(total)
         shape = bundles, layout.number, setup.bands
@@ -85,7 +83,7 @@ class CacheTracer:
         key = setup.key(index, Domain.PHOTONS)
         counts = setup.workers.map(
             lambda bundle: trace_photons(
-                self._scene,
+                scene,
                 RadiosityCache(layout.cells, self._bundles[bundle]),
                 key,
                 Span(bundle * total // bundles, (bundle + 1) * total // bundles),
@@ -117,7 +115,8 @@ class CacheTracer:
         level = int(2.0 * math.log2(1.0 + index / CELLS_HOLD) / 3.0) - 4 * wider
         if level not in self._layouts:
             number = max(self._setup.photons * self._cells_per_photon, 1.0) * 2.0 ** (0.5 * level)
-            cells, count = lay_cells(self._scene.geometry, self._areas, self._areas.sum() / number)
+            area, geometry = self._areas.sum() / number, self._setup.scene(0).geometry
+            cells, count = lay_cells(geometry, self._areas, area)
             # Passes that are repeated with wider supports go back and forth between two.
             kept = list(self._layouts.items())[-1:]
             self._layouts = dict(kept) | {level: self._measure(cells, count)}
@@ -132,7 +131,7 @@ class CacheTracer:
             part = np.concatenate([part, divided.fraction[whole:] / np.float32(cells.finer**2)])
             cluttered = np.concatenate([cluttered, divided.cluttered[whole:]])
         cells = cells._replace(cluttered=cluttered)
-        surface = measure_surface_fraction(self._scene.geometry, self._areas, cells, count)
+        surface = measure_surface_fraction(self._setup.scene(0).geometry, self._areas, cells, count)
         return Layout(cells, count, part if surface is None else part * surface)
 
     def _measure_exposed(self, cells: CacheCells, count: int) -> Exposed:

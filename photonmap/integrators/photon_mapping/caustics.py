@@ -53,14 +53,13 @@ class CausticTracer:
     def __init__(self, setup: PassSetup) -> None:
         self._setup = setup
         self._connects = can_connect(setup.view)
-        setup.begin_pass(0)
-        arrays = setup.compiled.arrays
+        arrays = setup.scene(0)
         lingering = _lingering_fraction(arrays, setup.bands, setup.key(0, Domain.LINGERING))
         pilot = _pilot_size(lingering)
         self._guide = even_guide(bound_specular_surfaces(arrays))
-        found, _ = self._trace(pilot, setup.key(0, Domain.CAUSTIC_PILOT))
+        found, _ = self._trace(0, pilot, Domain.CAUSTIC_PILOT)
         self._guide = learn(self._guide, found)
-        check, rays = self._trace(pilot // 4, setup.key(0, Domain.CAUSTIC_CHECK))
+        check, rays = self._trace(0, pilot // 4, Domain.CAUSTIC_CHECK)
         rate = max(check.arrived.sum(), 1) / (pilot // 4)
         photons, wanted = max(setup.photons, 1), setup.pixels
         most: float = MOST_PHOTONS_FACTOR if found.arrived.any() or check.arrived.any() else 1
@@ -69,16 +68,17 @@ class CausticTracer:
         """Photons emitted in a pass"""
         self._radius = _first_radius(check.positions[:, :3], self.photons * rate)
 
-    def trace(self, index: int, key: np.uint64, wider: int = 0) -> tuple[CausticMap, int]:
+    def trace(self, index: int, wider: int = 0) -> tuple[CausticMap, int]:
         """Return the caustic map of pass `index`, disks `wider` times doubled, and its rays."""
         radius = self._radius * (1.0 + index) ** (-1.0 / 6.0)
         connected = densest_connected(radius) if self._connects else 0.0
-        photons, rays = self._trace(self.photons, key)
+        photons, rays = self._trace(index, self.photons, Domain.CAUSTICS)
         return _sort(photons, radius * 2.0**wider, connected), rays
 
-    def _trace(self, total: int, key: np.uint64) -> tuple[CausticPhotons, int]:
-        """Trace photons in bundles; return them, and the number of rays."""
-        bundles, scene = -(-total // BUNDLE), self._setup.compiled.arrays
+    def _trace(self, index: int, total: int, domain: Domain) -> tuple[CausticPhotons, int]:
+        """Trace photons of a pass in bundles; return them, and the number of rays."""
+        bundles, scene = -(-total // BUNDLE), self._setup.scene(index)
+        key = self._setup.key(index, domain)
         needed = {"positions", "flux"}
         needed |= {"arrivals"} if scene.scattering else set()
         needed |= {"triangles", "barycentrics"} if self._connects else set()

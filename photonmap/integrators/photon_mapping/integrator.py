@@ -94,7 +94,6 @@ class PhotonIntegrator:
     def trace_photons(self, index: int, wider: int = 0) -> PhotonMaps:
         """Trace the photons of a pass: its radiosity cache, and its caustic map if it has one."""
         start = time.perf_counter()
-        self._setup.begin_pass(index)
         cache = self._trace_cache(index, wider)
         traced = time.perf_counter()
         caustics = self._trace_caustics(index, wider)
@@ -117,7 +116,7 @@ class PhotonIntegrator:
 
     def _job(self, index: int, maps: PhotonMaps, plan: SamplingPlan) -> CameraPass:
         setup = self._setup
-        key, scene = setup.key(index, Domain.CAMERA), setup.compiled.arrays
+        key, scene = setup.key(index, Domain.CAMERA), setup.scene(index)
         if maps.caustics is None and scene.specular is not None:
             maps = maps._replace(caustics=absent(CausticMap))
         return CameraPass(scene, maps, setup.view, plan, key)
@@ -198,9 +197,7 @@ class PhotonIntegrator:
     def _trace_cache(self, index: int, wider: int) -> RadiosityCache:
         if not self.shares or self.traces_paths_instead:
             return empty_cache(self._setup.bands)
-        tracer = self._cache_tracer
-        self._setup.begin_pass(index)
-        return tracer.trace(index, wider)
+        return self._cache_tracer.trace(index, wider)
 
     @cached_property
     def _cache_tracer(self) -> CacheTracer:
@@ -212,8 +209,7 @@ class PhotonIntegrator:
         if not self._setup.simulates("caustics"):
             return no_caustics(self._setup.bands)
         tracer = self._caustic_tracer
-        self._setup.begin_pass(index)
-        caustics, rays = tracer.trace(index, self._setup.key(index, Domain.CAUSTICS), wider)
+        caustics, rays = tracer.trace(index, wider)
         self.counters.photons += tracer.photons
         self.counters.add_rays(caustic=rays)
         return caustics

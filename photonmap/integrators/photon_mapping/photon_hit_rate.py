@@ -38,7 +38,7 @@ def stores_per_photon(setup: PassSetup, bounces: int) -> float:
     cache = RadiosityCache(cells, np.empty((1, setup.bands), np.float32))
     key, scratch = setup.key(0, Domain.PHOTON_HITS), np.empty((2, setup.bands), np.float32)
     stores, _, _ = trace_photons(
-        setup.compiled.arrays, cache, key, Span(0, total), total, bounces, scratch
+        setup.scene(0), cache, key, Span(0, total), total, bounces, scratch
     )
     return float(stores / total)
 

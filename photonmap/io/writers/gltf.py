@@ -352,4 +352,4 @@ def is_same_light(wanted: Light, read: Light | None) -> bool:
 def _shape(light: Light) -> list[float]:
     """Return where a light stands and how it shines."""
     emitter = light.emitter()
-    return [*(emitter.position or ()), *emitter.axis, *emitter.cosines, emitter.cone]
+    return [*(emitter.position or ()), *emitter.axis, *emitter.parameters.values(), emitter.cone]

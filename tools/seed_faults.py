@@ -1,0 +1,159 @@
+"""Seed single-line faults, and count how many of them a suite of tests catches.
+
+    python tools/seed_faults.py                    # the 60 faults, by number
+    python tools/seed_faults.py --run 0:10         # which test catches each of the first ten
+    python tools/seed_faults.py --run 3 --tests /elsewhere/tests
+
+The list is fixed by a seed: as many faults in each of five parts of the package, at random places.
+A copy of the checkout gets one fault at a time, and tests run until one fails: those of the part
+first, then all. A fault may change nothing that a test could see; such a one survives any suite.
+"""
+
+import argparse
+import ast
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parents[1]
+SEED, COUNT = 20, 60
+PARTS = {
+    "kernels": ("tests/golden", "tests/kernels", "tests/bsdf", "tests/seams"),
+    "photonmap/film": ("tests/film", "tests/golden"),
+    "photonmap/compile": ("tests/compile", "tests/golden"),
+    "photonmap/io/readers": ("tests/io",),
+    "photonmap/results": ("tests/results",),
+}
+"""Folders of sources, and the tests that are tried first."""
+SWAPPED = {
+    ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.Lt: ">=", ast.Gt: "<=",
+    ast.LtE: ">", ast.GtE: "<", ast.Eq: "!=", ast.NotEq: "==", ast.And: "or", ast.Or: "and",
+}  # fmt: skip
+"""What an operator becomes"""
+LONGEST = 1800
+"""Seconds of a run of all tests, after which a fault counts as caught."""
+
+
+class Fault(NamedTuple):
+    """A line that is wrong."""
+
+    path: str
+    line: int
+    before: str
+    after: str
+
+
+def find_faults(seed: int = SEED, count: int = COUNT) -> list[Fault]:
+    """Return the faults, as many in each part."""
+    choose, chosen = random.Random(seed), []
+    for part in PARTS:
+        paths = sorted((ROOT / part).rglob("*.py"))
+        possible = [fault for path in paths for fault in _faults_of(path)]
+        chosen += choose.sample(possible, count // len(PARTS))
+    return chosen
+
+
+def _faults_of(path: Path) -> Iterator[Fault]:
+    """Find all faults that the operators and numbers in functions of a file allow."""
+    text = path.read_text("utf-8")
+    lines = text.splitlines()
+    functions = [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.FunctionDef)]
+    for node in {id(n): n for f in functions for s in f.body for n in ast.walk(s)}.values():
+        change = _change(node, lines)
+        if change:
+            line, first, last, new = change
+            old = lines[line - 1]
+            bent = (old.encode()[:first] + new.encode() + old.encode()[last:]).decode()
+            yield Fault(path.relative_to(ROOT).as_posix(), line, old, bent)
+
+
+def _change(node: ast.AST, lines: list[str]) -> tuple[int, int, int, str] | None:
+    """Return (line, first byte, byte after the last, new text) of a fault at a node, if any."""
+    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        new = str(node.value + 1) if type(node.value) is int or not node.value else ""
+        new = new or f"({node.value} * 0.9)"
+        return node.lineno, node.col_offset, node.end_col_offset or 0, new
+    if isinstance(node, ast.BinOp):
+        return _between(node.left, node.right, type(node.op), lines)
+    if isinstance(node, ast.Compare) and len(node.ops) == 1:
+        return _between(node.left, node.comparators[0], type(node.ops[0]), lines)
+    if isinstance(node, ast.BoolOp) and len(node.values) == 2:
+        return _between(*node.values, type(node.op), lines)
+    return None
+
+
+def _between(
+    left: ast.expr, right: ast.expr, operator: type, lines: list[str]
+) -> tuple[int, int, int, str] | None:
+    """Return the change of an operator that stands between two operands on one line."""
+    if operator not in SWAPPED or left.end_lineno != right.lineno:
+        return None
+    first, last = left.end_col_offset or 0, right.col_offset
+    there = lines[right.lineno - 1].encode()[first:last].decode()
+    if "(" in there or ")" in there:
+        return None
+    return right.lineno, first, last, f" {SWAPPED[operator]} "
+
+
+def try_fault(fault: Fault, folder: Path, tests: Path) -> str:
+    """Return the first test that fails with a fault in a copy of the checkout; "" for none."""
+    path = folder / fault.path
+    right = path.read_text("utf-8")
+    lines = right.splitlines(keepends=True)
+    lines[fault.line - 1] = fault.after + "\n"
+    path.write_text("".join(lines), "utf-8")
+    part = next(name for name in PARTS if fault.path.startswith(f"{name}/"))
+    first = [str(tests / Path(name).relative_to("tests")) for name in PARTS[part]]
+    try:
+        return _first_failure(folder, first) or _first_failure(folder, [str(tests)])
+    finally:
+        path.write_text(right, "utf-8")
+
+
+def _first_failure(folder: Path, tests: list[str]) -> str:
+    """Run tests until one fails; return its name, or "" if none does."""
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-m", "not slow", "-n", "2", *tests]
+    environment = os.environ | {"PYTHONPATH": str(folder)}
+    try:
+        done = subprocess.run(
+            command, cwd=folder, env=environment, capture_output=True, text=True, timeout=LONGEST
+        )
+    except subprocess.TimeoutExpired:
+        return "out of time"
+    if done.returncode == 0:
+        return ""
+    failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    return failed[0].split(" - ")[0] if failed else f"exit code {done.returncode}"
+
+
+def main() -> None:
+    """List the faults, or try some of them."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--run", metavar="FIRST:LAST", help="try these, by number")
+    parser.add_argument("--tests", type=Path, help="folder of tests in place of this checkout's")
+    options = parser.parse_args()
+    faults = find_faults()
+    if options.run is None:
+        for number, fault in enumerate(faults):
+            print(f"{number:2} {fault.path}:{fault.line}\n   {fault.before}\n   {fault.after}")
+        return
+    first, _, last = options.run.partition(":")
+    caught, tried = 0, range(int(first), int(last or int(first) + 1))
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary) / "checkout"
+        shutil.copytree(ROOT, folder, ignore=shutil.ignore_patterns(".git", ".venv", "out"))
+        for number in tried:
+            by = try_fault(faults[number], folder, options.tests or folder / "tests")
+            caught += bool(by)
+            print(f"{number:2} {faults[number].path}:{faults[number].line}: {by or 'SURVIVED'}")
+    print(f"{caught} of {len(tried)} caught")
+
+
+if __name__ == "__main__":
+    main()
