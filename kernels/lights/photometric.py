@@ -11,8 +11,11 @@ Parameters = NoParameters
 
 
 @outlined
-def intensity(profiles, emitter, direction):
+def intensity(lights, emitter, direction):
     """Return the relative intensity in a unit direction, bilinear between a table's angles."""
+    profiles = lights.profiles
+    if profiles is None:
+        return 0.0  # no light is of this kind
     row = profiles.row[emitter]
     table, frame = profiles.intensity[row], profiles.frame[row]
     x = vec.dot(vec.row(frame, 0), direction)
@@ -35,7 +38,7 @@ def importance(geometry, lights, emitter, at, ns):
     step = vec.sub(at, position)
     if vec.dot(step, step) == 0.0:
         return 0.0
-    relative = intensity(lights.profiles, emitter, vec.normalize(step))
+    relative = intensity(lights, emitter, vec.normalize(step))
     return relative * importance_at(position, at, ns) * warp.uniform_sphere_pdf()
 
 
@@ -43,7 +46,7 @@ def importance(geometry, lights, emitter, at, ns):
 def sample_towards(geometry, lights, emitter, surface, u, v):
     """Return the only `LightSample` there is."""
     sample = sample_position(vec.row(lights.position, emitter), surface)
-    relative = intensity(lights.profiles, emitter, vec.scale(sample.direction, -1.0))
+    relative = intensity(lights, emitter, vec.scale(sample.direction, -1.0))
     return LightSample(
         sample.segment, 1.0, sample.direction, sample.weight * relative, 0.0, NOWHERE
     )
@@ -53,11 +56,11 @@ def sample_towards(geometry, lights, emitter, surface, u, v):
 def emit(geometry, lights, emitter, position, direction):
     """Start a photon, by a point of the unit square; a `PhotonStart`."""
     towards = warp.uniform_sphere(direction[0], direction[1])
-    weight = intensity(lights.profiles, emitter, towards) / warp.uniform_sphere_pdf()
+    weight = intensity(lights, emitter, towards) / warp.uniform_sphere_pdf()
     return PhotonStart(weight, NOWHERE, vec.row(lights.position, emitter), towards)
 
 
 @jit
 def emitted(geometry, lights, emitter, start, direction):
     """Return what is sent in a direction, per steradian, and the density of `emit`."""
-    return intensity(lights.profiles, emitter, direction), warp.uniform_sphere_pdf()
+    return intensity(lights, emitter, direction), warp.uniform_sphere_pdf()
