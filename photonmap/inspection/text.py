@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from photonmap.report.tables import aligned
 from photonmap.runtime.wording import listed
 
 MOST_ROWS = 40
@@ -71,11 +72,7 @@ def _section(title: str, rows: Sequence[Sequence[str]]) -> Iterator[str]:
         return
     yield ""
     yield f"{title}:"
-    shown = rows[:MOST_ROWS]
-    widths = [max(len(row[column]) for row in shown) for column in range(len(shown[0]))]
-    for row in shown:
-        cells = (f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True))
-        yield f"  {'  '.join(cells)}".rstrip()
+    yield from (f"  {line}" for line in aligned(rows[:MOST_ROWS]))
     if len(rows) > MOST_ROWS:
         yield f"  and {len(rows) - MOST_ROWS} more: --json lists all"
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 from photonmap.errors import InputError
 from photonmap.runtime.file_checks import check_writable
@@ -47,11 +45,3 @@ def replacing(path: str | PathLike[str]) -> Iterator[Path]:
     """Yield a temporary path to write to, which replaces the file when all is written."""
     with written_together(Path(path).parent) as part:
         yield part / Path(path).name
-
-
-def write_csv(path: Path, head: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    """Write comma-separated values under a head; None is an empty cell."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(head)
-        writer.writerows(rows)

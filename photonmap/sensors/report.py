@@ -7,7 +7,8 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from photonmap.report import plots
-from photonmap.report.files import replacing, write_csv
+from photonmap.report.files import replacing
+from photonmap.report.tables import aligned, write_csv
 from photonmap.sensors.color_error import METHODS, ColorRow
 from photonmap.sensors.comparison import BestRow
 from photonmap.sensors.interreflection import ErrorRow
@@ -65,17 +66,9 @@ def best_line(row: BestRow | None = None) -> str:
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Align columns of text to the right; the first, and one called "worst", to the left."""
-    lines = [head, *rows]
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    left = [name in ("bands", "worst") for name in head]
-    return "\n".join(
-        "  ".join(
-            cell.ljust(width) if flush else cell.rjust(width)
-            for cell, width, flush in zip(line, widths, left, strict=True)
-        ).rstrip()
-        for line in lines
-    )
+    """Align columns of text to the right; "bands" and "worst" to the left."""
+    right = [place for place, name in enumerate(head) if name not in ("bands", "worst")]
+    return "\n".join(aligned([head, *rows], right))
 
 
 def write_errors(path: str | PathLike[str], rows: Sequence[ErrorRow]) -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from photonmap.report.files import write_csv, written_together
+from photonmap.report.files import written_together
 from photonmap.report.plots import save_figure
+from photonmap.report.tables import write_csv
 from photonmap.runtime.interrupts import ignoring_interrupts
 from photonmap.study.convergence import Findings
 from photonmap.study.machine import BackgroundLoad, choose_clock, describe_machine

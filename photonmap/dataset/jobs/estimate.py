@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from photonmap.dataset.jobs.job_scene import make_scene
-from photonmap.dataset.jobs.listing import aligned
 from photonmap.dataset.jobs.plan import Job
 from photonmap.dataset.jobs.render_image import Task, render_image
 from photonmap.errors import InputError
 from photonmap.film.budget import LEAST_PHOTONS, usual_photons
+from photonmap.report.tables import aligned
 from photonmap.runtime.progress import duration
 
 _SMALLER = 4

@@ -7,6 +7,7 @@ from typing import Any
 
 from photonmap.dataset.files.inputs import without_folder
 from photonmap.dataset.jobs.plan import Job
+from photonmap.report.tables import aligned
 
 
 def list_jobs(jobs: Sequence[Job]) -> Iterator[str]:
@@ -21,11 +22,3 @@ def list_jobs(jobs: Sequence[Job]) -> Iterator[str]:
     common = jobs[0].common
     sizes = dict.fromkeys("{}x{}".format(*job.common.size) for job in jobs)
     yield f"{len(jobs)} images of {' and '.join(sizes)}, bands {common.bands}, error {common.error}"
-
-
-def aligned(rows: Sequence[Sequence[Any]]) -> Iterator[str]:
-    """Yield rows of cells as lines, with their columns aligned."""
-    widths = [max(len(str(row[i])) for row in rows) for i in range(len(rows[0]))]
-    for row in rows:
-        cells = (f"{cell!s:<{wide}}" for cell, wide in zip(row, widths, strict=True))
-        yield "  ".join(cells).rstrip()

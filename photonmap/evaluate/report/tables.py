@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from photonmap.evaluate.bench.measure import ILLUMINANT, MEAN_LAYER, Column
 from photonmap.evaluate.bench.scores import Evaluation, Summary
 from photonmap.evaluate.intervals import Interval
-from photonmap.report.files import write_csv
+from photonmap.report.tables import aligned, write_csv
 
 
 class Cell(NamedTuple):
@@ -94,7 +94,7 @@ def as_text(evaluation: Evaluation, summaries: Sequence[Summary]) -> str:
             most = max(cells.values(), key=lambda cell: cell.scored)
             shown = [_with_notes(cells.get(head), most.scored) for head in heads]
             rows.append([method, *shown, _counted(most, evaluation)])
-        blocks.append(_aligned(rows))
+        blocks.append("\n".join(aligned(rows)))
     return "\n\n".join(blocks)
 
 
@@ -114,14 +114,6 @@ def _counted(summary: Summary, evaluation: Evaluation) -> str:
     """Return how many images have a score, and on how many the method failed."""
     failed = f", {summary.failed} failed" if summary.failed else ""
     return f"{summary.scored} of {len(evaluation.images)}{failed}"
-
-
-def _aligned(rows: Sequence[Sequence[str]]) -> str:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join(
-        "  ".join(f"{cell:<{wide}}" for cell, wide in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    )
 
 
 def write_summary(path: Path, summaries: Sequence[Summary]) -> None:
