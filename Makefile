@@ -22,21 +22,16 @@ dataset-demo: $(INSTALLED)  ## a data set of 4 scenes in 4 lights into out/datas
 
 WORKERS ?= 2
 PARALLEL := --numprocesses $(WORKERS)
-# Compiled kernels stay in a worker's memory: those of all tests would fill a small machine's.
-HALF := $(wildcard tests/[a-h]*/)
-OTHER_HALF := $(filter-out $(HALF),$(wildcard tests/*/)) $(wildcard tests/test_*.py)
 test: $(INSTALLED)  ## lint, then the tests that matter: minutes
 	$(MAKE) lint
-	$(BIN)/python -m pytest $(PARALLEL) -m "not slow" $(HALF)
-	$(BIN)/python -m pytest $(PARALLEL) -m "not slow" $(OTHER_HALF)
+	$(BIN)/python -m pytest $(PARALLEL) -m "not slow"
 
 test-all: $(INSTALLED)  ## lint, then every test
 	$(MAKE) lint
 	$(BIN)/python -m pytest $(PARALLEL)
 
-MINUTES ?= inf
-test-slow: $(INSTALLED)  ## what `make test` leaves out, no test begun after so many MINUTES
-	$(BIN)/python -m pytest $(PARALLEL) -m slow --minutes $(MINUTES)
+test-slow: $(INSTALLED)  ## what `make test` leaves out
+	$(BIN)/python -m pytest $(PARALLEL) -m slow
 
 lint: $(INSTALLED)  ## format, style, types, sizes, imports
 	$(BIN)/ruff format --check .

@@ -2,11 +2,9 @@
 
 import fcntl
 import importlib
-import math
 import os
 import subprocess
 import sys
-import time
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -20,20 +18,6 @@ import photonmap as pm
 
 FIRST = ("golden", "study", "render", "hard")
 """Folders of tests that begin"""
-
-
-START = time.monotonic()
-
-
-def pytest_addoption(parser):
-    parser.addoption(
-        "--minutes", type=float, default=math.inf, help="begin no test after so many minutes"
-    )
-
-
-def pytest_runtest_setup(item):
-    if time.monotonic() - START > 60.0 * item.config.getoption("minutes"):
-        pytest.skip("the time is up")
 
 
 def pytest_collection_modifyitems(items):
