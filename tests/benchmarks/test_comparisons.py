@@ -15,9 +15,12 @@ from benchmarks.accuracy.room_scenes import scenes
 SIZE = (16, 12)
 
 
-@pytest.mark.parametrize("name", scenes())
+@pytest.mark.parametrize("name", sorted(scenes().keys() - {"living_room", "library", "pottery"}))
 def test_scenes_go_over_whole(tmp_path, name):
-    """All triangles, and all light: portals, for one, have no counterpart in Mitsuba."""
+    """All triangles, and all light: portals, for one, have no counterpart in Mitsuba.
+
+    Of the rooms, which one function makes, the smallest stands for all.
+    """
     scene = scenes()[name][0]()
     file, power = export_scene(scene, SIZE, tmp_path)
     nodes = [node for node in json.loads(file.read_text()).values() if isinstance(node, dict)]

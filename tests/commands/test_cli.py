@@ -1,9 +1,11 @@
-"""The real command in a real process."""
+"""The command: some in a real process, the others in this one."""
 
 import json
 import subprocess
 import sys
+import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -26,6 +28,21 @@ def run(*arguments, cwd):
     return subprocess.run(
         command(*arguments), capture_output=True, text=True, cwd=cwd, timeout=300, check=False
     )
+
+
+@pytest.fixture
+def call(tmp_path, monkeypatch, capsys):
+    """Run a command in this process, in an empty folder; warnings are printed, as in its own."""
+    monkeypatch.chdir(tmp_path)
+
+    def run_here(*arguments):
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", pm.SceneWarning)
+            code = main(list(map(str, arguments)))
+        printed = capsys.readouterr()
+        return SimpleNamespace(returncode=code, stdout=printed.out, stderr=printed.err)
+
+    return run_here
 
 
 def test_render_a_file(tmp_path):
@@ -57,11 +74,11 @@ def test_render_a_file(tmp_path):
     np.testing.assert_allclose(pose[:3, :3], np.eye(3), atol=1e-12)
 
 
-def test_options(tmp_path):
-    done = run(
+def test_options(tmp_path, call):
+    done = call(
         SCENES / "cornell_box.obj", *QUICK, "--bands", "rgb", "--origin=0,0,3", "--fov", "30",
         "--pixel", "center", "--threads", "1", "--buffers", "shading,direct",
-        "--output", "some.exr", "--quiet", cwd=tmp_path,
+        "--output", "some.exr", "--quiet",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert done.stdout == done.stderr == ""
@@ -71,10 +88,10 @@ def test_options(tmp_path):
     assert result.record["camera"]["fov"] == 30
 
 
-def test_spectra_and_sensors(tmp_path):
+def test_spectra_and_sensors(tmp_path, call):
     (tmp_path / "camera.csv").write_text("nm,long,short\n390,0,0\n450,0,1\n600,1,0\n710,0,0\n")
     box = SCENES / "cornell_box_measured.toml"
-    done = run(box, *QUICK, "--bands", "camera.csv", "--range", "400:700", cwd=tmp_path)
+    done = call(box, *QUICK, "--bands", "camera.csv", "--range", "400:700")
     assert done.returncode == 0, done.stderr
     result = pm.load_result(tmp_path / "cornell_box_measured.exr")
     assert result.bands.names == ("long", "short")
@@ -83,9 +100,9 @@ def test_spectra_and_sensors(tmp_path):
     assert result.record["measured_sets"] == {"munsell": None, "illuminants": None}
 
 
-def test_the_sensor_study(tmp_path):
+def test_the_sensor_study(tmp_path, call):
     options = ["--bands", "3,box:4", "--bounces", "2", "--csv", "t.csv", "--plot", "t.svg"]
-    done = run("sensors", *options, cwd=tmp_path)
+    done = call("sensors", *options)
     assert done.returncode == 0, done.stderr
     assert "illuminant D65" in done.stdout
     assert "Eq. 4" in done.stdout
@@ -98,9 +115,9 @@ def test_the_sensor_study(tmp_path):
     assert done.stderr == ""
 
 
-def test_framing_is_said(tmp_path):
+def test_framing_is_said(tmp_path, call):
     (tmp_path / "one.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    done = run("one.obj", *QUICK, "--up", "z", cwd=tmp_path)
+    done = call("one.obj", *QUICK, "--up", "z")
     assert done.returncode == 0, done.stderr
     assert "no camera given: seen from the front right" in done.stdout
     assert "no light" in done.stderr
