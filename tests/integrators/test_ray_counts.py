@@ -19,13 +19,13 @@ import photonmap as pm
 from photonmap.compile.scene_arrays import compile_scene
 from photonmap.integrators.base import PassSetup
 from photonmap.integrators.choice import make_integrator
-from photonmap.integrators.photon_mapping import caustics
+from photonmap.integrators.photon_mapping import caustics, exposed_fraction
 from photonmap.kernels.core.passes import Film
 from photonmap.kernels.geometry import ray
 from photonmap.runtime.workers import Workers
 from photonmap.spectra.bands import Bands
 
-caustics.PILOT = 512
+caustics.PILOT = exposed_fraction.PILOT = 128
 calls = {"rtcIntersect1": 0, "rtcOccluded1": 0}
 
 
@@ -46,7 +46,7 @@ rough = pm.scenes.ball((0.1, 0.3, 0.2), pm.Material.metal("metal", 0.9, 0.3))
 room = replace(room, meshes=[*room.meshes, rough])
 compiled = compile_scene(room, Bands.parse("rgb"))
 with Workers(1) as workers, np.errstate(over="ignore"):
-    setup = PassSetup(compiled, Film(6, 5, True), 3, 300, 1, workers)
+    setup = PassSetup(compiled, Film(4, 3, True), 3, 100, 1, workers)
     integrator = make_integrator(sys.argv[1], setup)
     integrator.estimate(0)
     before = dict(integrator.counters.rays_by_kind)
