@@ -1,5 +1,7 @@
 """Only the effects that a scene calls for: off is proved, on makes a difference."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 import trimesh
@@ -36,7 +38,7 @@ def two():
     return cube(), body(other, name="other")
 
 
-SPHERE = trimesh.creation.icosphere(3)
+SPHERE = trimesh.creation.icosphere(2)
 OPEN = trimesh.Trimesh(trimesh.creation.box((1, 1, 1)).vertices, trimesh.creation.box().faces[2:])
 PANEL = pm.Mesh([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]], [[0, 2, 1], [0, 3, 2]], GREY)
 SCENES = {
@@ -150,6 +152,11 @@ BALLS = scene(
 )  # fmt: skip
 
 
+@cache
+def balls_by(method):
+    return render(BALLS, method=method)
+
+
 @pytest.mark.filterwarnings("ignore:method path finds no caustics")
 @pytest.mark.parametrize("method", ["photon", "path"])
 @pytest.mark.parametrize(
@@ -166,7 +173,7 @@ BALLS = scene(
 def test_what_is_called_for_is_missed_when_it_is_left_out(effect, buffer, method):
     if method == "path" and effect == "caustics":
         pytest.skip("no path hits the sun")
-    whole = render(BALLS, method=method)
+    whole = balls_by(method)
     part = render(BALLS, method=method, effects=[name for name in EFFECTS if name != effect])
     assert part.record["partial"]
     assert not whole.record["partial"]
