@@ -15,27 +15,6 @@ def assert_within(values, truth, error, sigmas=4.0, slack=1e-6):
     )
 
 
-def assert_invisible(result, sky):
-    """Assert that all that covers whole pixels is as bright as an even sky; return the error."""
-    inside = result.coverage == 1.0
-    value, error = result.radiance[inside], result.errors["radiance"][inside]
-    assert inside.any()
-    total = np.sqrt((error**2).sum()) / error.size
-    assert abs(value.mean() - sky) < 4.0 * total + 0.003 * sky
-    return total
-
-
-def assert_blocks_agree(one, other, side=4):
-    """Assert that two renders agree in blocks of pixels, at 0.1% for all together, within 1%."""
-    height, width, bands = one.radiance.shape
-    shape = height // side, side, width // side, side, bands
-    errors = np.hypot(one.standard_error("radiance"), other.standard_error("radiance"))
-    blocks = [image.reshape(shape).mean(axis=(1, 3)) for image in (one.radiance, other.radiance)]
-    error = np.sqrt((errors**2).reshape(shape).sum(axis=(1, 3))) / side**2
-    z = (blocks[0] - blocks[1]) / np.hypot(error, 0.01 * blocks[1].mean())
-    assert np.abs(z).max() < stats.norm.isf(1e-3 / z.size)
-
-
 def chi_squared(counts, expected):
     """Return the p-value of counts against expected ones, rare cells pooled."""
     keep = expected > 10
