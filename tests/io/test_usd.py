@@ -276,7 +276,7 @@ def test_references_are_followed_within_the_folder(load, tmp_path):
 
 
 def test_a_damaged_stage_is_refused(load, tmp_path, capfd):
-    with pytest.raises(pm.InputError, match=r"a\.usda: is no stage of USD") as refused:
+    with pytest.raises(pm.InputError, match=r"a\.usda: is not a USD stage") as refused:
         load('def Mesh "m" {{{')
     assert "\n" not in str(refused.value)
     with pytest.raises(pm.InputError, match="its faces have 4 corners, but 3 are given"):

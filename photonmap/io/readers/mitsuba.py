@@ -80,14 +80,16 @@ def read_emitters(context: Context, nodes: Iterable[Node]) -> list[Light]:
 
     Raises
     ------
-    InputError : one is of an unknown type, a value is not valid, or two are all around
+    InputError : one is of an unknown type, a value is not valid, or two are environments
     """
     lights, around = [], None
     for node in nodes:
         if node.type in _AROUND:
             if around is not None:
                 place = around.element.place(node.element.path)
-                raise node.error(f"there is light all around from {place} too; remove one of them")
+                raise node.error(
+                    f"the scene has an environment already, in {place}; remove one of them"
+                )
             around = node
         lights.append(_read_emitter(context, node))
     return lights
@@ -204,7 +206,7 @@ def read_sensor(context: Context, node: Node) -> Camera:
 def _focus(node: Node) -> float:
     focus = node.number("focus_distance", 0.0)
     if focus == 0.0:
-        raise node.error("aperture_radius is given and no focus_distance; add one above 0")
+        raise node.error("aperture_radius is given without focus_distance; add one above 0")
     return focus
 
 

@@ -193,7 +193,7 @@ def test_textures_where_only_colours_are_simulated(radiance, png):
         ('<rgb @ value="1 2"/>', "value '1 2' is not one number or three"),
         ('<rgb @ value="#12"/>', "'#12' is not a colour; write six digits"),
         ('<rgb @ value="-1"/>', "radiance is -1; keep it at least 0"),
-        ('<spectrum @ value="1 2"/>', "'1 2' is no spectrum"),
+        ('<spectrum @ value="1 2"/>', "'1 2' is not a spectrum"),
         ('<spectrum @ value="500:1 400:2"/>', "wavelengths must increase"),
         ('<spectrum @ value="500:1 600"/>', "one value for each"),
         ('<spectrum @ filename="none.spd"/>', "file 'none.spd' does not exist"),

@@ -239,7 +239,7 @@ def test_what_is_not_simulated_of_cameras(camera_of):
         ),
         (
             '<sensor type="thinlens"><float name="aperture_radius" value="1"/></sensor>',
-            "aperture_radius is given and no focus_distance; add",
+            "aperture_radius is given without focus_distance; add",
         ),
         (
             '<sensor type="perspective"><film type="hdrfilm"><integer name="width" value="0"/>'

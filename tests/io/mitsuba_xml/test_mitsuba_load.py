@@ -45,7 +45,9 @@ def test_messages_name_the_included_file(load):
     """The scene's own lines are named alone."""
     sky = '<emitter type="constant"/>'
     around = {"parts.xml": f'<scene version="3.0.0">\n{BALL}{sky}</scene>'}
-    with pytest.raises(InputError, match=r"parts\.xml:2: there is light all around from line 1 of"):
+    with pytest.raises(
+        InputError, match=r"parts\.xml:2: the scene has an environment already, in line 1 of"
+    ):
         load(f'{sky}<include filename="parts.xml"/>', files=around)
     part = {"parts.xml": '<scene version="3.0.0"><shape type="cube" id="a"/></scene>'}
     again = r"parts\.xml:1: the id 'a' is that of line 1 of scene\.xml"
@@ -134,7 +136,7 @@ def test_render_settings_are_ignored(load):
         ('<alias id="b" as="c"/>', "nothing has the id 'b'"),
         (2 * '\n<shape type="sphere" id="a"/>', "xml:3: the id 'a' is that of line 2 too"),
         ('<shape type="cube" id="a"><ref id="a"/></shape>', "refers to itself"),
-        ('<shape type="cube"><float name="x" value="1"/></shape>' * 2 + "<a>" * 200, "within each"),
+        ('<shape type="cube"><float name="x" value="1"/></shape>' * 2 + "<a>" * 200, "elements are nested"),
     ],
 )  # fmt: skip
 def test_errors(load, inside, message):
@@ -149,7 +151,7 @@ def test_errors(load, inside, message):
         ("", "is empty"),
         ("<html/>", ":1: <html> is not a scene of Mitsuba"),
         ("<scene/>", ":1: its version is missing"),
-        ('<scene version="new"/>', ":1: version 'new' is none of Mitsuba"),
+        ('<scene version="new"/>', ":1: 'new' is not a version of Mitsuba"),
         ('<scene version="3.0.0"/>', "has no triangles"),
         (
             '\n<!DOCTYPE s [<!ENTITY a "b">]>\n<scene version="3.0.0"/>',

@@ -1,4 +1,4 @@
-"""Read BSDFs: how each is simulated, and what of it is not."""
+"""Read BSDFs as materials, and note what is not simulated."""
 
 from __future__ import annotations
 

@@ -138,7 +138,9 @@ def _spectrum(node: Node, kind: Kind, files: Files) -> Color:
     if len(values) == 3:  # as Mitsuba 0.x, compiled for RGB, has it
         return plain(np.array(values))
     if len(values) != 1:
-        raise node.error(f"{shown(text)} is no spectrum; write one number, or wavelength:value")
+        raise node.error(
+            f"{shown(text)} is not a spectrum; write one number, or pairs wavelength:value"
+        )
     return flat(values[0]) if kind == "emission" else values[0]
 
 

@@ -220,7 +220,7 @@ def _is_old(root: Element) -> bool:
     version = root.attributes.get("version", "3.0.0")
     major = version.partition(".")[0]
     if not (major.isascii() and major.isdigit()):
-        raise root.error(f'version {shown(version)} is none of Mitsuba; write version="3.0.0"')
+        raise root.error(f'{shown(version)} is not a version of Mitsuba; write version="3.0.0"')
     return int(major[:9]) < 2
 
 
@@ -341,7 +341,9 @@ def _fill(loader: _Loader, element: Element, text: str) -> str:
         return text
     filled = _PARAMETER.sub(value, text).replace("\\$", "$")
     if len(filled) > LONGEST:
-        raise element.error(f"a text with parameters is longer than {LONGEST} letters; shorten it")
+        raise element.error(
+            f"with its parameters put in, a text is longer than {LONGEST} letters; shorten it"
+        )
     return filled
 
 

@@ -107,7 +107,7 @@ def parse_xml(path: Path, data: bytes) -> Element:
 
     def begin(tag: str, attributes: dict[str, str]) -> None:
         if len(stack) > DEEPEST:
-            raise error(f"more than {DEEPEST} elements lie within each other; export it again")
+            raise error(f"more than {DEEPEST} elements are nested; export it again")
         element = Element(tag, attributes, path, parser.CurrentLineNumber)
         stack[-1].children.append(element)
         stack.append(element)

@@ -83,7 +83,7 @@ def open_stage(path: Path) -> Any:
     except Tf.ErrorException:
         root = None
     if root is None:
-        raise InputError("is no stage of USD, or damaged; export it again", path)
+        raise InputError("is not a USD stage, or is damaged; export it again", path)
     seen, waiting = {root.realPath}, [root]
     while waiting:
         layer = waiting.pop()
