@@ -13,7 +13,6 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.errors import InputError
 from photonmap.io.readers.gltf import Gltf
 from photonmap.io.readers.meshes import Part, build_mesh
 from photonmap.io.readers.registry import ReadOptions
@@ -54,7 +53,7 @@ _SMALL = (1 << 16) - 1
 
 
 def write_gltf(scene: Scene, path: Path, assets: Assets) -> None:
-    """Write FILE.glb, or FILE.gltf and FILE.bin; and FILE.toml if glTF cannot hold all.
+    """Write a scene with faces as FILE.glb, or FILE.gltf and FILE.bin; and the rest as FILE.toml.
 
     What the TOML file has to say is found by reading materials, cameras and lights back.
 
@@ -66,12 +65,10 @@ def write_gltf(scene: Scene, path: Path, assets: Assets) -> None:
     Raises
     ------
     InputError
-        if there are no faces, a light or camera is not valid, or a GLB file would be too large
+        if a light or camera is not valid, or a GLB file would be too large
     """
     scene = replace(scene, meshes=_with_white(scene.meshes))
     meshes = [_checked(mesh, path) for mesh in scene.meshes if len(mesh.faces)]
-    if not meshes:
-        raise InputError(f"scene {scene.name!r} has no faces: there is nothing to write")
     draft, named = Draft(), name_materials(scene)
     scene = _with_names(scene, named)
     textures = TextureWriter(draft)

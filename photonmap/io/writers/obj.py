@@ -9,7 +9,7 @@ from typing import Any, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.errors import InputError, naming
+from photonmap.errors import naming
 from photonmap.io.writers.assets import Assets, check_name
 from photonmap.scene.images import encode_srgb
 from photonmap.scene.material import Material
@@ -108,11 +108,9 @@ def write_obj(scene: Scene, path: Path, materials: Mapping[int, str]) -> None:
     Raises
     ------
     InputError
-        if there are no faces, or a name cannot be written
+        if a name cannot be written
     """
     meshes = [mesh for mesh in scene.meshes if len(mesh.faces)]
-    if not meshes:
-        raise InputError(f"scene {scene.name!r} has no faces: there is nothing to write")
     known = np.zeros(3, np.int64)
     with path.open("w", encoding="utf-8") as file:
         file.write(f"mtllib {path.stem}.mtl\n")

@@ -74,6 +74,8 @@ def save_scene(scene: Scene, path: str | PathLike[str]) -> list[Path]:
     companions(path)
     with naming("the file", path):
         check_name(path.stem)
+    if not any(len(mesh.faces) for mesh in scene.meshes):
+        raise InputError(f"scene {scene.name!r} has no faces: there is nothing to write")
     path.parent.mkdir(parents=True, exist_ok=True)
     is_obj = path.suffix.lower() == ".obj"
     write: Callable[[Scene, Path, Assets], None] = _write_obj if is_obj else write_gltf

@@ -136,7 +136,7 @@ def test_render_settings_are_ignored(load):
         ('<alias id="b" as="c"/>', "nothing has the id 'b'"),
         (2 * '\n<shape type="sphere" id="a"/>', "xml:3: the id 'a' is that of line 2 too"),
         ('<shape type="cube" id="a"><ref id="a"/></shape>', "refers to itself"),
-        ('<shape type="cube"><float name="x" value="1"/></shape>' * 2 + "<a>" * 200, "elements are nested"),
+        ('<shape type="cube"><float name="x" value="1"/></shape>' * 2 + "<a>" * 200, "are nested"),
     ],
 )  # fmt: skip
 def test_errors(load, inside, message):

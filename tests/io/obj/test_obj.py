@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from helpers.meshes import areas, corners
 
 from photonmap.errors import SceneWarning
 from photonmap.io.readers.decimals import parse_floats, parse_integers
@@ -73,16 +74,6 @@ def test_normals_of_the_file_are_kept(read_obj):
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 
 
-def triangles(mesh):
-    """Corner positions of a mesh, (F, 3, 3)."""
-    return mesh.vertices[mesh.faces]
-
-
-def areas(corners):
-    """Vector areas of triangles, (F, 3)."""
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
-
-
 def contents(meshes):
     """Everything a file says, comparable with ==."""
     return [
@@ -147,7 +138,7 @@ def test_polygon_area_and_winding(read_obj, shape, turn, winding):
     rotation, _ = np.linalg.qr(np.random.default_rng(turn).normal(size=(3, 3)))
     points = np.c_[flat, np.zeros(len(flat))] @ rotation + [3, -2, 7]
     (mesh,) = read_obj(polygon_obj(points))
-    pieces, whole = areas(triangles(mesh)), vector_area(points)
+    pieces, whole = areas(mesh), vector_area(points)
     normal = whole / np.linalg.norm(whole)
     assert (pieces @ normal > 0).all()
     np.testing.assert_allclose(pieces.sum(0), whole, rtol=1e-12, atol=1e-12)
@@ -160,19 +151,19 @@ def test_every_order_of_a_concave_quad(read_obj, dart):
     simple = abs(vector_area(points)[2]) == vector_area(np.c_[SHAPES["dart"], np.zeros(4)])[2]
     (mesh,) = read_obj(polygon_obj(points))
     if simple:
-        pieces = areas(triangles(mesh))[:, 2]
+        pieces = areas(mesh)[:, 2]
         assert np.abs(pieces).sum() == pytest.approx(abs(vector_area(points)[2]))
 
 
 def test_bent_quad_keeps_its_corners(read_obj):
     (mesh,) = read_obj("v 0 0 0\nv 1 0 0\nv 1 1 0.3\nv 0 1 0\nf 1 2 3 4\n")
     assert len(mesh.vertices) == 4
-    assert (areas(triangles(mesh))[:, 2] > 0).all()
+    assert (areas(mesh)[:, 2] > 0).all()
 
 
 def test_mixed_sizes_keep_their_order(read_obj):
     (mesh,) = read_obj(SQUARE + "v 2 0 0\nv 2 1 0\nf 2 5 6 3\nf 1 2 3\nf 1 3 4\nf 5 6 3 2\n")
-    centres = triangles(mesh).mean(1)[:, 0]
+    centres = corners(mesh).mean(1)[:, 0]
     assert (centres[:2] > 1).all()
     assert (centres[2:4] < 1).all()
     assert (centres[4:] > 1).all()
@@ -182,7 +173,7 @@ def test_faces_without_area_are_left_out_and_counted(read_obj):
     faces = "f 1 2 3\nf 1 1 2\nf 1 2 5\nf 4 4 4 4\nf 1 3 4 4\n"
     with pytest.warns(SceneWarning, match=r"scene\.obj: 3 of 5 faces have no area"):
         (mesh,) = read_obj(SQUARE + "v 2 0 0\n" + faces)
-    assert areas(triangles(mesh))[:, 2].tolist() == [0.5, 0.5]
+    assert areas(mesh)[:, 2].tolist() == [0.5, 0.5]
 
 
 def test_thin_is_not_degenerate(read_obj):
@@ -277,7 +268,7 @@ def test_relative_indices_count_from_their_line(read_obj):
 
 def test_forward_reference(read_obj):
     (mesh,) = read_obj("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n")
-    assert areas(triangles(mesh)).tolist() == [[0, 0, 0.5]]
+    assert areas(mesh).tolist() == [[0, 0, 0.5]]
 
 
 def test_vertices_are_split_only_where_needed(read_obj):
@@ -292,10 +283,10 @@ def test_vertices_are_split_only_where_needed(read_obj):
     (shared,) = read_obj(cube + flat)
     (apart,) = read_obj(cube + normals + split)
     assert (len(shared.vertices), len(apart.vertices)) == (8, 24)
-    np.testing.assert_array_equal(triangles(shared), triangles(apart))
-    outward = areas(triangles(apart))
+    np.testing.assert_array_equal(corners(shared), corners(apart))
+    outward = areas(apart)
     np.testing.assert_allclose(2 * outward, apart.normals[apart.faces[:, 0]])
-    inside = np.einsum("fi,fi->f", outward, triangles(apart).mean(1) - 0.5)
+    inside = np.einsum("fi,fi->f", outward, corners(apart).mean(1) - 0.5)
     assert (inside > 0).all()
 
 

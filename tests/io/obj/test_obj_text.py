@@ -4,22 +4,13 @@ import re
 
 import numpy as np
 import pytest
+from helpers.meshes import areas, corners
 
 from photonmap.errors import InputError, SceneWarning
 from photonmap.io.readers.registry import read_file
 from photonmap.scene.material import Material
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
-
-
-def triangles(mesh):
-    """Corner positions of a mesh, (F, 3, 3)."""
-    return mesh.vertices[mesh.faces]
-
-
-def areas(corners):
-    """Vector areas of triangles, (F, 3)."""
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
 
 
 PLAIN = "mtllib tür.mtl\no Haus für Kjell\n" + SQUARE + "usemtl weiß\nf 1 2 3\nf 1 3 4\n"
@@ -59,7 +50,8 @@ def test_text_forms(tmp_path, read_obj, change):
     (tmp_path / "tür.mtl").write_bytes(change("newmtl weiß\nKd 1 1 1\n"))
     (mesh,) = read_obj(change(PLAIN))
     assert (mesh.name, mesh.material.name) == ("Haus für Kjell", "weiß")
-    assert triangles(mesh).tolist() == [
+    assert mesh.material.reflectance == (1.0, 1.0, 1.0)
+    assert corners(mesh).tolist() == [
         [[0, 0, 0], [1, 0, 0], [1, 1, 0]],
         [[0, 0, 0], [1, 1, 0], [0, 1, 0]],
     ]
@@ -102,7 +94,7 @@ illum 2
     assert mesh.material == Material(
         "Material.001", (0.8,) * 3, emission, glossy=0.04, roughness=0.5
     )
-    np.testing.assert_array_equal(areas(triangles(mesh)).sum(0), [0, 0, -4])
+    np.testing.assert_array_equal(areas(mesh).sum(0), [0, 0, -4])
     np.testing.assert_array_equal(mesh.normals, [[0, 0, -1]] * 4)
 
 
@@ -123,7 +115,7 @@ def test_3ds_max_export(read_obj):
     )
     (mesh,) = read_obj(text, a=library)
     assert (mesh.name, mesh.material.reflectance) == ("Box001", (0.588,) * 3)
-    assert areas(triangles(mesh)).tolist() == [[0, 2, 0], [0, 2, 0]]
+    assert areas(mesh).tolist() == [[0, 2, 0], [0, 2, 0]]
 
 
 F = "f 1 2 3\n"

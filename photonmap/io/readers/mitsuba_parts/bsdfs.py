@@ -116,23 +116,20 @@ def _diffuse(bsdfs: Bsdfs, node: Node) -> Look:
 
 
 def _conductor(bsdfs: Bsdfs, node: Node) -> Look:
-    """Return polished metal, or a mirror that reflects alike at all angles."""
-    specular = read_plain(bsdfs.context, node, "specular_reflectance", 1.0)
-    metal = metal_reflectances(bsdfs.context, node)
-    glossy, edge = (combined(np.multiply, specular, part) for part in metal)
-    if metal[0] == 1.0:
-        return {"reflectance": 0.0, "mirror": glossy}
-    return {"reflectance": 0.0, "glossy": glossy, "glossy_edge": edge, "roughness": 0.0}
-
-
-def _rough_conductor(bsdfs: Bsdfs, node: Node) -> Look:
-    specular = read_plain(bsdfs.context, node, "specular_reflectance", 1.0)
-    metal = metal_reflectances(bsdfs.context, node)
-    roughness = _roughness_map(bsdfs.context, node)
+    """Return metal, or a mirror that reflects alike at all angles."""
+    context = bsdfs.context
+    specular = read_plain(context, node, "specular_reflectance", 1.0)
+    metal = metal_reflectances(context, node)
+    if node.type == "conductor":
+        glossy, edge = (combined(np.multiply, specular, part) for part in metal)
+        if metal[0] == 1.0:
+            return {"reflectance": 0.0, "mirror": glossy}
+        return {"reflectance": 0.0, "glossy": glossy, "glossy_edge": edge, "roughness": 0.0}
+    roughness = _roughness_map(context, node)
     convert = metal_reflectance(mean_number(roughness) ** 2)
     glossy, edge = (combined(partial(convert, part), specular, *metal) for part in (0, 1))
     look = {"reflectance": 0.0, "glossy": glossy, "glossy_edge": edge, "roughness": roughness}
-    return look | _stretch(bsdfs.context, node)
+    return look | _stretch(context, node)
 
 
 def _stretch(context: Context, node: Node) -> Look:
@@ -469,7 +466,7 @@ _TYPES: dict[str, Callable[[Bsdfs, Node], Look]] = {
     "diffuse": _diffuse,
     "roughdiffuse": _diffuse,
     "conductor": _conductor,
-    "roughconductor": _rough_conductor,
+    "roughconductor": _conductor,
     "dielectric": _dielectric,
     "roughdielectric": _dielectric,
     "thindielectric": _thin,
