@@ -1,12 +1,13 @@
 """Rough diffuse surfaces: energy-preserving Oren–Nayar (EON).
 
 J. Portsmouth, P. Kutz and S. Hill, "EON: A Practical Energy-Preserving Rough Diffuse BRDF",
-JCGT 14(1), 2025. `parameters[0]` is the roughness, from 0 (Lambertian) to 1.
+JCGT 14(1), 2025. `parameters[0]` is the roughness, from 0 (Lambertian) to 1. Directions are those
+of Lambert's law, from which the BSDF departs little.
 """
 
 import math
 
-from photonmap.kernels.bsdf.lambert import cosine_pdf, lobe_at, sample_cosine
+from photonmap.kernels.bsdf.lambert import lobe_at, pdf, sample
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.geometry.interaction import departure
@@ -52,15 +53,3 @@ def evaluate(scattering, base, surface, wi, cover, values):
     for band in range(len(values)):
         rho = values[band]
         values[band] = rho * single + rho * rho * mean / (1.0 - rho * (1.0 - mean)) * multiple
-
-
-@jit
-def sample(scattering, base, surface, u, v):
-    """Return a direction distributed by its cosine: the BSDF departs little from it."""
-    return sample_cosine(surface, u, v)
-
-
-@jit
-def pdf(scattering, base, surface, wi):
-    """Return the density of `sample` (per steradian)."""
-    return cosine_pdf(surface, wi)
