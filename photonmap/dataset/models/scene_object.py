@@ -9,8 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from photonmap.dataset.models.materials.mapping import box_mapped
-from photonmap.dataset.models.shapes import Floats, Shape, joined
+from photonmap.dataset.models.shapes import Floats, Shape, box_mapped, joined
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 

@@ -35,7 +35,7 @@ from photonmap.dataset.models.shapes import (
     normalised,
     smooth_normals,
 )
-from photonmap.dataset.models.toys import ring_tower
+from photonmap.dataset.models.small_objects import ring_tower
 from photonmap.dataset.models.vessels import FINE, bowl_shape, cup_shapes, vase_shape
 from photonmap.dataset.scenes.exposure import LightMeter
 from photonmap.dataset.scenes.unlit_scene import UnlitScene

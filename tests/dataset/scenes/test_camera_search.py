@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from photonmap.dataset.models.garments import SPACING, garment
 from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.places.garments import SPACING, garment
 from photonmap.dataset.models.scene_object import overlap, single_part
 from photonmap.dataset.models.shapes import box
 from photonmap.dataset.scenes.rooms import camera_search

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from helpers.generated import unlit
 
-from photonmap.dataset.models.materials.mapping import box_mapped
 from photonmap.dataset.models.materials.palette import MATERIALS, Palette
 from photonmap.dataset.models.materials.procedures import LEVELS, PROCEDURES, paint
 from photonmap.dataset.models.materials.surfaces import Surface, reflectance_of, surface_of
 from photonmap.dataset.models.scene_object import single_part
-from photonmap.dataset.models.shapes import box, cylinder
+from photonmap.dataset.models.shapes import box, box_mapped, cylinder
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.munsell import munsell, shipped_set

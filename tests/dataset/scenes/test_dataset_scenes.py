@@ -8,7 +8,7 @@ from helpers.generated import lit, unlit
 
 import photonmap as pm
 from photonmap.dataset.jobs.presets import PRESETS
-from photonmap.dataset.models.placement import in_row, scatter
+from photonmap.dataset.models.arrangements import in_row, scatter
 from photonmap.dataset.models.scene_object import (
     CONTACT_TOLERANCE,
     SceneObject,

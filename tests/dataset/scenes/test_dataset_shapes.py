@@ -8,7 +8,7 @@ from photonmap.dataset.models import curved_shapes, patterns, shapes, vessels
 from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.materials.surfaces import chips
 from photonmap.dataset.models.shapes import Shape, joined
-from photonmap.dataset.models.toys import ring_tower
+from photonmap.dataset.models.small_objects import ring_tower
 from photonmap.errors import InputError
 
 

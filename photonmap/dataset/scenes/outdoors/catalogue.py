@@ -6,14 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-from photonmap.dataset.models import furniture, vessels
+from photonmap.dataset.models import furniture, outdoors, public_rooms, vessels
 from photonmap.dataset.models.arrangements import furnish
 from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.places import outdoors, public_rooms
 from photonmap.dataset.models.shapes import Random
-from photonmap.dataset.scenes.outdoors.enclosures import (
+from photonmap.dataset.scenes.outdoors.yard_builder import (
     MakeGround,
     MakeSide,
+    YardBuilder,
     brick_wall,
     fence,
     hedge,
@@ -21,8 +21,7 @@ from photonmap.dataset.scenes.outdoors.enclosures import (
     paving,
     road,
 )
-from photonmap.dataset.scenes.outdoors.yard_builder import YardBuilder
-from photonmap.dataset.scenes.rooms import further_groups, groups
+from photonmap.dataset.scenes.rooms import groups
 from photonmap.dataset.scenes.rooms.furnishing import (
     add_lamps,
     build_until_seen,
@@ -41,15 +40,13 @@ class YardKind:
 
     Parameters
     ----------
-    width, depth, height : ranges, metres; the height is that of the house
+    size : ranges of width, depth and height, metres; the height is that of the house
     entries : what stands there, the most important first
     ground : makes it
     sides : one of which is drawn for each of the three sides
     """
 
-    width: Range
-    depth: Range
-    height: Range
+    size: tuple[Range, Range, Range]
     entries: tuple[Entry, ...]
     ground: MakeGround
     sides: tuple[MakeSide, ...] = (hedge, fence, brick_wall)
@@ -95,7 +92,7 @@ def garden_seats(rng: Random, palette: Palette) -> Group:
 
 def parasol_seats(rng: Random, palette: Palette) -> Group:
     """Return a cafe table beside a parasol."""
-    seats = list(further_groups.cafe_table(rng, palette).objects)
+    seats = list(groups.cafe_table(rng, palette).objects)
     return Group([*seats, outdoors.parasol(rng, palette).moved((draw(rng, 1.0, 1.1), 0.0, 1.0))])
 
 
@@ -120,9 +117,7 @@ def bollard(rng: Random, palette: Palette) -> Group:
 
 YARDS = {
     "garden": YardKind(
-        (6.5, 9.0),
-        (6.0, 8.5),
-        (3.6, 5.0),
+        ((6.5, 9.0), (6.0, 8.5), (3.6, 5.0)),
         (
             Entry(garden_seats, FREE),
             Entry(tree, CORNER, (1, 2)),
@@ -135,12 +130,10 @@ YARDS = {
         lawn,
     ),
     "terrace": YardKind(
-        (5.5, 8.0),
-        (5.0, 7.0),
-        (3.4, 4.6),
+        ((5.5, 8.0), (5.0, 7.0), (3.4, 4.6)),
         (
             Entry(parasol_seats, FREE, (1, 2)),
-            Entry(further_groups.cafe_table, FREE, (1, 3)),
+            Entry(groups.cafe_table, FREE, (1, 3)),
             Entry(planter, WALL, (2, 4)),
             Entry(pots, CORNER, (1, 3)),
             Entry(park_bench, WALL, (0, 1)),
@@ -149,15 +142,13 @@ YARDS = {
         paving,
     ),
     "street": YardKind(
-        (7.0, 9.5),
-        (6.4, 7.6),
-        (4.2, 5.6),
+        ((7.0, 9.5), (6.4, 7.6), (4.2, 5.6)),
         (
             Entry(tree, WALL, (2, 4)),
             Entry(park_bench, WALL, (1, 2)),
             Entry(street_lamp, WALL, (2, 3)),
             Entry(planter, WALL, (2, 4)),
-            Entry(further_groups.crates, WALL, (0, 2)),
+            Entry(groups.crates, WALL, (0, 2)),
             Entry(bollard, WALL, (1, 3)),
             Entry(shrub, WALL, (1, 3)),
         ),
@@ -177,9 +168,7 @@ def _build(name: str, rng: Random, palette: Palette, scale: float) -> UnlitScene
 
 def _furnished(kind: YardKind, rng: Random, palette: Palette, scale: float) -> YardBuilder | None:
     """Return a place with what stands in it; None if what matters most has no room."""
-    width, depth, height = (
-        float(rng.uniform(*each)) * scale for each in (kind.width, kind.depth, kind.height)
-    )
+    width, depth, height = (float(rng.uniform(*each)) * scale for each in kind.size)
     yard = YardBuilder(rng, palette, width, depth, height)
     if not yard.add_door(BACK):
         return None

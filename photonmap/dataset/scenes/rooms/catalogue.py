@@ -13,8 +13,7 @@ from photonmap.dataset.scenes.rooms.furnishing import (
     build_until_seen,
     place_entries,
 )
-from photonmap.dataset.scenes.rooms.further_kinds import FURTHER_KINDS
-from photonmap.dataset.scenes.rooms.kinds import KINDS, RoomKind
+from photonmap.dataset.scenes.rooms.kinds import FURTHER_KINDS, KINDS, RoomKind
 from photonmap.dataset.scenes.rooms.room_builder import RoomBuilder
 from photonmap.dataset.scenes.rooms.shell import TURNS
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
@@ -36,8 +35,7 @@ def _build(name: str, rng: Random, palette: Palette, scale: float) -> UnlitScene
 
 def _furnished(kind: RoomKind, rng: Random, palette: Palette, scale: float) -> RoomBuilder | None:
     """Return a room with its furniture; None if what matters most has no place in it."""
-    limits = (kind.width, kind.depth, kind.height)
-    size = [float(rng.uniform(*each)) * scale for each in limits]
+    size = [float(rng.uniform(*each)) * scale for each in kind.size]
     size[2] = max(size[2], _LOWEST)
     room = RoomBuilder(rng, palette, *size)
     walls = [list(TURNS)[int(i)] for i in rng.permutation(len(TURNS))]

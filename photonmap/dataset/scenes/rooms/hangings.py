@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from photonmap.dataset.models import wall_fixtures
+from photonmap.dataset.models import bathroom, public_rooms, wall_fixtures, workshop
 from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.places import workshop
 from photonmap.dataset.models.scene_object import SceneObject
 from photonmap.dataset.models.shapes import Random
 from photonmap.dataset.scenes.rooms import groups
@@ -67,3 +66,18 @@ def board(rng: Random, palette: Palette, wide: float) -> list[SceneObject]:
 def tools(rng: Random, palette: Palette, wide: float) -> list[SceneObject]:
     """Return a board with tools."""
     return [workshop.tool_board(rng, palette, min(0.9 * wide, draw(rng, 0.9, 1.8)))]
+
+
+def towels(rng: Random, palette: Palette) -> list[SceneObject]:
+    """Return a rail with towels."""
+    return [bathroom.towel_rail(rng, palette)]
+
+
+def blackboard(rng: Random, palette: Palette) -> list[SceneObject]:
+    """Return a board to write on."""
+    return [public_rooms.blackboard(rng, palette, draw(rng, 1.8, 2.8))]
+
+
+def tool_wall(rng: Random, palette: Palette) -> list[SceneObject]:
+    """Return a board with tools."""
+    return [workshop.tool_board(rng, palette, draw(rng, 0.9, 1.8))]

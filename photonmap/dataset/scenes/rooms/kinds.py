@@ -15,6 +15,7 @@ from photonmap.dataset.scenes.rooms import groups
 from photonmap.dataset.scenes.rooms.groups import MakeGroup, draw
 from photonmap.dataset.scenes.rooms.hangings import (
     MakeHung,
+    blackboard,
     board,
     clock,
     framed,
@@ -22,6 +23,9 @@ from photonmap.dataset.scenes.rooms.hangings import (
     picture,
     posters,
     row_of_pictures,
+    tool_wall,
+    tools,
+    towels,
 )
 from photonmap.dataset.scenes.rooms.room_builder import Dressing
 from photonmap.dataset.scenes.rooms.shell import Floor, plain, planks, tiles
@@ -54,7 +58,7 @@ class RoomKind:
 
     Parameters
     ----------
-    width, depth, height : ranges, metres
+    size : ranges of width, depth and height, metres
     main : the light group that is on if the illumination has one colour
     entries : furniture, the most important first; what finds no room is left out
     hung : makers of what hangs on walls, with ranges of height, metres, and of number
@@ -66,9 +70,7 @@ class RoomKind:
     dressing : makers of what hangs where walls would be bare, drawn equally often
     """
 
-    width: Range
-    depth: Range
-    height: Range
+    size: tuple[Range, Range, Range]
     main: str
     entries: tuple[Entry, ...]
     hung: tuple[tuple[MakeHung, Range, tuple[int, int]], ...]
@@ -110,9 +112,7 @@ _TALL_PLANT = Entry(groups.plant, CORNER, (0, 2))
 
 KINDS = {
     "living_room": RoomKind(
-        (4.0, 6.2),
-        (3.8, 5.6),
-        (2.4, 3.0),
+        ((4.0, 6.2), (3.8, 5.6), (2.4, 3.0)),
         WINDOW,
         (
             Entry(groups.seats, WALL),
@@ -127,9 +127,7 @@ KINDS = {
         dressing=(framed, framed, row_of_pictures, board),
     ),
     "study": RoomKind(
-        (3.4, 4.8),
-        (3.2, 4.8),
-        (2.4, 2.9),
+        ((3.4, 4.8), (3.2, 4.8), (2.4, 2.9)),
         WINDOW,
         (
             Entry(groups.desk_place, WALL),
@@ -144,9 +142,7 @@ KINDS = {
         dressing=(framed, row_of_pictures, posters, board),
     ),
     "dining_room": RoomKind(
-        (3.8, 5.6),
-        (3.8, 5.4),
-        (2.5, 3.1),
+        ((3.8, 5.6), (3.8, 5.4), (2.5, 3.1)),
         LAMP,
         (
             Entry(groups.dining_table, FREE),
@@ -159,9 +155,7 @@ KINDS = {
         (shade, pendant),
     ),
     "kitchen": RoomKind(
-        (3.4, 5.0),
-        (3.2, 4.6),
-        (2.4, 2.9),
+        ((3.4, 5.0), (3.2, 4.6), (2.4, 2.9)),
         LAMP,
         (
             Entry(groups.kitchen_run, WALL),
@@ -180,9 +174,7 @@ KINDS = {
         dressing=(framed, row_of_pictures, board, board),
     ),
     "bedroom": RoomKind(
-        (3.6, 5.0),
-        (3.4, 5.0),
-        (2.4, 2.9),
+        ((3.6, 5.0), (3.4, 5.0), (2.4, 2.9)),
         WINDOW,
         (
             Entry(groups.bed_place, WALL),
@@ -197,9 +189,7 @@ KINDS = {
         (pendant, shade),
     ),
     "playroom": RoomKind(
-        (3.6, 5.2),
-        (3.4, 5.0),
-        (2.4, 2.9),
+        ((3.6, 5.2), (3.4, 5.0), (2.4, 2.9)),
         WINDOW,
         (
             Entry(groups.toy_table, FREE),
@@ -215,9 +205,7 @@ KINDS = {
         dressing=(framed, row_of_pictures, posters, board),
     ),
     "gallery": RoomKind(
-        (4.6, 7.5),
-        (4.4, 7.0),
-        (2.9, 3.8),
+        ((4.6, 7.5), (4.4, 7.0), (2.9, 3.8)),
         LAMP,
         (
             Entry(groups.plinth_with_work, FREE, (4, 8)),
@@ -231,9 +219,7 @@ KINDS = {
         dressing=(framed,),
     ),
     "library": RoomKind(
-        (3.8, 5.6),
-        (3.6, 5.4),
-        (2.6, 3.3),
+        ((3.8, 5.6), (3.6, 5.4), (2.6, 3.3)),
         WINDOW,
         (
             Entry(groups.bookcase, WALL, (3, 5)),
@@ -247,9 +233,7 @@ KINDS = {
         (shade, pendant),
     ),
     "pottery": RoomKind(
-        (3.8, 5.6),
-        (3.6, 5.0),
-        (2.5, 3.2),
+        ((3.8, 5.6), (3.6, 5.0), (2.5, 3.2)),
         WINDOW,
         (
             Entry(groups.work_bench, FREE),
@@ -263,6 +247,107 @@ KINDS = {
         (pendant, panel),
         (tiles, plain, planks),
         dressing=(board, board, posters),
+    ),
+}
+"""Kinds of rooms by name."""
+
+
+FURTHER_KINDS = {
+    "bathroom": RoomKind(
+        ((2.8, 4.2), (2.8, 4.0), (2.4, 2.8)),
+        LAMP,
+        (
+            Entry(groups.wash_place, WALL, (1, 2)),
+            Entry(groups.bath, WALL),
+            Entry(groups.toilet, WALL),
+            Entry(groups.towel_shelf, WALL, (0, 1)),
+            Entry(groups.basket, CORNER, (1, 1)),
+            Entry(groups.stool, CORNER, (0, 1)),
+            Entry(groups.plant, CORNER, (0, 1)),
+        ),
+        (
+            (mirror, (1.25, 1.4), (1, 2)),
+            (towels, (0.75, 0.95), (1, 3)),
+            (groups.wall_board, (1.3, 1.6), (0, 2)),
+        ),
+        (panel, pendant),
+        (tiles, plain),
+        (2, 4),
+        "tiles",
+        (framed, board),
+    ),
+    "classroom": RoomKind(
+        ((5.2, 7.2), (5.0, 7.0), (2.7, 3.3)),
+        WINDOW,
+        (
+            Entry(groups.rows_of_desks, FREE),
+            Entry(groups.teachers_desk, WALL),
+            Entry(groups.bookcase, WALL, (1, 2)),
+            Entry(groups.sideboard, WALL, (0, 2)),
+            _TALL_PLANT,
+        ),
+        (
+            (blackboard, (0.85, 0.95), (1, 1)),
+            (clock, (2.0, 2.3), (1, 1)),
+            (picture, (1.1, 1.5), (2, 6)),
+        ),
+        (panel,),
+        (plain, planks, tiles),
+        dressing=(posters, posters, framed, row_of_pictures, board),
+    ),
+    "cafe": RoomKind(
+        ((4.8, 7.0), (4.6, 6.6), (2.7, 3.4)),
+        LAMP,
+        (
+            Entry(groups.bar, WALL),
+            Entry(groups.cafe_table, FREE, (2, 4)),
+            Entry(groups.wall_seats, WALL, (1, 2)),
+            _TALL_PLANT,
+        ),
+        (
+            (groups.wall_board, (1.45, 1.8), (1, 2)),
+            (picture, (1.2, 1.6), (1, 4)),
+            (mirror, (1.3, 1.5), (0, 1)),
+        ),
+        (shade, pendant),
+        (tiles, planks, plain),
+        dressing=(framed, row_of_pictures, posters),
+    ),
+    "workshop": RoomKind(
+        ((4.2, 6.2), (4.0, 5.8), (2.7, 3.4)),
+        WINDOW,
+        (
+            Entry(groups.tool_bench, WALL),
+            Entry(groups.tool_bench, FREE),
+            Entry(groups.tool_shelf, WALL, (1, 2)),
+            Entry(groups.timber, WALL, (1, 2)),
+            Entry(groups.crates, WALL, (0, 2)),
+            Entry(groups.stool, FREE, (0, 2)),
+        ),
+        (
+            (tool_wall, (1.1, 1.3), (1, 3)),
+            (groups.wall_board, (1.3, 1.7), (0, 1)),
+            (clock, (1.8, 2.1), (0, 1)),
+        ),
+        (panel, pendant),
+        (plain, planks),
+        (2, 4),
+        dressing=(tools, tools, board, posters),
+    ),
+    "corridor": RoomKind(
+        ((2.2, 2.9), (5.0, 7.5), (2.4, 3.0)),
+        LAMP,
+        (
+            Entry(groups.coats, WALL),
+            Entry(groups.sideboard, WALL, (1, 2)),
+            Entry(groups.umbrellas, CORNER, (1, 1)),
+            Entry(groups.bookcase, WALL, (0, 1)),
+            Entry(groups.tall_vases, CORNER, (0, 1)),
+            _TALL_PLANT,
+        ),
+        ((picture, (1.2, 1.5), (2, 6)), (mirror, (1.25, 1.4), (0, 1)), (clock, (1.8, 2.0), (0, 1))),
+        (pendant, shade),
+        (tiles, planks, plain),
     ),
 }
 """Kinds of rooms by name."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from photonmap.dataset.models import furniture
+from photonmap.dataset.models.arrangements import Maker, place_at
 from photonmap.dataset.models.curved_shapes import superquadric, tube
 from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.placement import Maker, place_at
 from photonmap.dataset.models.scene_object import Part, SceneObject, part_at
 from photonmap.dataset.models.shapes import Random, box, cylinder, smooth_curve
 from photonmap.dataset.models.vessels import COARSE, bowl_shape, hollow, pot_shape

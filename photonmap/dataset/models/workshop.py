@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from photonmap.dataset.models.arrangements import Maker
 from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.placement import Maker
 from photonmap.dataset.models.scene_object import Part, SceneObject, part_at
 from photonmap.dataset.models.shapes import Random, box, cone, cylinder, torus
 

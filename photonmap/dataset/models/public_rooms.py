@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from photonmap.dataset.models.curved_shapes import sphere, superquadric
+from photonmap.dataset.models.garments import SPACING, garment
 from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.patterns import patches
-from photonmap.dataset.models.places.garments import SPACING, garment
 from photonmap.dataset.models.scene_object import Part, SceneObject, Support, part_at
 from photonmap.dataset.models.shapes import (
     Random,

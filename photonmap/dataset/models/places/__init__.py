@@ -1,1 +1,0 @@
-"""What stands in particular rooms, and outdoors."""
