@@ -6,7 +6,7 @@ from photonmap.dataset.models import furniture
 from photonmap.dataset.models.arrangements import Maker, place_at
 from photonmap.dataset.models.curved_shapes import superquadric, tube
 from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.scene_object import Part, SceneObject, part_at
+from photonmap.dataset.models.scene_object import Part, Row, SceneObject, assembled, part_at
 from photonmap.dataset.models.shapes import Random, box, cylinder, smooth_curve
 from photonmap.dataset.models.vessels import COARSE, bowl_shape, hollow, pot_shape
 
@@ -15,16 +15,16 @@ def bathtub(rng: Random, palette: Palette) -> SceneObject:
     """Return a bathtub with a panel of another colour in front and a tap at its right end."""
     long, deep, tall, wall = float(rng.uniform(1.55, 1.8)), 0.75, 0.56, 0.07
     glaze, panel = palette.glazed(palette.grey(9)), palette.glazed(palette.pale())
-    side = box(long, tall, wall, 0.03, 4)
-    end = box(wall, tall, deep - 2 * wall + 0.02, 0.03, 4)
-    parts = [part_at(side, 0.0, 0.0, k * 0.5 * (deep - wall), glaze) for k in (-1, 1)]
-    parts += [part_at(end, i * 0.5 * (long - wall), 0.0, 0.0, glaze) for i in (-1, 1)]
-    parts.append(part_at(box(long - 0.1, 0.12, deep - 0.1), 0.0, 0.0, 0.0, glaze))
-    parts.append(part_at(box(long - 0.08, tall - 0.14, 0.012), 0.0, 0.03, 0.5 * deep, panel))
+    x, end = 0.5 * (long - wall), deep - 2 * wall + 0.02
     spout = tube([(0.0, 0.0, 0.0), (0.0, 0.16, 0.0), (-0.1, 0.18, 0.0)], 0.014, 16).resting()
-    x = 0.5 * (long - wall)
-    parts.append(part_at(spout, x, tall, 0.0, palette.metal()))
-    return SceneObject("bathtub", parts)
+    rows: list[Row] = [
+        (box(long, tall, wall, 0.03, 4), (0.0, 0.0, 0.5 * (deep - wall)), glaze, "z"),
+        (box(wall, tall, end, 0.03, 4), (x, 0.0, 0.0), glaze, "x"),
+        (box(long - 0.1, 0.12, deep - 0.1), (0.0, 0.0, 0.0), glaze),
+        (box(long - 0.08, tall - 0.14, 0.012), (0.0, 0.03, 0.5 * deep), panel),
+        (spout, (x, tall, 0.0), palette.metal()),
+    ]
+    return assembled("bathtub", rows)
 
 
 def toilet(palette: Palette) -> SceneObject:

@@ -6,7 +6,14 @@ from collections.abc import Sequence
 
 from photonmap.dataset.models.curved_shapes import superquadric, tube
 from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.scene_object import Part, SceneObject, Support, part_at
+from photonmap.dataset.models.scene_object import (
+    Part,
+    Row,
+    SceneObject,
+    Support,
+    assembled,
+    part_at,
+)
 from photonmap.dataset.models.shapes import Random, Shape, box, cylinder, rotation
 from photonmap.scene.material import Material
 
@@ -22,15 +29,13 @@ def table(
     top = 0.035
     under = height - top
     x, z = 0.5 * (width - leg) - 0.03, 0.5 * (depth - leg) - 0.03
-    legs = [
-        part_at(box(leg, under, leg), i * x, 0.0, k * z, wood) for i in (-1, 1) for k in (-1, 1)
+    rows: list[Row] = [
+        (box(leg, under, leg), (x, 0.0, z), wood, "xz"),
+        (box(2 * x - leg, 0.08, 0.02), (0.0, under - 0.08, z), wood, "z"),
+        (box(0.02, 0.08, 2 * z - leg), (x, under - 0.08, 0.0), wood, "x"),
+        (box(width, top, depth, 0.008), (0.0, under, 0.0), palette.glazed(palette.wood())),
     ]
-    apron = [part_at(box(2 * x - leg, 0.08, 0.02), 0.0, under - 0.08, k * z, wood) for k in (-1, 1)]
-    apron += [
-        part_at(box(0.02, 0.08, 2 * z - leg), i * x, under - 0.08, 0.0, wood) for i in (-1, 1)
-    ]
-    board = part_at(box(width, top, depth, 0.008), 0.0, under, 0.0, palette.glazed(palette.wood()))
-    return SceneObject("table", [*legs, *apron, board], [_top_support(width, depth, height)])
+    return assembled("table", rows, [_top_support(width, depth, height)])
 
 
 def round_table(palette: Palette, radius: float, height: float) -> SceneObject:
@@ -46,34 +51,32 @@ def round_table(palette: Palette, radius: float, height: float) -> SceneObject:
 
 def trestle(palette: Palette, width: float, depth: float, height: float = 0.8) -> SceneObject:
     """Return a workbench on two side panels, with a shelf below the top."""
-    wood = palette.wood()
-    side = box(0.05, height - 0.05, depth - 0.1)
-    parts = [part_at(side, i * (0.5 * width - 0.12), 0.0, 0.0, wood) for i in (-1, 1)]
-    inner = width - 0.29
-    parts.append(part_at(box(inner, 0.03, depth - 0.16), 0.0, 0.15, 0.0, wood))
-    parts.append(part_at(box(width, 0.05, depth, 0.008), 0.0, height - 0.05, 0.0, palette.wood()))
+    wood, inner = palette.wood(), width - 0.29
+    rows: list[Row] = [
+        (box(0.05, height - 0.05, depth - 0.1), (0.5 * width - 0.12, 0.0, 0.0), wood, "x"),
+        (box(inner, 0.03, depth - 0.16), (0.0, 0.15, 0.0), wood),
+        (box(width, 0.05, depth, 0.008), (0.0, height - 0.05, 0.0), palette.wood()),
+    ]
     half = 0.5 * inner - 0.03
     low = Support((-half, half), (-0.5 * depth + 0.1, 0.5 * depth - 0.1), 0.18, height - 0.25)
-    return SceneObject("bench", parts, [_top_support(width, depth, height), low])
+    return assembled("bench", rows, [_top_support(width, depth, height), low])
 
 
 def desk(palette: Palette, width: float = 1.4, depth: float = 0.7) -> SceneObject:
     """Return a desk with a side panel on the left and drawers on the right."""
     wood, front = palette.wood(), palette.glazed(palette.accent())
-    height, block = 0.74, 0.4
-    parts = [part_at(box(0.04, height - 0.03, depth - 0.06), -0.5 * width + 0.05, 0.0, 0.0, wood)]
+    height, block, face = 0.74, 0.4, 0.5 * depth - 0.07
     x = 0.5 * width - 0.5 * block - 0.03
-    parts.append(part_at(box(block, height - 0.03, depth - 0.1), x, 0.0, -0.02, wood))
-    face = 0.5 * depth - 0.07
-    for index in range(3):
-        y = 0.06 + 0.21 * index
-        parts.append(part_at(box(block - 0.03, 0.19, 0.018), x, y, face + 0.009, front))
-        knob = superquadric((0.03, 0.03, 0.03), 1.0, 1.0, 16, 20)
-        parts.append(part_at(knob, x, y + 0.08, face + 0.033, palette.metal()))
-    parts.append(
-        part_at(box(width, 0.03, depth, 0.006), 0.0, height - 0.03, 0.0, palette.glazed(wood))
-    )
-    return SceneObject("desk", parts, [_top_support(width, depth, height)])
+    drawer, knob = box(block - 0.03, 0.19, 0.018), superquadric((0.03,) * 3, 1.0, 1.0, 16, 20)
+    rows: list[Row] = [
+        (box(0.04, height - 0.03, depth - 0.06), (-0.5 * width + 0.05, 0.0, 0.0), wood),
+        (box(block, height - 0.03, depth - 0.1), (x, 0.0, -0.02), wood),
+    ]
+    for y in (0.06 + 0.21 * index for index in range(3)):
+        rows.append((drawer, (x, y, face + 0.009), front))
+        rows.append((knob, (x, y + 0.08, face + 0.033), palette.metal()))
+    rows.append((box(width, 0.03, depth, 0.006), (0.0, height - 0.03, 0.0), palette.glazed(wood)))
+    return assembled("desk", rows, [_top_support(width, depth, height)])
 
 
 def shelf(
@@ -103,13 +106,12 @@ def shelf(
 def wall_board(palette: Palette, width: float, depth: float = 0.22) -> SceneObject:
     """Return a wall shelf on two brackets, its back at z = 0."""
     wood = palette.wood()
-    parts = [part_at(box(width, 0.028, depth), 0.0, 0.12, 0.5 * depth, palette.glazed(wood))]
-    bracket = box(0.025, 0.12, 0.7 * depth, 0.004)
-    parts += [part_at(bracket, i * 0.36 * width, 0.0, 0.35 * depth, wood) for i in (-1, 1)]
+    rows: list[Row] = [
+        (box(width, 0.028, depth), (0.0, 0.12, 0.5 * depth), palette.glazed(wood)),
+        (box(0.025, 0.12, 0.7 * depth, 0.004), (0.36 * width, 0.0, 0.35 * depth), wood, "x"),
+    ]
     half = 0.5 * width - 0.02
-    return SceneObject(
-        "wall shelf", parts, [Support((-half, half), (0.02, depth - 0.01), 0.148, 0.5)]
-    )
+    return assembled("wall shelf", rows, [Support((-half, half), (0.02, depth - 0.01), 0.148, 0.5)])
 
 
 def cabinet(
@@ -127,27 +129,23 @@ def cabinet(
     colors : of its body and of its doors; None draws them
     """
     body, front = map(palette.glazed, colors or (palette.wood(), palette.fabric()))
-    base, top, face = 0.07, 0.03, 0.5 * depth - 0.02
-    parts = [part_at(box(width - 0.06, base, depth - 0.06), 0.0, 0.0, -0.01, palette.grey(3))]
-    parts.append(part_at(box(width, height - base - top, depth - 0.04), 0.0, base, -0.02, body))
-    parts.append(part_at(box(width + 0.02, top, depth, 0.006), 0.0, height - top, 0.0, body))
-    wide = width / doors
+    base, top, face, wide = 0.07, 0.03, 0.5 * depth - 0.02, width / doors
+    leaf, handle = (
+        box(wide - 0.012, height - base - top - 0.02, 0.018),
+        box(0.014, 0.14, 0.02, 0.006),
+    )
+    rows: list[Row] = [
+        (box(width - 0.06, base, depth - 0.06), (0.0, 0.0, -0.01), palette.grey(3)),
+        (box(width, height - base - top, depth - 0.04), (0.0, base, -0.02), body),
+        (box(width + 0.02, top, depth, 0.006), (0.0, height - top, 0.0), body),
+    ]
+    side = 0.5 * wide - 0.05
     for index in range(doors):
         x = -0.5 * width + (index + 0.5) * wide
-        parts.append(
-            part_at(
-                box(wide - 0.012, height - base - top - 0.02, 0.018),
-                x,
-                base + 0.01,
-                face - 0.011,
-                front,
-            )
-        )
-        side = 0.5 * wide - 0.05
-        handle = box(0.014, 0.14, 0.02, 0.006)
+        rows.append((leaf, (x, base + 0.01, face - 0.011), front))
         x += side if index % 2 == 0 else -side
-        parts.append(part_at(handle, x, 0.6 * height, face + 0.008, palette.metal()))
-    return SceneObject("cabinet", parts, [_top_support(width, depth, height)])
+        rows.append((handle, (x, 0.6 * height, face + 0.008), palette.metal()))
+    return assembled("cabinet", rows, [_top_support(width, depth, height)])
 
 
 def bed(rng: Random, palette: Palette, width: float = 1.5) -> SceneObject:
@@ -155,20 +153,19 @@ def bed(rng: Random, palette: Palette, width: float = 1.5) -> SceneObject:
     wood = palette.wood()
     blanket = palette.patterned("print", palette.chip(palette.key, (4, 6), (4, 10)))
     long = 2.0
-    parts = [
-        part_at(box(width + 0.06, 0.26, long, 0.01), 0.0, 0.06, 0.0, wood),
-        part_at(box(width + 0.1, 1.0, 0.05, 0.015), 0.0, 0.0, -0.5 * long - 0.025, wood),
-        part_at(box(width, 0.2, long - 0.02, 0.06, 4), 0.0, 0.32, 0.0, palette.grey(8)),
-        part_at(box(width + 0.03, 0.17, 1.35, 0.06, 4), 0.0, 0.385, 0.3, blanket),
-        part_at(box(width + 0.04, 0.175, 0.3, 0.06, 4), 0.0, 0.384, -0.38, palette.pale()),
+    rows: list[Row] = [
+        (box(width + 0.06, 0.26, long, 0.01), (0.0, 0.06, 0.0), wood),
+        (box(width + 0.1, 1.0, 0.05, 0.015), (0.0, 0.0, -0.5 * long - 0.025), wood),
+        (box(width, 0.2, long - 0.02, 0.06, 4), (0.0, 0.32, 0.0), palette.grey(8)),
+        (box(width + 0.03, 0.17, 1.35, 0.06, 4), (0.0, 0.385, 0.3), blanket),
+        (box(width + 0.04, 0.175, 0.3, 0.06, 4), (0.0, 0.384, -0.38), palette.pale()),
+        (box(0.06, 0.06, 0.06), (0.5 * width - 0.05, 0.0, 0.9), wood, "xz"),
     ]
-    feet = [(i * (0.5 * width - 0.05), k * 0.9) for i in (-1, 1) for k in (-1, 1)]
-    parts += [part_at(box(0.06, 0.06, 0.06), x, 0.0, z, wood) for x, z in feet]
     pillow = superquadric((0.62, 0.15, 0.4), 1.0, 0.45, 40, 64)
-    for i in (-1, 1):
+    for x in (-0.36, 0.36):
         lying = pillow.turned(float(rng.uniform(-6.0, 6.0)))
-        parts.append(part_at(lying, 0.36 * i, 0.52, -0.74, palette.pale()))
-    return SceneObject("bed", parts)
+        rows.append((lying, (x, 0.52, -0.74), palette.pale()))
+    return assembled("bed", rows)
 
 
 def plinth(palette: Palette, side: float, height: float) -> SceneObject:
@@ -209,14 +206,18 @@ def chair(palette: Palette) -> SceneObject:
     """Return a chair with a slatted back."""
     wood, seat = palette.wood(), palette.fabric()
     x, z, leg = 0.19, 0.18, 0.036
-    parts = [part_at(box(leg, 0.43, leg), i * x, 0.0, z, wood) for i in (-1, 1)]
-    parts += [part_at(box(leg, 0.88, leg), i * x, 0.0, -z, wood) for i in (-1, 1)]
-    parts.append(part_at(box(0.43, 0.03, 0.41, 0.012), 0.0, 0.43, 0.005, wood))
-    parts.append(part_at(box(0.4, 0.03, 0.36, 0.014), 0.0, 0.46, 0.02, seat))
-    for y in (0.56, 0.68, 0.79):
-        parts.append(part_at(box(2 * x - leg, 0.06, 0.018, 0.006), 0.0, y, -z, wood))
-    parts += [part_at(box(2 * x - leg, 0.03, 0.02), 0.0, 0.2, k * z, wood) for k in (-1, 1)]
-    return SceneObject("chair", parts)
+    slat = box(2 * x - leg, 0.06, 0.018, 0.006)
+    rows: list[Row] = [
+        (box(leg, 0.43, leg), (x, 0.0, z), wood, "x"),
+        (box(leg, 0.88, leg), (x, 0.0, -z), wood, "x"),
+        (box(0.43, 0.03, 0.41, 0.012), (0.0, 0.43, 0.005), wood),
+        (box(0.4, 0.03, 0.36, 0.014), (0.0, 0.46, 0.02), seat),
+        (slat, (0.0, 0.56, -z), wood),
+        (slat, (0.0, 0.68, -z), wood),
+        (slat, (0.0, 0.79, -z), wood),
+        (box(2 * x - leg, 0.03, 0.02), (0.0, 0.2, z), wood, "z"),
+    ]
+    return assembled("chair", rows)
 
 
 def stool(palette: Palette) -> SceneObject:
@@ -233,20 +234,21 @@ def sofa(rng: Random, palette: Palette, seats: int) -> SceneObject:
     cloth = palette.patterned("cloth", palette.chip(None, (4, 6), (4, 8)))
     wide, arm, deep = 0.62 * seats, 0.16, 0.82
     whole = wide + 2 * arm
-    parts = [part_at(box(whole - 0.02, 0.26, deep - 0.02, 0.03, 3), 0.0, 0.06, 0.0, cloth)]
-    parts.append(part_at(box(whole, 0.72, 0.2, 0.07, 4), 0.0, 0.08, -0.5 * deep + 0.1, cloth))
-    side = box(arm, 0.5, deep - 0.2, 0.06, 4)
-    parts += [part_at(side, i * 0.5 * (wide + arm), 0.08, 0.1, cloth) for i in (-1, 1)]
-    feet = [(i * (0.5 * whole - 0.08), k * (0.5 * deep - 0.08)) for i in (-1, 1) for k in (-1, 1)]
-    parts += [
-        part_at(cylinder(0.025, 0.08, segments=24), x, 0.0, z, palette.grey(3)) for x, z in feet
+    foot = (0.5 * whole - 0.08, 0.0, 0.5 * deep - 0.08)
+    rows: list[Row] = [
+        (box(whole - 0.02, 0.26, deep - 0.02, 0.03, 3), (0.0, 0.06, 0.0), cloth),
+        (box(whole, 0.72, 0.2, 0.07, 4), (0.0, 0.08, -0.5 * deep + 0.1), cloth),
+        (box(arm, 0.5, deep - 0.2, 0.06, 4), (0.5 * (wide + arm), 0.08, 0.1), cloth, "x"),
+        (cylinder(0.025, 0.08, segments=24), foot, palette.grey(3), "xz"),
     ]
     for index in range(seats):
         x = (index - 0.5 * (seats - 1)) * 0.62
-        parts.append(part_at(box(0.61, 0.15, 0.62, 0.05, 4), x, 0.31, 0.09, cloth))
-    for x in (-0.5 * wide + 0.22, 0.5 * wide - 0.22)[: seats if seats < 3 else 2]:
-        parts.append(Part(_leaning_cushion(rng).moved((x, 0.45, -0.06)), palette.accent()))
-    return SceneObject("sofa" if seats > 1 else "armchair", parts)
+        rows.append((box(0.61, 0.15, 0.62, 0.05, 4), (x, 0.31, 0.09), cloth))
+    rows += [
+        (_leaning_cushion(rng), (x, 0.45, -0.06), palette.accent())
+        for x in (-0.5 * wide + 0.22, 0.5 * wide - 0.22)[: seats if seats < 3 else 2]
+    ]
+    return assembled("sofa" if seats > 1 else "armchair", rows)
 
 
 def _leaning_cushion(rng: Random) -> Shape:

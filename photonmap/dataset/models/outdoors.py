@@ -9,7 +9,14 @@ import numpy as np
 from photonmap.dataset.models.curved_shapes import Noise, sphere, tube
 from photonmap.dataset.models.lamps import LAMP
 from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.scene_object import Part, SceneObject, Support, part_at
+from photonmap.dataset.models.scene_object import (
+    Part,
+    Row,
+    SceneObject,
+    Support,
+    assembled,
+    part_at,
+)
 from photonmap.dataset.models.shapes import (
     Random,
     Shape,
@@ -155,16 +162,15 @@ def litter_bin(rng: Random, palette: Palette) -> SceneObject:
 
 def garden_table(palette: Palette) -> SceneObject:
     """Return a table of slats."""
-    wide, deep, tall, wood = 1.3, 0.8, 0.73, palette.wood()
-    x, z = 0.5 * wide - 0.1, 0.5 * deep - 0.1
-    leg = box(0.06, tall - 0.03, 0.06)
-    parts = [part_at(leg, i * x, 0.0, k * z, wood) for i in (-1, 1) for k in (-1, 1)]
-    count = 7
+    wide, deep, tall, wood, count = 1.3, 0.8, 0.73, palette.wood(), 7
     slat = box(wide, 0.03, deep / count - 0.012, 0.004)
-    parts += [
-        part_at(slat, 0.0, tall - 0.03, ((i + 0.5) / count - 0.5) * deep, wood)
-        for i in range(count)
+    leg = (0.5 * wide - 0.1, 0.0, 0.5 * deep - 0.1)
+    rows: list[Row] = [(box(0.06, tall - 0.03, 0.06), leg, wood, "xz")]
+    rows += [
+        (slat, (0.0, tall - 0.03, ((index + 0.5) / count - 0.5) * deep), wood)
+        for index in range(count)
     ]
     half = 0.5 * wide - 0.03, 0.5 * deep - 0.03
-    support = Support((-half[0], half[0]), (-half[1], half[1]), tall)
-    return SceneObject("garden table", parts, [support])
+    return assembled(
+        "garden table", rows, [Support((-half[0], half[0]), (-half[1], half[1]), tall)]
+    )

@@ -8,7 +8,14 @@ from photonmap.dataset.models.curved_shapes import sphere, superquadric
 from photonmap.dataset.models.garments import SPACING, garment
 from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.patterns import patches
-from photonmap.dataset.models.scene_object import Part, SceneObject, Support, part_at
+from photonmap.dataset.models.scene_object import (
+    Part,
+    Row,
+    SceneObject,
+    Support,
+    assembled,
+    part_at,
+)
 from photonmap.dataset.models.shapes import (
     Random,
     box,
@@ -120,14 +127,11 @@ def bench(palette: Palette, width: float) -> SceneObject:
 def shoes(rng: Random, palette: Palette) -> SceneObject:
     """Return a pair of shoes."""
     leather, sole = palette.fabric(), palette.grey(3)
-    parts = []
-    for i in (-1, 1):
-        x = 0.06 * i
-        parts.append(part_at(superquadric((0.09, 0.02, 0.27), 0.3, 0.8, 16, 32), x, 0.0, 0.0, sole))
-        parts.append(
-            part_at(superquadric((0.085, 0.1, 0.26), 0.9, 0.8, 24, 36), x, 0.015, 0.0, leather)
-        )
-    return SceneObject("shoes", parts)
+    rows: list[Row] = []
+    for x in (-0.06, 0.06):
+        rows.append((superquadric((0.09, 0.02, 0.27), 0.3, 0.8, 16, 32), (x, 0.0, 0.0), sole))
+        rows.append((superquadric((0.085, 0.1, 0.26), 0.9, 0.8, 24, 36), (x, 0.015, 0.0), leather))
+    return assembled("shoes", rows)
 
 
 def umbrella_stand(rng: Random, palette: Palette) -> SceneObject:
@@ -146,13 +150,13 @@ def pupils_table(palette: Palette) -> SceneObject:
     """Return a table for two with steel legs."""
     top, metal = palette.glazed(palette.wood()), palette.grey(4)
     wide, deep, tall = 1.2, 0.5, 0.72
-    leg = cylinder(0.018, tall - 0.03, 0.003, 16)
     x, z = 0.5 * wide - 0.06, 0.5 * deep - 0.05
-    parts = [part_at(leg, i * x, 0.0, k * z, metal) for i in (-1, 1) for k in (-1, 1)]
-    parts += [part_at(box(0.02, 0.03, 2 * z), i * x, tall - 0.06, 0.0, metal) for i in (-1, 1)]
-    parts.append(part_at(box(wide, 0.03, deep, 0.01), 0.0, tall - 0.03, 0.0, top))
-    support = Support((-0.55, 0.55), (-0.21, 0.21), tall)
-    return SceneObject("table", parts, [support])
+    rows: list[Row] = [
+        (cylinder(0.018, tall - 0.03, 0.003, 16), (x, 0.0, z), metal, "xz"),
+        (box(0.02, 0.03, 2 * z), (x, tall - 0.06, 0.0), metal, "x"),
+        (box(wide, 0.03, deep, 0.01), (0.0, tall - 0.03, 0.0), top),
+    ]
+    return assembled("table", rows, [Support((-0.55, 0.55), (-0.21, 0.21), tall)])
 
 
 def sofa_bench(palette: Palette, width: float) -> SceneObject:

@@ -100,6 +100,36 @@ def part_at(shape: Shape, x: float, y: float, z: float, material: Material) -> P
     return Part(shape.moved((x, y, z)), material)
 
 
+Place = tuple[float, float, float]
+Row = tuple[Shape, Place, Material] | tuple[Shape, Place, Material, str]
+"""A shape, its place, its material, and perhaps along which axes it is repeated on both sides."""
+
+
+def assembled(
+    name: str, rows: Iterable[Part | Row], supports: Sequence[Support] = ()
+) -> SceneObject:
+    """Return an object from a table of its parts.
+
+    Parameters
+    ----------
+    rows : parts that are in place, or shapes with their place (x, y, z), metres, and material; with
+        "x", "z" or "xz" a shape is repeated at the opposite place along these axes, as legs are
+    """
+    parts = list[Part]()
+    for row in rows:
+        if isinstance(row, Part):
+            parts.append(row)
+            continue
+        shape, (x, y, z), material = row[:3]
+        axes = row[3] if len(row) == 4 else ""
+        parts += [
+            part_at(shape, at_x, y, at_z, material)
+            for at_x in ((-x, x) if "x" in axes else (x,))
+            for at_z in ((-z, z) if "z" in axes else (z,))
+        ]
+    return SceneObject(name, parts, supports)
+
+
 def bounds_of(objects: Iterable[SceneObject]) -> Floats:
     """Return the lowest and highest coordinates of several objects, (2, 3), metres."""
     bounds = np.stack([obj.bounds for obj in objects])

@@ -6,7 +6,7 @@ import numpy as np
 
 from photonmap.dataset.models.artwork import artwork, printed, rectangle
 from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.scene_object import Part, SceneObject, part_at
+from photonmap.dataset.models.scene_object import Part, Row, SceneObject, assembled, part_at
 from photonmap.dataset.models.shapes import (
     Random,
     Shape,
@@ -120,12 +120,13 @@ def clock(palette: Palette) -> SceneObject:
 def door(palette: Palette, width: float, height: float = 2.03) -> SceneObject:
     """Return a closed door in its frame, standing on y = 0 with its back at z = 0."""
     leaf, frame, bar = palette.glazed(palette.pale()), palette.grey(8), 0.07
-    x = 0.5 * (width + bar)
-    parts = [part_at(box(bar, height, 0.045), i * x, 0.0, 0.0225, frame) for i in (-1, 1)]
-    parts.append(part_at(box(width + 2 * bar, bar, 0.045), 0.0, height, 0.0225, frame))
-    parts.append(part_at(box(width, height, 0.03), 0.0, 0.0, 0.015, leaf))
-    for y, tall in ((0.15, 0.65), (0.95, 0.95)):
-        parts.append(part_at(box(0.72 * width, tall, 0.012), 0.0, y, 0.036, leaf))
-    handle = box(0.12, 0.022, 0.022, 0.008)
-    parts.append(part_at(handle, 0.5 * width - 0.11, 1.0, 0.055, palette.metal()))
-    return SceneObject("door", parts)
+    panel, handle = 0.72 * width, box(0.12, 0.022, 0.022, 0.008)
+    rows: list[Row] = [
+        (box(bar, height, 0.045), (0.5 * (width + bar), 0.0, 0.0225), frame, "x"),
+        (box(width + 2 * bar, bar, 0.045), (0.0, height, 0.0225), frame),
+        (box(width, height, 0.03), (0.0, 0.0, 0.015), leaf),
+        (box(panel, 0.65, 0.012), (0.0, 0.15, 0.036), leaf),
+        (box(panel, 0.95, 0.012), (0.0, 0.95, 0.036), leaf),
+        (handle, (0.5 * width - 0.11, 1.0, 0.055), palette.metal()),
+    ]
+    return assembled("door", rows)
