@@ -27,7 +27,7 @@ from photonmap.dataset.scenes.rooms.furnishing import (
     build_until_seen,
     place_entries,
 )
-from photonmap.dataset.scenes.rooms.groups import draw, shifted, side_by_side
+from photonmap.dataset.scenes.rooms.groups import alone, draw, shifted, side_by_side
 from photonmap.dataset.scenes.rooms.kinds import CORNER, FREE, WALL, Entry, Range
 from photonmap.dataset.scenes.rooms.room_builder import Group
 from photonmap.dataset.scenes.rooms.shell import BACK
@@ -52,11 +52,6 @@ class YardKind:
     sides: tuple[MakeSide, ...] = (hedge, fence, brick_wall)
 
 
-def tree(rng: Random, palette: Palette) -> Group:
-    """Return a tree."""
-    return Group([outdoors.tree(rng, palette, draw(rng, 2.4, 3.6))])
-
-
 def shrub(rng: Random, palette: Palette) -> Group:
     """Return one to three shrubs side by side."""
     made = (
@@ -64,16 +59,6 @@ def shrub(rng: Random, palette: Palette) -> Group:
         for _ in range(int(rng.integers(1, 4)))
     )
     return Group(side_by_side(made))
-
-
-def planter(rng: Random, palette: Palette) -> Group:
-    """Return a planter."""
-    return Group([outdoors.planter(rng, palette, draw(rng, 0.8, 1.6))])
-
-
-def pots(rng: Random, palette: Palette) -> Group:
-    """Return a potted plant."""
-    return groups.plant(rng, palette)
 
 
 def garden_seats(rng: Random, palette: Palette) -> Group:
@@ -105,15 +90,10 @@ def park_bench(rng: Random, palette: Palette) -> Group:
     return Group(group, 0.4)
 
 
-def street_lamp(rng: Random, palette: Palette) -> Group:
-    """Return a street lamp."""
-    return Group([outdoors.street_lamp(palette, draw(rng, 2.6, 3.4))])
-
-
-def bollard(rng: Random, palette: Palette) -> Group:
-    """Return a low lamp."""
-    return Group([outdoors.bollard(palette)])
-
+tree = alone(lambda rng, palette: outdoors.tree(rng, palette, draw(rng, 2.4, 3.6)))
+planter = alone(lambda rng, palette: outdoors.planter(rng, palette, draw(rng, 0.8, 1.6)))
+street_lamp = alone(lambda rng, palette: outdoors.street_lamp(palette, draw(rng, 2.6, 3.4)))
+bollard = alone(lambda rng, palette: outdoors.bollard(palette))
 
 YARDS = {
     "garden": YardKind(
@@ -135,7 +115,7 @@ YARDS = {
             Entry(parasol_seats, FREE, (1, 2)),
             Entry(groups.cafe_table, FREE, (1, 3)),
             Entry(planter, WALL, (2, 4)),
-            Entry(pots, CORNER, (1, 3)),
+            Entry(groups.plant, CORNER, (1, 3)),
             Entry(park_bench, WALL, (0, 1)),
             Entry(bollard, WALL, (1, 2)),
         ),

@@ -333,21 +333,6 @@ def toys_on_rug(rng: Random, palette: Palette) -> Group:
     return Group(furnish(rng, rug, draw_toys(rng, palette, int(rng.integers(6, 14)))))
 
 
-def floor_lamp(rng: Random, palette: Palette) -> Group:
-    """Return a floor lamp."""
-    return Group([lamps.floor_lamp(palette)])
-
-
-def plant(rng: Random, palette: Palette) -> Group:
-    """Return a potted plant."""
-    return Group([small_objects.plant(rng, palette, draw(rng, 0.55, 1.25))])
-
-
-def stool(rng: Random, palette: Palette) -> Group:
-    """Return a stool."""
-    return Group([furniture.stool(palette)])
-
-
 def books_on_floor(rng: Random, palette: Palette) -> Group:
     """Return a pile of books."""
     floor = Support((-0.2, 0.2), (-0.2, 0.2), 0.0)
@@ -387,11 +372,6 @@ def toilet(rng: Random, palette: Palette) -> Group:
     if rng.random() < 0.5:
         group += shifted([bathroom.paper_roll(palette)], 0.36, draw(rng, -0.2, 0.0))
     return Group(group, _PASSAGE)
-
-
-def basket(rng: Random, palette: Palette) -> Group:
-    """Return a basket for laundry."""
-    return Group([bathroom.basket(rng, palette)])
 
 
 def towel_shelf(rng: Random, palette: Palette) -> Group:
@@ -491,11 +471,6 @@ def tool_shelf(rng: Random, palette: Palette) -> Group:
     return stocked(rng, shelf, lambda: workshop.shop_things(rng, palette, 7), (0.02, 0.1))
 
 
-def timber(rng: Random, palette: Palette) -> Group:
-    """Return a stack of planks."""
-    return Group([workshop.timber(rng, palette)])
-
-
 def crates(rng: Random, palette: Palette) -> Group:
     """Return one to three crates beside each other, some with things in them."""
     made = (
@@ -519,6 +494,14 @@ def coats(rng: Random, palette: Palette) -> Group:
     return Group([*group, *shifted([rack], 0.0, back, 0.0)], _PASSAGE)
 
 
-def umbrellas(rng: Random, palette: Palette) -> Group:
-    """Return an umbrella stand."""
-    return Group([public_rooms.umbrella_stand(rng, palette)])
+def alone(make: Callable[[Random, Palette], SceneObject]) -> MakeGroup:
+    """Return a maker of groups of a single object."""
+    return lambda rng, palette: Group([make(rng, palette)])
+
+
+floor_lamp = alone(lambda rng, palette: lamps.floor_lamp(palette))
+plant = alone(lambda rng, palette: small_objects.plant(rng, palette, draw(rng, 0.55, 1.25)))
+stool = alone(lambda rng, palette: furniture.stool(palette))
+basket = alone(bathroom.basket)
+timber = alone(workshop.timber)
+umbrellas = alone(public_rooms.umbrella_stand)
