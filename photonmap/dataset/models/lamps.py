@@ -47,12 +47,19 @@ def numbered(objects: Iterable[SceneObject]) -> list[SceneObject]:
     return made
 
 
+def _cord(palette: Palette, cord: float) -> list[Part]:
+    """Return a cord of this length, metres, and the cap at the ceiling, at y = 0."""
+    return [
+        part_at(cylinder(0.004, cord, 0.001, 12), 0.0, -cord, 0.0, palette.grey(3)),
+        part_at(cylinder(0.05, 0.025, 0.008, 32), 0.0, -0.025, 0.0, palette.grey(8)),
+    ]
+
+
 def pendant(palette: Palette, radius: float, cord: float) -> SceneObject:
     """Return a paper lantern with ribs of wire on a cord; the ceiling is at y = 0."""
     middle, wire = -cord - radius, palette.grey(5)
     parts = [
-        part_at(cylinder(0.004, cord, 0.001, 12), 0.0, -cord, 0.0, palette.grey(3)),
-        part_at(cylinder(0.05, 0.025, 0.008, 32), 0.0, -0.025, 0.0, palette.grey(8)),
+        *_cord(palette, cord),
         Part(sphere(radius, 2).moved((0.0, middle - radius, 0.0)), palette.grey(9), LAMP),
     ]
     for degrees in np.linspace(-_RIBS, _RIBS, 2 * round(_RIBS / _RIB_EVERY) + 1):
@@ -74,8 +81,7 @@ def shade_lamp(palette: Palette, radius: float, cord: float) -> SceneObject:
     shade = lathe(inner, [inner[-1], outer[0]], outer, [outer[-1], (0.0, tall)])
     disc = lathe([(0.0, 0.02), (0.9 * radius, 0.02)], segments=32)
     parts = [
-        part_at(cylinder(0.004, cord, 0.001, 12), 0.0, -cord, 0.0, palette.grey(3)),
-        part_at(cylinder(0.05, 0.025, 0.008, 32), 0.0, -0.025, 0.0, palette.grey(8)),
+        *_cord(palette, cord),
         part_at(shade, 0.0, y, 0.0, palette.glazed(palette.accent())),
         Part(disc.moved((0.0, y, 0.0)), palette.grey(8), LAMP),
     ]

@@ -113,15 +113,14 @@ def coat_rack(rng: Random, palette: Palette, width: float) -> SceneObject:
 
 def bench(palette: Palette, width: float) -> SceneObject:
     """Return a bench of slats."""
-    wood, metal = palette.glazed(palette.wood()), palette.grey(3)
-    parts = [part_at(box(width, 0.03, 0.1, 0.006), 0.0, 0.42, 0.12 * k, wood) for k in (-1, 0, 1)]
-    for i in (-1, 1):
-        x = i * (0.5 * width - 0.12)
-        parts.append(part_at(box(0.05, 0.03, 0.36), x, 0.39, 0.0, metal))
-        parts += [part_at(box(0.05, 0.39, 0.05), x, 0.0, 0.14 * k, metal) for k in (-1, 1)]
-    return SceneObject(
-        "bench", parts, [Support((-0.5 * width + 0.03, 0.5 * width - 0.03), (-0.15, 0.15), 0.45)]
-    )
+    wood, metal, x = palette.glazed(palette.wood()), palette.grey(3), 0.5 * width - 0.12
+    slat = box(width, 0.03, 0.1, 0.006)
+    rows: list[Row] = [(slat, (0.0, 0.42, 0.12 * k), wood) for k in (-1, 0, 1)]
+    for at in (-x, x):
+        rows.append((box(0.05, 0.03, 0.36), (at, 0.39, 0.0), metal))
+        rows.append((box(0.05, 0.39, 0.05), (at, 0.0, 0.14), metal, "z"))
+    half = 0.5 * width - 0.03
+    return assembled("bench", rows, [Support((-half, half), (-0.15, 0.15), 0.45)])
 
 
 def shoes(rng: Random, palette: Palette) -> SceneObject:

@@ -74,19 +74,19 @@ def picture(
 ) -> SceneObject:
     """Return a framed picture, its back at z = 0, perhaps in a white mount of some breadth."""
     frame, bar, deep = palette.wood(), 0.03, 0.025
-    parts = [
-        part_at(box(width, bar, deep), 0.0, 0.0, 0.5 * deep, frame),
-        part_at(box(width, bar, deep), 0.0, height - bar, 0.5 * deep, frame),
-    ]
-    side = box(bar, height - 2 * bar, deep)
-    parts += [part_at(side, i * 0.5 * (width - bar), bar, 0.5 * deep, frame) for i in (-1, 1)]
     wide, tall = width - 2 * bar, height - 2 * bar
+    across, side = box(width, bar, deep), box(bar, tall, deep)
+    rows: list[Row] = [
+        (across, (0.0, 0.0, 0.5 * deep), frame),
+        (across, (0.0, height - bar, 0.5 * deep), frame),
+        (side, (0.5 * (width - bar), bar, 0.5 * deep), frame, "x"),
+    ]
     if mount:
-        board = rectangle(-0.5 * wide, bar, wide, tall).moved((0.0, 0.0, 0.2 * deep))
-        parts.append(Part(board, palette.grey(9)))
+        board = rectangle(-0.5 * wide, bar, wide, tall)
+        rows.append((board, (0.0, 0.0, 0.2 * deep), palette.grey(9)))
     shown = artwork(rng, palette, wide - 2 * mount, tall - 2 * mount)
-    parts += [part_at(p.shape, 0.0, bar + mount, 0.3 * deep, p.material) for p in shown]
-    return SceneObject("picture", parts)
+    rows += [(p.shape, (0.0, bar + mount, 0.3 * deep), p.material) for p in shown]
+    return assembled("picture", rows)
 
 
 def poster(rng: Random, palette: Palette, width: float, height: float) -> SceneObject:

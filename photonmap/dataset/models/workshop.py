@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from photonmap.dataset.models.arrangements import Maker
 from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.scene_object import Part, SceneObject, part_at
+from photonmap.dataset.models.scene_object import Part, Row, SceneObject, assembled, part_at
 from photonmap.dataset.models.shapes import Random, box, cone, cylinder, torus
 
 
@@ -81,18 +81,17 @@ def crate(rng: Random, palette: Palette, size: float) -> SceneObject:
     """Return an open crate of boards."""
     wood, wall = palette.wood(), 0.016
     wide, tall, deep = size * rng.uniform(0.8, 1.2, 3) * (1.2, 0.7, 0.9)
-    parts = [part_at(box(wide, wall, deep, 0.002), 0.0, 0.0, 0.0, wood)]
-    slat, count = 0.42 * tall, 2
-    for index in range(count):
-        y = wall + index * (tall - wall - slat)
-        long, across = box(wide, slat, wall, 0.002), box(wall, slat, deep - 2 * wall, 0.002)
-        parts += [part_at(long, 0.0, y, k * 0.5 * (deep - wall), wood) for k in (-1, 1)]
-        parts += [part_at(across, i * 0.5 * (wide - wall), y, 0.0, wood) for i in (-1, 1)]
-    post = box(wall, tall, wall, 0.002)
-    spots = [(i, k) for i in (-1, 1) for k in (-1, 1)]
-    inner = 0.5 * wide - 1.5 * wall, 0.5 * deep - 1.5 * wall
-    parts += [part_at(post, i * inner[0], wall, k * inner[1], palette.wood()) for i, k in spots]
-    return SceneObject("crate", parts)
+    slat = 0.42 * tall
+    rows: list[Row] = [(box(wide, wall, deep, 0.002), (0.0, 0.0, 0.0), wood)]
+    long, across = box(wide, slat, wall, 0.002), box(wall, slat, deep - 2 * wall, 0.002)
+    for y in (wall, wall + (tall - wall - slat)):
+        rows.append((long, (0.0, y, 0.5 * (deep - wall)), wood, "z"))
+        rows.append((across, (0.5 * (wide - wall), y, 0.0), wood, "x"))
+    post, inner = box(wall, tall, wall, 0.002), (0.5 * wide - 1.5 * wall, 0.5 * deep - 1.5 * wall)
+    rows += [
+        (post, (i * inner[0], wall, k * inner[1]), palette.wood()) for i in (-1, 1) for k in (-1, 1)
+    ]
+    return assembled("crate", rows)
 
 
 def tin(rng: Random, palette: Palette) -> SceneObject:

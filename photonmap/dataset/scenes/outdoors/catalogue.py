@@ -22,7 +22,7 @@ from photonmap.dataset.scenes.outdoors.yard_builder import (
     road,
 )
 from photonmap.dataset.scenes.rooms import groups
-from photonmap.dataset.scenes.rooms.furnishing import (
+from photonmap.dataset.scenes.rooms.catalogue import (
     add_lamps,
     build_until_seen,
     place_entries,
