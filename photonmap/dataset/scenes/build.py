@@ -12,7 +12,7 @@ from photonmap.dataset.scenes.illumination import (
     choose_illumination,
     find_illumination,
 )
-from photonmap.dataset.scenes.outdoors.catalogue import OUTDOORS
+from photonmap.dataset.scenes.outdoors import OUTDOORS
 from photonmap.dataset.scenes.random_lights import RandomLights
 from photonmap.dataset.scenes.rooms.catalogue import ROOMS
 from photonmap.dataset.scenes.rooms.kinds import KINDS

@@ -9,7 +9,7 @@ from photonmap.dataset.report.diversity import nearest_neighbours
 from photonmap.dataset.scenes.build import draw_illumination
 from photonmap.dataset.scenes.exposure import LEVEL
 from photonmap.dataset.scenes.illumination import CLEAR_SKY, Illumination, clear_sky, is_sky
-from photonmap.dataset.scenes.outdoors.catalogue import OUTDOORS
+from photonmap.dataset.scenes.outdoors import OUTDOORS
 from photonmap.dataset.scenes.random_lights import MOST_LIGHTS
 from photonmap.errors import InputError
 from photonmap.scene.light_parts.daylight import OvercastLight, SkyLight, SunLight

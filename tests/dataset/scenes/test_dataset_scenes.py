@@ -23,7 +23,7 @@ from photonmap.dataset.scenes.illumination import (
     ILLUMINATIONS,
     Illumination,
 )
-from photonmap.dataset.scenes.outdoors.catalogue import OUTDOORS
+from photonmap.dataset.scenes.outdoors import OUTDOORS
 from photonmap.dataset.scenes.rooms.catalogue import ROOMS
 from photonmap.dataset.scenes.single_objects import OBJECTS
 from photonmap.errors import InputError

@@ -1,1 +1,0 @@
-"""Gardens, terraces and streets under a sky."""
