@@ -9,13 +9,7 @@ import numpy as np
 from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.patterns import Field, mondrian, patches, split, split_at_levels
 from photonmap.dataset.models.scene_object import Part
-from photonmap.dataset.models.shapes import (
-    Floats,
-    Random,
-    Shape,
-    lattice,
-    parallelogram,
-)
+from photonmap.dataset.models.shapes import Floats, Random, Shape, lattice, parallelogram
 from photonmap.scene.material import Material
 
 _CELL = 0.025

@@ -103,9 +103,5 @@ def toiletries(rng: Random, palette: Palette, count: int) -> list[Maker]:
         folded = box(0.24, 0.07, 0.16, 0.02, 3)
         return SceneObject("towel", [Part(folded, palette.fabric())])
 
-    makers: list[Maker] = [
-        lambda: soap_bottle(rng, palette),
-        lambda: paper_roll(palette),
-        towel,
-    ]
+    makers: list[Maker] = [lambda: soap_bottle(rng, palette), lambda: paper_roll(palette), towel]
     return [makers[int(i)] for i in rng.integers(0, len(makers), count)]

@@ -268,11 +268,7 @@ def cylinder(
 
 
 def cone(
-    bottom: float,
-    top: float,
-    height: float,
-    rounding: float = 0.003,
-    segments: int = SEGMENTS,
+    bottom: float, top: float, height: float, rounding: float = 0.003, segments: int = SEGMENTS
 ) -> Shape:
     """Return a truncated cone of given bottom and top radius, with rounded edges."""
     r = min(rounding, 0.4 * bottom, 0.4 * top, 0.4 * height)

@@ -14,11 +14,7 @@ from photonmap.dataset.models.materials.surfaces import reflectance_of
 from photonmap.dataset.models.scene_object import SceneObject
 from photonmap.dataset.models.shapes import Floats, joined, normalised
 from photonmap.dataset.models.wall_fixtures import WINDOW
-from photonmap.dataset.scenes.illumination import (
-    MAIN_SHARE,
-    Illumination,
-    is_sky,
-)
+from photonmap.dataset.scenes.illumination import MAIN_SHARE, Illumination, is_sky
 from photonmap.dataset.scenes.rooms.camera_search import directions
 from photonmap.errors import InputError
 from photonmap.integrators.ray_caster import RayCaster

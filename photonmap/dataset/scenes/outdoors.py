@@ -29,11 +29,7 @@ from photonmap.dataset.models.shapes import (
 from photonmap.dataset.scenes.exposure import SKY, LightMeter
 from photonmap.dataset.scenes.open_sky import OpenSky
 from photonmap.dataset.scenes.rooms import groups, shell
-from photonmap.dataset.scenes.rooms.catalogue import (
-    add_lamps,
-    build_until_seen,
-    place_entries,
-)
+from photonmap.dataset.scenes.rooms.catalogue import add_lamps, build_until_seen, place_entries
 from photonmap.dataset.scenes.rooms.groups import alone, draw, shifted, side_by_side
 from photonmap.dataset.scenes.rooms.kinds import CORNER, FREE, WALL, Entry, Range
 from photonmap.dataset.scenes.rooms.room_builder import Group, RoomBuilder
@@ -88,9 +84,7 @@ def brick_wall(rng: Random, palette: Palette, length: float) -> list[Part]:
         ends = np.unique(np.clip([-0.5 * length, *ends, 0.5 * length], -0.5 * length, 0.5 * length))
         for left, right in pairwise(ends.tolist()):
             brick = parallelogram(
-                (left, row * tall / rows, 0.0),
-                (right - left, 0.0, 0.0),
-                (0.0, tall / rows, 0.0),
+                (left, row * tall / rows, 0.0), (right - left, 0.0, 0.0), (0.0, tall / rows, 0.0)
             )
             parts.append(Part(brick, palette.choice(colors)))
     return parts

@@ -21,10 +21,7 @@ SKY_ALONE = 0.5
 _BLACK_BODY = (1800.0, 8000.0)
 """Range of temperature, K; reciprocal temperatures are drawn evenly, as the eye sees them."""
 _LEDS = tuple(f"LED-{name}" for name in ("B1", "B2", "B3", "B4", "B5", "BH1", "RGB1", "V1", "V2"))
-_FLUORESCENT = (
-    *(f"FL{i}" for i in range(1, 13)),
-    *(f"FL3.{i}" for i in range(1, 16)),
-)
+_FLUORESCENT = (*(f"FL{i}" for i in range(1, 13)), *(f"FL3.{i}" for i in range(1, 16)))
 _DISCHARGE = ("HP1", "HP2", "HP3", "HP4", "HP5")
 _MEASURED = (
     "3-LED-1 (457/540/605)",
