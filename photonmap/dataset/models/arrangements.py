@@ -99,6 +99,11 @@ def _footprint(obj: SceneObject) -> np.ndarray:
     return np.stack([low - margin, high + margin])
 
 
+def draw_makers(rng: Random, makers: Sequence[Maker], count: int) -> list[Maker]:
+    """Draw some of several makers, perhaps one more than once."""
+    return [makers[int(i)] for i in rng.integers(0, len(makers), count)]
+
+
 def draw_vessels(rng: Random, palette: Palette, count: int, small: bool = False) -> list[Maker]:
     """Draw makers of vessels."""
     tall = 0.17 if small else 0.26
@@ -108,7 +113,7 @@ def draw_vessels(rng: Random, palette: Palette, count: int, small: bool = False)
         lambda: vessels.bottle(rng, palette),
         lambda: vessels.cup(rng, palette),
     ]
-    return [makers[int(i)] for i in rng.integers(0, len(makers), count)]
+    return draw_makers(rng, makers, count)
 
 
 def draw_toys(rng: Random, palette: Palette, count: int) -> list[Maker]:
@@ -120,7 +125,7 @@ def draw_toys(rng: Random, palette: Palette, count: int) -> list[Maker]:
         lambda: small_objects.block(rng, palette, 0.07),
         lambda: small_objects.ring_tower(palette, 0.085, 4),
     ]
-    return [makers[int(i)] for i in rng.integers(0, len(makers), count)]
+    return draw_makers(rng, makers, count)
 
 
 def draw_sculptures(rng: Random, palette: Palette, count: int, size: float) -> list[Maker]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from photonmap.dataset.models import furniture
-from photonmap.dataset.models.arrangements import Maker, place_at
+from photonmap.dataset.models.arrangements import Maker, draw_makers, place_at
 from photonmap.dataset.models.curved_shapes import superquadric, tube
 from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.scene_object import Part, Row, SceneObject, assembled, part_at
@@ -104,4 +104,4 @@ def toiletries(rng: Random, palette: Palette, count: int) -> list[Maker]:
         return SceneObject("towel", [Part(folded, palette.fabric())])
 
     makers: list[Maker] = [lambda: soap_bottle(rng, palette), lambda: paper_roll(palette), towel]
-    return [makers[int(i)] for i in rng.integers(0, len(makers), count)]
+    return draw_makers(rng, makers, count)

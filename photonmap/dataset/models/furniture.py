@@ -35,7 +35,7 @@ def table(
         (box(0.02, 0.08, 2 * z - leg), (x, under - 0.08, 0.0), wood, "x"),
         (box(width, top, depth, 0.008), (0.0, under, 0.0), palette.glazed(palette.wood())),
     ]
-    return assembled("table", rows, [_top_support(width, depth, height)])
+    return assembled("table", rows, [top_support(width, depth, height)])
 
 
 def round_table(palette: Palette, radius: float, height: float) -> SceneObject:
@@ -46,7 +46,7 @@ def round_table(palette: Palette, radius: float, height: float) -> SceneObject:
         part_at(cylinder(0.045, height - 0.06), 0.0, 0.03, 0.0, wood),
         part_at(cylinder(radius, 0.03, 0.01), 0.0, height - 0.03, 0.0, palette.glazed(wood)),
     ]
-    return SceneObject("table", parts, [_top_support(1.35 * radius, 1.35 * radius, height)])
+    return SceneObject("table", parts, [top_support(1.35 * radius, 1.35 * radius, height)])
 
 
 def trestle(palette: Palette, width: float, depth: float, height: float = 0.8) -> SceneObject:
@@ -59,7 +59,7 @@ def trestle(palette: Palette, width: float, depth: float, height: float = 0.8) -
     ]
     half = 0.5 * inner - 0.03
     low = Support((-half, half), (-0.5 * depth + 0.1, 0.5 * depth - 0.1), 0.18, height - 0.25)
-    return assembled("bench", rows, [_top_support(width, depth, height), low])
+    return assembled("bench", rows, [top_support(width, depth, height), low])
 
 
 def desk(palette: Palette, width: float = 1.4, depth: float = 0.7) -> SceneObject:
@@ -76,7 +76,7 @@ def desk(palette: Palette, width: float = 1.4, depth: float = 0.7) -> SceneObjec
         rows.append((drawer, (x, y, face + 0.009), front))
         rows.append((knob, (x, y + 0.08, face + 0.033), palette.metal()))
     rows.append((box(width, 0.03, depth, 0.006), (0.0, height - 0.03, 0.0), palette.glazed(wood)))
-    return assembled("desk", rows, [_top_support(width, depth, height)])
+    return assembled("desk", rows, [top_support(width, depth, height)])
 
 
 def shelf(
@@ -145,7 +145,7 @@ def cabinet(
         rows.append((leaf, (x, base + 0.01, face - 0.011), front))
         x += side if index % 2 == 0 else -side
         rows.append((handle, (x, 0.6 * height, face + 0.008), palette.metal()))
-    return assembled("cabinet", rows, [_top_support(width, depth, height)])
+    return assembled("cabinet", rows, [top_support(width, depth, height)])
 
 
 def bed(rng: Random, palette: Palette, width: float = 1.5) -> SceneObject:
@@ -171,7 +171,7 @@ def bed(rng: Random, palette: Palette, width: float = 1.5) -> SceneObject:
 def plinth(palette: Palette, side: float, height: float) -> SceneObject:
     """Return a plinth for a sculpture."""
     parts = [Part(box(side, height, side, 0.004), palette.grey(8))]
-    return SceneObject("plinth", parts, [_top_support(side, side, height)])
+    return SceneObject("plinth", parts, [top_support(side, side, height)])
 
 
 def rug(palette: Palette, width: float, depth: float, stripes: int = 7) -> SceneObject:
@@ -188,7 +188,7 @@ def rug(palette: Palette, width: float, depth: float, stripes: int = 7) -> Scene
         )
         for i in range(stripes)
     ]
-    return SceneObject("rug", parts, [_top_support(width, depth, thick)])
+    return SceneObject("rug", parts, [top_support(width, depth, thick)])
 
 
 def _stripe_color(colors: Sequence[Material], index: int) -> Material:
@@ -196,7 +196,7 @@ def _stripe_color(colors: Sequence[Material], index: int) -> Material:
     return colors[0] if index % 2 == 0 else colors[1 + index // 2 % 2]
 
 
-def _top_support(width: float, depth: float, height: float) -> Support:
+def top_support(width: float, depth: float, height: float) -> Support:
     """Return the support of a top, without a margin along its edge."""
     x, z = 0.5 * width - 0.03, 0.5 * depth - 0.03
     return Support((-x, x), (-z, z), height)

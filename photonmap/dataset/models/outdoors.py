@@ -7,13 +7,13 @@ import math
 import numpy as np
 
 from photonmap.dataset.models.curved_shapes import Noise, sphere, tube
+from photonmap.dataset.models.furniture import top_support
 from photonmap.dataset.models.lamps import LAMP
 from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.scene_object import (
     Part,
     Row,
     SceneObject,
-    Support,
     assembled,
     part_at,
 )
@@ -170,7 +170,4 @@ def garden_table(palette: Palette) -> SceneObject:
         (slat, (0.0, tall - 0.03, ((index + 0.5) / count - 0.5) * deep), wood)
         for index in range(count)
     ]
-    half = 0.5 * wide - 0.03, 0.5 * deep - 0.03
-    return assembled(
-        "garden table", rows, [Support((-half[0], half[0]), (-half[1], half[1]), tall)]
-    )
+    return assembled("garden table", rows, [top_support(wide, deep, tall)])

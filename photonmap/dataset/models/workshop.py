@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from photonmap.dataset.models.arrangements import Maker
+from photonmap.dataset.models.arrangements import Maker, draw_makers
 from photonmap.dataset.models.materials.palette import Palette
 from photonmap.dataset.models.scene_object import Part, Row, SceneObject, assembled, part_at
 from photonmap.dataset.models.shapes import Random, box, cone, cylinder, torus
@@ -139,4 +139,4 @@ def shop_things(rng: Random, palette: Palette, count: int) -> list[Maker]:
         lambda: toolbox(rng, palette),
         lambda: crate(rng, palette, 0.2),
     ]
-    return [makers[int(i)] for i in rng.integers(0, len(makers), count)]
+    return draw_makers(rng, makers, count)

@@ -18,6 +18,7 @@ from photonmap.dataset.models import (
 )
 from photonmap.dataset.models.arrangements import (
     Maker,
+    draw_makers,
     draw_sculptures,
     draw_toys,
     draw_vessels,
@@ -126,7 +127,7 @@ def low_table(rng: Random, palette: Palette) -> list[SceneObject]:
         lambda: vessels.vase(rng, palette, 0.2),
         lambda: small_objects.pebble(rng, palette, 0.06),
     ]
-    chosen = [makers[int(i)] for i in rng.integers(0, len(makers), int(rng.integers(1, 5)))]
+    chosen = draw_makers(rng, makers, int(rng.integers(1, 5)))
     return furnish(rng, table, chosen, first=books)
 
 
