@@ -279,8 +279,8 @@ def _preview(
 ) -> None:
     """Print the images, or what they will cost."""
     from photonmap.dataset.jobs.estimate import estimate, list_costs
-    from photonmap.dataset.jobs.listing import list_jobs
     from photonmap.dataset.jobs.notices import hearing
+    from photonmap.dataset.jobs.plan import list_jobs
     from photonmap.dataset.jobs.render_image import Task
 
     if options.dry_run:

@@ -10,8 +10,7 @@ from photonmap import dataset
 from photonmap.commands.main import main
 from photonmap.dataset.files import lean as lean_module
 from photonmap.dataset.files.image_files import BANDS_EXR
-from photonmap.dataset.files.lean import ERRORS, fits_half
-from photonmap.dataset.files.parts import Arrays
+from photonmap.dataset.files.lean import ERRORS, Arrays, fits_half
 from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
 from photonmap.dataset.jobs.presets import Preset
 from photonmap.dataset.jobs.render_image import Task, render_image

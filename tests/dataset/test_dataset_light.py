@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 
 import photonmap as pm
-from photonmap.dataset.files.derived_buffers import with_derived
-from photonmap.dataset.files.light_colors import light_colors
-from photonmap.dataset.files.pure_pixels import one_piece, pure_pixels
+from photonmap.dataset.files.derived_buffers import (
+    light_colors,
+    one_piece,
+    pure_pixels,
+    with_derived,
+)
 from photonmap.dataset.scenes.build import build_scene
 from photonmap.integrators.look import Onlooker
 

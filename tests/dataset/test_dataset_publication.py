@@ -14,11 +14,11 @@ from photonmap import dataset
 from photonmap.commands.main import main
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.verify import verify
-from photonmap.dataset.publication.annotations import encode_mask
-from photonmap.dataset.publication.categories import (
+from photonmap.dataset.publication.annotations import (
     CATEGORIES,
     FIRST_OWN,
     categories_of,
+    encode_mask,
     kind_of,
 )
 from photonmap.dataset.scenes.build import build_scene

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +12,165 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.buffers import RENDERED, split_name
-from photonmap.dataset.files.light_colors import direct_light_color, light_colors, over_mean
-from photonmap.dataset.files.pure_pixels import pure_pixels
+from photonmap.errors import InputError
 from photonmap.film.valid_pixels import valid_pixels
+from photonmap.integrators.look import Onlooker
 from photonmap.results.result import Result
+from photonmap.scene.light_parts.daylight import SkyLight
+from photonmap.scene.lights import EnvironmentLight
+from photonmap.scene.projections import RayMap
 from photonmap.scene.scene import Scene
+from photonmap.scene.textures import Paint, Texture
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.projection import SRGB, Method, projection_onto
+
+Mask = NDArray[np.bool_]
+
+_RAYS = 3
+"""Rays along each side of a pixel."""
+_REACH = 2
+"""How far from a pixel's centre its rays reach, in rays: a sixth of a pixel beyond its sides."""
+_BEND = np.cos(np.radians(20.0))
+"""Least cosine between the normals of one piece of surface in a pixel."""
+_STEP = 0.5
+"""Largest step in depth within a piece of surface, in widths of a pixel at its distance."""
+
+
+def one_piece(scene: Scene, size: tuple[int, int], at_centre: bool = False) -> Mask:
+    """Return the pixels that show one piece of surface, of one object and material: (H, W).
+
+    5×5 rays through each pixel and just beside it meet the same object and material, with normals
+    within 20° and no step in depth.
+
+    Parameters
+    ----------
+    scene : with a camera
+    size : width and height, pixels
+    at_centre : samples pass through the pixels' centres alone, where there is one surface
+
+    Raises
+    ------
+    InputError : the scene has no camera
+    """
+    onlooker, (width, height), camera = Onlooker(scene), size, scene.camera
+    if camera is None:
+        raise InputError("the scene has no camera; give it one, and render it by that")
+    if at_centre or isinstance(camera.projection, RayMap):
+        there = onlooker.see(camera, size, ("object_id",))["object_id"] > 0
+        return there & at_centre
+    names = ("object_id", "material_id", "normal", "depth")
+    seen = onlooker.see(camera, (_RAYS * width, _RAYS * height), names)
+    padded = {
+        name: np.pad(image, ((1, 1), (1, 1), (0, 0))[: image.ndim], mode="edge")
+        for name, image in seen.items()
+    }
+
+    def at(name: str, row: int, column: int) -> NDArray[np.float64]:
+        """Return the values of the rays so far from the pixels' centres."""
+        first, other = row + _REACH, column + _REACH
+        return padded[name][first::_RAYS, other::_RAYS][:height, :width].astype(np.float64)
+
+    normal, depth = at("normal", 0, 0), at("depth", 0, 0)
+    pure = at("object_id", 0, 0) > 0
+    near = range(-_REACH, _REACH + 1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for row, column in product(near, near):
+            for name in ("object_id", "material_id"):
+                pure &= at(name, row, column) == at(name, 0, 0)
+            pure &= (at("normal", row, column) * normal).sum(axis=-1) >= _BEND
+            opposite = 1.0 / at("depth", row, column) + 1.0 / at("depth", -row, -column)
+            pure &= np.abs(opposite * depth - 2.0) <= _STEP / height
+    return pure
+
+
+def pure_pixels(result: Result, scene: Scene, pieces: Mask | None = None) -> Mask:
+    """Return where `one_piece` holds, no pass saw another reflectance, and surfaces cover it.
+
+    Parameters
+    ----------
+    pieces : what `one_piece` returns, where it is known
+    """
+    if pieces is None:
+        pieces = one_piece(scene, result.size, result.record["arguments"]["pixel"] == "center")
+    pure = pieces & (result.coverage == 1.0)
+    spread = result.errors.get("reflectance")
+    return pure if spread is None else pure & (spread == 0.0).all(axis=-1)
+
+
+_SAME = 1e-5
+"""Largest difference between the bands of lights that have one colour, of mean 1."""
+
+Colors = Mapping[str, NDArray[np.float64] | None]
+"""(N,) colours of mean 1 by light group; None for a group that has several."""
+
+
+def light_colors(scene: Scene, groups: Iterable[str], bands: Bands) -> Colors:
+    """Return the colours that light groups emit in bands.
+
+    A group of lights of several colours, a texture, an environment map or a sky has None.
+    """
+    paints: dict[str, list[Paint | None]] = {group: [] for group in groups}
+    for mesh in scene.meshes:
+        if mesh.material.name in paints:
+            paints[mesh.material.name].append(mesh.material.emission)
+    for light in scene.lights:
+        group = light.group or light.name or light.kind
+        if group in paints:
+            mapped = isinstance(light, EnvironmentLight | SkyLight)  # not under clouds
+            paints[group].append(None if mapped else light.color)
+    return {group: _common_color(found, bands) for group, found in paints.items()}
+
+
+def _common_color(paints: list[Paint | None], bands: Bands) -> NDArray[np.float64] | None:
+    """Return the one colour of paints; None if there are several, or it varies."""
+    colors = []
+    for paint in paints:
+        if paint is None or isinstance(paint, Texture):
+            return None
+        emitted = np.asarray(bands.emission(paint), np.float64)
+        if emitted.any():
+            colors.append(emitted / emitted.mean())
+    if not colors or any(np.abs(color - colors[0]).max() > _SAME for color in colors):
+        return None
+    return colors[0]
+
+
+def direct_light_color(result: Result, colors: Colors) -> NDArray[np.float32] | None:
+    """Return the colour of direct light, of band mean 1, (H, W, N); 0 where none is seen.
+
+    Each group's light keeps the colour that it was emitted in, however many reflectances there are
+    in a pixel. How much of it arrives is its direct light over what the pixel's mean reflectance
+    sends back of that colour, both added up over the bands.
+
+    Parameters
+    ----------
+    result : with its buffers split by light group
+    colors : as `light_colors` returns them
+
+    Returns
+    -------
+    None where a group has no one colour, or the buffers are not split
+    """
+    split = result.per_light
+    if not split or any(colors.get(group) is None for group in split):
+        return None
+    reflectance = result.reflectance.astype(np.float64)
+    light = np.zeros(reflectance.shape)
+    for group, buffers in split.items():
+        color: Any = colors[group]
+        returned = reflectance @ color
+        received = buffers["direct"].sum(axis=-1, dtype=np.float64)
+        amount = np.divide(received, returned, where=returned > 0.0, out=np.zeros(received.shape))
+        light += amount[..., None] * color
+    return over_mean(light)
+
+
+def over_mean(light: NDArray[Any]) -> NDArray[np.float32]:
+    """Return light divided by its mean over bands, 0 where that is 0."""
+    mean = light.mean(axis=-1, keepdims=True, dtype=np.float64)
+    lit = np.broadcast_to(mean > 0.0, light.shape)
+    return np.divide(light, mean, where=lit, out=np.zeros(light.shape)).astype(np.float32)
+
 
 Image = NDArray[Any]
 
@@ -36,7 +190,7 @@ def with_derived(
     scene : that was rendered; without it, no pixel is known to be pure, and the colour of direct
         light is that of direct / reflectance
     pieces : which pixels show one piece of surface, where it is known, see
-        `photonmap.dataset.files.pure_pixels.one_piece`
+        `photonmap.dataset.files.derived_buffers.one_piece`
     """
     color, pure = None, np.zeros(result.coverage.shape, bool)
     if scene is not None:

@@ -87,7 +87,7 @@ class Image(Mapping[str, Array]):
     def rgb(self) -> Mapping[str, Array]:
         """Arrays in the set's RGB by name, as `derived_buffers.as_rgb` makes them."""
         from photonmap.dataset.files.image_files import RGB_EXR, read_rgb
-        from photonmap.dataset.files.parts import Arrays, Parts
+        from photonmap.dataset.files.lean import Arrays, Parts
 
         path = self.folder / RGB_EXR
         if path.is_file():
@@ -98,7 +98,7 @@ class Image(Mapping[str, Array]):
     def srgb(self) -> Mapping[str, Array]:
         """Arrays in linear sRGB by name, whatever the set's RGB."""
         from photonmap.dataset.files.image_files import read_rgb
-        from photonmap.dataset.files.parts import Arrays
+        from photonmap.dataset.files.lean import Arrays
 
         return self.rgb if self._space == SRGB else Arrays(read_rgb(self.folder, SRGB))
 
@@ -169,7 +169,7 @@ class Image(Mapping[str, Array]):
     @cached_property
     def _arrays(self) -> Mapping[str, Array]:
         from photonmap.dataset.files.image_files import BANDS_EXR
-        from photonmap.dataset.files.parts import Parts
+        from photonmap.dataset.files.lean import Parts
 
         path = self.folder / BANDS_EXR
         return Parts(path) if path.is_file() else self.result.arrays
@@ -178,8 +178,7 @@ class Image(Mapping[str, Array]):
     def halves(self) -> set[str]:
         """Names of the arrays that its files have in half precision, which lose nothing by it."""
         from photonmap.dataset.files.image_files import BANDS_HDF5, hdf5_halves
-        from photonmap.dataset.files.lean import exact_halves
-        from photonmap.dataset.files.parts import Parts
+        from photonmap.dataset.files.lean import Parts, exact_halves
 
         if isinstance(self._arrays, Parts):
             return self._arrays.halves
@@ -188,7 +187,7 @@ class Image(Mapping[str, Array]):
     @property
     def rgb_halves(self) -> set[str]:
         """The same of those in the set's RGB."""
-        from photonmap.dataset.files.parts import Parts
+        from photonmap.dataset.files.lean import Parts
 
         return self.rgb.halves if isinstance(self.rgb, Parts) else set()
 
@@ -200,8 +199,7 @@ class Image(Mapping[str, Array]):
         KeyError : there is none of this name
         InputError : its file is damaged
         """
-        from photonmap.dataset.files.lean import OFTEN_ZERO
-        from photonmap.dataset.files.parts import lacking
+        from photonmap.dataset.files.lean import OFTEN_ZERO, lacking
 
         if name in self._arrays:
             return self._arrays[name]

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from photonmap.dataset.files.derived_buffers import Mask, one_piece
 from photonmap.dataset.files.inputs import reason_of
-from photonmap.dataset.files.pure_pixels import Mask, one_piece
 from photonmap.dataset.jobs.plan import CommonSettings, Job, UserScene
 from photonmap.dataset.scenes.build import build_unlit_scene
 from photonmap.dataset.scenes.illumination import Illumination

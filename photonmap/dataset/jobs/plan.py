@@ -12,7 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from photonmap.dataset.files.inputs import CURVES, kept_as, role_of_light, seen_from, with_table
+from photonmap.dataset.files.inputs import (
+    CURVES,
+    kept_as,
+    role_of_light,
+    seen_from,
+    with_table,
+    without_folder,
+)
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.presets import Preset
 from photonmap.dataset.models.materials.palette import MATERIALS
@@ -21,6 +28,7 @@ from photonmap.dataset.scenes.illumination import Illumination, light_spectrum
 from photonmap.dataset.scenes.light_files import digest_of_light
 from photonmap.dataset.scenes.views import View
 from photonmap.errors import InputError, warn
+from photonmap.report.tables import aligned
 from photonmap.spectra.projection import REC2020
 
 MAX_IMAGES = 1_000_000
@@ -343,3 +351,17 @@ def _check(jobs: Sequence[Job]) -> None:
         raise InputError(
             f"the image {name} would be rendered twice; name each scene and each illumination once"
         )
+
+
+def list_jobs(jobs: Sequence[Job]) -> Iterator[str]:
+    """Yield a table of the images, a line each, and what they share."""
+    rows: list[Sequence[Any]] = [("image", "seed", "illumination", "lights", "view")]
+    for job in jobs:
+        shares = job.shares and [f" {share:.1%}" for share in job.shares]
+        colors = list(map(without_folder, job.colors))
+        lights = " + ".join(map(str.__add__, colors, shares or [""] * len(colors)))
+        rows.append((job.name, job.seed, job.illumination, lights, job.view.name or "its own"))
+    yield from aligned(rows)
+    common = jobs[0].common
+    sizes = dict.fromkeys("{}x{}".format(*job.common.size) for job in jobs)
+    yield f"{len(jobs)} images of {' and '.join(sizes)}, bands {common.bands}, error {common.error}"

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from photonmap.dataset.files.pure_pixels import one_piece
+from photonmap.dataset.files.derived_buffers import one_piece
 from photonmap.dataset.jobs import job_scene
 from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
 from photonmap.dataset.jobs.presets import Preset
