@@ -110,7 +110,7 @@ def test_such_sets_are_published_and_exported(pair, tmp_path, capsys):
 def test_what_needs_other_buffers_says_so(pair):
     _, some = pair
     assert load_truth(pair[0], "rgb").regions.any()
-    with pytest.raises(InputError, match=r"material_id, which scores need; add it to --buffers"):
+    with pytest.raises(InputError, match=r"material_id, which metrics need; add it to --buffers"):
         load_truth(some, "rgb")
     bare = dataset.Image(some.folder.parent, some.entry | {"buffers": list(ALWAYS)})
     assert usual_names(bare) == ["rgb.radiance", "rgb.reflectance", "rgb.shading", "valid"]
