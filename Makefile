@@ -24,6 +24,7 @@ WORKERS ?= 2
 PARALLEL := --numprocesses $(WORKERS)
 test: $(INSTALLED)  ## lint, then the tests that matter: minutes
 	$(MAKE) lint
+	$(BIN)/python -m photonmap compile --quiet
 	$(BIN)/python -m pytest $(PARALLEL) -m "not slow"
 
 test-all: $(INSTALLED)  ## lint, then every test
