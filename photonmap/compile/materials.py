@@ -25,6 +25,9 @@ from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
 Floats = NDArray[np.float64]
 LEAST_COLOR = 1e-3
 """Share by which bands of colourless reflectances may differ."""
+COVERABLE = ("rough diffuse", "glossy")
+"""Models, beside Lambert's, whose white surfaces coats and sheens know (`through_coat` and
+`through_sheen` in `photonmap.compile.surfaces`)"""
 
 
 class CompiledMaterials(NamedTuple):
@@ -222,6 +225,11 @@ def _compile_scattering(
     for index, scattering in enumerate(described):
         if scattering is not None:
             name, values = scattering
+            if covered[index] and name not in COVERABLE:
+                raise InputError(
+                    f"material {materials[index].name!r}: coat and sheen do not go over a "
+                    f"{name} surface; set both to 0"
+                )
             model[index] = MODELS[name]
             parameters[index, : len(values)] = values
     albedos = np.zeros((len(materials), TERMS, NODES + 1))

@@ -164,6 +164,19 @@ def test_what_no_sheen_lies_over_is_refused(other, found):
         compile_scene(ball_room(material), RGB)
 
 
+class Moss(Material):
+    """A surface of a BSDF whose white base covers do not know."""
+
+    scattering = "moss", (0.3,)
+
+
+@pytest.mark.parametrize("cover", ["coat", "sheen"])
+def test_no_cover_lies_over_an_unknown_model(cover):
+    message = "material 'bark': coat and sheen do not go over a moss surface; set both to 0"
+    with pytest.raises(InputError, match=message):
+        compile_scene(ball_room(Moss("bark", **{cover: 0.5})), RGB)
+
+
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [

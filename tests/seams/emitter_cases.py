@@ -56,8 +56,10 @@ def compiled(emitter):
     sky = pm.EnvironmentLight(texels, rotation=30.0) if emitter == SKY else pm.DomeLight(0.4)
     scene = make_scene(sky, 40.0 if emitter == SUN else 0.0)
     arrays = compile_scene(scene, pm.Bands.parse("1"))
-    number = kinds.NUMBERS[{SKY: "dome", SUN: "directional"}.get(emitter, emitter)]
-    return scene, arrays, int(np.flatnonzero(arrays.lights.kind == number)[0])
+    kind = {SKY: "dome", SUN: "directional"}.get(emitter, emitter)
+    found = np.flatnonzero(arrays.lights.kind == kinds.NUMBERS[kind])
+    assert len(found), f"no light of kind {kind!r}; add one to make_scene in {__file__}"
+    return scene, arrays, int(found[0])
 
 
 @kernel
