@@ -14,9 +14,10 @@ from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import parameters_of
 from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
 from photonmap.scene.surfaces.dispersion import Cauchy, NamedGlass, Sellmeier
+from photonmap.scene.surfaces.layers import name_kind
 from photonmap.scene.surfaces.relief import BumpMap, NoRelief, NormalMap
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
-from photonmap.scene.textures import Texture, is_black
+from photonmap.scene.textures import Texture
 from photonmap.spectra.curves import Spectrum
 
 SMOOTH = 1e-4
@@ -83,34 +84,6 @@ def describe_materials(meshes: Sequence[Mesh]) -> list[dict[str, Any]]:
 
 def _name_users(meshes: Sequence[Mesh]) -> dict[str, list[str]]:
     return {"meshes": [*dict.fromkeys(mesh.name for mesh in meshes)]}
-
-
-def name_kind(material: Material) -> str:
-    """Return how a material reflects or transmits, in a few words."""
-    if material.ior is None:
-        return _name_opaque(material)
-    is_rough = bool(material.roughness) or material.is_anisotropic
-    glass = f"{'rough ' * is_rough}{'thin ' * bool(material.thin)}glass"
-    return glass if material.is_all_glass else f"part {glass}, part {_name_opaque(material)}"
-
-
-def _name_opaque(material: Material) -> str:
-    """Return how a material reflects, or what of it is no glass."""
-    base = "" if is_black(material.reflectance) else " over diffuse"
-    if not is_black(material.mirror):
-        return f"mirror{base}"
-    coated = "coated " if material.is_coated else ""
-    sheen = "sheen over " if material.has_sheen else ""
-    return f"{sheen}{coated}{_name_base(material, base)}"
-
-
-def _name_base(material: Material, base: str) -> str:
-    """Return how a material reflects below what covers it; `base` says what gloss lies over."""
-    if material.is_glossy:
-        return f"gloss{base}" if base else "metal"
-    if not base:
-        return "black"
-    return "rough diffuse" if material.diffuse_roughness else "diffuse"
 
 
 def _describe_attributes(material: Material) -> dict[str, Any]:

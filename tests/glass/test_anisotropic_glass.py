@@ -10,7 +10,7 @@ from helpers.scenes import GREY, closed_box, quad
 import photonmap as pm
 from photonmap.compile.effects import EFFECTS, leave_out, plan_effects
 from photonmap.compile.scene_arrays import compile_scene
-from photonmap.inspection.surfaces import name_kind
+from photonmap.scene.surfaces.layers import name_kind
 from photonmap.spectra.bands import Bands
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*successive reflections")

@@ -14,8 +14,8 @@ from helpers.scenes import ball_room, quad
 import photonmap as pm
 from photonmap.compile.effects import EFFECTS, plan_effects
 from photonmap.compile.scene_arrays import compile_scene
-from photonmap.inspection.surfaces import name_kind
 from photonmap.kernels.core.records import THIN
+from photonmap.scene.surfaces.layers import name_kind
 from photonmap.spectra.bands import Bands
 
 RGB = Bands.rgb()

@@ -12,8 +12,9 @@ from photonmap.commands.main import main
 from photonmap.inspection.describe import describe_scene
 from photonmap.inspection.remedies import find_remedy
 from photonmap.inspection.sizes import guess_unit
-from photonmap.inspection.surfaces import describe_materials, describe_mesh, name_kind
+from photonmap.inspection.surfaces import describe_materials, describe_mesh
 from photonmap.inspection.text import _warning_lines
+from photonmap.scene.surfaces.layers import name_kind
 
 from helpers.scenes import quad  # isort: skip
 
@@ -90,6 +91,9 @@ def test_powers_of_lights():
         (pm.Material("a", diffuse_roughness=0.5), "rough diffuse"),
         (pm.Material.polished(), "mirror"),
         (pm.Material("a", 0.5, mirror=0.1), "mirror over diffuse"),
+        (pm.Material("a", 0.0, coat=1.0), "coated black"),
+        (pm.Material("a", 0.5, glossy=0.04, coat=0.5), "coated gloss over diffuse"),
+        (pm.Material("a", sheen=0.3, diffuse_roughness=0.5), "sheen over rough diffuse"),
         (pm.Material.glass(), "glass"),
         (pm.Material("a", 0.8, ior=1.5, transmission=0.5), "part glass, part diffuse"),
         (

@@ -27,7 +27,7 @@ from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import Colored, Part, parameters_of
 from photonmap.scene.projections import RayMap
 from photonmap.scene.scene import Scene, check_names
-from photonmap.scene.surfaces.layers import LayerError, check_layers
+from photonmap.scene.surfaces.layers import LOBES, LayerError, check_layers
 from photonmap.scene.surfaces.metallic import FRACTION, USUAL_COAT, metallic_gloss
 from photonmap.scene.surfaces.relative_index import StrandedIndexError, check_relative_indices
 from photonmap.scene.textures import Paint, Texture
@@ -46,7 +46,6 @@ _MATERIAL = "material"
 _METALLIC = "metallic"
 """Key of what becomes a base and a lobe, as glTF has it"""
 _BLACK = (0.0, (0.0, 0.0, 0.0))
-_GLOSSY = "add glossy = 0.04 for plastic, or glossy = 'metal:Au'"
 _OF_BODIES = ("abbe", "dispersion", "priority", "outside")
 """Attributes that only solid glass has"""
 _OBJECT = "object"
@@ -371,14 +370,11 @@ def _change(material: Material, toml: Toml) -> Material:
 
 def _find_idle(material: Material, attribute: str) -> str:
     """Return on what an attribute has no effect, and what to do; nothing if it has one."""
-    if attribute in ("roughness", "anisotropy") and not material.is_glossy:
-        return "" if material.ior is not None else f"what is not glossy; {_GLOSSY}"
-    if attribute == "glossy_edge" and not material.is_glossy:
-        return f"what is not glossy; {_GLOSSY}"
-    if attribute in ("coat_roughness", "coat_ior", "coat_relief") and not material.is_coated:
-        return "what has no coat; add coat = 1"
-    if attribute == "sheen_roughness" and not material.has_sheen:
-        return "what has no sheen; add sheen = 0.5"
+    if attribute in ("roughness", "anisotropy") and material.ior is not None:
+        return ""
+    for lobe in LOBES:
+        if attribute in lobe.parameters and not lobe.is_there(material):
+            return lobe.without
     if attribute in _OF_BODIES and material.thin:
         return "thin glass, which has no inside; leave out one of them"
     return ""
