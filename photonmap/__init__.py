@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     from photonmap.render import render
     from photonmap.results.merge import merge
     from photonmap.results.result import Result, load_result
+    from photonmap.scene.area_light import AreaLight
     from photonmap.scene.camera import Camera
+    from photonmap.scene.daylight import OvercastLight, SkyLight, SunLight
     from photonmap.scene.lens import Lens
-    from photonmap.scene.light_parts.area_light import AreaLight
-    from photonmap.scene.light_parts.daylight import OvercastLight, SkyLight, SunLight
     from photonmap.scene.lights import (
         DirectionalLight,
         DomeLight,
@@ -147,10 +147,10 @@ _HOMES = {
     "Material": "scene.material",
     "Mesh": "scene.mesh",
     "Scene": "scene.scene",
-    "AreaLight": "scene.light_parts.area_light",
-    "OvercastLight": "scene.light_parts.daylight",
-    "SkyLight": "scene.light_parts.daylight",
-    "SunLight": "scene.light_parts.daylight",
+    "AreaLight": "scene.area_light",
+    "OvercastLight": "scene.daylight",
+    "SkyLight": "scene.daylight",
+    "SunLight": "scene.daylight",
     "DirectionalLight": "scene.lights",
     "DomeLight": "scene.lights",
     "EnvironmentLight": "scene.lights",

@@ -20,7 +20,7 @@ from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
 from photonmap.scene.surfaces.checks import check_textures
-from photonmap.scene.surfaces.even import without_images
+from photonmap.scene.surfaces.equivalents import without_images
 from photonmap.scene.textures import FARTHEST, Paint, Texture, mean_color, mean_number
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from photonmap.errors import InputError, warn
 from photonmap.runtime.wording import listed, shown, suggest
+from photonmap.scene.area_light import AreaLight, area_meshes
 from photonmap.scene.camera import FOV, Camera
-from photonmap.scene.light_parts.area_light import AreaLight, area_meshes
 from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh

@@ -9,8 +9,13 @@ from numpy.typing import NDArray
 
 from photonmap.compile.cdf import make_cdf
 from photonmap.compile.frame import Frame
-from photonmap.compile.lights.default_light import AMBIENT, default_sky
-from photonmap.compile.lights.environment import MappedLight, Sky, compile_sky
+from photonmap.compile.lights.environment import (
+    AMBIENT,
+    MappedLight,
+    Sky,
+    compile_sky,
+    default_sky,
+)
 from photonmap.compile.lights.light_tree import EmitterBounds, grow_tree
 from photonmap.compile.lights.portals import find_portals, open_to_suns, warn_of_black_portals
 from photonmap.compile.lights.probabilities import mix_uniform

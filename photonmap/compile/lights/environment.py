@@ -1,4 +1,4 @@
-"""Turn a map of the sky, or a clear sky by its model, into what kernels draw directions from."""
+"""Turn a sky into what kernels draw directions from: a map, a model, or that of unlit scenes."""
 
 from __future__ import annotations
 
@@ -11,13 +11,25 @@ from numpy.typing import NDArray
 from photonmap.compile.lights.sky_cdfs import fine_enough, sky_cdfs
 from photonmap.errors import naming
 from photonmap.kernels.core.records import Environment
-from photonmap.scene.light_parts.daylight import OvercastLight, SkyLight
+from photonmap.scene.camera import Camera, frame_of
+from photonmap.scene.daylight import OvercastLight, SkyLight
 from photonmap.scene.lights import EnvironmentLight
 from photonmap.scene.panorama import check_panorama, read_panorama
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import integrate_products
 from photonmap.spectra.daylight import daylight_basis
 from photonmap.spectra.observer import observer
+
+AMBIENT = 0.2
+"""Radiance of the dome of an unlit scene, W·m⁻²·sr⁻¹: what faces the camera is brighter, what turns
+away darker."""
+_KEY = 1.1
+"""What the key light adds, about as much as a dome of this radiance where it falls straight."""
+_CONCENTRATION = 12.0
+"""Of the key light, exp(κ (cos θ − 1)): it falls to a half at 20 degrees."""
+_FROM = (-0.5, 0.65, -0.6)
+"""Where the key light comes from, along the camera's right, up and view."""
+_ROWS = 64
 
 
 @dataclass(frozen=True)
@@ -85,6 +97,29 @@ def _overcast(light: OvercastLight, bands: Bands) -> Sky:
     basis = np.zeros((3, bands.count))
     basis[0] = bands.emission(light.radiance)
     return Sky(texels, basis)
+
+
+def default_sky(camera: Camera, bands: Bands) -> Sky:
+    """Return the light of scenes without any: a dome, and a soft key light that shows shapes.
+
+    Its radiance is the same in every band, brightest above and to the left of the camera.
+
+    Parameters
+    ----------
+    camera : a checked one
+    """
+    view, right, up = frame_of(camera)
+    x, y, z = _FROM
+    key = x * right + y * up + z * view
+    key /= np.linalg.norm(key)
+    polar = (np.arange(_ROWS) + 0.5) * (np.pi / _ROWS)
+    azimuth = (np.arange(2 * _ROWS) + 0.5) * (np.pi / _ROWS) - np.pi  # of −z at the centre
+    across = key[0] * np.sin(azimuth) - key[2] * np.cos(azimuth)
+    cosine = np.sin(polar)[:, None] * across + key[1] * np.cos(polar)[:, None]
+    peak = _KEY * _CONCENTRATION / 2.0
+    radiance = AMBIENT + peak * np.exp(_CONCENTRATION * (cosine - 1.0))
+    texels = np.repeat(radiance[..., None], 3, axis=2).astype(np.float32)
+    return Sky(texels, np.full((3, bands.count), 1.0 / 3.0))
 
 
 def _row_cosines(texels: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -9,19 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.compile.frame import Frame
-from photonmap.compile.media.absorption import absorption_table
 from photonmap.compile.media.bodies import Body, find_bodies, is_solid, ranks_of
 from photonmap.compile.media.cutting import cut_meshes
 from photonmap.compile.media.dispersion import disperses, index_steps, make_dispersion
 from photonmap.compile.media.sides import find_sides
+from photonmap.errors import InputError, naming
 from photonmap.kernels.core import records
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.surfaces.relative_index import check_relative_indices
 from photonmap.spectra.bands import Bands
+from photonmap.spectra.curves import Spectrum
 
 Floats = NDArray[np.float64]
 Owner = NDArray[np.int64]
+LEAST_TRANSMITTANCE = 1e-30
+"""What is darker counts as this, which no image can tell from black."""
 
 
 @dataclass(frozen=True)
@@ -119,8 +122,34 @@ def plan_media(
         to nothing
     """
     check_relative_indices(meshes)
-    table = absorption_table(materials, bands)
+    table = _absorption_table(materials, bands)
     absorbing = {id(each) for each, row in zip(materials, table, strict=True) if row.any()}
     bodies = find_bodies(meshes, absorbing, frame)
     cut = cut_meshes(meshes, bodies, absorbing, frame)
     return MediaPlan(cut, list(materials), bodies, table, bands)
+
+
+def _absorption_table(materials: Sequence[Material], bands: Bands) -> Floats:
+    """Return the absorption coefficients of M materials, (M, N), in the inverse of scene units.
+
+    Raises
+    ------
+    InputError : what absorbs is no solid glass, or has no distance
+    """
+    return np.stack([_absorption(material, bands) for material in materials])
+
+
+def _absorption(material: Material, bands: Bands) -> Floats:
+    """Return the absorption coefficient of each band, (N,), in the inverse of scene units."""
+    color, distance = material.attenuation_color, material.attenuation_distance
+    if not isinstance(color, Spectrum) and np.all(np.equal(color, 1.0)):
+        return np.zeros(bands.count)
+    with naming(f"material {material.name!r}: attenuation_color"):
+        transmitted = bands.reflectance(color)
+        if not ((transmitted >= 0.0) & (transmitted <= 1.001)).all():
+            raise InputError("lies outside of [0, 1]; correct it")
+        if material.ior is None or material.thin:
+            raise InputError("only solid glass absorbs; give it an ior, and no thin")
+        if distance is None:
+            raise InputError("needs an attenuation_distance, after which this colour is left")
+    return -np.log(np.clip(transmitted, LEAST_TRANSMITTANCE, 1.0)) / distance

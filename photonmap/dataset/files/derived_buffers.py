@@ -16,7 +16,7 @@ from photonmap.errors import InputError
 from photonmap.film.valid_pixels import valid_pixels
 from photonmap.integrators.look import Onlooker
 from photonmap.results.result import Result
-from photonmap.scene.light_parts.daylight import SkyLight
+from photonmap.scene.daylight import SkyLight
 from photonmap.scene.lights import EnvironmentLight
 from photonmap.scene.projections import RayMap
 from photonmap.scene.scene import Scene

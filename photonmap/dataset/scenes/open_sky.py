@@ -13,7 +13,7 @@ from photonmap.dataset.models.shapes import Floats
 from photonmap.dataset.models.wall_fixtures import WINDOW
 from photonmap.dataset.scenes.exposure import SKY, LightMeter, Radiance
 from photonmap.dataset.scenes.illumination import clear_sky, light_spectrum
-from photonmap.scene.light_parts.daylight import OvercastLight, SkyLight, SunLight
+from photonmap.scene.daylight import OvercastLight, SkyLight, SunLight
 from photonmap.scene.lights import Light
 from photonmap.spectra.observer import luminance
 

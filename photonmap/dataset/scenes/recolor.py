@@ -14,7 +14,7 @@ from photonmap.dataset.models.shapes import Random
 from photonmap.dataset.scenes.illumination import Illumination, choose_illumination, light_spectrum
 from photonmap.dataset.scenes.random_lights import RandomLights
 from photonmap.errors import InputError, naming
-from photonmap.scene.light_parts.daylight import SkyLight, SunLight
+from photonmap.scene.daylight import SkyLight, SunLight
 from photonmap.scene.lights import DirectionalLight, DomeLight, EnvironmentLight, Light
 from photonmap.scene.material import Material
 from photonmap.scene.panorama import check_panorama, read_panorama

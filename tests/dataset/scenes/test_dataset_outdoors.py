@@ -12,7 +12,7 @@ from photonmap.dataset.scenes.illumination import CLEAR_SKY, Illumination, clear
 from photonmap.dataset.scenes.outdoors import OUTDOORS
 from photonmap.dataset.scenes.random_lights import MOST_LIGHTS
 from photonmap.errors import InputError
-from photonmap.scene.light_parts.daylight import OvercastLight, SkyLight, SunLight
+from photonmap.scene.daylight import OvercastLight, SkyLight, SunLight
 from photonmap.spectra.observer import luminance
 
 each_place = pytest.mark.parametrize("name", OUTDOORS)

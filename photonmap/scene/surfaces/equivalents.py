@@ -1,4 +1,4 @@
-"""Materials without the images that say how their lobes vary."""
+"""Materials that stand for others: without images of their lobes, or without metals by name."""
 
 from dataclasses import replace
 from typing import Any
@@ -20,3 +20,14 @@ def without_images(material: Material) -> Material:
     even |= dict.fromkeys(("relief", "coat_relief", "anisotropy_map"))
     changed = {name: value for name, value in even.items() if value is not getattr(material, name)}
     return replace(material, **changed) if changed else material
+
+
+def explicit(material: Material) -> Material:
+    """Return the same material, with what follows from a metal's index given by itself.
+
+    It is for files that know no metals by name.
+    """
+    if not material.is_metal_mirror:
+        return replace(material, glossy_edge=material.edge)
+    metal = material.mirror
+    return replace(material, mirror=0.0, glossy=metal, glossy_edge=material.edge, roughness=0.0)

@@ -1,1 +1,0 @@
-"""Kinds of lights that need more than `photonmap.scene.lights` holds."""
