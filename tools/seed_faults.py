@@ -3,10 +3,12 @@
     python tools/seed_faults.py                    # the 60 faults, by number
     python tools/seed_faults.py --run 0:10         # which test catches each of the first ten
     python tools/seed_faults.py --run 3 --tests /elsewhere/tests
+    python tools/seed_faults.py --run 0:60:5 --quick
 
 The list is fixed by a seed: as many faults in each of five parts of the package, at random places.
 A copy of the checkout gets one fault at a time, and tests run until one fails: those of the part
-first, then all. A fault may change nothing that a test could see; such a one survives any suite.
+first, then, unless `--quick`, all. A fault may change nothing that a test could see; such a one
+survives any suite.
 """
 
 import argparse
@@ -101,7 +103,7 @@ def _between(
     return right.lineno, first, last, f" {SWAPPED[operator]} "
 
 
-def try_fault(fault: Fault, folder: Path, tests: Path) -> str:
+def try_fault(fault: Fault, folder: Path, tests: Path, quick: bool) -> str:
     """Return the first test that fails with a fault in a copy of the checkout; "" for none."""
     path = folder / fault.path
     right = path.read_text("utf-8")
@@ -111,7 +113,8 @@ def try_fault(fault: Fault, folder: Path, tests: Path) -> str:
     part = next(name for name in PARTS if fault.path.startswith(f"{name}/"))
     first = [str(tests / Path(name).relative_to("tests")) for name in PARTS[part]]
     try:
-        return _first_failure(folder, first) or _first_failure(folder, [str(tests)])
+        found = _first_failure(folder, first)
+        return found if found or quick else _first_failure(folder, [str(tests)])
     finally:
         path.write_text(right, "utf-8")
 
@@ -135,7 +138,8 @@ def _first_failure(folder: Path, tests: list[str]) -> str:
 def main() -> None:
     """List the faults, or try some of them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--run", metavar="FIRST:LAST", help="try these, by number")
+    parser.add_argument("--run", metavar="FIRST:LAST:STEP", help="try these, by number")
+    parser.add_argument("--quick", action="store_true", help="run the tests of the part alone")
     parser.add_argument("--tests", type=Path, help="folder of tests in place of this checkout's")
     options = parser.parse_args()
     faults = find_faults()
@@ -143,15 +147,18 @@ def main() -> None:
         for number, fault in enumerate(faults):
             print(f"{number:2} {fault.path}:{fault.line}\n   {fault.before}\n   {fault.after}")
         return
-    first, _, last = options.run.partition(":")
-    caught, tried = 0, range(int(first), int(last or int(first) + 1))
+    first, *rest = map(int, options.run.split(":"))
+    caught, tried = 0, range(first, *(rest or [first + 1]))
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) / "checkout"
         shutil.copytree(ROOT, folder, ignore=shutil.ignore_patterns(".git", ".venv", "out"))
         for number in tried:
-            by = try_fault(faults[number], folder, options.tests or folder / "tests")
+            by = try_fault(faults[number], folder, options.tests or folder / "tests", options.quick)
             caught += bool(by)
-            print(f"{number:2} {faults[number].path}:{faults[number].line}: {by or 'SURVIVED'}")
+            print(
+                f"{number:2} {faults[number].path}:{faults[number].line}: {by or 'SURVIVED'}",
+                flush=True,
+            )
     print(f"{caught} of {len(tried)} caught")
 
 
