@@ -206,9 +206,9 @@ def test_the_pilot_of_a_closed_ball_of_mirrors(core, monkeypatch):
     totals = []
     trace = caustics.CausticTracer._trace
 
-    def counted(self, total, key):
+    def counted(self, index, total, domain):
         totals.append(total)
-        return trace(self, total, key)
+        return trace(self, index, total, domain)
 
     monkeypatch.setattr(caustics.CausticTracer, "_trace", counted)
     bowl = ball(1.0, pm.Material.polished(mirror=0.9), "bowl")
