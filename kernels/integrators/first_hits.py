@@ -8,7 +8,7 @@ from numba.types import float32, float64, int32
 from photonmap.kernels.bsdf import coated, glossy, models, sheen
 from photonmap.kernels.bsdf.glass import alpha_at, glass_share
 from photonmap.kernels.bsdf.material import albedo, look_up_material
-from photonmap.kernels.camera.cameras import first_hit, generate_ray
+from photonmap.kernels.camera.cameras import first_hit, generate_ray, is_dark
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.passes import Hit
@@ -25,7 +25,7 @@ class FirstHits(NamedTuple):
     barycentrics: float32[:, ::1]
     """(P, 2) float32, of the second and third corner"""
     direction: float32[:, ::1]
-    """(P, 3) float32, of the ray, a unit vector in the world"""
+    """(P, 3) float32, of the ray, a unit vector in the world; 0 where no light reaches the film"""
     distance: float32[::1]
     """(P,) float32, from where the ray begins in the kernels' unit"""
     depth: float32[::1]
@@ -67,7 +67,8 @@ def find_first_hits(geometry, view, span, hits):
         ray = generate_ray(view.camera, pixel % film.width + 0.5, pixel // film.width + 0.5)
         hit = first_hit(geometry, ray)
         hits.triangle[row] = hit.triangle
-        _fill(hits.direction[row], vec.normalize(ray.direction))
+        dark = is_dark(ray)
+        _fill(hits.direction[row], ray.direction if dark else vec.normalize(ray.direction))
         if hit.triangle < 0:
             hits.barycentrics[row], hits.normal[row] = 0.0, 0.0
             hits.distance[row], hits.depth[row] = 0.0, 0.0
