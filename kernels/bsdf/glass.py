@@ -87,8 +87,7 @@ def multiply_remainder(scene, hit, clear, throughput):
 @jit
 def _multiply_mixed(scene, hit, passed, factor, throughput):
     """Multiply throughput by factor · (tint - passed) / (1 - passed), where tint is textured."""
-    maps = scene.specular.maps
-    geometry = scene.geometry
+    geometry, maps = scene.geometry, scene.specular.maps
     material = geometry.material[hit.triangle]
     image = maps.tint[material]
     if image < 0:

@@ -56,7 +56,7 @@ def _mix(textures, color, band):
 
 
 @jit
-def multiply_albedo(throughput, scene, color, factor):
+def multiply_albedo(scene, color, factor, throughput):
     """Multiply throughput, (N,), by factor · albedo; return its largest, (old, new)."""
     if scene.textures is None:
         return attenuate(throughput, scene.materials.reflectance, color[0], factor)

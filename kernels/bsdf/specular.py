@@ -246,8 +246,8 @@ def is_folded(out, arrival, crossed):
 def specular_step(scene, met, numbers, step, before, state, carries_flux, throughput):
     """Scatter at a specular surface, and go on to the next hit: the one step of every chain.
 
-    `met` is (hit, direction) there, `numbers` are those of `scatter_specular`. From
-    `CERTAIN_STEPS` on, Russian roulette is played against the throughput `before` the chain.
+    `met` is (hit, direction) there, `numbers` and `carries_flux` are those of `scatter_specular`.
+    From `CERTAIN_STEPS` on, Russian roulette is played against the throughput `before` the chain.
     Returns (whether the path goes on, hit, direction, state).
     """
     hit, direction = met

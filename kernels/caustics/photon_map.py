@@ -23,8 +23,8 @@ from photonmap.kernels.core.streams import EMIT_DIRECTION, EMIT_POSITION, LOBE, 
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import divide_by_opacity, intersect
 
-CERTAIN = np.float32(1.0)
-"""Against which no Russian roulette is played: photons keep their flux."""
+FIRST = 0
+"""Number of every step, lest `specular_step` play Russian roulette: photons keep their flux."""
 ALIGNED = 0.7
 """Cosine between normals above which photons count for each other's surface."""
 FLATNESS = 0.3
@@ -49,7 +49,7 @@ def _follow(scene, ray, state, flux):
                 return True, hit, direction, step + 1
         numbers, state = draw_scattering(scene.specular.alpha, state)
         _, hit, direction, state = specular_step(
-            scene, (hit, direction), numbers, 0, CERTAIN, state, True, flux
+            scene, (hit, direction), numbers, FIRST, np.float32(1.0), state, True, flux
         )
         if hit.triangle < 0:
             return False, hit, direction, step + 2

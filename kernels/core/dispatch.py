@@ -11,7 +11,7 @@ def by_number(modules: Iterable[Any], name: str, parameters: str, number: str = 
 
     Parameters
     ----------
-    modules : all there are, by their numbers; the last is called by any number beyond the others
+    modules : all there are, by their numbers, of which there are no others
     parameters : of all functions, and of the one returned
     number : expression of the parameters that tells which; by default, a parameter before them
 

@@ -198,7 +198,7 @@ def _arrive(scene, caustics, surface, scratch):
         scatter_caustics(scene, caustics, surface, math.pi, scratch.irradiance, INDIRECT, scratch)
         return
     color = look_up_material(scene, surface.hit)
-    multiply_albedo(scratch.throughput, scene, color, 1.0)
+    multiply_albedo(scene, color, 1.0, scratch.throughput)
     if largest(scratch.throughput) > 0.0:
         add_caustics(caustics, surface, scratch.throughput, scratch.irradiance, INDIRECT)
 

@@ -81,7 +81,7 @@ def _reflect(scene, cache, surface, point, flux, response):
     surface = models.with_model(scene, surface)
     if scene.scattering is None or surface.model == models.LAMBERTIAN:
         color = look_up_material(scene, surface.hit)
-        _, after = multiply_albedo(flux, scene, color, factor)
+        _, after = multiply_albedo(scene, color, factor, flux)
         _store(cache, surface, flux)
         return after, vec.from_frame(warp.cosine_hemisphere(point[0], point[1]), surface.ng)
     is_glossy = has_base(scene, surface.hit.triangle)

@@ -66,16 +66,6 @@ def camera_rays(camera: Camera, size: tuple[int, int]) -> NDArray[np.float64]:
     return rays.reshape(height, width, 6)
 
 
-def has_optics(camera: Camera) -> bool:
-    """Return whether a camera's rays need more code than a pinhole's or parallel ones."""
-    match camera.model:
-        case Pinhole() | Orthographic():
-            return camera.lens is not None
-        case Intrinsics() as model:
-            return camera.lens is not None or any(model.distortion)
-    return True
-
-
 def compile_camera(camera: Camera, frame: Frame, size: tuple[int, int]) -> passes.Camera:
     """Return a checked camera over an image, in the kernels' units.
 
