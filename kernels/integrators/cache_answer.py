@@ -80,6 +80,18 @@ def may_answer_gather_ray(cache, surface):
 
 
 @jit
+def answer_by_cell(scene, cache, hit, side, state, scratch):
+    """Add what the cache holds of a side of a Lambertian surface, as `answer` does.
+
+    Returns (lookup flags, whether a path goes on, the random state).
+    """
+    cell = cell_at(cache.cells, hit.triangle, side, hit.u, hit.v)
+    add_product(scratch.irradiance, INDIRECT, cache.radiosity, cell, scratch.throughput, 1.0)
+    goes_on, state = _corrects(cache, cell, state, scratch)
+    return _flags(scene, cache, hit.triangle, cell), goes_on, state
+
+
+@jit
 def answer(scene, cache, surface, state, scratch):
     """Add what the cache holds of a surface, times throughput, to row INDIRECT.
 
@@ -88,10 +100,10 @@ def answer(scene, cache, surface, state, scratch):
     random state). Where a path goes on, its throughput was divided by the probability of that.
     """
     if surface.model == models.LAMBERTIAN:
-        cell = _cell_of(cache, surface)
-        add_product(scratch.irradiance, INDIRECT, cache.radiosity, cell, scratch.throughput, 1.0)
-        goes_on, state = _corrects(cache, cell, state, scratch)
-        return _flags(scene, cache, surface, cell), goes_on, surface, state
+        flags, goes_on, state = answer_by_cell(
+            scene, cache, surface.hit, surface.side, state, scratch
+        )
+        return flags, goes_on, surface, state
     if scene.scattering is None or not has_base(scene, surface.hit.triangle):
         return 0, True, surface, state
     lit, probability = _add_base(scene, cache, surface, scratch)
@@ -112,11 +124,11 @@ def _cell_of(cache, surface):
 
 
 @jit
-def _flags(scene, cache, surface, cell):
+def _flags(scene, cache, triangle, cell):
     """Return FOUND, EMPTY, or 0 if the surface is black."""
     if total(cache.radiosity, cell) > 0.0:
         return FOUND
-    material = scene.geometry.material[surface.hit.triangle]
+    material = scene.geometry.material[triangle]
     return EMPTY if total(scene.materials.reflectance, material) > 0.0 else 0
 
 

@@ -19,9 +19,13 @@ from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.passes import DIRECT, FOUND, GATHER, SPECULAR, Hit
 from photonmap.kernels.core.rng import block_key, sobol_point, stream
 from photonmap.kernels.core.streams import split
-from photonmap.kernels.geometry.interaction import surface_interaction
+from photonmap.kernels.geometry.interaction import side_of, surface_interaction
 from photonmap.kernels.geometry.opacity import intersect
-from photonmap.kernels.integrators.cache_answer import answer, may_answer_gather_ray
+from photonmap.kernels.integrators.cache_answer import (
+    answer,
+    answer_by_cell,
+    may_answer_gather_ray,
+)
 from photonmap.kernels.integrators.path_walk import follow_path, seen_emitter
 from photonmap.kernels.lights.emission import add_emission, emission_of
 
@@ -66,11 +70,11 @@ def fill_directions(ns, first, key, directions):
 @jit
 def _add_surface(scene, maps, hit, direction, state, scratch):
     """Add the light of a surface on a chain; return (whether the chain goes on, flags, state)."""
-    surface = surface_interaction(scene.geometry, hit, direction)
-    surface = models.with_model(scene, surface)
-    if surface.model == models.LAMBERTIAN:
-        flags, _, _, state = answer(scene, maps.cache, surface, state, scratch)
+    if models.model_at(scene, hit.triangle) == models.LAMBERTIAN:
+        side = side_of(scene.geometry, hit.triangle, direction)
+        flags, _, state = answer_by_cell(scene, maps.cache, hit, side, state, scratch)
         return True, flags, state
+    surface = models.with_model(scene, surface_interaction(scene.geometry, hit, direction))
     probability = specular_probability(scene, hit.triangle)
     is_specular, state = choose_lobe(probability, state, scratch.throughput)
     if is_specular:
