@@ -3,10 +3,13 @@ BIN := .venv/bin
 RUNNABLE := .venv/runnable
 INSTALLED := .venv/installed
 
+# Python and pytest keep compiled sources: a suite that starts a hundred processes lives on them.
+unexport PYTHONDONTWRITEBYTECODE
+
 # Runs a command without its output, which is shown if it fails.
 QUIETLY := sh -c 'log=$$(mktemp); "$$@" > $$log 2>&1 || { code=$$?; cat $$log; rm $$log; exit $$code; }; rm $$log' quietly
 
-.PHONY: docs gallery golden demo dataset-demo test test-all test-slow lint fuzz kernels-checked kernels-bounds kernels-plain bench study examples wheel release-check clean
+.PHONY: docs gallery golden demo dataset-demo test test-all test-slow lint style fuzz kernels-checked kernels-bounds kernels-plain bench study examples wheel release-check clean
 
 demo: $(RUNNABLE)  ## render the Cornell box into out/
 	@mkdir -p out
@@ -23,22 +26,24 @@ dataset-demo: $(INSTALLED)  ## a data set of 4 scenes in 4 lights into out/datas
 WORKERS ?= 2
 PARALLEL := --numprocesses $(WORKERS)
 test: $(INSTALLED)  ## lint, then the tests that matter: minutes
-	$(MAKE) lint
+	$(MAKE) style
 	$(BIN)/python -m photonmap compile --quiet
 	$(BIN)/python -m pytest $(PARALLEL) -m "not slow"
 
 test-all: $(INSTALLED)  ## lint, then every test
-	$(MAKE) lint
+	$(MAKE) style
 	$(BIN)/python -m pytest $(PARALLEL)
 
 test-slow: $(INSTALLED)  ## what `make test` leaves out
 	$(BIN)/python -m pytest $(PARALLEL) -m slow
 
-lint: $(INSTALLED)  ## format, style, types, sizes, imports
+lint: style  ## format, style, types, sizes, imports
+	$(BIN)/python -m pytest tests/test_sizes.py tests/test_imports.py
+
+style: $(INSTALLED)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
-	$(BIN)/python -m pytest tests/test_sizes.py tests/test_imports.py
 
 SEED ?= $(shell date +%s)
 COUNT ?= 100
