@@ -15,7 +15,7 @@ from benchmarks.accuracy.mitsuba_client import start_mitsuba
 from benchmarks.harness.options import ROOT, Options
 from benchmarks.harness.table import markdown, show
 from photonmap.runtime.options import read_size
-from photonmap.study.machine import MAX_BACKGROUND_LOAD, BackgroundLoad, describe_machine
+from photonmap.study.measure import MAX_BACKGROUND_LOAD, BackgroundLoad, describe_machine
 
 BENCHMARKS = {
     "rays": "low_level",

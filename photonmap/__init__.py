@@ -61,7 +61,7 @@ if TYPE_CHECKING:
     from photonmap.spectra.bands import Bands
     from photonmap.spectra.color_text import emission, reflectance
     from photonmap.spectra.curves import Spectrum, SpectrumSet
-    from photonmap.viewer.notebook import preview
+    from photonmap.viewer.live import preview
 
 __all__ = [
     "AnisotropyMap",
@@ -132,7 +132,7 @@ _HOMES = {
     "InputError": "errors",
     "SceneWarning": "errors",
     "merge": "results.merge",
-    "preview": "viewer.notebook",
+    "preview": "viewer.live",
     "render": "render",
     "Result": "results.result",
     "load_result": "results.result",

@@ -20,7 +20,7 @@ from photonmap.commands.options import (
     print_failures,
     progress_log,
 )
-from photonmap.dataset.files.chosen_buffers import ALWAYS
+from photonmap.dataset.files.lean import ALWAYS
 from photonmap.errors import InputError, warn
 from photonmap.film.budget import DEFAULT_ERROR
 from photonmap.io.scene_source import use_measured_sets
@@ -232,11 +232,9 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _make(folder: Path, options: argparse.Namespace) -> int:
-    from photonmap.dataset.files.chosen_buffers import check_chosen
-    from photonmap.dataset.files.image_files import check_formats
-    from photonmap.dataset.files.inputs import describe_left_out
-    from photonmap.dataset.files.manifest import CHOICES, check_dataset_folder
-    from photonmap.dataset.files.photos import choose_sensor
+    from photonmap.dataset.files.image_files import check_formats, choose_sensor
+    from photonmap.dataset.files.lean import check_chosen
+    from photonmap.dataset.files.manifest import CHOICES, check_dataset_folder, describe_left_out
     from photonmap.dataset.jobs.make_dataset import Extra, describe_dataset, read_identity
     from photonmap.dataset.jobs.schedule import check_scheduler
 
@@ -278,7 +276,7 @@ def _preview(
     jobs: list[Job], extra: Extra, formats: tuple[str, ...], options: argparse.Namespace
 ) -> None:
     """Print the images, or what they will cost."""
-    from photonmap.dataset.jobs.estimate import estimate, list_costs
+    from photonmap.dataset.jobs.costs import estimate, list_costs
     from photonmap.dataset.jobs.notices import hearing
     from photonmap.dataset.jobs.plan import list_jobs
     from photonmap.dataset.jobs.render_image import Task
@@ -317,7 +315,7 @@ def _render(
 
 def _tell(faults: dict[str, str]) -> int:
     """Print why scene files cannot be read; return the exit code."""
-    from photonmap.dataset.files.inputs import as_line
+    from photonmap.dataset.files.manifest import as_line
 
     for fault in faults.items():
         print(f"photonmap: failed: {as_line(*fault)}", file=sys.stderr)
@@ -328,7 +326,7 @@ def _plan(
     options: argparse.Namespace, identity: str
 ) -> tuple[CommonSettings, list[Job], dict[str, str]]:
     """Check the options; list the images, and why scene files cannot be read."""
-    from photonmap.dataset.files.inputs import as_line
+    from photonmap.dataset.files.manifest import as_line
     from photonmap.dataset.jobs.job_scene import describe_inputs, read_user_scenes
     from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
     from photonmap.dataset.jobs.presets import load_preset, with_illuminations
@@ -368,7 +366,7 @@ def _report(
     folder: Path, head: dict[str, Any], outcome: Outcome, options: argparse.Namespace
 ) -> int:
     """Write the report, and print what came out; return the exit code."""
-    from photonmap.dataset.files.inputs import lines_of
+    from photonmap.dataset.files.manifest import lines_of
     from photonmap.dataset.report.page import mean_share, write_report
     from photonmap.report.pages import has_jinja
 

@@ -21,7 +21,7 @@ from photonmap.runtime.interrupts import ignoring_interrupts
 from photonmap.runtime.progress import Progress, choose_progress
 from photonmap.scene.camera import ALL
 from photonmap.version import __version__
-from photonmap.viewer.tev import ADDRESS, Tev
+from photonmap.viewer.live import ADDRESS, Tev
 
 if TYPE_CHECKING:
     from photonmap.render import RenderPlan

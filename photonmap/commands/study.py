@@ -125,7 +125,7 @@ def _prepare(options: argparse.Namespace) -> tuple[Study, Extent]:
 
 def _report(outcome: Outcome, folder: Path) -> None:
     """Print the recommendation, and where the page is."""
-    from photonmap.study.recommendation import recommend
+    from photonmap.study.convergence import recommend
     from photonmap.study.run_study import PAGE
 
     found = outcome.findings

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 from photonmap.report import plots
 from photonmap.report.files import replacing
 from photonmap.report.tables import aligned, write_csv
-from photonmap.sensors.color_error import METHODS, ColorRow
-from photonmap.sensors.comparison import BestRow
+from photonmap.sensors.comparison import METHODS, BestRow, ColorRow
 from photonmap.sensors.interreflection import ErrorRow
 
 if TYPE_CHECKING:

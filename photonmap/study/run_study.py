@@ -2,19 +2,282 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from photonmap.film.budget import LEAST_PASSES
 from photonmap.report.files import written_together
-from photonmap.report.plots import save_figure
+from photonmap.report.pages import render_page
+from photonmap.report.plots import as_svg, save_figure
 from photonmap.report.tables import write_csv
 from photonmap.runtime.interrupts import ignoring_interrupts
-from photonmap.study.convergence import Findings
-from photonmap.study.machine import BackgroundLoad, choose_clock, describe_machine
-from photonmap.study.measure import COLUMNS, Study
-from photonmap.study.page import About, describe_study, write_page
+from photonmap.study.convergence import (
+    BUFFER,
+    PATH,
+    TARGETS,
+    Findings,
+    Law,
+    Power,
+    change_beyond_noise,
+    duration,
+    percent,
+    recommend,
+    two_digits,
+)
+from photonmap.study.errors import BUFFERS, CAPTIONS, REFERENCE_BANDS, Kind, color_bar
+from photonmap.study.measure import (
+    COLUMNS,
+    MAX_BACKGROUND_LOAD,
+    BackgroundLoad,
+    Point,
+    Study,
+    choose_clock,
+    describe_machine,
+)
 from photonmap.study.plots import drawn_figures
-from photonmap.study.sweeps import Extent, run_sweeps
+from photonmap.study.sweeps import Extent, bands_label, run_sweeps
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class About:
+    """Texts that describe a study.
+
+    Parameters
+    ----------
+    title, subtitle : the scene, and how it was rendered
+    base : label of the bands that sweeps start from
+    interrupted : whether Ctrl-C ended the study
+    pairs : names and values of settings and of the machine
+    why : reason why each effect is on or off, by name
+    clock : how seconds were measured
+    repeats : how often renders were repeated whose times are compared
+    """
+
+    title: str
+    subtitle: str
+    base: str
+    interrupted: bool
+    pairs: list[tuple[str, str]]
+    why: dict[str, str]
+    clock: str
+    repeats: str
+
+
+def describe_study(
+    study: Study, extent: Extent, interrupted: bool, machine: dict[str, Any], others: float
+) -> About:
+    """Describe a study that has its reference.
+
+    Parameters
+    ----------
+    study, extent : the study, and how far its sweeps went
+    interrupted : whether Ctrl-C ended the study
+    machine : as `describe_machine` returns it
+    others : fraction of the processors that other programs took
+    """
+    width, height = study.base.size
+    record = study.record
+    triangles = record["scene"]["triangles"]
+    bands, clock = bands_label(study.base.bands), _clock(study, others)
+    pairs = [
+        ("scene", f"{study.name}, {triangles} triangles"),
+        ("image", f"{width}×{height}, {study.base.pixel} pixels, {bands}, seed {study.base.seed}"),
+        ("photons per pass", str(record["arguments"]["photons"])),
+        ("effects", ", ".join(name for name, e in record["effects"].items() if e["on"])),
+        ("reference", _reference(study)),
+        ("rendering", f"{study.spent:.0f} s of {extent.seconds:.0f} s allowed"),
+        ("threads", f"{record['arguments']['threads']} of {machine['processors']} processors"),
+        ("machine", f"{machine['processor']}, {machine['system']}"),
+        ("clock", clock),
+        ("versions", ", ".join(f"{name} {v}" for name, v in machine["versions"].items())),
+    ]
+    repeats = f"{extent.repeats} run{'s' * (extent.repeats > 1)}"
+    why = {name: effect["why"] for name, effect in record["effects"].items()}
+    subtitle = f"{width}×{height} pixels, {bands} unless stated, {triangles} triangles; " + (
+        f"{machine['processor']}, {record['arguments']['threads']} threads"
+    )
+    return About(study.name, subtitle, bands, interrupted, pairs, why, clock, repeats)
+
+
+def _reference(study: Study) -> str:
+    """Return how the reference was rendered, and its own errors."""
+    reference = study.reference
+    assert reference is not None
+    errors = ", ".join(f"{name} {100 * reference.own_error(name):.2g}%" for name in BUFFERS)
+    return (
+        f"photon mapping, {reference.passes} passes in two halves, {reference.seconds:.0f} s; "
+        f"its own error: {errors}"
+    )
+
+
+def _clock(study: Study, others: float) -> str:
+    """Return which clock seconds are by, and why."""
+    load = f"other programs took {others:.0%} of the processors"
+    if others <= MAX_BACKGROUND_LOAD:
+        return f"wall-clock time, without loading and compiling; {load}"
+    longer = study.spent * study.record["arguments"]["threads"] / study.processor
+    return (
+        f"processor time divided by threads, without loading and compiling, as {load}; "
+        f"wall-clock time was {longer:.1f} times as long"
+    )
+
+
+_DASH = "–"
+_BARS: tuple[Kind, ...] = ("true", "stated", "delta")
+
+
+def write_page(found: Findings, about: About, figures: dict[str, Figure]) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    found : the points and what follows from them
+    about : description of the study
+    figures : by name
+    """
+    return render_page(
+        __package__,
+        "study.html",
+        about=about,
+        sentences=recommend(found.laws, found.base),
+        targets=[f"{100 * target:g}%" for target in TARGETS],
+        many=REFERENCE_BANDS,
+        least=LEAST_PASSES,
+        laws=[_law_row(law, found) for law in found.laws],
+        figures={name: as_svg(figure, name) for name, figure in figures.items()},
+        facts=_facts(found),
+        choices=[_choice_row(index, point, found, about) for index, point in found.of("choices")],
+        points=[_point_row(index, point) for index, point in enumerate(found.points)],
+        data={
+            "points": [_point_data(point) for point in found.points],
+            "bars": {kind: {"colors": color_bar(kind), "what": CAPTIONS[kind]} for kind in _BARS},
+            "first": max((index for index, _ in found.of("passes")), default=0),
+        },
+    )
+
+
+def _law_row(law: Law, found: Findings) -> dict[str, Any]:
+    """Return the table row of a law: seconds to each target, and spectral errors."""
+    cells = []
+    for target in TARGETS:
+        took = law.seconds_to(target)
+        cells.append({"text": duration(took.seconds), "beyond": took.extrapolated})
+    color = None
+    if law.label != PATH:
+        measured = [p for _, p in found.most_passes("bands") if found.label_of(p) == law.label]
+        color = measured[0].color if measured else None
+    names = ("delta_mean", "delta_p95", "indirect_mean", "indirect_p95")
+    deltas = [two_digits(getattr(color, name)) if color else _DASH for name in names]
+    parts = [percent(getattr(color, name)) if color else _DASH for name in ("shading", "indirect")]
+    return {"label": law.label, "cells": cells, "color": [*deltas, *parts]}
+
+
+def _facts(found: Findings) -> dict[str, str]:
+    """Return the numbers that captions quote, as text."""
+    facts = {"honesty": f"{found.correction.ratio:.2f}"}
+    for sweep in ("passes", "path"):
+        for buffer in ("radiance", "shading"):
+            facts[f"{sweep}_{buffer}"] = _slope(found.slope(sweep, buffer))
+        facts[f"{sweep}_by_passes"] = _slope(found.slope_by_passes(sweep, BUFFER))
+    if (path := found.bias) is not None:
+        facts["bias"] = (
+            f"{100 * path.mean_difference:+.2f}% ± {100 * path.mean_error:.2f}%".replace("-", "−")
+        )
+    return facts
+
+
+def _slope(law: Power | None) -> str:
+    """Return the exponent of a law, with its standard error if it is known."""
+    if law is None:
+        return _DASH
+    spread = "" if math.isnan(law.uncertainty) else f" ± {law.uncertainty:.3f}"
+    return f"{law.exponent:.3f}{spread}".replace("-", "−")
+
+
+def _choice_row(index: int, point: Point, found: Findings, about: About) -> dict[str, Any]:
+    """Return the table row of a choice: its cost and effect against the default settings."""
+    usual = found.of("choices")[0][1]
+    changed = change_beyond_noise(point)
+    return {
+        "index": index,
+        "label": point.label,
+        "why": about.why.get(point.label.removeprefix("without "), ""),
+        "seconds": f"{point.seconds:.2f}",
+        "relative": f"{point.processor / usual.processor:.2f}",
+        "stated": percent(point.stated["radiance"]),
+        "mean": f"{100 * point.mean_difference:+.1f}%".replace("-", "−"),
+        "changed": "none beyond noise" if changed is None else percent(changed),
+    }
+
+
+def _point_row(index: int, point: Point) -> dict[str, Any]:
+    """Return a row of the table of all points."""
+    settings = point.settings
+    return {
+        "index": index,
+        "cells": [
+            *(point.sweep, point.label, settings.method, settings.bands),
+            *(f"{settings.size[0]}×{settings.size[1]}", settings.passes, settings.photons),
+            f"{point.seconds:.2f}",
+            *(_percent_or_dash(point.stated.get(buffer)) for buffer in ("radiance", "shading")),
+            *(_percent_or_dash(point.true.get(buffer)) for buffer in ("radiance", "shading")),
+            two_digits(point.color.delta_mean) if point.color else _DASH,
+        ],
+    }
+
+
+def _point_data(point: Point) -> dict[str, Any]:
+    """Return what the page shows when a point is selected."""
+    settings, shown = point.settings, point.error_map
+    errors = [
+        [
+            buffer,
+            _percent_or_dash(point.stated.get(buffer)),
+            _percent_or_dash(point.true.get(buffer)),
+        ]
+        for buffer in BUFFERS
+    ]
+    rest = [
+        ["method", "photon mapping" if settings.method == "photon" else PATH],
+        ["bands", settings.bands],
+        ["size", f"{settings.size[0]}×{settings.size[1]}, {settings.pixel} pixels"],
+        ["passes", f"{settings.passes} of {settings.photons} photons"],
+        ["effects", settings.effects.replace(",", ", ")],
+        ["seconds", f"{point.seconds:.3g}; by the wall clock {point.wall:.3g}"],
+    ]
+    if settings.method != "photon":
+        rest[3][1] = str(settings.passes)
+    if point.color:
+        color = point.color
+        rest.append(["ΔE2000, mean / 95%", _pair(color.delta_mean, color.delta_p95)])
+        rest.append(["of indirect light", _pair(color.indirect_mean, color.indirect_p95)])
+    return {
+        "title": f"{point.label} ({point.sweep})",
+        "picture": point.picture,
+        "map": shown.image if shown else "",
+        "kind": shown.kind if shown else "",
+        "scale": _scale(shown.kind, shown.scale) if shown else "",
+        "settings": rest,
+        "errors": errors,
+    }
+
+
+def _scale(kind: Kind, scale: float) -> str:
+    return f"{scale:g}" if kind == "delta" else f"{100 * scale:g}%"
+
+
+def _pair(first: float, second: float) -> str:
+    return f"{two_digits(first)} / {two_digits(second)}"
+
+
+def _percent_or_dash(value: float | None) -> str:
+    return _DASH if value is None or math.isnan(value) else f"{100 * value:#.3g}%"
+
 
 PAGE, TABLE = "study.html", "study.csv"
 

@@ -62,7 +62,7 @@ def test_the_command_gives_the_same_photo(made, tmp_path):
 def test_verify(made, capsys):
     assert main(["dataset", "verify", str(made / "OUT"), "--sample", "0", "--quiet"]) == 0
     image = dataset.open_dataset(made / "OUT")[0]
-    from photonmap.dataset.jobs.verify_arrays import check_photo
+    from photonmap.dataset.jobs.verify import check_photo
 
     assert not [*check_photo(image)]
     image.photo.raw[3, 3] += 1
@@ -89,7 +89,7 @@ def test_sensors_that_there_are_not(made, capsys, sensor, message):
 
 def test_sensitivities_are_part_of_the_set(tmp_path):
     """A file of the same name with other curves makes another set."""
-    from photonmap.dataset.files.photos import choose_sensor
+    from photonmap.dataset.files.image_files import choose_sensor
 
     heads = []
     for shift in (0.0, 10.0):

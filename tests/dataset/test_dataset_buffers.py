@@ -8,10 +8,9 @@ import pytest
 from photonmap import dataset
 from photonmap.buffers import split_name
 from photonmap.commands.main import main
-from photonmap.dataset.files.chosen_buffers import ALWAYS, check_chosen
-from photonmap.dataset.jobs.verify import verify
-from photonmap.dataset.jobs.verify_arrays import check_identities
-from photonmap.dataset.publication.samples import usual_names
+from photonmap.dataset.files.lean import ALWAYS, check_chosen
+from photonmap.dataset.jobs.verify import check_identities, verify
+from photonmap.dataset.publication.export import usual_names
 from photonmap.errors import InputError
 from photonmap.evaluate.bench.images import load_truth
 from photonmap.io.exr import list_parts

@@ -6,8 +6,7 @@ import pytest
 import photonmap as pm
 from photonmap.commands.main import main
 from photonmap.dataset.files.derived_buffers import as_rgb, rgb_residual, with_derived
-from photonmap.dataset.jobs.verify import verify
-from photonmap.dataset.jobs.verify_arrays import check_identities
+from photonmap.dataset.jobs.verify import check_identities, verify
 
 SIZE = ["--size", "16x12", "--bands", "3", "--error", "0.5"]
 

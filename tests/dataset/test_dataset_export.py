@@ -14,8 +14,7 @@ import pytest
 import photonmap as pm
 from photonmap import dataset
 from photonmap.commands.main import main
-from photonmap.dataset.publication.export import export
-from photonmap.dataset.publication.samples import Samples, members_of
+from photonmap.dataset.publication.export import Samples, export, members_of
 
 ARRAYS = "rgb.radiance,rgb.shading,shading,object_id,valid"
 NAMES = ("radiance", "direct", "indirect", "reflectance", "shading")

@@ -16,8 +16,7 @@ import photonmap as pm
 from photonmap import dataset
 from photonmap.commands.main import main
 from photonmap.dataset.files.image_files import BANDS_EXR
-from photonmap.dataset.files.inputs import lines_of
-from photonmap.dataset.files.manifest import locked
+from photonmap.dataset.files.manifest import lines_of, locked
 from photonmap.dataset.jobs import render_image, schedule
 from photonmap.dataset.jobs import verify as verify_module
 from photonmap.dataset.jobs.job_scene import make_scene

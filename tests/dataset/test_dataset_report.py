@@ -10,8 +10,8 @@ from photonmap import dataset
 from photonmap.commands.main import main
 from photonmap.dataset.files.derived_buffers import as_rgb, with_derived
 from photonmap.dataset.files.image_files import PREVIEWED
-from photonmap.dataset.files.image_statistics import BINS, summarise
 from photonmap.dataset.report import page as report
+from photonmap.dataset.report.page import BINS, summarise
 from photonmap.report import pages
 
 

@@ -9,9 +9,13 @@ import pytest
 
 import photonmap as pm
 from photonmap.commands.main import main
-from photonmap.inspection.describe import describe_scene, guess_unit
+from photonmap.inspection.describe import (
+    describe_materials,
+    describe_mesh,
+    describe_scene,
+    guess_unit,
+)
 from photonmap.inspection.remedies import find_remedy
-from photonmap.inspection.surfaces import describe_materials, describe_mesh
 from photonmap.inspection.text import _warning_lines
 from photonmap.scene.surfaces.layers import name_kind
 

@@ -23,8 +23,8 @@ from photonmap.buffers import (
     with_defaults,
 )
 from photonmap.compile.scene_arrays import compile_scene
-from photonmap.dataset.files.chosen_buffers import rendered_for
 from photonmap.dataset.files.derived_buffers import with_derived
+from photonmap.dataset.files.lean import rendered_for
 from photonmap.integrators import first_hits
 from photonmap.integrators.memory_estimate import Work
 from photonmap.kernels.film.moments import GOAL_BUFFERS, Moments, SpecularMoments

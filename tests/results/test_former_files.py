@@ -12,7 +12,7 @@ from photonmap.buffers import BUFFERS, check_buffers
 from photonmap.dataset.files import image_files
 from photonmap.dataset.files.lean import Parts
 from photonmap.dataset.files.reader import Image
-from photonmap.dataset.jobs.verify_arrays import check_digests
+from photonmap.dataset.jobs.verify import check_digests
 from photonmap.io.exr import FORMER_NAMES, current_name, list_parts
 from photonmap.viewer.page import load_for_page
 

@@ -8,8 +8,14 @@ from scipy.integrate import quad
 
 from photonmap.errors import InputError
 from photonmap.sensors import interreflection
-from photonmap.sensors.color_error import color_errors, differences, exact_colors, projection_matrix
-from photonmap.sensors.comparison import best_bands, spread_bands
+from photonmap.sensors.comparison import (
+    best_bands,
+    color_errors,
+    differences,
+    exact_colors,
+    projection_matrix,
+    spread_bands,
+)
 from photonmap.sensors.interreflection import band_values, interreflection_errors, sensitivity_nodes
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.color_text import emission

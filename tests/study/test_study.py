@@ -22,7 +22,6 @@ from photonmap.runtime.progress import Silent
 from photonmap.spectra.color_difference import delta_e_2000
 from photonmap.study import run_study
 from photonmap.study.convergence import Findings
-from photonmap.study.error_maps import true_map
 from photonmap.study.errors import (
     BUFFERS,
     Reference,
@@ -31,6 +30,7 @@ from photonmap.study.errors import (
     mean_relative,
     relative_distance,
     stated_error,
+    true_map,
 )
 from photonmap.study.measure import COLUMNS, Settings, Study
 from photonmap.study.sweeps import Extent, effects_on, run_sweeps

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from photonmap.study import machine
+from photonmap.study import measure
 from photonmap.study.convergence import (
     PATH,
     Correction,
@@ -16,15 +16,18 @@ from photonmap.study.convergence import (
     Law,
     Power,
     change_beyond_noise,
+    duration,
     fit_cost,
     fit_power,
     laws,
     pareto_front,
+    percent,
+    recommend,
     total_error,
+    two_digits,
 )
 from photonmap.study.errors import ColorError
 from photonmap.study.measure import COLUMNS, Point, Settings
-from photonmap.study.recommendation import duration, percent, recommend, two_digits
 
 OWN = {"radiance": 0.001, "direct": 0.001, "indirect": 0.001, "shading": 0.001}
 
@@ -208,12 +211,12 @@ def test_a_change_is_told_from_noise():
 
 def test_the_clock():
     points = [point(seconds=8.0)]
-    assert machine.choose_clock(points, 0.02, threads=2) == points
-    assert machine.choose_clock(points, 0.6, threads=4)[0].seconds == 4.0
-    described = machine.describe_machine()
+    assert measure.choose_clock(points, 0.02, threads=2) == points
+    assert measure.choose_clock(points, 0.6, threads=4)[0].seconds == 4.0
+    described = measure.describe_machine()
     assert described["processors"] >= 1
     assert described["processor"]
-    with machine.BackgroundLoad() as others:
+    with measure.BackgroundLoad() as others:
         pass
     assert others.share >= 0.0
 

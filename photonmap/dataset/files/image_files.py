@@ -1,20 +1,20 @@
-"""The files of one image: OpenEXR, HDF5 (bands, and Hypersim's layout) and PNG."""
+"""The files of one image: OpenEXR, HDF5 (bands, and Hypersim's layout), PNG, and a photo."""
 
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.dataset.files.chosen_buffers import held_in
 from photonmap.dataset.files.derived_buffers import as_rgb
-from photonmap.dataset.files.lean import RGB, as_lean, restored
+from photonmap.dataset.files.lean import RGB, as_lean, held_in, restored
 from photonmap.errors import InputError
 from photonmap.io.exr import current_name, read_exr, sort_parts
 from photonmap.io.png import write_png
@@ -23,6 +23,10 @@ from photonmap.results.preview import as_bytes, with_highlights
 from photonmap.results.result import Result
 from photonmap.runtime.wording import suggest
 from photonmap.spectra.bands import Bands
+
+if TYPE_CHECKING:
+    from photonmap.capture.sensor import Sensor
+    from photonmap.results.result import Result
 
 FORMATS = ("exr", "hdf5", "png")
 BANDS_EXR, RGB_EXR, BANDS_HDF5 = "bands.exr", "rgb.exr", "bands.hdf5"
@@ -299,3 +303,49 @@ def hash_files(folder: Path, names: Iterable[str]) -> dict[str, str]:
 def _sha256(path: Path) -> str:
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+PHOTO = "photo"
+"""Folder of an image that holds its photo."""
+_TOLD = ("time_s", "saturated", "negative")
+"""What the manifest says of a photo."""
+
+
+def choose_sensor(text: str | None) -> tuple[Sensor, dict[str, Any]] | tuple[None, None]:
+    """Return the sensor of a camera or a FILE.toml, and what the head of a set says of it.
+
+    Raises
+    ------
+    InputError : there is none
+    """
+    if text is None:
+        return None, None
+    from photonmap.capture.expose import find_response
+    from photonmap.capture.sensor import load_sensor
+    from photonmap.spectra.sensitivities import table_of
+
+    sensor = load_sensor(text)
+    if (path := table_of(sensor.camera)) is not None:
+        sensor = replace(sensor, camera=str(path.resolve()))
+    curves = json.dumps(find_response(sensor).bands.describe())
+    digest = hashlib.sha256(curves.encode()).hexdigest()[:_DIGITS]
+    return sensor, {**sensor.describe(), "sensitivities": digest}
+
+
+def add_photo(
+    folder: Path, result: Result, sensor: Sensor, seed: int, full: bool
+) -> dict[str, Any]:
+    """Write the photo of an image, of the radiance that its files hold; return its description.
+
+    Raises
+    ------
+    InputError : the sensor cannot record the image
+    """
+    from photonmap.capture.expose import expose
+    from photonmap.capture.photo import write_photo
+
+    seen = result.select(["radiance", "emission"])
+    photo = expose(seen if full else as_lean(seen)[0], sensor, seed)
+    (folder / PHOTO).mkdir()
+    write_photo(photo, folder / PHOTO)
+    return {name: photo.record[name] for name in _TOLD}

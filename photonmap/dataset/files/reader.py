@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.buffers import row_of
-from photonmap.dataset.files.inputs import with_table
+from photonmap.dataset.files.manifest import with_table
 from photonmap.dataset.files.splits import (
     FRACTIONS,
     LAYOUT,
@@ -119,7 +119,7 @@ class Image(Mapping[str, Array]):
         InputError : the set was made without `--sensor`, or the photo is damaged
         """
         from photonmap.capture.photo import load_photo
-        from photonmap.dataset.files.photos import PHOTO
+        from photonmap.dataset.files.image_files import PHOTO
 
         return load_photo(self.folder / PHOTO)
 

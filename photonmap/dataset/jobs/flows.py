@@ -13,8 +13,7 @@ import numpy as np
 from photonmap.dataset.files.flow import Eye, Flow, Target, find_targets, flow_of
 from photonmap.dataset.files.manifest import locked
 from photonmap.dataset.files.reader import Dataset, Image, open_dataset
-from photonmap.dataset.jobs.inputs import input_finder
-from photonmap.dataset.jobs.job_scene import make_scene
+from photonmap.dataset.jobs.job_scene import input_finder, make_scene
 from photonmap.dataset.jobs.plan import Job
 from photonmap.dataset.jobs.render_image import select_measured_sets
 from photonmap.dataset.scenes.views import SIDES, View

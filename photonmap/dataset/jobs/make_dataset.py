@@ -20,13 +20,12 @@ from photonmap.dataset.files.manifest import (
     write_head,
     write_lines,
 )
-from photonmap.dataset.jobs.agenda import Agenda
-from photonmap.dataset.jobs.inputs import copy_inputs
+from photonmap.dataset.jobs.costs import Agenda
+from photonmap.dataset.jobs.job_scene import copy_inputs
 from photonmap.dataset.jobs.notices import hearing
 from photonmap.dataset.jobs.plan import CONTENT, TEXT, CommonSettings, Job
 from photonmap.dataset.jobs.render_image import ENTRY, Task, read_entry
-from photonmap.dataset.jobs.schedule import LOCAL, run_tasks
-from photonmap.dataset.jobs.trial import run_fastest
+from photonmap.dataset.jobs.schedule import LOCAL, run_fastest, run_tasks
 from photonmap.errors import warn
 from photonmap.runtime.file_checks import FULL
 from photonmap.runtime.wording import enumerated

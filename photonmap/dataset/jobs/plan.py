@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from photonmap.dataset.files.inputs import (
+from photonmap.dataset.files.manifest import (
     CURVES,
     kept_as,
     role_of_light,

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from photonmap.capture.sensor import Sensor
-from photonmap.dataset.files.chosen_buffers import rendered_for
 from photonmap.dataset.files.derived_buffers import (
     as_rgb,
     negative_share,
@@ -21,14 +20,14 @@ from photonmap.dataset.files.derived_buffers import (
     rgb_residual,
     with_derived,
 )
-from photonmap.dataset.files.image_files import hash_files, list_files, write_image
-from photonmap.dataset.files.image_statistics import summarise
+from photonmap.dataset.files.image_files import add_photo, hash_files, list_files, write_image
+from photonmap.dataset.files.lean import rendered_for
 from photonmap.dataset.files.manifest import check_code
-from photonmap.dataset.files.photos import add_photo
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.job_scene import make_scene, pieces_in
 from photonmap.dataset.jobs.notices import SpokenStages
 from photonmap.dataset.jobs.plan import Job
+from photonmap.dataset.report.page import summarise
 from photonmap.errors import InputError, naming_in_warnings
 from photonmap.film.budget import LEAST_PASSES
 from photonmap.results.files import write_json

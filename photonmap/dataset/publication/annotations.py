@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.dataset.files.reader import Dataset, Image
-from photonmap.dataset.publication.licenses import License
+from photonmap.dataset.publication.card import License
 
 FIRST_OWN = 1001
 """Number of the first kind of objects that is not in the table, such as those of users' scenes."""

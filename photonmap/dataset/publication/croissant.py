@@ -7,7 +7,7 @@ from typing import Any
 
 from photonmap.dataset.files.manifest import LINES
 from photonmap.dataset.files.reader import Dataset
-from photonmap.dataset.publication.licenses import License
+from photonmap.dataset.publication.card import License
 
 _CONTEXT = {
     "@language": "en",

@@ -2,26 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import hashlib
+import io
+import json
+import re
+import shutil
+import tarfile
+import tempfile
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from importlib.util import find_spec
 from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from photonmap.dataset.files.inputs import warn_of_left_out
-from photonmap.dataset.files.reader import open_dataset
-from photonmap.dataset.publication.card import write_card
-from photonmap.dataset.publication.licenses import find_license
-from photonmap.dataset.publication.publish import CARD, LICENSE, check_complete
-from photonmap.dataset.publication.samples import (
-    Samples,
+import numpy as np
+from numpy.typing import NDArray
+
+from photonmap.dataset.files.derived_buffers import as_rgb
+from photonmap.dataset.files.image_files import PREVIEWED, previews
+from photonmap.dataset.files.manifest import warn_of_left_out
+from photonmap.dataset.files.reader import Image, open_dataset
+from photonmap.dataset.publication.card import find_license, write_card
+from photonmap.dataset.publication.publish import (
+    CARD,
+    LICENSE,
     by_split,
-    new_folder,
-    read_array,
-    usual_names,
+    check_complete,
     warn_of_empty,
 )
-from photonmap.dataset.publication.shards import write_shards
-from photonmap.dataset.publication.tables import DATA, check_pyarrow, write_tables
 from photonmap.errors import InputError
+from photonmap.io.png import encode_png
+from photonmap.runtime.file_checks import check_output_folder
 from photonmap.runtime.wording import suggest
+
+if TYPE_CHECKING:
+    import pyarrow
 
 WEBDATASET, HUGGING_FACE = "webdataset", "huggingface"
 LAYOUTS = (WEBDATASET, HUGGING_FACE)
@@ -74,7 +91,7 @@ def export(
     folder : of a data set of which all images are there
     output : new folder to write to; it appears when all is written
     layout : one of `LAYOUTS`
-    license_name : of SPDX, see `photonmap.dataset.publication.licenses`; or a file of its text
+    license_name : of SPDX, see `photonmap.dataset.publication.card`; or a file of its text
     names : of the arrays: "depth", "shading@lamp", and "rgb.shading" in the set's RGB; None for
         `samples.DEFAULT`, as far as the images hold them
     most : bytes of a file, unless a single sample is larger
@@ -122,3 +139,337 @@ def _configs(parts: Sequence[str]) -> list[str]:
         )
     ]
     return ["configs:", "- config_name: default", "  data_files:", *files]
+
+
+RGB = "rgb."
+"""Stands before the name of an array in the set's RGB."""
+DEFAULT = (
+    "rgb.radiance", "rgb.direct", "rgb.indirect", "rgb.reflectance", "rgb.shading", "depth",
+    "normal", "object_id", "valid", "pure",
+)  # fmt: skip
+"""Arrays that are exported unless others are asked for."""
+_LEFT_OUT = ("files", "arrays", "statistics", "fingerprint")
+"""What the manifest says of an image's own files, which samples do not repeat."""
+
+
+class Samples(NamedTuple):
+    """What is exported.
+
+    Parameters
+    ----------
+    parts : images by split
+    names : of the arrays, as `read_array` takes them
+    most : bytes of a file, unless a single sample is larger
+    log : called with a line for each split
+    """
+
+    parts: dict[str, list[Image]]
+    names: Sequence[str]
+    most: float
+    log: Callable[[str], None]
+
+    def halves(self) -> frozenset[str]:
+        """Return the names of the arrays that all images hold in half precision, as lean files do.
+
+        They are exported so, which loses nothing, and an array has one type in all samples.
+        """
+        found = {*self.names}
+        for images in self.parts.values():
+            for image in images:
+                found &= image.halves | {RGB + name for name in image.rgb_halves}
+        return frozenset(found)
+
+
+def key_of(image: Image) -> str:
+    """Return the name of an image without dots, which end the key of a sample."""
+    return image.name.replace(".", "_")
+
+
+def usual_names(image: Image) -> list[str]:
+    """Return those of `DEFAULT` that an image holds."""
+    return [
+        name for name in DEFAULT if image.chosen is None or name.removeprefix(RGB) in image.chosen
+    ]
+
+
+def read_array(image: Image, name: str) -> NDArray[Any]:
+    """Return an array by the name that `--arrays` takes: "depth", "rgb.shading", "shading@lamp".
+
+    Raises
+    ------
+    InputError : there is none
+    """
+    where, bare = (image.rgb, name[len(RGB) :]) if name.startswith(RGB) else (image, name)
+    if bare not in where:
+        known = [*image, *(RGB + each for each in image.rgb)]
+        raise InputError(f"{image.name} has no array {name!r}; {suggest(name, known)}")
+    return where[bare]
+
+
+def members_of(
+    image: Image, names: Sequence[str], halves: Collection[str] = ()
+) -> dict[str, bytes]:
+    """Return what is exported of an image by the endings of its files: npy, png and json.
+
+    Parameters
+    ----------
+    names : of the arrays
+    halves : names of those to write in half precision
+
+    Raises
+    ------
+    InputError : there is no array of a name, or the image is damaged
+    """
+    arrays = {f"{_file_name(name)}.npy": array_file(image, name, halves) for name in names}
+    pictures = {f"{name}.png": data for name, data in pictures_of(image).items()}
+    return {"json": describe(image).encode(), **pictures, **arrays}
+
+
+def pictures_of(image: Image) -> dict[str, bytes]:
+    """Return the 8-bit sRGB pictures of an image as PNG files, by the names of their buffers."""
+    files = {name: image.folder / f"{name}.png" for name in PREVIEWED}
+    if all(path.is_file() for path in files.values()):
+        return {name: path.read_bytes() for name, path in files.items()}
+    shown = previews(image.result, as_rgb(image.result))
+    return {name: encode_png(picture) for name, picture in shown.items()}
+
+
+def describe(image: Image) -> str:
+    """Return what the manifest says of an image, as JSON."""
+    entry = {name: value for name, value in image.entry.items() if name not in _LEFT_OUT}
+    return json.dumps(entry, ensure_ascii=False)
+
+
+def array_file(image: Image, name: str, halves: Collection[str] = ()) -> bytes:
+    """Return an array as the bytes of a .npy file, in half precision if it is one of `halves`.
+
+    Raises
+    ------
+    InputError : there is none
+    """
+    array, file = read_array(image, name), io.BytesIO()
+    kind = np.float16 if name in halves else array.dtype
+    np.save(file, np.ascontiguousarray(array, kind), allow_pickle=False)
+    return file.getvalue()
+
+
+def _file_name(name: str) -> str:
+    """Return the name of an array as it can stand in the name of a file."""
+    return re.sub(r"[^\w.@-]", "_", name)
+
+
+@contextmanager
+def new_folder(output: str | PathLike[str]) -> Iterator[Path]:
+    """Give a folder to write to, which becomes `output` when all is written, or vanishes.
+
+    Raises
+    ------
+    InputError : there is a file of this name, or a folder that is not empty
+    """
+    folder = check_output_folder(output, "the export")
+    if folder.is_dir() and any(folder.iterdir()):
+        raise InputError("is not empty; choose a new folder", folder)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    made = Path(tempfile.mkdtemp(prefix=".photonmap-", dir=folder.parent))
+    try:
+        made.chmod(0o755)
+        yield made
+        if folder.is_dir():
+            folder.rmdir()
+        made.rename(folder)
+    finally:
+        shutil.rmtree(made, ignore_errors=True)
+
+
+INDEX, SHARDS = "index.jsonl", "shards.json"
+FORMAT = "photonmap shards 1"
+
+
+def write_shards(folder: Path, samples: Samples) -> None:
+    """Write PART-000000.tar … for each split, index.jsonl and shards.json.
+
+    A line of the index has the name, key, split and shard of a sample; its `offset` and `length`,
+    bytes; and `members`, those of the contents of each file by its ending.
+
+    Raises
+    ------
+    InputError : an image has no such array, or is damaged
+    OSError : a file cannot be written
+    """
+    shards: list[dict[str, Any]] = []
+    names, halves = list(samples.names), samples.halves()
+    with (folder / INDEX).open("w", encoding="utf-8") as index:
+        for part, images in samples.parts.items():
+            writer = _Writer(folder, part, samples.most)
+            for image in images:
+                line = writer.add(image, members_of(image, names, halves))
+                index.write(json.dumps(line, ensure_ascii=False) + "\n")
+            writer.close()
+            shards += [_describe(path, part) for path in writer.paths]
+            samples.log(f"{part}: images {len(images)}, shards {len(writer.paths)}")
+    head = {"format": FORMAT, "arrays": names, "halves": sorted(halves), "shards": shards}
+    text = json.dumps(head, indent=2)
+    (folder / SHARDS).write_text(text + "\n", encoding="utf-8")
+
+
+class _Writer:
+    """Writes samples to the shards of a split; begins another where one would be too large."""
+
+    def __init__(self, folder: Path, part: str, most: float) -> None:
+        self._folder, self._part, self._most = folder, part, most
+        self._tar: tarfile.TarFile | None = None
+        self.paths: list[Path] = []
+
+    def add(self, image: Image, members: dict[str, bytes]) -> dict[str, Any]:
+        """Write a sample; return its line of the index."""
+        key = key_of(image)
+        tar = self._open(_tar_size(members.values()))
+        begin, places = tar.offset, {}
+        for ending, data in members.items():
+            info = tarfile.TarInfo(f"{key}.{ending}")
+            info.size = len(data)
+            tar.addfile(info, io.BytesIO(data))
+            places[ending] = [tar.offset - _padded(len(data)), len(data)]
+        return {
+            "name": image.name,
+            "key": key,
+            "split": self._part,
+            "shard": self.paths[-1].name,
+            "offset": begin,
+            "length": tar.offset - begin,
+            "members": places,
+        }
+
+    def _open(self, more: int) -> tarfile.TarFile:
+        """Return the shard that takes so many bytes more."""
+        if self._tar is not None and self._tar.offset + more <= self._most:
+            return self._tar
+        self.close()
+        path = self._folder / f"{self._part}-{len(self.paths):06}.tar"
+        self.paths.append(path)
+        self._tar = tarfile.open(path, "w", format=tarfile.GNU_FORMAT)  # noqa: SIM115
+        return self._tar
+
+    def close(self) -> None:
+        """End the shard."""
+        if self._tar is not None:
+            self._tar.close()
+            self._tar = None
+
+
+def _padded(size: int) -> int:
+    return -(-size // tarfile.BLOCKSIZE) * tarfile.BLOCKSIZE
+
+
+def _tar_size(members: Iterable[bytes]) -> int:
+    """Return the bytes of a sample and of what ends a tar file."""
+    files = sum(tarfile.BLOCKSIZE + _padded(len(data)) for data in members)
+    return files + 2 * tarfile.BLOCKSIZE
+
+
+def _describe(path: Path, part: str) -> dict[str, Any]:
+    with path.open("rb") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    return {"name": path.name, "split": part, "bytes": path.stat().st_size, "sha256": digest}
+
+
+DATA = "data"
+_FIELDS = {
+    "name": "string", "scene": "string", "seed": "int64", "illumination": "string",
+    "view": "string", "width": "int32", "height": "int32", "error": "float64", "reached": "bool",
+    "manifest": "string",
+}  # fmt: skip
+"""Columns beside pictures and arrays, and their types."""
+
+
+def column_of(name: str) -> str:
+    """Return the column of an array: "rgb_shading" of "rgb.shading"."""
+    return name.replace(".", "_")
+
+
+def check_pyarrow() -> None:
+    """Raise `InputError` without pyarrow."""
+    if find_spec("pyarrow") is None:
+        raise InputError("Parquet tables need pyarrow: pip install 'photonmap[publish]'")
+
+
+def write_tables(folder: Path, samples: Samples) -> None:
+    """Write data/PART-00000.parquet … for each split.
+
+    A row is an image, and a row group of its own, so that it can be read alone. Pictures are
+    columns of images; arrays are columns of bytes, as .npy files have them.
+
+    Raises
+    ------
+    InputError : an image has no such array, or is damaged
+    OSError : a file cannot be written
+    """
+    (folder / DATA).mkdir()
+    schema = _schema(samples.names)
+    row_of = partial(_row, names=samples.names, halves=samples.halves())
+    for part, images in samples.parts.items():
+        files, rest = 0, images
+        while rest:
+            path = folder / DATA / f"{part}-{files:05}.parquet"
+            rest = _write_table(path, schema, rest, row_of, samples.most)
+            files += 1
+        samples.log(f"{part}: images {len(images)}, files {files}")
+
+
+def _write_table(
+    path: Path,
+    schema: pyarrow.Schema,
+    images: list[Image],
+    row_of: Callable[[Image], dict[str, Any]],
+    most: float,
+) -> list[Image]:
+    """Write rows until the file has its size; return the images that are left."""
+    import pyarrow
+    import pyarrow.parquet
+
+    with (
+        path.open("wb") as file,
+        pyarrow.parquet.ParquetWriter(file, schema, compression="zstd") as writer,
+    ):
+        for index, image in enumerate(images):
+            begin = file.tell()
+            writer.write_table(pyarrow.Table.from_pylist([row_of(image)], schema))
+            if 2 * file.tell() - begin > most:
+                return images[index + 1 :]
+    return []
+
+
+def _row(image: Image, names: Sequence[str], halves: Collection[str]) -> dict[str, Any]:
+    entry, job = image.entry, image.entry["job"]
+    width, height = entry["size"]
+    values = (image.name, image.geometry, job["seed"], job["illumination"], job["view"]["name"])
+    cells = (*values, width, height, entry["error"], entry["reached"], describe(image))
+    pictures = {
+        name: {"bytes": data, "path": f"{image.name}-{name}.png"}
+        for name, data in pictures_of(image).items()
+    }
+    arrays = {column_of(name): array_file(image, name, halves) for name in names}
+    return {**dict(zip(_FIELDS, cells, strict=True)), **pictures, **_apart(arrays)}
+
+
+def _apart(arrays: dict[str, Any]) -> dict[str, Any]:
+    """Return arrays by columns that no picture has."""
+    return {f"{name}_npy": data for name, data in arrays.items()}
+
+
+def _schema(names: Sequence[str]) -> pyarrow.Schema:
+    """Return the columns, with what `datasets` knows them as."""
+    import pyarrow
+
+    makers = {"string": pyarrow.string, "int64": pyarrow.int64, "int32": pyarrow.int32,
+              "float64": pyarrow.float64, "bool": pyarrow.bool_}  # fmt: skip
+    picture = pyarrow.struct([("bytes", pyarrow.binary()), ("path", pyarrow.string())])
+    columns = [(name, makers[kind]()) for name, kind in _FIELDS.items()]
+    columns += [(name, picture) for name in PREVIEWED]
+    arrays = list(_apart(dict.fromkeys(map(column_of, names))))
+    columns += [(name, pyarrow.binary()) for name in arrays]
+    features: dict[str, Any] = {n: {"dtype": k, "_type": "Value"} for n, k in _FIELDS.items()}
+    features |= {name: {"_type": "Image"} for name in PREVIEWED}
+    features |= {name: {"dtype": "binary", "_type": "Value"} for name in arrays}
+    described = json.dumps({"info": {"features": features}})
+    return pyarrow.schema(columns, metadata={"huggingface": described})

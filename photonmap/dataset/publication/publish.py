@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Collection, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 from photonmap.dataset.files.image_files import hash_files, list_files
-from photonmap.dataset.files.inputs import INPUTS, warn_of_left_out
-from photonmap.dataset.files.manifest import HEAD, LINES, locked
-from photonmap.dataset.files.reader import Dataset, open_dataset
+from photonmap.dataset.files.manifest import HEAD, INPUTS, LINES, locked, warn_of_left_out
+from photonmap.dataset.files.reader import Dataset, Image, open_dataset
+from photonmap.dataset.files.splits import PARTS, part_of
 from photonmap.dataset.publication.annotations import describe_cameras, describe_coco
-from photonmap.dataset.publication.card import describe_reading, write_card
+from photonmap.dataset.publication.card import describe_reading, find_license, write_card
 from photonmap.dataset.publication.croissant import describe_croissant
-from photonmap.dataset.publication.licenses import find_license
-from photonmap.dataset.publication.samples import by_split, warn_of_empty
 from photonmap.errors import InputError, warn
 from photonmap.runtime.wording import listed
 
@@ -36,7 +35,7 @@ def publish(folder: str | PathLike[str], license_name: str) -> list[Path]:
     Parameters
     ----------
     folder : of a data set of which all images are there
-    license_name : of SPDX, see `photonmap.dataset.publication.licenses`; or a file of its text
+    license_name : of SPDX, see `photonmap.dataset.publication.card`; or a file of its text
 
     Raises
     ------
@@ -85,6 +84,20 @@ def check_complete(images: Dataset) -> None:
         )
     if not there:
         raise InputError("the data set has no images; run it again with --resume", images.folder)
+
+
+def by_split(images: Dataset) -> dict[str, list[Image]]:
+    """Return the images of each split that has any."""
+    parts: dict[str, list[Image]] = defaultdict(list)
+    for image in images:
+        parts[image.entry.get("split") or part_of(image.geometry)].append(image)
+    return {part: parts[part] for part in PARTS if part in parts}
+
+
+def warn_of_empty(parts: Collection[str]) -> None:
+    """Warn of the splits that are not among those that have images."""
+    if missing := [part for part in PARTS if part not in parts]:
+        warn(f"no scene is in {' and '.join(missing)}; a larger --count adds some")
 
 
 def _image_digests(images: Dataset) -> dict[str, str]:

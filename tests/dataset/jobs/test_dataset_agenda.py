@@ -7,9 +7,9 @@ import pytest
 
 from photonmap import dataset
 from photonmap.commands.main import main
-from photonmap.dataset.jobs import agenda as module
-from photonmap.dataset.jobs import schedule, trial
-from photonmap.dataset.jobs.agenda import Agenda, kind_of
+from photonmap.dataset.jobs import costs as module
+from photonmap.dataset.jobs import schedule
+from photonmap.dataset.jobs.costs import Agenda, kind_of
 from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
 from photonmap.dataset.jobs.presets import Preset
 from photonmap.dataset.jobs.render_image import Task
@@ -153,20 +153,20 @@ class Slow:
 def test_many_processes_render_the_rest_where_they_are_faster(tmp_path, monkeypatch):
     """The arrays are the same."""
     pytest.importorskip("distributed")
-    monkeypatch.setattr(trial, "_workers_in_memory", lambda: 2)
+    monkeypatch.setattr(schedule, "_workers_in_memory", lambda: 2)
     measured = []
-    true_measure = trial._measure
+    true_measure = schedule._measure
 
     def measure(client, task, alone):
         measured.append(true_measure(client, task, alone))
         return 1.7
 
-    monkeypatch.setattr(trial, "_measure", measure)
+    monkeypatch.setattr(schedule, "_measure", measure)
     lines = []
     for name in ("auto", "alone"):
         (tmp_path / name).mkdir()
     wanted = tasks(tmp_path / "auto", ("jug",), count=2)
-    found = dict(trial.run_fastest(Slow(wanted, 1e6), lines.append))
+    found = dict(schedule.run_fastest(Slow(wanted, 1e6), lines.append))
     assert measured[0] > 0.0
     assert "2 render the rest" in lines[0]
     assert len(found) == 4
@@ -180,22 +180,22 @@ def test_many_processes_render_the_rest_where_they_are_faster(tmp_path, monkeypa
 
 
 def test_one_process_goes_on_where_many_are_no_faster(monkeypatch):
-    monkeypatch.setattr(trial, "_workers_in_memory", lambda: 2)
-    monkeypatch.setattr(trial, "has_dask", lambda: True)
-    monkeypatch.setattr(trial, "connect", lambda *_: nullcontext())
-    monkeypatch.setattr(trial, "_measure", lambda *_: 1.02)
+    monkeypatch.setattr(schedule, "_workers_in_memory", lambda: 2)
+    monkeypatch.setattr(schedule, "has_dask", lambda: True)
+    monkeypatch.setattr(schedule, "connect", lambda *_: nullcontext())
+    monkeypatch.setattr(schedule, "_measure", lambda *_: 1.02)
     monkeypatch.setattr(schedule, "render_image", lambda task: entry_of(task.job))
     lines = []
-    found = dict(trial.run_fastest(Slow(tasks(), 1e6), lines.append))
+    found = dict(schedule.run_fastest(Slow(tasks(), 1e6), lines.append))
     assert lines == ["2 processes are 1.02 times as fast as one: one goes on"]
     assert len(found) == 12
     assert {task.threads for task in found} == {None}
 
 
 def test_little_work_is_not_worth_a_trial(tmp_path, monkeypatch):
-    monkeypatch.setattr(trial, "_workers_in_memory", lambda: 2)
-    monkeypatch.setattr(trial, "connect", lambda *_: pytest.fail("started processes"))
-    found = list(trial.run_fastest(Slow(tasks(tmp_path, ("jug",), count=1), 10.0), print))
+    monkeypatch.setattr(schedule, "_workers_in_memory", lambda: 2)
+    monkeypatch.setattr(schedule, "connect", lambda *_: pytest.fail("started processes"))
+    found = list(schedule.run_fastest(Slow(tasks(tmp_path, ("jug",), count=1), 10.0), print))
     assert len(found) == 2
 
 
@@ -204,7 +204,7 @@ def test_as_many_processes_as_memory_allows(monkeypatch):
     resource = pytest.importorskip("resource")
     used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     for free, processes in ((0.5, 1), (2.6, 2), (1000.0, 16)):
-        monkeypatch.setattr(trial, "default_threads", lambda: 16)
+        monkeypatch.setattr(schedule, "default_threads", lambda: 16)
         memory = psutil.virtual_memory()._replace(available=int(free * used))
         monkeypatch.setattr(psutil, "virtual_memory", lambda memory=memory: memory)
-        assert trial._workers_in_memory() == processes
+        assert schedule._workers_in_memory() == processes

@@ -7,8 +7,8 @@ import pytest
 import photonmap as pm
 from photonmap import dataset
 from photonmap.commands.main import main
-from photonmap.dataset.jobs import estimate as module
-from photonmap.dataset.jobs.estimate import Cost, estimate, list_costs
+from photonmap.dataset.jobs import costs as module
+from photonmap.dataset.jobs.costs import Cost, estimate, list_costs
 from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
 from photonmap.dataset.jobs.presets import Preset
 from photonmap.film.budget import usual_photons

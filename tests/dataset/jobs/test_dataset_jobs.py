@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import photonmap as pm
-from photonmap.dataset.files.inputs import as_line
+from photonmap.dataset.files.manifest import as_line
 from photonmap.dataset.jobs.job_scene import describe_inputs, make_scene, read_user_scenes
 from photonmap.dataset.jobs.plan import CommonSettings, Job, plan_jobs
 from photonmap.dataset.jobs.presets import load_preset, with_illuminations

@@ -8,7 +8,7 @@ import pytest
 
 import photonmap as pm
 from photonmap.errors import InputError
-from photonmap.inspection.surfaces import describe_color
+from photonmap.inspection.describe import describe_color
 from photonmap.io.envi import write_envi
 from photonmap.io.png import encode_png
 from photonmap.scene.images import write_image
