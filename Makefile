@@ -14,7 +14,7 @@ QUIETLY := sh -c 'log=$$(mktemp); "$$@" > $$log 2>&1 || { code=$$?; cat $$log; r
 demo: $(RUNNABLE)  ## render the Cornell box into out/
 	@mkdir -p out
 	@echo "rendering scenes/cornell_box.obj; the first time, kernels are compiled for some 15 seconds"
-	@$(QUIETLY) $(BIN)/python -m photonmap scenes/cornell_box.obj --bands 6 --output out/cornell_box.exr
+	@$(QUIETLY) $(BIN)/python -m photonmap scenes/cornell_box.obj --bands 6 --passes 4 --output out/cornell_box.exr
 	@echo "the picture: $(CURDIR)/out/cornell_box.png"
 
 dataset-demo: $(INSTALLED)  ## a data set of 4 scenes in 4 lights into out/dataset-demo/
@@ -99,15 +99,16 @@ release-check: $(INSTALLED)  ## build what is published, and try it in empty env
 clean:
 	rm -rf .venv out build *.egg-info
 
-# Installing needs pyproject.toml alone; an edit of the sources needs nothing.
+# Installing needs pyproject.toml alone; an edit of the sources needs nothing. Python compiles what it
+# imports; the rest of all packages would take a demo ten seconds.
 $(RUNNABLE): pyproject.toml constraints.txt
 	@echo "installing into .venv"
 	@$(QUIETLY) $(PYTHON) -m venv .venv
-	@$(QUIETLY) $(BIN)/pip install --constraint constraints.txt --editable .
+	@$(QUIETLY) $(BIN)/pip install --no-compile --constraint constraints.txt --editable .
 	@touch $@
 
 $(INSTALLED): $(RUNNABLE)
 	@echo "installing what tests need into .venv"
 	@$(QUIETLY) $(BIN)/pip install --upgrade pip
-	@$(QUIETLY) $(BIN)/pip install --constraint constraints.txt --editable ".[dev]"
+	@$(QUIETLY) $(BIN)/pip install --no-compile --constraint constraints.txt --editable ".[dev]"
 	@touch $@
