@@ -2,13 +2,15 @@
 
     python tools/seed_faults.py                    # the 60 faults, by number
     python tools/seed_faults.py --run 0:10         # which test catches each of the first ten
-    python tools/seed_faults.py --run 3 --tests /elsewhere/tests
     python tools/seed_faults.py --run 0:60:5 --quick
+    python tools/seed_faults.py --both ../before             # 60 on lines that both checkouts have
+    python tools/seed_faults.py --both ../before --run 0:60
+    python tools/seed_faults.py --both ../before --run 0:60 --in ../before
 
 The list is fixed by a seed: as many faults in each of five parts of the package, at random places.
 A copy of the checkout gets one fault at a time, and tests run until one fails: those of the part
 first, then, unless `--quick`, all. A fault may change nothing that a test could see; such a one
-survives any suite.
+survives any suite. To compare two suites, each runs on its own sources, with the same faults.
 """
 
 import argparse
@@ -19,6 +21,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -50,15 +53,36 @@ class Fault(NamedTuple):
     before: str
     after: str
 
+    @property
+    def part(self) -> str:
+        """The part of the package, a key of `PARTS`."""
+        return next(name for name in PARTS if self.path.startswith(f"{name}/"))
 
-def find_faults(seed: int = SEED, count: int = COUNT) -> list[Fault]:
-    """Return the faults, as many in each part."""
+
+def find_faults(other: Path | None = None, seed: int = SEED, count: int = COUNT) -> list[Fault]:
+    """Return the faults, as many in each part; on lines that another checkout has too."""
     choose, chosen = random.Random(seed), []
     for part in PARTS:
         paths = sorted((ROOT / part).rglob("*.py"))
         possible = [fault for path in paths for fault in _faults_of(path)]
+        if other is not None:
+            here, there = (_lines_of(root / part) for root in (ROOT, other))
+            possible = [
+                fault
+                for fault in possible
+                if len(here[fault.before.strip()]) == len(there[fault.before.strip()]) == 1
+            ]
         chosen += choose.sample(possible, count // len(PARTS))
     return chosen
+
+
+def _lines_of(folder: Path) -> defaultdict[str, list[tuple[Path, int]]]:
+    """Return where each line of a folder's sources stands: (path, its number from 0)."""
+    found = defaultdict(list)
+    for path in sorted(folder.rglob("*.py")):
+        for number, line in enumerate(path.read_text("utf-8").splitlines()):
+            found[line.strip()].append((path, number))
+    return found
 
 
 def _faults_of(path: Path) -> Iterator[Fault]:
@@ -103,18 +127,20 @@ def _between(
     return right.lineno, first, last, f" {SWAPPED[operator]} "
 
 
-def try_fault(fault: Fault, folder: Path, tests: Path, quick: bool) -> str:
-    """Return the first test that fails with a fault in a copy of the checkout; "" for none."""
-    path = folder / fault.path
+def try_fault(fault: Fault, folder: Path, quick: bool) -> str:
+    """Return the first test that fails with a fault in a copy of a checkout; "" for none."""
+    places = _lines_of(folder / fault.part)[fault.before.strip()]
+    path, number = next(
+        (place for place in places if place == (folder / fault.path, fault.line - 1)), places[0]
+    )
     right = path.read_text("utf-8")
     lines = right.splitlines(keepends=True)
-    lines[fault.line - 1] = fault.after + "\n"
+    indent = lines[number][: len(lines[number]) - len(lines[number].lstrip())]
+    lines[number] = f"{indent}{fault.after.strip()}\n"
     path.write_text("".join(lines), "utf-8")
-    part = next(name for name in PARTS if fault.path.startswith(f"{name}/"))
-    first = [str(tests / Path(name).relative_to("tests")) for name in PARTS[part]]
     try:
-        found = _first_failure(folder, first)
-        return found if found or quick else _first_failure(folder, [str(tests)])
+        found = _first_failure(folder, list(PARTS[fault.part]))
+        return found if found or quick else _first_failure(folder, ["tests"])
     finally:
         path.write_text(right, "utf-8")
 
@@ -140,9 +166,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--run", metavar="FIRST:LAST:STEP", help="try these, by number")
     parser.add_argument("--quick", action="store_true", help="run the tests of the part alone")
-    parser.add_argument("--tests", type=Path, help="folder of tests in place of this checkout's")
+    parser.add_argument("--both", type=Path, help="only lines that this checkout has too")
+    parser.add_argument(
+        "--in", type=Path, help="the checkout that gets them", default=ROOT, dest="root"
+    )
     options = parser.parse_args()
-    faults = find_faults()
+    faults = find_faults(options.both)
     if options.run is None:
         for number, fault in enumerate(faults):
             print(f"{number:2} {fault.path}:{fault.line}\n   {fault.before}\n   {fault.after}")
@@ -151,9 +180,9 @@ def main() -> None:
     caught, tried = 0, range(first, *(rest or [first + 1]))
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) / "checkout"
-        shutil.copytree(ROOT, folder, ignore=shutil.ignore_patterns(".git", ".venv", "out"))
+        shutil.copytree(options.root, folder, ignore=shutil.ignore_patterns(".git", ".venv", "out"))
         for number in tried:
-            by = try_fault(faults[number], folder, options.tests or folder / "tests", options.quick)
+            by = try_fault(faults[number], folder, options.quick)
             caught += bool(by)
             print(
                 f"{number:2} {faults[number].path}:{faults[number].line}: {by or 'SURVIVED'}",
