@@ -6,7 +6,7 @@ import argparse
 import os
 import time
 
-from photonmap.commands.options import add_quiet
+from photonmap.commands.options import add_quiet, add_value
 
 HELP = "Compile the kernels of all usual scenes ahead of time, for container images and clusters."
 INTEGRATORS = "photon", "path"
@@ -15,17 +15,11 @@ INTEGRATORS = "photon", "path"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument(
-        "-o",
-        "--output",
-        metavar="FOLDER",
-        help="folder for the machine code (default: NUMBA_CACHE_DIR, or the user's cache folder)",
-    )
-    parser.add_argument(
-        "--processor",
-        metavar="NAME",
-        help="compile for processors of this name or level, such as x86-64-v3 (default: this one)",
-    )
+    usual = "NUMBA_CACHE_DIR, or the user's cache folder"
+    text = "folder for the machine code"
+    add_value(parser, "output", "FOLDER", text, default_text=usual, short="o")
+    text = "compile for processors of this name or level, such as x86-64-v3"
+    add_value(parser, "processor", "NAME", text, default_text="this one")
     add_quiet(parser)
 
 

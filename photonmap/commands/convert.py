@@ -15,33 +15,22 @@ HELP = "Convert a scene of any format that can be read to OBJ, MTL and TOML, or 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("scene", metavar="SCENE", help="the scene file to read")
-    parser.add_argument(
-        "output", metavar="FILE", help="what to write: FILE.obj, FILE.glb or FILE.gltf"
-    )
+    text = "what to write: FILE.obj, FILE.glb or FILE.gltf"
+    parser.add_argument("output", metavar="FILE", help=text)
     add_material_options(parser)
     add_quiet(parser)
 
 
 def run(options: argparse.Namespace) -> None:
-    """Read the scene, write it, and print the names of the files.
-
-    Raises
-    ------
-    InputError : the scene cannot be read or written, or files that are read would be replaced
-    """
+    """Read the scene, write it, and print the names of the files."""
     from photonmap.io.readers.scene_file import scene_files
     from photonmap.io.writers.scene_file import save_scene
 
     output = Path(options.output)
     _check_output(scene_files(options.scene), output)
-    source = SceneSource(
-        options.scene,
-        options.missing_textures,
-        munsell=options.munsell,
-        illuminants=options.illuminants,
-        root=options.root,
-        strict=options.strict,
-    )
+    given = ("munsell", "illuminants", "root", "strict")
+    how = {name: getattr(options, name) for name in given}
+    source = SceneSource(options.scene, options.missing_textures, **how)
     written = save_scene(source.load(), output)
     if not options.quiet:
         for path in written:
@@ -58,8 +47,7 @@ def _check_output(inputs: list[Path], output: Path) -> None:
     read = {path.resolve() for path in inputs}
     for path in (output, *companions(output)):
         if path.resolve() in read:
-            raise InputError(
-                "is a file of the scene itself; choose another name for the output", path
-            )
+            remedy = "choose another name for the output"
+            raise InputError(f"is a file of the scene itself; {remedy}", path)
         if path.exists() and not output.exists():
             raise InputError(f"exists, but {output.name} does not; rename one of them", path)

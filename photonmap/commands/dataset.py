@@ -11,14 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 from photonmap.commands import FAILED, INTERRUPTED
 from photonmap.commands.options import (
-    add_measured_sets,
+    MEASURED_SETS,
+    Row,
+    add_group,
     add_options,
     add_quiet,
-    add_scheduler,
-    add_value,
     number,
     print_failures,
     progress_log,
+    scheduler_rows,
 )
 from photonmap.dataset.files.lean import ALWAYS
 from photonmap.errors import InputError, warn
@@ -53,6 +54,83 @@ _USUAL: dict[str, Any] = {
 """Values of options that neither the command nor a resumed data set gives; None means not given."""
 
 
+_SCENES: list[Row] = [
+    ("preset", "NAME", "small, icip2013, varied, or FILE.toml", {"default_text": "small"}),
+    ("count", "N", "number of seeds for which each scene is built",
+     {"read": int, "default_text": "1"}),
+    ("seed", "N", "first of the seeds", {"read": int, "default_text": "0"}),
+    ("materials", None, "materials of procedural scenes",
+     {"choices": ("lambertian", "mixed", "textured", "glossy", "rich"),
+      "default_text": "the preset's, or lambertian"}),
+    ("lightness", "R", "mean reflectance of procedural scenes",
+     {"read": float, "default_text": "the preset's, or as chips are drawn"}),
+    ("scale", "F", "scale of rooms, 0.8 to 3",
+     {"read": float, "default_text": "the preset's, or 1"}),
+    ("illuminations", "LIST", "names separated by commas, such as white,random_3",
+     {"read": read_list,
+      "default_text": "the preset's, or white,colored,two_planckian,two_mixed"}),
+    *MEASURED_SETS,
+]  # fmt: skip
+"""Which scenes are rendered, how they look, and what lights them."""
+_FILES: list[Row] = [
+    ("format", "LIST", "file formats, of exr, hdf5 and png, separated by commas",
+     {"read": read_list, "default_text": "exr,png"}),
+    ("full", None,
+     "write all arrays in single precision, also those that follow from others; the files are 3 to "
+     "7 times as large", {"default": False}),
+    ("buffers", "LIST",
+     "names of the buffers that files hold, with their errors and those of light groups, "
+     f"separated by commas; {', '.join(ALWAYS)} are always among them",
+     {"read": read_list, "default_text": "all"}),
+    ("rgb", "SPACE",
+     f"space of the images in RGB: {', '.join(SPACES)}, a camera, or FILE.csv of three "
+     "sensitivities", {"default_text": REC2020}),
+    ("sensor", "NAME",
+     "also write a photo of each image by this camera: its name, or a FILE.toml as "
+     "`photonmap sensor` takes it", {}),
+]  # fmt: skip
+"""What is written of each image."""
+_WORK: list[Row] = [
+    ("time_limit", "S",
+     "seconds after which an image ends even if its error is not reached, and is marked so",
+     {"read": number(0.001, 1e9, " s"), "default_text": "1 hour"}),
+    *scheduler_rows(may_be_auto=True),
+    ("resume", None,
+     "render only images that are missing or damaged, with the options of the set",
+     {"default": False}),
+    ("dry_run", None, "list the images without rendering them", {"default": False}),
+    ("estimate", None,
+     "estimate what the images will cost, by scene, from small pilot renders, and stop",
+     {"default": False}),
+]  # fmt: skip
+"""How and where images are rendered."""
+_FINISHED: dict[str, list[Row]] = {
+    "verify": [
+        ("sample", "N", "number of images to render again and compare",
+         {"read": int, "default": 1}),
+        ("scenes", "DIR",
+         "folder of the scene files, if they moved after the set was made; also for flow", {}),
+    ],
+    "publish": [
+        ("license", "NAME",
+         "one of CC0-1.0, CC-BY-4.0, CC-BY-SA-4.0, CC-BY-NC-4.0, or a file with another license",
+         {}),
+    ],
+    "export": [
+        ("layout", None, "tar files with an index, or Parquet tables",
+         {"choices": ("webdataset", "huggingface"), "default": "webdataset"}),
+        ("shard_size", "SIZE", "largest size of a file, as in 512M or 1G",
+         {"read": read_memory, "default_text": "512M"}),
+        ("arrays", "LIST",
+         "names of arrays, as in rgb.radiance,rgb.shading,shading,depth; rgb.NAME is in the set's "
+         "RGB",
+         {"read": read_list, "default_text":
+          "light, reflectance and shading in RGB, depth, normals, ids, masks"}),
+    ],
+}  # fmt: skip
+"""Options of what is done to a finished data set."""
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.usage = (
@@ -61,161 +139,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         f"       {parser.prog} flow FOLDER\n       {parser.prog} publish FOLDER --license NAME\n"
         f"       {parser.prog} export FOLDER NEW --layout LAYOUT --license NAME"
     )
-    parser.add_argument(
-        "words",
-        nargs="+",
-        metavar="FOLDER",
-        help="folder of the data set; created where it is missing",
-    )
-    _add_images(parser)
+    text = "folder of the data set; created where it is missing"
+    parser.add_argument("words", nargs="+", metavar="FOLDER", help=text)
+    add_group(parser, "scenes", _SCENES)
     usual = {"size": "640x480"} | {name: str(_USUAL[name]) for name in ("bands", "pixel", "error")}
     changes = {name: {"default": None, "default_text": text} for name, text in usual.items()}
     add_options(parser, DATASET, **changes)
-    _add_files(parser)
-    _add_work(parser)
-    check = parser.add_argument_group("verify")
-    text = "number of images to render again and compare"
-    add_value(check, "sample", "N", text, read=int, default=1)
-    text = "folder of the scene files, if they moved after the set was made; also for flow"
-    add_value(check, "scenes", "DIR", text)
-    publish = parser.add_argument_group("publish")
-    text = "one of CC0-1.0, CC-BY-4.0, CC-BY-SA-4.0, CC-BY-NC-4.0, or a file with another license"
-    add_value(publish, "license", "NAME", text)
-    _add_export(parser)
+    for title, rows in {"files": _FILES, "work": _WORK, **_FINISHED}.items():
+        add_group(parser, title, rows)
+    parser.set_defaults(full=None)
     add_quiet(parser)
 
 
-def _add_export(parser: argparse.ArgumentParser) -> None:
-    export = parser.add_argument_group("export")
-    export.add_argument(
-        "--layout",
-        choices=("webdataset", "huggingface"),
-        default="webdataset",
-        help="tar files with an index, or Parquet tables (default: webdataset)",
-    )
-    text = "largest size of a file, as in 512M or 1G"
-    add_value(export, "shard_size", "SIZE", text, read=read_memory, default_text="512M")
-    add_value(
-        export,
-        "arrays",
-        "LIST",
-        "names of arrays, as in rgb.radiance,rgb.shading,shading,depth; rgb.NAME is in the set's "
-        "RGB",
-        read=read_list,
-        default_text="light, reflectance and shading in RGB, depth, normals, ids, masks",
-    )
-
-
-def _add_images(parser: argparse.ArgumentParser) -> None:
-    """Add the options that decide which scenes are rendered."""
-    what = parser.add_argument_group("scenes")
-    text = "small, icip2013, varied, or FILE.toml"
-    add_value(what, "preset", "NAME", text, default_text="small")
-    text = "number of seeds for which each scene is built"
-    add_value(what, "count", "N", text, read=int, default_text="1")
-    add_value(what, "seed", "N", "first of the seeds", read=int, default_text="0")
-    _add_looks(what)
-    add_measured_sets(what)
-
-
-def _add_looks(what: argparse._ArgumentGroup) -> None:
-    """Add the options that decide how procedural scenes look, and what lights them."""
-    what.add_argument(
-        "--materials",
-        choices=("lambertian", "mixed", "textured", "glossy", "rich"),
-        help="materials of procedural scenes (default: the preset's, or lambertian)",
-    )
-    text, usual = "mean reflectance of procedural scenes", "the preset's, or as chips are drawn"
-    add_value(what, "lightness", "R", text, read=float, default_text=usual)
-    text = "scale of rooms, 0.8 to 3"
-    add_value(what, "scale", "F", text, read=float, default_text="the preset's, or 1")
-    add_value(
-        what,
-        "illuminations",
-        "LIST",
-        "names separated by commas, such as white,random_3",
-        read=read_list,
-        default_text="the preset's, or white,colored,two_planckian,two_mixed",
-    )
-
-
-def _add_files(parser: argparse.ArgumentParser) -> None:
-    """Add the options that decide what is written of each image."""
-    files = parser.add_argument_group("files")
-    add_value(
-        files,
-        "format",
-        "LIST",
-        "file formats, of exr, hdf5 and png, separated by commas",
-        read=read_list,
-        default_text="exr,png",
-    )
-    files.add_argument(
-        "--full",
-        action="store_true",
-        default=None,
-        help="write all arrays in single precision, also those that follow from others; the files "
-        "are 3 to 7 times as large",
-    )
-    add_value(
-        files,
-        "buffers",
-        "LIST",
-        "names of the buffers that files hold, with their errors and those of light groups, "
-        f"separated by commas; {', '.join(ALWAYS)} are always among them",
-        read=read_list,
-        default_text="all",
-    )
-    add_value(
-        files,
-        "rgb",
-        "SPACE",
-        f"space of the images in RGB: {', '.join(SPACES)}, a camera, or FILE.csv of three "
-        "sensitivities",
-        default_text=REC2020,
-    )
-    add_value(
-        files,
-        "sensor",
-        "NAME",
-        "also write a photo of each image by this camera: its name, or a FILE.toml as "
-        "`photonmap sensor` takes it",
-    )
-
-
-def _add_work(parser: argparse.ArgumentParser) -> None:
-    """Add the options that decide how and where images are rendered."""
-    work = parser.add_argument_group("work")
-    add_value(
-        work,
-        "time_limit",
-        "S",
-        "seconds after which an image ends even if its error is not reached, and is marked so",
-        read=number(0.001, 1e9, " s"),
-        default_text="1 hour",
-    )
-    add_scheduler(work, may_be_auto=True)
-    for flag, text in (
-        (
-            "--resume",
-            "render only images that are missing or damaged, with the options of the set",
-        ),
-        ("--dry-run", "list the images without rendering them"),
-        (
-            "--estimate",
-            "estimate what the images will cost, by scene, from small pilot renders, and stop",
-        ),
-    ):
-        work.add_argument(flag, action="store_true", help=text)
-
-
 def run(options: argparse.Namespace) -> int:
-    """Render a data set, or do to one what the first word says; return an exit code.
-
-    Raises
-    ------
-    InputError : an option is not permitted, or the folder cannot hold the data set
-    """
+    """Render a data set, or do to one what the first word says; return an exit code."""
     word, *rest = options.words
     action, count = _ACTIONS.get(word, (_make, 0))
     if word in _ACTIONS and len(rest) == count:
@@ -257,12 +194,7 @@ def _make(folder: Path, options: argparse.Namespace) -> int:
 
 
 def _settle(folder: Path, options: argparse.Namespace) -> None:
-    """Let options that are not given be those of the data set that is resumed, or the usual ones.
-
-    Raises
-    ------
-    InputError : the manifest of that data set is damaged
-    """
+    """Give options that were left out the values of a resumed data set, or the usual ones."""
     from photonmap.dataset.files.manifest import HEAD, read_options
 
     is_there = options.resume and (folder / HEAD).is_file()
@@ -291,24 +223,17 @@ def _preview(
 
 
 def _render(
-    folder: Path,
-    head: dict[str, Any],
-    jobs: list[Job],
-    extra: Extra,
-    options: argparse.Namespace,
+    folder: Path, head: dict[str, Any], jobs: list[Job], extra: Extra, options: argparse.Namespace
 ) -> int:
     """Render what is missing, and report; return the exit code."""
     from photonmap.dataset.jobs.make_dataset import make_dataset
 
-    log = progress_log(options)
-    where = options.scheduler, options.workers
+    where = options.scheduler, options.workers, progress_log(options)
     try:
-        outcome = make_dataset(folder, head, jobs, head["formats"], *where, log, extra)
+        outcome = make_dataset(folder, head, jobs, head["formats"], *where, extra)
     except KeyboardInterrupt:
-        print(
-            "photonmap: interrupted; finished images are kept: continue with --resume",
-            file=sys.stderr,
-        )
+        text = "interrupted; finished images are kept: continue with --resume"
+        print(f"photonmap: {text}", file=sys.stderr)
         return INTERRUPTED
     return _report(folder, head, outcome, options)
 
@@ -337,24 +262,15 @@ def _plan(
     given = {name: getattr(options, name) for name in taken_by(DATASET)}
     for name, value in given.items():
         OPTIONS[name].checked(value)
-    sets: dict[str, Any] = {
-        name: str(Path(path).resolve()) if path else None
-        for name, path in describe_measured_sets().items()
-    }
+    sets = describe_measured_sets().items()
     looks = {
         name: getattr(preset, name) if getattr(options, name) is None else getattr(options, name)
         for name in ("materials", "lightness", "scale")
     }
-    common = describe_inputs(
-        CommonSettings(
-            **given | {"bands": str(options.bands)},
-            **looks,
-            recolor=preset.recolor,
-            rgb=options.rgb,
-            identity=identity,
-            **sets,
-        ).with_curves(lambda _, path: str(path.resolve()))
-    )
+    given |= looks | {"bands": str(options.bands), "rgb": options.rgb, "identity": identity}
+    given |= {name: str(Path(path).resolve()) if path else None for name, path in sets}
+    chosen = CommonSettings(**given, recolor=preset.recolor)
+    common = describe_inputs(chosen.with_curves(lambda _, path: str(path.resolve())))
     files, faults = read_user_scenes(preset.files)
     if faults and not (files or preset.scenes):
         raise InputError(as_line(*next(iter(faults.items()))))
@@ -386,12 +302,9 @@ def _report(
             print(f"direct light is {share:.3f} of direct + indirect on average")
         for path in written:
             print(path)
-    late = sum(not entry["reached"] for entry in outcome.entries.values())
-    if late:
-        warn(
-            f"{late} of {len(outcome.entries)} images did not reach their error in time; they are "
-            "marked in the manifest"
-        )
+    if late := sum(not entry["reached"] for entry in outcome.entries.values()):
+        which = f"{late} of {len(outcome.entries)} images"
+        warn(f"{which} did not reach their error in time; they are marked in the manifest")
     return FAILED if outcome.failures else 0
 
 
@@ -410,8 +323,7 @@ def _write_flow(folder: Path, options: argparse.Namespace) -> int:
     from photonmap.dataset.jobs.flows import FOLDER, write_flows
 
     use_measured_sets(options.munsell, options.illuminants)
-    log = progress_log(options)
-    written = write_flows(folder, log, options.scenes)
+    written = write_flows(folder, progress_log(options), options.scenes)
     if not options.quiet:
         print(f"{len(written)} pairs of views: {folder / FOLDER}")
     return 0

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from photonmap.commands import FAILED
-from photonmap.commands.options import add_quiet, add_value, print_failures, progress_log
+from photonmap.commands.options import Row, add_group, add_quiet, print_failures, progress_log
 from photonmap.errors import InputError
 from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import suggest
@@ -22,103 +22,63 @@ HELP = "Score intrinsic-image methods, or predictions made elsewhere, on a data 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument(
-        "dataset", metavar="DATASET", nargs="?", help="folder of a finished data set"
+    text = "folder of a finished data set"
+    parser.add_argument("dataset", metavar="DATASET", nargs="?", help=text)
+    scored, how = _list_options()
+    text = (
+        "folder with IMAGE/reflectance.png, IMAGE/shading.exr and so on, or IMAGE.npz; may be "
+        "given again"
     )
-    _add_what(parser)
-    _add_how(parser)
-    add_value(
-        parser.add_argument_group("files"),
-        "output",
-        "FOLDER",
-        "where to write the report",
-        default_text="NAME-evaluation in the current folder, not beside the data set NAME",
-        short="o",
+    add_group(parser, "what is scored", scored).add_argument(
+        "--predictions", action="append", default=[], metavar="FOLDER", help=text
     )
+    add_group(parser, "how", how)
+    usual = "NAME-evaluation in the current folder, not beside the data set NAME"
+    more = {"default_text": usual, "short": "o"}
+    add_group(parser, "files", [("output", "FOLDER", "where to write the report", more)])
     add_quiet(parser)
 
 
-def _add_what(parser: argparse.ArgumentParser) -> None:
-    """Add the options that name what is scored."""
-    from photonmap.evaluate.bench.predictions import ENCODINGS
-    from photonmap.evaluate.methods.method import BUILT_IN
-
-    what = parser.add_argument_group("what is scored")
-    text = "score on the data set of Grosse et al. 2009 instead: a folder for each object"
-    add_value(what, "mit", "PATH", text)
-    add_value(
-        what,
-        "method",
-        "NAMES",
-        f"methods, separated by commas: {', '.join(BUILT_IN)}, and those that installed packages "
-        "add",
-        read=read_list,
-        default_text="all, or with --predictions none",
-    )
-    what.add_argument(
-        "--predictions",
-        action="append",
-        default=[],
-        metavar="FOLDER",
-        help="folder with IMAGE/reflectance.png, IMAGE/shading.exr and so on, or IMAGE.npz; may be "
-        "given again",
-    )
-    what.add_argument(
-        "--png",
-        choices=ENCODINGS,
-        default=ENCODINGS[0],
-        help="encoding of PNG predictions (default: srgb)",
-    )
-
-
-def _add_how(parser: argparse.ArgumentParser) -> None:
-    """Add the options that decide how estimates are scored."""
+def _list_options() -> tuple[list[Row], list[Row]]:
+    """Return the options that name what is scored, and those that decide how."""
     from photonmap.evaluate.bench.images import LIGHTS, SPACES
     from photonmap.evaluate.bench.measure import METRICS
+    from photonmap.evaluate.bench.predictions import ENCODINGS
     from photonmap.evaluate.bench.run import DRAWS
+    from photonmap.evaluate.methods.method import BUILT_IN
 
-    how = parser.add_argument_group("how")
-    text = f"metrics, separated by commas: {', '.join(METRICS)}"
-    add_value(how, "metrics", "NAMES", text, read=read_list, default_text="all that apply")
-    how.add_argument(
-        "--space",
-        choices=SPACES,
-        default=SPACES[0],
-        help="compare in linear sRGB, or in the bands of the data set (default: rgb)",
-    )
-    how.add_argument(
-        "--light",
-        choices=LIGHTS,
-        default=LIGHTS[0],
-        help="light of the images and of their truth: all, or direct light alone (default: all)",
-    )
-    text = "number of random draws of the truth's own noise for intervals; 0 for none"
-    add_value(how, "draws", "N", text, read=int, default=DRAWS)
-    how.add_argument(
-        "--experiments",
-        action="store_true",
-        help="also measure what interreflection, coloured light, bands and noise cost each method, "
-        "how many scenes tell methods apart, and which metrics order degradations rightly",
-    )
-    add_value(
-        how,
-        "costs_of",
-        "NAMES",
-        "methods that --experiments also run in direct light and in bands, so that slow ones can "
-        "be left out",
-        read=read_list,
-        default_text="all that are scored",
-    )
+    scored: list[Row] = [
+        ("mit", "PATH",
+         "score on the data set of Grosse et al. 2009 instead: a folder for each object", {}),
+        ("method", "NAMES",
+         f"methods, separated by commas: {', '.join(BUILT_IN)}, and those that installed packages "
+         "add", {"read": read_list, "default_text": "all, or with --predictions none"}),
+        ("png", None, "encoding of PNG predictions",
+         {"choices": ENCODINGS, "default": ENCODINGS[0]}),
+    ]  # fmt: skip
+    how: list[Row] = [
+        ("metrics", "NAMES", f"metrics, separated by commas: {', '.join(METRICS)}",
+         {"read": read_list, "default_text": "all that apply"}),
+        ("space", None, "compare in linear sRGB, or in the bands of the data set",
+         {"choices": SPACES, "default": SPACES[0]}),
+        ("light", None, "light of the images and of their truth: all, or direct light alone",
+         {"choices": LIGHTS, "default": LIGHTS[0]}),
+        ("draws", "N",
+         "number of random draws of the truth's own noise for intervals; 0 for none",
+         {"read": int, "default": DRAWS}),
+        ("experiments", None,
+         "also measure what interreflection, coloured light, bands and noise cost each method, "
+         "how many scenes tell methods apart, and which metrics order degradations rightly",
+         {"default": False}),
+        ("costs_of", "NAMES",
+         "methods that --experiments also run in direct light and in bands, so that slow ones can "
+         "be left out", {"read": read_list, "default_text": "all that are scored"}),
+    ]  # fmt: skip
+    return scored, how
 
 
 def run(options: argparse.Namespace) -> int:
-    """Score, print tables and write the report; return 1 if a method failed on an image, else 0.
-
-    Raises
-    ------
-    InputError : an option is not permitted, the data set is not finished, or nothing could be
-        scored
-    """
+    """Score, print tables and write the report; return 1 if a method failed on an image, else 0."""
     from photonmap.evaluate.bench.run import evaluate_dataset
     from photonmap.evaluate.experiments.paper_table import paper_tables
     from photonmap.evaluate.experiments.run_experiments import run_experiments
@@ -155,13 +115,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _choose_images(options: argparse.Namespace) -> None:
-    """Make `dataset` the folder of the images, be they of photonmap or MIT.
-
-    Raises
-    ------
-    InputError : neither or both are given, MIT's are not there, or experiments are asked for with
-        them
-    """
+    """Make `dataset` the folder of the images, be they of photonmap or MIT."""
     from photonmap.evaluate.bench.mit import MitSet
 
     if (options.dataset is None) == (options.mit is None):
@@ -176,12 +130,7 @@ def _choose_images(options: argparse.Namespace) -> None:
 
 
 def _check_experiments(options: argparse.Namespace) -> None:
-    """Check that experiments are asked for with what they compare against.
-
-    Raises
-    ------
-    InputError : images are not in RGB and all light, or the metric they go by is left out
-    """
+    """Check that experiments are asked for with what they compare against."""
     from photonmap.evaluate.bench.images import LIGHTS, SPACES
     from photonmap.evaluate.experiments.paper_table import METRIC
 
@@ -196,12 +145,7 @@ def _check_experiments(options: argparse.Namespace) -> None:
 
 
 def _costed(options: argparse.Namespace, methods: Sequence[str | Method]) -> Sequence[str | Method]:
-    """Return the methods of which costs are measured.
-
-    Raises
-    ------
-    InputError : one is not scored, or there are no experiments
-    """
+    """Return the methods of which costs are measured."""
     wanted = options.costs_of
     if wanted is None:
         return methods
@@ -245,12 +189,7 @@ _PNG_NOTES = {
 
 
 def _methods(options: argparse.Namespace) -> list[str | Method]:
-    """Return the methods and predictions that were asked for.
-
-    Raises
-    ------
-    InputError : there is no such folder
-    """
+    """Return the methods and predictions that were asked for."""
     from photonmap.dataset.files.manifest import read_head
     from photonmap.evaluate.bench.mit import MitSet
     from photonmap.evaluate.bench.predictions import predictions

@@ -11,6 +11,7 @@ from photonmap.commands.options import (
     add_options,
     add_range,
     add_scene_options,
+    add_value,
     choose_options,
     choose_scene,
 )
@@ -27,32 +28,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_range(groups["image"])
     output = parser.add_argument_group("output")
     output.add_argument("--json", action="store_true", help="print the same as JSON")
-    output.add_argument(
-        "--thumbnail",
-        nargs="?",
-        const="",
-        metavar="FILE.png",
-        help="also render a small picture (default: SCENE-thumbnail.png beside the scene)",
-    )
+    text, usual = "also render a small picture", "SCENE-thumbnail.png beside the scene"
+    add_value(output, "thumbnail", "FILE.png", text, bare="", default_text=usual)
 
 
 def run(options: argparse.Namespace) -> None:
-    """Print the description, and render the thumbnail.
-
-    Raises
-    ------
-    InputError : the scene cannot be read or rendered, or the thumbnail not be written
-    """
+    """Print the description, and render the thumbnail."""
     from photonmap.inspection.describe import inspect_file
     from photonmap.inspection.text import as_text
 
     path = _name_thumbnail(options)
     scene, description = inspect_file(choose_scene(options), choose_options(options, INFO)["bands"])
-    print(
-        json.dumps(description, indent=2, ensure_ascii=False)
-        if options.json
-        else as_text(description)
-    )
+    as_json = options.json and json.dumps(description, indent=2, ensure_ascii=False)
+    print(as_json or as_text(description))
     if path is not None:
         from photonmap.inspection.thumbnail import write_thumbnail
 
@@ -68,6 +56,5 @@ def _name_thumbnail(options: argparse.Namespace) -> Path | None:
     from photonmap.inspection.thumbnail import check_thumbnail
 
     scene = Path(options.scene)
-    return check_thumbnail(
-        Path(options.thumbnail or scene.with_name(f"{scene.stem}-thumbnail.png"))
-    )
+    usual = scene.with_name(f"{scene.stem}-thumbnail.png")
+    return check_thumbnail(Path(options.thumbnail or usual))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from photonmap.commands.options import add_quiet
+from photonmap.commands.options import add_quiet, add_value
 
 HELP = "Write an HTML page that shows a render's buffers and the spectra of its pixels."
 
@@ -13,19 +13,13 @@ HELP = "Write an HTML page that shows a render's buffers and the spectra of its 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE.exr", help="a render")
-    parser.add_argument(
-        "other", nargs="?", metavar="OTHER.exr", help="a second render, to show the difference"
-    )
-    parser.add_argument(
-        "-o", "--output", metavar="FILE.html", help="where to write the page (default: FILE.html)"
-    )
-    parser.add_argument(
-        "--buffers",
-        type=_split,
-        metavar="LIST",
-        help="show only these buffers; their names, separated by commas (default: all but masks, "
-        "counts and covariance)",
-    )
+    text = "a second render, to show the difference"
+    parser.add_argument("other", nargs="?", metavar="OTHER.exr", help=text)
+    text = "where to write the page"
+    add_value(parser, "output", "FILE.html", text, default_text="FILE.html", short="o")
+    text = "show only these buffers; their names, separated by commas"
+    usual = "all but masks, counts and covariance"
+    add_value(parser, "buffers", "LIST", text, read=_split, default_text=usual)
     add_quiet(parser)
 
 
@@ -34,12 +28,7 @@ def _split(text: str) -> list[str]:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Write the page.
-
-    Raises
-    ------
-    InputError : a file is not a render, the two cannot be compared, or the page cannot be written
-    """
+    """Write the page."""
     from photonmap.errors import InputError
     from photonmap.runtime.file_checks import check_writable
     from photonmap.viewer.page import load_for_page, write_page

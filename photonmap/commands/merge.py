@@ -11,22 +11,15 @@ HELP = "Merge renders of one scene with different seeds into the result of one l
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument(
-        "files", nargs="+", metavar="FILE.exr", help="a render that was written with all buffers"
-    )
-    parser.add_argument(
-        "-o", "--output", required=True, metavar="FILE.exr", help="where to write the result"
-    )
+    text = "a render that was written with all buffers"
+    parser.add_argument("files", nargs="+", metavar="FILE.exr", help=text)
+    text = "where to write the result"
+    parser.add_argument("-o", "--output", required=True, metavar="FILE.exr", help=text)
     add_quiet(parser)
 
 
 def run(options: argparse.Namespace) -> None:
-    """Merge the files and write the result.
-
-    Raises
-    ------
-    InputError : a file is not such a render, they cannot be merged, or the output cannot be written
-    """
+    """Merge the files and write the result."""
     from photonmap.results.files import check_output
     from photonmap.results.merge import merge
     from photonmap.results.result import load_result

@@ -6,8 +6,9 @@ import argparse
 import math
 import sys
 from argparse import ArgumentTypeError
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -21,25 +22,19 @@ from photonmap.settings import GROUPS, OPTIONS, RENDER, taken_by
 T = TypeVar("T")
 _NAMED = 4
 """Largest number of failed images that one line names."""
-_CAMERA = {
-    "origin": "position of the camera, scene units",
-    "target": "point that the camera looks at, scene units",
-    "up": "direction that is up in the image, or an axis, as in --up z (default: y)",
-}
+_CAMERA = ("origin", "target", "up", "fov")
+"""Options that replace the camera of the scene, or parts of it."""
+
+Row = tuple[str, str | None, str, dict[str, Any]]
+"""An option: its name in Python, placeholder, what it does, and further fields of `Option`."""
 
 
 def add_options(
     parser: argparse.ArgumentParser, command: str, **changes: dict[str, Any]
 ) -> dict[str, argparse._ArgumentGroup]:
-    """Add the options of a render that a command takes; see `photonmap.settings.OPTIONS`.
+    """Add the options of a render that a command takes; return their groups by title.
 
-    Parameters
-    ----------
-    changes : by option, what differs from `photonmap.render`: `default`, `default_text`
-
-    Returns
-    -------
-    The groups of options by title
+    `changes` has what differs from `photonmap.settings.OPTIONS` by option, such as `default`.
     """
     groups: dict[str, argparse._ArgumentGroup] = {}
     taken = [OPTIONS[name] for name in taken_by(command)]
@@ -76,18 +71,20 @@ def add_option(group: argparse._ActionsContainer, option: Option) -> None:
 
 
 def add_value(
-    group: argparse._ActionsContainer, name: str, metavar: str, text: str, **more: Any
+    group: argparse._ActionsContainer, name: str, metavar: str | None, text: str, **more: Any
 ) -> None:
-    """Add an option that takes a value.
-
-    Parameters
-    ----------
-    name : as in Python
-    metavar : placeholder for the value in help texts
-    text : what it does, without a full stop
-    more : further fields of `Option`, such as `default` and `read`
-    """
+    """Add an option by its name in Python, placeholder, meaning, and further fields of `Option`."""
     add_option(group, Option(name=name, metavar=metavar, help=text, **more))
+
+
+def add_group(
+    parser: argparse.ArgumentParser, title: str, rows: Iterable[Row], text: str | None = None
+) -> argparse._ArgumentGroup:
+    """Add options under a heading, and perhaps a sentence."""
+    group = parser.add_argument_group(title, text)
+    for name, metavar, meaning, more in rows:
+        add_value(group, name, metavar, meaning, **more)
+    return group
 
 
 def _default_text(option: Option) -> str:
@@ -100,8 +97,7 @@ def _default_text(option: Option) -> str:
 
 
 def _escape(text: str) -> str:
-    """Return a text as argparse wants it."""
-    return text.replace("%", "%%")
+    return text.replace("%", "%%")  # as argparse wants it
 
 
 def add_render_options(parser: argparse.ArgumentParser) -> None:
@@ -109,23 +105,14 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
     add_scene_options(parser)
     groups = add_options(parser, RENDER)
     add_range(groups["image"])
-    add_value(
-        groups["files"],
-        "output",
-        "FILE.exr",
-        "where to write the result: .exr; .nc or .hdf5 (netCDF); or .hdr or .img (ENVI)",
-        default_text="the scene's name, in the current folder",
-        short="o",
-    )
-    add_value(
-        groups["files"],
-        "white",
-        "LIGHT",
+    text = "where to write the result: .exr; .nc or .hdf5 (netCDF); or .hdr or .img (ENVI)"
+    usual = "the scene's name, in the current folder"
+    add_value(groups["files"], "output", "FILE.exr", text, default_text=usual, short="o")
+    text = (
         "light that is white in the preview: scene, for all lights of the scene together; or one "
-        "by name, such as D65, which leaves colours as they are",
-        read=_white,
-        default="scene",
+        "by name, such as D65, which leaves colours as they are"
     )
+    add_value(groups["files"], "white", "LIGHT", text, read=_white, default="scene")
     add_quiet(parser)
 
 
@@ -160,28 +147,20 @@ def add_quiet(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="print only errors and warnings")
 
 
-def add_scheduler(group: argparse._ArgumentGroup, may_be_auto: bool = False) -> None:
-    """Add where several renders run; perhaps `auto`, for as many workers as are fastest."""
-    add_value(
-        group,
-        "scheduler",
-        "ADDRESS",
-        "local: this machine; or the address of a dask.distributed scheduler, as in "
-        "tcp://host:8786",
-        default="local",
+def scheduler_rows(may_be_auto: bool = False) -> list[Row]:
+    """Return where several renders run; perhaps `auto`, for as many workers as are fastest."""
+    where = (
+        "local: this machine; or the address of a dask.distributed scheduler, as in tcp://host:8786"
     )
     auto = (
         "auto: one per processor if a trial at the start shows that to be faster than one for all"
     )
-    add_value(
-        group,
-        "workers",
-        "N",
-        "processes to start on this machine",
-        written=auto if may_be_auto else "",
-        read=_workers if may_be_auto else int,
-        default=AUTO if may_be_auto else 1,
-    )
+    count = {"read": _workers, "written": auto, "default": AUTO}
+    return [
+        ("scheduler", "ADDRESS", where, {"default": "local"}),
+        ("workers", "N", "processes to start on this machine",
+         count if may_be_auto else {"read": int, "default": 1}),
+    ]  # fmt: skip
 
 
 def _workers(text: str) -> int | str:
@@ -191,56 +170,50 @@ def _workers(text: str) -> int | str:
 
 def add_scene_options(parser: argparse.ArgumentParser) -> None:
     """Add SCENE and the options that say how to read it."""
-    parser.add_argument(
-        "scene",
-        metavar="SCENE",
-        help="OBJ, PLY, STL, glTF, OFF, USD or Mitsuba (XML) file; or TOML that describes a scene",
-    )
-    camera = parser.add_argument_group("camera", "choose one of the scene's, or replace it")
-    text = "camera of the scene to use; all: one image by each, in FILE-NAME.exr"
-    add_value(camera, "camera", "NAME", text, default_text="the first")
-    for name, text in _CAMERA.items():
-        add_value(camera, name, "x,y,z", text, read=direction if name == "up" else vector)
-    text = "full vertical field of view of a pinhole camera"
-    add_value(camera, "fov", "DEG", text, read=float, default_text="40")
+    text = "OBJ, PLY, STL, glTF, OFF, USD or Mitsuba (XML) file; or TOML that describes a scene"
+    parser.add_argument("scene", metavar="SCENE", help=text)
+    rows: list[Row] = [
+        ("camera", "NAME", "camera of the scene to use; all: one image by each, in FILE-NAME.exr",
+         {"default_text": "the first"}),
+        ("origin", "x,y,z", "position of the camera, scene units", {"read": vector}),
+        ("target", "x,y,z", "point that the camera looks at, scene units", {"read": vector}),
+        ("up", "x,y,z",
+         "direction that is up in the image, or an axis, as in --up z (default: y)",
+         {"read": direction}),
+        ("fov", "DEG", "full vertical field of view of a pinhole camera",
+         {"read": float, "default_text": "40"}),
+    ]  # fmt: skip
+    add_group(parser, "camera", rows, "choose one of the scene's, or replace it")
     add_material_options(parser)
 
 
 def add_material_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that say how to read materials."""
-    materials = parser.add_argument_group("materials")
-    add_measured_sets(materials)
-    materials.add_argument(
-        "--missing-textures",
-        choices=("error", "grey"),
-        default="error",
-        help="what to do about textures that cannot be read (default: error)",
-    )
-    materials.add_argument(
-        "--strict",
-        action="store_true",
-        help="refuse a scene that is read with a warning, such as of an unsupported feature",
-    )
-    add_value(
-        materials,
-        "root",
-        "FOLDER",
-        "folder that must contain all files named by the scene; others are not opened",
-        default_text="the scene's own folder",
-    )
+    add_group(parser, "materials", [*MEASURED_SETS, *_MATERIALS])
 
 
-def add_measured_sets(group: argparse._ArgumentGroup) -> None:
-    """Add the options that name files of measured spectra."""
-    chips, lights = "chips for colours named munsell:…", "lights for colours named sfu:…"
-    usual = "$PHOTONMAP_MUNSELL", "$PHOTONMAP_ILLUMINANTS"
-    add_value(group, "munsell", "PATH", f"measured Munsell {chips}", default_text=usual[0])
-    add_value(group, "illuminants", "PATH", f"measured {lights}", default_text=usual[1])
+MEASURED_SETS: list[Row] = [
+    ("munsell", "PATH", "measured Munsell chips for colours named munsell:…",
+     {"default_text": "$PHOTONMAP_MUNSELL"}),
+    ("illuminants", "PATH", "measured lights for colours named sfu:…",
+     {"default_text": "$PHOTONMAP_ILLUMINANTS"}),
+]  # fmt: skip
+"""Options that name files of measured spectra."""
+_MATERIALS: list[Row] = [
+    ("missing_textures", None, "what to do about textures that cannot be read",
+     {"choices": ("error", "grey"), "default": "error"}),
+    ("strict", None,
+     "refuse a scene that is read with a warning, such as of an unsupported feature",
+     {"default": False}),
+    ("root", "FOLDER",
+     "folder that must contain all files named by the scene; others are not opened",
+     {"default_text": "the scene's own folder"}),
+]  # fmt: skip
 
 
 def choose_scene(options: argparse.Namespace) -> SceneSource:
     """Return the scene that the options of `add_scene_options` describe."""
-    camera = {name: getattr(options, name) for name in (*_CAMERA, "fov")}
+    camera = {name: getattr(options, name) for name in _CAMERA}
     return SceneSource(
         options.scene,
         options.missing_textures,
@@ -254,12 +227,7 @@ def choose_scene(options: argparse.Namespace) -> SceneSource:
 
 
 def choose_options(options: argparse.Namespace, command: str = RENDER) -> dict[str, Any]:
-    """Return the options of a render that a command was given, by name.
-
-    Raises
-    ------
-    InputError : the bands are unknown, or cannot have the range
-    """
+    """Return the options of a render that a command was given, by name."""
     from photonmap.spectra.bands import Bands
 
     given = {name: getattr(options, name) for name in taken_by(command)}
@@ -281,13 +249,19 @@ def reader(read: Callable[[str], T]) -> Callable[[str], T]:
     return convert
 
 
-def vector(text: str) -> tuple[float, ...]:
-    """Read "1,2,3"."""
+def _numbers(text: str, mark: str, count: int, problem: str) -> tuple[float, ...]:
+    """Read numbers that a mark separates."""
     try:
-        x, y, z = map(float, text.split(","))
+        values = tuple(map(float, text.split(mark)))
     except ValueError:
-        raise ArgumentTypeError(f"{text!r} is not a vector; write it as x,y,z") from None
-    return x, y, z
+        values = ()
+    if len(values) != count:
+        raise ArgumentTypeError(f"{text!r} is not a {problem}")
+    return values
+
+
+vector = partial(_numbers, mark=",", count=3, problem="vector; write it as x,y,z")
+limits = partial(_numbers, mark=":", count=2, problem="range; write it as 400:700")
 
 
 def direction(text: str) -> tuple[float, ...]:
@@ -297,15 +271,6 @@ def direction(text: str) -> tuple[float, ...]:
     if axis is None:
         return vector(text)
     return tuple(-value for value in axis) if text.startswith("-") else axis
-
-
-def limits(text: str) -> tuple[float, float]:
-    """Read "400:700"."""
-    try:
-        low, high = map(float, text.split(":"))
-    except ValueError:
-        raise ArgumentTypeError(f"{text!r} is not a range; write it as 400:700") from None
-    return low, high
 
 
 def number(low: float, high: float, unit: str = "") -> Callable[[str], float]:
@@ -336,11 +301,9 @@ def whole_number(low: int, high: int, unit: str = "") -> Callable[[str], int]:
 
 def progress_log(options: argparse.Namespace) -> Callable[[str], None]:
     """Return what prints lines about progress on stderr; with --quiet, what does nothing."""
-    return (lambda line: None) if options.quiet else _print_progress
-
-
-def _print_progress(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
+    if options.quiet:
+        return lambda line: None
+    return partial(print, file=sys.stderr, flush=True)
 
 
 def print_failures(failures: Mapping[str, str], method: str = "") -> None:

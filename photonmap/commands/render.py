@@ -12,6 +12,7 @@ from photonmap.commands import INTERRUPTED
 from photonmap.commands.options import (
     add_name,
     add_render_options,
+    add_value,
     choose_options,
     choose_scene,
     name_output,
@@ -39,14 +40,11 @@ PREVIEW_BUFFERS = ("radiance", "emission")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     add_render_options(parser)
-    parser.add_argument(
-        "--view",
-        nargs="?",
-        const=ADDRESS,
-        metavar="HOST:PORT",
-        help="send the image to the viewer tev while it is rendered; needs "
-        f"pip install 'photonmap[view]' (without HOST:PORT: {ADDRESS})",
+    text = (
+        "send the image to the viewer tev while it is rendered; needs pip install "
+        f"'photonmap[view]' (without HOST:PORT: {ADDRESS})"
     )
+    add_value(parser, "view", "HOST:PORT", text, bare=ADDRESS)
     parser.add_argument("--version", action="version", version=f"photonmap {__version__}")
 
 
@@ -54,12 +52,6 @@ def run(options: argparse.Namespace) -> int | None:
     """Render, write the files, and print what was simulated and what came out.
 
     After Ctrl-C, of the passes that were complete.
-
-    Raises
-    ------
-    InputError : an option is not permitted, the scene cannot be rendered, or the output not be
-        written
-    KeyboardInterrupt : at Ctrl-C before the first pass was complete
     """
     from photonmap.results.files import check_output
 

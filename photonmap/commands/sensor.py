@@ -23,12 +23,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command: those of `photonmap.Sensor`, and its files."""
     from photonmap.capture.sensor import GROUPS, OPTIONS
 
-    parser.add_argument(
-        "images",
-        nargs="+",
-        metavar="IMAGE.exr",
-        help="renders in any bands, with radiance among their buffers",
-    )
+    text = "renders in any bands, with radiance among their buffers"
+    parser.add_argument("images", nargs="+", metavar="IMAGE.exr", help=text)
     text = "values of options that are not given here; keys are their names, with _ for -"
     add_value(parser, "sensor", "FILE.toml", text)
     for title in GROUPS:
@@ -40,24 +36,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     files = parser.add_argument_group("files")
     text = "seed of the noise of the first image; each further image adds 1"
     add_value(files, "seed", "N", text, read=whole_number(0, _LARGEST_SEED), default=0)
-    files.add_argument(
-        "-o",
-        "--output",
-        metavar="FOLDER",
-        help="folder to write to; several images have one folder each in it (default: "
-        "IMAGE-sensor beside each image)",
-    )
+    text = "folder to write to; several images have one folder each in it"
+    usual = "IMAGE-sensor beside each image"
+    add_value(files, "output", "FOLDER", text, default_text=usual, short="o")
     add_quiet(parser)
 
 
 def run(options: argparse.Namespace) -> None:
-    """Expose the sensor to each image and write its photo.
-
-    Raises
-    ------
-    InputError : an image cannot be read, an option is not permitted, or a folder cannot be written
-        to
-    """
+    """Expose the sensor to each image and write its photo."""
     from photonmap.capture.expose import expose, find_response
     from photonmap.capture.photo import save_photo
     from photonmap.results.result import load_result
@@ -109,9 +95,8 @@ def _sensor(options: argparse.Namespace) -> Sensor:
     if not options.sensor:
         return Sensor(**given)
     if Path(options.sensor).suffix.lower() != ".toml":
-        raise InputError(
-            f"--sensor {options.sensor!r} is not a FILE.toml; name cameras by --camera"
-        )
+        problem = f"--sensor {options.sensor!r} is not a FILE.toml"
+        raise InputError(f"{problem}; name cameras by --camera")
     return replace(load_sensor(options.sensor), **given)
 
 

@@ -6,7 +6,7 @@ import argparse
 import os
 from typing import TYPE_CHECKING
 
-from photonmap.commands.options import add_range, add_value, number, whole_number
+from photonmap.commands.options import Row, add_group, add_range, add_value, number, whole_number
 from photonmap.errors import InputError
 
 if TYPE_CHECKING:
@@ -23,74 +23,43 @@ _STEPS = (0.1, 20.0)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    _add_spectra(parser)
-    _add_study(parser)
-    files = parser.add_argument_group("files")
-    text = "write the errors here, with the columns bands, bounces, mean_percent, max_percent"
-    add_value(files, "csv", "FILE.csv", text)
-    add_value(files, "plot", "FILE", "draw the errors: .png, .svg or .pdf; needs matplotlib")
-
-
-def _add_spectra(parser: argparse.ArgumentParser) -> None:
-    """Add which reflectances, light and bands are compared."""
     curves = parser.add_argument_group("spectra")
     sets = curves.add_mutually_exclusive_group()
     usual = "$PHOTONMAP_MUNSELL, or the recovered ones shipped"
     add_value(sets, "munsell", "PATH", "measured Munsell chips", default_text=usual)
     add_value(sets, "reflectances", "FILE.csv", "another set of reflectances")
     add_value(curves, "illuminant", "TEXT", "colour of the light", default="D65")
-    bands = parser.add_argument_group("bands")
-    add_value(
-        bands,
-        "bands",
-        "LIST",
-        "bands to compare, separated by commas: N, best:N, box:N, FILE.csv, or the name of a "
-        "camera or observer",
-        default="3,6,9",
-    )
-    add_range(bands)
+    add_range(add_group(parser, "bands", _BANDS))
+    add_group(parser, "study", _STUDY)
+    add_group(parser, "files", _FILES)
 
 
-def _add_study(parser: argparse.ArgumentParser) -> None:
-    """Add how they are compared."""
-    study = parser.add_argument_group("study")
-    read = whole_number(1, _MOST_BOUNCES)
-    text = "largest number of bounces; colours and Eq. 4 are studied after 2 at most"
-    add_value(study, "bounces", "N", text, read=read, default=4)
-    add_value(
-        study,
-        "dark",
-        "PERCENT",
-        "from 2 bounces on, leave out pairs of reflectances that reflect less of the light than "
-        "this",
-        read=number(0.0, 100.0, "%"),
-        default=4.0,
-        default_text="4",
-    )
-    add_value(
-        study,
-        "step",
-        "NM",
-        "distance between samples of the curves, nm; 0.5 is as good as exact",
-        read=number(*_STEPS, " nm"),
-        default=5.0,
-        default_text="5",
-    )
-    study.add_argument(
-        "--best",
-        action="store_true",
-        help="also find the best Gaussians for 1 to 31 bands, after 2 bounces whatever --bounces",
-    )
+_BANDS: list[Row] = [
+    ("bands", "LIST",
+     "bands to compare, separated by commas: N, best:N, box:N, FILE.csv, or the name of a camera "
+     "or observer", {"default": "3,6,9"}),
+]  # fmt: skip
+_STUDY: list[Row] = [
+    ("bounces", "N", "largest number of bounces; colours and Eq. 4 are studied after 2 at most",
+     {"read": whole_number(1, _MOST_BOUNCES), "default": 4}),
+    ("dark", "PERCENT",
+     "from 2 bounces on, leave out pairs of reflectances that reflect less of the light than this",
+     {"read": number(0.0, 100.0, "%"), "default": 4.0, "default_text": "4"}),
+    ("step", "NM", "distance between samples of the curves, nm; 0.5 is as good as exact",
+     {"read": number(*_STEPS, " nm"), "default": 5.0, "default_text": "5"}),
+    ("best", None,
+     "also find the best Gaussians for 1 to 31 bands, after 2 bounces whatever --bounces",
+     {"default": False}),
+]  # fmt: skip
+_FILES: list[Row] = [
+    ("csv", "FILE.csv",
+     "write the errors here, with the columns bands, bounces, mean_percent, max_percent", {}),
+    ("plot", "FILE", "draw the errors: .png, .svg or .pdf; needs matplotlib", {}),
+]  # fmt: skip
 
 
 def run(options: argparse.Namespace) -> None:
-    """Measure, print the tables and write the files.
-
-    Raises
-    ------
-    InputError : an option is not permitted, a curve does not cover the bands, or a file cannot be
-        written
-    """
+    """Measure, print the tables and write the files."""
     from photonmap.report.files import check_file
     from photonmap.report.plots import check_plot
     from photonmap.sensors.comparison import compare_bands

@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 
 from photonmap.commands.options import (
+    add_group,
     add_render_options,
-    add_scheduler,
     choose_options,
     choose_scene,
     name_output,
     reader,
+    scheduler_rows,
 )
 
 HELP = "Render the passes of one large image in parts, on several processes, and merge them."
@@ -19,25 +20,13 @@ HELP = "Render the passes of one large image in parts, on several processes, and
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command: those of a render, and where its parts are rendered."""
     add_render_options(parser)
-    parts = parser.add_argument_group("parts")
-    parts.add_argument(
-        "--parts",
-        type=reader(int),
-        required=True,
-        metavar="N",
-        help="number of parts; their seeds count up from --seed",
-    )
-    add_scheduler(parts)
+    text = "number of parts; their seeds count up from --seed"
+    parts = add_group(parser, "parts", scheduler_rows())
+    parts.add_argument("--parts", type=reader(int), required=True, metavar="N", help=text)
 
 
 def run(options: argparse.Namespace) -> None:
-    """Render the parts, merge them and write the result; parts are kept until then.
-
-    Raises
-    ------
-    InputError : an option is not permitted, the output cannot be written, or a part failed
-    KeyboardInterrupt : at Ctrl-C; the parts that are complete are kept
-    """
+    """Render the parts, merge them and write the result; parts are kept until then."""
     from photonmap.dataset.jobs.parts import find_missing, merge_parts, plan_parts, render_parts
     from photonmap.dataset.jobs.schedule import check_scheduler
     from photonmap.results.files import check_output

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 from photonmap.commands import INTERRUPTED
 from photonmap.commands.options import (
+    Row,
+    add_group,
     add_options,
     add_quiet,
     add_range,
@@ -53,36 +55,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     sizes = "128x128; with --quick 32x32"
     groups = add_options(parser, STUDY, size={"default": None, "default_text": sizes})
     add_range(groups["image"])
-    extent = parser.add_argument_group("extent")
-    extent.add_argument(
-        "--quick", action="store_true", help="measure only a few points, in seconds"
-    )
-    extent.add_argument(
-        "--minutes",
-        type=number(*_MINUTE_LIMITS, " minutes"),
-        metavar="M",
-        help="total minutes of rendering; with more, the sweeps go farther (default: "
-        f"{_MINUTES:g}; with --quick {_QUICK_MINUTES:g})",
-    )
-    files = parser.add_argument_group("files")
-    files.add_argument(
-        "-o",
-        "--output",
-        metavar="FOLDER",
-        help="where to write the report (default: SCENE-study in the current folder)",
-    )
+    minutes = f"{_MINUTES:g}; with --quick {_QUICK_MINUTES:g}"
+    extent: list[Row] = [
+        ("quick", None, "measure only a few points, in seconds", {"default": False}),
+        ("minutes", "M", "total minutes of rendering; with more, the sweeps go farther",
+         {"read": number(*_MINUTE_LIMITS, " minutes"), "default_text": minutes}),
+    ]  # fmt: skip
+    add_group(parser, "extent", extent)
+    more = {"default_text": "SCENE-study in the current folder", "short": "o"}
+    add_group(parser, "files", [("output", "FOLDER", "where to write the report", more)])
     add_quiet(parser)
 
 
 def run(options: argparse.Namespace) -> int | None:
-    """Measure, and write study.html, study.csv and the plots; after Ctrl-C, what there is.
-
-    Raises
-    ------
-    InputError : an option is not permitted, the scene cannot be rendered, or the folder not be
-        written to
-    KeyboardInterrupt : at Ctrl-C before there was a reference to measure errors by
-    """
+    """Measure, and write study.html, study.csv and the plots; after Ctrl-C, what there is."""
     _check_packages()
     from photonmap.runtime.file_checks import check_output_folder
     from photonmap.study.run_study import run_study

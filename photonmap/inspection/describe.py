@@ -65,10 +65,6 @@ def inspect_file(source: SceneSource, bands: Bands) -> tuple[Scene, dict[str, An
     Parameters
     ----------
     bands : over which light is averaged
-
-    Raises
-    ------
-    InputError : the scene cannot be read or rendered
     """
     files = scene_files(source.path)
     suffix = files[0].suffix.lower()
@@ -86,12 +82,7 @@ def inspect_file(source: SceneSource, bands: Bands) -> tuple[Scene, dict[str, An
 
 
 def describe_scene(scene: Scene, bands: Bands, suffix: str = "") -> dict[str, Any]:
-    """Return what is in a scene, which was read from a file of a suffix.
-
-    Raises
-    ------
-    InputError : the scene cannot be rendered
-    """
+    """Return what is in a scene, which was read from a file of a suffix."""
     compiled = compile_arrays(scene, bands)
     plan = plan_effects(compiled, "auto", count_distinct(compiled), bands.count)
     meshes = [mesh for mesh in scene.meshes if len(mesh.faces)]

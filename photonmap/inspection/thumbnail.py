@@ -18,12 +18,7 @@ SECONDS = 10.0
 
 
 def check_thumbnail(path: Path) -> Path:
-    """Check that a picture can be written there.
-
-    Raises
-    ------
-    InputError : it is not a PNG file's name, or the folder is missing or not writable
-    """
+    """Check that a picture can be written there."""
     if path.suffix.lower() != ".png":
         raise InputError("the name of the thumbnail must end in .png", path)
     if not path.parent.is_dir():
@@ -33,12 +28,7 @@ def check_thumbnail(path: Path) -> Path:
 
 
 def write_thumbnail(scene: Scene, path: Path) -> None:
-    """Render a scene in RGB for some seconds, and write a small PNG.
-
-    Raises
-    ------
-    InputError : the scene cannot be rendered
-    """
+    """Render a scene in RGB for some seconds, and write a small PNG."""
     shown = {"radiance", "emission"}
     result = render(scene, bands="rgb", size=SIZE, error=ERROR, seconds=SECONDS, buffers=shown)
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as folder:

@@ -13,12 +13,7 @@ from photonmap.runtime.file_checks import check_writable
 
 
 def check_file(path: str | PathLike[str]) -> None:
-    """Check that a file can be written, before the work that fills it.
-
-    Raises
-    ------
-    InputError : it is a folder, or its folder is not writable
-    """
+    """Check that a file can be written, before the work that fills it."""
     path = Path(path)
     if path.is_dir():
         raise InputError("is a folder; name a file", path)

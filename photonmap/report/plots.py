@@ -37,12 +37,7 @@ _LINE = 0.05
 
 
 def check_plot(path: str | PathLike[str]) -> None:
-    """Check before the computation that matplotlib is there and that the picture can be written.
-
-    Raises
-    ------
-    InputError : if not, or if the suffix is none of `SUFFIXES`
-    """
+    """Check before the computation that matplotlib is there and that the picture can be written."""
     if Path(path).suffix.lower() not in SUFFIXES:
         raise InputError(f"plots are {', '.join(SUFFIXES)}; end the name in one of them", path)
     check_file(path)

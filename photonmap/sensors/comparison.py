@@ -4,6 +4,9 @@ The error within the bands alone does not identify a good σ. It goes to 0 as σ
 single wavelength the product of values is the value of the product; but bands that narrow miss
 most of the visible light. So σ and spacing are rated by the mean ΔE2000 after two bounces and a
 projection to sRGB by regression.
+
+Exact colours are ∫ matching · e r₁ r₂ dλ over 380 to 780 nm, where curves that cover less keep
+their outer values; estimates are E R₁ R₂ in the bands, times a 3 × N matrix.
 """
 
 from __future__ import annotations
@@ -42,42 +45,25 @@ MOST = 200
 
 @dataclass(frozen=True)
 class ColorRow:
-    """Colour differences after some bounces and a projection, over a set of reflectances.
+    """Colour differences after some bounces and a projection, over a set of reflectances."""
 
-    Parameters
-    ----------
-    bands : as the user specified them: "6", "box:6"
-    count : N
-    bounces : 1 or 2
-    method : of projection to sRGB, one of `METHODS`
-    mean, p95, worst : ΔE2000; p95 is the 95th percentile
-    """
-
-    bands: str
-    count: int
-    bounces: int
-    method: str
-    mean: float
+    bands: str  # as the user specified them: "6", "box:6"
+    count: int  # N
+    bounces: int  # 1 or 2
+    method: str  # of projection to sRGB, one of `METHODS`
+    mean: float  # ΔE2000; p95 is the 95th percentile
     p95: float
     worst: float
 
 
 class Colors(NamedTuple):
-    """Exact colours to compare with.
+    """Exact colours to compare with."""
 
-    Parameters
-    ----------
-    taught : reflectances that a regression is fitted to
-    tested : C others
-    illuminant : e
-    white : (3,) XYZ of the illuminant
-    labs : for 1 bounce (C, 3) and for 2 bounces (C · C, 3) CIE Lab relative to that white
-    """
-
-    taught: SpectrumSet
-    tested: SpectrumSet
-    illuminant: Spectrum
-    white: Floats
+    taught: SpectrumSet  # reflectances that a regression is fitted to
+    tested: SpectrumSet  # C others
+    illuminant: Spectrum  # e
+    white: Floats  # (3,) XYZ of the illuminant
+    # for 1 bounce (C, 3) and for 2 bounces (C · C, 3) CIE Lab relative to that white
     labs: tuple[Floats, Floats]
 
 
@@ -91,19 +77,8 @@ def color_errors(
     """Measure ΔE2000 after 1 and 2 bounces, for both methods of projection.
 
     The regression is fitted to reflectances 1, 3, 5 …; up to 200 of the others are tested, in all
-    ordered pairs.
-
-    Parameters
-    ----------
-    reflectances : curves; a single one is both fitted to and tested
-    illuminant : e, any unit
-    bands : N sensitivities
-    label : name of the bands in the result; N if None
-    most_bounces : 1, for one bounce alone, or more
-
-    Raises
-    ------
-    InputError : a curve covers less than the bands or 400 to 700 nm
+    ordered pairs. A single one is both fitted to and tested. `label` names the bands in the
+    result, N if None; `most_bounces` of 1 is for one bounce alone.
     """
     exact = exact_colors(reflectances, illuminant)
     rows = []
@@ -117,12 +92,7 @@ def color_errors(
 
 
 def exact_colors(reflectances: SpectrumSet, illuminant: Spectrum, most: int = MOST) -> Colors:
-    """Split the reflectances into taught and tested, and return exact colours of the latter.
-
-    Parameters
-    ----------
-    most : largest number of tested reflectances
-    """
+    """Split reflectances into taught and tested, at `most`; return exact colours of the latter."""
     check_covers(reflectances.wavelengths, *VISIBLE)
     illuminant.check_covers(*VISIBLE)
     every = np.arange(len(reflectances))
@@ -136,9 +106,8 @@ def exact_colors(reflectances: SpectrumSet, illuminant: Spectrum, most: int = MO
     one = curves @ matching.T
     two = np.stack([curves * row @ curves.T for row in matching], axis=-1).reshape(-1, 3)
     white = matching.sum(axis=1)
-    return Colors(
-        taught, tested, illuminant, white, (lab_of_xyz(one, white), lab_of_xyz(two, white))
-    )
+    labs = lab_of_xyz(one, white), lab_of_xyz(two, white)
+    return Colors(taught, tested, illuminant, white, labs)
 
 
 def projection_matrix(exact: Colors, bands: Bands, method: str) -> Floats:
@@ -152,12 +121,7 @@ def projection_matrix(exact: Colors, bands: Bands, method: str) -> Floats:
 def differences(exact: Colors, bands: Bands, matrix: Floats, bounces: int) -> Floats:
     """Return ΔE2000 between the estimates and the exact colours: (C,) for 1 bounce, else (C · C,).
 
-    Parameters
-    ----------
-    exact : C reflectances and their colours
-    bands : N sensitivities
-    matrix : (3, N), linear sRGB from band radiances
-    bounces : 1 or 2
+    `matrix`, (3, N), is from band radiances to linear sRGB.
     """
     reflected, light = band_values(bands, exact.tested, exact.illuminant, FINE)
     estimate = reflected * light
@@ -175,18 +139,12 @@ def _subset(curves: SpectrumSet, chosen: NDArray[np.int64]) -> SpectrumSet:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Errors of sets of bands, in the order of the sets.
+    """Errors of sets of bands, in the order of the sets."""
 
-    Parameters
-    ----------
-    by_bounce : after each number of bounces
-    direct_and_indirect : of both together, after 2 bounces; none of a study of one bounce
-    colors : ΔE2000, after up to 2 bounces
-    """
-
-    by_bounce: list[ErrorRow] = field(default_factory=list)
+    by_bounce: list[ErrorRow] = field(default_factory=list)  # after each number of bounces
+    # of both together, after 2 bounces; none of a study of one bounce
     direct_and_indirect: list[ErrorRow] = field(default_factory=list)
-    colors: list[ColorRow] = field(default_factory=list)
+    colors: list[ColorRow] = field(default_factory=list)  # ΔE2000, after up to 2 bounces
 
 
 def compare_bands(
@@ -197,19 +155,9 @@ def compare_bands(
     dark: float = DARK,
     step: float = STEP,
 ) -> Comparison:
-    """Measure the errors of sets of bands.
+    """Measure the errors of sets of bands, by the names under which results list them.
 
-    Parameters
-    ----------
-    bands : by the name under which results list them
-    reflectances, illuminant : see `interreflection_errors`
-    bounces : the largest number of them
-    dark : fraction of the light below which a pair of reflectances is left out
-    step : distance between samples of the curves, nm
-
-    Raises
-    ------
-    InputError : a curve does not cover the bands
+    `bounces` is the largest number of them; the rest is as in `interreflection_errors`.
     """
     found = Comparison()
     for label, sensors in bands.items():
@@ -235,24 +183,16 @@ _REFINEMENTS = 3
 
 @dataclass(frozen=True)
 class BestRow:
-    """The errors of N Gaussian bands.
+    """The errors of N Gaussian bands."""
 
-    Parameters
-    ----------
-    count : N
-    one, two : mean errors after 1 and 2 bounces where σ is a quarter of the bin, 1
-    usual : mean ΔE2000 with this σ, after 2 bounces and regression
-    width, width_delta : the best σ over the bin, and its ΔE2000
-    spread, spread_delta : with that σ, the best distance of the centres from the middle of the
-        range over their usual one, and its ΔE2000; a single band stays in the middle
-    """
-
-    count: int
-    one: float
+    count: int  # N
+    one: float  # mean errors after 1 and 2 bounces where σ is a quarter of the bin, 1
     two: float
-    usual: float
-    width: float
+    usual: float  # mean ΔE2000 with this σ, after 2 bounces and regression
+    width: float  # the best σ over the bin, and its ΔE2000
     width_delta: float
+    # with that σ, the best distance of the centres from the middle of the range over their usual
+    # one, and its ΔE2000; a single band stays in the middle
     spread: float
     spread_delta: float
 
@@ -265,14 +205,9 @@ def best_bands(
     step: float = STEP,
     counts: Sequence[int] = COUNTS,
 ) -> Iterator[BestRow]:
-    """Yield one row for each number of bands.
+    """Yield one row for each number of bands that divide `limits`, nm.
 
-    Parameters
-    ----------
-    reflectances, illuminant : as for `interreflection_errors` and `color_errors`
-    limits : the range that the bands divide, nm
-    dark, step : as for `interreflection_errors`
-    counts : numbers of bands
+    The rest is as in `interreflection_errors` and `color_errors`.
     """
     exact = exact_colors(reflectances, illuminant, _TESTED)
     for count in counts:
@@ -281,10 +216,7 @@ def best_bands(
             interreflection_errors(reflectances, illuminant, usual, bounces, dark, step=step).mean
             for bounces in (1, 2)
         )
-        width, width_delta, spread, spread_delta = _search(exact, count, limits)
-        yield BestRow(
-            count, one, two, _delta(exact, usual), width, width_delta, spread, spread_delta
-        )
+        yield BestRow(count, one, two, _delta(exact, usual), *_search(exact, count, limits))
 
 
 def spread_bands(count: int, limits: tuple[float, float], width: float, spread: float) -> Bands:

@@ -12,7 +12,7 @@ al., "Intrinsic Image Evaluation on Synthetic Complex Scenes", ICIP 2013, where 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -55,8 +55,7 @@ def sensitivity_nodes(curve: Spectrum, step: float = STEP) -> tuple[Floats, Floa
 
     Returns
     -------
-    nodes : (M,) float64, nm, increasing
-    weights : (M,) float64
+    nodes, nm, increasing, and weights : (M,) float64
     """
     nonzero = np.flatnonzero(curve.values)
     support = slice(max(nonzero[0] - 1, 0), nonzero[-1] + 2)
@@ -77,12 +76,7 @@ def _grid(low: float, high: float, step: float) -> Floats:
 def band_values(
     bands: Bands, reflectances: SpectrumSet, illuminant: Spectrum, step: float = STEP
 ) -> tuple[Floats, Floats]:
-    """Return the band values of reflectances, R (C, N), and of the illuminant, E (N,).
-
-    Raises
-    ------
-    InputError : a curve does not cover the bands
-    """
+    """Return the band values of reflectances, R (C, N), and of the illuminant, E (N,)."""
     reflected, emitted = [], []
     for sensitivity in bands.sensitivities:
         weights, curves, light = sample_band(sensitivity, reflectances, illuminant, step)
@@ -97,10 +91,6 @@ def sample_band(
     """Return the weights (M,) of `sensitivity_nodes`, and reflectances (C, M) and light (M,) there.
 
     As in a render, curves keep their outer values in the tails of the sensitivity.
-
-    Raises
-    ------
-    InputError : a curve does not cover what the band sees but for a thousandth at either end
     """
     nodes, weights = sensitivity_nodes(sensitivity, step)
     seen = without_tails(sensitivity)
@@ -126,25 +116,16 @@ BLOCK = 512
 
 @dataclass(frozen=True)
 class ErrorRow:
-    """Errors of N bands after some bounces, over a set of reflectances.
+    """Errors of N bands after some bounces, over a set of reflectances."""
 
-    Parameters
-    ----------
-    bands : as the user specified them: "6", "box:6"
-    count : N
-    bounces : m
-    mean, worst : relative errors, as fractions
-    worst_pair : names of the reflectances with the worst error; one of them for m = 1
-    kept : fraction of the pairs that are bright enough to count
-    """
-
-    bands: str
-    count: int
-    bounces: int
-    mean: float
+    bands: str  # as the user specified them: "6", "box:6"
+    count: int  # N
+    bounces: int  # m
+    mean: float  # relative errors, as fractions
     worst: float
+    # names of the reflectances with the worst error; one of them for m = 1
     worst_pair: tuple[str, ...]
-    kept: float
+    kept: float  # fraction of the pairs that are bright enough to count
 
 
 class _Band(NamedTuple):
@@ -192,9 +173,8 @@ def interreflection_errors(
     """
     check_sensitivities(bands)
     orders = range(1 if direct_too else bounces, bounces + 1)
-    measured = [
-        _band(curve, step, reflectances, illuminant, orders) for curve in bands.sensitivities
-    ]
+    sets = reflectances, illuminant, orders
+    measured = [_band(curve, step, *sets) for curve in bands.sensitivities]
     least = 0.0 if direct_too or bounces == 1 else dark
     white = float(np.linalg.norm([band.emission for band in measured]))
     tally = _Tally()
@@ -204,7 +184,7 @@ def interreflection_errors(
         raise InputError(
             f"all reflectances are too dark: none reflects more than {100.0 * least:g}% of the "
             f"illuminant at bounce {bounces}; lower --dark, use fewer bounces or "
-            f"brighter reflectances"
+            "brighter reflectances"
         )
     pair = tally.at if direct_too or bounces % 2 else sorted(tally.at)  # the order is arbitrary
     return ErrorRow(
@@ -231,11 +211,8 @@ class _Tally:
     def add(self, first: int, missed: Floats, truth: Floats, least: float) -> None:
         """Count a block of pairs.
 
-        Parameters
-        ----------
-        first : index of its first row
-        missed, truth : (B, C) Σ(estimate − t)² and Σt² over the bands; `missed` is overwritten
-        least : of `truth`, below which a pair is dark
+        `missed`, which is overwritten, and `truth` are Σ(estimate − t)² and Σt² over the bands,
+        (B, C); pairs of a truth below `least` are dark. `first` is the index of the first row.
         """
         bright = (truth > 0.0) & (truth >= least)
         errors = np.sqrt(np.divide(missed, truth, out=missed, where=bright))
@@ -249,11 +226,7 @@ class _Tally:
 
 
 def _band(
-    curve: Spectrum,
-    step: float,
-    reflectances: SpectrumSet,
-    illuminant: Spectrum,
-    orders: Iterable[int],
+    curve: Spectrum, step: float, reflectances: SpectrumSet, illuminant: Spectrum, orders: range
 ) -> _Band:
     """Prepare one band for these numbers of bounces."""
     weights, curves, spectrum = sample_band(curve, reflectances, illuminant, step)
@@ -267,17 +240,9 @@ def _band(
 
 
 def _factors(curves: Floats, light: Floats, bounces: int) -> tuple[Floats, Floats]:
-    """Split light · r₁ r₂ r₁ … into the factors of the first plate and of the second.
+    """Split light (M,) · r₁ r₂ r₁ … of curves (C, M) into the factors of both plates.
 
-    Parameters
-    ----------
-    curves : (C, M)
-    light : (M,)
-
-    Returns
-    -------
-    first : (C, M), with the light
-    second : (C, M); (1, M) after a single bounce
+    That of the first, (C, M), has the light; that of the second is (1, M) after a single bounce.
     """
     second = curves ** (bounces // 2) if bounces > 1 else np.ones((1, len(light)))
     return curves ** ((bounces + 1) // 2) * light, second
@@ -298,10 +263,8 @@ def _blocks(bands: list[_Band], count: int) -> Iterator[tuple[int, Floats, Float
 
 def _sum(products: Products, rows: slice) -> Floats:
     """Add up the products for some first plates (B of C) and all second ones: (B, C or 1)."""
-    total = _product(*products[0], rows)
-    for first, second in products[1:]:
-        total = total + _product(first, second, rows)
-    return total
+    first, *rest = (_product(*pair, rows) for pair in products)
+    return sum(rest, first)
 
 
 def _product(first: Floats, second: Floats, rows: slice) -> Floats:

@@ -19,8 +19,8 @@ COLUMNS = ("bands", "bounces", "mean_percent", "max_percent")
 """Columns of the CSV file."""
 
 BEST_COLUMNS = (
-    *("bands", "1 bounce %", "2 bounces %", "ΔE", "best σ/bin", "ΔE", "best spread", "ΔE"),
-)
+    "bands", "1 bounce %", "2 bounces %", "ΔE", "best σ/bin", "ΔE", "best spread", "ΔE",
+)  # fmt: skip
 
 
 def error_table(rows: Sequence[ErrorRow]) -> str:
@@ -71,12 +71,7 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def write_errors(path: str | PathLike[str], rows: Sequence[ErrorRow]) -> None:
-    """Write errors in percent, one row for each set of bands and number of bounces.
-
-    Raises
-    ------
-    OSError : writing fails
-    """
+    """Write errors in percent, one row for each set of bands and number of bounces."""
     cells = [
         [row.bands, row.bounces, f"{100.0 * row.mean:#.6g}", f"{100.0 * row.worst:#.6g}"]
         for row in rows
@@ -95,18 +90,7 @@ _FLOOR = 1e-3
 def write_plot(
     path: str | PathLike[str], rows: Sequence[ErrorRow], color_rows: Sequence[ColorRow]
 ) -> None:
-    """Draw errors against bounces, and ΔE2000 for each set of bands, side by side.
-
-    Parameters
-    ----------
-    path : a .png, .svg or .pdf
-    rows, color_rows : what to draw, one row at least of each
-
-    Raises
-    ------
-    InputError : as `check_plot`
-    OSError : writing fails
-    """
+    """Draw errors against bounces, and ΔE2000 for each set of bands, side by side."""
     plots.check_plot(path)
     wide = max(1.0, len({row.bands for row in color_rows}) / 4.0)
     figure, (left, right) = plots.new_figure(4.5 + 4.5 * wide, 4.0, (1.0, wide))
@@ -131,13 +115,8 @@ def _draw_errors(axes: Axes, rows: Sequence[ErrorRow]) -> None:
         ends.append((mean[-1], _called(label), color))
         if len(labels) <= _FEW:
             ends.append((worst[-1], "max", color))
-    plots.style(
-        axes,
-        "error within the bands: mean and (dashed) max",
-        "bounces between two surfaces",
-        "%",
-        "y",
-    )
+    title = "error within the bands: mean and (dashed) max"
+    plots.style(axes, title, "bounces between two surfaces", "%", "y")
     last = max(row.bounces for row in rows)
     axes.set_xlim(0.8, last + 0.2)
     axes.set_xticks(range(1, last + 1))
@@ -161,21 +140,16 @@ def _draw_colors(axes: Axes, rows: Sequence[ColorRow]) -> None:
     plots.write(axes, "just visible", -0.58, 1.0, xytext=(0, 3), va="bottom")
     axes.set_xlim(-0.6, len(labels) - 0.4)
     axes.set_xticks(places, [str(row.bounces) for row in rows])
+    above: dict[str, Any] = {"xycoords": axes.get_xaxis_transform(), "xytext": (0, 4)}
     for place, label in enumerate(labels):
-        above: dict[str, Any] = {
-            "xycoords": axes.get_xaxis_transform(),
-            "xytext": (0, 4),
-            "va": "bottom",
-        }
-        plots.write(axes, _called(label), place, 1.0, ha="center", **above)
+        plots.write(axes, _called(label), place, 1.0, ha="center", va="bottom", **above)
     last = max(zip(places, rows, strict=True), key=lambda pair: pair[0])
     ends = zip((last[1].mean, last[1].p95, last[1].worst), ("mean", "95%", "max"), strict=True)
     color = _METHOD_COLORS[last[1].method]
     plots.write_beside(axes, last[0], [(_at_least(value), text, color) for value, text in ends])
     for (method, color), side in zip(_METHOD_COLORS.items(), ("right", "left"), strict=True):
-        lowest = min(
-            _at_least(row.mean) for row in rows if (row.bands, row.method) == (labels[0], method)
-        )
+        own = [row.mean for row in rows if (row.bands, row.method) == (labels[0], method)]
+        lowest = _at_least(min(own))
         shift = (-3 if side == "right" else 3, -14)
         plots.write(axes, method, 0.0, lowest, color, xytext=shift, ha=side, va="bottom")
 

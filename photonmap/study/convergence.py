@@ -17,13 +17,7 @@ from photonmap.study.sweeps import bands_label
 
 @dataclass(frozen=True)
 class Power:
-    """y = factor · x^exponent.
-
-    Parameters
-    ----------
-    factor, exponent : of the power law
-    uncertainty : standard error of the exponent; nan for fewer than three points
-    """
+    """y = factor · x^exponent; `uncertainty` of the exponent is nan for fewer than three points."""
 
     factor: float
     exponent: float
@@ -70,18 +64,13 @@ class Cost:
 
 
 def fit_cost(passes: Sequence[float], seconds: Sequence[float]) -> Cost:
-    """Fit seconds by least squares of relative deviations; neither coefficient is negative.
-
-    Parameters
-    ----------
-    passes, seconds : positive, at least one pair
-    """
+    """Fit seconds by least squares of relative deviations; neither coefficient is negative."""
     from scipy.optimize import nnls
 
     took = np.asarray(seconds, np.float64)
     if len(set(passes)) < 2:
         return Cost(0.0, float(np.mean(took / np.asarray(passes))))
-    design = np.stack([np.ones(len(took)), np.asarray(passes, np.float64)], axis=1)
+    design = np.stack([np.ones(len(took)), passes], axis=1)
     setup, each = nnls(design / took[:, None], np.ones(len(took)))[0]
     return Cost(float(setup), float(each))
 
@@ -97,23 +86,15 @@ _UNKNOWN = (0.0, math.nan)
 
 @dataclass(frozen=True)
 class Law:
-    """The convergence of a method in some bands, by the error of shading.
+    """The convergence of a method in some bands, by the error of shading."""
 
-    Parameters
-    ----------
-    label : such as "6 bands" or "path tracing"
-    noise : relative error against passes
-    cost : seconds against passes
-    most : largest number of passes measured
-    spectral : relative error due to too few bands, which does not fall with passes; 0 if unknown
-    indirect : relative colour error of indirect light due to too few bands; nan if unknown
-    """
-
-    label: str
-    noise: Power
-    cost: Cost
-    most: int
+    label: str  # such as "6 bands" or "path tracing"
+    noise: Power  # relative error against passes
+    cost: Cost  # seconds against passes
+    most: int  # largest number of passes measured
+    # relative error due to too few bands, which does not fall with passes; 0 if unknown
     spectral: float = 0.0
+    # relative colour error of indirect light due to too few bands; nan if unknown
     indirect: float = math.nan
 
     def seconds_to(self, target: float) -> Estimate:
@@ -143,10 +124,8 @@ class Estimate:
 class Correction:
     """Correction of stated errors to true errors.
 
-    Parameters
-    ----------
-    ratio : of true to stated error
-    own_error : of the reference, below which a measured true error is not significant
+    `ratio` is of true to stated error; `own_error`, of the reference, is that below which a
+    measured true error is not significant.
     """
 
     ratio: float = 1.0
@@ -169,22 +148,17 @@ class Correction:
 
     def error(self, point: Point) -> float:
         """Return the true error of a point if significant, else the corrected stated error."""
-        return (
-            point.true[BUFFER] if self.is_significant(point) else self.ratio * point.stated[BUFFER]
-        )
+        if self.is_significant(point):
+            return point.true[BUFFER]
+        return self.ratio * point.stated[BUFFER]
 
 
 def laws(points: Sequence[Point], base: str, correction: Correction) -> list[Law]:
     """Return a law for each number of bands, and one for path tracing.
 
     That of the base is fitted to all numbers of passes. The others are that law, scaled by the
-    ratios of processor seconds and of errors to those of the base in the sweep of bands.
-
-    Parameters
-    ----------
-    points : all measured points
-    base : bands of the sweeps of passes
-    correction : of stated errors where true errors are not significant
+    ratios of processor seconds and of errors to those of the base in the sweep of bands. `base` is
+    the bands of the sweeps of passes.
     """
     spectral = spectral_errors(points)
     swept = {
@@ -199,16 +173,12 @@ def laws(points: Sequence[Point], base: str, correction: Correction) -> list[Law
         return []
     found = []
     for label in sorted({base, *(label for label, _ in swept)}, key=_by_number):
-        pairs = [(swept[label, of], swept[base, of]) for of in _common(swept, label, base)]
+        both = [passes for of, passes in swept if of == label and (base, passes) in swept]
+        pairs = [(swept[label, passes], swept[base, passes]) for passes in both]
         found.append(_scaled(whole, bands_label(label), pairs, spectral.get(label, _UNKNOWN)))
     path = [point for point in points if point.sweep == "path"]
     slow = _fit(PATH, path, correction, spectral.get(base, _UNKNOWN))
     return found if slow is None else [*found, slow]
-
-
-def _common(swept: dict[tuple[str, int], Point], label: str, base: str) -> list[int]:
-    """Return the numbers of passes that were measured with both bands."""
-    return [passes for name, passes in swept if name == label and (base, passes) in swept]
 
 
 def _fit(
@@ -275,13 +245,9 @@ _HIDDEN = 0.5  # fraction of the noise below which a change is not significant
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """The points in the order of measurement, and what follows from them.
+    """The points in the order of measurement, which their indices tell apart, and what follows.
 
-    Parameters
-    ----------
-    points : all measured points; they are identified by their index
-    base : bands that the sweeps start from
-    own_errors : errors of the reference itself, by buffer
+    `base` is the bands that sweeps start from; `own_errors` are those of the reference, by buffer.
     """
 
     points: Sequence[Point]
@@ -308,15 +274,14 @@ class Findings:
         """Return whether a true error is above the error of the reference."""
         return point.true.get(buffer, 0.0) > self.own_errors[buffer]
 
-    def slope(self, sweep: str, buffer: str) -> Power | None:
-        """Fit true errors of a sweep against seconds; None for too few points."""
-        points = [point for _, point in self.of(sweep) if self.is_significant(point, buffer)]
-        return fit_power([p.seconds for p in points], [p.true[buffer] for p in points])
+    def slope(self, sweep: str, buffer: str, by_passes: bool = False) -> Power | None:
+        """Fit true errors of a sweep against seconds; None for too few points.
 
-    def slope_by_passes(self, sweep: str, buffer: str) -> Power | None:
-        """Fit true errors of a sweep against passes, which other programs do not affect."""
+        Against passes instead, which other programs do not affect.
+        """
         points = [point for _, point in self.of(sweep) if self.is_significant(point, buffer)]
-        return fit_power([p.settings.passes for p in points], [p.true[buffer] for p in points])
+        costs = [point.settings.passes if by_passes else point.seconds for point in points]
+        return fit_power(costs, [point.true[buffer] for point in points])
 
     @cached_property
     def spectral(self) -> dict[str, tuple[float, float]]:
@@ -338,12 +303,16 @@ class Findings:
         """Points that may be on the Pareto front: photon mapping at full size."""
         return self.of("passes") + self.of("bands")
 
+    def total_error(self, point: Point) -> float:
+        """Return the error of shading of a point: noise and spectral error combined."""
+        return total_error(point, self.correction, self.spectral)
+
     @cached_property
     def front(self) -> Indexed:
         """The candidates that no other dominates in seconds and error."""
         points = self.candidates
         seconds = [point.seconds for _, point in points]
-        errors = [total_error(point, self.correction, self.spectral) for _, point in points]
+        errors = [self.total_error(point) for _, point in points]
         return [points[place] for place in pareto_front(seconds, errors)]
 
     def label_of(self, point: Point) -> str:
@@ -379,11 +348,7 @@ _STEPS = 400
 def recommend(laws: Sequence[Law], base: str, targets: Sequence[float] = TARGETS) -> list[str]:
     """Return sentences on the time to each target: with the base's bands, others, and path tracing.
 
-    Parameters
-    ----------
-    laws : one for each number of bands, and one for the path tracer
-    base : the bands to which the others are compared
-    targets : relative errors of shading due to noise
+    `targets` are relative errors of shading due to noise.
     """
     found = {law.label: law for law in laws}
     if bands_label(base) not in found:
@@ -422,10 +387,12 @@ def estimated_time(estimate: Estimate) -> str:
 def _short(laws: dict[str, Law], base: str, target: float) -> str:
     """Return the time to a target with the base's bands, and by path tracing."""
     took = laws[base].seconds_to(target)
-    path = (
-        f"; path tracing: {estimated_time(laws[PATH].seconds_to(target))}" if PATH in laws else ""
-    )
+    path = f"; {_path_time(laws, target)}" if PATH in laws else ""
     return f"{100 * target:g}% error in {BUFFER}: {estimated_time(took)} with {base}{path}."
+
+
+def _path_time(laws: dict[str, Law], target: float) -> str:
+    return f"{PATH}: {estimated_time(laws[PATH].seconds_to(target))}"
 
 
 def _whole(laws: dict[str, Law], base: str, target: float) -> str:
@@ -445,7 +412,7 @@ def _whole(laws: dict[str, Law], base: str, target: float) -> str:
             ratio = f"{ratios[best.label]:.2g} times the time"
             parts.append(f"{ratio} with {best.label}{_off(best, law)}")
     if PATH in laws:
-        parts.append(f"path tracing: {estimated_time(laws[PATH].seconds_to(target))}")
+        parts.append(_path_time(laws, target))
     return "; ".join(parts) + "."
 
 
@@ -460,12 +427,8 @@ def _off(law: Law, base: Law | None = None) -> str:
 def _limits(bands: Sequence[Law]) -> str:
     """Return the errors that more time does not reduce."""
     short = [f"{percent(law.spectral)} with {law.label}" for law in bands if law.spectral > 0.0]
-    if not short:
-        return ""
-    return (
-        f"However long the render, the colour error of {BUFFER} never falls below "
-        f"{', '.join(short)}."
-    )
+    never = f"However long the render, the colour error of {BUFFER} never falls below "
+    return f"{never}{', '.join(short)}." if short else ""
 
 
 def _best(bands: Sequence[Law]) -> str:

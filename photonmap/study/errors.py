@@ -84,12 +84,7 @@ def mean_error(result: Result, mask: Mask) -> float:
 
 
 class Reference:
-    """Two independent renders of the same settings, and their mean.
-
-    Parameters
-    ----------
-    first, second : results of equal size, bands and pixel mode, with at least one valid pixel
-    """
+    """Two independent renders of the same settings, and their mean; a pixel at least is valid."""
 
     def __init__(self, first: Result, second: Result) -> None:
         self._halves = first, second
@@ -159,45 +154,31 @@ REFERENCE_BANDS = "81"
 
 @dataclass(frozen=True)
 class ColorError:
-    """Colour errors of an image of N bands against one of many.
+    """Colour errors of an image of N bands against one of many."""
 
-    Parameters
-    ----------
-    delta_mean, delta_p95 : ΔE2000 of radiance, mean and 95th percentile over pixels
-    indirect_mean, indirect_p95 : the same for indirect light alone
-    luminance : relative error of the luminance Y of radiance
-    radiance, shading, indirect : relative distances in XYZ
-    """
-
-    delta_mean: float
+    delta_mean: float  # ΔE2000 of radiance, mean and 95th percentile over pixels
     delta_p95: float
-    indirect_mean: float
+    indirect_mean: float  # the same for indirect light alone
     indirect_p95: float
-    luminance: float
-    radiance: float
+    luminance: float  # relative error of the luminance Y of radiance
+    radiance: float  # relative distances in XYZ
     shading: float
     indirect: float
 
 
 def color_error(result: Result, truth: Result, mask: Mask) -> ColorError:
     """Compare a result with one of more bands and equal seed and passes, over valid pixels."""
-    radiance, indirect = (
-        _summary(
-            delta_e_2000(result.rgb(buffer, white="D65"), truth.rgb(buffer, white="D65"))[mask]
-        )
+    deltas = [
+        delta_e_2000(result.rgb(buffer, white="D65"), truth.rgb(buffer, white="D65"))[mask]
         for buffer in ("radiance", "indirect")
-    )
-    distances = {
-        buffer: relative_distance(result.xyz(buffer)[mask], truth.xyz(buffer)[mask])
+    ]
+    means = [each for off in deltas for each in (off.mean(), np.percentile(off, 95.0))]
+    distances = [
+        relative_distance(result.xyz(buffer)[mask], truth.xyz(buffer)[mask])
         for buffer in ("radiance", "shading", "indirect")
-    }
+    ]
     luminance = relative_distance(result.xyz()[mask][:, 1:2], truth.xyz()[mask][:, 1:2])
-    return ColorError(*radiance, *indirect, luminance, **distances)
-
-
-def _summary(deltas: Floats) -> tuple[float, float]:
-    """Return the mean and the 95th percentile."""
-    return float(deltas.mean()), float(np.percentile(deltas, 95.0))
+    return ColorError(*map(float, (*means, luminance, *distances)))
 
 
 Kind = Literal["true", "stated", "delta"]
@@ -217,14 +198,7 @@ _COVERED = 98.0  # percentile of the absolute values that the scale of a map cov
 
 @dataclass(frozen=True)
 class ErrorMap:
-    """A map of the errors of an image.
-
-    Parameters
-    ----------
-    kind : "true": luminance against the reference, signed; "stated" error; or "delta": ΔE2000
-    image : data URI
-    scale : the value at the end of the colour bar: a fraction, or ΔE2000
-    """
+    """A map of errors as a data URI; `scale` ends its colour bar: a fraction, or ΔE2000."""
 
     kind: Kind
     image: str
@@ -258,10 +232,8 @@ def picture(result: Result, exposure: float) -> str:
 
 def color_bar(kind: Kind, steps: int = 17) -> list[str]:
     """Return colours of a map from low to high, as #rrggbb."""
-    return [
-        "#" + "".join(f"{part:02x}" for part in color)
-        for color in _colors(kind, np.linspace(0.0, 1.0, steps))
-    ]
+    colors = _colors(kind, np.linspace(0.0, 1.0, steps))
+    return [f"#{bytes(color).hex()}" for color in colors]
 
 
 def _scale_of(values: NDArray[np.floating]) -> Floats:

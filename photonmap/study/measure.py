@@ -49,44 +49,29 @@ class Settings(Options):
 
 @dataclass(frozen=True)
 class Point:
-    """A measured render.
+    """A measured render."""
 
-    Parameters
-    ----------
-    sweep : the sweep that it belongs to
-    label : what distinguishes it within the sweep
-    settings : of the render; `passes` is the number that was completed
-    wall : wall-clock seconds of rendering, without loading and compiling
-    processor : processor seconds of rendering, over all threads
-    seconds : the time to use, by one of these two clocks
-    rays : number of rays; None where they are not counted
-    photons : number of photons emitted in all passes
-    stated : relative errors by buffer, as the render states them; nan after a single pass
-    true : relative errors by buffer, against the reference; empty if it does not fit
-    mean_difference : relative difference of mean radiance from the reference; nan if it does not
-        fit
-    mean_error : relative standard error of mean radiance; nan except for path tracing, whose
-        pixels are independent
-    color : colour errors against many bands; None without a render of those
-    picture : the image as a data URI
-    error_map : map of the errors; None without an estimate
-    """
-
-    sweep: str
-    label: str
-    settings: Settings
-    wall: float
-    processor: float
-    seconds: float
-    rays: int | None
-    photons: int
+    sweep: str  # the sweep that it belongs to
+    label: str  # what distinguishes it within the sweep
+    settings: Settings  # of the render; `passes` is the number that was completed
+    wall: float  # wall-clock seconds of rendering, without loading and compiling
+    processor: float  # processor seconds of rendering, over all threads
+    seconds: float  # the time to use, by one of these two clocks
+    rays: int | None  # number of rays; None where they are not counted
+    photons: int  # number of photons emitted in all passes
+    # relative errors by buffer, as the render states them; nan after a single pass
     stated: dict[str, float]
+    # relative errors by buffer, against the reference; empty if it does not fit
     true: dict[str, float] = field(default_factory=dict)
+    # relative difference of mean radiance from the reference; nan if it does not fit
     mean_difference: float = math.nan
+    # relative standard error of mean radiance; nan except for path tracing, whose pixels are
+    # independent
     mean_error: float = math.nan
+    # colour errors against many bands; None without a render of those
     color: ColorError | None = None
-    picture: str = ""
-    error_map: ErrorMap | None = None
+    picture: str = ""  # the image as a data URI
+    error_map: ErrorMap | None = None  # map of the errors; None without an estimate
 
     def row(self) -> dict[str, object]:
         """Return the point as a row of the table, by `COLUMNS`; unknown values are empty."""
@@ -153,11 +138,9 @@ class Study:
 
     Parameters
     ----------
-    scene : to render
     base : settings from which sweeps start
     within : range of the bands, nm; None for the usual one
-    progress : is notified of every render
-    log : is called with a line for each point
+    progress, log : are notified of every render, and called with a line for each point
     """
 
     def __init__(
@@ -204,17 +187,9 @@ class Study:
     def measure(
         self, sweep: str, label: str, settings: Settings, truth: Result | None = None
     ) -> Result:
-        """Render a point, measure it and keep it.
+        """Render a point, measure it and keep it, also one that Ctrl-C ended.
 
-        Parameters
-        ----------
-        sweep, label : names of the sweep and of the point in it
-        settings : of the render
-        truth : a render of `REFERENCE_BANDS` with equal seed and passes, for colour errors
-
-        Raises
-        ------
-        KeyboardInterrupt : Ctrl-C ended the render; the passes before it are a point nevertheless
+        `truth` is a render of `REFERENCE_BANDS` with equal seed and passes, for colour errors.
         """
         result, processor = self.render(settings)
         point = self._point(sweep, label, settings, result, processor, truth)
@@ -226,17 +201,7 @@ class Study:
         return result
 
     def time_again(self, last: int, times: int) -> None:
-        """Repeat the last points in turns, and keep the shortest time of each.
-
-        Parameters
-        ----------
-        last : number of points
-        times : number of repetitions
-
-        Raises
-        ------
-        KeyboardInterrupt : at Ctrl-C; the points that were not repeated stay as they are
-        """
+        """Repeat the last points in turns, and keep the shortest time of each."""
         for _ in range(times):
             for index in range(len(self.points) - last, len(self.points)):
                 point = self.points[index]
@@ -258,13 +223,13 @@ class Study:
     ) -> Point:
         record, reference = result.record, self.reference
         assert reference is not None
-        photons = record["arguments"]["photons"]
-        done = replace(settings, passes=record["passes"], photons=photons)
         mask = counted_pixels(result) if result.size != self.base.size else reference.mask
         point = Point(
             sweep=sweep,
             label=label,
-            settings=done,
+            settings=replace(
+                settings, passes=record["passes"], photons=record["arguments"]["photons"]
+            ),
             wall=record["seconds"]["render"],
             processor=processor,
             seconds=record["seconds"]["render"],
@@ -313,11 +278,8 @@ def describe_machine() -> dict[str, Any]:
 def choose_clock(points: Sequence[Point], others: float, threads: int) -> list[Point]:
     """Return points timed by the wall clock, or by processor time on a loaded machine.
 
-    Parameters
-    ----------
-    points : timed by both clocks
-    others : fraction of all processors that other programs took
-    threads : of the renders; on an idle machine, wall time is about processor time over threads
+    `others` is the fraction of all processors that other programs took. On an idle machine, wall
+    time is about processor time over the `threads` of the renders.
     """
     if others <= MAX_BACKGROUND_LOAD:
         return list(points)

@@ -21,7 +21,7 @@ from photonmap.report.plots import (
     style,
     write,
 )
-from photonmap.study.convergence import Findings, Indexed, Law, fit_power, total_error
+from photonmap.study.convergence import Findings, Indexed, Law, fit_power
 from photonmap.study.errors import REFERENCE_BANDS
 
 if TYPE_CHECKING:
@@ -117,11 +117,10 @@ def pareto(found: Findings) -> Figure:
     front = {index for index, _ in found.front}
     for index, point in found.candidates:
         label = found.label_of(point)
-        total = 100.0 * total_error(point, found.correction, found.spectral)
+        total = 100.0 * found.total_error(point)
         filled = {} if index in front else {"mfc": "white"}
         mark(axes, point.seconds, total, index, color=colors.get(label, INK), **filled)
-    steps = [(p.seconds, 100 * total_error(p, found.correction, found.spectral))
-             for _, p in found.front]  # fmt: skip
+    steps = [(point.seconds, 100 * found.total_error(point)) for _, point in found.front]
     if steps:
         axes.step(*zip(*steps, strict=True), where="post", color=INK, lw=0.8, ls="--", zorder=1)
     style(axes, "combined error of shading, noise and colour, by bands", "seconds", "%")
@@ -159,15 +158,16 @@ def _draw_photons(axes: Axes, found: Findings) -> None:
         if usual in times:
             share = f"{times[photons] / times[usual]:.2g}×"
             write(axes, share, photons, error, xytext=(0, 9), ha="center")
-    style(axes, f"photons per pass, {_passes(found, 'photons')} passes", "photons", "true error, %")
+    title = f"photons per pass, {points[0][1].settings.passes} passes"
+    style(axes, title, "photons", "true error, %")
     legend(axes)
 
 
 def _draw_resolution(axes: Axes, found: Findings) -> None:
     """Draw seconds against pixels, and the power law through the last two sizes."""
-    pixels, seconds = [], []
+    pixels, seconds, passes = [], [], 0
     for index, point in found.of("resolution"):
-        width, height = point.settings.size
+        (width, height), passes = point.settings.size, point.settings.passes
         pixels.append(width * height)
         seconds.append(point.seconds)
         mark(axes, pixels[-1], seconds[-1], index, color=BLUE)
@@ -178,11 +178,7 @@ def _draw_resolution(axes: Axes, found: Findings) -> None:
         middle = math.sqrt(ends[0] * ends[1])
         text = f"exponent {law.exponent:.2f}"
         write(axes, text, middle, law.at(middle), BLUE, xytext=(-8, 4), ha="right")
-    style(axes, f"resolution, {_passes(found, 'resolution')} passes", "pixels", "seconds")
-
-
-def _passes(found: Findings, sweep: str) -> int:
-    return next((point.settings.passes for _, point in found.of(sweep)), 0)
+    style(axes, f"resolution, {passes} passes", "pixels", "seconds")
 
 
 _FIGURES: dict[str, tuple[Callable[[Findings], Figure], tuple[str, ...]]] = {

@@ -43,42 +43,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True)
-class About:
-    """Texts that describe a study.
-
-    Parameters
-    ----------
-    title, subtitle : the scene, and how it was rendered
-    base : label of the bands that sweeps start from
-    interrupted : whether Ctrl-C ended the study
-    pairs : names and values of settings and of the machine
-    why : reason why each effect is on or off, by name
-    clock : how seconds were measured
-    repeats : how often renders were repeated whose times are compared
-    """
-
-    title: str
-    subtitle: str
-    base: str
-    interrupted: bool
-    pairs: list[tuple[str, str]]
-    why: dict[str, str]
-    clock: str
-    repeats: str
-
-
 def describe_study(
     study: Study, extent: Extent, interrupted: bool, machine: dict[str, Any], others: float
-) -> About:
-    """Describe a study that has its reference.
+) -> dict[str, Any]:
+    """Return the texts that describe a study, which has its reference, on the page.
 
-    Parameters
-    ----------
-    study, extent : the study, and how far its sweeps went
-    interrupted : whether Ctrl-C ended the study
-    machine : as `describe_machine` returns it
-    others : fraction of the processors that other programs took
+    `machine` is what `describe_machine` returns, and `others` the fraction of the processors that
+    other programs took.
     """
     width, height = study.base.size
     record = study.record
@@ -98,10 +69,17 @@ def describe_study(
     ]
     repeats = f"{extent.repeats} run{'s' * (extent.repeats > 1)}"
     why = {name: effect["why"] for name, effect in record["effects"].items()}
-    subtitle = f"{width}×{height} pixels, {bands} unless stated, {triangles} triangles; " + (
-        f"{machine['processor']}, {record['arguments']['threads']} threads"
-    )
-    return About(study.name, subtitle, bands, interrupted, pairs, why, clock, repeats)
+    shown = f"{width}×{height} pixels, {bands} unless stated, {triangles} triangles"
+    return {
+        "title": study.name,
+        "subtitle": f"{shown}; {machine['processor']}, {record['arguments']['threads']} threads",
+        "base": bands,
+        "interrupted": interrupted,
+        "pairs": pairs,
+        "why": why,
+        "clock": clock,
+        "repeats": repeats,
+    }
 
 
 def _reference(study: Study) -> str:
@@ -131,15 +109,8 @@ _DASH = "–"
 _BARS: tuple[Kind, ...] = ("true", "stated", "delta")
 
 
-def write_page(found: Findings, about: About, figures: dict[str, Figure]) -> str:
-    """Return the page.
-
-    Parameters
-    ----------
-    found : the points and what follows from them
-    about : description of the study
-    figures : by name
-    """
+def write_page(found: Findings, about: dict[str, Any], figures: dict[str, Figure]) -> str:
+    """Return the page; `about` is what `describe_study` returns, and `figures` are by name."""
     return render_page(
         __package__,
         "study.html",
@@ -183,11 +154,10 @@ def _facts(found: Findings) -> dict[str, str]:
     for sweep in ("passes", "path"):
         for buffer in ("radiance", "shading"):
             facts[f"{sweep}_{buffer}"] = _slope(found.slope(sweep, buffer))
-        facts[f"{sweep}_by_passes"] = _slope(found.slope_by_passes(sweep, BUFFER))
+        facts[f"{sweep}_by_passes"] = _slope(found.slope(sweep, BUFFER, by_passes=True))
     if (path := found.bias) is not None:
-        facts["bias"] = (
-            f"{100 * path.mean_difference:+.2f}% ± {100 * path.mean_error:.2f}%".replace("-", "−")
-        )
+        bias = f"{100 * path.mean_difference:+.2f}% ± {100 * path.mean_error:.2f}%"
+        facts["bias"] = bias.replace("-", "−")
     return facts
 
 
@@ -199,14 +169,14 @@ def _slope(law: Power | None) -> str:
     return f"{law.exponent:.3f}{spread}".replace("-", "−")
 
 
-def _choice_row(index: int, point: Point, found: Findings, about: About) -> dict[str, Any]:
+def _choice_row(index: int, point: Point, found: Findings, about: dict[str, Any]) -> dict[str, Any]:
     """Return the table row of a choice: its cost and effect against the default settings."""
     usual = found.of("choices")[0][1]
     changed = change_beyond_noise(point)
     return {
         "index": index,
         "label": point.label,
-        "why": about.why.get(point.label.removeprefix("without "), ""),
+        "why": about["why"].get(point.label.removeprefix("without "), ""),
         "seconds": f"{point.seconds:.2f}",
         "relative": f"{point.processor / usual.processor:.2f}",
         "stated": percent(point.stated["radiance"]),
@@ -235,11 +205,7 @@ def _point_data(point: Point) -> dict[str, Any]:
     """Return what the page shows when a point is selected."""
     settings, shown = point.settings, point.error_map
     errors = [
-        [
-            buffer,
-            _percent_or_dash(point.stated.get(buffer)),
-            _percent_or_dash(point.true.get(buffer)),
-        ]
+        [buffer, *(_percent_or_dash(kind.get(buffer)) for kind in (point.stated, point.true))]
         for buffer in BUFFERS
     ]
     rest = [
@@ -282,13 +248,8 @@ def _percent_or_dash(value: float | None) -> str:
 PAGE, TABLE = "study.html", "study.csv"
 
 
-def write_study(folder: Path, found: Findings, about: About) -> None:
-    """Write the page, the table and the plots; none appears before all of them are complete.
-
-    Raises
-    ------
-    OSError : writing fails
-    """
+def write_study(folder: Path, found: Findings, about: dict[str, Any]) -> None:
+    """Write the page, the table and the plots; none appears before all of them are complete."""
     with written_together(folder) as part:
         figures = drawn_figures(found)
         (part / PAGE).write_text(write_page(found, about, figures), encoding="utf-8")
@@ -299,26 +260,14 @@ def write_study(folder: Path, found: Findings, about: About) -> None:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a study found.
-
-    Parameters
-    ----------
-    findings : its points, and the laws fitted to them
-    interrupted : whether Ctrl-C ended the sweeps
-    """
+    """What a study found, and whether Ctrl-C ended its sweeps."""
 
     findings: Findings
     interrupted: bool
 
 
 def run_study(study: Study, extent: Extent, folder: Path) -> Outcome:
-    """Run the sweeps, and write study.html, study.csv and the plots; after Ctrl-C, what there is.
-
-    Raises
-    ------
-    InputError : no pixel counts, or the folder cannot be written to
-    KeyboardInterrupt : Ctrl-C before there was a reference to measure errors against
-    """
+    """Run the sweeps, and write the page, the table and the plots; after Ctrl-C, what there is."""
     machine = describe_machine()
     with BackgroundLoad() as others:
         interrupted = _sweep(study, extent)

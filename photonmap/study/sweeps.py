@@ -13,14 +13,9 @@ from photonmap.study.errors import REFERENCE_BANDS, Reference, counted_pixels
 from photonmap.study.measure import Settings, Study
 
 SHARES = {
-    "reference": 0.22,
-    "passes": 0.2,
-    "path": 0.11,
-    "bands": 0.24,
-    "photons": 0.06,
-    "resolution": 0.07,
-    "choices": 0.1,
-}
+    "reference": 0.22, "passes": 0.2, "path": 0.11, "bands": 0.24, "photons": 0.06,
+    "resolution": 0.07, "choices": 0.1,
+}  # fmt: skip
 """Fraction of the seconds of rendering that each sweep gets."""
 
 _PILOT = 8  # passes from which the time per pass is estimated
@@ -31,26 +26,17 @@ _PATH_SEEDS = 1000  # offset of the seeds from those of photon mapping
 
 @dataclass(frozen=True)
 class Extent:
-    """How far the sweeps go.
+    """How far the sweeps go."""
 
-    Parameters
-    ----------
-    seconds : of rendering, in all
-    bands : as the renderer takes them; `REFERENCE_BANDS` among them
-    photons : factors of the default number of photons in a pass
-    sides : factors of the image's width and height
-    divisors : of the number of passes in the sweep of bands
-    repeats : number of times that renders are timed whose times are compared, in turns
-    forced : also render with all effects forced on
-    """
-
-    seconds: float
+    seconds: float  # of rendering, in all
+    # as the renderer takes them; `REFERENCE_BANDS` among them
     bands: tuple[str, ...] = ("rgb", "3", "6", "9", "31", REFERENCE_BANDS)
+    # factors of the default number of photons in a pass
     photons: tuple[float, ...] = (1 / 16, 1 / 4, 1, 4, 16)
-    sides: tuple[float, ...] = (1 / 4, 1 / 2, 1, 2)
-    divisors: tuple[int, ...] = (4, 1)
-    repeats: int = 2
-    forced: bool = True
+    sides: tuple[float, ...] = (1 / 4, 1 / 2, 1, 2)  # factors of the image's width and height
+    divisors: tuple[int, ...] = (4, 1)  # of the number of passes in the sweep of bands
+    repeats: int = 2  # number of times that renders are timed whose times are compared, in turns
+    forced: bool = True  # also render with all effects forced on
 
     @classmethod
     def quick(cls, seconds: float) -> Extent:
@@ -68,12 +54,7 @@ class Extent:
 
 
 def check_largest(study: Study, extent: Extent) -> None:
-    """Check, before the sweeps, that the largest renders fit into memory.
-
-    Raises
-    ------
-    InputError : they do not
-    """
+    """Check, before the sweeps, that the largest renders fit into memory."""
     pixels = study.base.size[0] * study.base.size[1]
     usual = usual_photons(pixels)
     few = Bands.parse(study.base.bands).count
@@ -93,30 +74,18 @@ def run_sweeps(study: Study, extent: Extent) -> None:
     ----------
     study : keeps the points
     extent : how far the sweeps go
-
-    Raises
-    ------
-    InputError : no pixel is valid, so that there are no errors to measure
-    KeyboardInterrupt : at Ctrl-C; the study keeps its points
     """
     pilot, _ = study.render(replace(study.base, passes=_PILOT))
     if pilot.record["interrupted"]:
         raise KeyboardInterrupt
     if not counted_pixels(pilot).any():
-        raise InputError(
-            f"{study.name}: no pixel is covered by surfaces that do not emit, so there are no "
-            f"errors to measure; point the camera at such surfaces"
+        problem = (
+            "no pixel is covered by surfaces that do not emit, so there are no errors to measure"
         )
+        raise InputError(f"{study.name}: {problem}; point the camera at such surfaces")
     pace = pilot.record["seconds"]["render"] / _PILOT
-    for sweep, run in (
-        ("reference", _reference),
-        ("passes", _passes),
-        ("path", _path),
-        ("bands", _bands),
-        ("photons", _photons),
-        ("resolution", _resolution),
-        ("choices", _choices),
-    ):
+    runs = (_reference, _passes, _path, _bands, _photons, _resolution, _choices)
+    for sweep, run in zip(SHARES, runs, strict=True):
         study.log(f"{min(study.spent / extent.seconds, 1.0):4.0%} {sweep}")
         run(study, extent, pace)
 
@@ -159,19 +128,15 @@ def _double(study: Study, sweep: str, settings: Settings, seconds: float) -> Non
 
 def _bands(study: Study, extent: Extent, pace: float) -> None:
     """Render many bands, then fewer with the same seed, for each number of passes."""
-    labels = [
-        label
-        for label in dict.fromkeys((*extent.bands, study.base.bands))
-        if label != REFERENCE_BANDS
-    ]
+    every = dict.fromkeys((*extent.bands, study.base.bands))
+    labels = [label for label in every if label != REFERENCE_BANDS]
     cost = sum(_relative_cost(label) for label in (*labels, REFERENCE_BANDS))
     runs = sum(1 / divisor for divisor in extent.divisors)
     most = _affordable(extent.share("bands") / (cost * runs * extent.repeats), pace)
     for passes in sorted({max(most // divisor, _LEAST) for divisor in extent.divisors}):
         settings = replace(study.base, passes=passes)
-        truth = study.measure(
-            "bands", bands_label(REFERENCE_BANDS), replace(settings, bands=REFERENCE_BANDS)
-        )
+        many = replace(settings, bands=REFERENCE_BANDS)
+        truth = study.measure("bands", bands_label(REFERENCE_BANDS), many)
         for label in labels:
             study.measure("bands", bands_label(label), replace(settings, bands=label), truth)
         study.time_again(len(labels) + 1, extent.repeats - 1)

@@ -70,12 +70,7 @@ def preview(scene: Scene | str | PathLike[str], buffer: str = "radiance", **opti
 
 
 def picture_of(result: Result, buffer: str) -> bytes:
-    """Return a buffer as PNG, light at the exposure of the preview.
-
-    Raises
-    ------
-    ValueError : there is no such buffer, or it has no bands
-    """
+    """Return a buffer as PNG, light at the exposure of the preview."""
     image = result.rgb(buffer)
     is_light = buffer != "reflectance" and "radiance" in result.buffers
     return encode_png(as_bytes(image, result.exposure if is_light else 1.0))
@@ -93,10 +88,6 @@ class Tev:
     ----------
     name : what tev calls the image
     address : HOST:PORT
-
-    Raises
-    ------
-    InputError : tevclient is not installed, or there is no such address
     """
 
     def __init__(self, name: str, address: str = ADDRESS) -> None:

@@ -39,10 +39,6 @@ def load_for_page(path: str | PathLike[str], buffers: Collection[str] | None = N
     Parameters
     ----------
     buffers : names of those to show; None for all that a picture can be made of
-
-    Raises
-    ------
-    InputError : there is no such file, or it was not written by photonmap
     """
     wanted = None if buffers is None else {*buffers, *_FOR_EXPOSURE}
     names = [
@@ -73,10 +69,6 @@ def write_page(
     titles : what the page calls them
     path : FILE.html
     buffers : names of those to show; None for all that a picture can be made of
-
-    Raises
-    ------
-    InputError : the two differ in size or bands, or have no buffer to show
     """
     _check(results)
     names = _choose(results, buffers)

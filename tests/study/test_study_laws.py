@@ -193,7 +193,7 @@ def test_stated_errors_are_corrected_where_the_truth_is_unknown():
 def test_findings_of_made_up_points():
     found = Findings(made_up(), "6", OWN)
     assert found.slope("passes", "shading").exponent == pytest.approx(-0.5)
-    assert found.slope_by_passes("path", "shading").exponent == pytest.approx(-0.5)
+    assert found.slope("path", "shading", by_passes=True).exponent == pytest.approx(-0.5)
     assert {p.settings.passes for _, p in found.most_passes("bands")} == {32}
     assert found.bias.settings.passes == 32
     seconds = [p.seconds for _, p in found.front]

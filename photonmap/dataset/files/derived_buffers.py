@@ -47,10 +47,6 @@ def one_piece(scene: Scene, size: tuple[int, int], at_centre: bool = False) -> M
     scene : with a camera
     size : width and height, pixels
     at_centre : samples pass through the pixels' centres alone, where there is one surface
-
-    Raises
-    ------
-    InputError : the scene has no camera
     """
     onlooker, (width, height), camera = Onlooker(scene), size, scene.camera
     if camera is None:

@@ -26,29 +26,16 @@ _RECTIFIED = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Eye:
-    """Where a camera stands, and how it projects.
+    """Where a camera stands, and how it projects."""
 
-    Parameters
-    ----------
-    origin : (3,) scene units
-    axes : (3, 3), rows right, down and view
-    matrix : (3, 3) intrinsics, pixels, (0, 0) the image's corner
-    size : width and height, pixels
-    """
-
-    origin: Floats
-    axes: Floats
-    matrix: Floats
-    size: tuple[int, int]
+    origin: Floats  # (3,) scene units
+    axes: Floats  # (3, 3), rows right, down and view
+    matrix: Floats  # (3, 3) intrinsics, pixels, (0, 0) the image's corner
+    size: tuple[int, int]  # width and height, pixels
 
     @classmethod
     def of(cls, camera: Mapping[str, Any], size: Sequence[int]) -> Eye:
-        """Return the eye of a camera's record.
-
-        Raises
-        ------
-        InputError : the camera is not a pinhole, or its image is distorted
-        """
+        """Return the eye of a camera's record."""
         if camera.get("kind") not in _KINDS or any(camera.get("distortion") or ()):
             raise InputError(
                 f"flow is between images of pinholes without distortion, and one is of the kind "
@@ -90,23 +77,15 @@ class Eye:
 
 @dataclass(frozen=True, eq=False)
 class Flow:
-    """Where the points of one image are in another.
+    """Where the points of one image are in another."""
 
-    Parameters
-    ----------
-    first, second : the eyes of both images
-    flow : (H, W, 2) float32, pixels: x and y there less x and y here, y down; 0 where not `valid`
-    valid : (H, W) bool: a surface is at the pixel's centre, and in front of the other camera
-    inside : (H, W) bool: its point is within the other image
-    visible : (H, W) bool: and nothing hides it there
-    """
-
-    first: Eye
+    first: Eye  # the eyes of both images
     second: Eye
+    # (H, W, 2) float32, pixels: x and y there less x and y here, y down; 0 where not `valid`
     flow: NDArray[np.float32]
-    valid: Mask
-    inside: Mask
-    visible: Mask
+    valid: Mask  # (H, W) bool: a surface is at the pixel's centre, and in front of the other camera
+    inside: Mask  # (H, W) bool: its point is within the other image
+    visible: Mask  # (H, W) bool: and nothing hides it there
 
     @cached_property
     def occluded(self) -> Mask:
@@ -145,18 +124,11 @@ class Flow:
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """Where the points of an image are to be looked for in another.
+    """Where the points of an image are to be looked for in another."""
 
-    Parameters
-    ----------
-    points : (H, W, 3) scene units
-    pixels : (H, W, 2) in the other image
-    valid, inside : as in `Flow`
-    """
-
-    points: Floats
-    pixels: Floats
-    valid: Mask
+    points: Floats  # (H, W, 3) scene units
+    pixels: Floats  # (H, W, 2) in the other image
+    valid: Mask  # as in `Flow`
     inside: Mask
 
 

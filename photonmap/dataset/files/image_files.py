@@ -45,12 +45,7 @@ _WHITE_SHOWN_AS = 0.7
 
 
 def check_formats(formats: Collection[str]) -> None:
-    """Check that the formats exist, that one of them holds arrays, and that h5py is installed.
-
-    Raises
-    ------
-    InputError : one of these does not hold
-    """
+    """Check that the formats exist, that one of them holds arrays, and that h5py is installed."""
     for name in formats:
         if name not in FORMATS:
             raise InputError(f"there is no format {name!r}; {suggest(name, FORMATS)}")
@@ -208,12 +203,7 @@ def _write_hypersim(folder: Path, images: Mapping[str, NDArray[Any]]) -> None:
 
 
 def read_hypersim(folder: Path) -> dict[str, NDArray[Any]]:
-    """Return what `hypersim_images` returned when the files were written.
-
-    Raises
-    ------
-    InputError : a file is damaged
-    """
+    """Return what `hypersim_images` returned when the files were written."""
     check_h5py()
     import h5py
 
@@ -229,12 +219,7 @@ def read_hypersim(folder: Path) -> dict[str, NDArray[Any]]:
 
 
 def read_image(folder: Path) -> Result:
-    """Read the buffers of an image in its bands, from EXR if there is one, else from HDF5.
-
-    Raises
-    ------
-    InputError : neither file exists, or it is damaged
-    """
+    """Read the buffers of an image in its bands, from EXR if there is one, else from HDF5."""
     if (folder / BANDS_EXR).is_file():
         return restored(Result(*read_exr(folder / BANDS_EXR)))
     if (folder / BANDS_HDF5).is_file():
@@ -243,12 +228,7 @@ def read_image(folder: Path) -> Result:
 
 
 def read_rgb(folder: Path, space: str) -> dict[str, NDArray[Any]]:
-    """Return the buffers of an image in an RGB space, computed from its bands, by name.
-
-    Raises
-    ------
-    InputError : they cannot be read
-    """
+    """Return the buffers of an image in an RGB space, computed from its bands, by name."""
     return as_rgb(read_image(folder), space).buffers
 
 
@@ -257,12 +237,7 @@ def _as_float32(image: NDArray[Any]) -> NDArray[Any]:
 
 
 def read_hdf5(path: Path) -> Result:
-    """Read the buffers of an image from the HDF5 file of its bands.
-
-    Raises
-    ------
-    InputError : it is damaged, or h5py is not installed
-    """
+    """Read the buffers of an image from the HDF5 file of its bands."""
     import json
 
     check_h5py()
@@ -312,12 +287,7 @@ _TOLD = ("time_s", "saturated", "negative")
 
 
 def choose_sensor(text: str | None) -> tuple[Sensor, dict[str, Any]] | tuple[None, None]:
-    """Return the sensor of a camera or a FILE.toml, and what the head of a set says of it.
-
-    Raises
-    ------
-    InputError : there is none
-    """
+    """Return the sensor of a camera or a FILE.toml, and what the head of a set says of it."""
     if text is None:
         return None, None
     from photonmap.capture.expose import find_response
@@ -335,12 +305,7 @@ def choose_sensor(text: str | None) -> tuple[Sensor, dict[str, Any]] | tuple[Non
 def add_photo(
     folder: Path, result: Result, sensor: Sensor, seed: int, full: bool
 ) -> dict[str, Any]:
-    """Write the photo of an image, of the radiance that its files hold; return its description.
-
-    Raises
-    ------
-    InputError : the sensor cannot record the image
-    """
+    """Write the photo of an image, of the radiance that its files hold; return its description."""
     from photonmap.capture.expose import expose
     from photonmap.capture.photo import write_photo
 

@@ -242,13 +242,7 @@ _KNOWN = (*BUFFERS, *(row.name for row in ADDED))
 def check_chosen(
     names: Sequence[str] | None, formats: Collection[str], has_sensor: bool = False
 ) -> tuple[str, ...] | None:
-    """Return the buffers that files are to hold in the usual order, `pure` included; None for all.
-
-    Raises
-    ------
-    InputError : there is no such buffer, or one is missing that is always needed, or that a format
-        or a sensor needs
-    """
+    """Return the buffers that files hold in the usual order, `pure` included; None for all."""
     if names is None:
         return None
     for name in names:

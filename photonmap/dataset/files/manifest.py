@@ -45,10 +45,6 @@ def check_code(wanted: dict[str, str]) -> None:
     Parameters
     ----------
     wanted : what `photonmap.results.record.describe_code` returned when the set was begun
-
-    Raises
-    ------
-    InputError : a version here is different
     """
     from photonmap.results.record import describe_code
 
@@ -68,10 +64,6 @@ def check_dataset_folder(path: str | PathLike[str], head: dict[str, Any], resume
     ----------
     head : of the data set
     resume : allow a folder that holds this data set already
-
-    Raises
-    ------
-    InputError : the folder holds another data set or other files, or cannot be written to
     """
     folder = check_output_folder(path, "the data set")
     if folder.is_dir() and any(not path.name.startswith(".") for path in folder.iterdir()):
@@ -167,12 +159,7 @@ def _typed(value: Any, option: str = "") -> str:
 
 
 def read_head(folder: str | PathLike[str]) -> dict[str, Any]:
-    """Return the head of a data set.
-
-    Raises
-    ------
-    InputError : the folder does not hold a data set
-    """
+    """Return the head of a data set."""
     path = Path(folder) / HEAD
     try:
         head = json.loads(path.read_text(encoding="utf-8"))
@@ -190,10 +177,6 @@ def read_options(folder: Path) -> dict[str, Any]:
 
     Curves are those that the set keeps; a preset of one's own is a name alone. Measured sets and
     the sensor are left out, and so is what the heads of older sets lack.
-
-    Raises
-    ------
-    InputError : the folder does not hold a data set
     """
     head = read_head(folder)
     common = {name: head["common"].get(name) for name in _SHARED}
@@ -210,12 +193,7 @@ def _kept(folder: Path, role: str, path: Path) -> str:
 
 
 def read_lines(folder: str | PathLike[str]) -> list[dict[str, Any]]:
-    """Return the entries of all images, in the order of the manifest.
-
-    Raises
-    ------
-    InputError : the manifest is missing or damaged
-    """
+    """Return the entries of all images, in the order of the manifest."""
     path = Path(folder) / LINES
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
@@ -256,12 +234,7 @@ def append_line(folder: Path, entry: dict[str, Any]) -> None:
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Keep other runs of this machine out of a data set's folder; where files can be locked.
-
-    Raises
-    ------
-    InputError : another run is under way
-    """
+    """Keep other runs of this machine out of a data set's folder; where files can be locked."""
     try:
         import fcntl
     except ImportError:  # Windows

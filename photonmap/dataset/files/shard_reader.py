@@ -107,12 +107,7 @@ def _is_remote(where: str) -> bool:
 
 
 def _read(address: str, offset: int = 0, length: int | None = None) -> bytes:
-    """Return bytes of a file; of one on a server, no others are sent.
-
-    Raises
-    ------
-    InputError : they cannot be read, or the server sends whole files only
-    """
+    """Return bytes of a file; of one on a server, no others are sent."""
     request = Request(address)
     ranged = length is not None and _is_remote(address)
     if length is not None and ranged:

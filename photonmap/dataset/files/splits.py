@@ -30,24 +30,14 @@ _DRAWN = {
 
 
 def check_fractions(fractions: tuple[float, float, float]) -> None:
-    """Check fractions of the parts.
-
-    Raises
-    ------
-    InputError : one is negative, or they do not add up to 1
-    """
+    """Check fractions of the parts."""
     if not all(each >= 0.0 for each in fractions) or not abs(sum(fractions) - 1.0) <= 1e-6:
         listed = ", ".join(map(str, fractions))
         raise InputError(f"splits {listed} must not be negative and must add up to 1")
 
 
 def identity(geometry: str, by: str) -> str:
-    """Return what a scene's part follows from: "study-3" by layout, "study" by type.
-
-    Raises
-    ------
-    InputError : there is no such way to split
-    """
+    """Return what a scene's part follows from: "study-3" by layout, "study" by type."""
     if by not in WAYS:
         raise InputError(
             f"data sets are not split by {by!r}, but by {LAYOUT!r}, so that no scene (name with "
@@ -84,10 +74,6 @@ def check_filled(counts: Mapping[str, int], fractions: tuple[float, ...], by: st
     Parameters
     ----------
     counts : by part, of scenes that differ in name or seed, or of names, as `by` says
-
-    Raises
-    ------
-    InputError : one is
     """
     for part, fraction in zip(PARTS, fractions, strict=True):
         if fraction > 0.0 and not counts.get(part):

@@ -128,20 +128,12 @@ Key = tuple[str, int, tuple[int, int]]
 
 @dataclass(frozen=True)
 class Cost:
-    """The cost of images.
+    """The cost of images."""
 
-    Parameters
-    ----------
-    images : how many
-    seconds : of wall-clock time, without compilation
-    cpu_seconds : of all processors
-    bytes : of their files
-    """
-
-    images: int = 0
-    seconds: float = 0.0
-    cpu_seconds: float = 0.0
-    bytes: float = 0.0
+    images: int = 0  # how many
+    seconds: float = 0.0  # of wall-clock time, without compilation
+    cpu_seconds: float = 0.0  # of all processors
+    bytes: float = 0.0  # of their files
 
     def __add__(self, other: Cost) -> Cost:
         """Return the cost of both."""
@@ -165,10 +157,6 @@ def estimate(task: Callable[[Job, str], Task], jobs: Sequence[Job]) -> dict[str,
     ----------
     task : returns the task of a job that writes into a folder
     jobs : of the data set
-
-    Raises
-    ------
-    InputError : no scene can be rendered
     """
     pilots: dict[Key, Cost] = {}
     buildings: dict[str, Cost] = {}

@@ -105,12 +105,7 @@ def _look_at(job: Job) -> Onlooker:
 
 
 def flow_by_rays(first: Image, second: Image, onlooker: Onlooker) -> Flow:
-    """Return the flow between two images of the scene that an onlooker sees; rays test what hides.
-
-    Raises
-    ------
-    InputError : a camera is not a pinhole
-    """
+    """Return the flow between two images of an onlooker's scene; rays test what hides."""
     here, there = (Eye.of(each.entry["camera"], each.entry["size"]) for each in (first, second))
     target = find_targets(here, there, first["distance"])
     return flow_of(here, there, target, find_visible(target, here, there, onlooker))

@@ -46,13 +46,7 @@ _pieces: dict[Any, Mask] = {}
 
 
 def make_scene(job: Job) -> Scene:
-    """Return the scene of an image under its illumination, with the camera of its view.
-
-    Raises
-    ------
-    InputError : the scene cannot be built or loaded, a file of the user has changed since the plan,
-        or no camera near the view sees the scene
-    """
+    """Return the scene of an image under its illumination, with the camera of its view."""
     for color, digest in job.light_files():
         check_unchanged(color, digest)
     illumination = Illumination(job.illumination, job.colors, job.shares)
@@ -113,22 +107,12 @@ def read_user_scenes(paths: Iterable[str]) -> tuple[list[UserScene], dict[str, s
 
 
 def digest_of(path: str | os.PathLike[str]) -> str:
-    """Return the digest of the scene in a file.
-
-    Raises
-    ------
-    InputError : it cannot be read
-    """
+    """Return the digest of the scene in a file."""
     return _digest(_load(str(path)))
 
 
 def describe_inputs(common: CommonSettings) -> CommonSettings:
-    """Return the settings with the digest of the band curves and of the measured sets.
-
-    Raises
-    ------
-    InputError : the bands or the RGB are not understood
-    """
+    """Return the settings with the digest of the band curves and of the measured sets."""
     check_space(common.rgb)
     digest = hashlib.sha256(json.dumps(Bands.parse(common.bands).describe()).encode())
     if common.rgb not in SPACES:
@@ -198,12 +182,7 @@ Find = Callable[[Job], Job]
 
 
 def copy_inputs(folder: Path, jobs: Sequence[Job], sensor: Sensor | None) -> None:
-    """Copy the curves of bands, of RGB, of lights and of a sensor into the folder of a data set.
-
-    Raises
-    ------
-    OSError : one cannot be copied
-    """
+    """Copy the curves of bands, of RGB, of lights and of a sensor into the folder of a data set."""
     common = jobs[0].common
     texts = {(role, getattr(common, role)) for role in CURVES if common.is_by_content}
     texts |= {(role_of_light(digest), path) for job in jobs for path, digest in job.light_files()}

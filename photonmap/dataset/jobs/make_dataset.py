@@ -37,35 +37,21 @@ _NOT_BEGUN = "not rendered, as the disk is full; free some space, and continue w
 
 @dataclass(frozen=True)
 class Extra:
-    """What is asked of each image beside its arrays.
+    """What is asked of each image beside its arrays."""
 
-    Parameters
-    ----------
-    sensor : that takes photos, which the head describes; None for no photos
-    time_limit : seconds of rendering after which an image stops short of its error; None for the
-        usual
-    buffers : names of those that files hold; None for all
-    """
-
-    sensor: Sensor | None = None
+    sensor: Sensor | None = None  # that takes photos, which the head describes; None for no photos
+    # seconds of rendering after which an image stops short of its error; None for the usual
     time_limit: float | None = None
-    buffers: tuple[str, ...] | None = None
+    buffers: tuple[str, ...] | None = None  # names of those that files hold; None for all
 
 
 @dataclass
 class Outcome:
-    """The images of a data set after a run.
+    """The images of a data set after a run."""
 
-    Parameters
-    ----------
-    entries : of all images that exist, by name
-    failures : reason of each failure, by name
-    rendered : number of images that this run rendered
-    """
-
-    entries: Entries
-    failures: dict[str, str] = field(default_factory=dict)
-    rendered: int = 0
+    entries: Entries  # of all images that exist, by name
+    failures: dict[str, str] = field(default_factory=dict)  # reason of each failure, by name
+    rendered: int = 0  # number of images that this run rendered
 
 
 def describe_dataset(
@@ -102,12 +88,7 @@ def describe_dataset(
 
 
 def read_identity(folder: Path) -> str:
-    """Return what identifies files of bands and RGB in the data set of a folder, old or new.
-
-    Raises
-    ------
-    InputError : its manifest is damaged
-    """
+    """Return what identifies files of bands and RGB in the data set of a folder, old or new."""
     if not (folder / HEAD).is_file():
         return CONTENT
     return read_head(folder)["common"].get("identity", TEXT)
@@ -139,11 +120,6 @@ def make_dataset(
         as many processes of this machine as are fastest
     log : called with a line for each image, and once where kernels are compiled
     extra : what is asked of each image beside its arrays
-
-    Raises
-    ------
-    InputError : the scheduler cannot be reached, or another run is making the data set
-    KeyboardInterrupt : at Ctrl-C
     """
     extra = Extra() if extra is None else extra
     folder.mkdir(parents=True, exist_ok=True)

@@ -20,20 +20,12 @@ from photonmap.settings import Options, Settings
 
 @dataclass(frozen=True)
 class Part:
-    """Some of the passes; what is sent to workers.
+    """Some of the passes; what is sent to workers."""
 
-    Parameters
-    ----------
-    source : the scene
-    options : of the render, with the part's seed and number of passes
-    output : file to write the result to
-    threads : None for those that the options say
-    """
-
-    source: SceneSource
-    options: Options
-    output: Path
-    threads: int | None = None
+    source: SceneSource  # the scene
+    options: Options  # of the render, with the part's seed and number of passes
+    output: Path  # file to write the result to
+    threads: int | None = None  # None for those that the options say
 
     @property
     def is_complete(self) -> bool:
@@ -48,13 +40,7 @@ class Part:
 
 
 def plan_parts(source: SceneSource, options: Options, count: int, folder: Path) -> list[Part]:
-    """Divide the passes of a render among `count` parts with successive seeds.
-
-    Raises
-    ------
-    InputError : another budget than passes, a checkpoint, a number of parts out of range, or an
-        option that is not permitted
-    """
+    """Divide the passes of a render among `count` parts with successive seeds."""
     passes = options.passes
     if passes is None or options.seconds is not None or options.error is not None:
         raise InputError("split divides passes: give --passes, and neither --seconds nor --error")
@@ -76,24 +62,14 @@ def plan_parts(source: SceneSource, options: Options, count: int, folder: Path) 
 
 
 def find_missing(parts: Sequence[Part], folder: Path, resume: bool) -> list[Part]:
-    """Return the parts that are not complete.
-
-    Raises
-    ------
-    InputError : the folder exists, although no earlier run is to be resumed
-    """
+    """Return the parts that are not complete."""
     if folder.exists() and not resume:
         raise InputError("holds parts of an earlier run; add --resume, or remove it", folder)
     return [part for part in parts if not part.is_complete]
 
 
 def render_parts(parts: Sequence[Part], scheduler: str, workers: int) -> Iterator[Part]:
-    """Render parts, and yield each as soon as it is complete.
-
-    Raises
-    ------
-    InputError : a part cannot be rendered, or the scheduler cannot be reached
-    """
+    """Render parts, and yield each as soon as it is complete."""
     for part, reason in run_tasks(parts, scheduler, workers, render_part):
         if reason is not None:
             raise InputError(f"{reason}; fix it, and continue with --resume", part.output)
@@ -129,10 +105,6 @@ def merge_parts(
     output : file to write the result to
     buffers : those to write; None for all
     white : of the preview
-
-    Raises
-    ------
-    InputError : a part cannot be read, or the output not be written
     """
     files = [str(part.output) for part in parts]
     merged = merge([load_result(file) for file in files], files)

@@ -109,29 +109,17 @@ class CommonSettings:
 
 @dataclass(frozen=True)
 class Job:
-    """One image; with equal versions, equal jobs give equal arrays.
+    """One image; with equal versions, equal jobs give equal arrays."""
 
-    Parameters
-    ----------
-    scene : one of `photonmap.dataset.scenes.build.SCENES`, or a user's scene file
-    seed : of the scene
-    illumination : name of the illumination
-    colors : its lights, see `photonmap.dataset.scenes.illumination.Illumination`
-    view : position of the camera
-    common : settings that all images share
-    content : digest of the user's scene; "" for procedural scenes
-    shares : of the lights; () for the usual ones
-    spectra : digests of the lights that are files, "" for others; () if none is a file
-    """
-
-    scene: str
-    seed: int
-    illumination: str
-    colors: tuple[str, ...]
-    view: View
-    common: CommonSettings
-    content: str = ""
-    shares: tuple[float, ...] = ()
+    scene: str  # one of `photonmap.dataset.scenes.build.SCENES`, or a user's scene file
+    seed: int  # of the scene
+    illumination: str  # name of the illumination
+    colors: tuple[str, ...]  # its lights, see `photonmap.dataset.scenes.illumination.Illumination`
+    view: View  # position of the camera
+    common: CommonSettings  # settings that all images share
+    content: str = ""  # digest of the user's scene; "" for procedural scenes
+    shares: tuple[float, ...] = ()  # of the lights; () for the usual ones
+    # digests of the lights that are files, "" for others; () if none is a file
     spectra: tuple[str, ...] = ()
 
     @property
@@ -256,11 +244,6 @@ def plan_jobs(
     common : settings of all images
     seed : the first of the seeds
     count : number of consecutive seeds
-
-    Raises
-    ------
-    InputError : the count or a seed is out of range, a light is unknown, or an image would come
-        twice
     """
     each = (len(preset.scenes) + len(files)) * len(preset.illuminations) * len(preset.views)
     if not 1 <= count <= MAX_IMAGES // max(each, 1):

@@ -45,42 +45,25 @@ Lights = str | Illumination | RandomLights
 
 @dataclass(frozen=True)
 class Look:
-    """What the images of a split have of their own; None for what all images have.
+    """What the images of a split have of their own; None for what all images have."""
 
-    Parameters
-    ----------
-    size : (width, height), pixels
-    fov : full vertical angle of view, degrees
-    """
-
-    size: tuple[int, int] | None = None
-    fov: float | None = None
+    size: tuple[int, int] | None = None  # (width, height), pixels
+    fov: float | None = None  # full vertical angle of view, degrees
 
 
 @dataclass(frozen=True)
 class Preset:
-    """The scenes of a data set, and how they are varied.
+    """The scenes of a data set, and how they are varied."""
 
-    Parameters
-    ----------
-    name : of the preset, or the path of its file
-    scenes : names from `photonmap.dataset.scenes.build.SCENES`
-    files : scene files of the user
-    illuminations : names from `photonmap.dataset.scenes.illumination.NAMED`, or objects
-    views : of each scene
-    materials, lightness, scale : of procedural scenes, as `build_scene` takes them
-    recolor : give the surfaces of the user's scenes random Munsell chips
-    splits : the looks of splits by their names
-    """
-
-    name: str
-    scenes: tuple[str, ...]
-    files: tuple[str, ...] = ()
+    name: str  # of the preset, or the path of its file
+    scenes: tuple[str, ...]  # names from `photonmap.dataset.scenes.build.SCENES`
+    files: tuple[str, ...] = ()  # scene files of the user
+    # names from `photonmap.dataset.scenes.illumination.NAMED`, or objects
     illuminations: tuple[Lights, ...] = ILLUMINATIONS
-    views: tuple[View, ...] = (View(),)
-    materials: str = MATERIALS[0]
-    recolor: bool = False
-    splits: Mapping[str, Look] = field(default_factory=dict)
+    views: tuple[View, ...] = (View(),)  # of each scene
+    materials: str = MATERIALS[0]  # of procedural scenes, as `build_scene` takes them
+    recolor: bool = False  # give the surfaces of the user's scenes random Munsell chips
+    splits: Mapping[str, Look] = field(default_factory=dict)  # the looks of splits by their names
     lightness: float | None = None
     scale: float = 1.0
 
@@ -102,10 +85,6 @@ def load_preset(name: str) -> Preset:
     `[[view]]` with `name`, `yaw` and `pitch` (degrees), `distance`, `fov` and, for a stereo pair,
     `baseline`; sections `[[trajectory]]` with the same and `frames`; sections `[split.NAME]` with
     `size` and `fov`; `materials`; `lightness`; `scale`; `recolor`.
-
-    Raises
-    ------
-    InputError : there is no such preset, or the file has an entry that is not permitted
     """
     if name in PRESETS:
         return PRESETS[name]
@@ -122,10 +101,6 @@ def with_illuminations(preset: Preset, names: Sequence[str]) -> Preset:
     """Return a preset under other illuminations, by their names; none leaves it unchanged.
 
     Those that the preset defines have names, too.
-
-    Raises
-    ------
-    InputError : there is no illumination of a name
     """
     own: dict[str, Lights] = {_name_of(each): each for each in preset.illuminations}
     if unknown := [name for name in names if name not in {*own, *NAMED}]:

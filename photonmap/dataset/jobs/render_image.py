@@ -44,31 +44,19 @@ ENTRY = "entry.json"
 
 @dataclass(frozen=True)
 class Task:
-    """A job as it is sent to a worker: with where and how to write its image.
+    """A job as it is sent to a worker: with where and how to write its image."""
 
-    Parameters
-    ----------
-    job : what to render
-    folder : of the data set
-    formats : of the files
-    versions : the image must be rendered with, see `describe_code`; None for any
-    threads : of the render; None for every processor
-    full : write everything in single precision, see `photonmap.dataset.files.lean`
-    sensor : that takes a photo of the image; None for no photo
-    time_limit : seconds of rendering after which an image stops short of its error; None for the
-        usual
-    buffers : names of those that files hold; None for all
-    """
-
-    job: Job
-    folder: str
-    formats: tuple[str, ...]
+    job: Job  # what to render
+    folder: str  # of the data set
+    formats: tuple[str, ...]  # of the files
+    # the image must be rendered with, see `describe_code`; None for any
     versions: dict[str, str] | None = None
-    threads: int | None = None
-    full: bool = False
-    sensor: Sensor | None = None
+    threads: int | None = None  # of the render; None for every processor
+    full: bool = False  # write everything in single precision, see `photonmap.dataset.files.lean`
+    sensor: Sensor | None = None  # that takes a photo of the image; None for no photo
+    # seconds of rendering after which an image stops short of its error; None for the usual
     time_limit: float | None = None
-    buffers: tuple[str, ...] | None = None
+    buffers: tuple[str, ...] | None = None  # names of those that files hold; None for all
 
 
 def render_image(task: Task) -> dict[str, Any]:
@@ -76,13 +64,6 @@ def render_image(task: Task) -> dict[str, Any]:
 
     A complete image is not rendered again: a worker may have died between writing and reporting it.
     Warnings name the image.
-
-    Raises
-    ------
-    InputError : the scene cannot be rendered, the image shows no light, or versions here are
-        different
-    OSError : the folder cannot be written
-    KeyboardInterrupt : at Ctrl-C; nothing is written
     """
     with naming_in_warnings(task.job.name):
         return _render_image(task)
@@ -144,10 +125,6 @@ def render_job(
     passes, pass_samples : how many passes, and their size, in place of the error
     seconds : of rendering; None for the usual
     buffers : names of those that files are to hold; None for all
-
-    Raises
-    ------
-    KeyboardInterrupt : at Ctrl-C, also after the first passes
     """
     from photonmap.render import render
 

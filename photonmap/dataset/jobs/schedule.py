@@ -40,12 +40,7 @@ _SCHEDULER_GONE = "the scheduler is gone; start it again, and continue with --re
 
 
 def check_scheduler(scheduler: str, workers: int | str) -> None:
-    """Check the choice of a scheduler.
-
-    Raises
-    ------
-    InputError : the number of workers is out of range, or the scheduler needs dask
-    """
+    """Check the choice of a scheduler."""
     if workers != AUTO and not 1 <= int(workers) <= MAX_WORKERS:
         raise InputError(f"workers {workers} must be a whole number from 1 to {MAX_WORKERS}")
     if scheduler != LOCAL and not has_dask():
@@ -72,10 +67,6 @@ def run_tasks(
         it is begun
     scheduler, workers : checked by `check_scheduler`
     work : runs one task; `render_image` by default
-
-    Raises
-    ------
-    InputError : the scheduler cannot be reached
     """
     work, left = work or render_image, iter(tasks)
     first = next(left, None)

@@ -64,22 +64,13 @@ outdoors: parasol=otherprop/umbrella
 
 @dataclass(frozen=True)
 class Category:
-    """A kind of objects.
+    """A kind of objects."""
 
-    Parameters
-    ----------
-    number : the same in every set, if the kind is known
-    name : of the kind, in the singular where there may be several: "chair"
-    group : to which it belongs, COCO's supercategory: "seat"
-    nyu40 : label in the 40 classes of NYU Depth V2; "" where none is known
-    coco : category of COCO 2017; "" where there is none
-    """
-
-    number: int
-    name: str
-    group: str = OTHER
-    nyu40: str = ""
-    coco: str = ""
+    number: int  # the same in every set, if the kind is known
+    name: str  # of the kind, in the singular where there may be several: "chair"
+    group: str = OTHER  # to which it belongs, COCO's supercategory: "seat"
+    nyu40: str = ""  # label in the 40 classes of NYU Depth V2; "" where none is known
+    coco: str = ""  # category of COCO 2017; "" where there is none
 
     def describe(self) -> dict[str, object]:
         """Return it as an item of "categories" in COCO's JSON, with the labels of other sets."""

@@ -37,27 +37,15 @@ NAMES = tuple(_NAMES)
 
 @dataclass(frozen=True)
 class License:
-    """A licence.
+    """A licence."""
 
-    Parameters
-    ----------
-    name : of SPDX, or that of the user's file
-    url : of its text; "" for the user's
-    text : of the file LICENSE
-    """
-
-    name: str
-    url: str
-    text: str
+    name: str  # of SPDX, or that of the user's file
+    url: str  # of its text; "" for the user's
+    text: str  # of the file LICENSE
 
 
 def find_license(name: str) -> License:
-    """Return a licence by its SPDX name, or one of the user's from a file of its text.
-
-    Raises
-    ------
-    InputError : there is none of this name, and no such file
-    """
+    """Return a licence by its SPDX name, or one of the user's from a file of its text."""
     if name in _NAMES:
         title, url = _NAMES[name]
         text = f"This data set is licensed under {title}.\n\nThe legal code is at\n{url}legalcode\n"

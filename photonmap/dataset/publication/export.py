@@ -153,20 +153,12 @@ _LEFT_OUT = ("files", "arrays", "statistics", "fingerprint")
 
 
 class Samples(NamedTuple):
-    """What is exported.
+    """What is exported."""
 
-    Parameters
-    ----------
-    parts : images by split
-    names : of the arrays, as `read_array` takes them
-    most : bytes of a file, unless a single sample is larger
-    log : called with a line for each split
-    """
-
-    parts: dict[str, list[Image]]
-    names: Sequence[str]
-    most: float
-    log: Callable[[str], None]
+    parts: dict[str, list[Image]]  # images by split
+    names: Sequence[str]  # of the arrays, as `read_array` takes them
+    most: float  # bytes of a file, unless a single sample is larger
+    log: Callable[[str], None]  # called with a line for each split
 
     def halves(self) -> frozenset[str]:
         """Return the names of the arrays that all images hold in half precision, as lean files do.
@@ -193,12 +185,7 @@ def usual_names(image: Image) -> list[str]:
 
 
 def read_array(image: Image, name: str) -> NDArray[Any]:
-    """Return an array by the name that `--arrays` takes: "depth", "rgb.shading", "shading@lamp".
-
-    Raises
-    ------
-    InputError : there is none
-    """
+    """Return an array by the name that `--arrays` takes: "depth", "rgb.shading", "shading@lamp"."""
     where, bare = (image.rgb, name[len(RGB) :]) if name.startswith(RGB) else (image, name)
     if bare not in where:
         known = [*image, *(RGB + each for each in image.rgb)]
@@ -215,10 +202,6 @@ def members_of(
     ----------
     names : of the arrays
     halves : names of those to write in half precision
-
-    Raises
-    ------
-    InputError : there is no array of a name, or the image is damaged
     """
     arrays = {f"{_file_name(name)}.npy": array_file(image, name, halves) for name in names}
     pictures = {f"{name}.png": data for name, data in pictures_of(image).items()}
@@ -241,12 +224,7 @@ def describe(image: Image) -> str:
 
 
 def array_file(image: Image, name: str, halves: Collection[str] = ()) -> bytes:
-    """Return an array as the bytes of a .npy file, in half precision if it is one of `halves`.
-
-    Raises
-    ------
-    InputError : there is none
-    """
+    """Return an array as the bytes of a .npy file, in half precision if it is one of `halves`."""
     array, file = read_array(image, name), io.BytesIO()
     kind = np.float16 if name in halves else array.dtype
     np.save(file, np.ascontiguousarray(array, kind), allow_pickle=False)
@@ -260,12 +238,7 @@ def _file_name(name: str) -> str:
 
 @contextmanager
 def new_folder(output: str | PathLike[str]) -> Iterator[Path]:
-    """Give a folder to write to, which becomes `output` when all is written, or vanishes.
-
-    Raises
-    ------
-    InputError : there is a file of this name, or a folder that is not empty
-    """
+    """Give a folder to write to, which becomes `output` when all is written, or vanishes."""
     folder = check_output_folder(output, "the export")
     if folder.is_dir() and any(folder.iterdir()):
         raise InputError("is not empty; choose a new folder", folder)
@@ -290,11 +263,6 @@ def write_shards(folder: Path, samples: Samples) -> None:
 
     A line of the index has the name, key, split and shard of a sample; its `offset` and `length`,
     bytes; and `members`, those of the contents of each file by its ending.
-
-    Raises
-    ------
-    InputError : an image has no such array, or is damaged
-    OSError : a file cannot be written
     """
     shards: list[dict[str, Any]] = []
     names, halves = list(samples.names), samples.halves()
@@ -398,11 +366,6 @@ def write_tables(folder: Path, samples: Samples) -> None:
 
     A row is an image, and a row group of its own, so that it can be read alone. Pictures are
     columns of images; arrays are columns of bytes, as .npy files have them.
-
-    Raises
-    ------
-    InputError : an image has no such array, or is damaged
-    OSError : a file cannot be written
     """
     (folder / DATA).mkdir()
     schema = _schema(samples.names)

@@ -37,10 +37,6 @@ def write_report(
     folder : of the data set
     entries : of its images in the manifest
     left_out : a line for each scene file that could not be read
-
-    Raises
-    ------
-    OSError : the files cannot be written
     """
     shown = [entry for entry in entries if f"{PREVIEWED[0]}.png" in entry["files"]]
     with written_together(folder) as part:
