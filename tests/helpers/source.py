@@ -35,9 +35,23 @@ def modules() -> dict[str, Path]:
     return found
 
 
+def statements(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield the statements right below a node: expressions hold none."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.stmt | ast.excepthandler | ast.match_case):
+            yield child
+
+
+def every_statement(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield all statements below a node."""
+    for child in statements(node):
+        yield child
+        yield from every_statement(child)
+
+
 def imports(path: Path) -> Iterator[str]:
     """Yield the full names that a file imports, wherever: in functions, for type checkers too."""
-    for node in ast.walk(parsed(path)):
+    for node in every_statement(parsed(path)):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -61,7 +75,7 @@ def functions(path: Path) -> Iterator[tuple[str, Function]]:
     """Yield the qualified name and syntax tree of every function and method of a file."""
 
     def within(node: ast.AST, prefix: str) -> Iterator[tuple[str, Function]]:
-        for child in ast.iter_child_nodes(node):
+        for child in statements(node):
             name = f"{prefix}{child.name}" if hasattr(child, "name") else prefix
             if isinstance(child, Function):
                 yield name, child
