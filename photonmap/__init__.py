@@ -32,9 +32,8 @@ if TYPE_CHECKING:
     from photonmap.results.merge import merge
     from photonmap.results.result import Result, load_result
     from photonmap.scene.area_light import AreaLight
-    from photonmap.scene.camera import Camera
+    from photonmap.scene.camera import Camera, Lens
     from photonmap.scene.daylight import OvercastLight, SkyLight, SunLight
-    from photonmap.scene.lens import Lens
     from photonmap.scene.lights import (
         DirectionalLight,
         DomeLight,
@@ -54,9 +53,8 @@ if TYPE_CHECKING:
         RayMap,
     )
     from photonmap.scene.scene import Scene
-    from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
     from photonmap.scene.surfaces.dispersion import Cauchy, NamedGlass, Sellmeier
-    from photonmap.scene.surfaces.relief import BumpMap, NoRelief, NormalMap
+    from photonmap.scene.surfaces.relief import AnisotropyMap, BumpMap, NoRelief, NormalMap
     from photonmap.scene.textures import Texture
     from photonmap.spectra.bands import Bands
     from photonmap.spectra.color_text import emission, reflectance
@@ -140,7 +138,7 @@ _HOMES = {
     "Fisheye": "scene.projections",
     "FisheyeIntrinsics": "scene.projections",
     "Intrinsics": "scene.projections",
-    "Lens": "scene.lens",
+    "Lens": "scene.camera",
     "Panorama": "scene.projections",
     "RayMap": "scene.projections",
     "camera_rays": "compile.camera",
@@ -167,7 +165,7 @@ _HOMES = {
     "BumpMap": "scene.surfaces.relief",
     "NoRelief": "scene.surfaces.relief",
     "NormalMap": "scene.surfaces.relief",
-    "AnisotropyMap": "scene.surfaces.anisotropy_map",
+    "AnisotropyMap": "scene.surfaces.relief",
     "SpectralTexture": "scene.surfaces.spectral_texture",
     "Texture": "scene.textures",
     "save_scene": "io.writers.scene_file",

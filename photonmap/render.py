@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from photonmap.buffers import DEFAULT, in_order, kept_in
 from photonmap.compile.effects import EffectPlan, leave_out, plan_effects
 from photonmap.compile.lights.probabilities import downweight_hidden
-from photonmap.compile.run_fingerprint import describe_run
-from photonmap.compile.scene_arrays import CompiledScene, compile_scene
+from photonmap.compile.scene_arrays import CompiledScene, compile_scene, describe_run
 from photonmap.compile.spectral_columns import (
     SpectralColumns,
     carry,

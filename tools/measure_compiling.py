@@ -16,7 +16,7 @@ os.environ["NUMBA_CACHE_DIR"] = tempfile.mkdtemp()
 from numba.core.registry import CPUDispatcher
 
 from photonmap.commands.compile import INTEGRATORS
-from photonmap.compile.kernel_variants import VARIANTS
+from photonmap.compile.scene_arrays import VARIANTS
 from photonmap.integrators.kernel_warmup import compile_variant
 from photonmap.kernels.core.code_cache import KernelCache
 

@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> None:
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from multiprocessing import get_context
 
-    from photonmap.compile.kernel_variants import VARIANTS
+    from photonmap.compile.scene_arrays import VARIANTS
     from photonmap.integrators.kernel_warmup import compile_variant, describe_compiled
     from photonmap.runtime.workers import default_threads
 

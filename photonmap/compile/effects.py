@@ -1,4 +1,4 @@
-"""The plan of effects: every one on or off, and why; and scenes without what it leaves out."""
+"""The plan of effects: which a scene calls for, and why; and scenes without what it leaves out."""
 
 from __future__ import annotations
 
@@ -9,22 +9,253 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.compile.scene_arrays import CompiledScene
-from photonmap.compile.scene_demands import EFFECTS, Effect, called_for, sides_in_air
 from photonmap.errors import InputError
 from photonmap.kernels.bsdf.models import LAMBERTIAN, NARROW
 from photonmap.kernels.core.records import (
     GLASS,
+    METAL,
     MIRROR,
     Alpha,
     Environment,
+    Geometry,
     GlassShare,
     Lights,
     Media,
     Scattering,
     Specular,
 )
+from photonmap.kernels.lights.kinds import numbers_where
 from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import suggest
+
+EFFECTS = (
+    "emission",
+    "direct",
+    "soft_shadows",
+    "indirect",
+    "caustics",
+    "specular",
+    "glossy",
+    "non_lambertian",
+    "transmission",
+    "media",
+    "dispersion",
+    "alpha",
+    "environment",
+    "textures",
+    "relief",
+    "band_merging",
+)
+
+MOST_CHECKS = 1 << 28
+"""Products of vertices and planes, beyond which a scene is not checked for being convex."""
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Whether an effect is simulated, and the reason."""
+
+    on: bool
+    why: str
+
+
+def called_for(compiled: CompiledScene, distinct: int, bands: int) -> dict[str, Effect]:
+    """Return what a scene calls for, in the order of `EFFECTS`."""
+    merged = f"{bands} bands have {distinct} different spectra"
+    called = {
+        **_of_lights(compiled),
+        **_of_surfaces(compiled),
+        **_of_transparency(compiled),
+        **_of_images(compiled),
+        "direct": Effect(True, "there are lights"),
+        "indirect": _indirect(compiled),
+        "band_merging": _if(distinct < bands, merged, "all bands differ"),
+    }
+    return {name: called[name] for name in EFFECTS}
+
+
+def _of_lights(compiled: CompiledScene) -> dict[str, Effect]:
+    kinds = compiled.lights.kind
+    have_area = np.isin(kinds, numbers_where(has_area=True)).any()
+    sky = compiled.lights.environment is not None
+    sharp = "all lights are points or suns: shadows are sharp"
+    return {
+        "emission": _if(
+            have_area, "area lights or a sky can be seen", "no area light or sky can be seen"
+        ),
+        "soft_shadows": _if(have_area, "lights have an area", sharp),
+        "environment": _if(sky, "the sky is a map", "the sky is not a map"),
+    }
+
+
+def _of_surfaces(compiled: CompiledScene) -> dict[str, Effect]:
+    specular = compiled.specular
+    kinds = np.zeros(0, np.uint8) if specular is None else specular.kind
+    scattering = compiled.scattering
+    models = np.zeros(0, np.uint8) if scattering is None else scattering.model
+    diffuse = _is_rough(compiled)
+    no_specular = "there is no mirror or glass"
+    return {
+        "caustics": _if(
+            kinds.any() and diffuse,
+            "mirrors, glass or metal send light to diffuse surfaces",
+            no_specular if not kinds.any() else "no surface is diffuse",
+        ),
+        "specular": _if(
+            ((kinds != 0) & (kinds != METAL)).any(), "there are mirrors or glass", no_specular
+        ),
+        "glossy": _if(
+            np.isin(models, NARROW).any() or (specular is not None and specular.alpha.any()),
+            "some surfaces are glossy, or have a sheen",
+            "no surface is glossy",
+        ),
+        "non_lambertian": _if(
+            _is_non_lambertian(scattering),
+            "some diffuse surfaces do not obey Lambert's law",
+            "all diffuse reflection obeys Lambert's law",
+        ),
+    }
+
+
+def _is_non_lambertian(scattering: Scattering | None) -> bool:
+    """Return whether a surface, or what lies below a sheen, is diffuse but not Lambertian."""
+    lambertian_or_glossy = (LAMBERTIAN, *NARROW)
+    return scattering is not None and not np.isin(scattering.below, lambertian_or_glossy).all()
+
+
+def _of_transparency(compiled: CompiledScene) -> dict[str, Effect]:
+    specular = compiled.specular
+    is_glass = compiled.is_thin
+    media = None if specular is None else specular.media
+    if specular is not None:
+        is_glass = is_glass | (specular.kind == GLASS)
+    return {
+        "transmission": _if(is_glass.any(), "there is glass", "there is no glass"),
+        "media": _if(
+            media is not None
+            and (len(media.absorption) > 0 or (media.of_side != sides_in_air(compiled)).any()),
+            "glass absorbs light inside, or lies beside other glass",
+            "all glass is clear and lies in air",
+        ),
+        "dispersion": _if(
+            media is not None and media.dispersion is not None,
+            "the index of glass depends on wavelength",
+            "no index depends on wavelength",
+        ),
+    }
+
+
+def sides_in_air(compiled: CompiledScene) -> NDArray[np.int32]:
+    """Return `Media.of_side` as it is where all glass lies in air."""
+    geometry, specular = compiled.geometry, compiled.specular
+    of_side = np.full((len(geometry.material), 2), -1, np.int32)
+    if specular is not None:
+        glass = specular.kind[geometry.material] == GLASS
+        of_side[glass, 1] = geometry.material[glass]
+    return of_side
+
+
+def _of_images(compiled: CompiledScene) -> dict[str, Effect]:
+    alpha, scattering = compiled.geometry.alpha, compiled.scattering
+    lobes = None if scattering is None else scattering.maps
+    coats = None if scattering is None else scattering.coats
+    sheens = getattr(getattr(scattering, "sheens", None), "maps", None)
+    of_light, specular = compiled.lights.emission_textures, compiled.specular
+    glass = None if specular is None else specular.maps
+    share = None if specular is None or specular.share is None else specular.share.maps
+    textures = any(
+        maps is not None for maps in (compiled.textures, of_light, lobes, sheens, glass, share)
+    )
+    return {
+        "alpha": _if(
+            alpha is not None and ((alpha.value < 1.0) | (alpha.image >= 0)).any(),
+            "surfaces have holes or are partly transparent",
+            "no surface is cut out",
+        ),
+        "textures": _if(textures, "surfaces have textures", "no surface has a texture"),
+        "relief": _if(
+            compiled.geometry.relief is not None
+            or (coats is not None and coats.relief is not None),
+            "normal maps or bump maps turn normals",
+            "no image turns normals",
+        ),
+    }
+
+
+def _is_rough(compiled: CompiledScene) -> bool:
+    """Return whether a surface reflects otherwise than a mirror or glass."""
+    scattering = compiled.scattering
+    glossy = scattering is not None and np.isin(scattering.model, NARROW).any()
+    return bool(glossy or compiled.materials.reflectance.any())
+
+
+def _if(condition: object, yes: str, no: str) -> Effect:
+    return Effect(bool(condition), yes if condition else no)
+
+
+def _indirect(compiled: CompiledScene) -> Effect:
+    """Decide whether light can go from surface to surface."""
+    specular = compiled.specular
+    if specular is None and not _is_rough(compiled):
+        return Effect(False, "every surface is black")
+    if _is_flat(compiled.geometry):
+        return Effect(False, "all surfaces lie in one plane: none sees another")
+    triangles, vertices = len(compiled.geometry.triangles), len(compiled.geometry.vertices)
+    if triangles * vertices > MOST_CHECKS:
+        return Effect(True, "too many triangles to check whether surfaces see each other")
+    whole = specular is None and compiled.geometry.alpha is None
+    if whole and _is_convex(compiled.geometry) and not _lit_inside(compiled):
+        return Effect(False, "one closed convex body: no surface sees another from outside")
+    return Effect(True, "surfaces may see each other")
+
+
+def _is_flat(geometry: Geometry) -> bool:
+    """Return whether all vertices lie in the plane of the first triangle, to the last digit.
+
+    And all triangles: what stands on it may be lower than a digit of the scene's size.
+    """
+    corner = geometry.vertices[geometry.triangles[0, 0]].astype(np.float64)
+    normal = geometry.normals[0].astype(np.float64)
+    heights = (geometry.vertices - corner) @ normal
+    parallel = np.abs(geometry.normals @ normal) > 1.0 - 1e-6
+    return bool(np.abs(heights).max() <= 1e-7 and parallel.all())
+
+
+def _is_convex(geometry: Geometry) -> bool:
+    """Return whether the triangles are one closed surface that no plane of theirs cuts."""
+    return _is_closed(geometry) and not (_heights(geometry, geometry.vertices) > 1e-7).any()
+
+
+def _heights(geometry: Geometry, points: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return the heights of points over each triangle's plane, at most over triangles: (P,)."""
+    corners = geometry.vertices[geometry.triangles[:, 0]].astype(np.float64)
+    normals = geometry.normals.astype(np.float64)
+    levels = (corners * normals).sum(axis=1)
+    most = np.full(len(points), -np.inf)
+    for start in range(0, len(normals), 4096):
+        part = slice(start, start + 4096)
+        np.maximum(most, (points @ normals[part].T - levels[part]).max(axis=1), out=most)
+    return most
+
+
+def _is_closed(geometry: Geometry) -> bool:
+    """Return whether every edge belongs to two triangles, which pass it in opposite directions."""
+    _, same = np.unique(geometry.vertices, axis=0, return_inverse=True)
+    corners = same.ravel()[geometry.triangles].astype(np.int64)
+    starts, ends = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
+    forth, back = np.sort(starts * len(same) + ends), np.sort(ends * len(same) + starts)
+    return bool((np.diff(forth) > 0).all() and np.array_equal(forth, back))
+
+
+def _lit_inside(compiled: CompiledScene) -> bool:
+    """Return whether a point light may lie within, or the camera does."""
+    lights = compiled.lights
+    points = lights.position[np.isin(lights.kind, numbers_where(has_place=True, has_area=False))]
+    if compiled.camera.eye is None:
+        return True  # camera rays may start anywhere
+    camera = (np.array(compiled.camera.eye) - compiled.center) / compiled.size
+    points = np.concatenate([points, camera[None]])
+    return bool((_heights(compiled.geometry, points) <= 1e-7).any())
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.colors import paint_meshes
 from photonmap.compile.frame import Frame
-from photonmap.compile.media.bodies import UNRANKED
-from photonmap.compile.media.sides import medium_of
-from photonmap.compile.mesh_cleanup import find_single, without_strays
-from photonmap.compile.triangles import winding_normals
+from photonmap.compile.media.bodies import UNRANKED, medium_of
+from photonmap.compile.textures import paint_meshes
 from photonmap.errors import InputError, warn
 from photonmap.kernels.core import records
+from photonmap.kernels.core.records import Geometry
+from photonmap.runtime.storage import strips
 from photonmap.runtime.wording import enumerated, shown
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
@@ -27,6 +26,8 @@ from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
 LEAST_AREA = 1e-34
 """Area of a triangle, in squares of the scene's size, below which light cannot meet it: its inverse
 is float32."""
+Bools = NDArray[np.bool_]
+_MIX = np.array([0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB], np.uint64)
 
 
 def check_meshes(scene: Scene) -> list[Mesh]:
@@ -237,3 +238,94 @@ def _shading_normals(mesh: Mesh) -> NDArray[np.float32]:
     if normals is None:
         return np.zeros(mesh.vertices.shape, np.float32)
     return normals.astype(np.float32)
+
+
+def without_strays(mesh: Mesh) -> Mesh:
+    """Return a mesh without the vertices that no face uses: far ones would stretch the scene."""
+    used = np.zeros(len(mesh.vertices), bool)
+    used[mesh.faces] = True
+    if used.all():
+        return mesh
+    place, colors = np.cumsum(used) - 1, mesh.colors
+    return replace(
+        mesh,
+        vertices=mesh.vertices[used],
+        faces=place[mesh.faces],
+        normals=None if mesh.normals is None else mesh.normals[used],
+        uv=None if mesh.uv is None or len(mesh.uv) != len(used) else mesh.uv[used],
+        tangents=None if mesh.tangents is None else mesh.tangents[used],
+        colors=colors[used] if colors is not None and colors.ndim == 2 else colors,
+    )
+
+
+def find_single(
+    vertices: NDArray[np.float32],
+    triangles: NDArray[np.int64],
+    owner: NDArray[np.int64],
+    traits: tuple[Bools, NDArray[np.int64], NDArray[np.int32]],
+) -> Bools:
+    """Return which triangles to keep where several have the same corners, in any order: (T,).
+
+    One of them, an emitter if there is one, or else of the lowest rank; two emitters back to back;
+    and none where bodies of equal glass touch, since light passes there unhindered.
+
+    Parameters
+    ----------
+    owner : (T,) the mesh of each triangle
+    traits : of each mesh, whether it may emit; the number of its medium, 0 for anything but glass;
+        its rank
+    """
+    emitting, media, ranks = traits
+    kept = np.ones(len(triangles), bool)
+    corners = _codes(vertices)[triangles]
+    codes = corners.sum(axis=1)
+    ordered = np.sort(codes)
+    if (ordered[1:] != ordered[:-1]).all():
+        return kept
+    _, group, count = np.unique(codes, return_inverse=True, return_counts=True)
+    several = np.flatnonzero(count[group] > 1)
+    group = group[several]
+    order = np.lexsort((ranks[owner[several]], ~emitting[owner[several]], group))
+    several, group = several[order], group[order]
+    starts = np.flatnonzero(np.diff(group, prepend=-1))
+    first = several[np.repeat(starts, np.diff(starts, append=len(group)))]
+    turned = _winding(corners[several]) != _winding(corners[first])
+    here, there = owner[several], owner[first]
+    kept[several] = (several == first) | (turned & emitting[here] & emitting[there])
+    inside = turned & (media[here] > 0) & (media[here] == media[there])
+    kept[first[inside]] = False
+    return kept
+
+
+def _codes(vertices: NDArray[np.float32]) -> NDArray[np.uint64]:
+    """Return a number for each place, (V,)."""
+    bits = (vertices + np.float32(0.0)).view(np.uint32).astype(np.uint64)
+    code = np.zeros(len(vertices), np.uint64)
+    for axis in range(3):
+        code = (code ^ bits[:, axis]) * _MIX[axis]
+        code ^= code >> np.uint64(29)
+    return code
+
+
+def _winding(corners: NDArray[np.uint64]) -> Bools:
+    """Return the orientation of triples of corners, (T,)."""
+    return (corners < np.roll(corners, -1, axis=1)).sum(axis=1) == 2
+
+
+def winding_normals(
+    vertices: NDArray[np.float32], triangles: NDArray[np.integer]
+) -> NDArray[np.float64]:
+    """Return the normals of triangles' windings, (T, 3), as long as twice their areas."""
+    normals = np.empty((len(triangles), 3))
+    for part in strips(len(triangles)):
+        a, b, c = vertices[triangles[part]].astype(np.float64).swapaxes(0, 1)
+        normals[part] = np.cross(b - a, c - a)
+    return normals
+
+
+def triangle_areas(
+    geometry: Geometry, triangles: NDArray[np.int64] | slice = slice(None)
+) -> NDArray[np.float64]:
+    """Return the areas of triangles, float64, in the geometry's units."""
+    normals = winding_normals(geometry.vertices, geometry.triangles[triangles])
+    return 0.5 * np.linalg.norm(normals, axis=1)

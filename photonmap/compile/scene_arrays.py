@@ -4,6 +4,9 @@ Kernels work near the origin, at unit size and unit power, whatever the scene's:
 keeps the factors that turn lengths and radiances back.
 """
 
+from __future__ import annotations
+
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -11,15 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.camera import compile_camera
-from photonmap.compile.default_view import frame_scene
+from photonmap.compile.camera import compile_camera, frame_scene
 from photonmap.compile.frame import Frame, choose_frame
 from photonmap.compile.geometry import check_meshes, join_meshes
-from photonmap.compile.kernel_variants import VARIANTS, variant_of
 from photonmap.compile.lights.emitters import Emitters, compile_lights
 from photonmap.compile.materials import compile_materials
 from photonmap.compile.media.media import plan_media
-from photonmap.compile.surfaces.anisotropy import with_anisotropic_chains, with_anisotropy
 from photonmap.compile.surfaces.coats import with_coats
 from photonmap.compile.surfaces.glass import (
     beside_glass,
@@ -27,14 +27,22 @@ from photonmap.compile.surfaces.glass import (
     opaque_part,
     with_glass,
 )
-from photonmap.compile.surfaces.relief import Reliefs
+from photonmap.compile.surfaces.relief import (
+    Reliefs,
+    given_tangents,
+    with_anisotropic_chains,
+    with_anisotropy,
+)
 from photonmap.compile.surfaces.sheens import with_sheens
-from photonmap.compile.surfaces.tangents import given_tangents
 from photonmap.compile.textures import compile_textures
 from photonmap.errors import naming_file
 from photonmap.kernels.core import passes, records
+from photonmap.kernels.core.jit import CACHE_FOLDER
+from photonmap.kernels.core.passes import Film
 from photonmap.kernels.core.record_types import with_absent
+from photonmap.kernels.core.records import SceneArrays
 from photonmap.kernels.geometry.embree import EmbreeScene
+from photonmap.runtime.fingerprint import digest
 from photonmap.scene.camera import Camera, check_camera
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
@@ -42,6 +50,20 @@ from photonmap.scene.scene import Scene
 from photonmap.scene.textures import Paint
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Spectrum
+from photonmap.version import __version__
+
+_LOBES = frozenset({"specular", "scattering"})
+VARIANTS: dict[str, frozenset[str]] = {
+    "plain": _LOBES | {"textures", "alpha", "relief"},
+    "textured": _LOBES,
+    "full": frozenset(),
+}
+"""Kernels are compiled without these records of the scene and its geometry: the leanest first.
+
+A record that a scene lacks is absent, and kernels find out at run time. That costs next to nothing
+where it is about lights, up to 3% where surfaces lack images, and more where they lack lobes
+(docs/performance.md).
+"""
 
 
 @dataclass
@@ -274,3 +296,47 @@ def _object_ids(meshes: list[Mesh]) -> NDArray[np.uint32]:
     """Count meshes by name, from 1, in order of appearance."""
     number = {name: i for i, name in enumerate(dict.fromkeys(m.name for m in meshes), start=1)}
     return np.array([number[mesh.name] for mesh in meshes], np.uint32)
+
+
+def variant_of(scene: SceneArrays) -> str:
+    """Return the first variant that has all that a scene has."""
+    holders = scene, scene.geometry
+    there = {
+        name
+        for name in VARIANTS["plain"]
+        if any(getattr(holder, name, None) is not None for holder in holders)
+    }
+    return next(name for name, without in VARIANTS.items() if not there & without)
+
+
+def describe_run(
+    compiled: CompiledScene, bands: Bands, film: Film, arguments: dict[str, Any]
+) -> dict[str, Any]:
+    """Return the fingerprint of a render, JSON-able: arguments as they are, arrays as hashes.
+
+    Parameters
+    ----------
+    compiled : the whole scene, in these bands
+    bands : of the render
+    film : the image
+    arguments : further ones that decide the arrays, by name: numbers and strings
+    """
+    camera = compiled.film_camera(film.width, film.height)
+    scatterers = compiled.specular, compiled.scattering, compiled.textures
+    place = compiled.center, compiled.size
+    ids = compiled.object_ids, compiled.material_ids
+    hashed = {
+        "band curves": json.dumps(bands.describe()),
+        "camera": camera,
+        "geometry": (compiled.geometry, place, ids),
+        "materials": (compiled.materials, scatterers, compiled.images),
+        "lights": (compiled.lights, compiled.light_groups, compiled.power),
+    }
+    return {
+        "photonmap": __version__,
+        "bands": bands.count,
+        "size": f"{film.width}x{film.height}",
+        **arguments,
+        **{name: digest(value) for name, value in hashed.items()},
+        "kernels": CACHE_FOLDER.name,
+    }

@@ -29,15 +29,13 @@ from photonmap.scene.lights import (
 )
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
-from photonmap.scene.parameters import Direction, File, Number, Point, parameters_of
+from photonmap.scene.parameters import Direction, File, Number, Point, parameters_of, unit
 from photonmap.scene.scene import Scene
-from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
 from photonmap.scene.surfaces.dispersion import Cauchy, NamedGlass, Sellmeier
 from photonmap.scene.surfaces.layers import name_kind
-from photonmap.scene.surfaces.relief import BumpMap, NoRelief, NormalMap
+from photonmap.scene.surfaces.relief import AnisotropyMap, BumpMap, NoRelief, NormalMap
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Texture
-from photonmap.scene.vectors import unit
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Spectrum
 

@@ -16,8 +16,7 @@ import numba
 import numpy as np
 
 from photonmap.buffers import BUFFERS
-from photonmap.compile.kernel_variants import variant_of
-from photonmap.compile.scene_arrays import CompiledScene, compile_scene
+from photonmap.compile.scene_arrays import CompiledScene, compile_scene, variant_of
 from photonmap.compile.spectral_columns import SpectralColumns
 from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.base import PassSetup

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from photonmap.compile.cdf import make_cdf, probabilities_of
+from photonmap.compile.lights.probabilities import make_cdf, probabilities_of
 from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.errors import warn
 from photonmap.kernels.core.passes import View

@@ -13,7 +13,7 @@ from photonmap.buffers import row_of
 from photonmap.errors import InputError
 from photonmap.results.colors import Colors, Image
 from photonmap.runtime.wording import listed, shown, suggest
-from photonmap.scene.vectors import finite
+from photonmap.scene.parameters import finite
 from photonmap.spectra.bands import Bands
 
 if TYPE_CHECKING:

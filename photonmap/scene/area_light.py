@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from photonmap.scene.lights import Light, check_light, name_lights
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
-from photonmap.scene.parameters import Direction, Emission, Number, Point, Text
-from photonmap.scene.vectors import Vector, unit
+from photonmap.scene.parameters import Direction, Emission, Number, Point, Text, Vector, unit
 from photonmap.spectra.curves import Color, Spectrum
 
 DISK_SIDES = 64

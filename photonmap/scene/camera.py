@@ -5,21 +5,23 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
 from photonmap.errors import InputError
 from photonmap.runtime.wording import shown
-from photonmap.scene.lens import Lens
 from photonmap.scene.parameters import (
     Direction,
     Number,
     Part,
     Point,
     Text,
+    Vector,
+    Whole,
     check_parameters,
     parameters_of,
+    unit,
 )
 from photonmap.scene.projections import (
     PROJECTIONS,
@@ -28,8 +30,8 @@ from photonmap.scene.projections import (
     Projection,
     RayMap,
 )
-from photonmap.scene.vectors import Vector, unit
 
+_LARGEST = 1e30
 FARTHEST = 1e30
 """Largest coordinate of a camera, scene units: depths are float32."""
 _PARALLEL = 1e-6
@@ -42,6 +44,70 @@ ALL = "all"
 """What stands for every camera in place of a name."""
 _OPENCV = np.diag([1.0, -1.0, -1.0, 1.0])
 """From OpenCV's axes, y down and the view along z, to OpenGL's."""
+
+
+@dataclass(frozen=True)
+class Lens:
+    """A thin lens: what is not at its focus distance is blurred.
+
+    Its size is given by `radius`, or by `f_number` and `focal_length`.
+
+    Parameters
+    ----------
+    focus : distance, along the view, of the plane that is sharp, scene units
+    radius : of the opening, scene units
+    f_number : focal length / diameter of the opening
+    focal_length : scene units: 0.05 for 50 mm in a scene in metres; it decides the size of the
+        opening, and not the angle of view
+    blades : sides of the opening, a regular polygon whose corners lie at the radius; 0 for a disk
+    rotation : of the polygon, degrees, counter-clockwise in the image
+    """
+
+    focus: Annotated[
+        float | None, Number("focus distance", "scene units", above=0.0, at_most=_LARGEST)
+    ] = None
+    radius: Annotated[
+        float | None, Number("radius", "scene units", above=0.0, at_most=_LARGEST)
+    ] = None
+    f_number: Annotated[float | None, Number("f-number", above=0.0, such_as="2.8")] = None
+    focal_length: Annotated[
+        float | None, Number("focal length", "scene units", above=0.0, at_most=_LARGEST)
+    ] = None
+    blades: Annotated[int, Whole("number of blades", at_least=3, at_most=64, or_none=True)] = 0
+    rotation: Annotated[float, Number("rotation", "degrees")] = 0.0
+    kind: ClassVar[str] = "thin"
+
+    @property
+    def opening(self) -> float:
+        """The radius of a checked lens, scene units."""
+        if self.radius is not None:
+            return self.radius
+        assert self.focal_length is not None
+        assert self.f_number is not None
+        return 0.5 * self.focal_length / self.f_number
+
+    def find_conflict(self) -> str | None:
+        """Return what is wrong with the attributes taken together; None if nothing is."""
+        by_number = self.f_number is not None or self.focal_length is not None
+        if self.focus is None:
+            return "has no focus distance; add focus"
+        if self.radius is not None and by_number:
+            return "has a radius and an f-number or focal length; give the one or the other"
+        if self.radius is None and (self.f_number is None or self.focal_length is None):
+            return "has no size; add radius, or f_number and focal_length"
+        return None
+
+    def describe(self) -> dict[str, Any]:
+        """Return the JSON-able record of a checked lens."""
+        return {
+            "kind": self.kind,
+            "radius": self.opening,
+            "focus": self.focus,
+            "f_number": self.f_number,
+            "focal_length": self.focal_length,
+            "blades": self.blades,
+            "rotation": self.rotation,
+        }
 
 
 @dataclass(frozen=True)

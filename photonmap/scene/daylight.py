@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.scene.lights import DirectionalLight, Emitter, Light
-from photonmap.scene.parameters import Emission, Number, Text
-from photonmap.scene.vectors import Vector
+from photonmap.scene.parameters import Emission, Number, Text, Vector
 from photonmap.spectra.curves import Color
 from photonmap.spectra.daylight import (
     ELEVATION,

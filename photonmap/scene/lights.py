@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from photonmap.errors import InputError
 from photonmap.runtime.wording import brief, shown
-from photonmap.scene.panorama import read_panorama, save_panorama
+from photonmap.scene.images import read_panorama, save_panorama
 from photonmap.scene.parameters import (
     Direction,
     Emission,
@@ -20,10 +20,11 @@ from photonmap.scene.parameters import (
     Number,
     Point,
     Text,
+    Vector,
     parameters_of,
+    unit,
 )
 from photonmap.scene.photometric import as_table, read_ies, save_ies
-from photonmap.scene.vectors import Vector, unit
 from photonmap.spectra.curves import Color
 
 LIGHTS: dict[str, type[Light]] = {}

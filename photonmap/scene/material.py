@@ -17,10 +17,9 @@ from photonmap.scene.parameters import (
     Reflectance,
     parameters_of,
 )
-from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
 from photonmap.scene.surfaces.dispersion import LINES, Cauchy, NamedGlass, Sellmeier, abbe_number
 from photonmap.scene.surfaces.presets import Presets
-from photonmap.scene.surfaces.relief import BumpMap, NoRelief, NormalMap
+from photonmap.scene.surfaces.relief import AnisotropyMap, BumpMap, NoRelief, NormalMap
 from photonmap.scene.textures import Paint, Texture, is_black, mean_number
 from photonmap.spectra.curves import Color, Spectrum
 from photonmap.spectra.metals import Metal

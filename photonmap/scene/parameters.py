@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
+from numbers import Real
 from pathlib import Path
 from typing import Any, ClassVar, Literal, get_args, get_type_hints
 
@@ -18,8 +19,34 @@ import numpy as np
 
 from photonmap.errors import InputError
 from photonmap.runtime.wording import shown
-from photonmap.scene.vectors import Vector, finite, unit, vector
 from photonmap.spectra.curves import Color
+
+Vector = tuple[float, float, float]
+
+
+def finite(value: object) -> float | None:
+    """Return a finite number as a float, None for anything else."""
+    if not isinstance(value, Real) or isinstance(value, bool):
+        return None
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def vector(value: object) -> Vector | None:
+    """Return three finite numbers as floats, None for anything else."""
+    if not isinstance(value, tuple | list | np.ndarray) or len(value) != 3:
+        return None
+    x, y, z = map(finite, value)
+    return None if x is None or y is None or z is None else (x, y, z)
+
+
+def unit(vector: np.ndarray) -> np.ndarray | None:
+    """Return a vector scaled to length 1; None if it is zero."""
+    largest = np.abs(vector).max()
+    return vector / largest / np.linalg.norm(vector / largest) if largest > 0 else None
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from photonmap.scene.camera import FOV, Camera
 from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
+from photonmap.scene.parameters import Vector
 from photonmap.scene.textures import is_black
-from photonmap.scene.vectors import Vector
 
 T = TypeVar("T")
 

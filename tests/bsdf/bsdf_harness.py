@@ -10,10 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 import photonmap as pm
-from photonmap.compile.surfaces.anisotropy import with_anisotropy
 from photonmap.compile.surfaces.coats import with_coats
 from photonmap.compile.surfaces.glossy import NODES, TERMS, lobe_albedos
-from photonmap.compile.surfaces.relief import Reliefs
+from photonmap.compile.surfaces.relief import Reliefs, with_anisotropy
 from photonmap.compile.surfaces.sheens import with_sheens
 from photonmap.compile.textures import compile_textures
 from photonmap.kernels.bsdf import models

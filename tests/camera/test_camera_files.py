@@ -11,7 +11,7 @@ from helpers.scenes import closed_box
 import photonmap as pm
 from photonmap.commands.main import main
 from photonmap.scene.camera import check_camera
-from photonmap.scene.ray_maps import CHANNELS, save_rays
+from photonmap.scene.projections import CHANNELS, save_rays
 
 POSE = {"origin": (0.1, 0.2, 0.9), "target": (0.0, 0.1, -0.5), "up": (0.1, 1.0, 0.0)}
 ROOM = closed_box(pm.Material("room", 0.5))

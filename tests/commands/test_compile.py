@@ -6,7 +6,7 @@ import llvmlite.binding as llvm
 import pytest
 
 from photonmap.commands import main as cli
-from photonmap.compile import kernel_variants
+from photonmap.compile import scene_arrays
 from photonmap.kernels.core import code_cache
 
 
@@ -26,8 +26,8 @@ def test_levels_are_known_by_their_features():
 def test_what_is_compiled_ahead_is_found(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", "")
     monkeypatch.setenv("PYTHONPATH", ":".join(sys.path))
-    leanest = {"plain": kernel_variants.VARIANTS["plain"]}  # the others would take minutes
-    monkeypatch.setattr(kernel_variants, "VARIANTS", leanest)
+    leanest = {"plain": scene_arrays.VARIANTS["plain"]}  # the others would take minutes
+    monkeypatch.setattr(scene_arrays, "VARIANTS", leanest)
     assert cli.main(["compile", "--output", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines[:-1]] == ["1/2", "2/2"]

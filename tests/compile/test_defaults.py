@@ -6,7 +6,7 @@ import trimesh
 from helpers.comparisons import assert_within
 
 import photonmap as pm
-from photonmap.compile.default_view import frame_scene
+from photonmap.compile.camera import frame_scene
 from photonmap.scene.camera import frame_of
 
 UP = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0), "-y": (0.0, -2.0, 0.0)}

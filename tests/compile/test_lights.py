@@ -6,7 +6,7 @@ from helpers.scenes import closed_box, quad, sky
 
 import photonmap as pm
 from photonmap.compile.scene_arrays import compile_scene
-from photonmap.scene.panorama import check_panorama, read_panorama
+from photonmap.scene.images import check_panorama, read_panorama
 from photonmap.spectra.bands import Bands
 
 RGB = Bands.rgb()

@@ -10,8 +10,7 @@ import pytest
 import trimesh
 
 import photonmap as pm
-from photonmap.compile.kernel_variants import VARIANTS, variant_of
-from photonmap.compile.scene_arrays import compile_scene
+from photonmap.compile.scene_arrays import VARIANTS, compile_scene, variant_of
 from photonmap.integrators.kernel_warmup import _setup, _smallest
 from photonmap.integrators.light_visibility import find_hidden_lights
 from photonmap.integrators.photon_mapping.integrator import PhotonIntegrator

@@ -8,8 +8,8 @@ import trimesh
 from helpers.passes import setup_of
 
 import photonmap as pm
+from photonmap.compile.geometry import triangle_areas
 from photonmap.compile.scene_arrays import compile_scene
-from photonmap.compile.triangles import triangle_areas
 from photonmap.integrators.photon_mapping.cache_layout import lay_cells
 from photonmap.integrators.photon_mapping.exposed_fraction import (
     LEAST,

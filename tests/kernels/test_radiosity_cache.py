@@ -6,8 +6,8 @@ import trimesh
 from helpers.scenes import closed_box
 
 import photonmap as pm
+from photonmap.compile.geometry import triangle_areas
 from photonmap.compile.scene_arrays import compile_scene
-from photonmap.compile.triangles import triangle_areas
 from photonmap.integrators.photon_mapping.cache_layout import (
     FINER,
     divide_cells,

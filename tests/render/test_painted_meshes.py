@@ -5,8 +5,8 @@ import pytest
 from helpers.scenes import closed_tetrahedron
 
 import photonmap as pm
-from photonmap.compile.colors import paint_meshes
 from photonmap.compile.scene_arrays import compile_scene
+from photonmap.compile.textures import paint_meshes
 from photonmap.errors import InputError
 from photonmap.spectra.bands import Bands
 

@@ -5,7 +5,7 @@ import pytest
 from helpers.comparisons import chi_squared
 from scipy import stats
 
-from photonmap.compile.cdf import make_cdf, probabilities_of
+from photonmap.compile.lights.probabilities import make_cdf, probabilities_of
 from photonmap.kernels.core import rng, warp
 from photonmap.kernels.core.jit import kernel
 

@@ -7,8 +7,7 @@ from helpers.scenes import closed_box, quad
 from scipy import stats
 
 import photonmap as pm
-from photonmap.compile.run_fingerprint import describe_run
-from photonmap.compile.scene_arrays import compile_scene
+from photonmap.compile.scene_arrays import compile_scene, describe_run
 from photonmap.kernels.core.passes import Film
 from photonmap.scene.photometric import as_table
 

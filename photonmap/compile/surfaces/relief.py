@@ -1,4 +1,4 @@
-"""Relief as kernels take it: images of directions or slopes, and the tangents of vertices."""
+"""What follows tangents, as kernels take it: relief, and facets that differ along a surface."""
 
 from __future__ import annotations
 
@@ -8,12 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.surfaces.tangents import vertex_tangents
+from photonmap.compile.surfaces.glossy import AZIMUTHS, COARSE, GRID, azimuth_albedos
 from photonmap.compile.textures import TextureTable
+from photonmap.kernels.core import records
 from photonmap.kernels.core.image_records import Relief
+from photonmap.kernels.core.lobe_records import Anisotropy
 from photonmap.kernels.core.records import Geometry
 from photonmap.scene.material import Material
+from photonmap.scene.mesh import Mesh
 from photonmap.scene.surfaces.relief import BumpMap, NoRelief, NormalMap
+
+STRENGTHS = 9
+"""Of an image: those between are interpolated."""
+Floats = NDArray[np.float64]
 
 
 @dataclass
@@ -59,3 +66,165 @@ class Reliefs:
             np.where(is_height, factor / self.size, factor),
             vertex_tangents(self.geometry, by_directions[self.geometry.material], self.tangents),
         )
+
+
+def with_anisotropy(
+    scattering: records.Scattering | None,
+    materials: Sequence[Material],
+    geometry: records.Geometry,
+    given: NDArray[np.float64],
+) -> records.Scattering | None:
+    """Return BSDFs with what tells how lobes differ along surfaces, where any do.
+
+    Parameters
+    ----------
+    materials : (M,)
+    geometry : with materials, and texture coordinates where there are any
+    given : tangents of vertices, see `given_tangents`
+    """
+    chosen = np.array([each.is_glossy and each.is_anisotropic for each in materials])
+    if scattering is None or not chosen.any():
+        return scattering
+    anisotropy = _anisotropy(materials, chosen, geometry, given)
+    albedos, first = scattering.albedos.copy(), anisotropy.first
+    for index in np.flatnonzero(chosen).tolist():
+        across, refraction = scattering.parameters[index, [0, 3]].tolist()
+        rows = _rows(materials[index], across, refraction)
+        albedos[index] = rows[-1, 0]
+        if len(rows) > 1:
+            albedos = np.concatenate([albedos, rows[:, 0]])
+        albedos = np.concatenate([albedos, *rows[:, 1:]])
+        first[index] = len(albedos) - AZIMUTHS
+    return scattering._replace(albedos=albedos, anisotropy=anisotropy)
+
+
+def with_anisotropic_chains(
+    specular: records.Specular | None,
+    materials: Sequence[Material],
+    geometry: records.Geometry,
+    given: NDArray[np.float64],
+) -> records.Specular | None:
+    """Return specular lobes with what tells how rough ones differ along surfaces, where any do.
+
+    Parameters
+    ----------
+    materials, geometry, given : as of `with_anisotropy`
+    """
+    chosen = np.array([each.is_anisotropic and each.chain_alpha > 0.0 for each in materials])
+    if specular is None or not chosen.any():
+        return specular
+    return specular._replace(anisotropy=_anisotropy(materials, chosen, geometry, given))
+
+
+def _anisotropy(
+    materials: Sequence[Material],
+    chosen: NDArray[np.bool_],
+    geometry: records.Geometry,
+    given: NDArray[np.float64],
+) -> Anisotropy:
+    """Return how the chosen materials, (M,), differ along surfaces, with no rows of albedos."""
+    stretch = np.array([_largest(material) ** 2 for material in materials]) * chosen
+    angles = 2.0 * np.pi * np.array([material.anisotropy_rotation for material in materials])
+    turn = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    tangents = vertex_tangents(geometry, (stretch > 0.0)[geometry.material], given)
+    first = np.full(len(materials), -1, np.int32)
+    return Anisotropy(stretch, turn, first, AZIMUTHS, STRENGTHS, tangents)
+
+
+def _largest(material: Material) -> float:
+    """Return the largest anisotropy of a material; 0 where it is alike in all directions."""
+    if not material.is_brushed:
+        return material.is_anisotropic * material.anisotropy
+    assert material.anisotropy_map is not None
+    return material.anisotropy * material.anisotropy_map.strengths[1]
+
+
+def _rows(material: Material, across: float, refraction: float) -> NDArray[np.float64]:
+    """Return `azimuth_albedos` of one strength, or of an image's from 0 to the largest, (S, …).
+
+    Where an image has one strength all over, no others are looked up.
+
+    Parameters
+    ----------
+    across, refraction : α across the tangent, and index of refraction
+    """
+    largest = _largest(material)
+
+    def rows(strength: float, grid: int = COARSE) -> NDArray[np.float64]:
+        along = across + (1.0 - across) * strength**2
+        return azimuth_albedos(along, across, refraction, grid)
+
+    if not material.is_brushed:
+        return rows(largest, GRID)[None]
+    assert material.anisotropy_map is not None
+    low, high = material.anisotropy_map.strengths
+    places = np.linspace(0.0, largest, STRENGTHS) if low < high else np.full(STRENGTHS, largest)
+    return np.array([rows(strength) for strength in places.tolist()])
+
+
+def given_tangents(meshes: Sequence[Mesh]) -> Floats:
+    """Return the tangents that meshes have, (V, 4), of length 1 and with a sign; 0 for none."""
+    rows = []
+    for mesh in meshes:
+        tangents, normals = mesh.unit_tangents, mesh.unit_normals
+        if tangents is None or normals is None:
+            rows.append(np.zeros((len(mesh.vertices), 4)))
+        else:
+            rows.append(np.where(normals.any(axis=1, keepdims=True), tangents, 0.0))
+    return np.concatenate(rows)
+
+
+def vertex_tangents(
+    geometry: records.Geometry, chosen: NDArray[np.bool_], given: Floats
+) -> NDArray[np.float32]:
+    """Return directions at vertices in which u rises, (V, 4), unit or 0 where the mesh is flat.
+
+    The last column is the sign of those that are given, and 0 of others. Each of these is the mean
+    over the chosen triangles around it, weighted by their angles there, in the plane of the
+    vertex's normal (as MikkTSpace: M. Mikkelsen, "Simulation of wrinkled surfaces revisited",
+    2008).
+
+    Parameters
+    ----------
+    geometry : all triangles
+    chosen : (T,) which triangles count
+    given : of `given_tangents`
+    """
+    tangents = np.zeros(geometry.vertices.shape)
+    if len(geometry.shading_normals) and len(geometry.uv):
+        tangents = _by_coordinates(geometry, chosen)
+    is_given = given[:, 3:] != 0.0
+    joined = np.where(is_given, given, np.pad(tangents, ((0, 0), (0, 1))))
+    return joined.astype(np.float32)
+
+
+def _by_coordinates(geometry: records.Geometry, chosen: NDArray[np.bool_]) -> Floats:
+    """Return the tangents of vertices, (V, 3), that follow from texture coordinates."""
+    tangents = np.zeros(geometry.vertices.shape)
+    faces = geometry.triangles[chosen]
+    corners = geometry.vertices[faces].astype(np.float64)
+    by_u = _rising(corners, geometry.uv[faces].astype(np.float64))
+    normals = geometry.shading_normals.astype(np.float64)
+    for corner in range(3):
+        vertex = faces[:, corner]
+        normal = normals[vertex]
+        along = _unit(by_u - (by_u * normal).sum(axis=1, keepdims=True) * normal)
+        edges = [_unit(corners[:, (corner + k) % 3] - corners[:, corner]) for k in (1, 2)]
+        angle = np.arccos(np.clip((edges[0] * edges[1]).sum(axis=1), -1.0, 1.0))
+        np.add.at(tangents, vertex, along * angle[:, None])
+    tangents[(normals == 0.0).all(axis=1)] = 0.0
+    return _unit(tangents)
+
+
+def _rising(corners: Floats, uv: Floats) -> Floats:
+    """Return the direction in which u rises, (T, 3), of any length; 0 where there is none."""
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    along, across = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    area = along[:, 0] * across[:, 1] - across[:, 0] * along[:, 1]
+    return (first * across[:, 1:] - second * along[:, 1:]) * np.sign(area)[:, None]
+
+
+def _unit(vectors: Floats) -> Floats:
+    """Return vectors of length 1, and 0 for 0."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 1e-30)

@@ -14,7 +14,7 @@ from functools import cache, cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from photonmap.scene.vectors import Vector
+from photonmap.scene.parameters import Vector
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

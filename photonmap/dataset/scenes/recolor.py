@@ -15,9 +15,9 @@ from photonmap.dataset.scenes.illumination import Illumination, choose_illuminat
 from photonmap.dataset.scenes.random_lights import RandomLights
 from photonmap.errors import InputError, naming
 from photonmap.scene.daylight import SkyLight, SunLight
+from photonmap.scene.images import check_panorama, read_panorama
 from photonmap.scene.lights import DirectionalLight, DomeLight, EnvironmentLight, Light
 from photonmap.scene.material import Material
-from photonmap.scene.panorama import check_panorama, read_panorama
 from photonmap.scene.scene import Scene
 from photonmap.scene.textures import Paint, Texture, mean_color
 from photonmap.spectra.curves import Spectrum

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.triangles import triangle_areas
+from photonmap.compile.geometry import triangle_areas
 from photonmap.integrators.base import Counters, PassSetup
 from photonmap.integrators.photon_mapping.cache_layout import (
     divide_cells,

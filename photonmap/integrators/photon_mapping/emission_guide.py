@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.cdf import make_cdf
+from photonmap.compile.lights.probabilities import make_cdf
 from photonmap.kernels.core.passes import CausticPhotons, EmissionGuide
 
 Floats = NDArray[np.float64]

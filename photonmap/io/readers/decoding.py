@@ -17,8 +17,8 @@ from photonmap.errors import InputError, warn
 from photonmap.runtime.wording import listed, shown
 from photonmap.scene.images import Channels, decode_srgb, read_channels
 from photonmap.scene.mesh import Mesh
+from photonmap.scene.parameters import Vector
 from photonmap.scene.scene import Scene
-from photonmap.scene.vectors import Vector
 from photonmap.spectra.tables import read_bytes
 
 _COARSE = 0.01

@@ -21,8 +21,7 @@ from photonmap.io.readers.mitsuba_parts.shapes import Shapes
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.named_files import allowed_folder
 from photonmap.runtime.wording import shown, suggest
-from photonmap.scene.camera import NOT_IN_FILES, Camera, check_camera
-from photonmap.scene.lens import Lens
+from photonmap.scene.camera import NOT_IN_FILES, Camera, Lens, check_camera
 from photonmap.scene.lights import (
     DirectionalLight,
     DomeLight,
@@ -33,9 +32,9 @@ from photonmap.scene.lights import (
     SpotLight,
     check_light,
 )
+from photonmap.scene.parameters import unit
 from photonmap.scene.projections import Intrinsics
 from photonmap.scene.scene import Scene
-from photonmap.scene.vectors import unit
 from photonmap.spectra.curves import Color
 
 SUFFIXES = (".xml",)

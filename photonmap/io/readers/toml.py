@@ -21,12 +21,11 @@ from photonmap.scene.parameters import (
     Parameter,
     Part,
     Reflectance,
+    finite,
     parameters_of,
 )
-from photonmap.scene.surfaces.spectral_images import is_spectral
-from photonmap.scene.surfaces.spectral_texture import SpectralTexture
+from photonmap.scene.surfaces.spectral_texture import SpectralTexture, is_spectral
 from photonmap.scene.textures import Texture, check_texture, shared_image
-from photonmap.scene.vectors import finite
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 _PLACED = ("scale", "offset", "clamp")

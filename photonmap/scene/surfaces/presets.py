@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Self
 
 from photonmap.errors import naming
-from photonmap.scene.parameters import Reflectance, parameters_of
+from photonmap.scene.parameters import Reflectance, finite, parameters_of, vector
 from photonmap.scene.surfaces.fresnel import normal_reflectance
 from photonmap.scene.surfaces.metallic import FRACTION, metallic_gloss
 from photonmap.scene.textures import Paint, Texture
-from photonmap.scene.vectors import finite, vector
 from photonmap.spectra.curves import Color, Spectrum
 
 _COLOR = Reflectance("reflectance")

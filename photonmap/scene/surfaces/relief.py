@@ -1,4 +1,4 @@
-"""Relief: images that turn the shading normals of a surface."""
+"""Images that turn the shading normals of a surface, and the tangents of its lobes."""
 
 from __future__ import annotations
 
@@ -138,3 +138,31 @@ def find_grey(texture: Texture, what: str) -> str:
         return ""
     remedy = "give RGB, or a BumpMap of heights" if what == "a normal map" else "give RGB"
     return f"{what} has three channels; {remedy}"
+
+
+@dataclass(frozen=True)
+class AnisotropyMap:
+    """An image of tangents and strengths, as glTF has it.
+
+    Parameters
+    ----------
+    texture : linear RGB, so read with `linear=True`: red and green are the direction of the
+        tangent, from -1 at 0 to 1 at 1, by where u and v rise; blue multiplies the `anisotropy`
+    """
+
+    texture: Annotated[Texture, IMAGE]
+    kind: ClassVar[str] = "anisotropy"
+
+    def find_conflict(self) -> str:
+        """Return what is wrong with the image, if anything."""
+        return find_conflict(self.texture) or find_grey(self.texture, "an anisotropy map")
+
+    def scaled(self, strength: float) -> Texture:
+        """Return the image with a strength in place of its factor."""
+        return replace(self.texture, factor=(1.0, 1.0, strength))
+
+    @property
+    def strengths(self) -> tuple[float, float]:
+        """The smallest and the largest value of blue."""
+        blue = self.texture.image.linear(slice(None), slice(None))[..., 2]
+        return float(blue.min()), float(blue.max())

@@ -12,7 +12,7 @@ from photonmap.inspection.describe import describe_color
 from photonmap.io.envi import write_envi
 from photonmap.io.png import encode_png
 from photonmap.scene.images import write_image
-from photonmap.scene.surfaces.spectral_images import read_indices, read_spectral_image
+from photonmap.scene.surfaces.spectral_texture import read_indices, read_spectral_image
 
 AT = np.arange(400.0, 701.0, 10.0)
 CHIPS = [pm.reflectance("munsell:5R 4/14"), pm.reflectance("munsell:5G 5/10")]

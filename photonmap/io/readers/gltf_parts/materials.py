@@ -14,7 +14,6 @@ from photonmap.io.readers.registry import GREY
 from photonmap.runtime.wording import shown
 from photonmap.scene.images import Channels, Image
 from photonmap.scene.material import Material
-from photonmap.scene.surfaces.anisotropy_map import AnisotropyMap
 from photonmap.scene.surfaces.fresnel import normal_reflectance
 from photonmap.scene.surfaces.metallic import (
     USUAL_INDEX,
@@ -23,7 +22,7 @@ from photonmap.scene.surfaces.metallic import (
     metallic_gloss,
     multiplied,
 )
-from photonmap.scene.surfaces.relief import STEEPEST, NoRelief, NormalMap
+from photonmap.scene.surfaces.relief import STEEPEST, AnisotropyMap, NoRelief, NormalMap
 from photonmap.scene.textures import Paint, Texture, Triple, lie_alike, mean_number
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
 

@@ -17,7 +17,7 @@ from photonmap.io.readers.mitsuba_parts.xml import DEEPEST, Element, parse_xml, 
 from photonmap.io.readers.registry import MissingTextures
 from photonmap.runtime.named_files import is_below, outside
 from photonmap.runtime.wording import listed, shown, suggest
-from photonmap.scene.vectors import Vector
+from photonmap.scene.parameters import Vector
 from photonmap.spectra.tables import read_bytes
 
 _CAMEL = re.compile("(?<=[a-z])[A-Z]+")

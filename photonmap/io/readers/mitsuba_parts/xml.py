@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from photonmap.errors import InputError
 from photonmap.io.readers.surfaces import side_axes
 from photonmap.runtime.wording import shown
-from photonmap.scene.vectors import Vector, unit
+from photonmap.scene.parameters import Vector, unit
 
 DEEPEST = 100
 """Levels of elements within each other, at most."""

@@ -19,8 +19,7 @@ from photonmap.io.readers.meshes import Part, build_mesh, check_indices, cut_pol
 from photonmap.io.readers.usd_parts.materials import Materials
 from photonmap.io.readers.usd_parts.stage import Stage, radiance_of
 from photonmap.runtime.named_files import named_image
-from photonmap.scene.camera import Camera, check_camera
-from photonmap.scene.lens import Lens
+from photonmap.scene.camera import Camera, Lens, check_camera
 from photonmap.scene.lights import DirectionalLight, DomeLight, Light, PointLight, SpotLight
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
