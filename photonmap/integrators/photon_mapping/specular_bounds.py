@@ -1,8 +1,12 @@
-"""Spheres that hold all specular surfaces, few and tight, for photons to be aimed at."""
+"""Spheres that hold all specular surfaces, few and tight, for photons to be aimed at.
+
+Arrays begin with the three coordinates: NumPy then reduces and accumulates over long rows.
+"""
 
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +14,9 @@ from numpy.typing import NDArray
 from photonmap.kernels.core.records import SceneArrays
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+Boxes = tuple[Floats, Floats]
 
 MOST = 48
 """Spheres at most."""
@@ -35,85 +42,127 @@ def bound_specular_surfaces(arrays: SceneArrays) -> Floats:
     geometry, specular = arrays.geometry, arrays.specular
     assert specular
     of_material = specular.probability > 0.0
-    corners = geometry.vertices[geometry.triangles[of_material[geometry.material]]]
-    if len(corners) == 0:
+    triangles = geometry.triangles[of_material[geometry.material]]
+    if len(triangles) == 0:
         return np.array([(0.0, 0.0, 0.0, arrays.lights.radius)])
-    coverings = _coverings(_simplify(corners.astype(np.float64)), DEPTH)
-    _, best = min(coverings, key=lambda covering: covering[0] * (1.0 + COST * len(covering[1])))
-    return np.array(best) * (1.0, 1.0, 1.0, MARGIN)
+    corners = geometry.vertices.T.astype(np.float64)[:, triangles.T]
+    spheres, halves = _build_tree(_simplify(corners))
+    return spheres[_choose(spheres[:, 3] ** 2, halves)] * (1.0, 1.0, 1.0, MARGIN)
 
 
 def _simplify(corners: Floats) -> Floats:
-    """Return triangles, (n, 3, 3), or where they are many, boxes around them, (m, 8, 3)."""
-    if len(corners) <= MANY:
+    """Return triangles, (3, 3, n), or where they are many, boxes around them, (3, 8, m)."""
+    if corners.shape[2] <= MANY:
         return corners
     middles = corners.mean(axis=1)
-    grid = (middles - middles.min(axis=0)) / max(float(np.ptp(middles, axis=0).max()), 1e-30)
-    voxels = (grid * (VOXELS - 1)).astype(np.int64) @ [VOXELS**2, VOXELS, 1]
+    grid = middles - middles.min(axis=1, keepdims=True)
+    grid /= max(float(grid.max()), 1e-30)
+    voxels = [VOXELS**2, VOXELS, 1] @ (grid * (VOXELS - 1)).astype(np.int64)
     order = np.argsort(voxels, kind="stable")
-    _, first = np.unique(voxels[order], return_index=True)
-    low = np.minimum.reduceat(corners.min(axis=1)[order], first)
-    high = np.maximum.reduceat(corners.max(axis=1)[order], first)
-    sides = np.array(list(itertools.product((False, True), repeat=3)))
-    return np.where(sides, high[:, None], low[:, None])
+    starts = np.flatnonzero(np.diff(voxels[order], prepend=-1))
+    low = np.minimum.reduceat(corners.min(axis=1)[:, order], starts, axis=1)
+    high = np.maximum.reduceat(corners.max(axis=1)[:, order], starts, axis=1)
+    sides = np.array(list(itertools.product((False, True), repeat=3))).T
+    return np.where(sides[..., None], high[:, None], low[:, None])
 
 
-def _coverings(corners: Floats, depth: int) -> list[tuple[float, list[Floats]]]:
-    """Return the spheres of least area around triangles, and the sum of their squared radii.
+def _build_tree(corners: Floats) -> tuple[Floats, Integers]:
+    """Part triangles in two, and these groups again, `DEPTH` times: all groups of a level at once.
 
-    For one sphere, two, and so on, as far as parting the triangles `depth` times gives them.
+    Returns the sphere around each group, (groups, 4), and the number of the first of the two groups
+    that it was parted into, which the other follows; 0 where it was not parted.
     """
-    sphere = _sphere(corners)
-    parts = _part(corners) if depth else []
-    halves = [_coverings(part, depth - 1) for part in parts]
-    best = {1: (float(sphere[3] ** 2), [sphere])}
-    for (area, spheres), (other_area, others) in itertools.product(*halves) if halves else ():
-        count, total = len(spheres) + len(others), area + other_area
-        if count <= MOST and (count not in best or total < best[count][0]):
-            best[count] = (total, spheres + others)
-    return list(best.values())
+    group = np.zeros(corners.shape[2], np.int64)
+    spheres, halves, count = [], [], 1
+    for level in range(DEPTH + 1):
+        starts = np.flatnonzero(np.diff(group, prepend=-1))
+        boxes = corners.min(axis=1), corners.max(axis=1)
+        spheres.append(_bound(corners, boxes, group, starts))
+        before, is_parted = _part(corners.mean(axis=1), boxes, group, starts)
+        is_parted &= level < DEPTH
+        half = 2 * np.cumsum(is_parted) - 2
+        halves.append(np.where(is_parted, count + half, 0))
+        if not is_parted.any():
+            break
+        count += 2 * int(is_parted.sum())
+        order = np.argsort(half[group] + ~before, kind="stable")
+        order = order[is_parted[group[order]]]
+        group, corners = (half[group] + ~before)[order], corners[..., order]
+    return np.concatenate(spheres), np.concatenate(halves)
 
 
-def _sphere(corners: Floats) -> Floats:
-    """Return the centre of a box around triangles, and how far their corners are from it."""
-    points = corners.reshape(-1, 3)
-    centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    return np.append(centre, np.sqrt(((points - centre) ** 2).sum(axis=1).max()))
+def _bound(corners: Floats, boxes: Boxes, group: Integers, starts: Integers) -> Floats:
+    """Return the centres of boxes around groups, and how far corners are from them, (groups, 4)."""
+    low = np.minimum.reduceat(boxes[0], starts, axis=1)
+    centre = 0.5 * (low + np.maximum.reduceat(boxes[1], starts, axis=1))
+    squares = ((corners - centre[:, None, group]) ** 2).sum(axis=0).max(axis=0)
+    return np.column_stack((*centre, np.sqrt(np.maximum.reduceat(squares, starts))))
 
 
-def _part(corners: Floats) -> list[Floats]:
-    """Part triangles in two by the best plane across an axis; nothing where all lie together."""
-    middles = corners.mean(axis=1)
-    planes = []
-    for axis in range(3):
-        position = middles[:, axis]
-        span = np.ptp(position)
-        if span > 0.0:
-            bins = ((position - position.min()) / span * (BINS - 1)).astype(np.uint8)
-            plane, cost = _best_plane(corners, bins)
-            planes.append((cost, bins < plane))
-    if not planes:
-        return []
-    _, before = min(planes, key=lambda plane: plane[0])
-    return [corners[before], corners[~before]]
+def _part(middles: Floats, boxes: Boxes, group: Integers, starts: Integers) -> tuple[Flags, Flags]:
+    """Find the best plane across an axis for each group.
+
+    Returns which triangles are before it, and which groups it parts: all whose triangles do not lie
+    together.
+    """
+    low = np.minimum.reduceat(middles, starts, axis=1)
+    span = np.maximum.reduceat(middles, starts, axis=1) - low
+    scale = np.where(span > 0.0, span, 1.0)
+    bins = ((middles - low[:, group]) / scale[:, group] * (BINS - 1)).astype(np.int64)
+    planes = [_find_planes(boxes, group * BINS + row, len(starts)) for row in bins]
+    lasts, costs = (np.array(rows) for rows in zip(*planes, strict=True))
+    axis = np.where(span > 0.0, costs, np.inf).argmin(axis=0)
+    last = lasts[axis, np.arange(len(starts))]
+    return bins[axis[group], np.arange(len(group))] <= last[group], span.max(axis=0) > 0.0
 
 
-def _best_plane(corners: Floats, bins: NDArray[np.uint8]) -> tuple[int, float]:
-    """Return the bin before which triangles are best parted, and what they cost then.
+def _find_planes(boxes: Boxes, cell: Integers, groups: int) -> tuple[Integers, Floats]:
+    """Return the last bin before the best plane across an axis for each group, and its cost.
 
     By the surface area heuristic: squared radius, from the box of a part, times triangles in it.
     """
-    order = np.argsort(bins, kind="stable")
-    used, first, counts = np.unique(bins[order], return_index=True, return_counts=True)
-    low = np.minimum.reduceat(corners.min(axis=1)[order], first)
-    high = np.maximum.reduceat(corners.max(axis=1)[order], first)
-    after = _costs(low[::-1], high[::-1], counts[::-1])[::-1]
-    costs = _costs(low, high, counts)[:-1] + after[1:]
-    best = int(np.argmin(costs))
-    return int(used[best + 1]), float(costs[best])
+    order = np.argsort(cell, kind="stable")
+    starts = np.flatnonzero(np.diff(cell[order], prepend=-1))
+    used = cell[order[starts]]
+    low, high = np.full((2, 3, groups * BINS), [[[np.inf]], [[-np.inf]]])
+    low[:, used] = np.minimum.reduceat(boxes[0][:, order], starts, axis=1)
+    high[:, used] = np.maximum.reduceat(boxes[1][:, order], starts, axis=1)
+    counts = np.bincount(cell, minlength=groups * BINS)
+    of_bins: list[NDArray[Any]] = [rows.reshape(-1, groups, BINS) for rows in (low, high, counts)]
+    after = _costs(*(rows[..., ::-1] for rows in of_bins))[:, -2::-1]
+    costs = _costs(*of_bins)[:, :-1] + after
+    return costs.argmin(axis=1), costs.min(axis=1)
 
 
-def _costs(low: Floats, high: Floats, counts: NDArray[np.int64]) -> Floats:
-    """Return the costs of the first bin, the first two, and so on."""
-    sides = np.maximum.accumulate(high) - np.minimum.accumulate(low)
-    return (sides**2).sum(axis=1) * np.cumsum(counts)
+def _costs(low: Floats, high: Floats, counts: Integers) -> Floats:
+    """Return the costs of the first bin, the first two, and so on, (groups, bins)."""
+    sides = np.maximum.accumulate(high, axis=2) - np.minimum.accumulate(low, axis=2)
+    with np.errstate(invalid="ignore"):  # 0 triangles × infinity: all lie in another bin
+        return (sides**2).sum(axis=0) * np.cumsum(counts[0], axis=1)
+
+
+def _choose(areas: Floats, halves: Integers) -> list[int]:
+    """Choose the groups whose spheres hold all triangles with the least area, `MOST` at most.
+
+    Finds the least area for one sphere, two, and so on, of each group, from those of its halves.
+    """
+    least, first_counts = {}, {}
+    for group in range(len(areas) - 1, -1, -1):
+        least[group], half = areas[group : group + 1], halves[group]
+        if half:
+            one, other = least[half], least[half + 1]
+            sums = np.full((len(one), len(one) + len(other)), np.inf)
+            sums[:, : len(other)] = one[:, None] + other
+            # Row i moved by i columns: in each column, the same count of spheres.
+            sums = sums.ravel()[: -len(one)].reshape(len(one), -1)[:, : MOST - 1]
+            least[group] = np.append(least[group], sums.min(axis=0))
+            first_counts[group] = sums.argmin(axis=0) + 1
+
+    def choose(group: int, count: int) -> list[int]:
+        if count == 1:
+            return [group]
+        half, first = halves[group], first_counts[group][count - 2]
+        return choose(half, first) + choose(half + 1, count - first)
+
+    counts = np.arange(1, len(least[0]) + 1)
+    return choose(0, counts[np.argmin(least[0] * (1.0 + COST * counts))])
