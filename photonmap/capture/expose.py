@@ -32,27 +32,18 @@ _DIGITS = 8
 _MOST_NEGATIVE = 0.01
 """Share of the camera's values below 0, from too few bands, up to which there is no warning."""
 
-_HC = 6.62607015e-34 * 299792458.0
-"""J·m: the energy of a photon times its wavelength."""
+_HC = 6.62607015e-34 * 299792458.0  # J·m: the energy of a photon times its wavelength
 _NM, _UM = 1e-9, 1e-6
-_SHOT, _READ, _GAIN, _OFFSET = range(4)
-"""Uses of random numbers."""
-_MOST = 1e12
-"""Expected electrons above which a pixel is full anyway."""
+_SHOT, _READ, _GAIN, _OFFSET = range(4)  # Uses of random numbers
+_MOST = 1e12  # Expected electrons above which a pixel is full anyway
 
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """A camera's channels.
+    """A camera's channels."""
 
-    Parameters
-    ----------
-    bands : its sensitivities, of integral 1
-    electrons : (C,) per second for radiance 1 in the channel, in the unit of the image
-    """
-
-    bands: Bands
-    electrons: Floats
+    bands: Bands  # its sensitivities, of integral 1
+    electrons: Floats  # (C,) per second for radiance 1 in the channel, in the unit of the image
 
 
 def expose(result: Result, sensor: Sensor | None = None, seed: int = 0) -> Photo:
@@ -203,10 +194,6 @@ def find_response(sensor: Sensor) -> Response:
     On the axis, irradiance is π L / (4 N²) with the f-number N, and the electrons of a pixel of
     area A are A ∫ E(λ) η(λ) λ / (h c) dλ per second. The quantum efficiency η is the sensitivity
     over λ, scaled so that its peak over all channels is the sensor's.
-
-    Raises
-    ------
-    InputError : there is no such camera, or it has no sensitivities
     """
     bands = Bands.parse(sensor.camera)
     if bands.is_rgb:

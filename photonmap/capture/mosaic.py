@@ -14,30 +14,21 @@ from photonmap.errors import InputError
 from photonmap.runtime.wording import listed, shown
 
 AUTO, NONE = "auto", "none"
-METHODS = AUTO, BILINEAR, MALVAR = "auto", "bilinear", "malvar"
-"""Of demosaicing"""
+METHODS = AUTO, BILINEAR, MALVAR = "auto", "bilinear", "malvar"  # Of demosaicing
 BAYER = "RGGB"
-_MOST_SIDE = 16
-"""Rows and columns of a pattern, at most."""
+_MOST_SIDE = 16  # Rows and columns of a pattern, at most
 _LETTERS = re.compile(r"[A-Z]+|[1-9]+")
 _REMEDY = "write RGGB, RG/GB, 1,2,3/4,5,6 or none"
 
-_WIDE = 1e-6
-"""Weight of pixels beyond a period, which decide only where there are no others."""
+_WIDE = 1e-6  # Weight of pixels beyond a period, which decide only where there are no others
 _LEAST_SPREAD = 1e-12
 
 Floats = NDArray[np.float64]
-Pattern = NDArray[np.intp]
-"""(rows, columns): the number of the channel of each filter, from 0."""
+Pattern = NDArray[np.intp]  # (rows, columns): the number of the channel of each filter, from 0
 
 
 def check_mosaic(text: str) -> str:
-    """Return the text of a mosaic if it can be one.
-
-    Raises
-    ------
-    InputError : it cannot
-    """
+    """Return the text of a mosaic if it can be one."""
     if text not in (AUTO, NONE):
         _cells(text)
     return text
@@ -75,10 +66,6 @@ def read_mosaic(text: str, channels: Sequence[str]) -> Pattern | None:
     ----------
     text : of `check_mosaic`
     channels : names of a camera's channels; a letter stands for one that begins with it
-
-    Raises
-    ------
-    InputError : it names a channel that there is not, or leaves one out
     """
     letters = initials(channels)
     if text == NONE or (text == AUTO and len(channels) == 1):
@@ -168,10 +155,6 @@ def demosaic(mosaic: Floats, pattern: Pattern, channels: int, method: str = AUTO
     pattern : of its filters
     channels : C
     method : "bilinear", "malvar" or "auto"
-
-    Raises
-    ------
-    InputError : the method cannot be applied to the pattern
     """
     if choose_method(method, pattern) == MALVAR and min(mosaic.shape) > 2:
         return _malvar(mosaic, pattern)

@@ -15,14 +15,10 @@ Floats = NDArray[np.float64]
 
 NONE, COS4 = "none", "cos4"
 GAUSSIAN, DEFOCUS = "gaussian", "defocus"
-_MOST_SPREAD = 64.0
-"""Largest standard deviation or radius, pixels."""
-_CUT = 6.0
-"""Standard deviations at which a Gaussian is cut: 2e-9 of it lies beyond."""
-_SUBPIXELS = 16
-"""Points along a side of a pixel by which the disk of a defocused point is measured."""
-_FLAT = ("pinhole", "intrinsics")
-"""Cameras whose image is a plane, of which cos⁴ is true."""
+_MOST_SPREAD = 64.0  # Largest standard deviation or radius, pixels
+_CUT = 6.0  # Standard deviations at which a Gaussian is cut: 2e-9 of it lies beyond
+_SUBPIXELS = 16  # Points along a side of a pixel by which the disk of a defocused point is measured
+_FLAT = ("pinhole", "intrinsics")  # Cameras whose image is a plane, of which cos⁴ is true
 
 
 def check_vignetting(text: str) -> str:
@@ -53,10 +49,6 @@ def vignette(text: str, size: tuple[int, int], camera: dict[str, Any]) -> Floats
     text : of `check_vignetting`
     size : width and height of the image
     camera : the record of `photonmap.Camera.describe`
-
-    Raises
-    ------
-    InputError : cos4 is not defined for the camera, or a polynomial is negative in the image
     """
     width, height = size
     if text == NONE:

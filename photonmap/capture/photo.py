@@ -25,8 +25,7 @@ from photonmap.spectra.observer import observer
 
 Image = NDArray[np.float32]
 
-_FADES = 0.8
-"""Fraction of saturation from which on colours are not trusted."""
+_FADES = 0.8  # Fraction of saturation from which on colours are not trusted
 RAW, DEMOSAICED = "raw", "demosaiced"
 """Images of 16 bits: PNG of one channel or of three, TIFF of other numbers."""
 DNG, SRGB, TRUTH, RECORD = "raw.dng", "srgb.png", "truth.npz", "sensor.json"

@@ -242,8 +242,7 @@ class Sensor:
         return asdict(self) | ({} if path is None else {"camera": path.name})
 
 
-OPTIONS: dict[str, Option] = list_options(Sensor)
-"""The options of a sensor by name."""
+OPTIONS: dict[str, Option] = list_options(Sensor)  # The options of a sensor by name
 
 
 def load_sensor(text: str) -> Sensor:

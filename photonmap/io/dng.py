@@ -13,33 +13,22 @@ from numpy.typing import NDArray
 _BYTE, _ASCII, _SHORT, _LONG, _RATIONAL, _SIGNED = 1, 2, 3, 4, 5, 10
 _FORMATS = {_BYTE: "B", _SHORT: "H", _LONG: "I", _RATIONAL: "I", _SIGNED: "i"}
 _CFA, _D65 = 32803, 21
-_MOST = 1_000_000
-"""Largest denominator of a fraction."""
+_MOST = 1_000_000  # Largest denominator of a fraction
 _LARGEST = 2**31 - 1
 
 
 @dataclass(frozen=True)
 class Negative:
-    """What a DNG says of a mosaic.
+    """What a DNG says of a mosaic."""
 
-    Parameters
-    ----------
-    raw : (H, W) uint16
-    pattern : (rows, columns) of 0, 1 and 2 for red, green and blue
-    black, white : levels
-    color_matrix : (3, 3) from XYZ to the camera's colours, under D65
-    neutral : (3,) a white in the camera's colours, at most 1
-    model : name of the camera
-    exposure : its tags: seconds, f-number and ISO speed
-    """
-
-    raw: NDArray[np.uint16]
-    pattern: NDArray[np.intp]
-    black: float
+    raw: NDArray[np.uint16]  # (H, W) uint16
+    pattern: NDArray[np.intp]  # (rows, columns) of 0, 1 and 2 for red, green and blue
+    black: float  # levels
     white: int
-    color_matrix: NDArray[np.float64]
-    neutral: Sequence[float]
-    model: str
+    color_matrix: NDArray[np.float64]  # (3, 3) from XYZ to the camera's colours, under D65
+    neutral: Sequence[float]  # (3,) a white in the camera's colours, at most 1
+    model: str  # name of the camera
+    # its tags: seconds, f-number and ISO speed
     exposure: dict[str, float] = field(default_factory=dict)
 
 

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-_TYPES = {"uint8": 1, "float32": 4, "uint32": 13}
-"""ENVI's numbers of data types."""
+_TYPES = {"uint8": 1, "float32": 4, "uint32": 13}  # ENVI's numbers of data types
 
 
 def write_envi(

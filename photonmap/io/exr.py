@@ -25,16 +25,14 @@ Images = dict[str, NDArray[Any]]
 Projector = Callable[[NDArray[Any]], NDArray[np.float32]]
 """Projects lines of radiance (h, W, N) onto linear sRGB, (h, W, 3)."""
 
-FULL_DISK = 100e6
-"""Free bytes on a disk below which a write error may mean that it is full."""
+FULL_DISK = 100e6  # Free bytes on a disk below which a write error may mean that it is full
 
 _RGB = ("R", "G", "B")
 _ERROR, _BLOCK_ERROR = ERROR_ENDINGS
 """Endings of the names of parts that hold standard errors, and those of means over blocks."""
 _COMPRESSION = "zip"
 """Lossless, and every reader knows it; htj2k and zstd do better, but need the latest OpenEXR."""
-_NO_DATE = ""
-"""In place of when a file was written, so that equal images are equal files."""
+_NO_DATE = ""  # In place of when a file was written, so that equal images are equal files
 _LINES = 64
 """Lines of an image that are written at a time: a multiple of the 16 compressed together."""
 _RECORD, _BANDS = "photonmapRecord", "photonmapBands"
@@ -48,10 +46,8 @@ _FOR_OTHERS = {".nc": _XARRAY, ".hdf5": _XARRAY, ".h5": _XARRAY, ".hdr": _ENVI, 
 
 FORMER_NAMES = {"specular_albedo": "specular_reflectance"}
 """What buffers were called in files of earlier versions, and what they are called now."""
-LAYER = "photonmap"
-"""Name of the layer whose passes the buffers are."""
-COMBINED, DEPTH = "Combined", "Depth"
-"""What compositors call the picture and its depth."""
+LAYER = "photonmap"  # Name of the layer whose passes the buffers are
+COMBINED, DEPTH = "Combined", "Depth"  # What compositors call the picture and its depth
 _PASSES = {"radiance": COMBINED, "depth": DEPTH}
 _LETTERS = {1: ("Z",), 3: ("X", "Y", "Z")}
 
@@ -60,11 +56,9 @@ class Contents(NamedTuple):
     """What a file holds, as `photonmap.Result` does."""
 
     buffers: Images
-    errors: Images
-    """standard errors by the names of their buffers"""
+    errors: Images  # standard errors by the names of their buffers
     bands: Bands
-    record: dict[str, Any]
-    """JSON-able"""
+    record: dict[str, Any]  # JSON-able
     block_errors: Images
     """standard errors of means over blocks of pixels, by the names of their buffers"""
 
@@ -145,11 +139,6 @@ def write_exr(
     Parameters
     ----------
     halves : names of the parts to write in half precision
-
-    Raises
-    ------
-    OSError
-        if writing fails
     """
     import OpenImageIO
 
@@ -184,11 +173,6 @@ def read_exr(path: str | PathLike[str], names: Collection[str] | None = None) ->
     Parameters
     ----------
     names : of the parts to read; None for all
-
-    Raises
-    ------
-    InputError
-        if there is no such file, or it was not written by photonmap
     """
     with closing(_open(path)) as file:
         head = file.spec()
@@ -228,13 +212,7 @@ def _open(path: str | PathLike[str]) -> OpenImageIO.ImageInput:
 
 
 def list_parts(path: str | PathLike[str], half: bool = False) -> list[str]:
-    """Return the names of a file's parts, or of those in half precision; no image is read.
-
-    Raises
-    ------
-    InputError
-        if there is no such file, or it is damaged
-    """
+    """Return the names of a file's parts, or of those in half precision; no image is read."""
     with closing(_open(path)) as file:
         names = _part_names(file)
         if not half:
@@ -320,13 +298,7 @@ def _explain_full_disk(folder: Path) -> str:
 
 
 def _read_part(file: OpenImageIO.ImageInput, index: int, bands: Bands) -> tuple[str, NDArray[Any]]:
-    """Return a part's name and its image, its channels in the order of the bands.
-
-    Raises
-    ------
-    ValueError
-        if it has other channels than these, or is damaged
-    """
+    """Return a part's name and its image, its channels in the order of the bands."""
     import OpenImageIO
 
     spec = file.spec(index)
@@ -359,13 +331,6 @@ def write_layers(
     colors : buffers in linear sRGB, (H, W, 3)
     others : buffers without a colour, (H, W) or (H, W, 3)
     path : FILE.exr
-
-    Raises
-    ------
-    InputError
-        if the suffix is another one
-    OSError
-        if writing fails
     """
     import OpenImageIO
 

@@ -10,13 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-_UP = b"\2"
-"""The filter that stores differences to the line above."""
-_KINDS = {1: 0, 3: 2, 4: 6}
-"""Colour types of grey, RGB and RGBA."""
+_UP = b"\2"  # The filter that stores differences to the line above
+_KINDS = {1: 0, 3: 2, 4: 6}  # Colour types of grey, RGB and RGBA
 
-_LINEAR = 100000
-"""Of the chunk gAMA: an exponent of 1."""
+_LINEAR = 100000  # Of the chunk gAMA: an exponent of 1
 
 
 def write_png(preview: NDArray[np.uint8], path: str | PathLike[str]) -> None:

@@ -94,12 +94,7 @@ class SceneSource:
 
 @contextmanager
 def refusing_warnings() -> Iterator[None]:
-    """Make errors of the warnings about a scene in this context.
-
-    Raises
-    ------
-    InputError : at the first of them
-    """
+    """Make errors of the warnings about a scene in this context."""
     with warnings.catch_warnings():
         warnings.simplefilter("error", SceneWarning)
         try:
@@ -109,12 +104,7 @@ def refusing_warnings() -> Iterator[None]:
 
 
 def use_measured_sets(munsell_chips: str | None, illuminants: str | None) -> None:
-    """Let names of colours refer to files of measured spectra; None leaves what is set.
-
-    Raises
-    ------
-    InputError : a file cannot be read
-    """
+    """Let names of colours refer to files of measured spectra; None leaves what is set."""
     from photonmap.spectra import color_text, munsell
 
     if munsell_chips:

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 _SPACE, _PLUS, _MINUS, _POINT, _ZERO = b" +-.0"
 _PLAIN = np.isin(np.arange(256), list(b"0123456789+-. \v\n"))
 _POWERS = 10.0 ** np.arange(23)
-_EXACT = 1 << 53
-"""Integers up to here, and powers of ten up to 10²², are exact in float64."""
+_EXACT = 1 << 53  # Integers up to here, and powers of ten up to 10²², are exact in float64
 
 
 def begins(inside: NDArray[np.bool_]) -> NDArray[np.int64]:

@@ -25,25 +25,18 @@ _COARSE = 0.01
 """Spacing of positions, relative to the median edge, from which on surfaces look rough"""
 _LIKELY = 4.0
 """Spacings of which all positions are multiples where they were given, and not rounded"""
-_MOST = 1 << 16
-"""Triangles of a mesh whose edges are measured, evenly chosen"""
+_MOST = 1 << 16  # Triangles of a mesh whose edges are measured, evenly chosen
 Losses = dict[str, dict[str, None]]
 """What is read but not simulated, and whose it is, in order of appearance."""
 SHEEN = "sheen (which brightens cloth where it is seen at grazing angles)"
 """What is left out of cloth, in whatever format"""
-Note = Callable[[str], None]
-"""Takes what is not simulated."""
+Note = Callable[[str], None]  # Takes what is not simulated
 Decoder = Callable[[Path, bytes, Losses], Scene]
 """From a file's path and content to its scene; the losses are noted in the third argument."""
 
 
 def decode_file(path: Path, decode: Decoder) -> Scene:
-    """Read a file whole, and name what is lost in one warning; in another, meshes far away.
-
-    Raises
-    ------
-    InputError : the file is missing, empty, damaged or of another kind, or has no triangles
-    """
+    """Read a file whole, and name what is lost in one warning; in another, meshes far away."""
     data = read_bytes(path)
     losses: Losses = {}
     with _reporting_damage(path):
@@ -120,12 +113,7 @@ def decode_colors(values: NDArray[Any], note: Note, owners: str) -> NDArray[np.f
 
 
 def read_embedded(data: bytes | memoryview, name: str) -> Channels:
-    """Read an image that is part of another file, by a temporary one of a name.
-
-    Raises
-    ------
-    InputError : it cannot be read
-    """
+    """Read an image that is part of another file, by a temporary one of a name."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / name
         path.write_bytes(data)

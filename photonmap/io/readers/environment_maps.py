@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 from photonmap.scene.images import read_texture
 from photonmap.scene.lights import EnvironmentLight
 
-_BEHIND = 180.0
-"""Between the centres of the maps: Mitsuba's is +z."""
-_ROWS = 64
-"""Rows resampled at a time, so that temporary arrays stay small."""
+_BEHIND = 180.0  # Between the centres of the maps: Mitsuba's is +z
+_ROWS = 64  # Rows resampled at a time, so that temporary arrays stay small
 
 
 def turned_map(
@@ -26,10 +24,6 @@ def turned_map(
     ----------
     linear : (3, 3), from its coordinates to the world's
     scale : multiplies its radiance
-
-    Raises
-    ------
-    InputError : the image cannot be read
     """
     texels = read_texture(path).linear(slice(None), slice(None))
     texels = np.broadcast_to(texels, (*texels.shape[:2], 3))

@@ -62,16 +62,13 @@ from photonmap.scene.textures import Texture, is_black, mean_color
 
 SUFFIXES = (".glb", ".gltf")
 
-_WIDEST = math.pi / 4.0
-"""Default outer half-angle of a spot, radians."""
-_ROUNDING = 1.0 + 1e-6
-"""Of angles in float32: a spot of a hard edge has two equal ones."""
+_WIDEST = math.pi / 4.0  # Default outer half-angle of a spot, radians
+_ROUNDING = 1.0 + 1e-6  # Of angles in float32: a spot of a hard edge has two equal ones
 _BRIGHT = 200.0
 """W·sr⁻¹ or W·m⁻² that hardly any light of Blender has: a point of 2.5 kW, a sun of strength 200;
 in candela and lux those of 3.7 W and 0.3 have them."""
 _LIGHTS = "KHR_lights_punctual"
-_BLENDER = "Khronos glTF Blender I/O"
-"""How the generator's name begins."""
+_BLENDER = "Khronos glTF Blender I/O"  # How the generator's name begins
 _DIM = (
     "the brightness of emission beside lights in candela and lux, which Blender multiplies by 683,"
 )
@@ -86,22 +83,15 @@ _IMAGES_OF_DIRECTIONS = {
     "anisotropy_map": "anisotropyTexture",
 }
 """Keys of glTF, by the attributes of `Material` that they give"""
-_Primitive = tuple[Part, dict[str, Any]]
-"""Triangles, and the JSON that describes them."""
+_Primitive = tuple[Part, dict[str, Any]]  # Triangles, and the JSON that describes them
 
 
 @dataclass
 class Gltf(Document):
-    """A glTF file, and what is read from it.
+    """A glTF file, and what is read from it."""
 
-    Parameters
-    ----------
-    options : a user's choices
-    losses : what is not simulated
-    """
-
-    options: ReadOptions = field(kw_only=True)
-    losses: Losses = field(kw_only=True)
+    options: ReadOptions = field(kw_only=True)  # a user's choices
+    losses: Losses = field(kw_only=True)  # what is not simulated
     _materials: dict[tuple[int | None, Tint | None], Material] = field(default_factory=dict)
     _even: dict[int, Material] = field(default_factory=dict)
     _shared: dict[int, list[_Primitive]] = field(default_factory=dict)
@@ -201,10 +191,6 @@ def read(path: Path, options: ReadOptions) -> Scene:
 
     Each node that shows a mesh becomes one or more meshes of the node's name. Buffers and images
     that a file names are looked up beside it.
-
-    Raises
-    ------
-    InputError : as `decode_file`; or the file needs what is not supported
     """
     return decode_file(path, partial(_decode, options))
 
@@ -343,22 +329,13 @@ def _note_gltf(gltf: Gltf) -> None:
 
 @dataclass(frozen=True)
 class NodeItem:
-    """A camera or a light, where a node puts it.
+    """A camera or a light, where a node puts it."""
 
-    Parameters
-    ----------
-    path : the file, for messages
-    item : its JSON
-    name : its own in the scene
-    matrix : from the node's coordinates to the scene's, 4×4
-    losses : takes what is not simulated
-    """
-
-    path: Path
-    item: Mapping[str, Any]
-    name: str
-    matrix: NDArray[np.float64]
-    losses: Losses
+    path: Path  # the file, for messages
+    item: Mapping[str, Any]  # its JSON
+    name: str  # its own in the scene
+    matrix: NDArray[np.float64]  # from the node's coordinates to the scene's, 4×4
+    losses: Losses  # takes what is not simulated
 
     @property
     def origin(self) -> Vector:
@@ -381,12 +358,7 @@ class NodeItem:
         return point_ahead(self.matrix[:3, 3], np.array(self.ahead))
 
     def number(self, key: str, default: float | None, values: Mapping[str, Any]) -> float:
-        """Return a finite number of at least 0; `default` where it is not given.
-
-        Raises
-        ------
-        InputError : it is anything else, or there is no default
-        """
+        """Return a finite number of at least 0; `default` where it is not given."""
         value = values.get(key, default)
         if type(value) not in (int, float) or not 0.0 <= value < math.inf:
             raise self.error(f"{key} {shown(value)} is not a number of at least 0; correct it")
@@ -409,12 +381,7 @@ class NodeItem:
 
 
 def read_camera(node: NodeItem) -> Camera:
-    """Read a camera; its picture's shape is the render's, and what is near or far is not cut off.
-
-    Raises
-    ------
-    InputError : it has no known type, or a value is out of range
-    """
+    """Read a camera; the picture's shape is the render's, and nothing near or far is cut off."""
     kind = node.item.get("type")
     if kind not in ("perspective", "orthographic"):
         raise node.error(f"a camera of type {shown(kind)} is unknown; export it again")
@@ -434,12 +401,7 @@ def read_camera(node: NodeItem) -> Camera:
 
 
 def read_light(node: NodeItem) -> Light:
-    """Read a light of KHR_lights_punctual: candela count as W·sr⁻¹, lux as W·m⁻².
-
-    Raises
-    ------
-    InputError : it has no known type, or a value is out of range
-    """
+    """Read a light of KHR_lights_punctual: candela count as W·sr⁻¹, lux as W·m⁻²."""
     item, amount = node.item, _amount(node)
     if "range" in item:
         node.lose("range")

@@ -18,8 +18,7 @@ from photonmap.scene.mesh import LARGEST_COORDINATE, Mesh
 LARGEST_FACE = 1 << 15
 """Most corners of a polygon: ear clipping takes time with the square of their number."""
 
-_CHUNK = 1 << 18
-"""Corners triangulated at a time, to bound the memory of temporary arrays."""
+_CHUNK = 1 << 18  # Corners triangulated at a time, to bound the memory of temporary arrays
 _ROUNDING = 8 * np.finfo(np.float64).eps
 
 
@@ -136,24 +135,15 @@ def _clip_ears(corners: NDArray[np.float64], normal: NDArray[np.float64]) -> NDA
 
 @dataclass(frozen=True)
 class Part:
-    """Triangles that are not checked yet.
+    """Triangles that are not checked yet."""
 
-    Parameters
-    ----------
-    vertices : (V, 3), scene units
-    faces : (F, 3), indices of vertices
-    normals : (V, 3) or None
-    uv : (V, 2) or None, v upwards
-    colors : (V, 3) of vertices or (F, 1, 3) of faces, linear, or None
-    tangents : (V, 4) or None, as in `Mesh`
-    """
-
-    vertices: NDArray[np.float64]
-    faces: NDArray[np.int64]
-    normals: NDArray[np.float64] | None = None
-    uv: NDArray[np.float64] | None = None
+    vertices: NDArray[np.float64]  # (V, 3), scene units
+    faces: NDArray[np.int64]  # (F, 3), indices of vertices
+    normals: NDArray[np.float64] | None = None  # (V, 3) or None
+    uv: NDArray[np.float64] | None = None  # (V, 2) or None, v upwards
+    # (V, 3) of vertices or (F, 1, 3) of faces, linear, or None
     colors: NDArray[np.float64] | None = None
-    tangents: NDArray[np.float64] | None = None
+    tangents: NDArray[np.float64] | None = None  # (V, 4) or None, as in `Mesh`
 
 
 def cut_polygons(

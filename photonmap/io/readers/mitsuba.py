@@ -39,15 +39,13 @@ from photonmap.spectra.curves import Color
 
 SUFFIXES = (".xml",)
 
-_NARROW = 2.0
-"""Width, degrees, of an edge so narrow that its falloff does not matter."""
+_NARROW = 2.0  # Width, degrees, of an edge so narrow that its falloff does not matter
 _D65 = 1.0, 1.0, 1.0
 _AROUND = ("constant", "envmap")
 _PERSPECTIVE, _THIN_LENS, _ORTHOGRAPHIC = "perspective", "thinlens", "orthographic"
 _SENSORS = (_PERSPECTIVE, _THIN_LENS, _ORTHOGRAPHIC)
 _IGNORED = ("near_clip", "far_clip", "shutter_open", "shutter_close", "srf")
-_FULL_FRAME = math.hypot(36.0, 24.0)
-"""Diagonal of the film, mm, to which focal lengths refer"""
+_FULL_FRAME = math.hypot(36.0, 24.0)  # Diagonal of the film, mm, to which focal lengths refer
 _AXES = ("x", "y", "diagonal", "smaller", "larger")
 
 
@@ -56,10 +54,6 @@ def read(path: Path, options: ReadOptions) -> Scene:
 
     Each shape becomes a mesh, called by its id or else its type. Files that the scene names are
     looked up in its folder, and not outside of it.
-
-    Raises
-    ------
-    InputError : as `decode_file`; or the scene needs what is not simulated
     """
     return decode_file(path, partial(_decode, options))
 
@@ -75,12 +69,7 @@ def _decode(options: ReadOptions, path: Path, data: bytes, losses: Losses) -> Sc
 
 
 def read_emitters(context: Context, nodes: Iterable[Node]) -> list[Light]:
-    """Return the lights of emitters.
-
-    Raises
-    ------
-    InputError : one is of an unknown type, a value is not valid, or two are environments
-    """
+    """Return the lights of emitters."""
     lights, around = [], None
     for node in nodes:
         if node.type in _AROUND:
@@ -150,12 +139,7 @@ def _constant(context: Context, node: Node, name: str) -> Light:
 
 
 def _environment(context: Context, node: Node, name: str) -> EnvironmentLight:
-    """Return an environment map; it is resampled if it is turned about more than the vertical.
-
-    Raises
-    ------
-    InputError : its image cannot be read
-    """
+    """Return an environment map; it is resampled if it is turned about more than the vertical."""
     path = context.files.find(node.element, node.text("filename"))
     scale = node.number("scale", 1.0)
     return turned_map(path, node.transform()[:3, :3], scale, name)
@@ -171,12 +155,7 @@ _EMITTERS: dict[str, Callable[[Context, Node, str], Light]] = {
 
 
 def read_sensor(context: Context, node: Node) -> Camera:
-    """Return the camera of a sensor; near and far planes cut nothing off.
-
-    Raises
-    ------
-    InputError : it is of an unknown type, or a value is not valid
-    """
+    """Return the camera of a sensor; near and far planes cut nothing off."""
     if node.type not in _SENSORS:
         raise node.unknown(_SENSORS)
     matrix = node.transform()

@@ -24,8 +24,7 @@ from photonmap.scene.scene import Scene
 SUFFIXES = (".obj",)
 
 _KEYWORD = "s"
-_OFF = ("", "0", "off")
-"""What stands behind the keyword where faces are flat."""
+_OFF = ("", "0", "off")  # What stands behind the keyword where faces are flat
 
 
 def read(path: Path, options: ReadOptions) -> Scene:
@@ -47,10 +46,6 @@ def read(path: Path, options: ReadOptions) -> Scene:
     Returns
     -------
     Scene, its meshes in the order of their first faces
-
-    Raises
-    ------
-    InputError : the file or one of its MTL files is malformed, or no face has an area
     """
     source = read_source(path, "OBJ")
     lines = smooth(parse_lines(source))
@@ -72,12 +67,7 @@ def read(path: Path, options: ReadOptions) -> Scene:
 
 
 def read_shape(path: Path) -> Mesh:
-    """Read all faces of an OBJ file as one mesh, whatever their objects, materials and groups.
-
-    Raises
-    ------
-    InputError : the file is missing or malformed, or no face has an area
-    """
+    """Read all faces of an OBJ file as one mesh, whatever their objects, materials and groups."""
     source = read_source(path, "OBJ")
     lines = parse_lines(source)
     triangles, _ = _triangulate(source, lines)

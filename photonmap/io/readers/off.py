@@ -34,10 +34,6 @@ def read(path: Path, options: ReadOptions) -> Scene:
 
     Polygons are cut into triangles, and vertices that no face uses are left out. Colours are those
     of vertices, or else of faces.
-
-    Raises
-    ------
-    InputError : as `decode_file`; or a line is not what the format asks for
     """
     return decode_file(path, _decode)
 

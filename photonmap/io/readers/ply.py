@@ -54,10 +54,6 @@ def read(path: Path, options: ReadOptions) -> Scene:
 
     Polygons are cut into triangles. Normals, texture coordinates, and colours of vertices or else
     of faces are those of the file.
-
-    Raises
-    ------
-    InputError : as `decode_file`; or a face or a number is not valid
     """
     return decode_file(path, _decode)
 
@@ -152,34 +148,22 @@ def _note_ply(elements: dict[str, Element], comments: list[str], losses: Losses)
 
 @dataclass
 class Element:
-    """Rows of a kind, such as vertices.
+    """Rows of a kind, such as vertices."""
 
-    Parameters
-    ----------
-    rows : how many there are
-    kinds : the types of its columns; of lists, those of length and items
-    columns : (rows,) numbers by name
-    lists : all numbers of lists one after another, and the length of each, (rows,), by name
-    """
-
-    rows: int
+    rows: int  # how many there are
+    # the types of its columns; of lists, those of length and items
     kinds: dict[str, tuple[Kind, ...]] = field(default_factory=dict)
-    columns: dict[str, NDArray[Any]] = field(default_factory=dict)
+    columns: dict[str, NDArray[Any]] = field(default_factory=dict)  # (rows,) numbers by name
+    # all numbers of lists one after another, and the length of each, (rows,), by name
     lists: dict[str, tuple[NDArray[Any], NDArray[np.int64]]] = field(default_factory=dict)
 
 
 @dataclass
 class _Stream:
-    """What follows the header.
+    """What follows the header."""
 
-    Parameters
-    ----------
-    items : bytes, uint8; or the numbers of a text, float64
-    at : how many have been read
-    """
-
-    items: NDArray[Any]
-    at: int = 0
+    items: NDArray[Any]  # bytes, uint8; or the numbers of a text, float64
+    at: int = 0  # how many have been read
 
     def width(self, kind: Kind) -> int:
         """Return how many items a number takes."""
@@ -202,10 +186,6 @@ def read_elements(data: bytes) -> tuple[dict[str, Element], list[str], int]:
     elements : by name
     comments : lines of the header
     rest : bytes, or numbers of a text, that belong to none of them
-
-    Raises
-    ------
-    ValueError : it is malformed, or ends too early
     """
     end = data.find(b"end_header")
     if end < 0:

@@ -24,26 +24,16 @@ SCENE_SUFFIX = ".toml"
 """Of files that describe a scene around a mesh file; all other suffixes are those of meshes."""
 
 MissingTextures = Literal["error", "grey"]
-GREY = 0.5
-"""What replaces a missing texture."""
+GREY = 0.5  # What replaces a missing texture
 OR_WITHOUT = "; or render without it, by --missing-textures grey (missing_textures='grey')"
 """How errors about textures end that may be left out."""
 
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """What a user may choose about reading.
+    """What a user may choose about reading."""
 
-    Parameters
-    ----------
-    missing_textures : "error", or "grey": a texture that cannot be read becomes grey, with a
-        warning
-
-    Raises
-    ------
-    InputError : a choice that does not exist
-    """
-
+    # "error", or "grey": a texture that cannot be read becomes grey, with a warning
     missing_textures: MissingTextures = "error"
 
     def __post_init__(self) -> None:
@@ -74,12 +64,7 @@ def mesh_suffixes() -> tuple[str, ...]:
 
 
 def find_reader(path: Path) -> Reader:
-    """Return the function that reads files of this suffix, in any case.
-
-    Raises
-    ------
-    InputError : no reader declares the suffix
-    """
+    """Return the function that reads files of this suffix, in any case."""
     module = _modules().get(path.suffix.lower())
     if module is None:
         known = ", ".join(scene_suffixes())
@@ -89,13 +74,7 @@ def find_reader(path: Path) -> Reader:
 
 
 def read_file(path: str | PathLike[str], options: ReadOptions | None = None) -> Scene:
-    """Read one file with the reader of its suffix; `load_scene` adds what a TOML file describes.
-
-    Raises
-    ------
-    InputError : no reader declares the suffix, or the file cannot be read. A `ValueError` of a
-        reader that names no file gets this one, and the line that it knows as `lineno`
-    """
+    """Read one file with the reader of its suffix; `load_scene` adds what a TOML file describes."""
     path = Path(path)
     read = find_reader(path)
     try:

@@ -43,11 +43,9 @@ _CAMERA_KEYS = (*parameters_of(Camera), _BASELINE)
 _LIGHT = "light"
 _LIGHT_LABEL = "[[light]]"
 _MATERIAL = "material"
-_METALLIC = "metallic"
-"""Key of what becomes a base and a lobe, as glTF has it"""
+_METALLIC = "metallic"  # Key of what becomes a base and a lobe, as glTF has it
 _BLACK = (0.0, (0.0, 0.0, 0.0))
-_OF_BODIES = ("abbe", "dispersion", "priority", "outside")
-"""Attributes that only solid glass has"""
+_OF_BODIES = ("abbe", "dispersion", "priority", "outside")  # Attributes that only solid glass has
 _OBJECT = "object"
 _MESH = "mesh"
 _SECTIONS = (_MESH, _CAMERA, _MATERIAL, _OBJECT, _LIGHT)
@@ -97,12 +95,7 @@ def load_scene(
 
 
 def read(path: Path, options: ReadOptions) -> Scene:
-    """Read a TOML scene with its mesh, or a mesh with the TOML file beside it if there is one.
-
-    Raises
-    ------
-    InputError : as `load_scene`
-    """
+    """Read a TOML scene with its mesh, or a mesh with the TOML file beside it if there is one."""
     _check_name(path)
     toml = read_toml(path.with_suffix(SCENE_SUFFIX))
     toml.check_known(_SECTIONS, "section")
@@ -127,12 +120,7 @@ def read(path: Path, options: ReadOptions) -> Scene:
 
 
 def scene_files(path: str | PathLike[str]) -> list[Path]:
-    """Return the files that describe a scene: that of its mesh, and its TOML file if there is one.
-
-    Raises
-    ------
-    InputError : as `load_scene`
-    """
+    """Return the files that describe a scene: that of its mesh, and its TOML file if any."""
     path = Path(path)
     _check_name(path)
     toml = read_toml(path.with_suffix(SCENE_SUFFIX))
@@ -175,13 +163,7 @@ def _mesh_beside(path: Path) -> Path:
 
 
 def read_cameras(toml: Toml) -> list[Camera]:
-    """Read `[camera]`, or all sections `[[camera]]`, in their order.
-
-    Raises
-    ------
-    InputError : a key is unknown or missing, a value is not valid, or several cameras do not have
-        different names
-    """
+    """Read `[camera]`, or all sections `[[camera]]`, in their order."""
     if _CAMERA not in toml.sections:
         return []
     sections = toml.sections[_CAMERA]
@@ -227,13 +209,7 @@ def _read_camera(toml: Toml, label: str, section: dict[str, Any], *at: str | int
 
 
 def read_lights(toml: Toml) -> list[Light]:
-    """Read all sections `[[light]]`.
-
-    Raises
-    ------
-    InputError : a type or key that is unknown or missing, a value that is not valid, or two lights
-        of one name
-    """
+    """Read all sections `[[light]]`."""
     sections = toml.sections.get(_LIGHT, [])
     if not isinstance(sections, list) or not all(isinstance(s, dict) for s in sections):
         raise toml.error(f"light is not a section; write {_LIGHT_LABEL} above its keys", _LIGHT)
@@ -275,12 +251,7 @@ def _read_light(toml: Toml, index: int, section: dict[str, Any]) -> Light:
 
 
 def change_materials(meshes: list[Mesh], toml: Toml) -> list[Mesh]:
-    """Return the meshes, with the attributes that `[material.NAME]` gives their materials.
-
-    Raises
-    ------
-    InputError : a material or key that is unknown, or a value that is not valid
-    """
+    """Return the meshes, with the attributes that `[material.NAME]` gives their materials."""
     if _MATERIAL not in toml.sections:
         return meshes
     sections = toml.sections[_MATERIAL]
@@ -305,10 +276,6 @@ def _check_indices(meshes: list[Mesh], toml: Toml, path: Path) -> None:
     Parameters
     ----------
     path : the file of the meshes, at fault for what `[material.NAME]` does not give
-
-    Raises
-    ------
-    InputError : a mesh has one that no glass surrounds
     """
     try:
         check_relative_indices(meshes)
@@ -422,10 +389,6 @@ def assign_materials(scene: Scene, toml: Toml) -> Scene:
     """Return a scene whose objects have the materials that `[object.NAME]` names.
 
     A material is one of the scene, or a new one that has a section `[material.NAME]`.
-
-    Raises
-    ------
-    InputError : an object, key or material that is unknown
     """
     if _OBJECT not in toml.sections:
         return scene

@@ -25,10 +25,6 @@ def read(path: Path, options: ReadOptions) -> Scene:
     """Read the solids of an STL file, binary or text, each a mesh of the material "default".
 
     Colours are those of binary facets, by VisCAM's or Materialise's convention.
-
-    Raises
-    ------
-    InputError : as `decode_file`; or a number is not valid
     """
     return decode_file(path, _decode)
 

@@ -16,10 +16,8 @@ from numpy.typing import NDArray
 from photonmap.io.readers.meshes import Part
 
 Floats = NDArray[np.float64]
-SPHERE_EDGES = 128
-"""Edges of a sphere along its equator; half as many from pole to pole."""
-CIRCLE_EDGES = 512
-"""Edges of a disk and of a cylinder along a full turn."""
+SPHERE_EDGES = 128  # Edges of a sphere along its equator; half as many from pole to pole
+CIRCLE_EDGES = 512  # Edges of a disk and of a cylinder along a full turn
 _CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 _CUBE = (  # for each face its normal, and the axis along which u grows
     ((0, -1, 0), (0, 0, 1)),

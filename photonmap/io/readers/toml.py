@@ -33,18 +33,11 @@ _PLACED = ("scale", "offset", "clamp")
 
 @dataclass(frozen=True)
 class Toml:
-    """A parsed file.
+    """A parsed file."""
 
-    Parameters
-    ----------
-    path : the file
-    text : what it holds
-    sections : the same, parsed
-    """
-
-    path: Path
-    text: str
-    sections: dict[str, Any]
+    path: Path  # the file
+    text: str  # what it holds
+    sections: dict[str, Any]  # the same, parsed
 
     def line(self, *names: str | int) -> int | None:
         """Find the line of the section or key that this path of names leads to.
@@ -120,10 +113,6 @@ def parse_value(parameter: Parameter, value: Any, folder: Path) -> Any:
     ----------
     parameter : what it describes
     folder : where files are looked for
-
-    Raises
-    ------
-    InputError : it is of another type or out of range, or a file cannot be read
     """
     if parameter.textured and isinstance(value, dict):
         return _parse_texture(parameter, value, folder)
@@ -241,12 +230,7 @@ def _color_text(value: Any) -> str:
 
 
 def read_toml(path: Path) -> Toml:
-    """Read a TOML file; a missing one counts as empty.
-
-    Raises
-    ------
-    InputError : the file cannot be read, or is not valid TOML
-    """
+    """Read a TOML file; a missing one counts as empty."""
     text = _read_text(path)
     try:
         return Toml(path, text, tomllib.loads(text))

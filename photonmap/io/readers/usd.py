@@ -36,10 +36,6 @@ def read(path: Path, options: ReadOptions) -> Scene:
     """Read the meshes, preview surfaces, lights and cameras of a stage, as it begins.
 
     Units of length are those of the stage; y is up.
-
-    Raises
-    ------
-    InputError : as `decode_file`; pxr is not installed; or the stage names files elsewhere
     """
     if find_spec("pxr") is None:
         raise InputError("needs usd-core: pip install 'photonmap[usd]'", path)

@@ -45,8 +45,7 @@ from photonmap.scene.textures import Texture, is_black
 from photonmap.spectra.curves import Spectrum
 
 _LIGHTS = "KHR_lights_punctual"
-_NEAR = 1e-3
-"""Distance of the near plane, by the size of the scene"""
+_NEAR = 1e-3  # Distance of the near plane, by the size of the scene
 _FAR = 1e3
 _SMALL = (1 << 16) - 1
 """Vertices from which on indices take 32 bits; the last index of 16 bits is not allowed."""
@@ -61,11 +60,6 @@ def write_gltf(scene: Scene, path: Path, assets: Assets) -> None:
     ----------
     path : FILE.glb or FILE.gltf
     assets : takes the files that the TOML file names
-
-    Raises
-    ------
-    InputError
-        if a light or camera is not valid, or a GLB file would be too large
     """
     scene = replace(scene, meshes=_with_white(scene.meshes))
     meshes = [_checked(mesh, path) for mesh in scene.meshes if len(mesh.faces)]

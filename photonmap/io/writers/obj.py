@@ -19,8 +19,7 @@ from photonmap.scene.scene import Scene
 from photonmap.scene.surfaces.equivalents import explicit
 from photonmap.scene.textures import Texture
 
-_ROWS = 3 << 14
-"""Rows written at a time: whole triangles"""
+_ROWS = 3 << 14  # Rows written at a time: whole triangles
 
 
 def write_mtl(scene: Scene, path: Path, assets: Assets) -> dict[int, str]:
@@ -29,11 +28,6 @@ def write_mtl(scene: Scene, path: Path, assets: Assets) -> dict[int, str]:
     Returns
     -------
     dict from the id of a material to its name in the file: the second "wall" is "wall 2"
-
-    Raises
-    ------
-    InputError
-        if a name cannot be written
     """
     named = name_materials(scene)
     blocks = []
@@ -104,11 +98,6 @@ def write_obj(scene: Scene, path: Path, materials: Mapping[int, str]) -> None:
     Parameters
     ----------
     materials : names in the MTL file of the same stem, by the id of the material
-
-    Raises
-    ------
-    InputError
-        if a name cannot be written
     """
     meshes = [mesh for mesh in scene.meshes if len(mesh.faces)]
     known = np.zeros(3, np.int64)

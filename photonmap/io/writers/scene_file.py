@@ -22,13 +22,7 @@ _COMPANIONS = {".obj": (".mtl", _TOML), ".glb": (_TOML,), ".gltf": (".bin", _TOM
 
 
 def companions(path: Path) -> list[Path]:
-    """Return the files that may be written beside a file, and the folder.
-
-    Raises
-    ------
-    InputError
-        if scenes are not saved as files of this suffix
-    """
+    """Return the files that may be written beside a file, and the folder."""
     suffix = path.suffix.lower()
     if suffix not in _COMPANIONS:
         known = ", ".join(_COMPANIONS)

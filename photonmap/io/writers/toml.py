@@ -32,13 +32,7 @@ def write_materials(changes: Mapping[str, Mapping[str, Any]], assets: Assets) ->
 
 
 def write_cameras(cameras: Sequence[Camera], assets: Assets) -> Iterator[str]:
-    """Yield the lines that describe cameras.
-
-    Raises
-    ------
-    InputError
-        if several cameras do not have different names
-    """
+    """Yield the lines that describe cameras."""
     if len(cameras) > 1:
         check_names(cameras)
     for camera in cameras:

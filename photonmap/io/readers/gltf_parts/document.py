@@ -22,24 +22,16 @@ _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "
 """NumPy's names of component types."""
 _COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
-_HEAD = 12
-"""Bytes of a GLB file before its chunks."""
+_HEAD = 12  # Bytes of a GLB file before its chunks
 
 
 @dataclass
 class Document:
-    """A glTF file.
+    """A glTF file."""
 
-    Parameters
-    ----------
-    path : the file
-    tree : its JSON
-    binary : the BIN chunk of a GLB file
-    """
-
-    path: Path
-    tree: dict[str, Any]
-    binary: memoryview | None
+    path: Path  # the file
+    tree: dict[str, Any]  # its JSON
+    binary: memoryview | None  # the BIN chunk of a GLB file
     _buffers: dict[int, memoryview] = field(default_factory=dict)
 
     def error(self, message: str) -> InputError:
@@ -122,10 +114,6 @@ class Document:
         Parameters
         ----------
         stride : bytes from row to row; 0 where they lie without gaps
-
-        Raises
-        ------
-        InputError : the view does not hold them
         """
         view, begin, size = self.view(item["bufferView"]), item.get("byteOffset", 0), kind.itemsize
         (count, columns), step = shape, stride or shape[1] * size
@@ -160,12 +148,7 @@ class Document:
 
 
 def split_glb(path: Path, data: bytes) -> tuple[memoryview, memoryview | None]:
-    """Return the JSON chunk of a GLB file, and its BIN chunk if there is one.
-
-    Raises
-    ------
-    InputError : it is not a GLB file, of another version, or truncated
-    """
+    """Return the JSON chunk of a GLB file, and its BIN chunk if there is one."""
     if data[:4] != b"glTF":
         raise InputError("is not a GLB file; name one that begins with 'glTF'", path)
     if len(data) < _HEAD:

@@ -14,8 +14,7 @@ from photonmap.io.readers.gltf_parts.document import Document
 from photonmap.io.readers.gltf_parts.textures import UNMOVED, Placement
 from photonmap.io.readers.meshes import Part, unit_rows
 
-MODES = TRIANGLES, STRIP, FAN = 4, 5, 6
-"""Of primitives that are made of triangles."""
+MODES = TRIANGLES, STRIP, FAN = 4, 5, 6  # Of primitives that are made of triangles
 Place = Callable[[int], NDArray[np.float64]]
 """Returns the matrix of a node, from its coordinates to the scene's."""
 
@@ -32,10 +31,6 @@ def read_primitive(
     ----------
     placement : of textures on it
     lose : takes what is left out
-
-    Raises
-    ------
-    InputError, KeyError, ValueError : what it names is missing or of the wrong shape
     """
     attributes = primitive["attributes"]
     columns_of = {"POSITION": 3, "NORMAL": 3, f"TEXCOORD_{placement.coordinates}": 2}
@@ -144,26 +139,16 @@ def _rotation(quaternion: Any) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Pose:
-    """How the mesh of a node is changed before it is shown.
+    """How the mesh of a node is changed before it is shown."""
 
-    Parameters
-    ----------
-    weights : of morph targets
-    bones : (J, 4, 4), from the mesh's coordinates at rest to the scene's; None without a skin,
-        where the node's matrix does that
-    """
-
-    weights: Sequence[float]
+    weights: Sequence[float]  # of morph targets
+    # (J, 4, 4), from the mesh's coordinates at rest to the scene's; None without a skin, where the
+    # node's matrix does that
     bones: NDArray[np.float64] | None
 
 
 def find_pose(document: Document, node: Mapping[str, Any], place: Place) -> Pose:
-    """Return the pose of a node's mesh, with its bones where the nodes are.
-
-    Raises
-    ------
-    InputError, KeyError, ValueError : what it names is missing or of the wrong shape
-    """
+    """Return the pose of a node's mesh, with its bones where the nodes are."""
     mesh = document.item("meshes", node["mesh"])
     weights = node.get("weights") or mesh.get("weights") or ()
     if "skin" not in node:
@@ -179,12 +164,7 @@ def find_pose(document: Document, node: Mapping[str, Any], place: Place) -> Pose
 def strike_pose(
     document: Document, part: Part, primitive: Mapping[str, Any], pose: Pose
 ) -> tuple[Part, bool]:
-    """Return a primitive in a pose, and whether it is in the scene's coordinates.
-
-    Raises
-    ------
-    InputError, KeyError, ValueError : what it names is missing or of the wrong shape
-    """
+    """Return a primitive in a pose, and whether it is in the scene's coordinates."""
     part = _morphed(document, part, primitive, pose.weights)
     attributes = primitive["attributes"]
     if pose.bones is None or "JOINTS_0" not in attributes:

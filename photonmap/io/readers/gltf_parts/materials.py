@@ -37,8 +37,7 @@ _READ = (
 """Extensions that are simulated, `KHR_materials_…`"""
 _TEXTURES = ("baseColorTexture", METALLIC_TEXTURE, "emissiveTexture")
 _NORMALS, _COAT_NORMALS = "normalTexture", "clearcoatNormalTexture"
-_HARMLESS = "occlusionTexture"
-"""It stands for what is simulated anyway."""
+_HARMLESS = "occlusionTexture"  # It stands for what is simulated anyway
 METAL_COLORS = "variation of a metal's colour"
 LOBES = "variation of roughness and metallic"
 
@@ -59,10 +58,6 @@ def read_material(
     textures : those of the file
     losses : takes what is not simulated
     tint : linear RGBA that multiplies the base colour, such as that of vertices
-
-    Raises
-    ------
-    InputError : a factor is out of range, or a texture cannot be read
     """
     source = Source(str(item.get("name") or f"material_{index}"), item, textures, losses, tint)
     for key in (*item, *source.surface):
@@ -310,22 +305,13 @@ def _emission(source: Source) -> Paint | None:
 
 @dataclass(frozen=True)
 class Source:
-    """A material: its JSON, and where what is wrong or not simulated is said.
+    """A material: its JSON, and where what is wrong or not simulated is said."""
 
-    Parameters
-    ----------
-    name : of the material
-    item : its JSON
-    textures : those of the file
-    losses : takes what is not simulated
-    tint : RGBA that multiplies the base colour; None for none
-    """
-
-    name: str
-    item: Factors
-    textures: Textures
-    losses: Losses
-    tint: Tint | None = None
+    name: str  # of the material
+    item: Factors  # its JSON
+    textures: Textures  # those of the file
+    losses: Losses  # takes what is not simulated
+    tint: Tint | None = None  # RGBA that multiplies the base colour; None for none
 
     @property
     def surface(self) -> Factors:

@@ -20,11 +20,9 @@ from photonmap.runtime.named_files import named_image
 from photonmap.scene.images import Channels, Image, read_channels
 from photonmap.scene.textures import Texture
 
-CLAMP, MIRROR = 33071, 33648
-"""Values of a sampler's wrapS and wrapT; they repeat by default."""
+CLAMP, MIRROR = 33071, 33648  # Values of a sampler's wrapS and wrapT; they repeat by default
 _TRANSFORM = "KHR_texture_transform"
-_EMBEDDED = "photonmap_image_"
-"""How the names of files begin that embedded images are decoded from."""
+_EMBEDDED = "photonmap_image_"  # How the names of files begin that embedded images are decoded from
 Item = Callable[[str, int], dict[str, Any]]
 
 
@@ -82,22 +80,13 @@ def find_placement(material: Mapping[str, Any]) -> Placement:
 
 @dataclass
 class Textures:
-    """The textures of a file.
+    """The textures of a file."""
 
-    Parameters
-    ----------
-    path : the file
-    item : returns an item of a top-level array, by its name and index
-    view : returns the bytes of a buffer view
-    missing : what becomes of an image that cannot be read
-    lost : images that could not be read
-    """
-
-    path: Path
-    item: Item
-    view: Callable[[int], bytes | memoryview]
-    missing: MissingTextures
-    lost: list[str] = field(default_factory=list)
+    path: Path  # the file
+    item: Item  # returns an item of a top-level array, by its name and index
+    view: Callable[[int], bytes | memoryview]  # returns the bytes of a buffer view
+    missing: MissingTextures  # what becomes of an image that cannot be read
+    lost: list[str] = field(default_factory=list)  # images that could not be read
     _known: dict[tuple[int, Callable[[Channels], Any]], Any] = field(default_factory=dict)
     _last: tuple[int, Channels] | None = None
 
@@ -116,10 +105,6 @@ class Textures:
         channel : a method of `Channels` that returns its colours, or the numbers that it holds
         placement : of the material's textures
         lose : takes what is not simulated
-
-        Raises
-        ------
-        InputError : its image cannot be read, and `missing` is "error"
         """
         image = self._read(use, channel)
         return None if image is None else self._place(Texture(image), use, placement, lose)

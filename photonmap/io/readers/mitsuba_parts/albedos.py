@@ -32,10 +32,8 @@ _TERMS: tuple[Callable[[Floats], Floats], ...] = (
     *(partial(lambda power, cosines: cosines * (1.0 - cosines) ** power, p) for p in DIP_POWERS),
 )
 """Fresnel terms of metals: see `kernels.core.fresnel`."""
-_HALVINGS, _STEPS = 40, 16
-"""Of the interval that contains a reflectance, and towards one."""
-_NODES = 48
-"""Directions, and facets in each of two dimensions, over which means are taken."""
+_HALVINGS, _STEPS = 40, 16  # Of the interval that contains a reflectance, and towards one
+_NODES = 48  # Directions, and facets in each of two dimensions, over which means are taken
 
 
 def mean_reflectance(normal: Any) -> Any:
@@ -153,20 +151,12 @@ def _once(normal: Floats, dip: Floats, terms: list[float]) -> Floats:
 
 
 class _Facets(NamedTuple):
-    """Facets that are seen in light from all around.
+    """Facets that are seen in light from all around."""
 
-    Parameters
-    ----------
-    share : of all light that meets the surface
-    cosine : of the light's direction
-    towards : cosine between that and the facet's normal
-    height : cosine of the facet's normal
-    """
-
-    share: Floats
-    cosine: Floats
-    towards: Floats
-    height: Floats
+    share: Floats  # of all light that meets the surface
+    cosine: Floats  # of the light's direction
+    towards: Floats  # cosine between that and the facet's normal
+    height: Floats  # cosine of the facet's normal
 
 
 @lru_cache(maxsize=8)

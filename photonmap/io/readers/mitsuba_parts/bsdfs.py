@@ -37,8 +37,7 @@ from photonmap.scene.surfaces.metallic import metallic_gloss
 from photonmap.scene.surfaces.relief import BumpMap, NormalMap
 from photonmap.scene.textures import Paint, Texture, lie_alike, mean_color, mean_number
 
-Look = dict[str, Any]
-"""Attributes of a `Material`, without its name"""
+Look = dict[str, Any]  # Attributes of a `Material`, without its name
 _OF_METAL = ("glossy", "glossy_edge", "roughness")
 _STRETCH = ("anisotropy", "anisotropy_rotation")
 _OF_SHEEN = ("sheen", "sheen_roughness")
@@ -50,34 +49,21 @@ _SHEEN, _SHEEN_ROUGHNESS = 0.11, 0.4
 """Colour and roughness of the sheen here that comes nearest a principled one of 1, which is
 (1 - cos)⁵ of the angle to the half vector: it reflects as much of the light from all around, 1.2%,
 and at angles of light about as much, but for 9% of that (root mean square)"""
-LIKE_AIR = 1e-3
-"""By how much an index of refraction may differ from 1 for air"""
-_SAMPLING = "sample_visible"
-"""A parameter that changes noise alone"""
+LIKE_AIR = 1e-3  # By how much an index of refraction may differ from 1 for air
+_SAMPLING = "sample_visible"  # A parameter that changes noise alone
 
 
 @dataclass
 class Bsdfs:
-    """The BSDFs of a scene, each read once.
+    """The BSDFs of a scene, each read once."""
 
-    Parameters
-    ----------
-    context : what all parts of the reader share
-    looks, materials, one_sided : what is known of those read already
-    """
-
-    context: Context
-    looks: dict[int, Look] = field(default_factory=dict)
+    context: Context  # what all parts of the reader share
+    looks: dict[int, Look] = field(default_factory=dict)  # what is known of those read already
     materials: dict[int, Material] = field(default_factory=dict)
     one_sided: dict[int, bool] = field(default_factory=dict)
 
     def material(self, node: Node) -> Material:
-        """Return the material that stands for a BSDF.
-
-        Raises
-        ------
-        InputError : it, or one that it contains, is of an unknown type or has a value out of range
-        """
+        """Return the material that stands for a BSDF."""
         if id(node) not in self.materials:
             name = self.context.name("material", node)
             self.materials[id(node)] = Material(name, **self.look(node))

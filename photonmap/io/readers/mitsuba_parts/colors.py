@@ -26,12 +26,10 @@ Floats = NDArray[np.float64]
 Kind = Literal["reflectance", "emission", "index"]
 COLOR_TAGS = ("rgb", "srgb", "spectrum", "blackbody", "float")
 _SPECTRA = ("d65", "uniform", "srgb", "blackbody", "irregular", "regular")
-_EDGE = 1e-3
-"""Width of the edges of a curve, nm, outside of which it is 0."""
+_EDGE = 1e-3  # Width of the edges of a curve, nm, outside of which it is 0
 _PLANCK = 2.0 * 6.62607015e-34 * 299792458.0**2, 6.62607015e-34 * 299792458.0 / 1.380649e-23
 """First (for radiance, W·m²·sr⁻¹) and second (m·K) radiation constants"""
-_CHECKS = 256
-"""Texels along a side of a checkerboard's image: its edges blur over one of them."""
+_CHECKS = 256  # Texels along a side of a checkerboard's image: its edges blur over one of them
 _NAMED = {
     "vacuum": 1.0,
     "helium": 1.000036,
@@ -71,10 +69,6 @@ def read_color(node: Node, kind: Kind, files: Files) -> Color:
     node : <rgb>, <spectrum> or <float>
     kind : a reflectance lies in [0, 1], an emission or index above 0
     files : finds curves
-
-    Raises
-    ------
-    InputError : it is not a colour, or out of range
     """
     color = _read_any(node, kind, files)
     values = color.values if isinstance(color, Spectrum) else np.array(color, np.float64)
@@ -224,12 +218,7 @@ def as_rgb(color: Color, kind: Kind = "reflectance") -> Floats:
 def read_paint(
     context: Context, node: Node, name: str, default: Color, kind: Kind = "reflectance"
 ) -> Paint:
-    """Return a parameter that is a colour or a texture.
-
-    Raises
-    ------
-    InputError : it is neither, its image cannot be read, or a value is out of range
-    """
+    """Return a parameter that is a colour or a texture."""
     found = node.find(name)
     if found is None:
         return default
@@ -241,12 +230,7 @@ def read_paint(
 
 
 def read_texture(context: Context, found: Node, kind: Kind) -> Paint:
-    """Return what a texture stands for: an image, or a colour.
-
-    Raises
-    ------
-    InputError : its image cannot be read, or a value is out of range
-    """
+    """Return what a texture stands for: an image, or a colour."""
     if found.type == "bitmap":
         return _bitmap(context, found)
     if found.type == "checkerboard":
@@ -329,12 +313,7 @@ def _placement(context: Context, node: Node) -> dict[str, Any]:
 
 
 def index_of(node: Node, name: str, default: str) -> float:
-    """Return an index of refraction, given as a number or by name.
-
-    Raises
-    ------
-    InputError : the name is not known, or the number is not above 0
-    """
+    """Return an index of refraction, given as a number or by name."""
     found = node.find(name)
     if found is None:
         return _NAMED[default]
@@ -350,12 +329,7 @@ def index_of(node: Node, name: str, default: str) -> float:
 
 
 def metal_reflectances(context: Context, node: Node) -> tuple[Color, Color]:
-    """Return what a metal reflects at normal incidence, and at 82°: 1 if none is named.
-
-    Raises
-    ------
-    InputError : its name is not known, or an index is negative
-    """
+    """Return what a metal reflects at normal incidence, and at 82°: 1 if none is named."""
     if node.find("eta") or node.find("k"):
         eta = read_plain(context, node, "eta", 0.0, "index")
         k = read_plain(context, node, "k", 1.0, "index")

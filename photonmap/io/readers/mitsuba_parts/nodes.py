@@ -22,10 +22,8 @@ from photonmap.spectra.tables import read_bytes
 
 _CAMEL = re.compile("(?<=[a-z])[A-Z]+")
 _TAGS = {"lookAt": "lookat", "luminaire": "emitter", "camera": "sensor"}
-MOST_FILES = 1000
-"""Files included, at most."""
-LONGEST = 4096
-"""Characters of an attribute with parameters put in, at most."""
+MOST_FILES = 1000  # Files included, at most
+LONGEST = 4096  # Characters of an attribute with parameters put in, at most
 _PARAMETER = re.compile(r"(?<!\\)\$(\w+)")
 _OBJECTS = (
     "scene", "shape", "bsdf", "emitter", "sensor", "film", "sampler",
@@ -39,18 +37,12 @@ _PLAIN = (
 
 @dataclass(eq=False)
 class Node:
-    """An object of a scene, or a parameter of one.
+    """An object of a scene, or a parameter of one."""
 
-    Parameters
-    ----------
-    element : where it is described
-    children : its parameters and parts, each with the name under which the node knows it, or ""
-    read : names of the parameters that were asked for
-    """
-
-    element: Element
+    element: Element  # where it is described
+    # its parameters and parts, each with the name under which the node knows it, or ""
     children: list[tuple[str, Node]] = field(default_factory=list)
-    read: set[str] = field(default_factory=set)
+    read: set[str] = field(default_factory=set)  # names of the parameters that were asked for
 
     @property
     def tag(self) -> str:
@@ -140,26 +132,15 @@ class Node:
 
 @dataclass
 class Files:
-    """Finds files by the names that a scene gives them.
+    """Finds files by the names that a scene gives them."""
 
-    Parameters
-    ----------
-    scene : the file of the scene, in whose folder files are looked for
-    allowed : the folder outside of which nothing is opened
-    folders : further ones, in which `<path>` has files looked up
-    """
-
-    scene: Path
-    allowed: Path
+    scene: Path  # the file of the scene, in whose folder files are looked for
+    allowed: Path  # the folder outside of which nothing is opened
+    # further ones, in which `<path>` has files looked up
     folders: list[Path] = field(default_factory=list)
 
     def find(self, element: Element, name: str) -> Path:
-        """Return a file beside the one that names it, beside the scene, or in a further folder.
-
-        Raises
-        ------
-        InputError : it lies outside of the scene's folder, or does not exist
-        """
+        """Return a file beside the one that names it, beside the scene, or in a further folder."""
         places = (element.path.parent, *self.folders, self.scene.parent)
         found = [self.inside(element, place, name) for place in places]
         for path in found:
@@ -180,19 +161,12 @@ class Files:
 
 @dataclass
 class Context:
-    """What all parts of the reader of a scene share.
+    """What all parts of the reader of a scene share."""
 
-    Parameters
-    ----------
-    files : finds the files that it names
-    missing_textures : what becomes of an image that cannot be read
-    losses : takes what is not simulated
-    names : those in use, of meshes, and of materials, lights and cameras
-    """
-
-    files: Files
-    missing_textures: MissingTextures
-    losses: Losses
+    files: Files  # finds the files that it names
+    missing_textures: MissingTextures  # what becomes of an image that cannot be read
+    losses: Losses  # takes what is not simulated
+    # those in use, of meshes, and of materials, lights and cameras
     names: dict[str, set[str]] = field(default_factory=dict)
 
     def lose(self, what: str, node: Node) -> None:
@@ -211,12 +185,7 @@ class Context:
 
 
 def _is_old(root: Element) -> bool:
-    """Return whether a file's root has a version below 2.
-
-    Raises
-    ------
-    InputError : its version is not a number
-    """
+    """Return whether a file's root has a version below 2."""
     version = root.attributes.get("version", "3.0.0")
     major = version.partition(".")[0]
     if not (major.isascii() and major.isdigit()):
@@ -234,34 +203,19 @@ def _upgraded(element: Element) -> Element:
 
 @dataclass
 class _Loader:
-    """What is known while a scene is loaded.
+    """What is known while a scene is loaded."""
 
-    Parameters
-    ----------
-    files : finds included files
-    parameters : values of `$name`
-    named : nodes by their ids
-    references : children that are yet to be replaced: their parents, and their numbers
-    depth : of the files that are being included
-    count : of the files included
-    """
-
-    files: Files
-    parameters: dict[str, str] = field(default_factory=dict)
-    named: dict[str, Node] = field(default_factory=dict)
+    files: Files  # finds included files
+    parameters: dict[str, str] = field(default_factory=dict)  # values of `$name`
+    named: dict[str, Node] = field(default_factory=dict)  # nodes by their ids
+    # children that are yet to be replaced: their parents, and their numbers
     references: list[tuple[Node, int]] = field(default_factory=list)
-    depth: int = 0
-    count: int = 0
+    depth: int = 0  # of the files that are being included
+    count: int = 0  # of the files included
 
 
 def load_nodes(path: Path, data: bytes, files: Files) -> Node:
-    """Return the scene's node; references are resolved, so a node may have several parents.
-
-    Raises
-    ------
-    InputError : a file is not XML or not a scene, an element is unknown, a parameter or an id is
-        not defined, or files or nodes include each other without end
-    """
+    """Return the scene's node; references are resolved, so a node may have several parents."""
     loader = _Loader(files)
     root = parse_xml(path, data)
     if root.tag != "scene":

@@ -24,15 +24,11 @@ from photonmap.scene.mesh import Mesh
 from photonmap.spectra.tables import read_bytes
 
 _MAGIC = 0x041C
-_OFFSETS = {3: "<I", 4: "<Q"}
-"""How versions store where each mesh begins."""
-_NORMALS, _UV, _COLORS, _FLAT, _DOUBLE = 0x1, 0x2, 0x8, 0x10, 0x2000
-"""Flags of a mesh"""
+_OFFSETS = {3: "<I", 4: "<Q"}  # How versions store where each mesh begins
+_NORMALS, _UV, _COLORS, _FLAT, _DOUBLE = 0x1, 0x2, 0x8, 0x10, 0x2000  # Flags of a mesh
 _LONGEST_NAME = 4096
-_HEADER = 4
-"""Bytes before the compressed data."""
-_MOST = 1100
-"""Bytes that zlib can pack into one: 1032, and a little more."""
+_HEADER = 4  # Bytes before the compressed data
+_MOST = 1100  # Bytes that zlib can pack into one: 1032, and a little more
 Matrix = NDArray[np.float64]
 _CLOSED = ("sphere", "cube")
 _GROUP, _INSTANCE = "shapegroup", "instance"
@@ -40,15 +36,10 @@ _GROUP, _INSTANCE = "shapegroup", "instance"
 
 @dataclass
 class Shapes:
-    """The shapes of a scene.
+    """The shapes of a scene."""
 
-    Parameters
-    ----------
-    bsdfs : those of the scene, with what all parts of the reader share
-    parts : geometry of shapes that are read already, in their own coordinates
-    """
-
-    bsdfs: Bsdfs
+    bsdfs: Bsdfs  # those of the scene, with what all parts of the reader share
+    # geometry of shapes that are read already, in their own coordinates
     parts: dict[int, Part] = field(default_factory=dict)
 
     @property
@@ -57,13 +48,7 @@ class Shapes:
         return self.bsdfs.context
 
     def meshes(self, node: Node) -> Iterator[Mesh]:
-        """Return the meshes of a shape, none of a group, which only its instances show.
-
-        Raises
-        ------
-        InputError : it is of an unknown type, has a value out of range, or a file of it cannot be
-            read
-        """
+        """Return the meshes of a shape, none of a group, which only its instances show."""
         if node.type == _INSTANCE:
             groups = [part for part in node.parts("shape") if part.type == _GROUP]
             if len(groups) != 1:
@@ -167,12 +152,7 @@ def _smooth_normals(part: Part) -> Matrix:
 
 
 def read_serialized(path: Path, index: int) -> Part:
-    """Return one of the meshes of a file, without normals if it is to be flat.
-
-    Raises
-    ------
-    InputError : the file is not of this format, is damaged, or has no mesh of this index
-    """
+    """Return one of the meshes of a file, without normals if it is to be flat."""
     data = read_bytes(path)
     if len(data) < 2 * _HEADER:
         raise _damaged(path)
@@ -205,28 +185,15 @@ def read_serialized(path: Path, index: int) -> Part:
 
 @dataclass
 class _Stream:
-    """Compressed data, of which no more is unpacked than is asked for.
+    """Compressed data, of which no more is unpacked than is asked for."""
 
-    Parameters
-    ----------
-    path : the file, for messages
-    unpacker : of zlib
-    packed : what is still compressed
-    room : most bytes that it can unpack to
-    """
-
-    path: Path
-    unpacker: zlib._Decompress
-    packed: bytes
-    room: int
+    path: Path  # the file, for messages
+    unpacker: zlib._Decompress  # of zlib
+    packed: bytes  # what is still compressed
+    room: int  # most bytes that it can unpack to
 
     def take(self, size: int) -> bytes:
-        """Return the next bytes.
-
-        Raises
-        ------
-        InputError : there are not so many, or they are damaged
-        """
+        """Return the next bytes."""
         if size > self.room:
             raise _damaged(self.path)
         self.room -= size

@@ -17,12 +17,10 @@ from photonmap.io.readers.surfaces import side_axes
 from photonmap.runtime.wording import shown
 from photonmap.scene.parameters import Vector, unit
 
-DEEPEST = 100
-"""Levels of elements within each other, at most."""
+DEEPEST = 100  # Levels of elements within each other, at most
 _SEPARATORS = re.compile(r"[\s,]+")
 Matrix = NDArray[np.float64]
-_FLATTEST = 1e-30
-"""Least determinant of the linear part."""
+_FLATTEST = 1e-30  # Least determinant of the linear part
 
 
 @dataclass(eq=False)
@@ -44,23 +42,13 @@ class Element:
         return f"line {self.line}" + f" of {self.path.name}" * (self.path != file)
 
     def attribute(self, name: str) -> str:
-        """Return an attribute.
-
-        Raises
-        ------
-        InputError : there is none of this name
-        """
+        """Return an attribute."""
         if name not in self.attributes:
             raise self.error(f'<{shown(self.tag)[1:-1]}> lacks {name}; add {name}="..."')
         return self.attributes[name]
 
     def number(self, text: str) -> float:
-        """Return a finite number.
-
-        Raises
-        ------
-        InputError : the text is none
-        """
+        """Return a finite number."""
         try:
             value = float(text)
         except ValueError:
@@ -91,13 +79,7 @@ class Element:
 
 
 def parse_xml(path: Path, data: bytes) -> Element:
-    """Return the root element.
-
-    Raises
-    ------
-    InputError : the data are not well-formed, declare a document type, and with it entities, or
-        nest more than 100 elements
-    """
+    """Return the root element."""
     parser = expat.ParserCreate()
     top = Element("", {}, path, 0)
     stack = [top]
@@ -137,12 +119,7 @@ def _without_comments(data: bytes) -> bytes:
 
 
 def read_transform(element: Element) -> Matrix:
-    """Return the 4×4 matrix of a `<transform>`, whose steps are applied in their order.
-
-    Raises
-    ------
-    InputError : a step is unknown or not valid, or all of them together are not affine or flatten
-    """
+    """Return the 4×4 matrix of a `<transform>`, whose steps are applied in their order."""
     matrix = np.eye(4)
     for step in element.children:
         if step.tag not in _STEPS:

@@ -21,8 +21,7 @@ from photonmap.scene.textures import Texture, is_black, mean_number
 
 _PREVIEW, _TEXTURE, _PLACE = "UsdPreviewSurface", "UsdUVTexture", "UsdTransform2d"
 _UNREAD = ("displacement",)
-_GRAY = (0.18, 0.18, 0.18)
-"""diffuseColor where none is given"""
+_GRAY = (0.18, 0.18, 0.18)  # diffuseColor where none is given
 _CHANNELS: dict[str, Callable[[Channels], Image]] = {"g": Channels.green, "b": Channels.blue}
 Triple = tuple[float, float, float]
 
@@ -35,12 +34,7 @@ class Materials:
     _known: dict[str, Material] = field(default_factory=dict)
 
     def of(self, bound: Any) -> Material:
-        """Return the material of a binding; grey without one.
-
-        Raises
-        ------
-        InputError : a value is out of range, or a texture cannot be read
-        """
+        """Return the material of a binding; grey without one."""
         material = bound.ComputeBoundMaterial()[0]
         path = str(material.GetPath()) if material else ""
         if path not in self._known:

@@ -25,25 +25,17 @@ from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.projections import Intrinsics
 
-TENTH = 0.1
-"""Apertures and focal lengths are in tenths of scene units."""
+TENTH = 0.1  # Apertures and focal lengths are in tenths of scene units
 _PIXELS = 1000.0
 _SIZED = ("RectLight", "DiskLight", "SphereLight")
 _SUN, _SKY = "DistantLight", "DomeLight"
-_EVERYWHERE = 90.0
-"""Half-angle of a cone, degrees, from which on a light shines as without one."""
-_FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
-"""From shapes that face +z to lights that face -z."""
+_EVERYWHERE = 90.0  # Half-angle of a cone, degrees, from which on a light shines as without one
+_FLIP = np.diag([1.0, -1.0, -1.0, 1.0])  # From shapes that face +z to lights that face -z
 Rows = NDArray[np.float64]
 
 
 def read_camera(stage: Stage, prim: Any) -> Camera:
-    """Return a camera; the shape of its picture is that of the render.
-
-    Raises
-    ------
-    InputError : a value is out of range
-    """
+    """Return a camera; the shape of its picture is that of the render."""
     camera, matrix = UsdGeom.Camera(prim), stage.matrix(prim)
     value = stage.value
     origin, ahead = matrix[:3, 3], -matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
@@ -77,12 +69,7 @@ def read_camera(stage: Stage, prim: Any) -> Camera:
 
 
 def read_light(stage: Stage, prim: Any) -> Light | Mesh | None:
-    """Return a light, or the mesh that it becomes; None, and noted, for other types.
-
-    Raises
-    ------
-    InputError : its amount is negative, or an image cannot be read
-    """
+    """Return a light, or the mesh that it becomes; None, and noted, for other types."""
     kind, name = prim.GetTypeName(), stage.name(prim)
     light = (
         UsdLux.BoundableLightBase(prim) if kind in _SIZED else UsdLux.NonboundableLightBase(prim)
@@ -171,12 +158,7 @@ def _area(part: Part) -> float:
 
 
 def read_meshes(stage: Stage, materials: Materials, prim: Any) -> Iterator[Mesh]:
-    """Yield the meshes of a prim: one for each of its subsets of faces that has a material.
-
-    Raises
-    ------
-    InputError : its faces or values do not fit each other
-    """
+    """Yield the meshes of a prim: one for each of its subsets of faces that has a material."""
     name, matrix = stage.name(prim), stage.matrix(prim)
     bound = UsdShade.MaterialBindingAPI(prim)
     if not prim.IsA(UsdGeom.Mesh):
@@ -258,5 +240,4 @@ def _cube(stage: Stage, prim: Any) -> Part:
 
 
 _SHAPES: dict[str, Callable[[Stage, Any], Part]] = {"Sphere": _sphere, "Cube": _cube}
-SHAPES = ("Mesh", *_SHAPES)
-"""Types of prims that become meshes."""
+SHAPES = ("Mesh", *_SHAPES)  # Types of prims that become meshes

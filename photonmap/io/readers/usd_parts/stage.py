@@ -18,30 +18,20 @@ from photonmap.runtime.named_files import named_file, named_image
 from photonmap.runtime.wording import shown
 from photonmap.scene.images import Channels, read_channels
 
-WHITE = 6500.0
-"""Temperature, K, of lights whose colour is as given."""
-MOST_LAYERS = 1000
-"""Files that a stage may be composed of."""
+WHITE = 6500.0  # Temperature, K, of lights whose colour is as given
+MOST_LAYERS = 1000  # Files that a stage may be composed of
 _UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 """From z up to y up."""
 
 
 @dataclass
 class Stage:
-    """An opened stage.
+    """An opened stage."""
 
-    Parameters
-    ----------
-    path : its file
-    stage : of pxr
-    options : a user's choices
-    losses : takes what is not simulated
-    """
-
-    path: Path
-    stage: Any
-    options: ReadOptions
-    losses: Losses
+    path: Path  # its file
+    stage: Any  # of pxr
+    options: ReadOptions  # a user's choices
+    losses: Losses  # takes what is not simulated
     _names: set[str] = field(default_factory=set)
 
     def lose(self, what: str, prim: Any) -> None:
@@ -72,12 +62,7 @@ class Stage:
 
 
 def open_stage(path: Path) -> Any:
-    """Return a stage all of whose layers lie where files may be opened.
-
-    Raises
-    ------
-    InputError : one lies elsewhere, or there are too many
-    """
+    """Return a stage all of whose layers lie where files may be opened."""
     try:
         root = Sdf.Layer.FindOrOpen(str(path))
     except Tf.ErrorException:
@@ -101,12 +86,7 @@ def open_stage(path: Path) -> Any:
 
 
 def read_image(stage: Stage, asset: Any) -> Channels:
-    """Return the image of an asset, which may lie in a package.
-
-    Raises
-    ------
-    InputError : it lies outside of where files may be opened, or cannot be read
-    """
+    """Return the image of an asset, which may lie in a package."""
     name = getattr(asset, "resolvedPath", "") or getattr(asset, "path", "")
     if ".usdz[" not in name:
         return read_channels(named_image(stage.path.parent, name))

@@ -26,10 +26,8 @@ NUMBERS = {
     "Pm": Number("metallic fraction", at_least=0.0, at_most=1.0),
 }
 """What statements of these keywords hold."""
-USUAL_ROUGHNESS = 0.5
-"""Of a metal that gives none: Blender's default."""
-BLENDER_RANGE = 0.08
-"""Reflectance at normal incidence at which Blender's specular is 1."""
+USUAL_ROUGHNESS = 0.5  # Of a metal that gives none: Blender's default
+BLENDER_RANGE = 0.08  # Reflectance at normal incidence at which Blender's specular is 1
 _MIRRORS, _GLASSES = (3, 5), (4, 6, 7)
 _DECIDED = ("Kd", "Ke", "Ks", "Ni", "Tf", "d")
 """Statements whose meaning depends on the illumination model."""
@@ -37,30 +35,21 @@ _DECIDED = ("Kd", "Ke", "Ks", "Ni", "Tf", "d")
 
 @dataclass
 class Draft:
-    """A material as far as it has been read.
+    """A material as far as it has been read."""
 
-    Parameters
-    ----------
-    blender : 0; of a file by Blender's exporter, the `Ns` that it writes for roughness 0
-    colors : `Kd`, `Ke`, `Ks`, `Tf`, `Ps`
-    maps : `map_Kd`, `map_Ke`, `map_d`; None for a missing file
-    data : `map_Pr` and `map_Pm`, which replace `Pr` and `Pm`, and `map_Ns`, which multiplies `Ns`
-    numbers : `illum`, `Ni`, `Ns`, `Pr`, `Pm`, `d`, and `Tr` as 1 - Tr
-    clamped : keywords of colours that were lowered to 1
-    ignored : keywords of what is not simulated
-    averaged : keywords of maps whose mean stands for them
-    relief, relief_keyword : of `norm` or `bump`, and which of them
-    """
-
+    # 0; of a file by Blender's exporter, the `Ns` that it writes for roughness 0
     blender: float = 0.0
-    colors: dict[str, Color] = field(default_factory=dict)
+    colors: dict[str, Color] = field(default_factory=dict)  # `Kd`, `Ke`, `Ks`, `Tf`, `Ps`
+    # `map_Kd`, `map_Ke`, `map_d`; None for a missing file
     maps: dict[str, Texture | None] = field(default_factory=dict)
+    # `map_Pr` and `map_Pm`, which replace `Pr` and `Pm`, and `map_Ns`, which multiplies `Ns`
     data: dict[str, Texture] = field(default_factory=dict)
+    # `illum`, `Ni`, `Ns`, `Pr`, `Pm`, `d`, and `Tr` as 1 - Tr
     numbers: dict[str, float] = field(default_factory=dict)
-    clamped: list[str] = field(default_factory=list)
-    ignored: list[str] = field(default_factory=list)
-    averaged: list[str] = field(default_factory=list)
-    relief: NormalMap | BumpMap | None = None
+    clamped: list[str] = field(default_factory=list)  # keywords of colours that were lowered to 1
+    ignored: list[str] = field(default_factory=list)  # keywords of what is not simulated
+    averaged: list[str] = field(default_factory=list)  # keywords of maps whose mean stands for them
+    relief: NormalMap | BumpMap | None = None  # of `norm` or `bump`, and which of them
     relief_keyword: str = ""
 
     @property

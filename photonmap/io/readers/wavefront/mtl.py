@@ -62,12 +62,10 @@ _FLAT, _NEAR_FLAT = (0.5, 0.5, 0.9), 0.15
 _AMBIENT = ("Ka", "map_Ka")
 _OPACITIES = ("d", "Tr")
 _MODEL = "illum"
-_OFTEN_WRONG = ("Ni", "Ns")
-"""Statements that exporters without a value for them write as -1, or 0."""
+_OFTEN_WRONG = ("Ni", "Ns")  # Statements that exporters without a value for them write as -1, or 0
 _MEANING = {"Ps": f": {SHEEN}", "map_Ps": f": {SHEEN}"}
 """Of statements that are not simulated, what they would do"""
-_NEUTRAL = {"d": 1.0}
-"""Numbers that change nothing, of statements that are not simulated."""
+_NEUTRAL = {"d": 1.0}  # Numbers that change nothing, of statements that are not simulated
 
 
 def read_mtl(
@@ -98,11 +96,6 @@ def read_mtl(
     Returns
     -------
     dict from name to Material; of two with one name the last, with a warning
-
-    Raises
-    ------
-    InputError : the file is missing or not text, a number is malformed, `Kd` is outside [0, 1]
-        or `Ke` is negative or not finite, or a texture cannot be read
     """
     textures = _Textures(missing_textures)
     source, blender = read_source(path, "MTL"), _blender_scale(Path(path))
@@ -389,20 +382,13 @@ class MapOptions:
     """How a texture lies on a surface.
 
     The texture is looked up at `scale` · (u, v, w) + `offset`.
-
-    Parameters
-    ----------
-    scale : `-s`
-    offset : `-o`
-    clamp : `-clamp`, the texture ends at the unit square; otherwise it repeats
-    bump : `-bm`, by which heights are multiplied
-    ignored : options that would change the picture but are not simulated, such as "-mm"
     """
 
-    scale: Triple = (1.0, 1.0, 1.0)
-    offset: Triple = (0.0, 0.0, 0.0)
-    clamp: bool = False
-    bump: float = 1.0
+    scale: Triple = (1.0, 1.0, 1.0)  # `-s`
+    offset: Triple = (0.0, 0.0, 0.0)  # `-o`
+    clamp: bool = False  # `-clamp`, the texture ends at the unit square; otherwise it repeats
+    bump: float = 1.0  # `-bm`, by which heights are multiplied
+    # options that would change the picture but are not simulated, such as "-mm"
     ignored: tuple[str, ...] = ()
 
 
@@ -416,11 +402,6 @@ def parse_map(words: str | Sequence[str]) -> tuple[MapOptions, str]:
     Returns
     -------
     the options, and the file name
-
-    Raises
-    ------
-    InputError : an option is unknown or lacks its arguments, or no file is named; file and
-        line are the caller's to add
     """
     text = (words if isinstance(words, str) else " ".join(words)).strip()
     numbers: dict[str, tuple[float, ...]] = dict(_NUMBERS)
@@ -486,18 +467,11 @@ def _lacks(option: str, needed: str, text: str) -> InputError:
 
 @dataclass
 class _Textures:
-    """How textures are read.
+    """How textures are read."""
 
-    Parameters
-    ----------
-    missing : what becomes of one that cannot be read
-    lost : those that could not be read
-    flat : images of relief that could not be read
-    """
-
-    missing: MissingTextures
-    lost: list[str] = field(default_factory=list)
-    flat: list[str] = field(default_factory=list)
+    missing: MissingTextures  # what becomes of one that cannot be read
+    lost: list[str] = field(default_factory=list)  # those that could not be read
+    flat: list[str] = field(default_factory=list)  # images of relief that could not be read
 
     def warn(self) -> None:
         """Name what could not be read, and what became of it."""

@@ -51,44 +51,29 @@ _TABLES = (
 
 @dataclass(frozen=True)
 class ObjLines:
-    """What the lines of an OBJ file say, in file order.
+    """What the lines of an OBJ file say, in file order."""
 
-    Parameters
-    ----------
-    vertices, uv, normals : (V, 3), (T, 2), (N, 3) float64
-    colors : (V, 3) float64, linear, NaN of vertices that have none; None if none has
-    corners : (C, 3) int32, indices of vertex, uv and normal from 1; 0 where there is none
-    sizes : (F,) int64, corners of each face
-    offsets : (F,) int64, where each face stands in the source
-    states : o, g, s, usemtl and mtllib lines as (offset, keyword, name)
-    others : the number of lines of every other keyword
-    """
-
-    vertices: NDArray[np.float64]
+    vertices: NDArray[np.float64]  # (V, 3), (T, 2), (N, 3) float64
     uv: NDArray[np.float64]
     normals: NDArray[np.float64]
+    # (V, 3) float64, linear, NaN of vertices that have none; None if none has
     colors: NDArray[np.float64] | None
+    # (C, 3) int32, indices of vertex, uv and normal from 1; 0 where there is none
     corners: NDArray[np.int32]
-    sizes: NDArray[np.int64]
-    offsets: NDArray[np.int64]
+    sizes: NDArray[np.int64]  # (F,) int64, corners of each face
+    offsets: NDArray[np.int64]  # (F,) int64, where each face stands in the source
+    # o, g, s, usemtl and mtllib lines as (offset, keyword, name)
     states: list[tuple[int, str, str]]
-    others: Mapping[str, int]
+    others: Mapping[str, int]  # the number of lines of every other keyword
 
 
 @dataclass(frozen=True)
 class _Lines:
-    """The lines of one kind in a block, their keywords blanked.
+    """The lines of one kind in a block, their keywords blanked."""
 
-    Parameters
-    ----------
-    text : (B,) uint8
-    starts : (L,) where each line starts in `text`
-    offsets : (L,) where it starts in the source
-    """
-
-    text: NDArray[np.uint8]
-    starts: NDArray[np.int64]
-    offsets: NDArray[np.int64]
+    text: NDArray[np.uint8]  # (B,) uint8
+    starts: NDArray[np.int64]  # (L,) where each line starts in `text`
+    offsets: NDArray[np.int64]  # (L,) where it starts in the source
 
     def count(self, positions: NDArray[np.int64]) -> NDArray[np.int64]:
         """Count ascending positions in `text` by line."""
@@ -96,12 +81,7 @@ class _Lines:
 
 
 def parse_lines(source: Source) -> ObjLines:
-    """Parse every line.
-
-    Raises
-    ------
-    InputError : malformed or non-finite numbers, or a corner that refers to nothing
-    """
+    """Parse every line."""
     tables: list[list[NDArray[np.float64]]] = [[], [], []]
     faces: list[tuple[NDArray[Any], ...]] = []
     states: list[tuple[int, str, str]] = []

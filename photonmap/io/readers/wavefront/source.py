@@ -12,8 +12,7 @@ from pathlib import Path
 from photonmap.errors import InputError
 from photonmap.spectra.tables import read_bytes
 
-BLOCK = 1 << 22
-"""Bytes parsed at a time, so that temporary arrays do not grow with the file."""
+BLOCK = 1 << 22  # Bytes parsed at a time, so that temporary arrays do not grow with the file
 
 _JOINED = 0x0B
 _TEXT = bytes([9, 10, 11, 12, 13, *range(32, 127), *range(128, 256)])
@@ -24,16 +23,11 @@ _COMMENT = re.compile(rb"\s#")
 
 @dataclass(frozen=True)
 class Source:
-    """A file as lines that start with a keyword, and their numbers in the file.
+    """A file as lines that start with a keyword, and their numbers in the file."""
 
-    Parameters
-    ----------
-    path : the file
-    text : a newline, then lines that end with one; comments are gone, indentation is moved
-        to the line before, and a newline behind a backslash is a vertical tab
-    """
-
-    path: Path
+    path: Path  # the file
+    # a newline, then lines that end with one; comments are gone, indentation is moved to the line
+    # before, and a newline behind a backslash is a vertical tab
     text: bytes
 
     def line_number(self, offset: int) -> int:
@@ -73,10 +67,6 @@ def read_source(path: str | PathLike[str], kind: str) -> Source:
     ----------
     path : the file
     kind : what it should be, for messages: "OBJ" or "MTL"
-
-    Raises
-    ------
-    InputError : the file is missing, unreadable, a directory, empty, or not text
     """
     path = Path(path)
     data = read_bytes(path)

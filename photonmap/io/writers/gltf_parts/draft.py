@@ -15,23 +15,16 @@ from photonmap.runtime.wording import listed
 _TYPES = {"<f4": 5126, "<u2": 5123, "<u4": 5125}
 _SHAPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 _LARGEST = (1 << 32) - 1
-_VERTICES, _INDICES = 34962, 34963
-"""What buffer views are for."""
+_VERTICES, _INDICES = 34962, 34963  # What buffer views are for
 
 
 @dataclass
 class Draft:
-    """What has been written so far.
+    """What has been written so far."""
 
-    Parameters
-    ----------
-    tree : the JSON
-    blocks : of the buffer, each a multiple of 4 bytes
-    rounded : what other numbers than those of the scene are written for, and whose it is
-    """
-
-    tree: dict[str, Any] = field(default_factory=dict)
-    blocks: list[bytes] = field(default_factory=list)
+    tree: dict[str, Any] = field(default_factory=dict)  # the JSON
+    blocks: list[bytes] = field(default_factory=list)  # of the buffer, each a multiple of 4 bytes
+    # what other numbers than those of the scene are written for, and whose it is
     rounded: dict[str, list[str]] = field(default_factory=dict)
     _size: int = 0
 
@@ -95,12 +88,7 @@ class Draft:
 
 
 def pack_glb(tree: dict[str, Any], data: bytes) -> bytes:
-    """Return a GLB file.
-
-    Raises
-    ------
-    InputError : it would be larger than 4 GB
-    """
+    """Return a GLB file."""
     text = json.dumps(tree, ensure_ascii=False).encode()
     text += b" " * (-len(text) % 4)
     size = 28 + len(text) + len(data)

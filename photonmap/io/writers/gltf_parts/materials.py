@@ -16,22 +16,14 @@ from photonmap.scene.material import Material
 from photonmap.scene.surfaces.fresnel import normal_reflectance
 from photonmap.scene.surfaces.metallic import USUAL_COAT, USUAL_INDEX, as_triple, metallic_fraction
 from photonmap.scene.surfaces.relief import NormalMap
-from photonmap.scene.textures import (
-    Texture,
-    is_black,
-    lie_alike,
-    mean_color,
-    mean_number,
-    resized,
-)
+from photonmap.scene.textures import Texture, is_black, lie_alike, mean_color, mean_number, resized
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Color
 
 _APART = "textures of gloss that lie otherwise than another one become their mean"
 _COATS = "textures of glossy reflectances take the coat of a usual dielectric"
 _RGB = Bands.rgb()
-_LARGEST_COAT = normal_reflectance(1e3)
-"""Of the largest index that the reader takes"""
+_LARGEST_COAT = normal_reflectance(1e3)  # Of the largest index that the reader takes
 _METALLIC_ROUGHNESS = "metallicRoughnessTexture"
 _ONE_COLOR = "what is glass in part takes the colour of the rest"
 Floats = NDArray[np.float64]
@@ -286,16 +278,11 @@ def split_exactly(color: tuple[float, float, float]) -> tuple[list[float], float
 
 
 class Lobe(NamedTuple):
-    """A glossy lobe as glTF has it.
+    """A glossy lobe as glTF has it."""
 
-    Parameters
-    ----------
-    color : its base colour where a texture gives the lobe's reflectance; None elsewhere
-    data : what the texture of the metallic part and of roughness holds, in blue and green
-    """
-
+    # its base colour where a texture gives the lobe's reflectance; None elsewhere
     color: Texture | None
-    data: Texture
+    data: Texture  # what the texture of the metallic part and of roughness holds, in blue and green
 
 
 def split_lobe(material: Material, name: str, draft: Draft) -> Lobe | None:

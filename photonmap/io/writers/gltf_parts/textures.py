@@ -26,14 +26,9 @@ _WHITE = Image(np.full((1, 1, 3), 255, np.uint8), True)
 
 @dataclass
 class TextureWriter:
-    """Adds textures to a file, each image once.
+    """Adds textures to a file, each image once."""
 
-    Parameters
-    ----------
-    draft : the file
-    """
-
-    draft: Draft
+    draft: Draft  # the file
     _images: dict[Any, tuple[int, Triple]] = field(default_factory=dict)
     _textures: dict[tuple[int, bool], int] = field(default_factory=dict)
     _kept: list[Image] = field(default_factory=list)
