@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 
 from photonmap.errors import InputError
 from photonmap.io.png import write_png
 from photonmap.render import render
+from photonmap.report.files import replacing
 from photonmap.runtime.file_checks import check_writable
 from photonmap.scene.scene import Scene
 
@@ -31,7 +31,5 @@ def write_thumbnail(scene: Scene, path: Path) -> None:
     """Render a scene in RGB for some seconds, and write a small PNG."""
     shown = {"radiance", "emission"}
     result = render(scene, bands="rgb", size=SIZE, error=ERROR, seconds=SECONDS, buffers=shown)
-    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as folder:
-        draft = Path(folder) / path.name
+    with replacing(path) as draft:
         write_png(result.preview(), draft)
-        draft.replace(path)

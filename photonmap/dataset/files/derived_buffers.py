@@ -40,13 +40,8 @@ def one_piece(scene: Scene, size: tuple[int, int], at_centre: bool = False) -> M
     """Return the pixels that show one piece of surface, of one object and material: (H, W).
 
     5×5 rays through each pixel and just beside it meet the same object and material, with normals
-    within 20° and no step in depth.
-
-    Parameters
-    ----------
-    scene : with a camera
-    size : width and height, pixels
-    at_centre : samples pass through the pixels' centres alone, where there is one surface
+    within 20° and no step in depth. `at_centre` says that samples pass through the pixels' centres
+    alone, where there is one surface.
     """
     onlooker, (width, height), camera = Onlooker(scene), size, scene.camera
     if camera is None:
@@ -80,12 +75,7 @@ def one_piece(scene: Scene, size: tuple[int, int], at_centre: bool = False) -> M
 
 
 def pure_pixels(result: Result, scene: Scene, pieces: Mask | None = None) -> Mask:
-    """Return where `one_piece` holds, no pass saw another reflectance, and surfaces cover it.
-
-    Parameters
-    ----------
-    pieces : what `one_piece` returns, where it is known
-    """
+    """Return where `one_piece` holds, no pass saw another reflectance, and surfaces cover it."""
     if pieces is None:
         pieces = one_piece(scene, result.size, result.record["arguments"]["pixel"] == "center")
     pure = pieces & (result.coverage == 1.0)
@@ -136,16 +126,8 @@ def direct_light_color(result: Result, colors: Colors) -> NDArray[np.float32] | 
 
     Each group's light keeps the colour that it was emitted in, however many reflectances there are
     in a pixel. How much of it arrives is its direct light over what the pixel's mean reflectance
-    sends back of that colour, both added up over the bands.
-
-    Parameters
-    ----------
-    result : with its buffers split by light group
-    colors : as `light_colors` returns them
-
-    Returns
-    -------
-    None where a group has no one colour, or the buffers are not split
+    sends back of that colour, both added up over the bands. None where one of `colors`, as
+    `light_colors` returns them, is not known, or the buffers are not split by light group.
     """
     split = result.per_light
     if not split or any(colors.get(group) is None for group in split):
@@ -181,12 +163,8 @@ def with_derived(
 ) -> Result:
     """Return a render with the buffers that follow from its own, `photonmap.buffers.ADDED`.
 
-    Parameters
-    ----------
-    scene : that was rendered; without it, no pixel is known to be pure, and the colour of direct
-        light is that of direct / reflectance
-    pieces : which pixels show one piece of surface, where it is known, see
-        `photonmap.dataset.files.derived_buffers.one_piece`
+    Without the scene that was rendered, no pixel is known to be pure, and the colour of direct
+    light is that of direct / reflectance. `pieces` is what `one_piece` returns, where it is known.
     """
     color, pure = None, np.zeros(result.coverage.shape, bool)
     if scene is not None:

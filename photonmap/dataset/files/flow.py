@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -37,10 +38,9 @@ class Eye:
     def of(cls, camera: Mapping[str, Any], size: Sequence[int]) -> Eye:
         """Return the eye of a camera's record."""
         if camera.get("kind") not in _KINDS or any(camera.get("distortion") or ()):
-            raise InputError(
-                f"flow is between images of pinholes without distortion, and one is of the kind "
-                f"{camera.get('kind')}"
-            )
+            kind = camera.get("kind")
+            problem = "flow is between images of pinholes without distortion"
+            raise InputError(f"{problem}, and one is of the kind {kind}")
         pose = np.array(camera["camera_to_world_opencv"])
         width, height = size
         return cls(pose[:3, 3], pose[:3, :3].T, np.array(camera["intrinsics"]), (width, height))
@@ -115,9 +115,8 @@ class Flow:
         InputError : the images are not those of a rectified pair
         """
         if not self.is_rectified:
-            raise InputError(
-                "disparity is of parallel cameras side by side; take the flow of these"
-            )
+            remedy = "take the flow of these"
+            raise InputError(f"disparity is of parallel cameras side by side; {remedy}")
         to_right = float((self.first.axes @ (self.second.origin - self.first.origin))[0]) > 0.0
         return -self.flow[..., 0] if to_right else self.flow[..., 0]
 
@@ -147,12 +146,8 @@ def compare_surfaces(
     """Return where the second image shows the points: surfaces and objects are compared.
 
     A point is seen if one of the four pixels around it shows the same object, in a tangent plane of
-    which the point lies.
-
-    Parameters
-    ----------
-    ids : (H, W) `object_id` of the first image
-    seen : `distance`, `normal` and `object_id` of the second
+    which the point lies. `ids` are those of the first image's objects, (H, W); `seen` has
+    `distance`, `normal` and `object_id` of the second.
     """
     width, height = second.size
     surfaces = second.points(seen["distance"])
@@ -161,13 +156,12 @@ def compare_surfaces(
     at = np.where(target.inside[..., None], target.pixels, 0.0) - 0.5
     low = np.floor(at).astype(np.intp)
     found = np.zeros(target.inside.shape, bool)
-    for dx in (0, 1):
-        for dy in (0, 1):
-            x = np.clip(low[..., 0] + dx, 0, width - 1)
-            y = np.clip(low[..., 1] + dy, 0, height - 1)
-            normal = np.asarray(seen["normal"], np.float64)[y, x]
-            away = np.abs(((target.points - surfaces[y, x]) * normal).sum(axis=-1))
-            found |= (seen["object_id"][y, x] == ids) & (away <= allowed[y, x])
+    for dx, dy in product((0, 1), repeat=2):
+        x = np.clip(low[..., 0] + dx, 0, width - 1)
+        y = np.clip(low[..., 1] + dy, 0, height - 1)
+        normal = np.asarray(seen["normal"], np.float64)[y, x]
+        away = np.abs(((target.points - surfaces[y, x]) * normal).sum(axis=-1))
+        found |= (seen["object_id"][y, x] == ids) & (away <= allowed[y, x])
     return found & target.inside
 
 

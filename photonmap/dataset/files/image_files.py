@@ -50,9 +50,8 @@ def check_formats(formats: Collection[str]) -> None:
         if name not in FORMATS:
             raise InputError(f"there is no format {name!r}; {suggest(name, FORMATS)}")
     if not {"exr", "hdf5"} & set(formats):
-        raise InputError(
-            "a data set needs exr or hdf5 among its formats, as png does not hold arrays"
-        )
+        problem = "a data set needs exr or hdf5 among its formats"
+        raise InputError(f"{problem}, as png does not hold arrays")
     if "hdf5" in formats:
         check_h5py()
 
@@ -75,8 +74,7 @@ def write_image(
 
     Parameters
     ----------
-    result : in its bands, with the buffers that `with_derived` adds
-    rgb : the same in the set's RGB
+    result, rgb : with the buffers that `with_derived` adds; and the same in the set's RGB
     full : write everything as it is, and not what `as_lean` keeps
     chosen : names of the buffers to write; None for all
     """
@@ -153,8 +151,6 @@ def _metered(rgb: Result, valid: NDArray[np.bool_]) -> float:
 
 def _write_bands(path: Path, result: Result, halves: Collection[str]) -> None:
     """Write all buffers and errors to one HDF5 file, as a dataset each."""
-    import json
-
     import h5py
 
     with h5py.File(path, "w") as file:
@@ -173,12 +169,13 @@ def hypersim_images(result: Result, rgb: Mapping[str, NDArray[Any]]) -> dict[str
     `render_entity_id` is −1. In files without a distance, depth is the distance.
     """
     ids = result.object_id
+    reflectance, shading = rgb["reflectance"], rgb["shading"]
     places = {
         _FINAL: {
             "color": rgb["radiance"],
-            "diffuse_reflectance": rgb["reflectance"],
-            "diffuse_illumination": rgb["shading"],
-            "residual": rgb["radiance"] - rgb["reflectance"] * rgb["shading"],
+            "diffuse_reflectance": reflectance,
+            "diffuse_illumination": shading,
+            "residual": rgb["radiance"] - reflectance * shading,
         },
         _GEOMETRY: {
             "depth_meters": result.distance if "distance" in result.buffers else result.depth,
@@ -232,14 +229,8 @@ def read_rgb(folder: Path, space: str) -> dict[str, NDArray[Any]]:
     return as_rgb(read_image(folder), space).buffers
 
 
-def _as_float32(image: NDArray[Any]) -> NDArray[Any]:
-    return image.astype(np.float32) if image.dtype == np.float16 else image
-
-
 def read_hdf5(path: Path) -> Result:
     """Read the buffers of an image from the HDF5 file of its bands."""
-    import json
-
     check_h5py()
     import h5py
 
@@ -247,9 +238,11 @@ def read_hdf5(path: Path) -> Result:
         with h5py.File(path) as file:
             bands = Bands.from_description(json.loads(file.attrs["bands"]))
             record = json.loads(file.attrs["record"])
-            parts = {current_name(name): _as_float32(file[name][()]) for name in file}
+            parts = {current_name(name): file[name][()] for name in file}
     except (OSError, KeyError, ValueError) as error:
         raise InputError(f"is damaged ({error}); {_AGAIN}", path) from None
+    for name, image in parts.items():
+        parts[name] = image.astype(np.float32) if image.dtype == np.float16 else image
     buffers, errors, block_errors = sort_parts(parts)
     return Result(buffers, errors, bands, record, block_errors)
 

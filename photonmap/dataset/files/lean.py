@@ -135,11 +135,7 @@ def exact_halves(
 ) -> set[str]:
     """Return those of an image's arrays that are exact in half precision, as its file has them.
 
-    Parameters
-    ----------
-    names : of all arrays
-    held : names of the parts of the file
-    halves : names of its parts in half precision
+    `held` are the parts of the file, and `halves` those in half precision.
     """
     return {name for name in names if name not in DERIVED and source_of(name, held) in halves}
 
@@ -171,12 +167,7 @@ class Arrays(dict[str, Array]):
 
 
 class Parts(Mapping[str, Array]):
-    """The arrays of a file, and those that follow from them where lean files do not hold them.
-
-    Parameters
-    ----------
-    path : of the file
-    """
+    """The arrays of a file, and those that follow from them where lean files do not hold them."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -211,9 +202,8 @@ class Parts(Mapping[str, Array]):
             if source not in self._read:
                 found = read_exr(self._path, (source,))
                 self._read |= found.buffers | name_errors(found.errors, found.block_errors)
-            self._read[name] = (
-                derive(name, self._read[source]) if name != source else self._read[name]
-            )
+            if name != source:
+                self._read[name] = derive(name, self._read[source])
         return self._read[name]
 
     def __contains__(self, name: object) -> bool:
@@ -231,10 +221,7 @@ ALWAYS = ("radiance", "reflectance", "shading", "valid")
 """Buffers that every image holds, as readers, scores and `verify` need them."""
 _KEPT = "pure"
 """Mask that every image holds besides: without it nobody can tell where light is exact."""
-_NEEDED_BY = {
-    "hdf5": ("distance", "normal", "object_id"),
-    "sensor": ("emission",),
-}
+_NEEDED_BY = {"hdf5": ("distance", "normal", "object_id"), "sensor": ("emission",)}
 """Buffers that Hypersim's files, and photos, are made from beside those."""
 _KNOWN = (*BUFFERS, *(row.name for row in ADDED))
 
@@ -280,10 +267,5 @@ def held_in(result: Result, chosen: Collection[str] | None) -> Result:
         return {name: image for name, image in images.items() if split_name(name)[0] in chosen}
 
     arguments = result.record.get("arguments", {}) | {"buffers": sorted(chosen)}
-    return replace(
-        result,
-        buffers=kept(result.buffers),
-        errors=kept(result.errors),
-        block_errors=kept(result.block_errors),
-        record=result.record | {"arguments": arguments},
-    )
+    images = {name: kept(getattr(result, name)) for name in ("buffers", "errors", "block_errors")}
+    return replace(result, **images, record=result.record | {"arguments": arguments})

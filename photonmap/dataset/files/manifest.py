@@ -6,7 +6,6 @@ import json
 import os
 import re
 import shutil
-import tempfile
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from photonmap.errors import InputError, warn
+from photonmap.report.files import replacing
 from photonmap.runtime.file_checks import check_output_folder
 from photonmap.runtime.wording import enumerated
 from photonmap.spectra.curves import EXTRAPOLATE
@@ -42,37 +42,22 @@ Head = dict[str, Any]
 def check_code(wanted: dict[str, str]) -> None:
     """Check that the code here renders the images of a data set bit for bit.
 
-    Parameters
-    ----------
-    wanted : what `photonmap.results.record.describe_code` returned when the set was begun
+    `wanted` is what `photonmap.results.record.describe_code` returned when the set was begun.
     """
     from photonmap.results.record import describe_code
 
     here = describe_code()
-    if differences := describe_differences(
-        {name: (wanted[name], here.get(name)) for name in wanted}
-    ):
-        raise InputError(
-            f"this worker has other versions: {differences}; install those of the data set"
-        )
+    pairs = {name: (wanted[name], here.get(name)) for name in wanted}
+    if differences := describe_differences(pairs):
+        problem = f"this worker has other versions: {differences}"
+        raise InputError(f"{problem}; install those of the data set")
 
 
 def check_dataset_folder(path: str | PathLike[str], head: dict[str, Any], resume: bool) -> Path:
-    """Check that a data set may be started in a folder, or resumed there.
-
-    Parameters
-    ----------
-    head : of the data set
-    resume : allow a folder that holds this data set already
-    """
+    """Check that a data set of this head may be started in a folder, or resumed there."""
     folder = check_output_folder(path, "the data set")
-    if folder.is_dir() and any(not path.name.startswith(".") for path in folder.iterdir()):
-        _check_contents(folder, head, resume)
-    return folder
-
-
-def _check_contents(folder: Path, head: dict[str, Any], resume: bool) -> None:
-    """Reject a folder that holds anything but the same data set, to be resumed."""
+    if not folder.is_dir() or all(path.name.startswith(".") for path in folder.iterdir()):
+        return folder
     if not (folder / HEAD).is_file():
         raise InputError("holds other files; choose a new or an empty folder", folder)
     there = read_head(folder)
@@ -81,24 +66,22 @@ def _check_contents(folder: Path, head: dict[str, Any], resume: bool) -> None:
     if difference := _difference(there, head):
         remedy = "choose another folder, or restore what the data set was begun with"
         raise InputError(f"holds another data set: {difference}; {remedy}", folder)
+    return folder
 
 
 def _difference(there: Head, here: Head) -> str:
     """Describe how two heads differ in what the images of one set share; "" if they do not."""
     if there["format"] != here["format"]:
         return describe_differences({"format": (there["format"], here["format"])})
-    options = {
-        **{option: (there.get(key), here[key]) for key, option in _FILES.items()},
-        **_common(there["common"], here["common"]),
-    }
+    options = {option: (there.get(key), here[key]) for key, option in _FILES.items()}
+    options |= _common(there["common"], here["common"])
     options["--sensor"] = (_sensor(there), _sensor(here))
     begun = [_begun(name, *pair) for name, pair in options.items() if pair[0] != pair[1]]
     if there["common"].get("inputs") != here["common"]["inputs"]:
         begun.append("with other curves of bands or measured sets")
     words = f"it was begun {' and '.join(begun)}" if begun else ""
-    versions = describe_differences(
-        {name: (there["versions"].get(name), value) for name, value in here["versions"].items()}
-    )
+    pairs = {name: (there["versions"].get(name), own) for name, own in here["versions"].items()}
+    versions = describe_differences(pairs)
     if not words and not versions and not set(there["images"]) & set(here["images"]):
         return (
             f"none of its images is asked for (preset {there['preset']} there, {here['preset']} "
@@ -181,8 +164,9 @@ def read_options(folder: Path) -> dict[str, Any]:
     head = read_head(folder)
     common = {name: head["common"].get(name) for name in _SHARED}
     common["size"] = tuple(head["common"]["size"])
-    for name in CURVES:
-        common[name] = with_table(common[name] or "", partial(_kept, folder, name)) or None
+    for role in CURVES:
+        keep = partial(_kept, folder, role)
+        common[role] = with_table(common[role] or "", keep) or None
     files = {"format": head["formats"], "full": head.get("full"), "buffers": head.get("buffers")}
     options = {"preset": head["preset"], **common, **files, **head.get("choices", {})}
     return {name: value for name, value in options.items() if value is not None}
@@ -209,9 +193,7 @@ def read_lines(folder: str | PathLike[str]) -> list[dict[str, Any]]:
 def write_head(folder: Path, head: dict[str, Any], finished: Container[str]) -> None:
     """Write the head atomically; of the images that an earlier one lists, finished ones stay.
 
-    Parameters
-    ----------
-    finished : names of the images that are complete; others are listed if this head asks for them
+    Others are listed if this head asks for them.
     """
     if (folder / HEAD).is_file():
         asked = head["images"]
@@ -262,10 +244,8 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def _write_atomically(path: Path, text: str) -> None:
-    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as made:
-        file = Path(made) / path.name
-        file.write_text(text, encoding="utf-8")
-        file.replace(path)
+    with replacing(path) as part:
+        part.write_text(text, encoding="utf-8")
 
 
 INPUTS = "inputs"
@@ -327,10 +307,7 @@ def as_line(scene: str, reason: str) -> str:
 def describe_left_out(folder: Path, faults: Mapping[str, str]) -> list[dict[str, str]]:
     """Return what the head of a data set says of scene files that it leaves out.
 
-    Parameters
-    ----------
-    folder : of the data set, from which files near it are named
-    faults : why they cannot be read, by path, as `reason_of` returns it
+    `faults` has why they cannot be read, by path, as `reason_of` returns it.
     """
     here = folder.resolve()
     return [

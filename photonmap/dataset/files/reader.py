@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.buffers import row_of
-from photonmap.dataset.files.manifest import with_table
+from photonmap.dataset.files.lean import DROPPED, OFTEN_ZERO, Arrays, Parts, exact_halves, lacking
+from photonmap.dataset.files.manifest import read_head, read_lines, with_table
 from photonmap.dataset.files.splits import (
     FRACTIONS,
     LAYOUT,
@@ -87,7 +88,6 @@ class Image(Mapping[str, Array]):
     def rgb(self) -> Mapping[str, Array]:
         """Arrays in the set's RGB by name, as `derived_buffers.as_rgb` makes them."""
         from photonmap.dataset.files.image_files import RGB_EXR, read_rgb
-        from photonmap.dataset.files.lean import Arrays, Parts
 
         path = self.folder / RGB_EXR
         if path.is_file():
@@ -98,7 +98,6 @@ class Image(Mapping[str, Array]):
     def srgb(self) -> Mapping[str, Array]:
         """Arrays in linear sRGB by name, whatever the set's RGB."""
         from photonmap.dataset.files.image_files import read_rgb
-        from photonmap.dataset.files.lean import Arrays
 
         return self.rgb if self._space == SRGB else Arrays(read_rgb(self.folder, SRGB))
 
@@ -139,9 +138,8 @@ class Image(Mapping[str, Array]):
             raise InputError(f"{self.name} and {other.name} show two scenes; flow is within one")
         here, there = (Eye.of(each.entry["camera"], each.entry["size"]) for each in (self, other))
         target = find_targets(here, there, self["distance"])
-        return flow_of(
-            here, there, target, compare_surfaces(target, self["object_id"], there, other)
-        )
+        visible = compare_surfaces(target, self["object_id"], there, other)
+        return flow_of(here, there, target, visible)
 
     def light_shares(self) -> dict[str, Array]:
         """Return each light's share of the irradiance by light group, interreflection included.
@@ -169,7 +167,6 @@ class Image(Mapping[str, Array]):
     @cached_property
     def _arrays(self) -> Mapping[str, Array]:
         from photonmap.dataset.files.image_files import BANDS_EXR
-        from photonmap.dataset.files.lean import Parts
 
         path = self.folder / BANDS_EXR
         return Parts(path) if path.is_file() else self.result.arrays
@@ -178,7 +175,6 @@ class Image(Mapping[str, Array]):
     def halves(self) -> set[str]:
         """Names of the arrays that its files have in half precision, which lose nothing by it."""
         from photonmap.dataset.files.image_files import BANDS_HDF5, hdf5_halves
-        from photonmap.dataset.files.lean import Parts, exact_halves
 
         if isinstance(self._arrays, Parts):
             return self._arrays.halves
@@ -187,8 +183,6 @@ class Image(Mapping[str, Array]):
     @property
     def rgb_halves(self) -> set[str]:
         """The same of those in the set's RGB."""
-        from photonmap.dataset.files.lean import Parts
-
         return self.rgb.halves if isinstance(self.rgb, Parts) else set()
 
     def __getitem__(self, name: str) -> Array:
@@ -199,8 +193,6 @@ class Image(Mapping[str, Array]):
         KeyError : there is none of this name
         InputError : its file is damaged
         """
-        from photonmap.dataset.files.lean import OFTEN_ZERO, lacking
-
         if name in self._arrays:
             return self._arrays[name]
         if name in OFTEN_ZERO and (self.chosen is None or name in self.chosen):
@@ -210,8 +202,6 @@ class Image(Mapping[str, Array]):
 
     def _how_to_have(self, name: str) -> str:
         """Return how to come by an array that files do not hold; "" where there is no such."""
-        from photonmap.dataset.files.lean import DROPPED
-
         buffer, is_error, _ = name.partition(".")
         row = row_of(buffer)
         if row is None or "@" in buffer or (is_error and not row.has_error):
@@ -304,15 +294,15 @@ class Dataset(Sequence[Image]):
         parts: dict[str, list[dict[str, Any]]] = {part: [] for part in PARTS}
         for entry in self.entries:
             parts[part_of(entry["geometry"], fractions, seed, by)].append(entry)
-        counts = {
-            part: len({identity(entry["geometry"], by) for entry in entries})
+        scenes = {
+            part: {identity(entry["geometry"], by) for entry in entries}
             for part, entries in parts.items()
         }
-        check_filled(counts, fractions, by)
-        first, second, third = (
+        check_filled({part: len(found) for part, found in scenes.items()}, fractions, by)
+        train_set, val_set, test_set = (
             Dataset(self.folder, self.head, entries) for entries in parts.values()
         )
-        return first, second, third
+        return train_set, val_set, test_set
 
     def torch(
         self,
@@ -346,6 +336,4 @@ def open_dataset(folder: str | PathLike[str]) -> Dataset:
     ------
     InputError : the folder does not hold a data set, or its manifest is damaged
     """
-    from photonmap.dataset.files.manifest import read_head, read_lines
-
     return Dataset(Path(folder), read_head(folder), read_lines(folder))

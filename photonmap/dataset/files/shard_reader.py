@@ -107,7 +107,7 @@ def _is_remote(where: str) -> bool:
 
 
 def _read(address: str, offset: int = 0, length: int | None = None) -> bytes:
-    """Return bytes of a file; of one on a server, no others are sent."""
+    """Return bytes of a file; a server has to send these alone."""
     request = Request(address)
     ranged = length is not None and _is_remote(address)
     if length is not None and ranged:

@@ -17,20 +17,15 @@ WAYS = (LAYOUT, TYPE)
 """What the parts do not share: scenes of one name and seed, or scenes of one name."""
 
 _DRAWN = {
-    LAYOUT: (
-        "scenes (names with seeds, such as study-3)",
-        "add scenes with --count and --resume",
-    ),
-    TYPE: (
-        "types of scenes (names alone, such as study)",
-        'make a set of more types, split by "layout"',
-    ),
-}
+    LAYOUT: ("scenes (names with seeds, such as study-3)", "add scenes with --count and --resume"),
+    TYPE: ("types of scenes (names alone, such as study)",
+           'make a set of more types, split by "layout"'),
+}  # fmt: skip
 """What is drawn for the parts by each way, and how to get more of it."""
 
 
 def check_fractions(fractions: tuple[float, float, float]) -> None:
-    """Check fractions of the parts."""
+    """Check that fractions of the parts are not negative, and add up to 1."""
     if not all(each >= 0.0 for each in fractions) or not abs(sum(fractions) - 1.0) <= 1e-6:
         listed = ", ".join(map(str, fractions))
         raise InputError(f"splits {listed} must not be negative and must add up to 1")
@@ -69,12 +64,7 @@ def part_of(
 
 
 def check_filled(counts: Mapping[str, int], fractions: tuple[float, ...], by: str) -> None:
-    """Check that no part that was asked for is empty.
-
-    Parameters
-    ----------
-    counts : by part, of scenes that differ in name or seed, or of names, as `by` says
-    """
+    """Check that no part that was asked for is empty; counts of scenes are by part."""
     for part, fraction in zip(PARTS, fractions, strict=True):
         if fraction > 0.0 and not counts.get(part):
             total: Any = sum(counts.values())

@@ -123,7 +123,6 @@ class Agenda(Iterator[Task]):
 
 _SMALLER = 4
 """By how much a pilot is smaller than its images, in width and height."""
-Key = tuple[str, int, tuple[int, int]]
 
 
 @dataclass(frozen=True)
@@ -137,12 +136,7 @@ class Cost:
 
     def __add__(self, other: Cost) -> Cost:
         """Return the cost of both."""
-        return Cost(
-            self.images + other.images,
-            self.seconds + other.seconds,
-            self.cpu_seconds + other.cpu_seconds,
-            self.bytes + other.bytes,
-        )
+        return Cost(*(getattr(self, name) + getattr(other, name) for name in vars(self)))
 
 
 def estimate(task: Callable[[Job, str], Task], jobs: Sequence[Job]) -> dict[str, Cost]:
@@ -151,20 +145,16 @@ def estimate(task: Callable[[Job, str], Task], jobs: Sequence[Job]) -> dict[str,
     One image of each scene, number of lights and size is rendered to the same error, a quarter as
     wide and high but of 16384 pixels at least, and written. Files and writing grow with the pixels,
     rendering half with them and half with the photons of a pass, and building the scene does not:
-    it counts once for all images of a scene and seed.
-
-    Parameters
-    ----------
-    task : returns the task of a job that writes into a folder
-    jobs : of the data set
+    it counts once for all images of a scene and seed. `task` returns the task of a job that writes
+    into a folder.
     """
-    pilots: dict[Key, Cost] = {}
+    pilots: dict[Kind, Cost] = {}
     buildings: dict[str, Cost] = {}
     built = set[str]()
     costs: dict[str, Cost] = {}
     failure: InputError | None = None
     for job in jobs:
-        key = (job.stem, len(job.colors), job.common.size)
+        key = kind_of(job)
         if key not in pilots:
             try:
                 pilots[key], building = _pilot(task, job)

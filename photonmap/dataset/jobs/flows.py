@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from os import PathLike
@@ -19,6 +18,7 @@ from photonmap.dataset.jobs.render_image import select_measured_sets
 from photonmap.dataset.scenes.views import SIDES, View
 from photonmap.errors import InputError
 from photonmap.integrators.look import Onlooker
+from photonmap.report.files import replacing
 from photonmap.scene.camera import Camera
 from photonmap.scene.projections import RayMap
 
@@ -54,11 +54,8 @@ def write_flows(
     images = open_dataset(folder)
     pairs = dict(find_pairs(images))
     if not pairs:
-        raise InputError(
-            "has no stereo pairs and no trajectories; give a [[view]] a baseline, or add a "
-            "[[trajectory]]",
-            folder,
-        )
+        remedy = "give a [[view]] a baseline, or add a [[trajectory]]"
+        raise InputError(f"has no stereo pairs and no trajectories; {remedy}", folder)
     if any("distance" not in image for pair in pairs.values() for image in pair):
         raise InputError("holds no distance, which flow needs; add it to --buffers", folder)
     place, find = Path(folder) / FOLDER, input_finder(Path(folder), scenes)
@@ -68,9 +65,11 @@ def write_flows(
         known: dict[str, Onlooker] = {}
         for name, (first, second) in pairs.items():
             if first.geometry not in known:
-                known = {first.geometry: _look_at(find(Job.from_description(second.entry["job"])))}
-            _save(flow_by_rays(first, second, known[first.geometry]), place / f"{name}.npz")
+                job = find(Job.from_description(second.entry["job"]))
+                select_measured_sets(job)
+                known = {first.geometry: Onlooker(make_scene(job))}
             written.append(place / f"{name}.npz")
+            _save(flow_by_rays(first, second, known[first.geometry]), written[-1])
             log(f"{len(written)}/{len(pairs)} {name}")
     return written
 
@@ -99,11 +98,6 @@ def _partners(view: View) -> Iterator[View]:
                 yield replace(view, frame=view.frame + step).renamed()
 
 
-def _look_at(job: Job) -> Onlooker:
-    select_measured_sets(job)
-    return Onlooker(make_scene(job))
-
-
 def flow_by_rays(first: Image, second: Image, onlooker: Onlooker) -> Flow:
     """Return the flow between two images of an onlooker's scene; rays test what hides."""
     here, there = (Eye.of(each.entry["camera"], each.entry["size"]) for each in (first, second))
@@ -130,7 +124,5 @@ def _save(flow: Flow, path: Path) -> None:
     arrays = {name: getattr(flow, name) for name in ("flow", "valid", "inside", "visible")}
     if flow.is_rectified:
         arrays["disparity"] = flow.disparity
-    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as made:
-        part = Path(made) / path.name
+    with replacing(path) as part:
         np.savez_compressed(part, **arrays)
-        part.replace(path)

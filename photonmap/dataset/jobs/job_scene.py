@@ -7,7 +7,7 @@ import json
 import os
 import shutil
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -46,14 +46,17 @@ _pieces: dict[Any, Mask] = {}
 
 
 def make_scene(job: Job) -> Scene:
-    """Return the scene of an image under its illumination, with the camera of its view."""
+    """Return the scene of an image under its illumination, with the camera of its view.
+
+    Fails if a file of the user has changed since the plan, or no camera near the view sees the
+    scene.
+    """
     for color, digest in job.light_files():
         check_unchanged(color, digest)
     illumination = Illumination(job.illumination, job.colors, job.shares)
     if job.is_procedural:
-        common = job.common
-        looks = common.materials, common.lightness, common.scale
-        scene = _build(job.scene, job.seed, looks, common.munsell).lit(illumination)
+        looks = job.common.materials, job.common.lightness, job.common.scale
+        scene = _build(job.scene, job.seed, looks, job.common.munsell).lit(illumination)
     else:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SceneWarning)  # `read_user_scenes` has issued them
@@ -73,14 +76,10 @@ def pieces_in(job: Job, scene: Scene) -> Mask:
     size, centre = job.common.size, job.common.pixel == "center"
     numbers: dict[int, int] = {}
     surfaces = tuple(
-        (
-            mesh.name,
-            mesh.faces.shape,
-            numbers.setdefault(id(mesh.material), len(numbers)),
-            mean_color(mesh.material.emission) != 0.0,
-        )
+        (mesh.name, mesh.faces.shape, numbers.setdefault(id(mesh.material), len(numbers)),
+         mean_color(mesh.material.emission) != 0.0)
         for mesh in scene.meshes
-    )
+    )  # fmt: skip
     key = job.geometry, replace(job.common, error=""), scene.camera, surfaces
     if key not in _pieces:
         while len(_pieces) >= _PIECES:
@@ -92,9 +91,7 @@ def pieces_in(job: Job, scene: Scene) -> Mask:
 def read_user_scenes(paths: Iterable[str]) -> tuple[list[UserScene], dict[str, str]]:
     """Load scene files; return them with digests of their scenes.
 
-    Returns
-    -------
-    Those that can be read; and why others cannot, by path, as `reason_of` says it
+    And why others cannot be read, by path, as `reason_of` says it.
     """
     scenes, faults = [], {}
     for path in paths:
@@ -200,12 +197,7 @@ def input_finder(folder: Path, scenes: str | os.PathLike[str] | None = None) -> 
     """Return what finds the files of the jobs in a data set's manifest.
 
     Measured sets that are not where the manifest says are those that are chosen now, if they are
-    the same.
-
-    Parameters
-    ----------
-    folder : of the data set
-    scenes : folder in which scene files are looked for where the manifest's are not there
+    the same. Scene files that are not there are looked for in the folder `scenes`.
     """
     chosen = describe_measured_sets()
     places: dict[str, str] = {}
@@ -234,24 +226,14 @@ def _find_scene(job: Job, scenes: str | os.PathLike[str] | None) -> str:
 
 def _find_sets(common: CommonSettings, chosen: dict[str, str | None]) -> CommonSettings:
     """Return settings with measured sets that are there, or raise an `InputError`."""
-    missing = dict(_missing_sets(common))
-    if not missing:
-        return common
-    if any(chosen[role] is None for role in missing):
-        role, name = next((r, n) for r, n in missing.items() if chosen[r] is None)
-        raise InputError(f"{name} of {role} is not there; say where with --{role} PATH")
-    paths = {role: chosen[role] for role in missing}
-    found = replace(
-        common,
-        munsell=paths.get("munsell", common.munsell),
-        illuminants=paths.get("illuminants", common.illuminants),
-    )
-    if describe_inputs(found).inputs != common.inputs:
+    sets = {"munsell": common.munsell, "illuminants": common.illuminants}
+    missing = [role for role, path in sets.items() if path is not None and not Path(path).exists()]
+    for role in missing:
+        if chosen[role] is None:
+            name = Path(sets[role] or "").name
+            raise InputError(f"{name} of {role} is not there; say where with --{role} PATH")
+    sets |= {role: chosen[role] for role in missing}
+    found = replace(common, munsell=sets["munsell"], illuminants=sets["illuminants"])
+    if missing and describe_inputs(found).inputs != common.inputs:
         raise InputError(f"{', '.join(missing)}: others than those that the set was made with")
     return found
-
-
-def _missing_sets(common: CommonSettings) -> Iterator[tuple[str, str]]:
-    for role, path in (("munsell", common.munsell), ("illuminants", common.illuminants)):
-        if path is not None and not Path(path).exists():
-            yield role, Path(path).name

@@ -69,9 +69,9 @@ def describe_dataset(
     """
     from photonmap.results.record import describe_code
 
-    sets = {"munsell": common.munsell, "illuminants": common.illuminants}
-    names = {name: Path(path).name if path else None for name, path in sets.items()}
-    settings = asdict(common.with_curves(lambda _, path: path.name)) | names
+    settings = asdict(common.with_curves(lambda _, path: path.name))
+    for name in ("munsell", "illuminants"):
+        settings[name] = Path(settings[name]).name if settings[name] else None
     if not common.is_by_content:
         del settings["identity"]
     return {
@@ -131,11 +131,11 @@ def make_dataset(
         _warn_of_others(folder, jobs, outcome.entries)
         write_head(folder, head, outcome.entries)
         write_lines(folder, outcome.entries.values())
-        missing = [job for job in jobs if job.name not in outcome.entries]
-        target, versions = str(folder.resolve()), head["versions"]
+        target, how = str(folder.resolve()), {"full": head["full"], **vars(extra)}
         tasks = [
-            Task(job, target, tuple(formats), versions, full=head["full"], **vars(extra))
-            for job in missing
+            Task(job, target, tuple(formats), head["versions"], **how)
+            for job in jobs
+            if job.name not in outcome.entries
         ]
         try:
             with hearing(log):
@@ -143,7 +143,9 @@ def make_dataset(
         finally:
             if scheduler == LOCAL:
                 remove_leftovers(folder)  # of workers that were killed
-            outcome.entries = _in_order(outcome.entries, jobs)
+            asked = [job.name for job in jobs if job.name in outcome.entries]
+            order = dict.fromkeys([*asked, *outcome.entries])  # the jobs come first
+            outcome.entries = {name: outcome.entries[name] for name in order}
             write_lines(folder, outcome.entries.values())
     return outcome
 
@@ -174,13 +176,6 @@ def _run(
             outcome.failures[task.job.name] = _NOT_BEGUN
 
 
-def _in_order(entries: Entries, jobs: Sequence[Job]) -> Entries:
-    """Return entries in the order of the jobs, followed by any others."""
-    places = {job.name: place for place, job in enumerate(jobs)}
-    order = sorted(entries, key=lambda name: places.get(name, len(places)))
-    return {name: entries[name] for name in order}
-
-
 def _find_entries(folder: Path, jobs: Sequence[Job], log: Callable[[str], None]) -> Entries:
     """Return the entries of complete images in a folder, those of the jobs first."""
     names = [job.name for job in jobs]
@@ -203,14 +198,11 @@ def _warn_of_others(folder: Path, jobs: Sequence[Job], entries: Entries) -> None
     others = dict.fromkeys([*read_head(folder)["images"], *entries])
     kept = [name for name in others if name not in asked and name in entries]
     dropped = [name for name in others if name not in asked and name not in entries]
-    said = [
-        f"{what} ({len(names)}: {enumerated(names, 1)})"
-        for what, names in (
-            ("images of earlier runs that are not asked for stay in the set", kept),
-            ("those that are not asked for and never were finished leave its list", dropped),
-        )
-        if names
-    ]
+    texts = {
+        "images of earlier runs that are not asked for stay in the set": kept,
+        "those that are not asked for and never were finished leave its list": dropped,
+    }
+    said = [f"{t} ({len(names)}: {enumerated(names, 1)})" for t, names in texts.items() if names]
     if said:
         warn(f"{folder}: {'; '.join(said)}")
 

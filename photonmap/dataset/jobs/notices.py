@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -35,10 +35,8 @@ def say(line: str) -> None:
     if not _listeners and find_spec("distributed") is not None:
         from distributed import get_worker
 
-        try:
+        with suppress(ValueError):  # this is no worker
             get_worker().log_event(_TOPIC, line)
-        except ValueError:  # this is no worker
-            return
 
 
 @contextmanager

@@ -31,8 +31,7 @@ class Part:
     def is_complete(self) -> bool:
         """Whether all passes of the part were written."""
         try:
-            text = self.output.with_suffix(".json").read_text(encoding="utf-8")
-            record = json.loads(text)
+            record = json.loads(self.output.with_suffix(".json").read_text(encoding="utf-8"))
             found = record["passes"], record["arguments"]["seed"]
             return self.output.is_file() and found == (self.options.passes, self.options.seed)
         except (OSError, ValueError, KeyError):
@@ -97,14 +96,9 @@ def render_part(part: Part) -> None:
 def merge_parts(
     parts: Sequence[Part], folder: Path, output: Path, buffers: list[str] | None, white: str
 ) -> Result:
-    """Merge complete parts, write the result, and remove the folder of the parts.
+    """Merge complete parts, write the result to `output`, and remove the folder of the parts.
 
-    Parameters
-    ----------
-    folder : of the parts
-    output : file to write the result to
-    buffers : those to write; None for all
-    white : of the preview
+    `buffers` are those to write, None for all; `white` is that of the preview.
     """
     files = [str(part.output) for part in parts]
     merged = merge([load_result(file) for file in files], files)

@@ -23,8 +23,8 @@ from photonmap.dataset.files.manifest import (
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.presets import Preset
 from photonmap.dataset.models.materials.palette import MATERIALS
-from photonmap.dataset.scenes.build import LARGEST_SEED, SCENES, check_looks, draw_illumination
-from photonmap.dataset.scenes.illumination import Illumination, light_spectrum
+from photonmap.dataset.scenes.build import LARGEST_SEED, check_looks, draw_illumination
+from photonmap.dataset.scenes.illumination import light_spectrum
 from photonmap.dataset.scenes.light_files import digest_of_light
 from photonmap.dataset.scenes.views import View
 from photonmap.errors import InputError, warn
@@ -88,8 +88,7 @@ class CommonSettings:
             if described[name] == usual:
                 del described[name]
         if self.is_by_content:
-            curves = {name: with_table(described[name], lambda _: "") for name in CURVES}
-            described |= curves
+            described |= {name: with_table(described[name], lambda _: "") for name in CURVES}
         return described
 
     def with_curves(self, rename: Callable[[str, Path], str]) -> CommonSettings:
@@ -194,9 +193,8 @@ class Job:
 
     def _with_files(self, rename: Callable[[str], str]) -> Job:
         """Return the job with its scene file and its measured sets renamed."""
-        munsell, illuminants = (
-            path and rename(path) for path in (self.common.munsell, self.common.illuminants)
-        )
+        sets = self.common.munsell, self.common.illuminants
+        munsell, illuminants = (path and rename(path) for path in sets)
         scene = self.scene if self.is_procedural else rename(self.scene)
         common = replace(self.common, munsell=munsell, illuminants=illuminants)
         return replace(self, scene=scene, common=common)
@@ -209,15 +207,10 @@ class Job:
     def from_description(cls, description: dict[str, Any]) -> Job:
         """Return the job that `describe` returned a description of."""
         given = description["common"]
+        lists = {name: tuple(description.get(name, ())) for name in ("colors", "shares", "spectra")}
         common = {"identity": TEXT, **given, "size": tuple(given["size"])}
-        parts = {
-            "colors": tuple(description["colors"]),
-            "shares": tuple(description.get("shares", ())),
-            "spectra": tuple(description.get("spectra", ())),
-            "view": View(**description["view"]),
-            "common": CommonSettings(**common),
-        }
-        return cls(**{**description, **parts})
+        parts = {"view": View(**description["view"]), "common": CommonSettings(**common)}
+        return cls(**{**description, **lists, **parts})
 
 
 @dataclass(frozen=True)
@@ -242,44 +235,41 @@ def plan_jobs(
     ----------
     files : scene files of the preset
     common : settings of all images
-    seed : the first of the seeds
-    count : number of consecutive seeds
+    seed, count : the first of the seeds, and the number of consecutive ones
     """
     each = (len(preset.scenes) + len(files)) * len(preset.illuminations) * len(preset.views)
-    if not 1 <= count <= MAX_IMAGES // max(each, 1):
+    most = MAX_IMAGES // max(each, 1)
+    if not 1 <= count <= most:
         raise InputError(
             f"count {count} is out of range: the preset has {each} images per seed; "
-            f"choose 1 to {MAX_IMAGES // max(each, 1)}"
+            f"choose 1 to {most}"
         )
     if not 0 <= seed <= LARGEST_SEED - count + 1:
         raise InputError(f"seed {seed} must be from 0 to {LARGEST_SEED - count + 1}")
     scenes = [*((name, "") for name in preset.scenes), *((f.path, f.content) for f in files)]
     jobs = [
-        _as_split(
-            Job(scene, drawn, lit.name, lit.colors, view, common, content, lit.shares), preset
-        )
+        Job(scene, drawn, lit.name, lit.colors, view, common, content, lit.shares)
         for drawn in range(seed, seed + count)
         for scene, content in scenes
-        for lit in _illuminations(preset, scene, content, drawn)
+        for given in preset.illuminations
+        for lit in [draw_illumination(content or scene, drawn, given)]
         for view in preset.views
     ]
-    jobs = _identify_lights(jobs)
+    jobs = _identify_lights([_as_split(job, preset) for job in jobs])
     _check(jobs)
     _warn_of_colors(files, jobs)
     _warn_of_unused(preset, jobs)
     return jobs
 
 
-def _identify_lights(jobs: Sequence[Job]) -> list[Job]:
-    """Return jobs with the digests of lights that are files."""
+def _identify_lights(jobs: list[Job]) -> list[Job]:
+    """Give jobs the digests of lights that are files."""
     digests = {color: digest_of_light(color) for color in {c for job in jobs for c in job.colors}}
     files = {color for color, digest in digests.items() if digest}
-    return [
-        replace(job, spectra=tuple(map(digests.__getitem__, job.colors)))
-        if files.intersection(job.colors)
-        else job
-        for job in jobs
-    ]
+    for place, job in enumerate(jobs):
+        if files.intersection(job.colors):
+            jobs[place] = replace(job, spectra=tuple(digests[color] for color in job.colors))
+    return jobs
 
 
 def _as_split(job: Job, preset: Preset) -> Job:
@@ -295,11 +285,8 @@ def _as_split(job: Job, preset: Preset) -> Job:
 def _warn_of_colors(files: Sequence[UserScene], jobs: Sequence[Job]) -> None:
     """Warn of images that will fail, as their scenes have fewer light groups than colours."""
     groups = {file.path: file.groups for file in files}
-    for scene, illumination in dict.fromkeys(
-        (job.scene, job.illumination)
-        for job in jobs
-        if len(job.colors) > groups.get(job.scene, len(job.colors))
-    ):
+    short = [job for job in jobs if len(job.colors) > groups.get(job.scene, len(job.colors))]
+    for scene, illumination in dict.fromkeys((job.scene, job.illumination) for job in short):
         warn(
             f"{scene}: has fewer light groups ({groups[scene]}) than illumination {illumination!r} "
             "has colours: those images will fail; leave this illumination out, or add lights"
@@ -317,13 +304,6 @@ def _warn_of_unused(preset: Preset, jobs: Sequence[Job]) -> None:
         )
 
 
-def _illuminations(preset: Preset, scene: str, content: str, seed: int) -> Iterator[Illumination]:
-    """Draw the colours of a scene's illuminations."""
-    name = scene if scene in SCENES and not content else content
-    for illumination in preset.illuminations:
-        yield draw_illumination(name, seed, illumination)
-
-
 def _check(jobs: Sequence[Job]) -> None:
     """Reject unknown lights, and images of equal names."""
     for color in {color for job in jobs for color in job.colors}:
@@ -331,9 +311,8 @@ def _check(jobs: Sequence[Job]) -> None:
     names, counts = np.unique([job.name for job in jobs], return_counts=True)
     if (counts > 1).any():
         name = names[counts > 1][0]
-        raise InputError(
-            f"the image {name} would be rendered twice; name each scene and each illumination once"
-        )
+        remedy = "name each scene and each illumination once"
+        raise InputError(f"the image {name} would be rendered twice; {remedy}")
 
 
 def list_jobs(jobs: Sequence[Job]) -> Iterator[str]:

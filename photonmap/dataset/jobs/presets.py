@@ -98,10 +98,7 @@ def load_preset(name: str) -> Preset:
 
 
 def with_illuminations(preset: Preset, names: Sequence[str]) -> Preset:
-    """Return a preset under other illuminations, by their names; none leaves it unchanged.
-
-    Those that the preset defines have names, too.
-    """
+    """Return a preset under illuminations by name, its own among them; no names change nothing."""
     own: dict[str, Lights] = {_name_of(each): each for each in preset.illuminations}
     if unknown := [name for name in names if name not in {*own, *NAMED}]:
         known = suggest(unknown[0], [*own, *NAMED])
@@ -124,22 +121,20 @@ def _read(toml: Toml) -> Preset:
                 raise toml.error(f"there is no {key[:-1]} {value!r}; {suggest(value, known)}", key)
     files = tuple(each for text in lists["files"] for each in _scene_files(toml, text))
     if not lists["scenes"] and not files:
-        raise InputError(
-            'has no scenes; write scenes = ["vase"] or files = ["room.obj"]', toml.path
-        )
+        remedy = 'write scenes = ["vase"] or files = ["room.obj"]'
+        raise InputError(f"has no scenes; {remedy}", toml.path)
     made = _illuminations(toml)
     for index, each in enumerate(made):
         if each.name in lists["illuminations"]:
             message = f"two illuminations are called {each.name!r}; choose another name"
             raise toml.error(message, "illumination", index)
     lights: tuple[Lights, ...] = (*lists["illuminations"], *made)
-    views = _views(toml)
     return Preset(
         str(toml.path),
         lists["scenes"],
         files,
         lights or ILLUMINATIONS,
-        views,
+        _views(toml),
         splits=_looks(toml),
         **_surfaces(toml),
     )
@@ -153,25 +148,21 @@ def _surfaces(toml: Toml) -> dict[str, Any]:
     recolor = toml.sections.get("recolor", False)
     if not isinstance(recolor, bool):
         raise toml.error(f"recolor {shown(recolor)} must be true or false", "recolor")
-    keys = [key for key in ("lightness", "scale") if key in toml.sections]
-    numbers: dict[str, Any] = {key: _number(toml, key) for key in keys}
-    return {"materials": materials, "recolor": recolor, **numbers}
-
-
-def _number(toml: Toml, key: str) -> float:
-    """Read the lightness or the scale."""
-    value = toml.sections[key]
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise toml.error(f"{key} {shown(value)} is not a number", key)
-    with toml.naming(key):
-        check_looks(**{key: float(value)})
-    return float(value)
+    given: dict[str, Any] = {"materials": materials, "recolor": recolor}
+    for key in [key for key in ("lightness", "scale") if key in toml.sections]:
+        value = toml.sections[key]
+        if isinstance(value, bool) or not isinstance(value, Real):
+            raise toml.error(f"{key} {shown(value)} is not a number", key)
+        given[key] = float(value)
+        with toml.naming(key):
+            check_looks(**{key: given[key]})
+    return given
 
 
 def _strings(toml: Toml, key: str) -> tuple[str, ...]:
     """Read a list of strings."""
     values = toml.sections.get(key, [])
-    if not isinstance(values, list) or not all(isinstance(value, str) for value in values):
+    if not _is_list(values, str):
         raise toml.error(f'{key} {shown(values)} is not a list of names; write ["one", "two"]', key)
     return tuple(values)
 
@@ -192,7 +183,7 @@ def _scene_files(toml: Toml, text: str) -> tuple[str, ...]:
 def _sections(toml: Toml, key: str, known: tuple[str, ...]) -> list[dict[str, Any]]:
     """Read sections `[[KEY]]`, each of which needs a unique name."""
     sections = toml.sections.get(key, [])
-    if not isinstance(sections, list) or not all(isinstance(s, dict) for s in sections):
+    if not _is_list(sections, dict):
         raise toml.error(f"{key} is not a list of sections; write [[{key}]]", key)
     names = []
     for index, section in enumerate(sections):
@@ -221,7 +212,9 @@ def _illuminations(toml: Toml) -> list[Illumination | RandomLights]:
             )
             raise toml.error(message, "illumination", index)
         with toml.naming("illumination", index, "colors"):
-            lit = _located(colors or (), toml.path.parent)
+            for color in colors or ():
+                light_spectrum(color, toml.path.parent)
+            lit = tuple(located_light(color, toml.path.parent) for color in colors or ())
         key = "lights" if lights else "shares" if shares else "colors"
         with toml.naming("illumination", index, key):
             if lights:
@@ -229,13 +222,6 @@ def _illuminations(toml: Toml) -> list[Illumination | RandomLights]:
             else:
                 made.append(Illumination(section["name"], lit, tuple(shares or ())))
     return made
-
-
-def _located(colors: Sequence[str], folder: Path) -> tuple[str, ...]:
-    """Check the lights of an illumination; return them with their files seen from a folder."""
-    for color in colors:
-        light_spectrum(color, folder)
-    return tuple(located_light(color, folder) for color in colors)
 
 
 def _is_list(values: Any, kind: type) -> bool:

@@ -8,6 +8,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -146,9 +147,8 @@ def select_measured_sets(job: Job) -> None:
     """Point the environment to the measured sets of the job, and to no others."""
     sets = {munsell.VARIABLE: job.common.munsell, color_text.ILLUMINANTS: job.common.illuminants}
     for variable, path in sets.items():
-        if path is None:
-            os.environ.pop(variable, None)
-        else:
+        os.environ.pop(variable, None)
+        if path is not None:
             os.environ[variable] = path
 
 
@@ -158,7 +158,7 @@ def _replace_folder(folder: Path, new: Path, spare: Path) -> None:
     Files of the old one that the data set does not write, such as notes, go over to the new one.
     """
     if folder.exists():
-        written = {*list_files(new), *_files_in(folder)}
+        written = {*list_files(new), *(_load_entry(folder) or {"files": ()})["files"]}
         folder.rename(spare / "before")
         for name in set(list_files(spare / "before")) - written:
             (new / name).parent.mkdir(parents=True, exist_ok=True)
@@ -167,19 +167,13 @@ def _replace_folder(folder: Path, new: Path, spare: Path) -> None:
     shutil.rmtree(spare / "before", ignore_errors=True)
 
 
-def _files_in(folder: Path) -> set[str]:
-    """Return the files that the entry in a folder lists."""
-    try:
-        return set(json.loads((folder / ENTRY).read_text(encoding="utf-8"))["files"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return set()
-
-
 def _describe(job: Job, scene: Scene, result: Result, rgb: Result) -> dict[str, Any]:
     """Return the entry of an image in the manifest, but for files and seconds."""
     record = result.record
     method = rgb_method(result.bands)
     goal = record["goal"]
+    # an error that is not defined counts as reached, after enough passes
+    is_met = goal is None or goal["reached"] is None or goal["reached"] <= goal["limit"]
     return {
         "name": job.name,
         "job": job.describe(),
@@ -195,10 +189,8 @@ def _describe(job: Job, scene: Scene, result: Result, rgb: Result) -> dict[str, 
         "pass_samples": record["pass_samples"],
         "error": record["error"],
         "goal": goal,
-        "reached": goal is None or _is_reached(goal, record["passes"]),
-        "effects": {
-            name: [effect["on"], effect["why"]] for name, effect in record["effects"].items()
-        },
+        "reached": goal is None or (record["passes"] >= LEAST_PASSES and is_met),
+        "effects": {name: [each["on"], each["why"]] for name, each in record["effects"].items()},
         "rgb": {
             "space": job.common.rgb,
             "method": method or "as they stand",
@@ -212,13 +204,6 @@ def _describe(job: Job, scene: Scene, result: Result, rgb: Result) -> dict[str, 
         "fingerprint": record["fingerprint"],
         "warnings": record["warnings"],
     }
-
-
-def _is_reached(goal: dict[str, Any], passes: int) -> bool:
-    """Return whether an error was reached; one that is not defined counts, after enough passes."""
-    if passes < LEAST_PASSES:
-        return False
-    return goal["reached"] is None or goal["reached"] <= goal["limit"]
 
 
 def _lights(scene: Scene, record: dict[str, Any], bands: Bands) -> dict[str, Any]:
@@ -240,15 +225,16 @@ def _surfaces(scene: Scene, bands: Bands) -> dict[str, Any]:
     meshes = [mesh for mesh in scene.meshes if len(mesh.faces)]
     materials = list({id(mesh.material): mesh.material for mesh in meshes}.values())
     colored = {id(mesh.material) for mesh in meshes if mesh.colors is not None}
-    known: dict[str, Any] = {}
+    reflectances = {}
     for material in materials:
         paint = material.reflectance
         varies = isinstance(paint, Texture) or id(material) in colored
-        known[material.name] = None if varies else _bands(bands.reflectance(mean_color(paint)))
+        mean = None if varies else _bands(bands.reflectance(mean_color(paint)))
+        reflectances[material.name] = mean
     return {
         "objects": list(dict.fromkeys(mesh.name for mesh in meshes)),
         "materials": [material.name for material in materials],
-        "reflectances": known,
+        "reflectances": reflectances,
     }
 
 
@@ -261,9 +247,17 @@ def read_entry(folder: Path) -> dict[str, Any] | None:
 
     Other files in its folder are the user's, and do not matter.
     """
+    entry = _load_entry(folder)
+    with suppress(OSError):
+        if entry and entry["files"] == hash_files(folder, entry["files"]):
+            return entry
+    return None
+
+
+def _load_entry(folder: Path) -> dict[str, Any] | None:
+    """Return the entry in the folder of an image; None where it is missing or damaged."""
     try:
         entry = json.loads((folder / ENTRY).read_text(encoding="utf-8"))
-        whole = entry["files"] == hash_files(folder, entry["files"])
+        return entry if isinstance(entry["files"], dict) else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return entry if whole else None

@@ -40,7 +40,7 @@ _SCHEDULER_GONE = "the scheduler is gone; start it again, and continue with --re
 
 
 def check_scheduler(scheduler: str, workers: int | str) -> None:
-    """Check the choice of a scheduler."""
+    """Check that the number of workers is in range, and that a scheduler's dask is there."""
     if workers != AUTO and not 1 <= int(workers) <= MAX_WORKERS:
         raise InputError(f"workers {workers} must be a whole number from 1 to {MAX_WORKERS}")
     if scheduler != LOCAL and not has_dask():
@@ -101,11 +101,9 @@ def _attempt(work: Callable[[Any], Any], task: Any) -> Any:
 def distribute(
     client: Client, work: Callable[[Any], Any], tasks: Iterable[Any], workers: int
 ) -> Generator[tuple[Any, Any]]:
-    """Run tasks by dask.distributed; each is taken when it is handed out.
+    """Run tasks by dask.distributed, each taken when it is handed out.
 
-    Parameters
-    ----------
-    workers : number of local processes to keep alive
+    `workers` is the number of local processes to keep alive.
     """
     ended: SimpleQueue[Future] = SimpleQueue()
     futures: dict[Future, Any] = {}
@@ -228,13 +226,9 @@ def connect(scheduler: str, workers: int) -> Iterator[Client]:
         client = Client(scheduler, timeout=_CONNECT, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         reason = " ".join(str(error).split()) or "no answer"
-        raise InputError(
-            f"scheduler {scheduler!r} cannot be reached ({reason}); check the address, such as "
-            f"tcp://host:8786"
-        ) from None
-    logging.getLogger("distributed.client").setLevel(
-        logging.CRITICAL
-    )  # `_SCHEDULER_GONE` reports it
+        problem = f"scheduler {scheduler!r} cannot be reached ({reason})"
+        raise InputError(f"{problem}; check the address, such as tcp://host:8786") from None
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # `_SCHEDULER_GONE` says it
     with client:
         hear_workers(client)
         yield client
@@ -266,29 +260,25 @@ def run_fastest(agenda: Agenda, log: Callable[[str], None]) -> Generator[tuple[A
     This process renders the first images with all processors. If the rest takes long enough, so
     many others as there are processors, or as memory allows, render the last of them again, at
     once and on their share of the processors. If they are faster, they render the rest. The arrays
-    do not depend on it.
-
-    Parameters
-    ----------
-    log : called with what was measured
+    do not depend on it. `log` is called with what was measured.
     """
     alone, rendered = run_tasks(agenda), 0
     for task, result in alone:
         yield task, result
         rendered += isinstance(result, dict)
         workers = _workers_in_memory() if rendered >= _WARM and has_dask() else 1
-        if workers > 1 and isinstance(result, dict) and _is_worth_trying(agenda, workers, result):
-            break
+        if workers > 1 and isinstance(result, dict):
+            trial = _START + workers * seconds_of(result)
+            if agenda.seconds_left > _WORTH_TRYING * trial:
+                break
     else:
         return
     with connect(LOCAL, workers) as client:
         threads = default_threads() // workers
         gain = _measure(client, replace(task, threads=threads), seconds_of(result))
         faster = gain >= _WORTH_IT
-        log(
-            f"{workers} processes are {gain:.2f} times as fast as one: "
-            + (f"{workers} render the rest" if faster else "one goes on")
-        )
+        verdict = f"{workers} render the rest" if faster else "one goes on"
+        log(f"{workers} processes are {gain:.2f} times as fast as one: {verdict}")
         if faster:
             rest = (replace(each, threads=threads) for each in agenda)
             yield from distribute(client, render_image, rest, workers)
@@ -306,20 +296,11 @@ def _workers_in_memory() -> int:
     return max(min(default_threads(), int(_FREE * psutil.virtual_memory().available / used)), 1)
 
 
-def _is_worth_trying(agenda: Agenda, workers: int, entry: dict[str, Any]) -> bool:
-    """Return whether the rest takes much longer than a trial does."""
-    trial = _START + workers * seconds_of(entry)
-    return agenda.seconds_left > _WORTH_TRYING * trial
-
-
 def _measure(client: Client, task: Task, alone: float) -> float:
     """Return how many times as many images the workers render as this process, in the same time.
 
-    Each renders the task, all at once; their images are thrown away.
-
-    Parameters
-    ----------
-    alone : seconds that the image took here
+    Each renders the task, all at once; their images are thrown away. `alone` is the seconds that
+    the image took here.
     """
     workers = list(client.scheduler_info(n_workers=-1)["workers"])
     tiny = replace(task.job, common=replace(task.job.common, size=_TINY))

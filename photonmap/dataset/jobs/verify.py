@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -90,8 +89,9 @@ def _faults(image: Image, log: Log, find: Find) -> Iterator[str]:
     wanted = image.entry["files"]
     if others := sorted(set(list_files(image.folder)) - {*wanted, ENTRY}):
         log(f"{image.name}: other files are left alone: {', '.join(others)}")
-    if fault := _file_faults(image.folder, wanted):
-        yield fault
+    found = hash_files(image.folder, wanted)
+    if changed := [name for name in wanted if wanted[name] != found[name]]:
+        yield f"missing or changed files: {', '.join(changed)}"
         return
     try:
         result = image.result
@@ -127,13 +127,6 @@ def _version_faults(entry: dict[str, Any], wanted: dict[str, str]) -> Iterator[s
         yield f"was rendered by other versions than the data set's: {differences}"
 
 
-def _file_faults(folder: Path, wanted: dict[str, str]) -> str:
-    """Return the files of an image that are missing or changed, as a fault; "" if none."""
-    found = hash_files(folder, wanted)
-    changed = [name for name in wanted if wanted[name] != found[name]]
-    return f"missing or changed files: {', '.join(changed)}" if changed else ""
-
-
 def _render_again(image: Image, log: Log, find: Find) -> Iterator[str]:
     """Render an image again; yield the buffers that differ."""
     entry = image.entry
@@ -141,15 +134,10 @@ def _render_again(image: Image, log: Log, find: Find) -> Iterator[str]:
         log(f"{image.name}: not rendered again, as other versions rendered it")
         return
     try:
-        job = find(Job.from_description(image.entry["job"]))
+        job = find(Job.from_description(entry["job"]))
         select_measured_sets(job)
-        again = render_job(
-            job,
-            make_scene(job),
-            passes=entry["passes"],
-            pass_samples=entry.get("pass_samples"),
-            buffers=image.chosen,
-        )
+        passes = {"passes": entry["passes"], "pass_samples": entry.get("pass_samples")}
+        again = render_job(job, make_scene(job), **passes, buffers=image.chosen)
         before = image.result
     except InputError as error:
         yield f"cannot be rendered again: {error}"
@@ -162,9 +150,9 @@ def _render_again(image: Image, log: Log, find: Find) -> Iterator[str]:
         yield f"would be rendered from other input now: {changed}"
         return
     again = held_in(again, image.chosen)
-    pairs = (again if is_full(image) else as_lean(again, like=image.halves)[0]).arrays
+    again = again if is_full(image) else as_lean(again, like=image.halves)[0]
     there = before.arrays
-    differ = [n for n in pairs if n not in there or not np.array_equal(pairs[n], there[n])]
+    differ = [n for n, found in again.arrays.items() if not _equal(there.get(n), found)]
     if differ:
         yield f"rendered again, these buffers differ: {', '.join(differ)}"
     else:
@@ -271,12 +259,11 @@ def check_geometry(result: Result, scene: Scene, full: bool = True) -> Iterator[
 
 
 def _differing(here: dict[str, NDArray[Any]], there: dict[str, NDArray[Any]]) -> list[str]:
-    names = {**here, **there}
-    return [
-        name
-        for name in names
-        if name not in here or name not in there or not np.array_equal(here[name], there[name])
-    ]
+    return [name for name in {**here, **there} if not _equal(here.get(name), there.get(name))]
+
+
+def _equal(one: NDArray[Any] | None, other: NDArray[Any] | None) -> bool:
+    return one is not None and other is not None and np.array_equal(one, other)
 
 
 def _sum(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
@@ -311,9 +298,7 @@ def check_photo(image: Image) -> Iterator[str]:
         if kept is None or kept.is_file():
             sensor = sensor if kept is None else replace(sensor, camera=str(kept))
             again = expose(image.result, sensor, photo.record["seed"])
-            if not (
-                np.array_equal(again.raw, photo.raw) and np.array_equal(again.truth, photo.truth)
-            ):
+            if not (_equal(again.raw, photo.raw) and _equal(again.truth, photo.truth)):
                 yield "the photo is not that of the radiance"
     except (InputError, TypeError) as error:
         yield f"the photo cannot be checked: {error}"
