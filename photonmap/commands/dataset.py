@@ -209,9 +209,8 @@ def _preview(
 ) -> None:
     """Print the images, or what they will cost."""
     from photonmap.dataset.jobs.costs import estimate, list_costs
-    from photonmap.dataset.jobs.notices import hearing
     from photonmap.dataset.jobs.plan import list_jobs
-    from photonmap.dataset.jobs.render_image import Task
+    from photonmap.dataset.jobs.render_image import Task, hearing
 
     if options.dry_run:
         print("\n".join(list_jobs(jobs)))

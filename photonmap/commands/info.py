@@ -6,6 +6,7 @@ import argparse
 import json
 import warnings
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from photonmap.commands.options import (
     add_options,
@@ -15,9 +16,14 @@ from photonmap.commands.options import (
     choose_options,
     choose_scene,
 )
-from photonmap.errors import SceneWarning
+from photonmap.errors import InputError, SceneWarning
 from photonmap.settings import INFO
 
+if TYPE_CHECKING:
+    from photonmap.scene.scene import Scene
+
+_THUMBNAIL: dict[str, Any] = {"size": (160, 120), "error": 0.05, "seconds": 10.0}
+"""How a small picture is rendered; after these seconds, it stays noisier."""
 HELP = "Show what a scene file contains, what a render would simulate, and what is not supported."
 
 
@@ -42,19 +48,33 @@ def run(options: argparse.Namespace) -> None:
     as_json = options.json and json.dumps(description, indent=2, ensure_ascii=False)
     print(as_json or as_text(description))
     if path is not None:
-        from photonmap.inspection.thumbnail import write_thumbnail
+        _write_thumbnail(scene, path)
 
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", SceneWarning)  # they are in the description
-            write_thumbnail(scene, path)
+
+def _write_thumbnail(scene: Scene, path: Path) -> None:
+    """Render a scene in RGB for some seconds, and write a small PNG."""
+    from photonmap.io.png import write_png
+    from photonmap.render import render
+    from photonmap.report.files import replacing
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)  # they are in the description
+        result = render(scene, bands="rgb", buffers={"radiance", "emission"}, **_THUMBNAIL)
+    with replacing(path) as draft:
+        write_png(result.preview(), draft)
 
 
 def _name_thumbnail(options: argparse.Namespace) -> Path | None:
     """Return where to write the picture, checked; None for none."""
+    from photonmap.runtime.file_checks import check_writable
+
     if options.thumbnail is None:
         return None
-    from photonmap.inspection.thumbnail import check_thumbnail
-
     scene = Path(options.scene)
-    usual = scene.with_name(f"{scene.stem}-thumbnail.png")
-    return check_thumbnail(Path(options.thumbnail or usual))
+    path = Path(options.thumbnail or scene.with_name(f"{scene.stem}-thumbnail.png"))
+    if path.suffix.lower() != ".png":
+        raise InputError("the name of the thumbnail must end in .png", path)
+    if not path.parent.is_dir():
+        raise InputError(f"the folder {path.parent} does not exist; create it", path)
+    check_writable(path.parent, path)
+    return path

@@ -1,1 +1,1 @@
-"""What is in a scene file: described for programs, laid out as text, and shown in a thumbnail."""
+"""What is in a scene file: described for programs, and laid out as text."""

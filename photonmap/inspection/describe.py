@@ -1,7 +1,8 @@
-"""All that there is to say about a scene file, as plain values for JSON."""
+"""All that there is to say about a scene file, as plain values for JSON, with remedies."""
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections import Counter
 from collections.abc import Sequence
@@ -15,7 +16,6 @@ from photonmap.compile.effects import plan_effects
 from photonmap.compile.scene_arrays import CompiledScene, compile_arrays
 from photonmap.compile.spectral_columns import count_distinct
 from photonmap.errors import SceneWarning, listening
-from photonmap.inspection.remedies import find_remedy
 from photonmap.io.readers.scene_file import scene_files
 from photonmap.io.scene_source import SceneSource
 from photonmap.scene.camera import Camera, check_camera
@@ -39,14 +39,8 @@ from photonmap.scene.textures import Texture
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Spectrum
 
-FORMATS = {
-    ".glb": "glTF 2.0, binary",
-    ".gltf": "glTF 2.0",
-    ".obj": "Wavefront OBJ",
-    ".off": "OFF",
-    ".ply": "PLY",
-    ".stl": "STL",
-}
+FORMATS = {".glb": "glTF 2.0, binary", ".gltf": "glTF 2.0", ".obj": "Wavefront OBJ"}
+"""Formats whose names are not their suffixes."""
 UNITS = ((0.0, "metres", 1.0), (50.0, "centimetres", 0.01), (1600.0, "millimetres", 0.001))
 """From which longest side on, a unit's name, and metres in it: rooms are the likeliest scenes, and
 measure about 5 m. The limits are geometric means: 50 m are as unlikely as 0.5 m."""
@@ -56,13 +50,9 @@ LARGEST = 1e6
 
 
 def inspect_file(source: SceneSource, bands: Bands) -> tuple[Scene, dict[str, Any]]:
-    """Load a scene; return it, and what is in its file.
+    """Load a scene; return it, and what is in its file, light averaged over bands.
 
     Warnings are part of the description, and not issued.
-
-    Parameters
-    ----------
-    bands : over which light is averaged
     """
     files = scene_files(source.path)
     suffix = files[0].suffix.lower()
@@ -120,17 +110,13 @@ def describe_bounds(meshes: Sequence[Mesh]) -> dict[str, Any]:
 def guess_unit(size: Sequence[float], suffix: str = "") -> dict[str, Any]:
     """Return the likely unit of length, the longest side in metres, and what this rests on.
 
-    Parameters
-    ----------
-    size : sides of the box around the scene
-    suffix : of the file; glTF prescribes a unit
+    `size` is that of the box around the scene; of files with a suffix of glTF, the unit is given.
     """
     longest = max(size)
     says = "glTF prescribes metres" if suffix in _IN_METRES else "the format does not say"
     if not 0.0 < longest <= LARGEST:
         return {"guess": None, "metres": None, "why": f"the size is unusual; {says}"}
-    name, metre = [(name, metre) for least, name, metre in UNITS if longest >= least][-1]
-    metres = longest * metre
+    name, metres = [(name, longest * metre) for least, name, metre in UNITS if longest >= least][-1]
     why = f"the longest side would be {metres:.3g} m; {says}"
     return {"guess": name, "metres": metres, "why": why}
 
@@ -183,22 +169,20 @@ def describe_materials(meshes: Sequence[Mesh]) -> list[dict[str, Any]]:
     users: dict[int, list[Mesh]] = {}
     for mesh in meshes:
         users.setdefault(id(mesh.material), []).append(mesh)
-    materials = [group[0].material for group in users.values()]
-    count = Counter(material.name for material in materials)
-    return [
-        {
+    count = Counter(group[0].material.name for group in users.values())
+    described = []
+    for group in users.values():
+        material = group[0].material
+        meshes_of = {"meshes": [*dict.fromkeys(mesh.name for mesh in group)]}
+        about = {
             "name": material.name,
             "kind": name_kind(material),
             "triangles": sum(len(mesh.faces) for mesh in group),
-            **(_name_users(group) if count[material.name] > 1 else {}),
+            **(meshes_of if count[material.name] > 1 else {}),
             **_describe_attributes(material),
         }
-        for material, group in zip(materials, users.values(), strict=True)
-    ]
-
-
-def _name_users(meshes: Sequence[Mesh]) -> dict[str, list[str]]:
-    return {"meshes": [*dict.fromkeys(mesh.name for mesh in meshes)]}
+        described.append(about)
+    return described
 
 
 def _describe_attributes(material: Material) -> dict[str, Any]:
@@ -228,15 +212,8 @@ def describe_color(color: Any) -> Any:
     if isinstance(color, Texture):
         height, width, channels = color.image.texels.shape
         bits = 8 * color.image.texels.itemsize
-        return {
-            "texture": {
-                "width": width,
-                "height": height,
-                "channels": channels,
-                "bits": bits,
-                "mean": list(color.mean),
-            }
-        }
+        size = {"width": width, "height": height, "channels": channels}
+        return {"texture": {**size, "bits": bits, "mean": list(color.mean)}}
     if isinstance(color, NormalMap | BumpMap):
         return {"type": color.kind, "factor": color.factor, **describe_color(color.texture)}
     if isinstance(color, AnisotropyMap):
@@ -292,9 +269,7 @@ def describe_lights(scene: Scene, compiled: CompiledScene) -> list[dict[str, Any
             powers[name] = power
     total = compiled.light_powers.sum()
     lights = name_lights([check_light(light) for light in scene.lights], areas)
-    known = {light.name for light in lights}
-    default = [name for name in powers if name not in known]
-    return [
+    described = [
         {
             "name": light.name,
             "kind": light.kind,
@@ -304,16 +279,11 @@ def describe_lights(scene: Scene, compiled: CompiledScene) -> list[dict[str, Any
             **_describe_light(light),
         }
         for light in lights
-    ] + [
-        {
-            "name": name,
-            "kind": EnvironmentLight.kind,
-            "group": name,
-            "power": powers[name],
-            "share": 1.0,
-        }
-        for name in default
     ]
+    for name in powers.keys() - {light.name for light in lights}:  # the sky
+        about = {"name": name, "kind": EnvironmentLight.kind, "group": name}
+        described.append({**about, "power": powers[name], "share": 1.0})
+    return described
 
 
 def _describe_light(light: Light) -> dict[str, Any]:
@@ -350,3 +320,66 @@ def describe_camera(camera: Camera) -> dict[str, Any]:
         **camera.model.describe(),
         "lens": None if camera.lens is None else camera.lens.describe(),
     }
+
+
+_NOTHING = "nothing: the picture is the same"
+_BAKE = "bake the texture into one that lies like that of the base colour, and repeats"
+_SPLIT = "give parts that differ their own material, where the mean is not good enough"
+_TOML = "in [material.NAME] of a TOML file"
+_REMEDIES = (
+    (r"no light", "add [[light]] to a TOML file, or emission to a material"),
+    (r"no texture coordinates", "unwrap the meshes, and export texture coordinates"),
+    (r"degenerate|have no area|without area|in no face", _NOTHING),
+    (r"in 32 bits", "move the mesh to the origin in the program that made it, and export it again"),
+    (r"coincide", "delete one copy of doubled faces, unless any will do"),
+    (r"add up to more than 1|lowered to 1", f"lower the reflectance in the file, or {_TOML}"),
+    (r"textures?\b.* grey|relief w.* not readable", "put the images where the file looks for them"),
+    (r"MTL file", f"put the MTL file beside the OBJ, or give the reflectances {_TOML}"),
+    (r"\b(normalTexture|map_[Bb]ump|[Bb]ump|norm|disp)\b", "model the relief, where it matters"),
+    (r"(colours|opacity) of (vertices|faces)|attribute bytes", "bake the colours into a texture"),
+    (r"animations", "export the pose to be rendered as a plain mesh"),
+    (
+        r"points and lines|lines are not simulated|fewer than three corners",
+        "export what should be seen as polygons",
+    ),
+    (r"emission from the back", "model the light closed, or with a second face, turned back"),
+    (r"absolute name", _NOTHING + ", if it is the right image"),
+    (r"variation of|mean of (map_|its image)|map_(Ks|Ns)", _SPLIT),
+    (r"KHR_materials_transmission", f"make it all glass: transmission 1, or ior {_TOML}"),
+    (r"roughness of thin glass", f"model its two sides, or give it a partial alpha {_TOML}"),
+    (r"specularColorFactor", f"give the colour as glossy {_TOML}"),
+    (r"EXT_mesh_gpu_instancing", "realize its instances and export again: one copy is rendered"),
+    (
+        r"KHR_materials_(?!transmission)|EXT_(?!mesh_gpu)",
+        f"describe the surface {_TOML}, as near as it gets",
+    ),
+    (r"\brange\b", "nothing: light falls off with the square of the distance"),
+    (r"clamped in one|coordinates of a further texture", _BAKE),
+    (r"mirrored view", "give the camera's node a scale without minus signs"),
+    (
+        r"\.ply: .*\btexture of",
+        "give it as reflectance = { file = … } in [material.default] of a TOML file",
+    ),
+    (r"candela and lux", "export it anew, with Data → Lighting → Unitless"),
+    (r"black backs", "nothing, where the camera and lights are in front of them"),
+    (r"innerConeAngle", "lower it in the file: the edge of the spot is hard"),
+    (r"newmtl is repeated", "give each material its own name"),
+    (r"\b(Ks|Ns|Ni|Tf|illum|halo)\b", f"give mirror, glossy or ior {_TOML}"),
+    (r"\bsheen\b", f"give sheen {_TOML}, without coat, ior and mirror"),
+    (r"\bsheenRoughnessTexture\b", f"give sheen_roughness {_TOML}: one number stands for it"),
+    (r"munsell", "give the measured chips with --munsell, or accept the recovered curve"),
+)
+"""A pattern in a warning, and what to do."""
+_OTHER_FORMAT = r"^(?!.*\.(gltf|glb): ).*\b(property|element|texture)\b"
+_EXPORT = "export it as glTF or OBJ with materials, if it matters"
+_OTHERWISE = "compare a render with what it should show"
+
+
+def find_remedy(message: str) -> str:
+    """Return what to do about a warning, for each part of it that is known, in their order."""
+    matches = [(re.search(pattern, message), remedy) for pattern, remedy in _REMEDIES]
+    places = sorted((match.start(), remedy) for match, remedy in matches if match)
+    found = [remedy for _, remedy in places]
+    if not found and re.search(_OTHER_FORMAT, message):
+        return _EXPORT
+    return "; ".join(dict.fromkeys(found)) or _OTHERWISE

@@ -45,11 +45,9 @@ def _lines(description: dict[str, Any]) -> Iterator[str]:
     area = _light_rows(description["area_lights"], ("name", "material", "power", "share"))
     yield from _section("area lights", area)
     yield from _section("cameras", _camera_rows(description, digits))
-    effects = [
-        (name, "on" if effect["on"] else "off", effect["why"])
-        for name, effect in description["effects"].items()
-    ]
-    yield from _section("effects of a render", effects)
+    effects = description["effects"].items()
+    rows = [(name, "on" if effect["on"] else "off", effect["why"]) for name, effect in effects]
+    yield from _section("effects of a render", rows)
     yield ""
     yield f"warnings: {len(description['warnings']) or 'none'}"
     yield from _warning_lines(description["warnings"])
@@ -79,7 +77,6 @@ def _section(title: str, rows: Sequence[Sequence[str]]) -> Iterator[str]:
 
 def _mesh_rows(meshes: Sequence[dict[str, Any]]) -> list[tuple[str, ...]]:
     """Return rows of meshes, those of most triangles first."""
-    ordered = sorted(meshes, key=lambda mesh: -mesh["triangles"])
     return [
         (
             mesh["name"],
@@ -90,7 +87,7 @@ def _mesh_rows(meshes: Sequence[dict[str, Any]]) -> list[tuple[str, ...]]:
             "smooth" if mesh["smooth"] else "flat" if mesh["normals"] else "flat, no normals",
             _show_colors(mesh["colors"]),
         )
-        for mesh in ordered
+        for mesh in sorted(meshes, key=lambda mesh: -mesh["triangles"])
     ]
 
 
@@ -106,9 +103,8 @@ def _camera_rows(description: dict[str, Any], digits: int) -> list[tuple[str, ..
     """Return rows of cameras; or the one that says where a scene without any is seen from."""
     if framed := description["framed_camera"]:
         place = _show(framed["origin"], digits)
-        return [
-            (f"no camera given: seen from the front right, above, at {place} in a square image",)
-        ]
+        row = f"no camera given: seen from the front right, above, at {place} in a square image"
+        return [(row,)]
     return _rows(description["cameras"], ("name", "kind"), digits)
 
 
@@ -116,10 +112,9 @@ def _light_rows(
     lights: Sequence[dict[str, Any]], head: Sequence[str], digits: int = _DIGITS
 ) -> list[tuple[str, ...]]:
     """Return rows of lights, the strongest first."""
-    ordered = sorted(lights, key=lambda light: -light["power"])
     shown = [
         light | {"power": f"{light['power']:.4g} W", "share": f"{100.0 * light['share']:.1f}%"}
-        for light in ordered
+        for light in sorted(lights, key=lambda light: -light["power"])
     ]
     return _rows(shown, head, digits)
 
@@ -130,11 +125,10 @@ def _rows(
     """Return a column for each key of the head, and one for all others."""
     rows = []
     for item in items:
-        others = {key: value for key, value in item.items() if key not in head}
         details = ", ".join(
             _show_detail(key, value, digits)
-            for key, value in others.items()
-            if value not in (None, [])
+            for key, value in item.items()
+            if key not in head and value not in (None, [])
         )
         rows.append((*(_cell(key, item[key]) for key in head), details))
     return rows

@@ -27,14 +27,7 @@ def has_jinja() -> bool:
 
 
 def render_page(package: str, template: str, **values: Any) -> str:
-    """Return a page as HTML.
-
-    Parameters
-    ----------
-    package : with a folder of templates
-    template : name of the one to render
-    values : that it shows
-    """
+    """Return a page as HTML: values in a template of a package, which has a folder of them."""
     from jinja2 import ChoiceLoader, Environment, PackageLoader
 
     loader = ChoiceLoader([PackageLoader(package), PackageLoader(__package__)])

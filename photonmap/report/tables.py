@@ -9,12 +9,7 @@ from typing import Any
 
 
 def aligned(rows: Sequence[Sequence[Any]], right: Collection[int] = ()) -> Iterator[str]:
-    """Yield rows of cells as lines, with their columns aligned.
-
-    Parameters
-    ----------
-    right : numbers of the columns that are aligned to the right
-    """
+    """Yield rows of cells as lines, their columns aligned left, or `right` by number."""
     texts = [[str(cell) for cell in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*texts, strict=True)]
     for row in texts:

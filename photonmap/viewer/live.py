@@ -44,9 +44,8 @@ def preview(scene: Scene | str | PathLike[str], buffer: str = "radiance", **opti
     try:
         from IPython.display import Image, display
     except ImportError:
-        raise InputError(
-            "pm.preview shows pictures in a notebook and needs IPython: pip install ipython"
-        ) from None
+        problem = "pm.preview shows pictures in a notebook and needs IPython"
+        raise InputError(f"{problem}: pip install ipython") from None
     row = row_of(buffer)
     if row is None or not row.is_banded:
         known = suggest(buffer, names_where(is_banded=True))
@@ -82,12 +81,9 @@ _SHOWN = ("radiance", "direct", "indirect", "shading", "reflectance")
 
 
 class Tev:
-    """Sends buffers in linear sRGB; see `--view`. Where no tev runs, it warns once.
+    """Sends buffers in linear sRGB to HOST:PORT; see `--view`. Where no tev runs, it warns once.
 
-    Parameters
-    ----------
-    name : what tev calls the image
-    address : HOST:PORT
+    `name` is what tev calls the image.
     """
 
     def __init__(self, name: str, address: str = ADDRESS) -> None:

@@ -34,12 +34,7 @@ _PALETTE = ("#000000", *COLORS)
 
 
 def load_for_page(path: str | PathLike[str], buffers: Collection[str] | None = None) -> Result:
-    """Read what a page shows of FILE.exr.
-
-    Parameters
-    ----------
-    buffers : names of those to show; None for all that a picture can be made of
-    """
+    """Read what a page shows of FILE.exr: these buffers, or all that a picture can be made of."""
     wanted = None if buffers is None else {*buffers, *_FOR_EXPOSURE}
     names = [
         name
@@ -65,8 +60,7 @@ def write_page(
 
     Parameters
     ----------
-    results : one or two, of equal size and bands
-    titles : what the page calls them
+    results, titles : one or two, of equal size and bands, and what the page calls them
     path : FILE.html
     buffers : names of those to show; None for all that a picture can be made of
     """
@@ -123,13 +117,13 @@ def _choose(results: Sequence[Result], buffers: Iterable[str] | None) -> list[st
                 raise InputError(f"there is no buffer {name!r}; {remedy}")
     if not chosen:
         raise InputError("there is no buffer that can be shown")
-    order = list(BY_NAME)
-    return sorted(chosen, key=lambda name: (name != "radiance", "@" in name, _place(name, order)))
+    order = {name: place for place, name in enumerate(BY_NAME)}
 
+    def place(name: str) -> tuple[bool, bool, int]:
+        row = row_of(name)
+        return name != "radiance", "@" in name, len(order) if row is None else order[row.name]
 
-def _place(name: str, order: list[str]) -> int:
-    row = row_of(name)
-    return len(order) if row is None else order.index(row.name)
+    return sorted(chosen, key=place)
 
 
 def _pack_buffer(result: Result, name: str) -> tuple[dict[str, Any], list[str]]:
@@ -154,32 +148,28 @@ def _describe(
 ) -> dict[str, Any]:
     """Return all that the page has to know but the arrays."""
     first = results[0]
-    width, height = first.size
-    bands = first.bands
+    (width, height), bands = first.size, first.bands
+    of_record = ("passes", "error", "seed", "objects", "materials")
+    files = [
+        {"title": title, **{key: result.record.get(key) for key in of_record}}
+        for title, result in zip(titles, results, strict=True)
+    ]
+    buffers = [
+        _describe_buffer(name, _PALETTE[index % len(_PALETTE)], results)
+        for index, name in enumerate(names)
+    ]
     return {
         "version": __version__,
         "width": width,
         "height": height,
-        "files": [
-            {"title": title, **_facts(result)}
-            for title, result in zip(titles, results, strict=True)
-        ],
+        "files": files,
         "bands": list(bands.names),
         "wavelengths": None if bands.centroids is None else bands.centroids.tolist(),
         "projections": _projections(first),
         "exposure": first.exposure if "radiance" in first.buffers else 1.0,
         "parts": _PARTS,
-        "buffers": [
-            _describe_buffer(name, _PALETTE[index % len(_PALETTE)], results)
-            for index, name in enumerate(names)
-        ],
+        "buffers": buffers,
     }
-
-
-def _facts(result: Result) -> dict[str, Any]:
-    """Return what the page says of a file: passes, error, names of objects."""
-    record = result.record
-    return {key: record.get(key) for key in ("passes", "error", "seed", "objects", "materials")}
 
 
 def _projections(result: Result) -> list[dict[str, Any]]:

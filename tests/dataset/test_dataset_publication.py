@@ -14,7 +14,7 @@ from photonmap import dataset
 from photonmap.commands.main import main
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.verify import verify
-from photonmap.dataset.publication.annotations import (
+from photonmap.dataset.publication.metadata import (
     CATEGORIES,
     FIRST_OWN,
     categories_of,

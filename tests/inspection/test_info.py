@@ -13,9 +13,9 @@ from photonmap.inspection.describe import (
     describe_materials,
     describe_mesh,
     describe_scene,
+    find_remedy,
     guess_unit,
 )
-from photonmap.inspection.remedies import find_remedy
 from photonmap.inspection.text import _warning_lines
 from photonmap.scene.surfaces.layers import name_kind
 

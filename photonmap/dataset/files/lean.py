@@ -267,5 +267,7 @@ def held_in(result: Result, chosen: Collection[str] | None) -> Result:
         return {name: image for name, image in images.items() if split_name(name)[0] in chosen}
 
     arguments = result.record.get("arguments", {}) | {"buffers": sorted(chosen)}
-    images = {name: kept(getattr(result, name)) for name in ("buffers", "errors", "block_errors")}
+    images: dict[str, Any] = {
+        name: kept(getattr(result, name)) for name in ("buffers", "errors", "block_errors")
+    }
     return replace(result, **images, record=result.record | {"arguments": arguments})

@@ -12,12 +12,7 @@ import torch
 class TensorDataset(torch.utils.data.Dataset):
     """Images as dicts of tensors, bands first; can be pickled for a loader's worker processes.
 
-    Parameters
-    ----------
-    images : of a data set, see `photonmap.dataset.open`
-    names : of the arrays to load
-    rgb : load those that have bands in the set's RGB
-    transform : applied to each dict; its return value is yielded
+    The parameters are those of `photonmap.dataset.Dataset.torch`.
     """
 
     def __init__(

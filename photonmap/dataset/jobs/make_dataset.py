@@ -22,9 +22,8 @@ from photonmap.dataset.files.manifest import (
 )
 from photonmap.dataset.jobs.costs import Agenda
 from photonmap.dataset.jobs.job_scene import copy_inputs
-from photonmap.dataset.jobs.notices import hearing
 from photonmap.dataset.jobs.plan import CONTENT, TEXT, CommonSettings, Job
-from photonmap.dataset.jobs.render_image import ENTRY, Task, read_entry
+from photonmap.dataset.jobs.render_image import ENTRY, Task, hearing, read_entry
 from photonmap.dataset.jobs.schedule import LOCAL, run_fastest, run_tasks
 from photonmap.errors import warn
 from photonmap.runtime.file_checks import FULL

@@ -1,4 +1,4 @@
-"""Render one image of a data set, and write its folder atomically."""
+"""Render one image of a data set, write its folder atomically, and say what takes long."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ import os
 import shutil
 import tempfile
 import time
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from photonmap.capture.sensor import Sensor
 from photonmap.dataset.files.derived_buffers import (
@@ -26,18 +27,21 @@ from photonmap.dataset.files.lean import rendered_for
 from photonmap.dataset.files.manifest import check_code
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.job_scene import make_scene, pieces_in
-from photonmap.dataset.jobs.notices import SpokenStages
 from photonmap.dataset.jobs.plan import Job
 from photonmap.dataset.report.page import summarise
 from photonmap.errors import InputError, naming_in_warnings
 from photonmap.film.budget import LEAST_PASSES
 from photonmap.results.files import write_json
 from photonmap.results.result import Result
+from photonmap.runtime.progress import STAGES, Silent
 from photonmap.scene.scene import Scene
 from photonmap.scene.textures import Paint, Texture, mean_color
 from photonmap.settings import DATASET, taken_by
 from photonmap.spectra import color_text, munsell
 from photonmap.spectra.bands import Bands
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 ENTRY = "entry.json"
 """File in the folder of an image that holds its entry in the manifest."""
@@ -261,3 +265,52 @@ def _load_entry(folder: Path) -> dict[str, Any] | None:
         return entry if isinstance(entry["files"], dict) else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
+
+
+Log = Callable[[str], None]
+_TOPIC = "photonmap"
+"""Of what workers send."""
+
+_listeners: list[Log] = []
+
+
+class SpokenStages(Silent):
+    """Says where kernels are compiled, which may take a minute; else nothing."""
+
+    def stage(self, name: str) -> None:
+        """Say so."""
+        if name == "first compile":
+            say(STAGES[name])
+
+
+def say(line: str) -> None:
+    """Say a line to who listens in this process, or from a worker of dask to its client."""
+    for listener in _listeners:
+        listener(line)
+    if not _listeners and find_spec("distributed") is not None:
+        from distributed import get_worker
+
+        with suppress(ValueError):  # this is no worker
+            get_worker().log_event(_TOPIC, line)
+
+
+@contextmanager
+def hearing(log: Log) -> Iterator[None]:
+    """Call `log` with every line that is said in this context, once each."""
+    heard = set[str]()
+
+    def hear(line: str) -> None:
+        if line not in heard:
+            heard.add(line)
+            log(line)
+
+    _listeners.append(hear)
+    try:
+        yield
+    finally:
+        _listeners.remove(hear)
+
+
+def hear_workers(client: Client) -> None:
+    """Say here what the workers of a client say."""
+    client.subscribe_topic(_TOPIC, lambda event: say(event[1]))

@@ -16,8 +16,7 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from photonmap.dataset.jobs.costs import Agenda, seconds_of
-from photonmap.dataset.jobs.notices import hear_workers
-from photonmap.dataset.jobs.render_image import Task, render_image
+from photonmap.dataset.jobs.render_image import Task, hear_workers, render_image
 from photonmap.errors import InputError, warn
 from photonmap.runtime.workers import AUTO, default_threads
 

@@ -17,20 +17,15 @@ from photonmap.errors import InputError
 from photonmap.runtime.wording import enumerated, suggest
 
 _NAMES = {
-    "CC0-1.0": ("CC0 1.0 Universal", "https://creativecommons.org/publicdomain/zero/1.0/"),
-    "CC-BY-4.0": (
-        "Creative Commons Attribution 4.0 International",
-        "https://creativecommons.org/licenses/by/4.0/",
-    ),
+    "CC0-1.0": ("CC0 1.0 Universal", "publicdomain/zero/1.0"),
+    "CC-BY-4.0": ("Creative Commons Attribution 4.0 International", "licenses/by/4.0"),
     "CC-BY-SA-4.0": (
-        "Creative Commons Attribution-ShareAlike 4.0 International",
-        "https://creativecommons.org/licenses/by-sa/4.0/",
+        "Creative Commons Attribution-ShareAlike 4.0 International", "licenses/by-sa/4.0",
     ),
     "CC-BY-NC-4.0": (
-        "Creative Commons Attribution-NonCommercial 4.0 International",
-        "https://creativecommons.org/licenses/by-nc/4.0/",
+        "Creative Commons Attribution-NonCommercial 4.0 International", "licenses/by-nc/4.0",
     ),
-}
+}  # fmt: skip
 NAMES = tuple(_NAMES)
 """SPDX names of the licences."""
 
@@ -47,7 +42,8 @@ class License:
 def find_license(name: str) -> License:
     """Return a licence by its SPDX name, or one of the user's from a file of its text."""
     if name in _NAMES:
-        title, url = _NAMES[name]
+        title, place = _NAMES[name]
+        url = f"https://creativecommons.org/{place}/"
         text = f"This data set is licensed under {title}.\n\nThe legal code is at\n{url}legalcode\n"
         return License(name, url, text)
     if not Path(name).is_file():
@@ -88,18 +84,11 @@ def describe_reading(has_annotations: bool = True) -> str:
 
 
 def write_card(
-    images: Dataset,
-    license_: License,
-    title: str,
-    reading: str,
-    head: Sequence[str] = (),
+    images: Dataset, license_: License, title: str, reading: str, head: Sequence[str] = ()
 ) -> str:
     """Return the data card in Markdown, with the head that Hugging Face reads.
 
-    Parameters
-    ----------
-    reading : how the files are read
-    head : further lines of the head, in YAML
+    `reading` says how the files are read; `head` has further lines of the head, in YAML.
     """
     entries = images.entries
     return "\n".join(
@@ -126,19 +115,9 @@ def _head(count: int, license_: License, more: Sequence[str]) -> list[str]:
     size = next((name for most, name in _SIZES if count < most), "n>1M")
     name = license_.name.lower() if license_.url else "other"
     return [
-        "---",
-        f"license: {name}",
-        "task_categories:",
-        "- image-to-image",
-        "tags:",
-        "- intrinsic-images",
-        "- synthetic",
-        "size_categories:",
-        f"- {size}",
-        *more,
-        "---",
-        "",
-    ]
+        "---", f"license: {name}", "task_categories:", "- image-to-image", "tags:",
+        "- intrinsic-images", "- synthetic", "size_categories:", f"- {size}", *more, "---", "",
+    ]  # fmt: skip
 
 
 def _section(title: str, lines: Iterable[str]) -> list[str]:
@@ -262,7 +241,6 @@ def _licence(images: Dataset, license_: License) -> list[str]:
         f"The images were made from {' and '.join(given)}; those measurements have licences of "
         "their own, and are not part of this set. "
     )
-    return [
-        f"{license_.name}{f' ({license_.url})' if license_.url else ''}, see `LICENSE`. "
-        f"{measured if given else ''}{' '.join(own)}".strip(),
-    ]
+    where = f" ({license_.url})" if license_.url else ""
+    text = f"{license_.name}{where}, see `LICENSE`. {measured if given else ''}{' '.join(own)}"
+    return [text.strip()]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 import json
 import re
@@ -21,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.dataset.files.derived_buffers import as_rgb
-from photonmap.dataset.files.image_files import PREVIEWED, previews
+from photonmap.dataset.files.image_files import PREVIEWED, hash_files, previews
 from photonmap.dataset.files.manifest import warn_of_left_out
 from photonmap.dataset.files.reader import Image, open_dataset
 from photonmap.dataset.publication.card import find_license, write_card
@@ -129,14 +128,9 @@ def export(
 
 def _configs(parts: Sequence[str]) -> list[str]:
     """Return where Hugging Face finds the files of each split, for the head of the card."""
-    names = {"val": "validation"}
     files = [
-        line
+        f"  - split: {'validation' if part == 'val' else part}\n    path: {DATA}/{part}-*.parquet"
         for part in parts
-        for line in (
-            f"  - split: {names.get(part, part)}",
-            f"    path: {DATA}/{part}-*.parquet",
-        )
     ]
     return ["configs:", "- config_name: default", "  data_files:", *files]
 
@@ -172,11 +166,6 @@ class Samples(NamedTuple):
         return frozenset(found)
 
 
-def key_of(image: Image) -> str:
-    """Return the name of an image without dots, which end the key of a sample."""
-    return image.name.replace(".", "_")
-
-
 def usual_names(image: Image) -> list[str]:
     """Return those of `DEFAULT` that an image holds."""
     return [
@@ -198,12 +187,10 @@ def members_of(
 ) -> dict[str, bytes]:
     """Return what is exported of an image by the endings of its files: npy, png and json.
 
-    Parameters
-    ----------
-    names : of the arrays
-    halves : names of those to write in half precision
+    `names` are those of the arrays, and `halves` of those to write in half precision.
     """
-    arrays = {f"{_file_name(name)}.npy": array_file(image, name, halves) for name in names}
+    endings = {name: re.sub(r"[^\w.@-]", "_", name) for name in names}  # as files can be called
+    arrays = {f"{endings[name]}.npy": array_file(image, name, halves) for name in names}
     pictures = {f"{name}.png": data for name, data in pictures_of(image).items()}
     return {"json": describe(image).encode(), **pictures, **arrays}
 
@@ -229,11 +216,6 @@ def array_file(image: Image, name: str, halves: Collection[str] = ()) -> bytes:
     kind = np.float16 if name in halves else array.dtype
     np.save(file, np.ascontiguousarray(array, kind), allow_pickle=False)
     return file.getvalue()
-
-
-def _file_name(name: str) -> str:
-    """Return the name of an array as it can stand in the name of a file."""
-    return re.sub(r"[^\w.@-]", "_", name)
 
 
 @contextmanager
@@ -273,7 +255,10 @@ def write_shards(folder: Path, samples: Samples) -> None:
                 line = writer.add(image, members_of(image, names, halves))
                 index.write(json.dumps(line, ensure_ascii=False) + "\n")
             writer.close()
-            shards += [_describe(path, part) for path in writer.paths]
+            digests = hash_files(folder, [path.name for path in writer.paths])
+            for path in writer.paths:
+                about = {"bytes": path.stat().st_size, "sha256": digests[path.name]}
+                shards.append({"name": path.name, "split": part, **about})
             samples.log(f"{part}: images {len(images)}, shards {len(writer.paths)}")
     head = {"format": FORMAT, "arrays": names, "halves": sorted(halves), "shards": shards}
     text = json.dumps(head, indent=2)
@@ -290,7 +275,7 @@ class _Writer:
 
     def add(self, image: Image, members: dict[str, bytes]) -> dict[str, Any]:
         """Write a sample; return its line of the index."""
-        key = key_of(image)
+        key = image.name.replace(".", "_")  # a dot ends the key of a sample
         tar = self._open(_tar_size(members.values()))
         begin, places = tar.offset, {}
         for ending, data in members.items():
@@ -335,12 +320,6 @@ def _tar_size(members: Iterable[bytes]) -> int:
     return files + 2 * tarfile.BLOCKSIZE
 
 
-def _describe(path: Path, part: str) -> dict[str, Any]:
-    with path.open("rb") as file:
-        digest = hashlib.file_digest(file, "sha256").hexdigest()
-    return {"name": path.name, "split": part, "bytes": path.stat().st_size, "sha256": digest}
-
-
 DATA = "data"
 _FIELDS = {
     "name": "string", "scene": "string", "seed": "int64", "illumination": "string",
@@ -351,8 +330,8 @@ _FIELDS = {
 
 
 def column_of(name: str) -> str:
-    """Return the column of an array: "rgb_shading" of "rgb.shading"."""
-    return name.replace(".", "_")
+    """Return the column of an array, which no picture has: "rgb_shading_npy" of "rgb.shading"."""
+    return name.replace(".", "_") + "_npy"
 
 
 def check_pyarrow() -> None:
@@ -412,24 +391,17 @@ def _row(image: Image, names: Sequence[str], halves: Collection[str]) -> dict[st
         for name, data in pictures_of(image).items()
     }
     arrays = {column_of(name): array_file(image, name, halves) for name in names}
-    return {**dict(zip(_FIELDS, cells, strict=True)), **pictures, **_apart(arrays)}
-
-
-def _apart(arrays: dict[str, Any]) -> dict[str, Any]:
-    """Return arrays by columns that no picture has."""
-    return {f"{name}_npy": data for name, data in arrays.items()}
+    return {**dict(zip(_FIELDS, cells, strict=True)), **pictures, **arrays}
 
 
 def _schema(names: Sequence[str]) -> pyarrow.Schema:
     """Return the columns, with what `datasets` knows them as."""
     import pyarrow
 
-    makers = {"string": pyarrow.string, "int64": pyarrow.int64, "int32": pyarrow.int32,
-              "float64": pyarrow.float64, "bool": pyarrow.bool_}  # fmt: skip
     picture = pyarrow.struct([("bytes", pyarrow.binary()), ("path", pyarrow.string())])
-    columns = [(name, makers[kind]()) for name, kind in _FIELDS.items()]
+    columns = [(name, pyarrow.type_for_alias(kind)) for name, kind in _FIELDS.items()]
     columns += [(name, picture) for name in PREVIEWED]
-    arrays = list(_apart(dict.fromkeys(map(column_of, names))))
+    arrays = list(dict.fromkeys(map(column_of, names)))
     columns += [(name, pyarrow.binary()) for name in arrays]
     features: dict[str, Any] = {n: {"dtype": k, "_type": "Value"} for n, k in _FIELDS.items()}
     features |= {name: {"_type": "Image"} for name in PREVIEWED}

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-import tempfile
 from collections import defaultdict
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -14,10 +13,14 @@ from photonmap.dataset.files.image_files import hash_files, list_files
 from photonmap.dataset.files.manifest import HEAD, INPUTS, LINES, locked, warn_of_left_out
 from photonmap.dataset.files.reader import Dataset, Image, open_dataset
 from photonmap.dataset.files.splits import PARTS, part_of
-from photonmap.dataset.publication.annotations import describe_cameras, describe_coco
 from photonmap.dataset.publication.card import describe_reading, find_license, write_card
-from photonmap.dataset.publication.croissant import describe_croissant
+from photonmap.dataset.publication.metadata import (
+    describe_cameras,
+    describe_coco,
+    describe_croissant,
+)
 from photonmap.errors import InputError, warn
+from photonmap.report.files import written_together
 from photonmap.runtime.wording import listed
 
 CARD, LICENSE, SUMS = "README.md", "LICENSE", "SHA256SUMS"
@@ -52,8 +55,7 @@ def publish(folder: str | PathLike[str], license_name: str) -> list[Path]:
     if not has_ids:
         warn(f"the images hold no {_IDS}, see --buffers, so there is no {COCO}")
     card = write_card(images, license_, title, describe_reading(has_ids))
-    with locked(folder), tempfile.TemporaryDirectory(prefix=".photonmap-", dir=folder) as made:
-        part = Path(made)
+    with locked(folder), written_together(folder) as part:
         digests = hash_files(folder, (HEAD, LINES))
         inputs = [f"{INPUTS}/{name}" for name in list_files(folder / INPUTS)]
         (part / LICENSE).write_text(license_.text, encoding="utf-8")
@@ -62,26 +64,21 @@ def publish(folder: str | PathLike[str], license_name: str) -> list[Path]:
             _write(part / COCO, describe_coco(images, license_))
         _write(part / CAMERAS, describe_cameras(images))
         _write(part / CROISSANT, describe_croissant(images, license_, title, digests))
-        names = sorted(path.name for path in part.iterdir())
-        sums = {
-            **digests,
-            **hash_files(part, names),
-            **hash_files(folder, inputs),
-            **_image_digests(images),
-        }
-        (part / SUMS).write_text(_sum_lines(sums), encoding="utf-8")
-        return [path.replace(folder / path.name) for path in sorted(part.iterdir())]
+        digests |= hash_files(part, list_files(part)) | hash_files(folder, inputs)
+        for entry in images.entries:
+            digests |= {f"{entry['name']}/{name}": sha for name, sha in entry["files"].items()}
+        lines = "".join(f"{digest}  {name}\n" for name, digest in digests.items())
+        (part / SUMS).write_text(lines, encoding="utf-8")  # as `sha256sum -c` reads it
+        written = list_files(part)
+    return [folder / name for name in written]
 
 
 def check_complete(images: Dataset) -> None:
     """Raise `InputError` if images of a data set are missing, or it has none."""
     there = {image.name for image in images}
     if missing := [name for name in images.head["images"] if name not in there]:
-        raise InputError(
-            f"{len(missing)} images are missing ({listed(missing, 3)}); run the data set again "
-            f"with --resume",
-            images.folder,
-        )
+        names, remedy = listed(missing, 3), "run the data set again with --resume"
+        raise InputError(f"{len(missing)} images are missing ({names}); {remedy}", images.folder)
     if not there:
         raise InputError("the data set has no images; run it again with --resume", images.folder)
 
@@ -98,20 +95,6 @@ def warn_of_empty(parts: Collection[str]) -> None:
     """Warn of the splits that are not among those that have images."""
     if missing := [part for part in PARTS if part not in parts]:
         warn(f"no scene is in {' and '.join(missing)}; a larger --count adds some")
-
-
-def _image_digests(images: Dataset) -> dict[str, str]:
-    """Return the SHA-256 of the files of all images, as the manifest has them."""
-    return {
-        f"{entry['name']}/{name}": digest
-        for entry in images.entries
-        for name, digest in entry["files"].items()
-    }
-
-
-def _sum_lines(digests: Mapping[str, str]) -> str:
-    """Return what `sha256sum -c` reads."""
-    return "".join(f"{digest}  {name}\n" for name, digest in digests.items())
 
 
 def _write(path: Path, contents: Any) -> None:

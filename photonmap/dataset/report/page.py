@@ -13,11 +13,14 @@ from numpy.typing import NDArray
 
 from photonmap.dataset.files.image_files import PREVIEWED
 from photonmap.errors import InputError
+from photonmap.io.png import write_png
 from photonmap.report.files import written_together
 from photonmap.report.pages import has_jinja, render_page
 from photonmap.results.result import Result
 
 PAGE, SHEET = "report.html", "contact_sheet.png"
+BINS = 20
+"""Number of bins of every histogram."""
 _WIDTH = 160
 """Width of a picture on the contact sheet, pixels."""
 _GAP = 6
@@ -32,19 +35,13 @@ def write_report(
 ) -> list[Path]:
     """Write the page and, where images have a PNG, the contact sheet; return their paths.
 
-    Parameters
-    ----------
-    folder : of the data set
-    entries : of its images in the manifest
-    left_out : a line for each scene file that could not be read
+    `left_out` has a line for each scene file that could not be read.
     """
     shown = [entry for entry in entries if f"{PREVIEWED[0]}.png" in entry["files"]]
     with written_together(folder) as part:
         if has_jinja():
             (part / PAGE).write_text(write_page(entries, left_out), encoding="utf-8")
         if shown:
-            from photonmap.io.png import write_png
-
             write_png(draw_sheet(folder, shown), part / SHEET)
         written = sorted(file.name for file in part.iterdir())
     return [folder / name for name in written]
@@ -52,11 +49,8 @@ def write_report(
 
 def write_page(entries: Sequence[Entry], left_out: Sequence[str] = ()) -> str:
     """Return the page as HTML; its pictures are the files of the images."""
-    columns = columns_of(entries)
-    seconds = {
-        stage: sum(entry["seconds"][stage] for entry in entries)
-        for stage in ("build", "compile", "render", "write")
-    }
+    columns, stages = columns_of(entries), ("build", "compile", "render", "write")
+    seconds = {stage: sum(entry["seconds"][stage] for entry in entries) for stage in stages}
     return render_page(
         __package__,
         "dataset.html",
@@ -85,19 +79,16 @@ def columns_of(entries: Sequence[Entry]) -> dict[str, str]:
     A title is an illumination, the view if it is named, and the seed where a scene has several
     images under these.
     """
-    titles = {entry["name"]: _lit_from(entry["job"]) for entry in entries}
+    titles = {}
+    for entry in entries:
+        lit, view = entry["job"]["illumination"], entry["job"]["view"]["name"]
+        titles[entry["name"]] = f"{lit}, {view}" if view else lit
     counts = Counter((entry["geometry"], titles[entry["name"]]) for entry in entries)
     several = {title for (_, title), count in counts.items() if count > 1}
     for entry in entries:
         if titles[entry["name"]] in several:
             titles[entry["name"]] += f", seed {entry['job']['seed']}"
     return titles
-
-
-def _lit_from(job: dict[str, Any]) -> str:
-    """Return the illumination of a job, and its view if it is named."""
-    view = f", {job['view']['name']}" if job["view"]["name"] else ""
-    return f"{job['illumination']}{view}"
 
 
 def mean_share(entries: Iterable[Entry]) -> float | None:
@@ -183,14 +174,9 @@ def _draw(sheet: Bytes, file: Path, top: int, left: int, height: int, width: int
     resized = OpenImageIO.ImageBufAlgo.resize(picture, filtername="box", roi=roi)
     pixels = resized.get_pixels(OpenImageIO.UINT8, roi)
     if pixels is None or resized.has_error:
-        raise InputError(
-            f"cannot be read ({resized.geterror()}); render it again with --resume", file
-        )
+        problem = f"cannot be read ({resized.geterror()})"
+        raise InputError(f"{problem}; render it again with --resume", file)
     sheet[top : top + height, left : left + width] = pixels[..., :3]
-
-
-BINS = 20
-"""Number of bins of every histogram."""
 
 
 def summarise(result: Result, rgb: Result) -> dict[str, Any]:
@@ -199,12 +185,8 @@ def summarise(result: Result, rgb: Result) -> dict[str, Any]:
     `direct_share` is Σ|direct| / Σ|direct + indirect| over pixels and bands, None without light.
     Histograms over valid pixels have `BINS` bins over [0, 1]: one of reflectance in all bands, and
     those of the illuminant's red and blue fractions of R + G + B where none of the three is
-    negative.
-
-    Parameters
-    ----------
-    result : in its bands, with the buffers that `with_derived` adds
-    rgb : the same in linear sRGB
+    negative. `result`, in its bands, has the buffers that `with_derived` adds; `rgb` is the same in
+    linear sRGB.
     """
     direct = result.direct.astype(np.float64)
     whole = float(np.abs(direct + result.indirect).sum())

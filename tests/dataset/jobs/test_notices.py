@@ -6,10 +6,9 @@ import pytest
 
 from photonmap.commands.main import main
 from photonmap.dataset.jobs import schedule
-from photonmap.dataset.jobs.notices import hearing, say
 from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
 from photonmap.dataset.jobs.presets import Preset
-from photonmap.dataset.jobs.render_image import Task
+from photonmap.dataset.jobs.render_image import Task, hearing, say
 
 LINE = "compiling kernels for scenes of this kind (once)"
 

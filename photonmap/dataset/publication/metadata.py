@@ -1,15 +1,16 @@
-"""Objects, their categories and cameras of all images, as COCO, OpenCV and OpenGL have them."""
+"""What programs read of a data set: objects as COCO has them, cameras, and Croissant metadata."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.dataset.files.manifest import LINES
 from photonmap.dataset.files.reader import Dataset, Image
 from photonmap.dataset.publication.card import License
 
@@ -187,4 +188,115 @@ def describe_cameras(images: Dataset) -> dict[str, Any]:
             }
             for entry in images.entries
         },
+    }
+
+
+_CONTEXT = {
+    "@language": "en",
+    "@vocab": "https://schema.org/",
+    "conformsTo": "dct:conformsTo",
+    "cr": "http://mlcommons.org/croissant/",
+    "rai": "http://mlcommons.org/croissant/RAI/",
+    "data": {"@id": "cr:data", "@type": "@json"},
+    "dataType": {"@id": "cr:dataType", "@type": "@vocab"},
+    "dct": "http://purl.org/dc/terms/",
+    "examples": {"@id": "cr:examples", "@type": "@json"},
+    "sc": "https://schema.org/",
+} | {
+    name: f"cr:{name}"
+    for name in (
+        "citeAs", "column", "equivalentProperty", "extract", "field", "fileProperty", "fileObject",
+        "fileSet", "format", "includes", "isLiveDataset", "jsonPath", "key", "md5", "parentField",
+        "path", "recordSet", "references", "regex", "repeated", "replace", "samplingRate",
+        "separator", "source", "subField", "transform",
+    )
+}  # fmt: skip
+"""The context that Croissant 1.0 recommends."""
+_FIELDS = {
+    "name": ("sc:Text", "the image, and its folder"),
+    "geometry": ("sc:Text", "the scene, whatever its light, colours and view"),
+    "split": ("sc:Text", "train, val or test"),
+    "error": ("sc:Float", "relative error of radiance, bias included"),
+}
+"""Fields of the images, which are keys of the manifest's lines: type and meaning."""
+
+
+def describe_croissant(
+    images: Dataset, license_: License, title: str, digests: Mapping[str, str]
+) -> dict[str, Any]:
+    """Return the metadata of a data set; digests are SHA-256 of its files by path."""
+    return {
+        "@context": _CONTEXT,
+        "@type": "sc:Dataset",
+        "conformsTo": "http://mlcommons.org/croissant/1.0",
+        "name": title,
+        "description": f"{len(images)} renders of {len(images.geometries)} scenes as ground truth "
+        "for intrinsic images, with standard errors.",
+        "license": license_.url or license_.name,
+        "version": "1.0.0",
+        **_responsible(images),
+        "distribution": [_manifest(digests), *_file_sets(images)],
+        "recordSet": [_records()],
+    }
+
+
+def _responsible(images: Dataset) -> dict[str, Any]:
+    """Return the fields of the vocabulary for responsible AI."""
+    return {
+        "rai:dataCollection": "Simulated: scenes built by rules from seeds, rendered by photon "
+        "mapping with photonmap. No person took part, and none is shown.",
+        "rai:dataCollectionType": "Synthetic",
+        "rai:dataLimitations": "Objects, rooms and lights follow rules, not measured statistics of "
+        "the world. Values have the standard errors that the files state.",
+        "rai:dataUseCases": "Training and evaluation of methods that separate reflectance from "
+        "light, of colour constancy, and of methods that estimate geometry.",
+        "rai:personalSensitiveInformation": "None.",
+        "rai:dataAnnotationProtocol": "Annotations are computed from the scenes: ids, boxes and "
+        "masks are those of the surfaces at the centres of the pixels.",
+    }
+
+
+def _manifest(digests: Mapping[str, str]) -> dict[str, Any]:
+    return {
+        "@type": "cr:FileObject",
+        "@id": LINES,
+        "name": LINES,
+        "description": "one line of JSON for each image",
+        "contentUrl": LINES,
+        "encodingFormat": "application/jsonlines",
+        "sha256": digests[LINES],
+    }
+
+
+def _file_sets(images: Dataset) -> list[dict[str, Any]]:
+    """Return the files of all images by their kinds."""
+    kinds = {"exr": "image/x-exr", "hdf5": "application/x-hdf5", "png": "image/png"}
+    return [
+        {
+            "@type": "cr:FileSet",
+            "@id": f"{kind}-files",
+            "name": f"{kind}-files",
+            "encodingFormat": kinds[kind],
+            "includes": f"**/*.{kind}",
+        }
+        for kind in images.head["formats"]
+    ]
+
+
+def _records() -> dict[str, Any]:
+    return {
+        "@type": "cr:RecordSet",
+        "@id": "images",
+        "name": "images",
+        "field": [
+            {
+                "@type": "cr:Field",
+                "@id": f"images/{name}",
+                "name": name,
+                "description": meaning,
+                "dataType": kind,
+                "source": {"fileObject": {"@id": LINES}, "extract": {"column": name}},
+            }
+            for name, (kind, meaning) in _FIELDS.items()
+        ],
     }
