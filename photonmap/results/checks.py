@@ -80,12 +80,14 @@ def as_record(value: Any) -> Any:
     InputError
         if JSON cannot hold it
     """
+    if value is None or type(value) in (str, int, float, bool):
+        return value
     if isinstance(value, np.generic | np.ndarray):
         return as_record(value.tolist())
     if isinstance(value, Mapping):
         return {name: as_record(each) for name, each in value.items()}
     if isinstance(value, list | tuple):
         return [as_record(each) for each in value]
-    if value is None or isinstance(value, str | int | float):
+    if isinstance(value, str | int | float):
         return value
     raise InputError(f"the record has {shown(value)}, which JSON cannot hold; leave it out")

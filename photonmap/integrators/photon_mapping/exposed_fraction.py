@@ -53,14 +53,28 @@ def find_lit_sides(setup: PassSetup) -> NDArray[np.bool_]:
     Triangles of one material share the answer; so do those of one object that photons often reach.
     """
     material, objects = setup.compiled.geometry.material, setup.compiled.object_ids
-    of_material = _count_batches(setup, material)
-    of_object = _count_batches(setup, objects)
+    kinds = int(material.max()) + 1
+    pair = objects.astype(np.int64) * kinds + material
+    starts = np.flatnonzero(np.diff(pair, prepend=-1))
+    pairs, run = np.unique(pair[starts], return_inverse=True)
+    lit = _find_lit_batches(setup, np.repeat(run, np.diff(starts, append=len(pair))), len(pairs))
+    of_material = _count_batches(lit, pairs % kinds)
+    of_object = _count_batches(lit, pairs // kinds)
     of_object[of_object.max(axis=1) < ENOUGH_BATCHES] = 1
     return (of_material[material] > 0) & (of_object[objects] > 0)
 
 
-def _count_batches(setup: PassSetup, groups: NDArray[np.integer]) -> NDArray[np.int64]:
-    """Count the batches of photons of which some come to the sides of groups of triangles, (G, 2).
+def _count_batches(lit: NDArray[np.bool_], group: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Count the batches that come to the sides of a group of pairs, (groups, 2)."""
+    found = np.zeros((int(group.max()) + 1, BATCHES, 2), np.bool_)
+    np.logical_or.at(found, group, lit)
+    return found.sum(axis=1)
+
+
+def _find_lit_batches(setup: PassSetup, pair: NDArray[np.int64], count: int) -> NDArray[np.bool_]:
+    """Return of which batches some photons come to the sides of triangles, (count, BATCHES, 2).
+
+    Those of one material and object, whose number is in `pair`, (T,), are one.
 
     They lose nothing, and come from all emitters alike: whether a surface is dark, or a light dim,
     does not matter.
@@ -75,16 +89,15 @@ def _count_batches(setup: PassSetup, groups: NDArray[np.integer]) -> NDArray[np.
         materials=materials._replace(reflectance=np.ones_like(materials.reflectance)),
         textures=textures,
     )
-    count = int(groups.max()) + 1
-    sides = 2 * groups.astype(np.int32)[:, None] + np.arange(2, dtype=np.int32)
-    cells = one_cell(len(groups))._replace(first=sides)
+    sides = 2 * pair.astype(np.int32)[:, None] + np.arange(2, dtype=np.int32)
+    cells = one_cell(len(pair))._replace(first=sides)
     cache = RadiosityCache(cells, np.empty((2 * count, setup.bands), np.float32))
     key, scratch = setup.key(0, Domain.LIT_SIDES), np.empty((2, setup.bands), np.float32)
-    lit = np.zeros((count, 2), np.int64)
+    lit = np.empty((count, BATCHES, 2), np.bool_)
     for batch in range(BATCHES):
         span = Span(batch * PILOT // BATCHES, (batch + 1) * PILOT // BATCHES)
         trace_photons(scene, cache, key, span, PILOT, BOUNCES, scratch)
-        lit += cache.radiosity.any(axis=1).reshape(count, 2)
+        lit[:, batch] = cache.radiosity.any(axis=1).reshape(count, 2)
     return lit
 
 
