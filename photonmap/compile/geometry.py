@@ -18,9 +18,8 @@ from photonmap.runtime.wording import enumerated, shown
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
-from photonmap.scene.surfaces.checks import check_textures
-from photonmap.scene.surfaces.equivalents import without_images
-from photonmap.scene.textures import FARTHEST, Paint, Texture, mean_color, mean_number
+from photonmap.scene.surfaces.layers import check_textures, without_images
+from photonmap.scene.textures import FARTHEST, Paint, Texture, mean_number
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
 
 LEAST_AREA = 1e-34
@@ -109,14 +108,7 @@ def _flatten(meshes: list[Mesh]) -> list[Mesh]:
         if mesh.uv is None and material.is_textured:
             named[f"{shown(mesh.name)} of material {shown(material.name)}"] = None
             if id(material) not in flat:
-                flat[id(material)] = replace(
-                    without_images(material),
-                    reflectance=mean_color(material.reflectance),
-                    emission=mean_color(material.emission),
-                    alpha=mean_number(material.alpha),
-                    tint=mean_color(material.tint),
-                    transmission=mean_number(material.transmission),
-                )
+                flat[id(material)] = without_images(material, base=True)
             mesh = replace(mesh, material=flat[id(material)])
         result.append(mesh)
     if named:

@@ -8,16 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.compile.surfaces.glossy import NODES, TERMS, lobe_albedos
+from photonmap.compile.surfaces.white_bases import WHITE_BASES
 from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.bsdf.models import GLOSSY, MODELS
 from photonmap.kernels.core import records
 from photonmap.kernels.core.metals import DIP_POWERS
 from photonmap.runtime.wording import listed
 from photonmap.scene.material import Material
-from photonmap.scene.surfaces.checks import check_material
 from photonmap.scene.surfaces.conductors import fit_dip
 from photonmap.scene.surfaces.fresnel import lobe_index, mean_rise
-from photonmap.scene.surfaces.layers import check_layers
+from photonmap.scene.surfaces.layers import check_layers, check_material
 from photonmap.scene.textures import Paint, Texture, mean_color, mean_number, rescaling
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
@@ -25,9 +25,6 @@ from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
 Floats = NDArray[np.float64]
 LEAST_COLOR = 1e-3
 """Share by which bands of colourless reflectances may differ."""
-COVERABLE = ("rough diffuse", "glossy")
-"""Models, beside Lambert's, whose white surfaces coats and sheens know (`through_coat` and
-`through_sheen` in `photonmap.compile.surfaces`)"""
 
 
 class CompiledMaterials(NamedTuple):
@@ -218,14 +215,14 @@ def _compile_scattering(
 ) -> records.Scattering | None:
     """Return which BSDFs are not Lambertian; None where there is none."""
     described = [material.scattering for material in materials]
-    covered = [material.is_coated or material.has_sheen for material in materials]
+    covered = [material.is_covered for material in materials]
     if not any(covered) and all(scattering is None for scattering in described):
         return None
     model, parameters = np.zeros(len(materials), np.uint8), np.zeros((len(materials), 5))
     for index, scattering in enumerate(described):
         if scattering is not None:
             name, values = scattering
-            if covered[index] and name not in COVERABLE:
+            if covered[index] and name not in WHITE_BASES:
                 raise InputError(
                     f"material {materials[index].name!r}: coat and sheen do not go over a "
                     f"{name} surface; set both to 0"

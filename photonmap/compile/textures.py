@@ -26,16 +26,18 @@ from photonmap.kernels.core.records import (
 from photonmap.scene.images import LINEAR_TABLE, SRGB_TABLE, Image
 from photonmap.scene.material import LEAST_ALPHA, Material
 from photonmap.scene.mesh import Mesh
+from photonmap.scene.parameters import parameters_of
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Texture
 from photonmap.spectra.bands import Bands
 
 Floats = NDArray[np.float64]
-_TEXTURED = (
-    "reflectance", "emission", "alpha", "glossy", "roughness", "relief", "anisotropy_map", "coat",
-    "coat_roughness", "coat_relief", "tint", "transmission", "sheen",
-)  # fmt: skip
-"""Attributes of materials that may be, or have, textures."""
+IMAGES = tuple(
+    name
+    for name, parameter in parameters_of(Material).items()
+    if parameter.textured or name in ("relief", "coat_relief", "anisotropy_map")
+)
+"""Attributes of materials that may be, or have, textures"""
 _CORNERS = np.array([[0.75, 0.75], [1.25, 0.75], [0.75, 1.25]])
 """Where a triangle's corners lie in its tile, in texels; those of centres are 0.5 and 1.5."""
 
@@ -47,8 +49,7 @@ class TextureTable:
     Parameters
     ----------
     maps : one row a use
-    reflectance, emission, alpha, glossy, roughness, relief, anisotropy_map, coat, coat_roughness,
-    coat_relief, tint, transmission, sheen : (M,) the row that each material uses, -1 for none
+    rows : by each of `IMAGES`, (M,) the row that each material uses, -1 for none
     clear : (M,) likewise, of what panes of textured tint let pass in every band
     opacity : (M,) where there is no texture
     uses : which texture each row of `maps` is, and what its reflectances are divided by
@@ -56,19 +57,7 @@ class TextureTable:
     """
 
     maps: Maps
-    reflectance: NDArray[np.int32]
-    emission: NDArray[np.int32]
-    alpha: NDArray[np.int32]
-    glossy: NDArray[np.int32]
-    roughness: NDArray[np.int32]
-    relief: NDArray[np.int32]
-    anisotropy_map: NDArray[np.int32]
-    coat: NDArray[np.int32]
-    coat_roughness: NDArray[np.int32]
-    coat_relief: NDArray[np.int32]
-    tint: NDArray[np.int32]
-    transmission: NDArray[np.int32]
-    sheen: NDArray[np.int32]
+    rows: dict[str, NDArray[np.int32]]
     clear: NDArray[np.int32]
     opacity: Floats
     uses: list[tuple[Texture, float]] = field(repr=False)
@@ -76,10 +65,10 @@ class TextureTable:
 
     def textures(self, bands: Bands) -> Textures | None:
         """Return textured reflectances; None where there are none."""
-        if (self.reflectance < 0).all():
+        if (self.rows["reflectance"] < 0).all():
             return None
         basis = bands.reflectance_basis.astype(np.float32, order="C")
-        return Textures(self.maps, self.reflectance, basis, self._palettes(bands))
+        return Textures(self.maps, self.rows["reflectance"], basis, self._palettes(bands))
 
     def _palettes(self, bands: Bands) -> Palettes | None:
         """Return the spectra of spectral textures, and indices that count them; None without."""
@@ -95,22 +84,28 @@ class TextureTable:
 
     def lobes(self, scattering: Scattering | None, bands: Bands) -> Scattering | None:
         """Return BSDFs with textures of glossy lobes, and albedos of these, where there are any."""
-        images = self.glossy, self.roughness, self.anisotropy_map, self.coat, self.coat_roughness
+        images = (
+            self.rows["glossy"],
+            self.rows["roughness"],
+            self.rows["anisotropy_map"],
+            self.rows["coat"],
+            self.rows["coat_roughness"],
+        )
         if scattering is None or np.less(images, 0).all():
             return scattering
         basis = bands.reflectance_basis.astype(np.float32, order="C")
-        varies = (self.roughness >= 0) & (scattering.below == GLOSSY)
+        varies = (self.rows["roughness"] >= 0) & (scattering.below == GLOSSY)
         albedos, first = append_stepped(scattering.albedos, scattering.parameters[:, 3], varies)
         return scattering._replace(
             albedos=albedos,
             maps=LobeMaps(
                 self.maps,
-                self.roughness,
-                self.glossy,
-                self.reflectance,
-                self.anisotropy_map,
-                self.coat,
-                self.coat_roughness,
+                self.rows["roughness"],
+                self.rows["glossy"],
+                self.rows["reflectance"],
+                self.rows["anisotropy_map"],
+                self.rows["coat"],
+                self.rows["coat_roughness"],
                 basis,
                 first,
                 STEPS,
@@ -120,11 +115,11 @@ class TextureTable:
 
     def holes(self, panes: Panes | None) -> Alpha | None:
         """Return opacities; None where all surfaces are opaque."""
-        if panes is None and (self.alpha < 0).all() and (self.opacity == 1.0).all():
+        if panes is None and (self.rows["alpha"] < 0).all() and (self.opacity == 1.0).all():
             return None
         if panes is not None and (self.clear >= 0).any():
             panes = panes._replace(image=self.clear, maps=self.maps)
-        return Alpha(self.opacity, self.alpha, self.maps, panes)
+        return Alpha(self.opacity, self.rows["alpha"], self.maps, panes)
 
     def emission_textures(
         self, bands: Bands, power: float, rows: int, geometry: Geometry
@@ -137,7 +132,7 @@ class TextureTable:
         rows : of `Lights.spectra`, of which the first are those of materials
         geometry : with texture coordinates
         """
-        emitting = np.flatnonzero(self.emission >= 0)
+        emitting = np.flatnonzero(self.rows["emission"] >= 0)
         if not len(emitting):
             return None
         slot = np.full(rows, -1, np.int32)
@@ -145,7 +140,7 @@ class TextureTable:
         basis = np.tile(bands.emission_basis / power, (len(emitting), 1))
         basis = basis.astype(np.float32, order="C")
         return EmissionTextures(
-            self.maps, slot, self.emission[emitting], basis, geometry.uv, geometry.triangles
+            self.maps, slot, self.rows["emission"][emitting], basis, geometry.uv, geometry.triangles
         )
 
 
@@ -165,43 +160,38 @@ def compile_textures(
     InputError : an opacity is outside [0, 1]
     """
     uses: list[tuple[Texture, float]] = []
-    slots = np.full((len(_TEXTURED), len(materials)), -1, np.int32)
-    opacity = np.ones(len(materials))
+
+    def use(image: Texture | None, shrink: float = 1.0) -> int:
+        if image is None:
+            return -1
+        uses.append((image, shrink))
+        return len(uses) - 1
+
+    rows = {name: np.full(len(materials), -1, np.int32) for name in IMAGES}
+    passed, opacity = np.full(len(materials), -1, np.int32), np.ones(len(materials))
     for index, material in enumerate(materials):
-        for slot, name in enumerate(_TEXTURED):
-            paint = getattr(material, name)
-            if name == "coat_roughness" and not material.is_coated:
-                continue
+        for name in IMAGES:
             with naming(f"material {material.name!r}: {name}"):
-                if name in ("relief", "coat_relief", "anisotropy_map"):
-                    if (image := _image(material, name)) is not None:
-                        slots[slot, index] = len(uses)
-                        uses.append((image, 1.0))
-                elif isinstance(paint, Texture):
-                    slots[slot, index] = len(uses)
-                    uses.append((paint, shrink[index] if slot == 0 else 1.0))
-                elif name == "alpha":
-                    opacity[index] = _opacity(paint)
-    passed = np.full(len(materials), -1, np.int32)
+                divisor = shrink[index] if name == "reflectance" else 1.0
+                rows[name][index] = use(_image(material, name), divisor)
+        if not isinstance(material.alpha, Texture):
+            with naming(f"material {material.name!r}: alpha"):
+                opacity[index] = _opacity(material.alpha)
     for index, texture in (clear or {}).items():
-        passed[index] = len(uses)
-        uses.append((texture, 1.0))
+        passed[index] = use(texture)
     maps, images = _maps(uses)
-    rows = dict(zip(_TEXTURED, slots, strict=True))
-    return TextureTable(maps, **rows, clear=passed, opacity=opacity, uses=uses, images=images)
+    return TextureTable(maps, rows, passed, opacity, uses, images)
 
 
 def _image(material: Material, name: str) -> Texture | None:
-    """Return the image of a relief, or of directions and strengths along the surface."""
-    if name == "relief":
-        return None if material.relief is None else material.relief.image
-    if name == "coat_relief":
-        relief = material.own_coat_relief
-        return None if relief is None else relief.image
-    if not material.is_brushed:
-        return None
-    assert material.anisotropy_map is not None
-    return material.anisotropy_map.scaled(material.anisotropy)
+    """Return the image of an attribute; None where there is none, or it has no effect."""
+    value: Any = material.own_coat_relief if name == "coat_relief" else getattr(material, name)
+    if name == "anisotropy_map":
+        return value.scaled(material.anisotropy) if material.is_brushed else None
+    if name in ("relief", "coat_relief"):
+        return None if value is None else value.image
+    is_idle = name == "coat_roughness" and not material.is_coated
+    return value if isinstance(value, Texture) and not is_idle else None
 
 
 def _opacity(value: Any) -> float:

@@ -1,24 +1,33 @@
-"""Materials: how a surface reflects, transmits and emits. Each attribute is declared once."""
+"""Materials: how a surface reflects, transmits and emits.
+
+Each attribute is declared once, in its annotation; one that asks for a lobe has it there, too.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from types import NoneType
-from typing import Annotated
+from typing import Annotated, Literal, Self
 
 import numpy as np
 
+from photonmap.errors import naming
 from photonmap.scene.parameters import (
     Emission,
     Flag,
     Number,
     Part,
     Reflectance,
+    declared,
+    finite,
     parameters_of,
+    vector,
 )
 from photonmap.scene.surfaces.dispersion import LINES, Cauchy, NamedGlass, Sellmeier, abbe_number
-from photonmap.scene.surfaces.presets import Presets
+from photonmap.scene.surfaces.fresnel import normal_reflectance
+from photonmap.scene.surfaces.metallic import FRACTION, metallic_gloss
 from photonmap.scene.surfaces.relief import AnisotropyMap, BumpMap, NoRelief, NormalMap
 from photonmap.scene.textures import Paint, Texture, is_black, mean_number
 from photonmap.spectra.curves import Color, Spectrum
@@ -30,12 +39,78 @@ NARROW_ALPHA = 0.1
 """α below which specular chains follow bare metal, as they follow mirrors: light samples and gather
 rays seldom meet its lobe. Variance times processor time were as 1 to 4.1 at α 0.01, to 2.2 at 0.05,
 to 1.2 at 0.1, and to 0.95 at 0.15 (Cornell box with a ball of metal)."""
-BESIDE_GLASS = ("reflectance", "glossy", "glossy_edge")
-"""Attributes of opaque surfaces that those have, too, which are glass in part"""
+_COLOR = Reflectance("reflectance")
 
 
 @dataclass(frozen=True)
-class Material(Presets):
+class Lobe:
+    """A way in which surfaces scatter beside Lambert's law, declared with what asks for it.
+
+    Parameters
+    ----------
+    level : 0 for glass and a diffuse base, 1 for what reflects over that, 2 for a cover of both
+    over, alone : its name over what `{}` stands for, and over black
+    parameters : attributes that have no effect without it
+    without : what a material lacks that has these alone, and what to do
+    clashes : attributes of lobes that it cannot have below or beside it, with what to do
+    model : the BSDF's name in `kernels.bsdf.models`; none for glass, mirrors and covers. Covers lie
+        over those of `photonmap.compile.surfaces.white_bases`
+    numbers : attributes of the material that are the BSDF's parameters; the lobe's by default
+    is_beside_glass : whether a surface may have it that is glass in part
+    """
+
+    level: Literal[0, 1, 2]
+    over: str = "{}"
+    alone: str = ""
+    parameters: tuple[str, ...] = ()
+    without: str = ""
+    clashes: Mapping[str, str] = field(default_factory=dict)
+    model: str = ""
+    numbers: tuple[str, ...] = ()
+    is_beside_glass: bool = False
+
+
+_LAMBERT = "only a Lambertian base lies below; set diffuse_roughness to 0, or leave out"
+_METAL = "for metal below it give glossy in place of mirror"
+_GLASS = "glass has none; leave out ior, or"
+_GLOSSY = Lobe(
+    1,
+    "gloss over {}",
+    "metal",
+    ("roughness", "anisotropy", "glossy_edge"),
+    "what is not glossy; add glossy = 0.04 for plastic, or glossy = 'metal:Au'",
+    {
+        "mirror": "set mirror to 0; a glossy of roughness 0 over reflectance 0 is a mirror",
+        "diffuse_roughness": f"{_LAMBERT} glossy",
+    },
+    model="glossy",
+    numbers=("lobe_alpha",),
+    is_beside_glass=True,
+)
+_COAT = Lobe(
+    2,
+    "coated {}",
+    "coated black",
+    ("coat_roughness", "coat_ior", "coat_relief"),
+    "what has no coat; add coat = 1",
+    {"ior": f"{_GLASS} coat", "mirror": _METAL, "diffuse_roughness": f"{_LAMBERT} coat"},
+)
+_SHEEN = Lobe(
+    2,
+    "sheen over {}",
+    "sheen over black",
+    ("sheen_roughness",),
+    "what has no sheen; add sheen = 0.5",
+    {
+        "ior": f"{_GLASS} sheen",
+        "mirror": _METAL,
+        "coat": "one of them lies on top; for a shine below a sheen give glossy, not coat",
+    },
+)
+
+
+@dataclass(frozen=True)
+class Material:
     """A surface, the same on both sides, that may also emit from its front.
 
     It reflects diffusely, like a mirror, or both; with an index of refraction it is glass, smooth
@@ -98,7 +173,7 @@ class Material(Presets):
     A colour is a number (a constant spectrum), a linear RGB triple, or a `Spectrum`; reflectance,
     emission, alpha, glossy, roughness, coat, coat_roughness, sheen, tint and transmission may be a
     `Texture`. Annotations declare ranges and the keys of TOML and MTL files, which checks, readers
-    and writers follow (`photonmap.scene.parameters`). `Presets` has methods for usual materials.
+    and writers follow (`photonmap.scene.parameters`). Class methods make usual materials.
     """
 
     name: str = "grey"
@@ -106,9 +181,15 @@ class Material(Presets):
         Paint, Reflectance("reflectance", mtl="Kd", textured=True, only="opaque")
     ] = 0.5
     emission: Annotated[Paint, Emission("radiance", "W·m⁻²·sr⁻¹", mtl="Ke", textured=True)] = 0.0
-    mirror: Annotated[Color, Reflectance("reflectance", mtl="Ks", only="opaque")] = 0.0
+    mirror: Annotated[
+        Color,
+        Reflectance("reflectance", mtl="Ks", only="opaque"),
+        Lobe(1, "mirror over {}", "mirror"),
+    ] = 0.0
     ior: Annotated[
-        float | None, Number("index of refraction", mtl="Ni", above=0.0, such_as="1.5")
+        float | None,
+        Number("index of refraction", mtl="Ni", above=0.0, such_as="1.5"),
+        Lobe(0, parameters=("roughness", "anisotropy")),
     ] = None
     tint: Annotated[Paint, Reflectance("transmittance", mtl="Tf", textured=True, only="glass")] = (
         1.0
@@ -133,10 +214,11 @@ class Material(Presets):
     diffuse_roughness: Annotated[
         float,
         Number("roughness", mtl="diffuse_roughness", only="opaque", at_least=0.0, at_most=1.0),
+        Lobe(0, "rough {}", "black", model="rough diffuse"),
     ] = 0.0
 
     glossy: Annotated[
-        Paint, Reflectance("reflectance", mtl="glossy", textured=True, only="opaque")
+        Paint, Reflectance("reflectance", mtl="glossy", textured=True, only="opaque"), _GLOSSY
     ] = 0.0
     glossy_edge: Annotated[
         Color | None, Reflectance("reflectance", mtl="glossy_edge", only="opaque")
@@ -149,6 +231,7 @@ class Material(Presets):
     coat: Annotated[
         float | Texture,
         Number("weight", mtl="Pc", textured=True, only="opaque", at_least=0.0, at_most=1.0),
+        _COAT,
     ] = 0.0
     coat_roughness: Annotated[
         float | Texture,
@@ -159,9 +242,9 @@ class Material(Presets):
         Number("index of refraction", mtl="coat_ior", only="opaque", at_least=1.0, such_as="1.5"),
     ] = 1.5
 
-    sheen: Annotated[Paint, Reflectance("reflectance", mtl="Ps", textured=True, only="opaque")] = (
-        0.0
-    )
+    sheen: Annotated[
+        Paint, Reflectance("reflectance", mtl="Ps", textured=True, only="opaque"), _SHEEN
+    ] = 0.0
     sheen_roughness: Annotated[
         float,
         Number("roughness", mtl="sheen_roughness", only="opaque", at_least=0.0, at_most=1.0),
@@ -211,6 +294,75 @@ class Material(Presets):
                 parts.append(f"{each.name}={value!r}")
         return f"Material({', '.join(parts)})"
 
+    @classmethod
+    def polished(cls, name: str = "mirror", mirror: Color = 1.0) -> Self:
+        """Return a perfect mirror of this reflectance."""
+        return cls(name, 0.0, mirror=mirror)
+
+    @classmethod
+    def metal(
+        cls, name: str = "metal", glossy: Paint = 0.9, roughness: float | Texture = 0.3
+    ) -> Self:
+        """Return a rough metal of this reflectance at normal incidence."""
+        return cls(name, 0.0, glossy=glossy, roughness=roughness)
+
+    @classmethod
+    def plastic(
+        cls,
+        name: str = "plastic",
+        reflectance: Paint = 0.5,
+        ior: float = 1.5,
+        roughness: float | Texture = 0.3,
+    ) -> Self:
+        """Return a diffuse base below a rough coat of this index of refraction, at least 1."""
+        return cls(name, reflectance, glossy=_reflected(name, ior), roughness=roughness)
+
+    @classmethod
+    def glass(
+        cls, name: str = "glass", ior: float = 1.5, tint: Color = 1.0, roughness: float = 0.0
+    ) -> Self:
+        """Return glass, smooth or rough."""
+        return cls(name, 0.0, ior=ior, tint=tint, roughness=roughness)
+
+    @classmethod
+    def pane(
+        cls, name: str = "pane", ior: float = 1.5, tint: Color = 1.0, roughness: float = 0.0
+    ) -> Self:
+        """Return thin glass, smooth or frosted."""
+        return cls(name, 0.0, ior=ior, tint=tint, roughness=roughness, thin=True)
+
+    @classmethod
+    def metallic_roughness(
+        cls,
+        name: str = "metallic",
+        base_color: Paint = 0.5,
+        metallic: float | Texture = 0.0,
+        roughness: float | Texture = 0.5,
+        ior: float = 1.5,
+    ) -> Self:
+        """Return a metal in part, as glTF's factors and `metallic` in TOML files make it.
+
+        Parameters
+        ----------
+        name : of the material
+        base_color : reflectance of the metal at normal incidence, and diffuse albedo of the rest
+        metallic : which fraction is metal, in [0, 1]; an image lies like that of the base colour
+        roughness : of the metal, and of the coat of the rest
+        ior : index of refraction of that coat, at least 1
+
+        Raises
+        ------
+        InputError : a number is out of range, or the base colour is none or has a spectrum in every
+            texel
+        """
+        coat = _reflected(name, ior)
+        with naming(f"material {name!r}: base_color"):
+            base = _plain(base_color)
+        with naming(f"material {name!r}: metallic"):
+            share = metallic if isinstance(metallic, Texture) else FRACTION.check(metallic)
+            gloss = metallic_gloss(base, share, coat, roughness)
+        return cls(name, **gloss._asdict())
+
     def takes(self, attribute: str) -> bool:
         """Return whether an attribute matters to a material of its kind."""
         only = parameters_of(Material)[attribute].only
@@ -219,14 +371,20 @@ class Material(Presets):
         is_beside = attribute in BESIDE_GLASS and not self.is_all_glass
         return only != "opaque" or is_beside
 
+    def has(self, lobe: str) -> bool:
+        """Return whether it has a lobe, one of the attributes that `LOBES` lists."""
+        asked = getattr(self, lobe)
+        return asked is not None and not is_black(asked)
+
     @property
     def is_textured(self) -> bool:
         """Whether a texture lies on it."""
-        names = "reflectance", "emission", "alpha", "coat", "sheen", "tint", "transmission"
-        is_painted = any(isinstance(getattr(self, name), Texture) for name in names)
+        textured = {name for name, each in parameters_of(Material).items() if each.textured}
+        if not self.is_coated:
+            textured.remove("coat_roughness")
+        is_painted = any(isinstance(getattr(self, name), Texture) for name in textured)
         is_turned = self.relief is not None or self.own_coat_relief is not None
-        is_varied = self.has_textured_lobe or self.has_textured_coat
-        return is_painted or is_turned or is_varied or self.is_brushed
+        return is_painted or is_turned or self.is_brushed
 
     @cached_property
     def uses_uv(self) -> bool:
@@ -262,7 +420,7 @@ class Material(Presets):
     @property
     def is_glossy(self) -> bool:
         """Whether it has a glossy lobe."""
-        return not is_black(self.glossy)
+        return self.has("glossy")
 
     @property
     def edge(self) -> Color | None:
@@ -276,12 +434,17 @@ class Material(Presets):
     @property
     def is_coated(self) -> bool:
         """Whether it has a clear coat."""
-        return not is_black(self.coat)
+        return self.has("coat")
 
     @property
     def has_sheen(self) -> bool:
         """Whether it has a sheen."""
-        return not is_black(self.sheen)
+        return self.has("sheen")
+
+    @property
+    def is_covered(self) -> bool:
+        """Whether a clear coat or a sheen lies over it."""
+        return any(lobe.level == 2 and self.has(name) for name, lobe in LOBES.items())
 
     @property
     def has_textured_coat(self) -> bool:
@@ -299,7 +462,7 @@ class Material(Presets):
         """GGX's α of a surface that specular chains pass; 0 where it is smooth, or for others."""
         is_glass = self._bends and (mean_number(self.roughness) > 0.0 or self.anisotropy > 0.0)
         is_metal = self.is_narrow_metal and not self.is_polished_metal
-        return self._alpha if is_glass or is_metal else 0.0
+        return self.lobe_alpha if is_glass or is_metal else 0.0
 
     @property
     def is_pane(self) -> bool:
@@ -312,15 +475,15 @@ class Material(Presets):
         return self.ior not in (None, 1.0)
 
     @property
-    def _alpha(self) -> float:
+    def lobe_alpha(self) -> float:
+        """GGX's α of its glossy lobe, or of its glass."""
         return max(mean_number(self.roughness) ** 2, LEAST_ALPHA)
 
     @property
     def is_narrow_metal(self) -> bool:
         """Whether it is bare metal whose lobe is so narrow that specular chains follow it."""
-        even = not (self.has_textured_lobe or self.is_anisotropic)
-        alone = not (self.is_coated or self.has_sheen)
-        return self.is_glossy and even and alone and self._is_bare and self._alpha < NARROW_ALPHA
+        even = not (self.has_textured_lobe or self.is_anisotropic or self.is_covered)
+        return self.is_glossy and even and self._is_bare and self.lobe_alpha < NARROW_ALPHA
 
     @property
     def is_metal_mirror(self) -> bool:
@@ -346,8 +509,40 @@ class Material(Presets):
         """
         if self.is_narrow_metal:
             return None
-        if self.is_glossy:
-            return "glossy", (self._alpha,)
-        if self.diffuse_roughness == 0.0:
-            return None
-        return "rough diffuse", (self.diffuse_roughness,)
+        for name, lobe in reversed(LOBES.items()):
+            if lobe.model and self.has(name):
+                return lobe.model, tuple(getattr(self, each) for each in lobe.numbers or (name,))
+        return None
+
+
+LOBES: dict[str, Lobe] = dict(
+    sorted(declared(Material, Lobe).items(), key=lambda each: each[1].level)
+)
+"""The lobes by the attributes that ask for them, from the lowest to the topmost"""
+BESIDE_GLASS = frozenset(
+    ["reflectance"]
+    + [
+        each
+        for name, lobe in LOBES.items()
+        if lobe.is_beside_glass
+        for each in (name, *lobe.parameters)
+    ]
+)
+"""Attributes of opaque surfaces that those have, too, which are glass in part"""
+
+
+def _reflected(name: str, ior: float) -> float:
+    """Return what a coat of this index of refraction reflects at normal incidence."""
+    with naming(f"material {name!r}: ior"):
+        return normal_reflectance(parameters_of(Material)["coat_ior"].check(ior))
+
+
+def _plain(color: Paint) -> Paint:
+    """Return a colour as a float or three, if it is no spectrum and no texture."""
+    if isinstance(color, Spectrum | Texture):
+        return color
+    number = finite(color)
+    plain = vector(color) if number is None else number
+    if plain is None:
+        raise _COLOR.error(color, "give a number, three for RGB, a Spectrum or a Texture")
+    return plain

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from numbers import Real
 from pathlib import Path
-from typing import Any, ClassVar, Literal, get_args, get_type_hints
+from typing import Any, ClassVar, Literal, TypeVar, get_args, get_type_hints
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from photonmap.errors import InputError
 from photonmap.runtime.wording import shown
 from photonmap.spectra.curves import Color
 
+T = TypeVar("T")
 Vector = tuple[float, float, float]
 
 
@@ -332,15 +333,16 @@ def check_parameters(described: Any) -> dict[str, Any]:
 
 def parameters_of(described: Any) -> dict[str, Parameter]:
     """Return the declared parameters of a dataclass by attribute, in the order of its fields."""
-    return _parameters(described)
+    return declared(described, Parameter)
 
 
 @cache
-def _parameters(described: Any) -> dict[str, Parameter]:
+def declared(described: Any, kind: type[T]) -> dict[str, T]:
+    """Return what annotations of a dataclass hold of one kind, by attribute."""
     hints = get_type_hints(described, include_extras=True)
     return {
-        each.name: parameter
+        each.name: found
         for each in fields(described)
-        for parameter in get_args(hints[each.name])
-        if isinstance(parameter, Parameter)
+        for found in get_args(hints[each.name])
+        if isinstance(found, kind)
     }

@@ -7,30 +7,23 @@ from functools import cache
 
 import numpy as np
 
-from photonmap.compile.surfaces.glossy import (
-    GRID,
-    NODES,
-    SMALLEST_COSINE,
-    append_stepped,
-    lobe_albedo,
-    lobe_albedos,
-    multiple_fresnel,
-    reflections,
-)
 from photonmap.compile.surfaces.glossy import STEPS as COATS
+from photonmap.compile.surfaces.glossy import (
+    append_stepped,
+    lobe_albedos,
+)
 from photonmap.compile.surfaces.relief import Reliefs
-from photonmap.compile.table_cache import Floats, kept_on_disk
+from photonmap.compile.surfaces.white_bases import WHITE_BASES, through, whole_albedos
+from photonmap.compile.table_cache import Floats
 from photonmap.kernels.bsdf.models import COATED
 from photonmap.kernels.core import records
 from photonmap.kernels.core.lobe_records import Coats
 from photonmap.scene.material import LEAST_ALPHA, Material
-from photonmap.scene.surfaces.fresnel import mean_rise, normal_reflectance, rise
+from photonmap.scene.surfaces.fresnel import mean_rise, normal_reflectance
 from photonmap.scene.textures import Texture, mean_number
 
 STEPS = 9
 """Values of the roughness of a base for which D is tabulated, evenly from 0 to 1."""
-ROUNDS = 60
-"""of the iteration, which gains a digit in about six"""
 
 
 def with_coats(
@@ -52,16 +45,16 @@ def with_coats(
     numbers = _numbers(scattering, materials, chosen)
     row, first, steps = np.full((3, len(materials)), -1, np.int32)
     model, albedos = scattering.model.copy(), [scattering.albedos]
-    through: list[Floats] = []
+    passing: list[Floats] = []
     for place, index in enumerate(chosen):
         _, alpha, refraction, dielectric = numbers[:, index].tolist()
         row[index] = len(scattering.albedos) + place
-        first[index] = sum(len(rows) for rows in through)
+        first[index] = sum(len(rows) for rows in passing)
         albedos.append(lobe_albedos(alpha, refraction)[None])
         alphas = [alpha, *_stepped_alphas(materials[index].coat_roughness)]
         base = dielectric, float(scattering.parameters[index, 3])
         rows = [_through((refraction, each), materials[index], base) for each in alphas]
-        through += rows
+        passing += rows
         steps[index] = len(rows[0])
     varies = np.array([material.has_textured_coat for material in materials])
     weight, alpha, refraction, dielectric = numbers
@@ -77,7 +70,7 @@ def with_coats(
         dielectric,
         first,
         steps,
-        np.concatenate(through),
+        np.concatenate(passing),
         scattering.maps if varies.any() else None,
         np.array([material.own_coat_relief is not None for material in materials], np.uint8),
         reliefs and reliefs.of_coats(materials),
@@ -128,76 +121,25 @@ def _through(coat: tuple[float, float], material: Material, base: tuple[float, f
 
     The coat is its index and α; the base F₀ and index of its lobe, where that is no metal.
     """
-    dielectric = base if material.is_glossy else (None, 0.0)
     steps = _evenly_from_0_to_1(STEPS)
     if not isinstance(material.roughness, Texture):
         steps = [material.roughness if material.is_glossy else 1.0] * 2
-    alphas = [max(step * step, LEAST_ALPHA) for step in steps]
-    bases = dielectric, (1.0, 0.0)
-    rows = [[through_coat(*coat, alpha, *below) for below in bases] for alpha in alphas]
+    rows = []
+    for alpha in (max(step * step, LEAST_ALPHA) for step in steps):
+        metal = through_coat(*coat, "glossy", alpha, 1.0, 0.0)
+        below = ("glossy", alpha, *base) if material.is_glossy else ("Lambertian",)
+        rows.append([through_coat(*coat, *below), metal])
     return np.array(rows)
 
 
 @cache
-def through_coat(
-    index: float, alpha: float, below: float, base_f0: float | None, base_index: float
-) -> Floats:
-    """Return D(θ) of a coat over a white base, (NODES + 1,).
-
-    It solves D · ∫ f D cos dω = 1 - E for the BSDF f of the base and the coat's albedo E(θ), by the
-    symmetric scaling of Sinkhorn and Knopp. The last column is unused.
+def through_coat(index: float, alpha: float, base: str, *numbers: float) -> Floats:
+    """Return D(θ) of a coat over a white base, (NODES + 1,), see `white_bases.through`.
 
     Parameters
     ----------
     index, alpha : of the coat
-    below, base_f0, base_index : α, reflectance at normal incidence and index (0 for Schlick's
-        formula) of the base's lobe, which lies over a white diffuse one; F₀ is None where it has
-        no lobe
+    base, numbers : its model, and what `WHITE_BASES` has of it
     """
-    passed = np.maximum(1.0 - _whole_albedos(alpha, normal_reflectance(index), index), 1e-9)
-    base, through = white_base(below, base_f0, base_index), np.sqrt(passed)
-    for _ in range(ROUNDS):
-        through = np.sqrt(through * passed / (base @ through))
-    return np.append(through, 0.0)
-
-
-def _whole_albedos(alpha: float, f0: float, index: float) -> Floats:
-    """Return what a lobe reflects of light from each node's angle, (NODES,)."""
-    single, grazing = lobe_albedos(alpha, index)[:2]
-    several = multiple_fresnel(f0, single[-1], mean_rise(index))
-    whole = lobe_albedo(single, grazing, f0, several)
-    return np.asarray(whole[:-1])
-
-
-@kept_on_disk
-def white_base(alpha: float, f0: float | None, index: float) -> Floats:
-    """Return where a white base sends light from each node's angle: rows add up to 1."""
-    if f0 is None:
-        return evenly(np.ones(NODES))
-    single, grazing = lobe_albedos(alpha, index)[:2]
-    cosines = np.maximum(np.linspace(0.0, 1.0, NODES) ** 2, SMALLEST_COSINE).tolist()
-    once = np.array([_once((alpha, index), f0, cosine) for cosine in cosines])
-    once *= ((f0 * (single - grazing) + grazing)[:-1] / once.sum(axis=1))[:, None]
-    several = multiple_fresnel(f0, single[-1], mean_rise(index)) * evenly(1.0 - single[:-1])
-    diffuse = 0.0 if f0 == 1.0 else evenly(1.0 - _whole_albedos(alpha, f0, index))
-    return np.asarray(once + several + diffuse)
-
-
-def evenly(missing: Floats) -> Floats:
-    """Return where light goes that leaves by missing(i) · missing(o), of which so much goes."""
-    nodes = np.linspace(0.0, 1.0, NODES)
-    spread = missing * nodes**3  # of 2 μ dμ = 4 t³ dt, for μ = t²
-    spread[-1] *= 0.5
-    return np.asarray(missing[:, None] * (spread / max(spread.sum(), 1e-300)))
-
-
-def _once(lobe: tuple[float, float], f0: float, cosine: float) -> Floats:
-    """Return what a lobe reflects once of light of this cosine, by that of leaving, (NODES,)."""
-    alpha, index = lobe
-    weight, beside, out = reflections(alpha, alpha, 0.0, cosine, GRID)
-    weight = weight * (f0 + (1.0 - f0) * rise(beside, index))
-    places = np.sqrt(np.clip(out, 0.0, 1.0)).ravel() * (NODES - 1)
-    lower = np.minimum(places.astype(int), NODES - 2)
-    share = places - lower
-    low = np.bincount(lower, weight.ravel() * (1.0 - share), NODES)
-    return np.asarray(low + np.bincount(lower + 1, weight.ravel() * share, NODES)) / weight.size
+    passed = np.maximum(1.0 - whole_albedos(alpha, normal_reflectance(index), index), 1e-9)
+    return through(passed, WHITE_BASES[base](*numbers))

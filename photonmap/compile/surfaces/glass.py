@@ -97,9 +97,9 @@ def with_glass(
     is_glass = np.array([material.ior is not None for material in materials])
     none = np.int32(-1)
     images = (
-        table.tint,
-        np.where(is_glass, table.roughness, none),
-        np.where(is_glass, table.anisotropy_map, none),
+        table.rows["tint"],
+        np.where(is_glass, table.rows["roughness"], none),
+        np.where(is_glass, table.rows["anisotropy_map"], none),
     )
     maps = None
     if np.greater_equal(images, 0).any():
@@ -113,8 +113,8 @@ def glass_share(materials: Sequence[Material], table: TextureTable) -> records.G
     if all(material.is_all_glass for material in materials if material.ior is not None):
         return None
     value = np.array([mean_number(m.transmission) if m.ior is not None else 1.0 for m in materials])
-    maps = table.maps if (table.transmission >= 0).any() else None
-    return records.GlassShare(value, table.transmission, maps)
+    maps = table.maps if (table.rows["transmission"] >= 0).any() else None
+    return records.GlassShare(value, table.rows["transmission"], maps)
 
 
 def beside_glass(

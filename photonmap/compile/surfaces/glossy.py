@@ -30,6 +30,11 @@ TERMS = 2 + len(DIP_POWERS)
 """Fresnel terms of `Scattering.albedos`."""
 
 
+def node_cosines() -> Floats:
+    """Return the cosines of the angles that albedos are tabulated for, (NODES,)."""
+    return np.asarray(np.maximum(np.linspace(0.0, 1.0, NODES) ** 2, SMALLEST_COSINE))
+
+
 @kept_on_disk
 def lobe_albedos(alpha: float, index: float = 0.0) -> NDArray[np.float64]:
     """Return what a GGX lobe reflects, (TERMS, NODES + 1), by `Scattering.albedos`' Fresnel terms.
@@ -70,8 +75,7 @@ def _albedos_at(lobe: tuple[float, float, float], share: float, grid: int) -> ND
 
     A lobe is α along and across, and the index of refraction.
     """
-    cosines = np.maximum(np.linspace(0.0, 1.0, NODES) ** 2, SMALLEST_COSINE)
-    rows = np.array([_albedos(lobe, share, cosine, grid) for cosine in cosines]).T
+    rows = np.array([_albedos(lobe, share, cosine, grid) for cosine in node_cosines()]).T
     nodes, shares = even_light(NODES)
     means = [np.interp(np.sqrt(nodes), np.linspace(0.0, 1.0, NODES), row) for row in rows]
     return np.column_stack([rows, np.array(means) @ shares])

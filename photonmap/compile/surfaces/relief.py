@@ -42,16 +42,16 @@ class Reliefs:
 
     def of_surfaces(self, materials: Sequence[Material]) -> Relief | None:
         """Return what turns the shading normals of M materials; None where nothing does."""
-        if (self.table.relief < 0).all():
+        if (self.table.rows["relief"] < 0).all():
             return None
-        return self._compile([material.relief for material in materials], self.table.relief)
+        return self._compile([material.relief for material in materials], self.table.rows["relief"])
 
     def of_coats(self, materials: Sequence[Material]) -> Relief | None:
         """Return what turns the normals of coats that have their own; None where none has."""
         reliefs = [material.own_coat_relief for material in materials]
         if all(relief is None for relief in reliefs):
             return None
-        return self._compile(reliefs, self.table.coat_relief)
+        return self._compile(reliefs, self.table.rows["coat_relief"])
 
     def _compile(
         self, reliefs: Sequence[NormalMap | BumpMap | NoRelief | None], rows: NDArray[np.int32]

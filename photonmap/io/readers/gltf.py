@@ -57,7 +57,7 @@ from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import Vector
 from photonmap.scene.scene import Scene
-from photonmap.scene.surfaces.equivalents import without_images
+from photonmap.scene.surfaces.layers import without_images
 from photonmap.scene.textures import Texture, is_black, mean_color
 
 SUFFIXES = (".glb", ".gltf")

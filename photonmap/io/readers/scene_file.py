@@ -22,12 +22,12 @@ from photonmap.runtime.named_files import named_file, reading_below
 from photonmap.runtime.wording import listed, shown, suggest
 from photonmap.scene.camera import Camera, check_camera
 from photonmap.scene.lights import LIGHTS, Light, check_light
-from photonmap.scene.material import BESIDE_GLASS, Material
+from photonmap.scene.material import BESIDE_GLASS, LOBES, Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import Colored, Part, parameters_of
 from photonmap.scene.projections import RayMap
 from photonmap.scene.scene import Scene, check_names
-from photonmap.scene.surfaces.layers import LOBES, LayerError, check_layers
+from photonmap.scene.surfaces.layers import LayerError, check_layers
 from photonmap.scene.surfaces.metallic import FRACTION, USUAL_COAT, metallic_gloss
 from photonmap.scene.surfaces.relative_index import StrandedIndexError, check_relative_indices
 from photonmap.scene.textures import Paint, Texture
@@ -337,11 +337,9 @@ def _change(material: Material, toml: Toml) -> Material:
 
 def _find_idle(material: Material, attribute: str) -> str:
     """Return on what an attribute has no effect, and what to do; nothing if it has one."""
-    if attribute in ("roughness", "anisotropy") and material.ior is not None:
-        return ""
-    for lobe in LOBES:
-        if attribute in lobe.parameters and not lobe.is_there(material):
-            return lobe.without
+    owners = [name for name, lobe in LOBES.items() if attribute in lobe.parameters]
+    if owners and not any(material.has(name) for name in owners):
+        return LOBES[owners[-1]].without
     if attribute in _OF_BODIES and material.thin:
         return "thin glass, which has no inside; leave out one of them"
     return ""

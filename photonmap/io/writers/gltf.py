@@ -39,7 +39,7 @@ from photonmap.scene.parameters import Emission, Parameter, Reflectance, Text, p
 from photonmap.scene.parameters import Part as PartParameter
 from photonmap.scene.projections import Orthographic, Pinhole
 from photonmap.scene.scene import Scene
-from photonmap.scene.surfaces.equivalents import explicit
+from photonmap.scene.surfaces.layers import explicit
 from photonmap.scene.surfaces.relief import BumpMap
 from photonmap.scene.textures import Texture, is_black
 from photonmap.spectra.curves import Spectrum

@@ -16,7 +16,7 @@ from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import Colored, Number, parameters_of
 from photonmap.scene.scene import Scene
-from photonmap.scene.surfaces.equivalents import explicit
+from photonmap.scene.surfaces.layers import explicit
 from photonmap.scene.textures import Texture
 
 _ROWS = 3 << 14  # Rows written at a time: whole triangles

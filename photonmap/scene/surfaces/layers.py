@@ -1,80 +1,60 @@
-"""The lobes of a surface: one row each says what it is called, and with which others it clashes."""
+"""Materials checked and named by their lobes, and those that stand for others."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
-from typing import NamedTuple
+from dataclasses import replace
+from typing import Any
 
-from photonmap.errors import InputError
-from photonmap.scene.material import Material
-from photonmap.scene.textures import is_black
+import numpy as np
 
-_LAMBERT = "only a Lambertian base lies below; set diffuse_roughness to 0, or leave out"
-_METAL = "for metal below it give glossy in place of mirror"
-_GLASS = "glass has none; leave out ior, or"
-
-
-class Lobe(NamedTuple):
-    """A way in which surfaces scatter, beside Lambert's law."""
-
-    attribute: str
-    """of `Material` that asks for it"""
-    is_there: Callable[[Material], bool]
-    over: str = "{}"
-    """Its name over what `{}` stands for"""
-    alone: str = ""
-    """Its name over black"""
-    parameters: tuple[str, ...] = ()
-    """Attributes that have no effect without it"""
-    without: str = ""
-    """What a material lacks that has these parameters alone, and what to do"""
-    clashes: Mapping[str, str] = MappingProxyType({})
-    """Attributes of lobes that it cannot have below or beside it, with what to do"""
+from photonmap.errors import InputError, naming
+from photonmap.scene.material import LOBES, Material
+from photonmap.scene.parameters import Colored, Emission, Text, parameters_of
+from photonmap.scene.surfaces.spectral_texture import SpectralTexture
+from photonmap.scene.textures import Texture, check_texture, is_black, mean_color, mean_number
+from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 
-LOBES = (
-    Lobe("ior", lambda material: material.ior is not None),
-    Lobe(
-        "diffuse_roughness", lambda material: material.diffuse_roughness != 0.0, "rough {}", "black"
-    ),
-    Lobe("mirror", lambda material: not is_black(material.mirror), "mirror over {}", "mirror"),
-    Lobe(
-        "glossy",
-        lambda material: material.is_glossy,
-        "gloss over {}",
-        "metal",
-        ("roughness", "anisotropy", "glossy_edge"),
-        "what is not glossy; add glossy = 0.04 for plastic, or glossy = 'metal:Au'",
-        {
-            "mirror": "set mirror to 0; a glossy of roughness 0 over reflectance 0 is a mirror",
-            "diffuse_roughness": f"{_LAMBERT} glossy",
-        },
-    ),
-    Lobe(
-        "coat",
-        lambda material: material.is_coated,
-        "coated {}",
-        "coated black",
-        ("coat_roughness", "coat_ior", "coat_relief"),
-        "what has no coat; add coat = 1",
-        {"ior": f"{_GLASS} coat", "mirror": _METAL, "diffuse_roughness": f"{_LAMBERT} coat"},
-    ),
-    Lobe(
-        "sheen",
-        lambda material: material.has_sheen,
-        "sheen over {}",
-        "sheen over black",
-        ("sheen_roughness",),
-        "what has no sheen; add sheen = 0.5",
-        {
-            "ior": f"{_GLASS} sheen",
-            "mirror": _METAL,
-            "coat": "one of them lies on top; for a shine below a sheen give glossy, not coat",
-        },
-    ),
-)
-"""From the lowest to the topmost"""
+def check_material(material: Material) -> Material:
+    """Check all of a material but the values of its colours and textures.
+
+    Returns
+    -------
+    Material, its numbers as plain floats
+
+    Raises
+    ------
+    InputError : the name is not a text, or a number is out of range
+    """
+    plain: dict[str, Any] = {}
+    with naming(f"material {material.name!r}"):
+        Text().check(material.name)
+    for attribute, parameter in parameters_of(Material).items():
+        value = getattr(material, attribute)
+        if value is not None and not (parameter.textured and isinstance(value, Texture)):
+            with naming(f"material {material.name!r}: {attribute}"):
+                plain[attribute] = parameter.check(value)
+    return replace(material, **plain)
+
+
+def check_textures(material: Material) -> None:
+    """Check the values of a material's textures; those of relief are part of `check_material`.
+
+    Raises
+    ------
+    InputError
+        a texture has values that are no reflectance, opacity or radiance, or has spectra where
+        colours or numbers belong
+    """
+    for attribute, parameter in parameters_of(Material).items():
+        paint = getattr(material, attribute)
+        if not (parameter.textured and isinstance(paint, Texture)):
+            continue
+        with naming(f"material {material.name!r}: {attribute}"):
+            if isinstance(paint, SpectralTexture) and attribute != "reflectance":
+                raise InputError("only reflectance may be a SpectralTexture; give a Texture")
+            is_light = isinstance(parameter, Emission)
+            check_texture(paint, np.inf if is_light else LARGEST_REFLECTANCE)
 
 
 class LayerError(InputError):
@@ -93,19 +73,17 @@ def check_layers(material: Material) -> None:
     ------
     LayerError : two do not
     """
-    there = [lobe for lobe in LOBES if lobe.is_there(material)]
-    names = {lobe.attribute for lobe in there}
-    for lobe in there:
+    for name, lobe in LOBES.items():
         for other, remedy in lobe.clashes.items():
-            if other in names:
-                raise LayerError(material, (lobe.attribute, other), remedy)
+            if material.has(name) and material.has(other):
+                raise LayerError(material, (name, other), remedy)
 
 
 def name_kind(material: Material) -> str:
     """Return how a material reflects or transmits, in a few words."""
     opaque = "" if is_black(material.reflectance) else "diffuse"
-    for lobe in LOBES:
-        if lobe.is_there(material):
+    for name, lobe in LOBES.items():
+        if material.has(name):
             opaque = lobe.over.format(opaque) if opaque else lobe.alone
     opaque = opaque or "black"
     if material.ior is None:
@@ -113,3 +91,33 @@ def name_kind(material: Material) -> str:
     is_rough = bool(material.roughness) or material.is_anisotropic
     glass = f"{'rough ' * is_rough}{'thin ' * bool(material.thin)}glass"
     return glass if material.is_all_glass else f"part {glass}, part {opaque}"
+
+
+def without_images(material: Material, base: bool = False) -> Material:
+    """Return a material without relief, and with the mean of the images of its lobes.
+
+    It is the same one if it has none.
+
+    Parameters
+    ----------
+    base : take the mean of the other images, too: of reflectance, emission, opacity and glass
+    """
+    even: dict[str, Any] = dict.fromkeys(("relief", "coat_relief", "anisotropy_map"))
+    of_lobes = {each for name, lobe in LOBES.items() for each in (name, *lobe.parameters)}
+    for name, parameter in parameters_of(Material).items():
+        if parameter.textured and (base or name in of_lobes):
+            mean = mean_color if isinstance(parameter, Colored) else mean_number
+            even[name] = mean(getattr(material, name))
+    changed = {name: value for name, value in even.items() if value is not getattr(material, name)}
+    return replace(material, **changed) if changed else material
+
+
+def explicit(material: Material) -> Material:
+    """Return the same material, with what follows from a metal's index given by itself.
+
+    It is for files that know no metals by name.
+    """
+    if not material.is_metal_mirror:
+        return replace(material, glossy_edge=material.edge)
+    metal = material.mirror
+    return replace(material, mirror=0.0, glossy=metal, glossy_edge=material.edge, roughness=0.0)

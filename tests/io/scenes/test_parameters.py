@@ -13,7 +13,7 @@ from photonmap.io.readers import registry
 from photonmap.io.readers.wavefront import illumination
 from photonmap.scene.lights import LIGHTS, Light, check_light
 from photonmap.scene.parameters import Emission, File, Number, Point, Text, Vector, parameters_of
-from photonmap.scene.surfaces.checks import check_material
+from photonmap.scene.surfaces.layers import check_material
 from photonmap.spectra.curves import Color
 
 TRIANGLE = pm.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])

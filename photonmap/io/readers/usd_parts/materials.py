@@ -13,8 +13,8 @@ from photonmap.io.readers.registry import GREY, OR_WITHOUT, extended
 from photonmap.io.readers.usd_parts.stage import Stage, read_image
 from photonmap.scene.images import Channels, Image
 from photonmap.scene.material import Material
-from photonmap.scene.surfaces.checks import check_material
 from photonmap.scene.surfaces.fresnel import normal_reflectance
+from photonmap.scene.surfaces.layers import check_material
 from photonmap.scene.surfaces.metallic import USUAL_INDEX, metallic_gloss
 from photonmap.scene.surfaces.relief import NormalMap
 from photonmap.scene.textures import Texture, is_black, mean_number
