@@ -9,7 +9,7 @@ import numpy as np
 
 import photonmap as pm
 from benchmarks.accuracy.matter import make_scene
-from photonmap.dataset.models.curved_shapes import knot
+from photonmap.dataset.models.shapes import knot
 from photonmap.dataset.scenes.build import build_scene
 
 Vector = tuple[float, float, float]

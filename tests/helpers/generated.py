@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 
-from photonmap.dataset.models.materials.surfaces import reflectance_of
+from photonmap.dataset.models.materials import reflectance_of
 from photonmap.dataset.report.diversity import appearance_of
 from photonmap.dataset.scenes.build import build_unlit_scene, draw_illumination
 

@@ -20,8 +20,7 @@ from photonmap.dataset.files.derived_buffers import Mask, one_piece
 from photonmap.dataset.files.manifest import CURVES, SENSOR, kept_as, reason_of, role_of_light
 from photonmap.dataset.jobs.plan import CommonSettings, Job, UserScene
 from photonmap.dataset.scenes.build import build_unlit_scene
-from photonmap.dataset.scenes.illumination import Illumination
-from photonmap.dataset.scenes.light_files import check_unchanged
+from photonmap.dataset.scenes.illumination import Illumination, check_unchanged
 from photonmap.dataset.scenes.recolor import light_groups, recolor, relight
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
 from photonmap.dataset.scenes.view_search import find_camera

@@ -22,10 +22,9 @@ from photonmap.dataset.files.manifest import (
 )
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.presets import Preset
-from photonmap.dataset.models.materials.palette import MATERIALS
+from photonmap.dataset.models.materials import MATERIALS
 from photonmap.dataset.scenes.build import LARGEST_SEED, check_looks, draw_illumination
-from photonmap.dataset.scenes.illumination import light_spectrum
-from photonmap.dataset.scenes.light_files import digest_of_light
+from photonmap.dataset.scenes.illumination import digest_of_light, light_spectrum
 from photonmap.dataset.scenes.views import View
 from photonmap.errors import InputError, warn
 from photonmap.report.tables import aligned
@@ -53,7 +52,7 @@ class CommonSettings:
     error : at which a render stops, as `photonmap.render` takes it
     rgb : space of images in RGB, see `photonmap.spectra.projection`
     pixel : where samples lie in a pixel, as `photonmap.render` takes it
-    materials : of procedural scenes, one of `photonmap.dataset.models.materials.palette.MATERIALS`
+    materials : of procedural scenes, one of `photonmap.dataset.models.materials.MATERIALS`
     lightness, scale : of procedural scenes, see `photonmap.dataset.scenes.build.build_scene`
     recolor : give the surfaces of the user's scenes random Munsell chips
     munsell, illuminants : paths of measured sets, or None

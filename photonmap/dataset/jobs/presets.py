@@ -10,15 +10,15 @@ from pathlib import Path
 from typing import Any
 
 from photonmap.dataset.files.splits import PARTS
-from photonmap.dataset.models.materials.palette import MATERIALS
+from photonmap.dataset.models.materials import MATERIALS
 from photonmap.dataset.scenes.build import PAPER_SCENES, SCENES, check_looks
 from photonmap.dataset.scenes.illumination import (
     ILLUMINATIONS,
     NAMED,
     Illumination,
     light_spectrum,
+    located_light,
 )
-from photonmap.dataset.scenes.light_files import located_light
 from photonmap.dataset.scenes.random_lights import RANDOM, RandomLights
 from photonmap.dataset.scenes.views import View
 from photonmap.errors import InputError, naming

@@ -3,15 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from photonmap.dataset.models import small_objects, vessels
-from photonmap.dataset.models.materials.palette import Palette
+from photonmap.dataset.models.materials import Draw
 from photonmap.dataset.models.scene_object import SceneObject, Support, overlap
-from photonmap.dataset.models.shapes import Random
+from photonmap.dataset.models.small_objects import (
+    ball,
+    block,
+    block_stack,
+    book,
+    crate,
+    knot_sculpture,
+    paper_roll,
+    pebble,
+    quadric_sculpture,
+    ring_tower,
+    soap_bottle,
+    tin,
+    toolbox,
+    towel,
+)
+from photonmap.dataset.models.vessels import bottle, bowl, cup, vase
 
-Maker = Callable[[], SceneObject]
+Maker = Callable[[Draw], SceneObject]
 """Makes an object at the origin."""
 
 _ATTEMPTS = 24
@@ -20,8 +36,13 @@ _GAP = 0.012
 """Least distance between objects on one support, metres."""
 
 
+def sized(make: Callable[[Draw, float], SceneObject], size: float) -> Maker:
+    """Return a maker of objects of one size, metres."""
+    return lambda draw: make(draw, size)
+
+
 def scatter(
-    rng: Random, support: Support, makers: Sequence[Maker], taken: Sequence[SceneObject] = ()
+    draw: Draw, support: Support, makers: Sequence[Maker], taken: Sequence[SceneObject] = ()
 ) -> list[SceneObject]:
     """Place objects at random positions and rotations on a support; leave out what does not fit.
 
@@ -29,16 +50,20 @@ def scatter(
     ----------
     taken : objects that stand there already
     """
-    boxes = [_footprint(obj) for obj in taken]
-    placed = []
+    boxes, placed = [_footprint(obj) for obj in taken], []
     for make in makers:
-        made = make().turned(float(rng.uniform(0.0, 360.0)))
+        made = make(draw).turned(draw.number(0.0, 360.0))
         low, high = made.bounds
-        if high[1] > support.room or not _fits(support, low, high):
+        wide, _, deep = high - low
+        if (
+            high[1] > support.room
+            or wide > support.x[1] - support.x[0]
+            or deep > support.z[1] - support.z[0]
+        ):
             continue
         for _ in range(_ATTEMPTS):
-            x = rng.uniform(support.x[0] - low[0], support.x[1] - high[0])
-            z = rng.uniform(support.z[0] - low[2], support.z[1] - high[2])
+            x = draw.number(support.x[0] - low[0], support.x[1] - high[0])
+            z = draw.number(support.z[0] - low[2], support.z[1] - high[2])
             obj = made.moved((x, support.y, z))
             foot = _footprint(obj)
             if not any(overlap(foot[None], box[None]) for box in boxes):
@@ -49,7 +74,7 @@ def scatter(
 
 
 def in_row(
-    rng: Random,
+    draw: Draw,
     support: Support,
     makers: Sequence[Maker],
     gap: tuple[float, float] = (0.0, 0.0),
@@ -62,9 +87,9 @@ def in_row(
     gap : least and greatest distance between neighbours, metres
     front : align the objects with the front edge, at high z, instead of the middle
     """
-    at, placed = support.x[0] + float(rng.uniform(*gap)), []
+    at, placed = support.x[0] + draw.number(*gap), []
     for make in makers:
-        obj = make()
+        obj = make(draw)
         low, high = obj.bounds
         if high[1] > support.room or high[2] - low[2] > support.z[1] - support.z[0]:
             continue
@@ -72,86 +97,61 @@ def in_row(
             break
         z = support.z[1] - high[2] if front else 0.5 * (sum(support.z) - low[2] - high[2])
         placed.append(obj.moved((at - low[0], support.y, z)))
-        at += high[0] - low[0] + float(rng.uniform(*gap)) + 1e-4
+        at += high[0] - low[0] + draw.number(*gap) + 1e-4
     return placed
 
 
 def place_at(support: Support, obj: SceneObject, x: float = 0.5, z: float = 0.5) -> SceneObject:
     """Place an object at fractions x and z of a support's width and depth."""
-    at = (
-        (1.0 - x) * support.x[0] + x * support.x[1],
-        support.y,
-        (1.0 - z) * support.z[0] + z * support.z[1],
-    )
-    return obj.moved(at)
-
-
-def _fits(support: Support, low: np.ndarray, high: np.ndarray) -> bool:
-    """Return whether an object of these bounds is no larger than the support."""
-    wide, deep = high[0] - low[0], high[2] - low[2]
-    return bool(wide <= support.x[1] - support.x[0] and deep <= support.z[1] - support.z[0])
+    x, z = ((1.0 - t) * side[0] + t * side[1] for t, side in ((x, support.x), (z, support.z)))
+    return obj.moved((x, support.y, z))
 
 
 def _footprint(obj: SceneObject) -> np.ndarray:
     """Return the bounds of an object widened by half of the gap, (2, 3), metres."""
-    margin = np.array([0.5 * _GAP, 0.0, 0.5 * _GAP])
-    low, high = obj.bounds
-    return np.stack([low - margin, high + margin])
+    return obj.bounds + np.outer((-1.0, 1.0), (0.5 * _GAP, 0.0, 0.5 * _GAP))
 
 
-def draw_makers(rng: Random, makers: Sequence[Maker], count: int) -> list[Maker]:
-    """Draw some of several makers, perhaps one more than once."""
-    return [makers[int(i)] for i in rng.integers(0, len(makers), count)]
-
-
-def draw_vessels(rng: Random, palette: Palette, count: int, small: bool = False) -> list[Maker]:
+def draw_vessels(draw: Draw, count: int, small: bool = False) -> list[Maker]:
     """Draw makers of vessels."""
     tall = 0.17 if small else 0.26
+    makers = [sized(vase, tall), sized(bowl, 0.4 * tall + 0.02), bottle, cup]
+    return draw.several(makers, count)
+
+
+TOYS: Sequence[Maker] = (
+    sized(ball, 0.07),
+    sized(block_stack, 0.065),
+    sized(block, 0.07),
+    sized(block, 0.07),
+    lambda draw: ring_tower(draw, 0.085, 4),
+)
+TOILETRIES: Sequence[Maker] = (soap_bottle, paper_roll, towel)
+SHOP_THINGS: Sequence[Maker] = (tin, tin, toolbox, sized(crate, 0.2))
+
+
+def draw_sculpture(draw: Draw, size: float) -> Maker:
+    """Draw a maker of a sculpture."""
     makers: list[Maker] = [
-        lambda: vessels.vase(rng, palette, tall),
-        lambda: vessels.bowl(rng, palette, 0.4 * tall + 0.02),
-        lambda: vessels.bottle(rng, palette),
-        lambda: vessels.cup(rng, palette),
+        sized(knot_sculpture, 0.5 * size),
+        sized(quadric_sculpture, size),
+        sized(pebble, 0.55 * size),
+        sized(vase, 1.5 * size),
     ]
-    return draw_makers(rng, makers, count)
+    # The second permutation is not used; without it, later draws would be others.
+    first, _ = draw.rng.permutation(len(makers)), draw.rng.permutation(len(makers))
+    return makers[int(first[0])]
 
 
-def draw_toys(rng: Random, palette: Palette, count: int) -> list[Maker]:
-    """Draw makers of toys."""
-    makers: list[Maker] = [
-        lambda: small_objects.ball(rng, palette, 0.07),
-        lambda: small_objects.block_stack(rng, palette, 0.065),
-        lambda: small_objects.block(rng, palette, 0.07),
-        lambda: small_objects.block(rng, palette, 0.07),
-        lambda: small_objects.ring_tower(palette, 0.085, 4),
-    ]
-    return draw_makers(rng, makers, count)
-
-
-def draw_sculptures(rng: Random, palette: Palette, count: int, size: float) -> list[Maker]:
-    """Draw makers of sculptures, every kind once before any kind comes a second time."""
-    makers: list[Maker] = [
-        lambda: small_objects.knot_sculpture(rng, palette, 0.5 * size),
-        lambda: small_objects.quadric_sculpture(rng, palette, size),
-        lambda: small_objects.pebble(rng, palette, 0.55 * size),
-        lambda: vessels.vase(rng, palette, 1.5 * size),
-    ]
-    order = [*rng.permutation(len(makers)), *rng.permutation(len(makers))]
-    return [makers[int(i)] for i in order[:count]]
-
-
-def row_of_books(
-    rng: Random, palette: Palette, support: Support, fraction: float = 1.0
-) -> list[SceneObject]:
+def row_of_books(draw: Draw, support: Support, fraction: float = 1.0) -> list[SceneObject]:
     """Stand books side by side on a fraction of a support's width, from the left."""
     low, high = support.x
-    part = Support((low, low + fraction * (high - low)), support.z, support.y, support.room)
-    makers: list[Maker] = [lambda: small_objects.book(rng, palette)] * 60
-    return in_row(rng, part, makers, (0.0, 0.002), front=True)
+    part = replace(support, x=(low, low + fraction * (high - low)))
+    return in_row(draw, part, [book] * 60, (0.0, 0.002), front=True)
 
 
 def stack_books(
-    rng: Random, palette: Palette, support: Support, count: int, taken: list[SceneObject]
+    draw: Draw, support: Support, count: int, taken: Sequence[SceneObject] = ()
 ) -> list[SceneObject]:
     """Stack books, the largest at the bottom, at a free position of a support.
 
@@ -159,15 +159,13 @@ def stack_books(
     ----------
     taken : objects that stand on the support already
     """
-    made = [small_objects.book(rng, palette, lying=True) for _ in range(count)]
+    made = [book(draw, lying=True) for _ in range(count)]
     made.sort(key=lambda book: -float(book.bounds[1, 0]))
-    placed = scatter(rng, support, [lambda: made[0]], taken)
-    if not placed:
-        return []
-    for book in made[1:]:
+    placed = scatter(draw, support, [lambda _: made[0]], taken)
+    for book_ in made[1:] if placed else ():
         below = placed[-1].bounds
         middle = below.mean(axis=0)
-        turned = book.turned(float(rng.uniform(-9.0, 9.0)))
+        turned = book_.turned(draw.number(-9.0, 9.0))
         laid = turned.moved((middle[0], below[1, 1], middle[2]))
         if any(overlap(laid.boxes, other.boxes) for other in taken):
             break
@@ -176,27 +174,22 @@ def stack_books(
 
 
 def furnish(
-    rng: Random,
+    draw: Draw,
     carrier: SceneObject,
-    makers: list[Maker],
-    support: int = 0,
-    first: list[SceneObject] | None = None,
+    makers: Sequence[Maker],
+    first: Sequence[SceneObject] = (),
 ) -> list[SceneObject]:
-    """Return an object with others scattered on one of its supports.
+    """Return an object with others scattered on its first support.
 
     Parameters
     ----------
     carrier : the object that carries the others
-    support : index of the support
     first : objects placed on that support already
     """
-    placed = list(first or [])
-    return [carrier, *placed, *scatter(rng, carrier.supports[support], makers, placed)]
+    return [carrier, *first, *scatter(draw, carrier.supports[0], makers, first)]
 
 
-def fill_shelf(
-    rng: Random, palette: Palette, shelf: SceneObject, book_probability: float = 0.6
-) -> list[SceneObject]:
+def fill_shelf(draw: Draw, shelf: SceneObject, book_probability: float = 0.6) -> list[SceneObject]:
     """Return a shelf with books or vessels on every board, vessels on top.
 
     Parameters
@@ -205,13 +198,11 @@ def fill_shelf(
     """
     group = [shelf]
     for board in shelf.supports[:-1]:
-        if rng.random() < book_probability:
-            filled = float(rng.uniform(0.55, 1.0))
-            group += row_of_books(rng, palette, board, filled)
-            low, high = board.x
-            rest = Support((low + filled * (high - low) + 0.02, high), board.z, board.y, board.room)
-            group += in_row(rng, rest, draw_vessels(rng, palette, 2, small=True), (0.02, 0.08))
+        if draw.chance(book_probability):
+            filled, (low, high) = draw.number(0.55, 1.0), board.x
+            group += row_of_books(draw, board, filled)
+            rest = replace(board, x=(low + filled * (high - low) + 0.02, high))
+            group += in_row(draw, rest, draw_vessels(draw, 2, small=True), (0.02, 0.08))
         else:
-            group += in_row(rng, board, draw_vessels(rng, palette, 6, small=True), (0.03, 0.12))
-    top = shelf.supports[-1]
-    return group + in_row(rng, top, draw_vessels(rng, palette, 3), (0.1, 0.3))
+            group += in_row(draw, board, draw_vessels(draw, 6, small=True), (0.03, 0.12))
+    return group + in_row(draw, shelf.supports[-1], draw_vessels(draw, 3), (0.1, 0.3))

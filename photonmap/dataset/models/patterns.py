@@ -6,8 +6,15 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from photonmap.dataset.models.curved_shapes import Noise
-from photonmap.dataset.models.shapes import Floats, Indices, Random, Shape, joined, normalised
+from photonmap.dataset.models.shapes import (
+    Floats,
+    Indices,
+    Noise,
+    Random,
+    Shape,
+    joined,
+    normalised,
+)
 
 Field = Callable[[Floats], Floats]
 """A scalar field: returns (V,) values at (V, 3) points."""
@@ -96,6 +103,11 @@ def checkerboard(shape: Shape, first: Field, second: Field) -> list[Shape]:
 def height(points: Floats) -> Floats:
     """Return the y coordinates."""
     return points[:, 1]
+
+
+def banded(shape: Shape, *levels: float) -> list[Shape]:
+    """Split a shape at ascending heights, metres."""
+    return split_at_levels(shape, height, levels)
 
 
 def waves(count: int, twist: float = 0.0) -> Field:

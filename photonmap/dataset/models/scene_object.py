@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, wraps
+from typing import ParamSpec
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from photonmap.dataset.models.materials import reflectance_of, surface_of
 from photonmap.dataset.models.shapes import Floats, Shape, box_mapped, joined
+from photonmap.errors import InputError
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 
+_MOST_STEPS, _HALVINGS = 7.0, 14
+"""The most steps of Munsell value by which all chips become lighter or darker, and halvings of the
+interval in which the step is searched."""
 CONTACT_TOLERANCE = 1e-6
 """Overlap of bounding boxes, metres, up to which objects count as touching."""
 
@@ -70,10 +76,14 @@ class SceneObject:
     parts: Sequence[Part]
     supports: Sequence[Support] = field(default_factory=tuple)
 
+    def mapped(self, change: Callable[[Part], Part]) -> SceneObject:
+        """Return the object with every part changed."""
+        return replace(self, parts=[change(part) for part in self.parts])
+
     def transformed(self, transform: Callable[[Shape], Shape]) -> SceneObject:
         """Return the object with every shape transformed, and without supports."""
-        parts = [Part(transform(p.shape), p.material, p.light_group) for p in self.parts]
-        return SceneObject(self.name, parts)
+        made = self.mapped(lambda p: Part(transform(p.shape), p.material, p.light_group))
+        return replace(made, supports=())
 
     def moved(self, offset: ArrayLike) -> SceneObject:
         """Return the object moved by (x, y, z), metres."""
@@ -91,49 +101,78 @@ class SceneObject:
     @cached_property
     def bounds(self) -> Floats:
         """Lowest and highest coordinates, (2, 3), metres."""
-        boxes = self.boxes
-        return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
-
-
-def part_at(shape: Shape, x: float, y: float, z: float, material: Material) -> Part:
-    """Return a part that is moved to (x, y, z), metres."""
-    return Part(shape.moved((x, y, z)), material)
+        return hull(self.boxes)
 
 
 Place = tuple[float, float, float]
-Row = tuple[Shape, Place, Material] | tuple[Shape, Place, Material, str]
-"""A shape, its place, its material, and perhaps along which axes it is repeated on both sides."""
+Where = float | Place | list[Place]
+"""A height above the origin, (x, y, z), or several of these, metres."""
+Row = (
+    Part
+    | tuple[Shape, Where, Material]
+    | tuple[Shape, Where, Material, str]
+    | tuple[Iterable["Row"], Place]
+)
+"""A part; a shape, where it is, its material, and its light group if it emits; or a table within
+another, and where it is."""
+Table = Iterator[Row | Support]
+"""What an object consists of."""
+P = ParamSpec("P")
 
 
-def assembled(
-    name: str, rows: Iterable[Part | Row], supports: Sequence[Support] = ()
-) -> SceneObject:
-    """Return an object from a table of its parts.
+def model(name: str) -> Callable[[Callable[P, Table]], Callable[P, SceneObject]]:
+    """Make a function that yields the parts and supports of an object return the object."""
 
-    Parameters
-    ----------
-    rows : parts that are in place, or shapes with their place (x, y, z), metres, and material; with
-        "x", "z" or "xz" a shape is repeated at the opposite place along these axes, as legs are
-    """
+    def decorate(table: Callable[P, Table]) -> Callable[P, SceneObject]:
+        @wraps(table)
+        def make(*args: P.args, **kwargs: P.kwargs) -> SceneObject:
+            parts, supports = list[Part](), list[Support]()
+            for row in table(*args, **kwargs):
+                if isinstance(row, Support):
+                    supports.append(row)
+                else:
+                    parts += placed([row])
+            return SceneObject(name, parts, supports)
+
+        return make
+
+    return decorate
+
+
+def placed(table: Iterable[Row]) -> list[Part]:
+    """Return the parts of a table."""
     parts = list[Part]()
-    for row in rows:
+    for row in table:
         if isinstance(row, Part):
             parts.append(row)
-            continue
-        shape, (x, y, z), material = row[:3]
-        axes = row[3] if len(row) == 4 else ""
-        parts += [
-            part_at(shape, at_x, y, at_z, material)
-            for at_x in ((-x, x) if "x" in axes else (x,))
-            for at_z in ((-z, z) if "z" in axes else (z,))
-        ]
-    return SceneObject(name, parts, supports)
+        elif len(row) == 2:
+            parts += [replace(part, shape=part.shape.moved(row[1])) for part in placed(row[0])]
+        elif isinstance(row[1], float):
+            shape = row[0].moved((0.0, row[1], 0.0)) if row[1] else row[0]
+            parts.append(Part(shape, *row[2:]))
+        else:
+            places = row[1] if isinstance(row[1], list) else [row[1]]
+            parts += [Part(row[0].moved(at), *row[2:]) for at in places]
+    return parts
+
+
+def mirrored(axes: str, x: float, y: float, z: float) -> list[Place]:
+    """Return a place and its images on the other side along "x", "z" or "xz", as legs have."""
+    return [
+        (at_x, y, at_z)
+        for at_x in ((-x, x) if "x" in axes else (x,))
+        for at_z in ((-z, z) if "z" in axes else (z,))
+    ]
+
+
+def hull(boxes: Floats) -> Floats:
+    """Return the box around boxes, (n, 2, 3), as (2, 3)."""
+    return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
 
 
 def bounds_of(objects: Iterable[SceneObject]) -> Floats:
     """Return the lowest and highest coordinates of several objects, (2, 3), metres."""
-    bounds = np.stack([obj.bounds for obj in objects])
-    return np.stack([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
+    return hull(np.stack([obj.bounds for obj in objects]))
 
 
 def overlap(first: Floats, second: Floats) -> bool:
@@ -148,14 +187,18 @@ def single_part(name: str, shape: Shape, material: Material) -> SceneObject:
     return SceneObject(name, [Part(shape, material)])
 
 
-def multi_part(name: str, shapes: Sequence[Shape], materials: Sequence[Material]) -> SceneObject:
-    """Return an object of one part per shape, with the materials assigned in rotation."""
-    parts = [
+def dealt(shapes: Iterable[Shape], materials: Sequence[Material]) -> list[Part]:
+    """Return the shapes that have faces as parts, with the materials dealt in rotation."""
+    return [
         Part(shape, materials[index % len(materials)])
         for index, shape in enumerate(shapes)
         if len(shape.faces)
     ]
-    return SceneObject(name, parts)
+
+
+def multi_part(name: str, shapes: Iterable[Shape], materials: Sequence[Material]) -> SceneObject:
+    """Return an object of one part per shape, with the materials dealt in rotation."""
+    return SceneObject(name, dealt(shapes, materials))
 
 
 def with_unique_names(objects: Iterable[SceneObject]) -> list[SceneObject]:
@@ -187,3 +230,53 @@ def to_meshes(obj: SceneObject, emitter_material: Callable[[Part], Material]) ->
             Mesh(shape.vertices, shape.faces, material, obj.name, shape.normals, shape.uv)
         )
     return meshes
+
+
+def with_lightness(objects: Sequence[SceneObject], mean: float | None) -> Sequence[SceneObject]:
+    """Return objects whose chips are so much lighter or darker that they reflect a mean.
+
+    It is met as nearly as whole chips allow: closely in rooms, less so where one chip covers most
+    of a scene. Chips keep their hue, and their chroma as nearly as there are chips. What is not a
+    chip, such as metal, stays as it is, and so do emitters.
+
+    Parameters
+    ----------
+    mean : reflectance over all wavelengths and the area of all surfaces; None changes nothing
+
+    Raises
+    ------
+    InputError : no chips reflect so much, or so little
+    """
+    if mean is None:
+        return objects
+    areas = dict[str, float]()
+    known = dict[str, Material]()
+    for part in (part for obj in objects for part in obj.parts if not part.light_group):
+        known[name := part.material.name] = part.material
+        areas[name] = areas.get(name, 0.0) + part.shape.area
+    weights = np.array(list(areas.values())) / sum(areas.values())
+
+    def mean_at(step: float) -> float:
+        return float(weights @ [reflectance_of(_lighter(m, step)) for m in known.values()])
+
+    low, high = -_MOST_STEPS, _MOST_STEPS
+    least, most = mean_at(low), mean_at(high)
+    if not least <= mean <= most:
+        raise InputError(
+            f"lightness {mean:g} is out of reach: with Munsell chips the scene reflects "
+            f"{least:.2f} to {most:.2f}"
+        )
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if mean_at(middle) < mean else (low, middle)
+    step = min((low, high), key=lambda each: abs(mean_at(each) - mean))
+    changed = {name: _lighter(m, step) for name, m in known.items()}
+    return [
+        obj.mapped(lambda p: p if p.light_group else replace(p, material=changed[p.material.name]))
+        for obj in objects
+    ]
+
+
+def _lighter(material: Material, step: float) -> Material:
+    lighter = surface_of(material.name).lighter(step)
+    return material if lighter is None else lighter.material()

@@ -1,4 +1,4 @@
-"""Shapes, as vertices, faces and smooth normals: boxes, surfaces of revolution, rectangles.
+"""Shapes, as vertices, faces and smooth normals: boxes, surfaces of revolution, tubes, lumps.
 
 All are in metres with y up, and rest on y = 0 around the y axis unless stated. Closed ones are
 wound outwards.
@@ -22,6 +22,8 @@ Random = np.random.Generator
 
 SEGMENTS = 64
 """Segments around the axis of surfaces of revolution, unless stated."""
+_BASE = 0.07
+"""Fraction of a lump's height that is flattened into its base."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +42,13 @@ class Shape:
     faces: Indices
     normals: Floats
     uv: Floats | None = None
+
+    @classmethod
+    def smooth(cls, vertices: Floats, faces: Indices) -> Shape:
+        """Return a shape with normals weighted by the areas of faces."""
+        weights = np.repeat(area_vectors(vertices, faces), 3, axis=0)
+        total = [np.bincount(faces.ravel(), each, len(vertices)) for each in weights.T]
+        return cls(vertices, faces, normalised(np.stack(total, axis=1)))
 
     def moved(self, offset: ArrayLike) -> Shape:
         """Return the shape moved by (x, y, z)."""
@@ -75,8 +84,13 @@ class Shape:
     @property
     def area(self) -> float:
         """Area of all faces, m²."""
-        a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
-        return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+        return float(0.5 * np.linalg.norm(area_vectors(self.vertices, self.faces), axis=1).sum())
+
+
+def area_vectors(vertices: Floats, faces: Indices) -> Floats:
+    """Return the normals of faces, (F, 3), as long as twice their areas."""
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    return np.cross(b - a, c - a)
 
 
 def rotation(degrees: float, axis: int) -> Floats:
@@ -100,30 +114,15 @@ def normalised(vectors: Floats) -> Floats:
 
 
 def joined(shapes: Sequence[Shape]) -> Shape:
-    """Return several shapes merged into one."""
+    """Return several shapes merged into one; with texture coordinates if all have them."""
     starts = np.cumsum([0] + [len(shape.vertices) for shape in shapes[:-1]])
-    faces = [shape.faces + start for shape, start in zip(shapes, starts, strict=True)]
+    uv = [shape.uv for shape in shapes if shape.uv is not None]
     return Shape(
         np.concatenate([shape.vertices for shape in shapes]),
-        np.concatenate(faces),
+        np.concatenate([shape.faces + n for shape, n in zip(shapes, starts, strict=True)]),
         np.concatenate([shape.normals for shape in shapes]),
-        _joined_uv(shapes),
+        np.concatenate(uv) if len(uv) == len(shapes) else None,
     )
-
-
-def _joined_uv(shapes: Sequence[Shape]) -> Floats | None:
-    """Return the texture coordinates of shapes one after another; None unless all have them."""
-    found = [shape.uv for shape in shapes if shape.uv is not None]
-    return np.concatenate(found) if len(found) == len(shapes) else None
-
-
-def smooth_normals(vertices: Floats, faces: Indices) -> Floats:
-    """Return vertex normals weighted by the faces' areas, (V, 3)."""
-    a, b, c = (vertices[faces[:, i]] for i in range(3))
-    across = np.cross(b - a, c - a)
-    corners = faces.ravel()
-    total = [np.bincount(corners, np.repeat(across[:, i], 3), len(vertices)) for i in range(3)]
-    return normalised(np.stack(total, axis=1))
 
 
 @cache
@@ -143,11 +142,27 @@ def lattice(
     return np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
 
 
-def without_degenerate(vertices: Floats, faces: Indices) -> Indices:
-    """Return the faces without those that have two coincident corners."""
+def grid(
+    points: Floats,
+    normals: Floats | None = None,
+    wrap_rows: bool = False,
+    wrap_columns: bool = False,
+) -> Shape:
+    """Return the surface over a grid of points, (rows, columns, 3), without collapsed triangles.
+
+    Parameters
+    ----------
+    points : columns lead to the right and rows upwards, seen from outside
+    normals : as the points; None for smooth ones
+    wrap_rows, wrap_columns : join the last row or column to the first
+    """
+    vertices = points.reshape(-1, 3)
+    faces = lattice(*points.shape[:2], wrap_rows, wrap_columns)
     a, b, c = (vertices[faces[:, i]] for i in range(3))
-    flat = (a == b).all(axis=1) | (b == c).all(axis=1) | (c == a).all(axis=1)
-    return faces[~flat]
+    faces = faces[~((a == b).all(axis=1) | (b == c).all(axis=1) | (c == a).all(axis=1))]
+    if normals is None:
+        return Shape.smooth(vertices, faces)
+    return Shape(vertices, faces, normals.reshape(-1, 3))
 
 
 def parallelogram(corner: Vector, along: Vector, upward: Vector) -> Shape:
@@ -156,6 +171,16 @@ def parallelogram(corner: Vector, along: Vector, upward: Vector) -> Shape:
     normal = normalised(np.cross(u, v))
     vertices = np.stack([a, a + u, a + u + v, a + v])
     return Shape(vertices, np.array([[0, 1, 2], [0, 2, 3]]), np.tile(normal, (4, 1)))
+
+
+def upright(x: float, y: float, width: float, height: float) -> Shape:
+    """Return a rectangle from a corner (x, y) at z = 0, facing +z."""
+    return parallelogram((x, y, 0.0), (width, 0.0, 0.0), (0.0, height, 0.0))
+
+
+def level(x: float, z: float, width: float, depth: float) -> Shape:
+    """Return a rectangle at y = 0, facing up, from its corner at the least x and greatest z."""
+    return parallelogram((x, 0.0, z), (width, 0.0, 0.0), (0.0, 0.0, -depth))
 
 
 def box(
@@ -235,20 +260,17 @@ def lathe(*curves: ArrayLike, segments: int = SEGMENTS) -> Shape:
     angle = 2.0 * np.pi * np.arange(segments) / segments
     around = np.stack([np.cos(angle), np.zeros(segments), -np.sin(angle)], axis=1)
     parts = []
-    for profile in (
-        np.maximum(np.asarray(points, np.float64), (0.0, -np.inf)) for points in curves
-    ):
+    for points in curves:
+        profile = np.maximum(np.asarray(points, np.float64), (0.0, -np.inf))
         tangent = np.gradient(profile, axis=0)
         outward = normalised(np.stack([tangent[:, 1], -tangent[:, 0]], axis=1))
         poles = profile[:, 0] == 0.0
         outward[poles] = np.stack([0.0 * outward[poles, 0], np.sign(outward[poles, 1])], axis=1)
         vertices, normals = (
-            (pair[:, 0, None, None] * around + pair[:, 1, None, None] * np.array([0.0, 1.0, 0.0]))
+            pair[:, 0, None, None] * around + pair[:, 1, None, None] * np.array([0.0, 1.0, 0.0])
             for pair in (profile, outward)
         )
-        vertices, normals = vertices.reshape(-1, 3), normals.reshape(-1, 3)
-        faces = lattice(len(profile), segments, wrap_columns=True)
-        parts.append(Shape(vertices, without_degenerate(vertices, faces), normals))
+        parts.append(grid(vertices, normals, wrap_columns=True))
     return joined(parts)
 
 
@@ -291,6 +313,160 @@ def torus(radius: float, thickness: float, segments: int = SEGMENTS) -> Shape:
     return lathe(section, segments=segments)
 
 
+class Noise:
+    """A smooth random field: a sum of plane waves of random directions.
+
+    Its mean is 0 and its variance about 1; each octave is half as strong as the one before.
+
+    Parameters
+    ----------
+    rng : draws the waves
+    frequency : of the first octave, cycles a unit of length
+    octaves : number of octaves, each of twice the frequency of the one before
+    waves : number of plane waves in each octave
+    """
+
+    def __init__(self, rng: Random, frequency: float, octaves: int = 3, waves: int = 12) -> None:
+        scales = np.repeat(2.0 ** np.arange(octaves), waves)
+        directions = normalised(rng.normal(size=(len(scales), 3)))
+        self._waves = 2.0 * np.pi * frequency * scales[:, None] * directions
+        self._phases = rng.uniform(0.0, 2.0 * np.pi, len(scales))
+        amplitudes = 1.0 / scales
+        self._amplitudes = amplitudes * np.sqrt(2.0 / (amplitudes**2).sum())
+
+    def __call__(self, points: Floats) -> Floats:
+        """Return the field at points (V, 3) as (V,)."""
+        return np.sin(points @ self._waves.T + self._phases) @ self._amplitudes
+
+
+@cache
+def _icosphere(subdivisions: int) -> tuple[Floats, Indices]:
+    from trimesh.creation import icosphere
+
+    ball = icosphere(subdivisions=subdivisions)
+    return np.array(ball.vertices), np.array(ball.faces, np.int64)
+
+
+def sphere(radius: float, subdivisions: int = 4) -> Shape:
+    """Return a ball that rests on y = 0."""
+    vertices, faces = _icosphere(subdivisions)
+    return Shape(radius * vertices, faces, vertices).resting()
+
+
+def lump(rng: Random, radius: float, roughness: float = 0.12, frequency: float = 0.45) -> Shape:
+    """Return a ball displaced by smooth noise, on a flat base.
+
+    Parameters
+    ----------
+    roughness : standard deviation of the displacement, in radii
+    frequency : of the slowest waves, cycles a radius
+    """
+    vertices, faces = _icosphere(5)
+    field = np.clip(Noise(rng, frequency)(vertices), -2.5, 2.5)
+    moved = radius * vertices * (1.0 + roughness * field[:, None])
+    low, high = moved[:, 1].min(), moved[:, 1].max()
+    moved[:, 1] = np.maximum(moved[:, 1], low + _BASE * (high - low))
+    return Shape.smooth(moved, faces).resting()
+
+
+def superquadric(
+    size: ArrayLike, north: float, east: float, rows: int = 96, columns: int = 128
+) -> Shape:
+    """Return a superquadric (Barr 1981).
+
+    Parameters
+    ----------
+    size : extents along x, y and z, metres
+    north, east : exponents: 1 is an ellipsoid, towards 0 a box, 2 an octahedron
+    """
+    latitude = _eased(np.linspace(-np.pi / 2, np.pi / 2, rows))
+    longitude = _eased(np.linspace(0.0, 2.0 * np.pi, columns, endpoint=False))
+    ring, rise = _power(np.cos(latitude), north), _power(np.sin(latitude), north)
+    ring[[0, -1]] = 0.0
+    x = np.outer(ring, _power(np.cos(longitude), east))
+    z = -np.outer(ring, _power(np.sin(longitude), east))
+    points = np.stack([x, np.broadcast_to(rise[:, None], x.shape), z], axis=-1)
+    shape = grid(0.5 * np.asarray(size, np.float64) * points, wrap_columns=True)
+    shape.normals[:columns], shape.normals[-columns:] = (0.0, -1.0, 0.0), (0.0, 1.0, 0.0)
+    return shape.resting()
+
+
+def _power(values: Floats, exponent: float) -> Floats:
+    """Raise magnitudes to a power and keep signs; values within rounding of 0 become 0."""
+    values = np.where(np.abs(values) < 1e-12, 0.0, values)
+    return np.sign(values) * np.abs(values) ** exponent
+
+
+def _eased(angles: Floats) -> Floats:
+    """Concentrate angles where superquadrics bend most, halfway between the axes."""
+    return angles - 0.2 * np.sin(4.0 * angles)
+
+
+def tube(path: ArrayLike, radius: float, sides: int = 32, closed: bool = False) -> Shape:
+    """Sweep a circle along a path; an open path gets hemispherical caps.
+
+    Parameters
+    ----------
+    path : (P, 3) points, metres
+    radius : of the circle, metres
+    sides : vertices around the circle
+    closed : join the last point to the first, which is not repeated
+    """
+    line = np.asarray(path, np.float64)
+    before, after = np.roll(line, 1, axis=0), np.roll(line, -1, axis=0)
+    tangent = normalised(after - before if closed else np.gradient(line, axis=0))
+    radii = np.full(len(line), radius)
+    if not closed:
+        line, tangent, radii = _capped(line, tangent, radius)
+    right, up = _frames(tangent, closed)
+    angle = 2.0 * np.pi * np.arange(sides) / sides
+    outward = np.cos(angle)[:, None] * right[:, None] + np.sin(angle)[:, None] * up[:, None]
+    return grid(line[:, None] + radii[:, None, None] * outward, None, closed, wrap_columns=True)
+
+
+def _capped(line: Floats, tangent: Floats, radius: float) -> tuple[Floats, Floats, Floats]:
+    """Add a hemisphere of rings to either end."""
+    angle = np.linspace(0.0, np.pi / 2, 7)[1:]
+    out, radii = radius * np.sin(angle)[:, None], radius * np.cos(angle)
+    radii[-1] = 0.0
+    first = (line[0] - out * tangent[0])[::-1]
+    last = line[-1] + out * tangent[-1]
+    directions = [np.tile(tangent[0], (6, 1)), tangent, np.tile(tangent[-1], (6, 1))]
+    return (
+        np.concatenate([first, line, last]),
+        np.concatenate(directions),
+        np.concatenate([radii[::-1], np.full(len(line), radius), radii]),
+    )
+
+
+def _frames(tangent: Floats, closed: bool) -> tuple[Floats, Floats]:
+    """Return a rotation-minimising frame along a path; on a closed one its twist is spread out."""
+    start = np.eye(3)[np.argmin(np.abs(tangent[0]))]
+    right = [normalised(start - tangent[0] * (start @ tangent[0]))]
+    for direction in tangent[1:]:
+        right.append(normalised(right[-1] - direction * (right[-1] @ direction)))
+    rights = np.stack(right)
+    ups = np.cross(tangent, rights)
+    if closed:
+        back = normalised(rights[-1] - tangent[0] * (rights[-1] @ tangent[0]))
+        twist = np.arctan2(back @ ups[0], back @ rights[0])
+        turn = -twist * np.arange(len(rights)) / len(rights)
+        cosine, sine = np.cos(turn)[:, None], np.sin(turn)[:, None]
+        rights, ups = cosine * rights + sine * ups, cosine * ups - sine * rights
+    return rights, ups
+
+
+def knot(radius: float, thickness: float, p: int = 2, q: int = 3, steps: int = 320) -> Shape:
+    """Return a torus knot that winds p times around the axis and q times around the ring.
+
+    It stands upright and rests on y = 0.
+    """
+    t = 2.0 * np.pi * np.arange(steps) / steps
+    ring = 1.0 + 0.42 * np.cos(q * t)
+    path = [ring * np.cos(p * t), ring * np.sin(p * t), 0.42 * np.sin(q * t)]
+    return tube(radius * np.stack(path, axis=1), thickness, closed=True).resting()
+
+
 def box_mapped(shape: Shape) -> Shape:
     """Return a shape with texture coordinates by the coordinate plane that each face is nearest to.
 
@@ -298,9 +474,7 @@ def box_mapped(shape: Shape) -> Shape:
     Vertices between faces of different planes are doubled. Shapes in different places and sizes
     show different parts of a texture.
     """
-    corners = shape.vertices[shape.faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    plane = np.abs(normals).argmax(axis=1)
+    plane = np.abs(area_vectors(shape.vertices, shape.faces)).argmax(axis=1)
     used, faces = np.unique(shape.faces + len(shape.vertices) * plane[:, None], return_inverse=True)
     planes, rows = np.divmod(used, len(shape.vertices))
     vertices, extent = shape.vertices[rows], np.ptp(shape.bounds, axis=0)

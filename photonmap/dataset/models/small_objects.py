@@ -1,188 +1,272 @@
-"""Plants, books, toys and small sculptures, in metres."""
+"""Books, toys, sculptures, and what stands about in bathrooms, workshops and halls; in metres."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from photonmap.dataset.models.curved_shapes import knot, lump, sphere, superquadric
-from photonmap.dataset.models.materials.palette import Palette
+from photonmap.dataset.models.materials import Draw
 from photonmap.dataset.models.patterns import (
+    banded,
     checkerboard,
     dots,
-    height,
     patches,
     rings,
     split,
-    split_at_levels,
     waves,
 )
-from photonmap.dataset.models.scene_object import Part, SceneObject, multi_part, single_part
+from photonmap.dataset.models.scene_object import (
+    SceneObject,
+    Table,
+    mirrored,
+    model,
+    multi_part,
+    single_part,
+)
 from photonmap.dataset.models.shapes import (
-    Random,
-    Shape,
     box,
     cone,
     cylinder,
-    lattice,
-    parallelogram,
-    smooth_normals,
+    knot,
+    lump,
+    sphere,
+    superquadric,
     torus,
+    tube,
+    upright,
 )
-from photonmap.dataset.models.vessels import pot_shape
-
-
-def plant(rng: Random, palette: Palette, tall: float) -> SceneObject:
-    """Return a potted plant with long leaves that bend outwards, about `tall` metres high."""
-    pot = pot_shape(rng, 0.32 * tall)
-    inside = 0.27 * tall
-    greens = [palette.chip(38.0, (4, 6), (4, 8), 6.0) for _ in range(3)]
-    earth = cylinder(0.125 * tall, 0.02, 0.004, 32).moved((0.0, inside - 0.02, 0.0))
-    parts = [
-        Part(pot, palette.chip(12.0, (4, 6), (6, 10))),
-        Part(earth, palette.chip(18.0, (3, 3), (2, 2))),
-    ]
-    for index in range(13):
-        leaf = _leaf(rng, tall - inside).turned(index * 137.5).moved((0.0, inside, 0.0))
-        parts.append(Part(leaf, greens[index % 3]))
-    return SceneObject("plant", parts)
-
-
-def _leaf(rng: Random, tall: float) -> Shape:
-    """Return a thin leaf that rises from the origin and bends towards +x."""
-    steps = 16
-    t = np.linspace(0.0, 1.0, steps)
-    lean, rise = float(rng.uniform(0.1, 0.42)) * tall, float(rng.uniform(0.75, 1.0)) * tall
-    x = 0.02 + lean * t**1.6
-    y = rise * (t - 0.22 * (lean / tall) * t**3)
-    wide = 0.075 * tall * np.sin(np.pi * np.clip(0.06 + 0.94 * t, 0.0, 0.995)) ** 0.8
-    cup = 0.25 * wide
-    rows = [np.stack([x - cup * (k == 0), y, k * wide], axis=1) for k in (-1, 0, 1)]
-    vertices = np.stack(rows, axis=1).reshape(-1, 3)
-    faces = lattice(steps, 3)
-    return Shape(vertices, faces, smooth_normals(vertices, faces))
-
-
-def book(rng: Random, palette: Palette, lying: bool = False) -> SceneObject:
-    """Return a book: upright with its spine towards +z, or lying."""
-    tall, deep = float(rng.uniform(0.19, 0.29)), float(rng.uniform(0.14, 0.2))
-    thick = float(rng.uniform(0.018, 0.05))
-    cover = palette.chip(None, (3, 7), (2, 10))
-    front = 0.5 * deep + 2e-4
-    label = parallelogram((-0.5 * thick, 0.78 * tall, front), (thick, 0.0, 0.0), (0.0, 0.012, 0.0))
-    parts = [Part(box(thick, tall, deep, 0.003, 1), cover), Part(label, palette.pale())]
-    obj = SceneObject("book", parts)
-    if not lying:
-        return obj
-    return obj.transformed(
-        lambda shape: shape.turned(90.0, 2).moved((0.5 * tall, 0.5 * thick, 0.0))
-    )
-
+from photonmap.dataset.models.vessels import pot, pot_shape
 
 TOY_SEGMENTS = 36
 """Segments around the axis of small round toys."""
 
 
-def ball(rng: Random, palette: Palette, radius: float = 0.07) -> SceneObject:
+@model("book")
+def book(draw: Draw, lying: bool = False) -> Table:
+    """Return a book: upright with its spine towards +z, or lying."""
+    tall, deep, thick = draw.number(0.19, 0.29), draw.number(0.14, 0.2), draw.number(0.018, 0.05)
+    label = upright(-0.5 * thick, 0.78 * tall, thick, 0.012).moved((0.0, 0.0, 0.5 * deep + 2e-4))
+    colors = draw.chip(None, (3, 7), (2, 10)), draw.pale()
+    for shape, color in zip((box(thick, tall, deep, 0.003, 1), label), colors, strict=True):
+        if lying:
+            yield shape.turned(90.0, 2), (0.5 * tall, 0.5 * thick, 0.0), color
+        else:
+            yield shape, 0.0, color
+
+
+def ball(draw: Draw, radius: float = 0.07) -> SceneObject:
     """Return a ball: plain, striped, dotted, in sectors or checked.
 
     Among mixed materials a plain ball is a mirror.
     """
-    shape = sphere(radius * float(rng.uniform(0.8, 1.2)), 3)
-    kind = int(rng.integers(5))
-    paints = [palette.accent(), palette.pale(), palette.accent()]
-    top = shape.vertices[:, 1].max()
+    shape = sphere(radius * draw.number(0.8, 1.2), 3)
+    kind, top = draw.whole(0, 4), shape.vertices[:, 1].max()
+    paints = [draw.accent(), draw.pale(), draw.accent()]
     if kind == 0:
-        return single_part("ball", shape, palette.metal() if palette.mixed else paints[0])
+        return single_part("ball", shape, draw.metal() if draw.mixed else paints[0])
     if kind == 1:
-        return multi_part("ball", split_at_levels(shape, height, [0.35 * top, 0.65 * top]), paints)
+        return multi_part("ball", banded(shape, 0.35 * top, 0.65 * top), paints)
     if kind == 2:
-        return multi_part("ball", split(shape, dots(rng, shape, 0.22 * top, 24)), paints)
+        return multi_part("ball", split(shape, dots(draw.rng, shape, 0.22 * top, 24)), paints)
     if kind == 3:
-        return multi_part("ball", split(shape, waves(int(rng.integers(3, 5)))), paints)
+        return multi_part("ball", split(shape, waves(draw.whole(3, 4))), paints)
     return multi_part("ball", checkerboard(shape, waves(4), rings(0.6 * top)), paints)
 
 
-def ring_tower(
-    palette: Palette, size: float, count: int, segments: int = TOY_SEGMENTS
-) -> SceneObject:
+@model("ring tower")
+def ring_tower(draw: Draw, size: float, count: int, segments: int = TOY_SEGMENTS) -> Table:
     """Return a stack of ever smaller rings around a stick, with a ball on top.
 
     Parameters
     ----------
     size : radius of the base, about, metres
     """
-    base, stick = palette.wood(), palette.wood()
-    colors = palette.colors(count + 1)
-    parts = [Part(cylinder(0.95 * size, 0.16 * size, 0.04 * size, segments), palette.glazed(base))]
-    y = 0.16 * size
+    base, stick, colors = draw.wood(), draw.wood(), draw.colors(count + 1)
+    y = foot = 0.16 * size
+    yield cylinder(0.95 * size, foot, 0.04 * size, segments), 0.0, draw.glazed(base)
     for index in range(count):
-        thickness = size * (0.235 - 0.016 * index)
-        radius = size * (0.80 - 0.115 * index)
-        shape = torus(radius - 0.3 * thickness, thickness, segments).moved((0.0, y, 0.0))
-        parts.append(Part(shape, palette.glazed(colors[index])))
+        thickness, radius = size * (0.235 - 0.016 * index), size * (0.80 - 0.115 * index)
+        ring = torus(radius - 0.3 * thickness, thickness, segments)
+        yield ring, y, draw.glazed(colors[index])
         y += 2.0 * thickness
-    rod = cylinder(0.13 * size, y - 0.16 * size, segments=segments)
-    parts.append(Part(rod.moved((0.0, 0.16 * size, 0.0)), stick))
-    parts.append(Part(sphere(0.22 * size, 3).moved((0.0, y, 0.0)), palette.glazed(colors[count])))
-    return SceneObject("ring tower", parts)
+    yield cylinder(0.13 * size, y - foot, segments=segments), foot, stick
+    yield sphere(0.22 * size, 3), y, draw.glazed(colors[count])
 
 
-def block(rng: Random, palette: Palette, side: float = 0.06) -> SceneObject:
+@model("block")
+def block(draw: Draw, side: float = 0.06) -> Table:
     """Return a toy block: a cube, a brick, a cylinder or a cone."""
-    kind, color = int(rng.integers(4)), palette.glazed(palette.accent())
-    shape = (
+    shapes = (
         box(side, side, side, 0.05 * side),
         box(2.0 * side, side, side, 0.05 * side),
         cylinder(0.5 * side, side, 0.05 * side, TOY_SEGMENTS),
         cone(0.5 * side, 0.04 * side, 1.2 * side, 0.02 * side, TOY_SEGMENTS),
-    )[kind]
-    return single_part("block", shape, color)
+    )
+    yield draw.one_of(shapes), 0.0, draw.glazed(draw.accent())
 
 
-def block_stack(rng: Random, palette: Palette, side: float = 0.06, count: int = 4) -> SceneObject:
+@model("block stack")
+def block_stack(draw: Draw, side: float = 0.06, count: int = 4) -> Table:
     """Return a stack of blocks, each turned a little, with a cone or a ball on top."""
-    parts, y = [], 0.0
-    for color in palette.colors(count):
-        shape = box(side, side, side, 0.05 * side).turned(float(rng.uniform(-18.0, 18.0)))
-        parts.append(Part(shape.moved((0.0, y, 0.0)), palette.glazed(color)))
+    y, cube = 0.0, box(side, side, side, 0.05 * side)
+    for color in draw.colors(count):
+        yield cube.turned(draw.number(-18.0, 18.0)), y, draw.glazed(color)
         y += side
     pointed = cone(0.5 * side, 0.03 * side, side, segments=TOY_SEGMENTS)
-    top = pointed if rng.random() < 0.5 else sphere(0.45 * side, 3)
-    parts.append(Part(top.moved((0.0, y, 0.0)), palette.glazed(palette.accent())))
-    return SceneObject("block stack", parts)
+    top = pointed if draw.chance(0.5) else sphere(0.45 * side, 3)
+    yield top, y, draw.glazed(draw.accent())
 
 
-def knot_sculpture(rng: Random, palette: Palette, size: float = 0.16) -> SceneObject:
+def knot_sculpture(draw: Draw, size: float = 0.16) -> SceneObject:
     """Return a torus knot of one colour, or in sectors of two."""
-    p, q = ((2, 3), (3, 2), (2, 5))[int(rng.integers(3))]
-    shape = knot(size, 0.19 * size, p, q, 240)
-    paints = [palette.glazed(palette.accent()), palette.glazed(palette.accent())]
-    if rng.random() < 0.5:
-        return single_part("knot", shape, paints[0])
-    return multi_part("knot", split(shape, waves(3)), paints)
+    shape = knot(size, 0.19 * size, *draw.one_of(((2, 3), (3, 2), (2, 5))), 240)
+    paints = [draw.glazed(draw.accent()), draw.glazed(draw.accent())]
+    return multi_part("knot", [shape] if draw.chance(0.5) else split(shape, waves(3)), paints)
 
 
-def quadric_sculpture(rng: Random, palette: Palette, size: float = 0.22) -> SceneObject:
+def quadric_sculpture(draw: Draw, size: float = 0.22) -> SceneObject:
     """Return a plain, striped or checked superquadric."""
-    extents = size * rng.uniform(0.8, 1.25, 3)
-    north, east = rng.uniform(0.25, 1.6, 2)
-    shape = superquadric(extents, float(north), float(east), 64, 96)
-    paints = [palette.accent(), palette.pale(), palette.accent()]
-    kind = int(rng.integers(3))
+    extents = size * draw.rng.uniform(0.8, 1.25, 3)
+    shape = superquadric(extents, draw.number(0.25, 1.6), draw.number(0.25, 1.6), 64, 96)
+    paints = [draw.accent(), draw.pale(), draw.accent()]
+    kind, name = draw.whole(0, 2), "superquadric"
     if kind == 0:
-        return single_part("superquadric", shape, palette.glazed(paints[0]))
+        return single_part(name, shape, draw.glazed(paints[0]))
     if kind == 1:
-        at = np.linspace(0.0, extents[1], 6)[1:-1].tolist()
-        return multi_part("superquadric", split_at_levels(shape, height, at), paints)
-    return multi_part(
-        "superquadric", checkerboard(shape, waves(4), rings(0.5 * extents[1])), paints
-    )
+        return multi_part(name, banded(shape, *np.linspace(0.0, extents[1], 6)[1:-1]), paints)
+    return multi_part(name, checkerboard(shape, waves(4), rings(0.5 * extents[1])), paints)
 
 
-def pebble(rng: Random, palette: Palette, radius: float = 0.1) -> SceneObject:
+def pebble(draw: Draw, radius: float = 0.1) -> SceneObject:
     """Return a lump of smooth noise, plain or in patches."""
-    shape = lump(rng, radius * float(rng.uniform(0.8, 1.2)))
-    paints = [palette.accent(), palette.fabric(), palette.pale()]
-    if rng.random() < 0.5:
+    shape = lump(draw.rng, radius * draw.number(0.8, 1.2))
+    paints = [draw.accent(), draw.fabric(), draw.pale()]
+    if draw.chance(0.5):
         return single_part("pebble", shape, paints[1])
-    return multi_part("pebble", patches(rng, shape, 3, 1.2 * radius), paints)
+    return multi_part("pebble", patches(draw.rng, shape, 3, 1.2 * radius), paints)
+
+
+@model("globe")
+def globe(draw: Draw) -> Table:
+    """Return a globe on a foot."""
+    radius, lift = draw.number(0.1, 0.15), 0.1
+    pieces = patches(draw.rng, sphere(radius, 4), 3, 1.2 * radius)
+    sea, land = draw.chip(68.0, (4, 6), (6, 10), 5.0), draw.chip(35.0, (5, 7), (4, 8), 6.0)
+    for piece, color in zip(pieces, (sea, land, draw.pale()), strict=True):
+        yield piece, lift, color
+    yield cylinder(0.6 * radius, 0.02, 0.006, 32), 0.0, draw.wood()
+    yield cylinder(0.01, lift - 0.01, 0.002, 16), 0.015, draw.metal()
+    yield torus(1.08 * radius, 0.006, 48).turned(90.0, 0), lift + radius, draw.metal()
+
+
+@model("soap")
+def soap_bottle(draw: Draw) -> Table:
+    """Return a bottle with a pump."""
+    tall = draw.number(0.1, 0.15)
+    outer = [(0.03, 0.0), (0.034, 0.01), (0.034, 0.8 * tall), (0.012, tall)]
+    yield pot(outer, 0.003, 0.004), 0.0, draw.glazed(draw.accent())
+    yield cylinder(0.008, 0.04, 0.002, 16), tall, draw.grey(8)
+    yield box(0.014, 0.01, 0.05, 0.003), (0.0, tall + 0.04, 0.015), draw.grey(8)
+
+
+@model("paper roll")
+def paper_roll(draw: Draw) -> Table:
+    """Return a roll of paper that stands."""
+    yield cylinder(0.055, 0.1, 0.006, 32), 0.0, draw.grey(9)
+
+
+@model("towel")
+def towel(draw: Draw) -> Table:
+    """Return a folded towel."""
+    yield box(0.24, 0.07, 0.16, 0.02, 3), 0.0, draw.fabric()
+
+
+@model("basket")
+def basket(draw: Draw) -> Table:
+    """Return a basket for laundry."""
+    yield pot_shape(draw.rng, draw.number(0.4, 0.6)), 0.0, draw.wood()
+
+
+@model("bin")
+def litter_bin(draw: Draw) -> Table:
+    """Return a litter bin."""
+    outer = [(0.17, 0.0), (0.18, 0.02), (0.2, 0.4), (0.22, 0.75)]
+    yield pot(outer, 0.01, 0.015), 0.0, draw.glazed(draw.accent())
+
+
+@model("shoes")
+def shoes(draw: Draw) -> Table:
+    """Return a pair of shoes."""
+    sole = superquadric((0.09, 0.02, 0.27), 0.3, 0.8, 16, 32)
+    upper, leather = superquadric((0.085, 0.1, 0.26), 0.9, 0.8, 24, 36), draw.fabric()
+    for x in (-0.06, 0.06):
+        yield sole, (x, 0.0, 0.0), draw.grey(3)
+        yield upper, (x, 0.015, 0.0), leather
+
+
+@model("tap")
+def tap(draw: Draw) -> Table:
+    """Return the tap of a basin."""
+    spout = tube([(0, 0, 0), (0, 0.2, 0), (0, 0.23, 0.05), (0, 0.21, 0.09)], 0.012, 24).resting()
+    yield spout, 0.0, draw.metal()
+
+
+@model("crate")
+def crate(draw: Draw, size: float) -> Table:
+    """Return an open crate of boards."""
+    wood, wall = draw.wood(), 0.016
+    wide, tall, deep = size * draw.rng.uniform(0.8, 1.2, 3) * (1.2, 0.7, 0.9)
+    slat = 0.42 * tall
+    yield box(wide, wall, deep, 0.002), (0.0, 0.0, 0.0), wood
+    long, across = box(wide, slat, wall, 0.002), box(wall, slat, deep - 2 * wall, 0.002)
+    for y in (wall, wall + (tall - wall - slat)):
+        yield long, mirrored("z", 0.0, y, 0.5 * (deep - wall)), wood
+        yield across, mirrored("x", 0.5 * (wide - wall), y, 0.0), wood
+    post, corner = (
+        box(wall, tall, wall, 0.002),
+        (0.5 * wide - 1.5 * wall, wall, 0.5 * deep - 1.5 * wall),
+    )
+    for at in mirrored("xz", *corner):
+        yield post, at, draw.wood()
+
+
+@model("tin")
+def tin(draw: Draw) -> Table:
+    """Return a tin of paint with a band in its colour."""
+    radius, tall, color = draw.number(0.05, 0.09), draw.number(0.1, 0.2), draw.accent()
+    yield cylinder(radius, tall, 0.004, 40), 0.0, draw.metal()
+    yield cylinder(1.01 * radius, 0.6 * tall, 0.002, 40), 0.2 * tall, color
+
+
+@model("toolbox")
+def toolbox(draw: Draw) -> Table:
+    """Return a toolbox with a handle."""
+    wide = draw.number(0.35, 0.5)
+    yield box(wide, 0.18, 0.2, 0.01, 3), 0.0, draw.glazed(draw.accent())
+    yield box(wide, 0.06, 0.7 * 0.2, 0.015, 3), 0.18, draw.grey(3)
+    yield box(0.5 * wide, 0.025, 0.03, 0.01, 3), 0.18 + 0.06, draw.metal()
+
+
+@model("timber")
+def timber(draw: Draw) -> Table:
+    """Return a stack of planks on two bearers."""
+    long, wide = draw.number(1.2, 2.2), draw.number(0.14, 0.2)
+    bearer = box(0.06, 0.06, 2.2 * wide, 0.003)
+    for i in (-1, 1):
+        yield bearer, (i * 0.35 * long, 0.0, 0.0), draw.wood()
+    for layer in range(draw.whole(2, 5)):
+        for k in (-0.5, 0.5):
+            short = long * draw.number(0.82, 1.0)
+            at = draw.number(-0.5, 0.5) * (long - short), 0.06 + 0.03 * layer, 1.04 * k * wide
+            yield box(short, 0.028, wide, 0.002), at, draw.wood()
+
+
+@model("umbrella stand")
+def umbrella_stand(draw: Draw) -> Table:
+    """Return a tall pot with furled umbrellas."""
+    outer = [(0.1, 0.0), (0.11, 0.02), (0.12, 0.25), (0.13, 0.5)]
+    yield pot(outer, 0.008, 0.012), 0.0, draw.glazed(draw.accent())
+    for turn in draw.rng.uniform(0.0, 360.0, draw.whole(1, 3)):
+        x, z = 0.05 * np.cos(np.radians(turn)), 0.05 * np.sin(np.radians(turn))
+        long = draw.number(0.6, 0.8)
+        yield cylinder(0.022, long, 0.01, 16), (x, 0.012, z), draw.fabric()
+        yield cylinder(0.008, 0.12, 0.003, 12), (x, 0.012 + long, z), draw.wood()

@@ -3,55 +3,35 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from photonmap.dataset.models.curved_shapes import tube
-from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.patterns import (
-    checkerboard,
-    height,
-    rings,
-    split,
-    split_at_levels,
-    waves,
-    zigzag,
-)
+from photonmap.dataset.models.materials import Draw
+from photonmap.dataset.models.patterns import banded, checkerboard, rings, split, waves, zigzag
 from photonmap.dataset.models.scene_object import SceneObject, multi_part, single_part
-from photonmap.dataset.models.shapes import Floats, Random, Shape, arc, joined, lathe, smooth_curve
-
-_VASES = (
-    (
-        (0.30, 0.0),
-        (0.62, 0.22),
-        (0.80, 0.45),
-        (0.60, 0.75),
-        (0.28, 0.95),
-        (0.26, 1.05),
-        (0.40, 1.2),
-    ),
-    (
-        (0.34, 0.0),
-        (0.42, 0.15),
-        (0.60, 0.55),
-        (0.74, 0.85),
-        (0.62, 1.05),
-        (0.36, 1.14),
-        (0.42, 1.22),
-    ),
-    (
-        (0.46, 0.0),
-        (0.72, 0.16),
-        (0.78, 0.36),
-        (0.46, 0.62),
-        (0.22, 0.85),
-        (0.20, 1.15),
-        (0.30, 1.35),
-    ),
-    ((0.34, 0.0), (0.30, 0.10), (0.50, 0.30), (0.70, 0.60), (0.66, 0.86), (0.50, 1.0), (0.56, 1.1)),
+from photonmap.dataset.models.shapes import (
+    Floats,
+    Random,
+    Shape,
+    arc,
+    joined,
+    lathe,
+    smooth_curve,
+    tube,
 )
-"""Profiles of vases: radius and height, in units of the size."""
+
+Knots = Sequence[tuple[float, float]]
+"""Radius and height of points of a profile, from the foot to the rim."""
+
+_VASES: Sequence[Knots] = (
+    ((0.3, 0.0), (0.62, 0.22), (0.8, 0.45), (0.6, 0.75), (0.28, 0.95), (0.26, 1.05), (0.4, 1.2)),
+    ((0.34, 0), (0.42, 0.15), (0.6, 0.55), (0.74, 0.85), (0.62, 1.05), (0.36, 1.14), (0.42, 1.22)),
+    ((0.46, 0), (0.72, 0.16), (0.78, 0.36), (0.46, 0.62), (0.22, 0.85), (0.2, 1.15), (0.3, 1.35)),
+    ((0.34, 0.0), (0.3, 0.1), (0.5, 0.3), (0.7, 0.6), (0.66, 0.86), (0.5, 1.0), (0.56, 1.1)),
+)
+"""Profiles of vases, in units of the size."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +45,7 @@ class Detail:
 FINE, MEDIUM, COARSE = Detail(64, 144), Detail(28, 56), Detail(14, 28)
 
 
-def hollow(outer: Floats, wall: float, floor: float, segments: int) -> Shape:
+def hollow(outer: Floats, wall: float, floor: float, segments: int = COARSE.segments) -> Shape:
     """Return a vessel with a wall, a rounded rim and a foot ring, from its outer profile.
 
     Parameters
@@ -96,7 +76,12 @@ def hollow(outer: Floats, wall: float, floor: float, segments: int) -> Shape:
     return lathe(base, bead, upward, segments=segments).resting()
 
 
-def _profile(rng: Random, knots: object, size: float, jitter: float, detail: Detail) -> Floats:
+def pot(knots: Knots, wall: float, floor: float) -> Shape:
+    """Return a coarse vessel with a wall and a floor of given thicknesses, metres."""
+    return hollow(smooth_curve(knots, COARSE.steps), wall, floor)
+
+
+def _profile(rng: Random, knots: Knots, size: float, jitter: float, detail: Detail) -> Floats:
     """Return a smooth curve through knots, in units of the size, whose radii are jittered."""
     points = np.array(knots, np.float64)
     points[:, 0] *= 1.0 + jitter * rng.uniform(-1.0, 1.0, len(points))
@@ -110,32 +95,30 @@ def vase_shape(rng: Random, tall: float, kind: int | None = None, detail: Detail
     return hollow(outer, 0.022 * tall, 0.05 * tall, detail.segments)
 
 
-def decorate(rng: Random, palette: Palette, name: str, shape: Shape) -> SceneObject:
+def decorate(draw: Draw, name: str, shape: Shape) -> SceneObject:
     """Return a glazed vessel: plain, banded, in twisted stripes, checked or with zigzag lines."""
     tall = float(np.ptp(shape.vertices[:, 1]))
-    colors = (palette.accent(), palette.pale(), palette.fabric())
-    paints = [palette.glazed(color) for color in colors]
-    kind = int(rng.integers(6))
+    paints = [draw.glazed(color) for color in (draw.accent(), draw.pale(), draw.fabric())]
+    kind = draw.whole(0, 5)
     if kind == 0:
         return single_part(name, shape, paints[0])
     if kind == 1:
-        return multi_part(
-            name, split_at_levels(shape, height, [0.4 * tall, 0.5 * tall, 0.72 * tall]), paints
-        )
+        return multi_part(name, banded(shape, 0.4 * tall, 0.5 * tall, 0.72 * tall), paints)
     if kind == 2:
-        return multi_part(name, split(shape, waves(int(rng.integers(5, 9)), 60.0 / tall)), paints)
+        return multi_part(name, split(shape, waves(draw.whole(5, 8), 60.0 / tall)), paints)
     if kind == 3:
-        count = int(rng.integers(6, 10))
-        return multi_part(name, checkerboard(shape, waves(count), rings(tall / 3.5)), paints)
-    low, high = split(shape, zigzag(0.38 * tall, 12, 0.06 * tall))
+        return multi_part(
+            name, checkerboard(shape, waves(draw.whole(6, 9)), rings(tall / 3.5)), paints
+        )
     if kind == 4:
+        low, high = split(shape, zigzag(0.38 * tall, 12, 0.06 * tall))
         return multi_part(name, [low, *split(high, zigzag(0.62 * tall, 12, 0.06 * tall))], paints)
-    return multi_part(name, split_at_levels(shape, height, [0.3 * tall, 0.8 * tall]), paints[:2])
+    return multi_part(name, banded(shape, 0.3 * tall, 0.8 * tall), paints[:2])
 
 
-def vase(rng: Random, palette: Palette, tall: float = 0.28) -> SceneObject:
+def vase(draw: Draw, tall: float = 0.28) -> SceneObject:
     """Return a decorated vase of about this height, metres."""
-    return decorate(rng, palette, "vase", vase_shape(rng, tall * float(rng.uniform(0.8, 1.2))))
+    return decorate(draw, "vase", vase_shape(draw.rng, tall * draw.number(0.8, 1.2)))
 
 
 def bowl_shape(rng: Random, radius: float, detail: Detail = COARSE) -> Shape:
@@ -146,29 +129,32 @@ def bowl_shape(rng: Random, radius: float, detail: Detail = COARSE) -> Shape:
     return hollow(outer, 0.045 * radius, 0.09 * radius, detail.segments)
 
 
-def bowl(rng: Random, palette: Palette, radius: float = 0.13) -> SceneObject:
+def bowl(draw: Draw, radius: float = 0.13) -> SceneObject:
     """Return a bowl of about this radius, metres, its rim in another colour."""
-    shape = bowl_shape(rng, radius * float(rng.uniform(0.85, 1.15)))
-    top = shape.vertices[:, 1].max()
-    paints = [palette.glazed(palette.accent()), palette.glazed(palette.pale())]
-    return multi_part("bowl", split_at_levels(shape, height, [0.82 * top]), paints)
+    shape = bowl_shape(draw.rng, radius * draw.number(0.85, 1.15))
+    paints = [draw.glazed(draw.accent()), draw.glazed(draw.pale())]
+    return multi_part("bowl", banded(shape, 0.82 * shape.vertices[:, 1].max()), paints)
 
 
-def bottle(rng: Random, palette: Palette) -> SceneObject:
+def basin(draw: Draw) -> SceneObject:
+    """Return a white basin."""
+    shape = bowl_shape(draw.rng, draw.number(0.18, 0.21))
+    return single_part("basin", shape, draw.glazed(draw.grey(9)))
+
+
+def bottle(draw: Draw) -> SceneObject:
     """Return a bottle, of glass if materials are mixed."""
-    tall, shoulder = float(rng.uniform(0.24, 0.32)), float(rng.uniform(0.5, 0.66))
+    tall, shoulder = draw.number(0.24, 0.32), draw.number(0.5, 0.66)
     body = [(0.135, 0.0), (0.14, 0.04), (0.14, shoulder), (0.11, shoulder + 0.1)]
     neck = [(0.05, shoulder + 0.2), (0.045, 0.95), (0.052, 1.0)]
-    outer = _profile(rng, body + neck, tall, 0.0, COARSE)
-    shape = hollow(outer, 0.012 * tall, 0.02 * tall, COARSE.segments)
-    return single_part("bottle", shape, palette.glass(palette.chip(None, (3, 6), (4, 10))))
+    shape = hollow(_profile(draw.rng, body + neck, tall, 0.0, COARSE), 0.012 * tall, 0.02 * tall)
+    return single_part("bottle", shape, draw.glass(draw.chip(None, (3, 6), (4, 10))))
 
 
-def cup(rng: Random, palette: Palette) -> SceneObject:
+def cup(draw: Draw) -> SceneObject:
     """Return a cup with a handle."""
-    tall = float(rng.uniform(0.08, 0.1))
-    body, handle = cup_shapes(rng, tall)
-    return single_part("cup", joined([body, handle]), palette.glazed(palette.accent()))
+    shape = joined(cup_shapes(draw.rng, draw.number(0.08, 0.1)))
+    return single_part("cup", shape, draw.glazed(draw.accent()))
 
 
 def cup_shapes(
@@ -190,18 +176,16 @@ def cup_shapes(
     return body, tube(path, 0.045 * tall, detail.segments // 3)
 
 
-def plate(rng: Random, palette: Palette) -> SceneObject:
+def plate(draw: Draw) -> SceneObject:
     """Return a plate with a coloured rim."""
-    radius = float(rng.uniform(0.11, 0.13))
+    radius = draw.number(0.11, 0.13)
     knots = [(0.5, 0.0), (0.55, 0.02), (0.75, 0.06), (0.9, 0.13), (1.0, 0.16)]
-    outer = _profile(rng, knots, radius, 0.0, COARSE)
-    shape = hollow(outer, 0.03 * radius, 0.05 * radius, COARSE.segments)
-    paints = [palette.glazed(palette.pale()), palette.glazed(palette.accent())]
-    return multi_part("plate", split_at_levels(shape, height, [0.14 * radius]), paints)
+    shape = hollow(_profile(draw.rng, knots, radius, 0.0, COARSE), 0.03 * radius, 0.05 * radius)
+    paints = [draw.glazed(draw.pale()), draw.glazed(draw.accent())]
+    return multi_part("plate", banded(shape, 0.14 * radius), paints)
 
 
 def pot_shape(rng: Random, tall: float) -> Shape:
     """Return a flower pot of this height, metres."""
     knots = [(0.34, 0.0), (0.37, 0.06), (0.48, 0.7), (0.52, 0.98), (0.52, 1.0)]
-    outer = _profile(rng, knots, tall, 0.02, COARSE)
-    return hollow(outer, 0.04 * tall, 0.1 * tall, COARSE.segments)
+    return hollow(_profile(rng, knots, tall, 0.02, COARSE), 0.04 * tall, 0.1 * tall)

@@ -6,7 +6,7 @@ import zlib
 
 import numpy as np
 
-from photonmap.dataset.models.materials.palette import Palette
+from photonmap.dataset.models.materials import Draw
 from photonmap.dataset.scenes.illumination import (
     Illumination,
     choose_illumination,
@@ -14,8 +14,7 @@ from photonmap.dataset.scenes.illumination import (
 )
 from photonmap.dataset.scenes.outdoors import OUTDOORS
 from photonmap.dataset.scenes.random_lights import RandomLights
-from photonmap.dataset.scenes.rooms.catalogue import ROOMS
-from photonmap.dataset.scenes.rooms.kinds import KINDS
+from photonmap.dataset.scenes.rooms.catalogue import KINDS, ROOMS
 from photonmap.dataset.scenes.single_objects import OBJECTS, build_object
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
 from photonmap.errors import InputError
@@ -52,7 +51,7 @@ def build_scene(
     name : one of `SCENES`
     seed : draws shapes, positions, reflectances, and the colours of the illumination
     illumination : one of `photonmap.dataset.scenes.illumination.NAMED`, or your own
-    materials : one of `photonmap.dataset.models.materials.palette.MATERIALS`: "lambertian", or
+    materials : one of `photonmap.dataset.models.materials.MATERIALS`: "lambertian", or
         "mixed" with glazes, mirrors and glass, "textured" with wood, cloth, stone and prints,
         "glossy" with rough varnish and metal, or "rich" with both
     lightness : mean reflectance over the area of all surfaces, from 0 to 1; None for that of the
@@ -91,11 +90,10 @@ def build_unlit_scene(
     if name not in SCENES:
         raise InputError(f"there is no scene {name!r}; {suggest(str(name), SCENES)}")
     check_looks(lightness, scale)
-    rng = _random(name, seed)
-    palette = Palette(rng.spawn(1)[0], materials, lightness)
+    draw = Draw(_random(name, seed), materials, lightness)
     if build := {**ROOMS, **OUTDOORS}.get(name):
-        return build(rng, palette, scale)
-    return build_object(name, rng, palette)
+        return build(draw, scale)
+    return build_object(name, draw)
 
 
 def check_looks(lightness: float | None = None, scale: float = 1.0) -> None:

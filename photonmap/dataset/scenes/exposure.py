@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.dataset.models.lamps import LAMP
-from photonmap.dataset.models.materials.surfaces import reflectance_of
+from photonmap.dataset.models.materials import reflectance_of
 from photonmap.dataset.models.scene_object import SceneObject
 from photonmap.dataset.models.shapes import Floats, joined, normalised
-from photonmap.dataset.models.wall_fixtures import WINDOW
+from photonmap.dataset.models.wall_objects import WINDOW
 from photonmap.dataset.scenes.illumination import MAIN_SHARE, Illumination, is_sky
 from photonmap.dataset.scenes.rooms.camera_search import directions
 from photonmap.errors import InputError

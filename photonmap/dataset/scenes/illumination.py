@@ -1,21 +1,27 @@
-"""Illuminations: the spectra of a scene's lights, and their shares, by name or drawn at random."""
+"""Illuminations: the spectra of a scene's lights, and their shares, by name or drawn at random.
+
+Lights whose spectra are in files are identified by what is in the files, not by where they are.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import re
 from dataclasses import dataclass
 from functools import cache
 from os import PathLike
+from pathlib import Path
 
 import numpy as np
 
-from photonmap.dataset.scenes.light_files import light_file
 from photonmap.dataset.scenes.random_lights import RANDOM, RandomLights
 from photonmap.errors import InputError
 from photonmap.runtime.wording import suggest
 from photonmap.spectra.color_text import emission
-from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.curves import EXTRAPOLATE, Spectrum
 from photonmap.spectra.daylight import ClearSky
+from photonmap.spectra.sensitivities import table_of
+from photonmap.spectra.tables import read_table
 
 WHITE = "D65"
 COLORED = ("planck:2200", "planck:20000", "HPS", "H38HT-100 (Mercury)", "LED-RGB1")
@@ -43,6 +49,8 @@ _COOLEST = 4500.0
 
 MAIN_SHARE = 0.6
 """Share of the first of several lights whose shares are not given; the others divide the rest."""
+_DIGITS = 10
+"""Digits of the digest of a light's file."""
 _SUM = 1e-3
 """Largest difference between 1 and the sum of shares."""
 
@@ -174,3 +182,41 @@ def clear_sky(color: str) -> ClearSky | None:
     """
     found = _CLEAR.fullmatch(color)
     return None if found is None else ClearSky(float(found[1]), float(found[2]))
+
+
+def light_file(color: str) -> Path | None:
+    """Return the file that a light names, perhaps with a factor after it; None if it names none."""
+    return table_of(color) or table_of(color.rpartition(" ")[0])
+
+
+def located_light(color: str, folder: Path) -> str:
+    """Return a light with the absolute path of its file, if it has one, seen from a folder.
+
+    A factor is left out, as the lights of data sets are scaled to a luminance of 1.
+    """
+    path = light_file(color)
+    if path is None:
+        return color
+    held = EXTRAPOLATE if color.strip().startswith(EXTRAPOLATE) else ""
+    return f"{held}{(folder / path).resolve()}"
+
+
+def digest_of_light(color: str) -> str:
+    """Return the digest of the curve in the file of a light; "" if it names none.
+
+    Raises
+    ------
+    InputError : the file cannot be read
+    """
+    path = light_file(color)
+    if path is None:
+        return ""
+    curve = read_table(path, kind="emission")[0]
+    samples = curve.wavelengths.tobytes() + curve.values.tobytes()
+    return hashlib.sha256(samples).hexdigest()[:_DIGITS]
+
+
+def check_unchanged(color: str, digest: str) -> None:
+    """Raise `InputError` if the file of a light has another curve than that of a digest."""
+    if digest_of_light(color) != digest:
+        raise InputError("has changed since the data set was begun; restore it", light_file(color))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from photonmap.dataset.models.materials.palette import Palette
+from photonmap.dataset.models.materials import Palette
 from photonmap.dataset.models.shapes import Random
 from photonmap.dataset.scenes.illumination import Illumination, choose_illumination, light_spectrum
 from photonmap.dataset.scenes.random_lights import RandomLights

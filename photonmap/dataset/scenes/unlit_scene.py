@@ -1,8 +1,9 @@
-"""A scene whose emitters are off, until it is given an illumination."""
+"""A scene whose emitters are off, until it is given an illumination; and the sky that it shows."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,13 +11,103 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.dataset.models.scene_object import SceneObject, to_meshes, with_unique_names
-from photonmap.dataset.scenes.exposure import set_levels
-from photonmap.dataset.scenes.illumination import Illumination, is_sky, light_spectrum
-from photonmap.dataset.scenes.open_sky import OpenSky
+from photonmap.dataset.models.shapes import Floats
+from photonmap.dataset.models.wall_objects import WINDOW
+from photonmap.dataset.scenes.exposure import SKY, LightMeter, Radiance, set_levels
+from photonmap.dataset.scenes.illumination import Illumination, clear_sky, is_sky, light_spectrum
 from photonmap.scene.camera import Camera
+from photonmap.scene.daylight import OvercastLight, SkyLight, SunLight
 from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
 from photonmap.scene.scene import Scene
+from photonmap.spectra.observer import luminance
+
+SUN = "sun"
+"""The light group of the sun."""
+_GROUND = 0.2
+"""Reflectance of the ground as far as the horizon."""
+
+
+@dataclass(frozen=True, eq=False)
+class OpenSky:
+    """The sky of a scene: what it sends to the points that the camera sees, and its lights.
+
+    A sky of one colour is overcast.
+
+    Parameters
+    ----------
+    group : of its light
+    azimuth : of the sun, degrees, as of `SunLight`
+    overcast : irradiance of the points, (P,), from an overcast sky of radiance 1 at the zenith
+    from_sky : returns the irradiance of the points, (P,), by the radiance of the sky
+    sunlit : returns the irradiance of the points, (P,), from a sun of irradiance 1 at an elevation;
+        None where no sun shines
+    """
+
+    group: str
+    azimuth: float
+    overcast: Floats
+    from_sky: Callable[[Radiance], Floats]
+    sunlit: Callable[[float], Floats] | None = None
+
+    @classmethod
+    def over(cls, meter: LightMeter, azimuth: float) -> OpenSky:
+        """Return the sky over what a meter measures."""
+
+        def sunlit(elevation: float) -> Floats:
+            direction = SunLight(elevation=elevation, azimuth=azimuth).direction
+            return meter.from_afar(-np.array(direction))
+
+        return cls(SKY, azimuth, meter.from_sky(_overcast), meter.from_sky, sunlit)
+
+    @classmethod
+    def through_windows(cls, meter: LightMeter, azimuth: float) -> OpenSky:
+        """Return the sky outside the windows of what a meter measures."""
+
+        def from_sky(radiance: Radiance) -> Floats:
+            return meter.irradiance(WINDOW, radiance)
+
+        return cls(WINDOW, azimuth, from_sky(_overcast), from_sky)
+
+    def received(self, color: str) -> Floats:
+        """Return the irradiance of the points, (P,), from a light of level 1 by its name."""
+        if clear_sky(color) is None:
+            return self.overcast
+        sky, *suns = self.lights(color, 1.0)
+        assert isinstance(sky, SkyLight)
+        received = self.from_sky(_seen_in(sky.luminance()))
+        for sun in suns:
+            assert isinstance(sun, SunLight)
+            assert self.sunlit is not None
+            received = received + luminance(sun.color) * self.sunlit(sun.elevation)
+        return received
+
+    def lights(self, color: str, level: float) -> list[Light]:
+        """Return the lights of a colour: a clear sky, with its sun if it shines, or clouds."""
+        clear = clear_sky(color)
+        if clear is None:
+            return [OvercastLight(light_spectrum(color) * level, _GROUND, SKY, self.group)]
+        place = clear.turbidity, clear.elevation, self.azimuth, level
+        sky = SkyLight(*place, SKY, self.group, _GROUND)
+        return [sky] if self.sunlit is None else [sky, SunLight(*place, SUN)]
+
+
+def _seen_in(image: NDArray[np.float32]) -> Radiance:
+    """Return how to look up a map of the sky, (H, 2H), laid out as an `EnvironmentLight`'s is."""
+    rows, columns = image.shape
+
+    def radiance(directions: Floats) -> Floats:
+        x, y, z = np.moveaxis(directions, -1, 0)
+        row = np.arccos(np.clip(y, -1.0, 1.0)) / math.pi * rows
+        column = (0.5 + np.arctan2(x, -z) / (2.0 * math.pi)) * columns
+        at = np.minimum(row, rows - 1).astype(int), column.astype(int) % columns
+        return image[at].astype(np.float64)
+
+    return radiance
+
+
+def _overcast(directions: Floats) -> Floats:
+    return _seen_in(OvercastLight(ground=_GROUND).amounts())(directions)
 
 
 @dataclass(frozen=True, eq=False)

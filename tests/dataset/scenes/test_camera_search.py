@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from photonmap.dataset.models.garments import SPACING, garment
-from photonmap.dataset.models.materials.palette import Palette
+from photonmap.dataset.models.materials import Draw
 from photonmap.dataset.models.scene_object import overlap, single_part
 from photonmap.dataset.models.shapes import box
 from photonmap.dataset.scenes.rooms import camera_search
-from photonmap.dataset.scenes.rooms.hangings import framed, posters, row_of_pictures
+from photonmap.dataset.scenes.rooms.groups import framed, posters, row_of_pictures
 from photonmap.dataset.scenes.rooms.room_builder import Group, RoomBuilder
 from photonmap.scene.material import Material
 
@@ -59,7 +59,7 @@ def test_bare_walls_are_worth_less_than_floor():
 
 
 def test_bare_walls_are_dressed():
-    room = RoomBuilder(random(), Palette(random(1)), 4.0, 5.0, 2.6)
+    room = RoomBuilder(Draw(random()), 4.0, 5.0, 2.6)
     tall = single_part("wardrobe", box(3.0, 2.0, 0.6), Material())
     assert room.place_at_wall(Group([tall]))
     room.dress((framed, posters, row_of_pictures))
@@ -79,7 +79,7 @@ def test_bare_walls_are_dressed():
 
 @pytest.mark.parametrize("seed", range(20))
 def test_garments_have_room_between_hooks_and_wall(seed):
-    boxes = np.stack([p.shape.bounds for p in garment(random(seed), Palette(random(seed)))])
+    boxes = np.stack([p.shape.bounds for p in garment(Draw(random(seed)))])
     assert np.abs(boxes[:, :, 0]).max() < 0.5 * SPACING
     assert boxes[:, 0, 2].min() > -0.085, "the wall is as far behind"
     assert boxes[:, 1, 1].max() < 0.05

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers.generated import mean_reflectance, unlit
 
-from photonmap.dataset.models.materials.lightness import with_lightness
+from photonmap.dataset.models.scene_object import with_lightness
 from photonmap.dataset.scenes.build import build_unlit_scene
 from photonmap.errors import InputError
 from photonmap.spectra.munsell import shipped_set

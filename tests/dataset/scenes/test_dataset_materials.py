@@ -4,9 +4,14 @@ import numpy as np
 import pytest
 from helpers.generated import unlit
 
-from photonmap.dataset.models.materials.palette import MATERIALS, Palette
-from photonmap.dataset.models.materials.procedures import LEVELS, PROCEDURES, paint
-from photonmap.dataset.models.materials.surfaces import Surface, reflectance_of, surface_of
+from photonmap.dataset.models.materials import (
+    MATERIALS,
+    Palette,
+    Surface,
+    reflectance_of,
+    surface_of,
+)
+from photonmap.dataset.models.procedures import LEVELS, PROCEDURES, paint
 from photonmap.dataset.models.scene_object import single_part
 from photonmap.dataset.models.shapes import box, box_mapped, cylinder
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture

@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 from helpers.generated import appearance, lit, unlit
 
-from photonmap.dataset.models.materials.palette import Palette
+from photonmap.dataset.models.materials import Draw
 from photonmap.dataset.models.scene_object import overlap, single_part
 from photonmap.dataset.models.shapes import box
 from photonmap.dataset.report.diversity import appearance_of, correlations, nearest_neighbours
 from photonmap.dataset.scenes.rooms.catalogue import ROOMS
-from photonmap.dataset.scenes.rooms.floor_plan import FloorPlan
-from photonmap.dataset.scenes.rooms.room_builder import Group, RoomBuilder
+from photonmap.dataset.scenes.rooms.room_builder import FloorPlan, Group, RoomBuilder
 from photonmap.errors import InputError
 from photonmap.scene.material import Material
 from photonmap.scene.scene import Scene
@@ -87,13 +86,13 @@ def test_standing_places_are_clear():
 
 
 def test_access_stays_free():
-    room = RoomBuilder(random(), Palette(random(1)), 3.0, 3.0, 2.5)
+    room = RoomBuilder(Draw(random()), 3.0, 3.0, 2.5)
     assert room.place_at_wall(Group([block(2.9, 1.0, 0.4)], access=2.5))
     assert not room.place_free(Group([block(0.5, 0.5, 0.5)]))
 
 
 def test_what_is_too_large_is_left_out():
-    room = RoomBuilder(random(), Palette(random(1)), 3.0, 3.0, 2.5)
+    room = RoomBuilder(Draw(random()), 3.0, 3.0, 2.5)
     assert not room.place_at_wall(Group([block(3.5, 1.0, 0.4)]))
     assert not room.place_at_wall(Group([block(0.5, 2.6, 0.4)]))
     assert not room.hang([block(3.5, 0.2, 0.1)], (1.0, 1.2))

@@ -9,6 +9,7 @@ from helpers.generated import lit, unlit
 import photonmap as pm
 from photonmap.dataset.jobs.presets import PRESETS
 from photonmap.dataset.models.arrangements import in_row, scatter
+from photonmap.dataset.models.materials import Draw
 from photonmap.dataset.models.scene_object import (
     CONTACT_TOLERANCE,
     SceneObject,
@@ -245,12 +246,12 @@ def test_bad_arguments(arguments, message):
 
 
 def cube(size):
-    return lambda: single_part("cube", box(size, size, size), Material())
+    return lambda _: single_part("cube", box(size, size, size), Material())
 
 
 def test_scattered_things_rest_apart():
     level = Support((-0.5, 0.5), (-0.2, 0.2), 0.7, 0.3)
-    placed = scatter(random(), level, [cube(0.1)] * 12 + [cube(0.35)])
+    placed = scatter(Draw(random()), level, [cube(0.1)] * 12 + [cube(0.35)])
     assert 3 <= len(placed) <= 12
     for index, obj in enumerate(placed):
         assert obj.bounds[0, 1] == pytest.approx(0.7, abs=1e-12)
@@ -262,7 +263,7 @@ def test_scattered_things_rest_apart():
 
 def test_a_row_ends_with_its_level():
     level = Support((0.0, 1.0), (0.0, 0.2), 0.4)
-    row = in_row(random(), level, [cube(0.1)] * 20, (0.01, 0.02), front=True)
+    row = in_row(Draw(random()), level, [cube(0.1)] * 20, (0.01, 0.02), front=True)
     assert 8 <= len(row) <= 9
     assert max(obj.bounds[1, 0] for obj in row) <= 1.0
     assert all(obj.bounds[1, 2] == pytest.approx(0.2) for obj in row)
@@ -270,7 +271,7 @@ def test_a_row_ends_with_its_level():
 
 
 def test_boxes_that_touch_do_not_overlap():
-    first = cube(1.0)()
+    first = cube(1.0)(None)
     assert not overlap(first.boxes, first.moved((1.0, 0.0, 0.0)).boxes)
     assert overlap(first.boxes, first.moved((0.99, 0.0, 0.0)).boxes)
     assert isinstance(first, SceneObject)

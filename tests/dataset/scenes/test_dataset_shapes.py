@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from photonmap.dataset.models import curved_shapes, patterns, shapes, vessels
-from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.materials.surfaces import chips
+from photonmap.dataset.models import patterns, shapes, vessels
+from photonmap.dataset.models.materials import Draw, Palette, chips
 from photonmap.dataset.models.shapes import Shape, joined
 from photonmap.dataset.models.small_objects import ring_tower
 from photonmap.errors import InputError
@@ -29,12 +28,12 @@ CLOSED = {
     "cylinder": lambda: shapes.cylinder(0.1, 0.3),
     "cone": lambda: shapes.cone(0.1, 0.01, 0.3),
     "torus": lambda: shapes.torus(0.2, 0.05),
-    "sphere": lambda: curved_shapes.sphere(0.2),
-    "lump": lambda: curved_shapes.lump(random(), 0.2),
-    "superquadric": lambda: curved_shapes.superquadric((0.2, 0.3, 0.2), 0.3, 0.4),
-    "star": lambda: curved_shapes.superquadric((0.2, 0.3, 0.2), 1.6, 1.5),
-    "knot": lambda: curved_shapes.knot(0.2, 0.05),
-    "tube": lambda: curved_shapes.tube([(0, 0, 0), (0.2, 0.1, 0), (0.3, 0.4, 0)], 0.02),
+    "sphere": lambda: shapes.sphere(0.2),
+    "lump": lambda: shapes.lump(random(), 0.2),
+    "superquadric": lambda: shapes.superquadric((0.2, 0.3, 0.2), 0.3, 0.4),
+    "star": lambda: shapes.superquadric((0.2, 0.3, 0.2), 1.6, 1.5),
+    "knot": lambda: shapes.knot(0.2, 0.05),
+    "tube": lambda: shapes.tube([(0, 0, 0), (0.2, 0.1, 0), (0.3, 0.4, 0)], 0.02),
     **{f"vase {k}": lambda k=k: vessels.vase_shape(random(k), 0.3, k) for k in range(4)},
     "bowl": lambda: vessels.bowl_shape(random(), 0.15),
     "pot": lambda: vessels.pot_shape(random(), 0.2),
@@ -70,7 +69,7 @@ def test_known_volumes():
     flat = np.sin(2 * np.pi / segments) * segments / (2 * np.pi)
     cylinder = welded(shapes.cylinder(0.1, 0.3, 1e-4, segments))
     assert cylinder.volume == pytest.approx(np.pi * 0.1**2 * 0.3 * flat, rel=1e-3)
-    ball = welded(curved_shapes.sphere(0.2, 5))
+    ball = welded(shapes.sphere(0.2, 5))
     assert ball.volume == pytest.approx(4 / 3 * np.pi * 0.2**3, rel=2e-3)
     ring = welded(shapes.torus(0.2, 0.05, segments))
     assert ring.volume == pytest.approx(2 * np.pi**2 * 0.2 * 0.05**2, rel=2e-3)
@@ -103,7 +102,7 @@ PATTERNS = {
 
 @pytest.mark.parametrize("paint", PATTERNS.values(), ids=PATTERNS)
 def test_patterns_keep_the_surface(paint):
-    shape = curved_shapes.lump(random(1), 0.15)
+    shape = shapes.lump(random(1), 0.15)
     parts = paint(shape)
     assert all(len(part.faces) for part in parts)
     assert sum(part.area for part in parts) == pytest.approx(shape.area, rel=1e-9)
@@ -113,13 +112,13 @@ def test_patterns_keep_the_surface(paint):
 
 
 def test_patches_are_shared_out_alike():
-    shape = curved_shapes.sphere(0.2)
+    shape = shapes.sphere(0.2)
     shares = np.array([part.area for part in patterns.patches(random(), shape, 4, 0.1)])
     np.testing.assert_allclose(shares / shares.sum(), 0.25, atol=0.05)
 
 
 def test_division_follows_the_field():
-    shape = curved_shapes.sphere(0.2)
+    shape = shapes.sphere(0.2)
     low, high = patterns.split(shape, lambda points: points[:, 1] - 0.2)
     edge = 0.002  # what a cut keeps from vertices may move it by a fraction of a triangle
     assert low.bounds[1, 1] < 0.2 + edge
@@ -137,7 +136,7 @@ def test_mondrian_fills_its_rectangle():
 
 def test_noise_has_its_variance():
     points = random(1).uniform(-50.0, 50.0, (20000, 3))
-    values = curved_shapes.Noise(random(2), 0.7)(points)
+    values = shapes.Noise(random(2), 0.7)(points)
     assert abs(values.mean()) < 0.05
     assert values.var() == pytest.approx(1.0, abs=0.1)
 
@@ -180,7 +179,7 @@ def test_unknown_materials_are_refused():
 
 
 def test_rings_lie_on_each_other():
-    tower = ring_tower(Palette(random()), 0.1, 5)
+    tower = ring_tower(Draw(random()), 0.1, 5)
     boxes = np.array([part.shape.bounds for part in tower.parts[:6]])
     gaps = boxes[1:, 0, 1] - boxes[:-1, 1, 1]
     np.testing.assert_allclose(gaps, 0.0, atol=1e-12)

@@ -14,7 +14,7 @@ from photonmap.dataset.jobs.job_scene import make_scene
 from photonmap.dataset.jobs.plan import CommonSettings, Job, plan_jobs
 from photonmap.dataset.jobs.presets import load_preset
 from photonmap.dataset.scenes import view_search
-from photonmap.dataset.scenes.sight import is_way_free
+from photonmap.dataset.scenes.view_search import is_way_free
 from photonmap.dataset.scenes.views import View
 from photonmap.integrators.look import Onlooker
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.dataset.models.scene_object import SceneObject
-from photonmap.dataset.models.shapes import Floats, Random, joined, normalised
-from photonmap.dataset.models.wall_fixtures import WINDOW
+from photonmap.dataset.models.shapes import Floats, Random, area_vectors, joined, normalised
+from photonmap.dataset.models.wall_objects import WINDOW
 from photonmap.integrators.ray_caster import RayCaster
 from photonmap.scene.camera import Camera
 
@@ -163,8 +163,7 @@ def _field_of(objects: Sequence[SceneObject], surroundings: Sequence[SceneObject
     whole = joined([shape for shape, _ in parts])
     faces = [len(shape.faces) for shape, _ in parts]
     owners = np.repeat([owner for _, owner in parts], faces)
-    a, b, c = (whole.vertices[whole.faces[:, i]] for i in range(3))
-    normals = normalised(np.cross(b - a, c - a))
+    normals = normalised(area_vectors(whole.vertices, whole.faces))
     windows = [obj.name == WINDOW for obj in surroundings for _ in obj.parts]
     outside = np.concatenate([np.zeros(len(parts) - len(windows), bool), windows])
     level = (normals[:, 1] > _LEVEL) & (owners < 0)

@@ -4,27 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
 
-from photonmap.dataset.models import wall_fixtures
+from photonmap.dataset.models import wall_objects
 from photonmap.dataset.models.lamps import LAMP, is_lamp, numbered
-from photonmap.dataset.models.materials.lightness import with_lightness
-from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.scene_object import SceneObject, bounds_of, overlap
-from photonmap.dataset.models.shapes import Floats, Random
+from photonmap.dataset.models.materials import Draw
+from photonmap.dataset.models.scene_object import SceneObject, bounds_of, overlap, with_lightness
+from photonmap.dataset.models.shapes import Floats
+from photonmap.dataset.models.wall_objects import WINDOW
 from photonmap.dataset.scenes.exposure import LightMeter
-from photonmap.dataset.scenes.open_sky import OpenSky
 from photonmap.dataset.scenes.rooms import shell
 from photonmap.dataset.scenes.rooms.camera_search import find_camera
-from photonmap.dataset.scenes.rooms.floor_plan import FloorPlan
-from photonmap.dataset.scenes.rooms.shell import TURNS, Floor, Opening
-from photonmap.dataset.scenes.unlit_scene import UnlitScene
-from photonmap.scene.camera import Camera
-from photonmap.scene.material import Material
+from photonmap.dataset.scenes.rooms.shell import TURNS, Opening
+from photonmap.dataset.scenes.unlit_scene import OpenSky, UnlitScene
 
-BACKDROP = ("floor", "ceiling", "walls", "skirting", "window")
-"""Names of the objects that make up the room itself."""
 _GAP = 0.03
 """Distance between walls and furniture, metres."""
 _CLEAR = 0.1
@@ -37,8 +34,68 @@ _SHORTEST, _DRESSINGS = 0.5, 3
 """Length of the shortest bare wall that is dressed, metres, and the most things tried for it."""
 _ATTEMPTS = 24
 """Positions tried for a group before it is left out."""
+_CELL = 0.1
+"""Side of a cell, metres."""
+_WALKER = 0.2
+"""Radius of someone who walks about, metres."""
+_STEP, _HEAD = 0.05, 1.9
+"""What is lower is stepped over, what is higher is passed beneath, metres."""
+_CONNECTED = 0.92
+"""Least share of the free floor that is in one piece."""
+_OPEN = 0.22
+"""Least share of the floor that stays open to walk on."""
 _DOOR_SWING, _WINDOW_REACH = 0.95, 0.4
 """How far the space in front of a door and of a window stays free, metres."""
+
+
+class FloorPlan:
+    """Cells of a floor around the y axis, and which of them a walker can stand in.
+
+    Parameters
+    ----------
+    width, depth : of the floor along x and z, metres
+    """
+
+    def __init__(self, width: float, depth: float) -> None:
+        counts = max(1, round(width / _CELL)), max(1, round(depth / _CELL))
+        self._axes = [
+            (np.arange(n) + 0.5) * (side / n) - 0.5 * side
+            for n, side in zip(counts, (width, depth), strict=True)
+        ]
+        half = 0.5 * np.array([width, depth]) - _WALKER
+        inside = [np.abs(axis) <= limit for axis, limit in zip(self._axes, half, strict=True)]
+        self._free = inside[0][:, None] & inside[1][None, :]
+
+    def leaves_ways(self, boxes: Floats) -> bool:
+        """Return whether the floor stays open and in one piece if boxes, (n, 2, 3), stand on it."""
+        free = self._without(boxes)
+        reached = _largest_piece(free)
+        return bool(reached.sum() >= _CONNECTED * free.sum() and reached.sum() >= _OPEN * free.size)
+
+    def occupy(self, boxes: Floats) -> None:
+        """Mark the cells that boxes, (n, 2, 3), take up."""
+        self._free = self._without(boxes)
+
+    def standing_places(self) -> Floats:
+        """Return x and z of the cells that are reached on foot, (n, 2), metres."""
+        i, k = np.nonzero(_largest_piece(self._free))
+        return np.stack([self._axes[0][i], self._axes[1][k]], axis=1)
+
+    def _without(self, boxes: Floats) -> NDArray[np.bool_]:
+        free = self._free.copy()
+        x, z = self._axes
+        for low, high in boxes[(boxes[:, 1, 1] > _STEP) & (boxes[:, 0, 1] < _HEAD)]:
+            i = np.searchsorted(x, (low[0] - _WALKER, high[0] + _WALKER))
+            k = np.searchsorted(z, (low[2] - _WALKER, high[2] + _WALKER))
+            free[i[0] : i[1], k[0] : k[1]] = False
+        return free
+
+
+def _largest_piece(free: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    pieces, count = ndimage.label(free)
+    if not count:
+        return free
+    return pieces == 1 + int(np.argmax(np.bincount(pieces.ravel())[1:]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +119,9 @@ class Group:
         return self._turned[degrees]
 
 
-Dressing = Callable[[Random, Palette, float], Sequence[SceneObject]]
+Dressing = Callable[[Draw, float], Sequence[SceneObject]]
 """Makes what hangs on a stretch of wall of some length, metres, around x = 0, its back at z = 0."""
+_WALLS = list(TURNS)
 
 
 class RoomBuilder:
@@ -73,48 +131,43 @@ class RoomBuilder:
 
     Parameters
     ----------
-    rng : draws positions
-    palette : draws materials
+    draw : draws positions and materials
     width, depth, height : along x, z and y, metres
     """
 
-    def __init__(
-        self, rng: Random, palette: Palette, width: float, depth: float, height: float
-    ) -> None:
-        self._rng, self._palette = rng, palette
-        self._size = np.array([width, height, depth])
+    def __init__(self, draw: Draw, width: float, depth: float, height: float) -> None:
+        self.draw = draw
+        self.size = np.array([width, height, depth])
         self._plan = FloorPlan(width, depth)
-        self._objects: list[SceneObject] = []
-        self._boxes: list[Floats] = []
-        self._zones: list[Floats] = []
-        self._windows: dict[str, list[Opening]] = {}
-        self._frames: list[SceneObject] = []
-        self._subject: list[SceneObject] = []
+        self.windows = dict[str, list[Opening]]()
+        self._objects, self._frames, self._subject = (list[SceneObject]() for _ in range(3))
+        self._boxes, self._zones = list[Floats](), list[Floats]()
 
     def add_door(self, wall: str) -> bool:
         """Add a door to a wall, and keep the floor in front of it free."""
-        made = wall_fixtures.door(self._palette, float(self._rng.uniform(0.8, 0.95)))
+        made = wall_objects.door(self.draw, self.draw.number(0.8, 0.95))
         wide = float(np.ptp(made.bounds[:, 0]))
-        along = self._along(wall, wide)
-        if along is None or not self._hang([made], wall, along, 0.0):
+        along = self.along(wall, wide)
+        if along is None or not self.hang_at([made], wall, along, 0.0):
             return False
-        self._keep_free(wall, along, (wide, 0.0, 2.1), _DOOR_SWING)
+        self._zones.append(self._zone(wall, along, (wide, 0.0, 2.1), _DOOR_SWING))
         return True
 
     def add_window(self, wall: str, size: tuple[float, float, float], curtains: bool) -> bool:
         """Add a window of a sill height, width and height, metres, and keep it clear."""
         sill, width, height = size
-        along = self._along(wall, width + (1.3 if curtains else 0.3))
+        along = self.along(wall, width + (1.3 if curtains else 0.3))
         if along is None or self._is_taken(wall, along, (width + 0.1, sill, height)):
             return False
-        self._windows.setdefault(wall, []).append((along, sill, width, height))
-        x, z = shell.in_front_of(wall, self._size, along, 0.0)
-        made = wall_fixtures.window(self._palette, width, height).turned(TURNS[wall])
+        self.windows.setdefault(wall, []).append((along, sill, width, height))
+        x, z = shell.in_front_of(wall, self.size, along, 0.0)
+        made = wall_objects.window(self.draw, width, height).turned(TURNS[wall])
         self._frames.append(made.moved((x, sill, z)))
         for side in (-1.0, 1.0) if curtains else ():
-            cloth = wall_fixtures.curtain(self._palette, self._rng, 0.5, sill + height + 0.1)
-            self._hang([cloth], wall, along + side * (0.5 * width + 0.3), 0.03)
-        self._keep_free(wall, along, (width, sill + 0.02, height), _WINDOW_REACH)
+            cloth = wall_objects.curtain(self.draw, 0.5, sill + height + 0.1)
+            self.hang_at([cloth], wall, along + side * (0.5 * width + 0.3), 0.03)
+        size = width, sill + 0.02, height
+        self._zones.append(self._zone(wall, along, size, _WINDOW_REACH))
         return True
 
     def place_at_wall(self, group: Group, corner: bool = False) -> bool:
@@ -122,11 +175,11 @@ class RoomBuilder:
         wide = float(np.abs(bounds_of(group.objects)[:, 0]).max()) * 2.0
         deep = -float(bounds_of(group.objects)[0, 2])
         for _ in range(_ATTEMPTS):
-            wall = self._draw_wall()
-            along = self._along(wall, wide + 2.0 * _GAP, corner)
+            wall = self.draw.one_of(_WALLS)
+            along = self.along(wall, wide + 2.0 * _GAP, corner)
             if along is None:
                 continue
-            x, z = shell.in_front_of(wall, self._size, along, deep + _GAP)
+            x, z = shell.in_front_of(wall, self.size, along, deep + _GAP)
             if self._place(group, x, z, TURNS[wall]):
                 return True
         return False
@@ -134,10 +187,10 @@ class RoomBuilder:
     def place_free(self, group: Group) -> bool:
         """Stand a group away from the walls, turned by a multiple of 90 degrees or so."""
         for _ in range(_ATTEMPTS):
-            reach = 0.3 * self._size[::2]
-            x, z = self._rng.uniform(-reach, reach)
-            turn = 90.0 * int(self._rng.integers(4))
-            turn += float(self._rng.uniform(-12.0, 12.0)) if self._rng.random() < 0.3 else 0.0
+            reach = 0.3 * self.size[::2]
+            x, z = self.draw.rng.uniform(-reach, reach)
+            turn = 90.0 * self.draw.whole(0, 3)
+            turn += self.draw.number(-12.0, 12.0) if self.draw.chance(0.3) else 0.0
             if self._place(group, float(x), float(z), turn):
                 return True
         return False
@@ -147,12 +200,14 @@ class RoomBuilder:
         low, high = bounds_of(objects)
         wide = 2.0 * float(max(-low[0], high[0])) + 0.1
         for _ in range(_ATTEMPTS):
-            wall, height = self._draw_wall(), float(self._rng.uniform(*heights))
-            along = self._along(wall, wide)
+            wall, height = self.draw.one_of(_WALLS), self.draw.number(*heights)
+            along = self.along(wall, wide)
             if along is None:
                 continue
             place = wide, height + float(low[1]), float(high[1] - low[1])
-            if not self._is_taken(wall, along, place) and self._hang(objects, wall, along, height):
+            if self._is_taken(wall, along, place):
+                continue
+            if self.hang_at(objects, wall, along, height):
                 return True
         return False
 
@@ -163,13 +218,13 @@ class RoomBuilder:
         ----------
         makers : drawn equally often
         """
-        middle = float(self._rng.uniform(*_EYE_LEVEL))
+        middle = self.draw.number(*_EYE_LEVEL)
         for wall in TURNS:
             for start, end in self._bare_stretches(wall, middle):
-                count = max(1, round((end - start) / self._rng.uniform(*_DRESSED_BY)))
+                count = max(1, round((end - start) / self.draw.number(*_DRESSED_BY)))
                 wide = (end - start) / count
                 for index in range(count if wide >= _SHORTEST else 0):
-                    if self._rng.random() >= _LEFT_BARE:
+                    if not self.draw.chance(_LEFT_BARE):
                         self._dress(makers, wall, start + (index + 0.5) * wide, wide, middle)
 
     def _dress(
@@ -183,12 +238,11 @@ class RoomBuilder:
             of the middle of what hangs there, metres
         """
         for _ in range(_DRESSINGS):
-            make = makers[int(self._rng.integers(len(makers)))]
-            made = make(self._rng, self._palette, wide)
+            made = self.draw.one_of(makers)(self.draw, wide)
             low, high = bounds_of(made)
             height = middle - 0.5 * float(low[1] + high[1])
             place = float(high[0] - low[0]), height + float(low[1]), float(high[1] - low[1])
-            if not self._is_taken(wall, along, place) and self._hang(made, wall, along, height):
+            if not self._is_taken(wall, along, place) and self.hang_at(made, wall, along, height):
                 return
 
     def suspend(self, obj: SceneObject, reach: float = 0.1) -> bool:
@@ -201,14 +255,18 @@ class RoomBuilder:
         """
         for attempt in range(_ATTEMPTS):
             part = max(reach, 0.1 + 0.2 * attempt / _ATTEMPTS)
-            limits = part * self._size[::2]
-            x, z = self._rng.uniform(-limits, limits)
-            if self._add([obj], obj.boxes, np.array([x, self._size[1], z])):
+            limits = part * self.size[::2]
+            x, z = self.draw.rng.uniform(-limits, limits)
+            if self._add([obj], obj.boxes, np.array([x, self.size[1], z])):
                 return True
         return False
 
     def build(
-        self, name: str, main: str, floor: Floor, walls: Sequence[Material]
+        self,
+        name: str,
+        main: str,
+        surroundings: Sequence[SceneObject],
+        sky_of: Callable[[LightMeter], OpenSky],
     ) -> UnlitScene | None:
         """Return the room with its emitters off, or None if no camera sees enough of it.
 
@@ -216,69 +274,51 @@ class RoomBuilder:
         ----------
         name : of the scene
         main : the light group that is on if the illumination has one colour
-        floor : makes the floor
-        walls : materials of one wall and of the others
+        surroundings : what encloses the room, besides its windows
+        sky_of : returns the sky above or outside, by what measures its light
         """
-        surroundings = [
-            floor(self._rng, self._palette, self._size),
-            shell.ceiling(self._palette, self._size),
-            shell.walls(walls, self._size, self._windows),
-            shell.skirting(self._palette, self._size),
-        ]
-        camera = self._find_camera(surroundings)
+        backdrop = [*surroundings, *self._frames]
+        places = self._plan.standing_places()
+        camera = find_camera(self.draw.rng, self._objects, backdrop, self._subject, places)
         if camera is None:
             return None
-        made = [*surroundings, *self._frames, *numbered(self._objects)]
-        objects = with_lightness(made, self._palette.lightness)
+        made = [*backdrop, *numbered(self._objects)]
+        objects = with_lightness(made, self.draw.lightness)
+        meter = LightMeter(objects, camera, closed=any(o.name == "ceiling" for o in surroundings))
+        sky = sky_of(meter)
         spare = [f"{LAMP} {number}" for number in range(2, self.lamps + 1)]
-        groups = [main, *({wall_fixtures.WINDOW, LAMP} - {main}), *spare]
-        meter = LightMeter(objects, camera, closed=True)
-        sky = OpenSky.through_windows(meter, float(self._rng.uniform(0.0, 360.0)))
-        received = {group: meter.irradiance(group) for group in groups}
-        received[sky.group] = sky.overcast
-        return UnlitScene(name, objects, camera, received, BACKDROP, sky)
+        received = {
+            group: sky.overcast if group == sky.group else meter.irradiance(group)
+            for group in (main, *({sky.group, LAMP} - {main}), *spare)
+        }
+        names = (*(obj.name for obj in surroundings), WINDOW)
+        return UnlitScene(name, objects, camera, received, names, sky)
 
     @property
     def lamps(self) -> int:
         """The number of lamps."""
         return sum(map(is_lamp, self._objects))
 
-    def _find_camera(self, surroundings: Sequence[SceneObject]) -> Camera | None:
-        """Return a camera that sees enough of what has been added; None if there is none."""
-        around, places = [*surroundings, *self._frames], self._plan.standing_places()
-        return find_camera(self._rng, self._objects, around, self._subject, places)
-
-    def _draw_wall(self) -> str:
-        return list(TURNS)[int(self._rng.integers(len(TURNS)))]
-
-    def _along(self, wall: str, wide: float, corner: bool = False) -> float | None:
+    def along(self, wall: str, wide: float, corner: bool = False) -> float | None:
         """Draw the middle of something on a wall; None if the wall is too short."""
-        free = 0.5 * (shell.length_of(wall, self._size) - wide)
+        free = 0.5 * (shell.length_of(wall, self.size) - wide)
         if free < 0.0:
             return None
         if corner:
-            return free if self._rng.random() < 0.5 else -free
-        return float(self._rng.uniform(-free, free))
+            return free if self.draw.chance(0.5) else -free
+        return self.draw.number(-free, free)
 
     def _zone(
         self, wall: str, along: float, size: tuple[float, float, float], reach: float
     ) -> Floats:
         """Return the box, (1, 2, 3), in front of a width, from a height up, of a wall."""
-        wide, low, tall = size
+        (wide, low, tall), ahead = size, partial(shell.in_front_of, wall, self.size)
+        half = 0.5 * wide
         ends = np.array(
-            [
-                shell.in_front_of(wall, self._size, along + side * 0.5 * wide, gap)
-                for side in (-1.0, 1.0)
-                for gap in (0.0, reach)
-            ]
+            [ahead(x, gap) for x in (along - half, along + half) for gap in (0.0, reach)]
         )
         bottom, top = ends.min(axis=0), ends.max(axis=0)
         return np.array([[[bottom[0], low, bottom[1]], [top[0], low + tall, top[1]]]])
-
-    def _keep_free(
-        self, wall: str, along: float, size: tuple[float, float, float], reach: float
-    ) -> None:
-        self._zones.append(self._zone(wall, along, size, reach))
 
     def _is_taken(self, wall: str, along: float, size: tuple[float, float, float]) -> bool:
         zone = self._zone(wall, along, size, _CLEAR)
@@ -286,11 +326,11 @@ class RoomBuilder:
 
     def _bare_stretches(self, wall: str, height: float) -> list[tuple[float, float]]:
         """Return from where to where along a wall nothing stands or hangs at a height, metres."""
-        edge = 0.5 * shell.length_of(wall, self._size)
+        edge = 0.5 * shell.length_of(wall, self.size)
         tall = 2.0 * _AROUND_EYES
         zone = self._zone(wall, 0.0, (2.0 * edge, height - 0.5 * tall, tall), _CLEAR)
-        along = np.array(shell.in_front_of(wall, self._size, 1.0, 0.0))
-        along -= shell.in_front_of(wall, self._size, 0.0, 0.0)
+        along = np.array(shell.in_front_of(wall, self.size, 1.0, 0.0))
+        along -= shell.in_front_of(wall, self.size, 0.0, 0.0)
         taken = list[tuple[float, float]]()
         for box in np.concatenate([*self._boxes, *self._zones]):
             if overlap(zone, box[None]):
@@ -303,8 +343,11 @@ class RoomBuilder:
             start = max(start, last)
         return stretches
 
-    def _hang(self, objects: Sequence[SceneObject], wall: str, along: float, height: float) -> bool:
-        x, z = shell.in_front_of(wall, self._size, along, 0.0)
+    def hang_at(
+        self, objects: Sequence[SceneObject], wall: str, along: float, height: float
+    ) -> bool:
+        """Hang objects at a place on a wall, if they are in no one's way."""
+        x, z = shell.in_front_of(wall, self.size, along, 0.0)
         turned = [obj.turned(TURNS[wall]) for obj in objects]
         return self._add(turned, _boxes_of(turned), np.array([x, height, z]))
 
@@ -324,7 +367,7 @@ class RoomBuilder:
     def _add(self, objects: Sequence[SceneObject], boxes: Floats, offset: Floats) -> bool:
         """Move objects and add them if they lie within the room and are in no one's way."""
         boxes = boxes + offset
-        half = 0.5 * self._size + 1e-9
+        half = 0.5 * self.size + 1e-9
         aside = np.abs(boxes[:, :, ::2]).max(axis=(0, 1)) > half[::2]
         if aside.any() or boxes[:, 1, 1].max() > 2.0 * half[1]:
             return False
@@ -346,17 +389,8 @@ def _boxes_of(objects: Sequence[SceneObject]) -> Floats:
 def _access_of(group: Group, turn: float) -> Floats:
     """Return the box, (1, 2, 3), of the floor in front of a group that is turned."""
     low, high = bounds_of(group.objects)
-    corners = np.array(
-        [(x, z) for x in (low[0], high[0]) for z in (high[2], high[2] + group.access)]
-    )
-    angle = np.radians(turn)
-    spun = np.stack(
-        [
-            corners[:, 0] * np.cos(angle) + corners[:, 1] * np.sin(angle),
-            corners[:, 1] * np.cos(angle) - corners[:, 0] * np.sin(angle),
-        ],
-        axis=1,
-    )
-    (x0, z0), (x1, z1) = spun.min(axis=0), spun.max(axis=0)
-    inset = 1e-3
-    return np.array([[[x0 + inset, 0.02, z0 + inset], [x1 - inset, 1.8, z1 - inset]]])
+    corners = [(x, z) for x in (low[0], high[0]) for z in (high[2], high[2] + group.access)]
+    (x, z), angle = np.transpose(corners), np.radians(turn)
+    spun = x * np.cos(angle) + z * np.sin(angle), z * np.cos(angle) - x * np.sin(angle)
+    (x0, z0), (x1, z1) = np.min(spun, axis=1) + 1e-3, np.max(spun, axis=1) - 1e-3
+    return np.array([[[x0, 0.02, z0], [x1, 1.8, z1]]])

@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.dataset.models.materials.palette import Palette
-from photonmap.dataset.models.scene_object import Part, SceneObject
-from photonmap.dataset.models.shapes import Random, Shape, box, parallelogram, rotation
+from photonmap.dataset.models.materials import Draw
+from photonmap.dataset.models.scene_object import SceneObject, Table, model
+from photonmap.dataset.models.shapes import Shape, box, level, parallelogram, rotation, upright
 from photonmap.scene.material import Material
 
 BACK, LEFT, FRONT, RIGHT = "back", "left", "front", "right"
@@ -23,7 +23,7 @@ _SKIRTING = (0.09, 0.014)
 Size = NDArray[np.float64]
 Opening = tuple[float, float, float, float]
 """Of a window: its middle along the wall, sill, width and height, metres."""
-Floor = Callable[[Random, Palette, Size], SceneObject]
+Floor = Callable[[Draw, Size], SceneObject]
 """Makes a floor for a room of a size along x, y and z, metres."""
 
 
@@ -39,24 +39,23 @@ def in_front_of(wall: str, size: Size, along: float, gap: float) -> tuple[float,
     return float(x), float(z)
 
 
-def ceiling(palette: Palette, size: Size) -> SceneObject:
+@model("ceiling")
+def ceiling(draw: Draw, size: Size) -> Table:
     """Return the ceiling."""
     w, h, d = size
-    shape = parallelogram((-w / 2, h, -d / 2), (w, 0.0, 0.0), (0.0, 0.0, d))
-    return SceneObject("ceiling", [Part(shape, palette.grey(7))])
+    yield parallelogram((-w / 2, h, -d / 2), (w, 0.0, 0.0), (0.0, 0.0, d)), 0.0, draw.grey(7)
 
 
+@model("walls")
 def walls(
     materials: Sequence[Material], size: Size, windows: Mapping[str, Sequence[Opening]]
-) -> SceneObject:
+) -> Table:
     """Return the walls: one of the first material, the others of the second."""
-    parts = []
     for wall, turn in TURNS.items():
         x, z = in_front_of(wall, size, 0.0, 0.0)
         material = materials[0 if wall == BACK else 1]
-        pieces = wall_pieces(length_of(wall, size), float(size[1]), windows.get(wall, ()))
-        parts += [Part(piece.turned(turn).moved((x, 0.0, z)), material) for piece in pieces]
-    return SceneObject("walls", parts)
+        for piece in wall_pieces(length_of(wall, size), float(size[1]), windows.get(wall, ())):
+            yield piece.turned(turn), (x, 0.0, z), material
 
 
 def wall_pieces(length: float, tall: float, windows: Sequence[Opening]) -> list[Shape]:
@@ -68,67 +67,69 @@ def wall_pieces(length: float, tall: float, windows: Sequence[Opening]) -> list[
         pieces.append((left, low + height, width, tall - low - height))
         at = right
     pieces.append((at, 0.0, 0.5 * length - at, tall))
-    return [parallelogram((u, v, 0.0), (w, 0.0, 0.0), (0.0, h, 0.0)) for u, v, w, h in pieces]
+    return [upright(*piece) for piece in pieces]
 
 
-def skirting(palette: Palette, size: Size) -> SceneObject:
+@model("skirting")
+def skirting(draw: Draw, size: Size) -> Table:
     """Return the skirting board along all walls."""
     tall, thick = _SKIRTING
-    parts = []
     for wall, turn in TURNS.items():
-        long = length_of(wall, size) - 2.0 * thick
         x, z = in_front_of(wall, size, 0.0, 0.5 * thick)
-        shape = box(long, tall, thick, 0.004).turned(turn).moved((x, 0.0, z))
-        parts.append(Part(shape, palette.grey(8)))
-    return SceneObject("skirting", parts)
+        board = box(length_of(wall, size) - 2.0 * thick, tall, thick, 0.004)
+        yield board.turned(turn), (x, 0.0, z), draw.grey(8)
 
 
-def planks(rng: Random, palette: Palette, size: Size) -> SceneObject:
+@model("floor")
+def planks(draw: Draw, size: Size) -> Table:
     """Return a floor of planks in three similar colours, in staggered rows along x or z."""
-    hue, value = float(rng.uniform(15.0, 21.0)), int(rng.integers(4, 7))
-    chips = [palette.chip(hue, (value, value + 1), (4, 4), 3.0) for _ in range(3)]
-    colors = [palette.varnished(palette.patterned("wood", chip)) for chip in chips]
-    across, wide, long = rng.random() < 0.5, rng.uniform(0.1, 0.24), rng.uniform(0.9, 2.0)
+    hue, value = draw.number(15.0, 21.0), draw.whole(4, 6)
+    chips = [draw.chip(hue, (value, value + 1), (4, 4), 3.0) for _ in range(3)]
+    colors = [draw.varnished(draw.patterned("wood", chip)) for chip in chips]
+    across, wide, long = draw.chance(0.5), draw.number(0.1, 0.24), draw.number(0.9, 2.0)
     width, depth = (size[2], size[0]) if across else (size[0], size[2])
     rows = math.ceil(width / wide)
-    wide, parts = width / rows, []
+    wide = width / rows
     for row in range(rows):
-        ends = np.arange(-depth / 2 - rng.uniform(0.0, long), depth / 2, long)
+        ends = np.arange(-depth / 2 - draw.number(0.0, long), depth / 2, long)
         ends = ends[(ends > -depth / 2 + 0.05) & (ends < depth / 2 - 0.05)]
         for low, high in pairwise([-depth / 2, *ends.tolist(), depth / 2]):
-            corner = (-width / 2 + row * wide, 0.0, high)
-            shape = parallelogram(corner, (wide, 0.0, 0.0), (0.0, 0.0, low - high))
-            parts.append(Part(shape.turned(90.0) if across else shape, palette.choice(colors)))
-    return SceneObject("floor", parts)
+            plank = level(-width / 2 + row * wide, high, wide, high - low)
+            yield plank.turned(90.0) if across else plank, 0.0, draw.material_among(colors)
 
 
-def tiles(rng: Random, palette: Palette, size: Size) -> SceneObject:
+@model("floor")
+def tiles(draw: Draw, size: Size) -> Table:
     """Return a floor of tiles: checked, striped, or of one colour with a few of another."""
-    width, _, depth = size
-    side, kind = float(rng.uniform(0.2, 0.6)), int(rng.integers(3))
-    columns, rows = round(width / side), round(depth / side)
-    chips = (palette.chip(None, (7, 8), (2, 4)), palette.chip(None, (4, 6), (2, 6)))
-    colors = [palette.varnished(palette.patterned("marble", chip)) for chip in chips]
-    wide, deep = width / columns, depth / rows
-    sparse = rng.random((columns, rows)) < 0.15
-    parts = []
-    for i in range(columns):
-        for k in range(rows):
-            corner = (i * wide - width / 2, 0.0, (k + 1) * deep - depth / 2)
-            shape = parallelogram(corner, (wide, 0.0, 0.0), (0.0, 0.0, -deep))
-            parts.append(Part(shape, colors[((i + k) % 2, i % 2, int(sparse[i, k]))[kind]]))
-    return SceneObject("floor", parts)
+    side, kind = draw.number(0.2, 0.6), draw.whole(0, 2)
+    chips = draw.chip(None, (7, 8), (2, 4)), draw.chip(None, (4, 6), (2, 6))
+    colors = [draw.varnished(draw.patterned("marble", chip)) for chip in chips]
+    columns, rows, slabs = slabs_of(size, side)
+    sparse = draw.rng.random((columns, rows)) < 0.15
+    for (i, k), slab in zip(np.ndindex(columns, rows), slabs, strict=True):
+        yield slab, 0.0, colors[((i + k) % 2, i % 2, int(sparse[i, k]))[kind]]
 
 
-def plain(rng: Random, palette: Palette, size: Size) -> SceneObject:
+@model("floor")
+def plain(draw: Draw, size: Size) -> Table:
     """Return a floor of one colour."""
     width, _, depth = size
-    shape = parallelogram((-width / 2, 0.0, depth / 2), (width, 0.0, 0.0), (0.0, 0.0, -depth))
-    value = int(rng.integers(4, 7))
-    color = (
-        palette.chip(None, (value, value + 1), (2, 4))
-        if rng.random() < 0.6
-        else palette.grey(value)
+    value, grey = draw.whole(4, 6), not draw.chance(0.6)
+    color = draw.grey(value) if grey else draw.chip(None, (value, value + 1), (2, 4))
+    floor = level(-width / 2, depth / 2, width, depth)
+    yield floor, 0.0, draw.varnished(draw.patterned("marble", color))
+
+
+def slabs_of(size: Size, side: float) -> tuple[int, int, list[Shape]]:
+    """Cover a floor with slabs of about a side, metres; return columns, rows, and each slab."""
+    width, _, depth = size
+    columns, rows = round(width / side), round(depth / side)
+    wide, deep = width / columns, depth / rows
+    return (
+        columns,
+        rows,
+        [
+            level(i * wide - 0.5 * width, (k + 1) * deep - 0.5 * depth, wide, deep)
+            for i, k in np.ndindex(columns, rows)
+        ],
     )
-    material = palette.varnished(palette.patterned("marble", color))
-    return SceneObject("floor", [Part(shape, material)])

@@ -1,1 +1,0 @@
-"""Materials: Munsell chips, patterns and finishes."""
