@@ -71,15 +71,9 @@ def camera_rays(camera: Camera, size: tuple[int, int]) -> NDArray[np.float64]:
 
 
 def compile_camera(camera: Camera, frame: Frame, size: tuple[int, int]) -> passes.Camera:
-    """Return a checked camera over an image, in the kernels' units.
+    """Return a checked camera over an image of width × height pixels, in the kernels' units.
 
-    Parameters
-    ----------
-    size : width and height of the image, pixels
-
-    Raises
-    ------
-    InputError : the camera is a ray map of another size
+    A ray map of another size is an `InputError`.
     """
     check_image_size(camera, size)
     width, height = size
@@ -180,18 +174,9 @@ def frame_scene(
 ) -> Camera:
     """Look at a scene from the front, right and above, so that it fits the image with a margin.
 
-    The front is +z where y is up, and −y where z is up.
-
-    Parameters
-    ----------
-    vertices : (V, 3), scene units
-    aspect : width / height of the image
-    up : direction that is up
-    fov : full vertical angle of view, degrees
-
-    Raises
-    ------
-    InputError : `up` is no direction, or `fov` no angle
+    The front is +z where y is up, and −y where z is up. Vertices, (V, 3), are in scene units;
+    `aspect` is width / height, `fov` the full vertical angle, degrees. An `InputError` says that
+    `up` is no direction, or `fov` no angle.
     """
     checked = vector(up)
     upright = None if checked is None else unit(np.array(checked))
@@ -215,16 +200,10 @@ def frame_scene(
 def _fit(
     across: NDArray[np.float64], depths: NDArray[np.float64], slope: float
 ) -> tuple[float, float]:
-    """Return where two planes meet that touch all points from both sides.
+    """Return where two planes that touch all points from both sides meet, across and in depth.
 
-    Parameters
-    ----------
-    across, depths : of the points, (V,); depths increase towards the camera
-    slope : of the planes: half their distance over the depth at which they are so far apart
-
-    Returns
-    -------
-    That place, across and in depth
+    Depths of the points, (V,), increase towards the camera; the slope of the planes is half their
+    distance over the depth at which they are so far apart.
     """
     one, other = (slope * depths + across).max(), (slope * depths - across).max()
     return float(one - other) / 2.0, float(one + other) / (2.0 * slope)

@@ -260,12 +260,9 @@ def _lit_inside(compiled: CompiledScene) -> bool:
 
 @dataclass(frozen=True)
 class EffectPlan:
-    """All effects by name.
+    """All effects by name, in the order of `EFFECTS`.
 
-    Parameters
-    ----------
-    effects : in the order of `EFFECTS`
-    partial : some effects that the scene calls for were left out on request
+    `partial` says that some which the scene calls for were left out on request.
     """
 
     effects: dict[str, Effect]
@@ -284,13 +281,7 @@ class EffectPlan:
 
 
 def parse_effects(wanted: str | Iterable[str]) -> str | frozenset[str]:
-    """Return "auto", "all" or a set of names.
-
-    Raises
-    ------
-    InputError
-        if a name is not known, with the nearest one
-    """
+    """Return "auto", "all" or a set of names; the error about another suggests the nearest."""
     names = read_list(wanted)
     if names in (["auto"], ["all"]):
         return names[0]
@@ -303,14 +294,9 @@ def parse_effects(wanted: str | Iterable[str]) -> str | frozenset[str]:
 def plan_effects(
     compiled: CompiledScene, wanted: str | frozenset[str], distinct: int, bands: int
 ) -> EffectPlan:
-    """Decide what is simulated.
+    """Decide what is simulated: "auto", "all", or the names of those to simulate alone.
 
-    Parameters
-    ----------
-    compiled : the scene
-    wanted : "auto", "all", or the names of those to simulate alone
-    distinct : different bands of the scene
-    bands : all of them
+    `distinct` of all bands differ.
     """
     called = called_for(compiled, distinct, bands)
     if wanted == "auto":
@@ -456,7 +442,7 @@ def _leave_out_scattering(scattering: Scattering | None, plan: EffectPlan) -> Sc
             relief=coats.relief if plan.on("relief") else None,
         )
     if sheens is not None and not plan.on("textures"):
-        sheens = sheens._replace(maps=None)
+        sheens = sheens._replace(maps=None, basis=sheens.basis[:0])
     below = _simulated(scattering.below, plan)
     model = _simulated(scattering.model, plan) if plan.on("glossy") else below
     maps = scattering.maps if plan.on("textures") and plan.on("glossy") else None

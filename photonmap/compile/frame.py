@@ -55,8 +55,7 @@ def _choose_center(
 ) -> NDArray[np.float64]:
     """Return the origin of the kernels' numbers, about which float32 is finest.
 
-    The scene's middle; or the camera, where it stands among things that are small against the
-    scene.
+    The scene's middle, or the camera where it stands among things that are small against the scene.
     """
     if camera is None:
         return middle

@@ -259,13 +259,9 @@ def find_single(
     """Return which triangles to keep where several have the same corners, in any order: (T,).
 
     One of them, an emitter if there is one, or else of the lowest rank; two emitters back to back;
-    and none where bodies of equal glass touch, since light passes there unhindered.
-
-    Parameters
-    ----------
-    owner : (T,) the mesh of each triangle
-    traits : of each mesh, whether it may emit; the number of its medium, 0 for anything but glass;
-        its rank
+    and none where bodies of equal glass touch, since light passes there unhindered. `owner`, (T,),
+    is the mesh of each triangle; traits of each mesh are whether it may emit, the number of its
+    medium (0 for anything but glass), and its rank.
     """
     emitting, media, ranks = traits
     kept = np.ones(len(triangles), bool)

@@ -42,16 +42,10 @@ class CompiledMaterials(NamedTuple):
 
 
 def compile_materials(materials: list[Material], bands: Bands) -> CompiledMaterials:
-    """Check materials, and turn them into what kernels take.
+    """Check materials, and turn them into what kernels take; textures count with their mean.
 
-    Textures count with their mean. Where diffuse and mirror reflectance add up to more than 1,
-    anywhere on a texture, both are scaled, with a warning.
-
-    Raises
-    ------
-    InputError
-        if a reflectance or tint is outside [0, 1], an index of refraction is not above 0, or a
-        roughness is outside [0, 1]
+    Where diffuse and mirror reflectance add up to more than 1, anywhere on a texture, both are
+    scaled, with a warning. An `InputError` says that a number or colour is out of range.
     """
     materials = [check_material(material) for material in materials]
     reflectance = np.stack(
@@ -119,10 +113,6 @@ def _compile_panes(materials: list[Material], mirror: Floats, tint: Floats) -> r
 
     What they stop is reflected as by a mirror, or takes the rest of the tint: both change in place.
     What is glass in part, or of a textured tint (see `Panes.image`), stops all here.
-
-    Raises
-    ------
-    InputError : a material is thin but no glass
     """
     for material in materials:
         if material.thin and material.ior is None:
@@ -243,24 +233,13 @@ def _compile_scattering(
 
 
 def _lobe_index(material: Material, f0: Floats) -> float:
-    """Return the index of refraction of a glossy lobe; 0 where Schlick's formula has to do.
-
-    Parameters
-    ----------
-    material : of the lobe
-    f0 : (N,) reflectance at normal incidence
-    """
+    """Return the index of refraction of a glossy lobe; 0 where Schlick's formula has to do."""
     is_colored = isinstance(material.glossy, Texture) or np.ptp(f0) > LEAST_COLOR * f0.max()
     return 0.0 if is_colored or material.edge is not None else lobe_index(f0.mean())
 
 
 def reflectance_of(material: Material, name: str, color: Paint, bands: Bands) -> Floats:
-    """Return the bands of one of a material's reflectances, (N,), cut to 1.
-
-    Raises
-    ------
-    InputError : it is outside [0, 1]
-    """
+    """Return the bands of a material's reflectance, (N,), cut to 1; refuse more or less."""
     with naming(f"material {material.name!r}: {name}"):
         values = bands.reflectance(mean_color(color))
     bad = ~((values >= 0.0) & (values <= LARGEST_REFLECTANCE))

@@ -159,7 +159,7 @@ class CompiledScene:
 def compile_scene(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledScene:
     """Check a scene and turn it into arrays, among which rays can be traced.
 
-    Parameters and errors are those of `compile_arrays`.
+    As `compile_arrays` otherwise.
     """
     compiled = compile_arrays(scene, bands, aspect)
     embree = EmbreeScene(compiled.geometry.vertices, compiled.geometry.triangles)
@@ -170,15 +170,8 @@ def compile_scene(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledSc
 def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledScene:
     """Check a scene and turn it into arrays.
 
-    Parameters
-    ----------
-    scene : what to render
-    bands : in how many bands
-    aspect : width / height of the image, to frame a scene without a camera
-
-    Raises
-    ------
-    InputError : nothing to render, or a mesh, material, light or camera that is not valid
+    `aspect` is width / height of the image, to frame a scene without a camera. An `InputError` says
+    that there is nothing to render, or which mesh, material, light or camera is not valid.
     """
     with naming_file(scene.file):
         return _compile(scene, bands, aspect)
@@ -314,12 +307,8 @@ def describe_run(
 ) -> dict[str, Any]:
     """Return the fingerprint of a render, JSON-able: arguments as they are, arrays as hashes.
 
-    Parameters
-    ----------
-    compiled : the whole scene, in these bands
-    bands : of the render
-    film : the image
-    arguments : further ones that decide the arrays, by name: numbers and strings
+    Runs that agree in it can be resumed, or merged. The scene is whole, in these bands; arguments
+    are further numbers and strings that decide the arrays, by name.
     """
     camera = compiled.film_camera(film.width, film.height)
     scatterers = compiled.specular, compiled.scattering, compiled.textures

@@ -124,13 +124,9 @@ class TextureTable:
     def emission_textures(
         self, bands: Bands, power: float, rows: int, geometry: Geometry
     ) -> EmissionTextures | None:
-        """Return textured emission; None where there are none.
+        """Return textured emission, radiances divided by a power; None where there is none.
 
-        Parameters
-        ----------
-        power : what radiances are divided by
-        rows : of `Lights.spectra`, of which the first are those of materials
-        geometry : with texture coordinates
+        Rows are those of `Lights.spectra`, of which the first are those of materials.
         """
         emitting = np.flatnonzero(self.rows["emission"] >= 0)
         if not len(emitting):
@@ -147,17 +143,10 @@ class TextureTable:
 def compile_textures(
     materials: Sequence[Material], shrink: Floats, clear: Mapping[int, Texture] | None = None
 ) -> TextureTable:
-    """Collect the textures of M checked materials.
+    """Collect the textures of M checked materials; reflectances are divided by `shrink`, (M,).
 
-    Parameters
-    ----------
-    shrink : (M,) by which reflectances are divided
-    clear : of materials by their number, see `photonmap.compile.surfaces.glass.clear_textures`;
-        None where none is a pane
-
-    Raises
-    ------
-    InputError : an opacity is outside [0, 1]
+    `clear` has those of panes by the number of their material, see
+    `photonmap.compile.surfaces.glass.clear_textures`. An opacity outside [0, 1] is an `InputError`.
     """
     uses: list[tuple[Texture, float]] = []
 
@@ -225,9 +214,7 @@ def _maps(uses: list[tuple[Texture, float]]) -> tuple[Maps, list[Any]]:
 class TriangleColors(Texture):
     """A texture of tiles, whose texels may lie outside the range of the colours that are seen.
 
-    Parameters
-    ----------
-    colors : (T, 3, 3) float32, the linear RGB of each triangle's corners
+    `colors`, (T, 3, 3) float32, are the linear RGB of each triangle's corners.
     """
 
     colors: NDArray[np.float32]

@@ -113,16 +113,10 @@ class AreaLight(Light):
 
 
 def area_meshes(lights: Sequence[AreaLight], meshes: Sequence[Mesh]) -> list[Mesh]:
-    """Return the meshes of area lights; one without a name is called after its kind.
+    """Return the meshes of unchecked area lights; one without a name is called after its kind.
 
-    Parameters
-    ----------
-    lights : unchecked
-    meshes : those of the scene, whose materials have other names
-
-    Raises
-    ------
-    InputError : an attribute is out of range or at odds with another, or a name is taken
+    Materials of the scene's meshes have other names. An `InputError` says that an attribute is out
+    of range or at odds with another, or a name is taken.
     """
     names = {mesh.material.name for mesh in meshes}
     checked = name_lights([check_light(light) for light in lights], names)

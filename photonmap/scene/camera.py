@@ -223,23 +223,12 @@ def check_camera(
     path: str | PathLike[str] | None = None,
     lines: Mapping[str, int | None] | None = None,
 ) -> Camera:
-    """Check a camera, from a file or from code.
+    """Return a camera of attributes of any type, from a file or from code, with plain floats.
 
-    Parameters
-    ----------
-    camera : attributes of any type
-    path : the file that describes it, for messages
-    lines : the line of each attribute in that file
-
-    Returns
-    -------
-    Camera, its attributes as plain floats
-
-    Raises
-    ------
-    InputError : it is not a camera, a vector is not three finite numbers, target is origin, up is
-        parallel to the view, a number is out of its range, a coordinate exceeds 1e30, or projection
-        and lens are not valid or do not go together
+    Errors name the file, and the line of each attribute in it. An `InputError` says that it is not
+    a camera, a vector is not three finite numbers, target is origin, up is parallel to the view, a
+    number is out of its range, a coordinate exceeds 1e30, or projection and lens are not valid or
+    do not go together.
     """
 
     def error(attribute: str, problem: str) -> InputError:
@@ -273,12 +262,7 @@ def check_camera(
 
 
 def check_image_size(camera: Camera, size: tuple[int, int]) -> None:
-    """Check that a camera can take an image of this width and height, pixels.
-
-    Raises
-    ------
-    InputError : it is a ray map of another size
-    """
+    """Refuse a ray map of another size than that of the image: width and height, pixels."""
     if not isinstance(camera.model, RayMap):
         return
     height, width = camera.model.array.shape[:2]

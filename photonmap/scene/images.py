@@ -88,9 +88,7 @@ class Image:
 def as_texels(values: Any) -> NDArray[Any]:
     """Return an array of texels: uint8, or linear numbers of another type.
 
-    Raises
-    ------
-    InputError : it is no array of numbers, or its integers are of 16 bits, whose scale is unknown
+    Refuse what is no array of numbers, and integers of 16 bits, whose scale is unknown.
     """
     try:
         texels = np.asarray(values)
@@ -104,31 +102,19 @@ def as_texels(values: Any) -> NDArray[Any]:
 
 
 def read_texture(path: str | PathLike[str], linear: bool = False) -> Image:
-    """Read an image as RGB; grey is repeated, alpha is ignored.
+    """Read an image of OpenImageIO's as RGB; grey is repeated, alpha is ignored.
 
-    Parameters
-    ----------
-    path : a file that OpenImageIO reads
-    linear : whether integers are linear instead of sRGB; floats always are
-
-    Raises
-    ------
-    InputError : the file is missing, damaged or not an image, its channels are neither RGB nor
-        grey, or a value is negative or not finite
+    Integers are sRGB unless `linear`; floats always are linear. An `InputError` says that the file
+    is missing, damaged or not an image, its channels are neither RGB nor grey, or a value is
+    negative or not finite.
     """
     return read_channels(path).image(linear)
 
 
 def read_mask(path: str | PathLike[str], linear: bool = False) -> NDArray[np.float32]:
-    """Read an image as a mask, (H, W): its alpha, or its luminance if it has none.
+    """Read an image as a mask, (H, W): its alpha, which is linear, or else its luminance.
 
-    Parameters
-    ----------
-    path, linear : as in `read_texture`; alpha always is linear
-
-    Raises
-    ------
-    InputError : as in `read_texture`
+    As `read_texture` otherwise.
     """
     channels = read_channels(path)
     alpha = channels.alpha()
@@ -138,12 +124,7 @@ def read_mask(path: str | PathLike[str], linear: bool = False) -> NDArray[np.flo
 
 
 def write_image(texels: NDArray[Any], path: str | PathLike[str]) -> None:
-    """Write linear RGB, (H, W, 3), as an OpenEXR file of 32-bit floats.
-
-    Raises
-    ------
-    OSError : writing fails
-    """
+    """Write linear RGB, (H, W, 3), as an OpenEXR file of 32-bit floats, or raise `OSError`."""
     import OpenImageIO
 
     height, width, channels = texels.shape
@@ -226,12 +207,7 @@ class Channels:
 
 
 def read_channels(path: str | PathLike[str]) -> Channels:
-    """Read all channels.
-
-    Raises
-    ------
-    InputError : the file is missing, damaged or not an image
-    """
+    """Read all channels; a file that is missing, damaged or not an image is an `InputError`."""
     import OpenImageIO
 
     path = Path(path)
@@ -349,12 +325,9 @@ def read_panorama(path: str | PathLike[str]) -> NDArray[np.float32]:
 
 
 def save_panorama(image: str | PathLike[str] | ArrayLike, path: str | PathLike[str]) -> None:
-    """Write a map, an array or that of another file, as OpenEXR.
+    """Write a map, an array or that of another file, as OpenEXR, or raise `OSError`.
 
-    Raises
-    ------
-    InputError : it is not a map, or its file cannot be read
-    OSError : writing fails
+    What is not a map, or a file that cannot be read, is an `InputError`.
     """
     if isinstance(image, str | PathLike):
         write_image(read_panorama(image), path)

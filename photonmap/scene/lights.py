@@ -312,21 +312,10 @@ def check_light(
     path: str | PathLike[str] | None = None,
     lines: Mapping[str, int | None] | None = None,
 ) -> Light:
-    """Check all of a light but the values of its colour and its image.
+    """Return a light, in plain floats, with all checked but the values of its colour and its image.
 
-    Parameters
-    ----------
-    light : attributes of any type
-    path : the file that describes it, for messages
-    lines : the line of each attribute in that file
-
-    Returns
-    -------
-    Light, the same in plain floats
-
-    Raises
-    ------
-    InputError : it is not a light, or an attribute is of the wrong type or out of range
+    Attributes may be of any type. An `InputError`, with the file and the line of the attribute if
+    there is one, says that it is not a light, or an attribute is of the wrong type or out of range.
     """
     if not isinstance(light, Light) or light.kind not in LIGHTS:
         known = ", ".join(kind.__name__ for kind in LIGHTS.values())
@@ -362,11 +351,8 @@ def _half_way(light: SpotLight) -> np.ndarray:
 def name_lights(lights: Sequence[Any], others: Iterable[str] = ()) -> list[Light]:
     """Return the lights, all with names; `others` are those of materials that emit.
 
-    A light without a name is called after its kind: "point", then "point 2".
-
-    Raises
-    ------
-    InputError : two have one name
+    A light without a name is called after its kind: "point", then "point 2". Two of one name are an
+    `InputError`.
     """
     used = set(others)
     for light in lights:

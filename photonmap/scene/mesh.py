@@ -154,12 +154,7 @@ class Mesh:
 
 
 def _as_array(value: ArrayLike, kind: type) -> NDArray[Any]:
-    """Return an array of a kind of numbers.
-
-    Raises
-    ------
-    InputError : they are no numbers, or not whole where the kind is
-    """
+    """Return an array of numbers of a kind; refuse others, and parts where that is whole."""
     is_whole = kind is np.int64
     try:
         given = np.ascontiguousarray(value, None if is_whole else kind)
@@ -197,11 +192,7 @@ def look_of(visual: Any, name: str) -> Look:
 
     Colours of vertices and faces, and the texels of images, are sRGB; the colour of a material,
     which multiplies its image if it is of the PBR kind, is linear, as in glTF and MTL. Opacity,
-    gloss and emission are not taken.
-
-    Parameters
-    ----------
-    name : of the material, where it has none of its own
+    gloss and emission are not taken. The name is that of a material without its own.
     """
     match visual.kind:
         case "vertex":

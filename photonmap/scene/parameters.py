@@ -74,11 +74,9 @@ class Parameter:
     """A value in a TOML file, for messages."""
 
     def check(self, value: Any) -> Any:
-        """Return the value in plain Python types; colours and files are checked on reading.
+        """Return the value in plain Python types, or raise `InputError`.
 
-        Raises
-        ------
-        InputError : it is out of range, or of another type
+        Colours and files are checked on reading.
         """
         return value
 
@@ -230,9 +228,7 @@ class Numbers(Parameter):
 class Part(Parameter):
     """An object with parameters of its own: in TOML a table, whose `type` names its class.
 
-    Parameters
-    ----------
-    kinds : its classes by type; a table needs no type if there is one class
+    `kinds` are its classes by type; a table needs no type if there is one class.
     """
 
     kinds: Mapping[str, type] = field(default_factory=dict)
@@ -291,13 +287,7 @@ class Reflectance(Colored):
 
 @dataclass(frozen=True, kw_only=True)
 class File(Parameter):
-    """What a file holds, or the file itself.
-
-    Parameters
-    ----------
-    read : returns what a file holds
-    save : writes a value to a file of this `suffix`
-    """
+    """What a file of a `suffix` holds, which `read` returns and `save` writes; or the file."""
 
     read: Callable[[Path], Any]
     save: Callable[[Any, Path], None]
@@ -312,11 +302,7 @@ class File(Parameter):
 def check_parameters(described: Any) -> dict[str, Any]:
     """Return the checked values of an object's declared parameters, by attribute.
 
-    None stays where it is the default.
-
-    Raises
-    ------
-    InputError : one is not valid; the message begins with its attribute
+    None stays where it is the default. An `InputError` begins with the attribute that is not valid.
     """
     plain: dict[str, Any] = {}
     defaults = {each.name: each.default for each in fields(described)}

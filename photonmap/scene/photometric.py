@@ -22,16 +22,10 @@ _LARGEST = float(np.finfo(np.float32).max)
 
 
 def read_ies(path: str | PathLike[str]) -> Table:
-    """Read an IES file of type C as a table over directions.
+    """Read an IES file of type C, without tilt, as a table over directions.
 
-    Returns
-    -------
-    (181, 361) float32 candelas: polar angles of 0° to 180° from the axis of the luminaire, which
-    points down, and azimuths of 0° to 360°
-
-    Raises
-    ------
-    InputError : the file cannot be read, or is not an IES file of type C without tilt
+    It is (181, 361) float32 candelas: polar angles of 0° to 180° from the axis of the luminaire,
+    which points down, and azimuths of 0° to 360°. Other files are an `InputError`.
     """
     try:
         text = Path(path).read_text(encoding="latin-1")
@@ -129,10 +123,7 @@ def _resample(
 def save_ies(described: str | PathLike[str] | ArrayLike, path: str | PathLike[str]) -> None:
     """Write a table, (V, H), over polar angles and azimuths as an IES file of type C.
 
-    Raises
-    ------
-    InputError : the table, of an array or of another file, is none
-    OSError : writing fails
+    The table is an array or that of another file.
     """
     values = _check_table(described)
     polar, azimuths = (
@@ -180,9 +171,8 @@ def _resize(table: Table) -> Table:
 def as_table(described: str | PathLike[str] | ArrayLike) -> Table:
     """Return a (181, 361) table, of a file or of an array, relative to its mean over directions.
 
-    Raises
-    ------
-    InputError : the file cannot be read; or the table is not (V, H), is negative, or all dark
+    An `InputError` says that the file cannot be read, or that the table is not (V, H), is negative,
+    or all dark.
     """
     table = _resize(_check_table(described))
     weights = np.sin(np.linspace(0.0, np.pi, len(table)))

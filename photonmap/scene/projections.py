@@ -73,10 +73,7 @@ class Projection:
 
 @dataclass(frozen=True)
 class Pinhole(Projection):
-    """Perspective with square pixels about the middle of the image.
-
-    `fov` is the full vertical angle, degrees.
-    """
+    """Perspective with square pixels about the middle; `fov` is the vertical angle, degrees."""
 
     fov: Annotated[float, Number("angle of view", "degrees", above=0.0, below=180.0)] = 40.0
     kind: ClassVar[str] = "pinhole"
@@ -282,12 +279,7 @@ def _matrix(fx: float, fy: float, cx: float, cy: float) -> NDArray[np.float64]:
 
 
 def read_rays(path: str | PathLike[str]) -> Rays:
-    """Read rays, (H, W, 6), from NPZ or OpenEXR.
-
-    Raises
-    ------
-    InputError : the file cannot be read, or does not hold rays
-    """
+    """Read rays, (H, W, 6), from NPZ or OpenEXR; an `InputError` says what the file lacks."""
     path = Path(path)
     if not path.is_file():
         raise InputError("cannot be read (no such file); check the name", path)
@@ -298,9 +290,8 @@ def read_rays(path: str | PathLike[str]) -> Rays:
 def check_rays(values: Any, label: str) -> Rays:
     """Return rays as read-only (H, W, 6) float64.
 
-    Raises
-    ------
-    InputError : the shape is another, a number is not finite or above 1e30, or a direction is zero
+    An `InputError` says that the shape is another, a number is not finite or above 1e30, or a
+    direction is zero.
     """
     try:
         is_checked = isinstance(values, np.ndarray) and not values.flags.writeable

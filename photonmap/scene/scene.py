@@ -196,12 +196,7 @@ def _camera(scene: Any) -> Camera:
 
 
 def check_scene(scene: object) -> Scene:
-    """Return a scene.
-
-    Raises
-    ------
-    InputError : it is something else
-    """
+    """Return a scene; anything else is an `InputError`."""
     if isinstance(scene, Scene):
         return scene
     raise InputError(f"{shown(scene)} is not a scene; give a photonmap.Scene, as in Scene([mesh])")
@@ -218,12 +213,7 @@ def _listed(values: Any, kind: type[T]) -> list[T]:
 
 
 def check_names(cameras: Iterable[Camera]) -> None:
-    """Check that several cameras have names, which differ.
-
-    Raises
-    ------
-    InputError : two have the same name, or one has none
-    """
+    """Check that several cameras have names, which differ, or raise `InputError`."""
     found: set[str] = set()
     for camera in cameras:
         if not camera.name:

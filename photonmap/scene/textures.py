@@ -211,12 +211,7 @@ _images: WeakValueDictionary[tuple[Any, ...], Image] = WeakValueDictionary()
 
 
 def shared_image(path: str | PathLike[str], linear: bool = False, mask: bool = False) -> Image:
-    """Read a texture or a mask, unless the same file has been read before and is in use.
-
-    Raises
-    ------
-    InputError : as in `read_texture` and `read_mask`
-    """
+    """Read a texture or a mask, unless the same file has been read before and is in use."""
     path = Path(path)
     try:
         state = path.stat()
@@ -241,12 +236,7 @@ def _as_mask(values: NDArray[np.float32]) -> Image:
 
 
 def check_texture(texture: Texture, most: float = np.inf) -> None:
-    """Refuse an image with values outside [0, most].
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse an image with values outside [0, most]."""
     texels = texture.values
     if texels.dtype == np.float32 and not (texels.min() >= 0.0 and texels.max() < np.inf):
         raise InputError(

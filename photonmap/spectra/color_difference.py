@@ -23,11 +23,7 @@ def lab_of_xyz(xyz: Floats, white: Floats | None = None) -> Floats:
 
 
 def lab_difference(first: Floats, second: Floats) -> Floats:
-    """Return ΔE2000 of two colours in CIE Lab, (..., 3) each.
-
-    G. Sharma, W. Wu and E. N. Dalal, "The CIEDE2000 color-difference formula", Color Research and
-    Application 30(1), 2005.
-    """
+    """Return ΔE2000 of two colours in CIE Lab, (..., 3) each (Sharma, Wu and Dalal 2005)."""
     with colour_science() as colour:
         return np.asarray(colour.delta_E(first, second, method="CIE 2000"))
 
@@ -35,12 +31,10 @@ def lab_difference(first: Floats, second: Floats) -> Floats:
 def delta_e_2000(
     image: NDArray[np.floating], truth: NDArray[np.floating], white: float | None = None
 ) -> Floats:
-    """Return ΔE2000 of each pixel; white is D65.
+    """Return ΔE2000 of each pixel of linear sRGB, (..., 3); white is D65 of a luminance.
 
-    Parameters
-    ----------
-    image, truth : (..., 3) linear sRGB; if the truth is black, all differences are 0
-    white : luminance of white; None takes the 99th percentile of the true luminance
+    None takes the 99th percentile of the true luminance. If the truth is black, all differences are
+    0.
     """
     to_xyz = observer().rgb_to_xyz
     if white is None:

@@ -245,12 +245,7 @@ def _number(text: str) -> float | None:
 
 
 def measured_illuminants() -> SpectrumSet:
-    """Return the measured lights of the file that `ILLUMINANTS` names.
-
-    Raises
-    ------
-    InputError : no file is named, or it cannot be read
-    """
+    """Return the measured lights of the file that `ILLUMINANTS` names, or raise `InputError`."""
     path = os.environ.get(ILLUMINANTS)
     if not path:
         raise InputError(

@@ -297,21 +297,11 @@ def merge_grids(a: Floats, b: Floats) -> Floats:
 def integrate_products(
     wavelengths: Floats, weights: Floats, nodes: Floats, curves: Floats
 ) -> Floats:
-    """Integrate each weight times each curve over the weights' range.
+    """Integrate each weight, (W, M), times each curve, (C, K), over the weights' range: (W, C).
 
-    Both are linear between their samples; the curves are constant outside of theirs. On the
-    merged grid their product is quadratic, and Simpson's rule is exact.
-
-    Parameters
-    ----------
-    wavelengths : (M,) nm
-    weights : (W, M)
-    nodes : (K,) nm
-    curves : (C, K)
-
-    Returns
-    -------
-    (W, C) float64
+    Both are linear between their samples; the curves are constant outside of theirs. On the merged
+    grid their product is quadratic, and Simpson's rule is exact. `nodes`, (K,), are the curves'
+    wavelengths.
     """
     inside = nodes[(nodes > wavelengths[0]) & (nodes < wavelengths[-1])]
     grid = merge_grids(wavelengths, inside)

@@ -97,16 +97,9 @@ def daylight_basis() -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True)
 class ClearSky:
-    """The sky and the sun above a place.
+    """The sky and the sun above a place, by haze (`TURBIDITY`) and the sun's height (`ELEVATION`).
 
-    Parameters
-    ----------
-    turbidity : haze, see `TURBIDITY`
-    elevation : of the sun, degrees, see `ELEVATION`
-
-    Raises
-    ------
-    InputError : one of them is out of range
+    Out of these ranges, given in degrees for the height, they are an `InputError`.
     """
 
     turbidity: float
@@ -142,9 +135,7 @@ class ClearSky:
     def appearance(self, zenith: ArrayLike, from_sun: ArrayLike) -> tuple[Floats, Floats, Floats]:
         """Return luminances, kcd·m⁻², and chromaticities x and y of directions in the sky.
 
-        Parameters
-        ----------
-        zenith, from_sun : angles to the zenith, below 90°, and to the sun, radians
+        They are given by angles to the zenith, below 90°, and to the sun, radians.
         """
         at_zenith = (self.zenith_luminance, *self.zenith_chromaticity)
         luminance, x, y = (
@@ -228,10 +219,8 @@ def _sphere_grid(rows: int = 90) -> tuple[tuple[Floats, Floats], Floats]:
 def transmittance(mass: float, beta: float) -> Floats:
     """Return how much sunlight the air lets pass at `WAVELENGTHS`.
 
-    Parameters
-    ----------
-    mass : how much more air it passes than from the zenith
-    beta : Ångström's coefficient, of the amount of aerosols
+    `mass` is how much more air it passes than from the zenith, `beta` Ångström's coefficient, of
+    the amount of aerosols.
     """
     micrometres = 1e-3 * WAVELENGTHS
     ozone = np.interp(WAVELENGTHS, _OZONE_WAVELENGTHS, _OZONE) * _OZONE_PATH

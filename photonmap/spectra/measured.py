@@ -32,20 +32,13 @@ Samples = tuple[Floats, Floats, Any]
 
 
 def read_munsell(path: str | PathLike[str]) -> SpectrumSet:
-    """Read the reflectances of Munsell chips.
+    """Read the reflectances of Munsell chips, within [0, 1].
 
     Names such as "2.5R9/2" become "2.5R 9/2", others stay as they are; chips without names are
-    called "1", "2" and so on.
-
-    Parameters
-    ----------
-    path : `.mat` or `.asc` of the University of Joensuu, whose name gives the wavelengths as in
-        munsell380_800_1.mat; `.npz` with `R` (C, K), `wavelength` (K,), nm, and `label` (C,);
-        any other suffix is a table; or a folder with one munsell*.mat, .asc or .npz
-
-    Raises
-    ------
-    InputError : there is no such file, its arrays do not match, or a reflectance is outside [0, 1]
+    called "1", "2" and so on. The path is a `.mat` or `.asc` of the University of Joensuu, whose
+    name gives the wavelengths as in munsell380_800_1.mat; `.npz` with `R` (C, K), `wavelength`
+    (K,), nm, and `label` (C,); any other suffix is a table; or a folder with one munsell*.mat, .asc
+    or .npz. Arrays that do not match are an `InputError`.
     """
     path = Path(path)
     if path.is_dir():
@@ -68,20 +61,12 @@ def read_munsell(path: str | PathLike[str]) -> SpectrumSet:
 def read_illuminants(path: str | PathLike[str]) -> SpectrumSet:
     """Read illuminant spectra as Simon Fraser University gives them: 380 to 780 nm by 4 nm.
 
-    Values below zero by up to a millionth of the spectrum's largest are noise of the sensor
-    and become 0. The comments before the spectra name them if each has exactly one, else they
-    are called "1", "2" and so on.
-
-    Parameters
-    ----------
-    path : a text file (101 numbers per spectrum, on one line or one per line); `.npz` with
-        `wavelength` (K,), nm, and arrays (n, K), whose spectra are called "array/1" and so on;
-        a `.csv` table; or a folder of text files, whose spectra are called "stem/name"
-
-    Raises
-    ------
-    InputError : there is no such file, its numbers do not match, or a value is negative or not
-        finite
+    Values below zero by up to a millionth of the spectrum's largest are noise of the sensor and
+    become 0. The comments before the spectra name them if each has exactly one, else they are
+    called "1", "2" and so on. The path is a text file (101 numbers per spectrum, on one line or one
+    per line); `.npz` with `wavelength` (K,), nm, and arrays (n, K), whose spectra are called
+    "array/1" and so on; a `.csv` table; or a folder of text files, whose spectra are called
+    "stem/name". Numbers that do not match, are negative or not finite are an `InputError`.
     """
     path = Path(path)
     if path.is_dir():

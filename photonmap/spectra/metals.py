@@ -28,10 +28,8 @@ where they reflect least, compared with Schlick's formula."""
 class Metal(Spectrum):
     """The reflectance of a metal in air, at normal incidence and at an angle of 82°.
 
-    Parameters
-    ----------
-    wavelengths, values, extrapolate : the reflectance at normal incidence, as of any `Spectrum`
-    edge : that at 82°; None for what Schlick's formula says
+    The `Spectrum` is that at normal incidence; `edge` is that at 82°, None for what Schlick's
+    formula says.
     """
 
     edge: Spectrum | None = None
@@ -45,16 +43,7 @@ class Metal(Spectrum):
 
 
 def metal(name: str) -> Metal:
-    """Return a metal.
-
-    Parameters
-    ----------
-    name : its chemical symbol, as "Au"
-
-    Raises
-    ------
-    InputError : there is none of this name; the error suggests the nearest
-    """
+    """Return a metal by its chemical symbol, as "Au"; the error suggests the nearest."""
     metals = _metals()
     if name not in metals:
         raise InputError(f"there is no metal {name!r}; {suggest(name, tuple(metals))}")
@@ -64,14 +53,8 @@ def metal(name: str) -> Metal:
 def metal_by_source(source: str, folder: Path) -> Metal:
     """Return a metal by its symbol or a table of its complex index.
 
-    Parameters
-    ----------
-    source : "Au", or the name of a file whose columns are wavelength (nm), n and k
-    folder : that file names are relative to
-
-    Raises
-    ------
-    InputError : no metal has this symbol, or the file is not such a table
+    The columns of the table, a file relative to a folder, are wavelength (nm), n and k. What is
+    neither is an `InputError`.
     """
     if Path(source).suffix.lower() not in FILES:
         with naming(f"metal:{source}"):

@@ -25,19 +25,11 @@ _TOLERANCE = 0.005  # of XYZ with Y = 1 for white: the most that clipping to [0,
 
 
 def munsell(notation: str, path: str | None = None) -> Spectrum:
-    """Return the reflectance of a chip.
+    """Return the reflectance of a chip, "5R 5/10" or "N 5".
 
-    A measured curve if the measured set has the chip; otherwise one recovered from the colour
-    that the Munsell renotation gives it under illuminant C, see `recover`.
-
-    Parameters
-    ----------
-    notation : "5R 5/10" or "N 5"
-    path : the measured set; None takes the one that `VARIABLE` names, if any
-
-    Raises
-    ------
-    InputError : it is not a notation, or the renotation data do not cover it
+    A measured curve if the measured set (that of a path, or that `VARIABLE` names) has the chip;
+    otherwise one recovered from the colour that the Munsell renotation gives it under illuminant C,
+    see `recover`. What is not a notation, or not in the renotation data, is an `InputError`.
     """
     name, measured = canonical(notation), measured_set(path)
     if measured is not None:
@@ -87,22 +79,11 @@ def canonical(notation: str) -> str:
 
 @cache
 def recover(name: str) -> Spectrum:
-    """Return a smooth reflectance that has the renotation's colour under illuminant C.
+    """Return a smooth reflectance, 380 to 730 nm, of the renotation's colour under illuminant C.
 
     By the clusters of H. Otsu, M. Yamamoto and T. Hachisuka, "Reproducing Spectral Reflectances
-    From Tristimulus Colours", Computer Graphics Forum 37(6), 2018; greys are flat.
-
-    Parameters
-    ----------
-    name : as `canonical` returns it
-
-    Returns
-    -------
-    Spectrum over 380 to 730 nm
-
-    Raises
-    ------
-    InputError : the renotation data do not cover it
+    From Tristimulus Colours", Computer Graphics Forum 37(6), 2018; greys are flat. The name is as
+    `canonical` returns it; one outside of the renotation data is an `InputError`.
     """
     if name.startswith("N"):
         return _grey(name)

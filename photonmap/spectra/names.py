@@ -34,13 +34,8 @@ def colour_science() -> Iterator[Any]:
 def light(name: str) -> Spectrum:
     """Return a CIE illuminant or light source, scaled to Y = 1.
 
-    Parameters
-    ----------
-    name : as colour-science spells it, in any case; F1 to F12 stand for FL1 to FL12
-
-    Raises
-    ------
-    InputError : there is none of this name; the error suggests the nearest
+    Names are spelled as in colour-science, in any case; F1 to F12 stand for FL1 to FL12. The error
+    about an unknown one suggests the nearest, as for the other kinds.
     """
     return normalise_luminance(_spectrum(_find("light", name, _lights())))
 
@@ -48,24 +43,13 @@ def light(name: str) -> Spectrum:
 def patch(name: str) -> Spectrum:
     """Return the reflectance of a ColorChecker patch (BabelColor's average of 30 charts).
 
-    Parameters
-    ----------
-    name : as colour-science spells it, in any case; "white 9.5 (.05 D)" is "white 9.5" too
-
-    Raises
-    ------
-    InputError : there is none of this name; the error suggests the nearest
+    "white 9.5 (.05 D)" is "white 9.5" too.
     """
     return _spectrum(_find("reflectance", name, _patches()))
 
 
 def sensors(name: str) -> tuple[tuple[str, Spectrum], ...]:
-    """Return the sensitivities of an observer or a camera, each with its channel's name.
-
-    Raises
-    ------
-    InputError : there is none of this name; the error suggests the nearest
-    """
+    """Return the sensitivities of an observer or a camera, each with its channel's name."""
     curves = _find("camera or observer", name, _sensor_sets())
     return tuple(
         (str(label), Spectrum(curves.wavelengths, values))
@@ -79,12 +63,7 @@ def sensor_names() -> list[str]:
 
 
 def planck(kelvin: float) -> Spectrum:
-    """Return the light of a black body, scaled to Y = 1.
-
-    Raises
-    ------
-    InputError : the temperature is not from 300 to 1e6 K
-    """
+    """Return the light of a black body of 300 to 1e6 K, scaled to Y = 1."""
     if not _COLDEST <= kelvin <= _HOTTEST:
         raise InputError(
             f"a black body of {kelvin:g} K is out of range; write {_COLDEST:g} to {_HOTTEST:g} K"
@@ -95,13 +74,9 @@ def planck(kelvin: float) -> Spectrum:
 
 
 def daylight(kelvin: float) -> Spectrum:
-    """Return the CIE phase of daylight of a correlated colour temperature, scaled to Y = 1.
+    """Return the CIE phase of daylight of 4000 to 25000 K (correlated), scaled to Y = 1.
 
     The D series of CIE 15:2018, 4.1.2: S0 + M1 S1 + M2 S2, with M1 and M2 from the chromaticity.
-
-    Raises
-    ------
-    InputError : the temperature is not from 4000 to 25000 K
     """
     if not DAYLIGHT[0] <= kelvin <= DAYLIGHT[1]:
         low, high = DAYLIGHT

@@ -76,12 +76,9 @@ def observer() -> Observer:
 def observer_from_table(table: Floats) -> Observer:
     """Build an `Observer` from columns λ (nm), x̄, ȳ, z̄, D65 and any number of basis curves.
 
-    The white of the primaries is D65 as tabulated, not its rounded chromaticity, so that a
-    reflectance of 1 is (1, 1, 1) to the last digit.
-
-    Parameters
-    ----------
-    table : (K, 5 + B) float64, whole wavelengths, increasing
+    The table is (K, 5 + B), of whole wavelengths, increasing. The white of the primaries is D65 as
+    tabulated, not its rounded chromaticity, so that a reflectance of 1 is (1, 1, 1) to the last
+    digit.
     """
     wavelengths = np.arange(table[0, 0], table[-1, 0] + 1.0)
     columns = resample(wavelengths, table[:, 0], table[:, 1:].T)
@@ -99,11 +96,8 @@ def observer_from_table(table: Floats) -> Observer:
 def radiance_to_rgb(spectrum: Spectrum) -> Floats:
     """Project a radiance onto linear sRGB: (3,) float64, negative where out of gamut.
 
-    Outside of 400 to 700 nm, where the eye sees little, the curve keeps its outer values.
-
-    Raises
-    ------
-    InputError : the spectrum covers less
+    Outside of 400 to 700 nm, where the eye sees little, the curve keeps its outer values; one that
+    covers less is an `InputError`.
     """
     spectrum.check_covers(*VISIBLE)
     eye, curve = observer(), spectrum.values[None]
@@ -123,28 +117,20 @@ def reflectance_to_rgb(spectrum: Spectrum) -> Floats:
 
 
 def upsample_reflectance(rgb: ArrayLike) -> Spectrum:
-    """Return a smooth reflectance that has this colour under D65.
+    """Return a smooth reflectance that has this colour, (3,) linear sRGB, under D65.
 
     A sum of three basis curves, within [0, 1] for `rgb` within [0, 1]: I. Mallett and C. Yuksel,
     "Spectral Primary Decomposition for Rendering with sRGB Reflectance", EGSR 2019.
-
-    Parameters
-    ----------
-    rgb : (3,) linear sRGB
     """
     eye = observer()
     return Spectrum(eye.wavelengths, np.asarray(rgb) @ eye.basis, extrapolate=True)
 
 
 def upsample_emission(rgb: ArrayLike) -> Spectrum:
-    """Return a smooth radiance of this colour: that of the surface `rgb` under D65.
+    """Return a smooth radiance of a colour, (3,) linear sRGB: that of the surface `rgb` under D65.
 
-    With c = max(rgb) it is c × `upsample_reflectance`(rgb / c) × D65; as the basis is linear,
-    c cancels and `rgb` may exceed 1. Where all three are equal it is D65 itself.
-
-    Parameters
-    ----------
-    rgb : (3,) linear sRGB, W·m⁻²·sr⁻¹
+    With c = max(rgb) it is c × `upsample_reflectance`(rgb / c) × D65; as the basis is linear, c
+    cancels and `rgb` may exceed 1. Where all three are equal it is D65 itself.
     """
     eye = observer()
     return Spectrum(eye.wavelengths, np.asarray(rgb) @ eye.basis * eye.d65, extrapolate=True)
@@ -170,19 +156,11 @@ def normalise_luminance(spectrum: Spectrum) -> Spectrum:
 
 
 def adapt_to_d65(white: Floats) -> Floats:
-    """Return the matrix that turns a white into D65 of the same luminance, for linear sRGB.
+    """Return the matrix, (3, 3), that turns a white into D65 of its luminance, for linear sRGB.
 
-    Full adaptation by von Kries' rule, in the cone responses of CAT16: C. Li et al.,
-    "Comprehensive color solutions: CAM16, CAT16, and CAM16-UCS", Color Research and Application
-    42(6), 2017.
-
-    Parameters
-    ----------
-    white : (3,) linear sRGB
-
-    Returns
-    -------
-    (3, 3) float64; the identity if `white` is black, or too saturated to be taken for white
+    Full adaptation by von Kries' rule, in the cone responses of CAT16: C. Li et al., "Comprehensive
+    color solutions: CAM16, CAT16, and CAM16-UCS", Color Research and Application 42(6), 2017. It is
+    the identity if the white, (3,), is black, or too saturated to be taken for white.
     """
     to_xyz = observer().rgb_to_xyz
     to_cones = _CAT16 @ to_xyz
@@ -194,19 +172,11 @@ def adapt_to_d65(white: Floats) -> Floats:
 
 
 def reflectance_of_xyz(xyz: XYZ) -> Color:
-    """Return a reflectance that has this colour under D65.
+    """Return a reflectance that has this colour (Y = 1 for a perfect diffuser) under D65.
 
     Within the gamut of sRGB it is linear sRGB; outside it is a smooth curve by W. Jakob and J.
     Hanika, "A Low-Dimensional Function Space for Efficient Spectral Upsampling", Computer Graphics
-    Forum 38(2), 2019.
-
-    Parameters
-    ----------
-    xyz : CIE 1931, Y = 1 for a perfect diffuser
-
-    Raises
-    ------
-    InputError : no reflectance has it
+    Forum 38(2), 2019. An `InputError` says that no reflectance has it.
     """
     rgb = _to_rgb(xyz)
     if rgb.min() >= 0.0 and rgb.max() <= 1.0:
@@ -220,12 +190,7 @@ def reflectance_of_xyz(xyz: XYZ) -> Color:
 
 
 def emission_of_xyz(xyz: XYZ) -> Color:
-    """Return a light of this colour, like `reflectance_of_xyz` without an upper bound.
-
-    Raises
-    ------
-    InputError : no light has it
-    """
+    """Return a light of this colour, like `reflectance_of_xyz` without an upper bound."""
     rgb = _to_rgb(xyz)
     if rgb.min() >= 0.0:
         return _triple(rgb)

@@ -49,11 +49,9 @@ _RIDGE = 0.01  # of the mean square of a band
 class Projection:
     """A linear map from band radiances to the values of other sensors.
 
-    Parameters
-    ----------
-    matrix : (T, N) float64: this @ band values = the values of T sensors
-    residual : the fit's errors over the colours that it was trained on, after one and after two
-        bounces: root mean square error over root mean square; None without a fit
+    `matrix`, (T, N), times band values are the values of T sensors. `residual` are the fit's errors
+    over the colours that it was trained on, after one and after two bounces: root mean square error
+    over root mean square; None without a fit.
     """
 
     matrix: Floats
@@ -61,18 +59,10 @@ class Projection:
 
 
 def choose_projection(bands: Bands, target: Target, method: Method) -> Projection:
-    """Return the projection of a method.
+    """Return the projection of a method onto "rgb", "xyz" or other bands.
 
-    Parameters
-    ----------
-    bands : what is projected
-    target : "rgb", "xyz" or other bands
-    method : "direct" as `direct_projection`, "primaries" as `primaries_projection`, "regression"
-        as `fit_projection` to the Munsell chips under equal energy, D65 and A
-
-    Raises
-    ------
-    InputError : there is no such target or method
+    "direct" is `direct_projection`, "primaries" `primaries_projection`, "regression"
+    `fit_projection` to the Munsell chips under equal energy, D65 and A. Others are an `InputError`.
     """
     if not isinstance(target, Bands) and target not in ("rgb", "xyz"):
         raise InputError(f"there is no target {shown(target)}; give 'rgb', 'xyz' or Bands")
@@ -87,12 +77,9 @@ def direct_projection(bands: Bands, target: Target) -> Projection:
 
     The smoothest has the least ∫ s'² dλ of all whose averages over the bands are those given:
     between sharp bands it is linear, and constant beyond the outer ones. Towards RGB and XYZ each
-    channel is then scaled to see D65 as white. From RGB to other sensors the spectra are those
-    that RGB emission stands for.
-
-    Raises
-    ------
-    InputError : the target is the bands of RGB, which have no sensitivities
+    channel is then scaled to see D65 as white. From RGB to other sensors the spectra are those that
+    RGB emission stands for. A target of the bands of RGB, which have no sensitivities, is an
+    `InputError`.
     """
     if isinstance(target, Bands):
         return Projection(read_only(target.average_all(*_spectra(bands)).T))
@@ -132,19 +119,11 @@ def fit_projection(
     The colours are those of reflectances under illuminants after one bounce, and of all their
     ordered pairs after two, both counting equally: their bands are multiplied as a render
     multiplies them, and the target's values are those of the products of the curves. So the fit
-    compensates for part of the error of products of bands (S. Beigpour et al., "Intrinsic
-    image evaluation on synthetic complex scenes", ICIP 2013). Of larger sets, 128 reflectances
-    are taken, evenly. A ridge pulls towards `direct_projection` where the colours carry little
-    information, and protects other colours and lights.
-
-    Parameters
-    ----------
-    reflectances : covering 400 to 700 nm; the outer values hold beyond
-    illuminants : radiances
-
-    Raises
-    ------
-    InputError : the bands or the target have no sensitivities, or there is no illuminant
+    compensates for part of the error of products of bands (S. Beigpour et al., "Intrinsic image
+    evaluation on synthetic complex scenes", ICIP 2013). Of larger sets, 128 reflectances are taken,
+    evenly; they cover 400 to 700 nm, and hold their outer values beyond. A ridge pulls towards
+    `direct_projection` where the colours carry little information, and protects other colours and
+    lights. RGB, which has no sensitivities, and no illuminant are an `InputError`.
     """
     if bands.is_rgb:
         raise InputError("RGB has no sensitivities to fit; choose a number of bands")
@@ -183,12 +162,7 @@ _METHODS: dict[str, Callable[[Bands, Target], Projection]] = {
 
 
 def check_space(name: str) -> str:
-    """Return the name of a space, a camera or a file of three sensitivities.
-
-    Raises
-    ------
-    InputError : there is none
-    """
+    """Return the name of a space, camera or file of three sensitivities; refuse others."""
     if name not in SPACES:
         _camera(name)
     return name
@@ -233,15 +207,7 @@ def _xyz(chromaticity: tuple[float, float]) -> Floats:
 def projection_onto(bands: Bands, name: str, method: Method | None) -> Floats:
     """Return the matrix (3, N) from the radiances of bands to a space or a camera.
 
-    Bands that are the camera's own are taken as they are.
-
-    Parameters
-    ----------
-    method : as `choose_projection` takes it; None for bands of RGB
-
-    Raises
-    ------
-    InputError : there is no such space
+    Bands that are the camera's own are taken as they are. The method is None for bands of RGB.
     """
     if name in SPACES:
         return from_srgb(name) @ choose_projection(bands, "rgb", method or "direct").matrix

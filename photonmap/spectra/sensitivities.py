@@ -68,12 +68,8 @@ def spread_gaussians(
 ) -> list[Spectrum]:
     """Return Gaussians whose centres are moved towards the middle of the range or away.
 
-    Parameters
-    ----------
-    count : N
-    low, high : nm, where the curves are truncated
-    width : σ in widths of a bin, (high − low) / N
-    spread : distance between centres, in widths of a bin
+    `low` and `high`, nm, are where the curves are truncated; `width` (σ) and `spread` (the distance
+    between centres) count in widths of a bin, (high − low) / N.
     """
     size, middle = (high - low) / count, (low + high) / 2.0
     centres = middle + spread * size * (np.arange(count) - (count - 1) / 2.0)
@@ -85,12 +81,7 @@ def spread_gaussians(
 
 
 def best_sensors(text: str) -> list[Spectrum]:
-    """Return the best Gaussians for a number of bands, see `BEST`.
-
-    Raises
-    ------
-    InputError : the best are not known for this number
-    """
+    """Return the best Gaussians for a number of bands, see `BEST`; others are an `InputError`."""
     count = int(text) if text.isdecimal() else 0
     if count not in BEST:
         raise InputError(
@@ -174,12 +165,7 @@ def table_of(text: str) -> Path | None:
 
 
 def check_camera(text: str) -> str:
-    """Return the name of a camera or an observer; files and bands are not looked at.
-
-    Raises
-    ------
-    InputError : there is none of this name
-    """
+    """Return the name of a known camera or observer; files and bands are not looked at."""
     body = text.strip().removeprefix(EXTRAPOLATE).strip()
     is_bands = ":" in body or body.isdecimal() or body.lower() == "rgb"
     if table_of(body) is not None or is_bands:
@@ -199,13 +185,8 @@ def check_camera(text: str) -> str:
 def read_sensors(text: str) -> tuple[list[str], list[Spectrum]]:
     """Return the names of channels, and their curves in the source's unit.
 
-    Parameters
-    ----------
-    text : a FILE.csv, the name of an observer or a camera, or "best:6" for the best six Gaussians
-
-    Raises
-    ------
-    InputError : the file cannot be read, or there is no such name
+    The text is a FILE.csv, the name of an observer or a camera, or "best:6" for the best six
+    Gaussians; what cannot be read is an `InputError`.
     """
     body, path = text.strip(), table_of(text)
     held = body.startswith(EXTRAPOLATE)

@@ -25,23 +25,14 @@ Row = tuple[int, list[float]]
 def read_table(
     path: str | PathLike[str], low: float = -np.inf, high: float = np.inf, kind: str = "value"
 ) -> SpectrumSet:
-    """Read the curves of a table.
+    """Read the curves of a table, whose first column is the wavelength, nm.
 
     Commas, semicolons, tabs or spaces separate the columns, as they do in the first line. Between
-    semicolons or tabs, a comma in a number is a decimal comma. #, % and // start comments. A
-    first line that does not start with a number names the columns; those without a name are
-    called after the file.
-
-    Parameters
-    ----------
-    path : the file; its first column is the wavelength, nm
-    low, high : the range of the values
-    kind : what the values are, for messages
-
-    Raises
-    ------
-    InputError : the file is not a table of numbers, the wavelengths do not increase or are not in
-        nm, or a value is not finite or lies outside
+    semicolons or tabs, a comma in a number is a decimal comma. #, % and // start comments. A first
+    line that does not start with a number names the columns; those without a name are called after
+    the file. Values lie from `low` to `high`; messages call them a `kind`. An `InputError` says
+    that the file is not a table of numbers, the wavelengths do not increase or are not in nm, or a
+    value is not finite or lies outside.
     """
     path = Path(path)
     header, rows = _read_rows(path)
@@ -83,9 +74,7 @@ def read_bytes(path: Path) -> bytes:
 def read_lines(path: Path) -> list[str]:
     """Read the lines of a text file in UTF-8, or in Latin-1 where it is not.
 
-    Raises
-    ------
-    InputError : it cannot be read, is empty, or is not text
+    One that cannot be read, is empty, or is not text is an `InputError`.
     """
     data = read_bytes(path)
     if junk := data.translate(None, _TEXT):

@@ -111,17 +111,10 @@ def compile_lights(
     textures: TextureTable,
     camera: Camera,
 ) -> Emitters:
-    """Collect all emitters, at a total power of 1.
+    """Collect all emitters, at a total power of 1; geometry is in the kernels' units.
 
-    Parameters
-    ----------
-    geometry : in the kernels' units, with materials
-    textures : of the materials
-    camera : by which the default light is placed
-
-    Raises
-    ------
-    InputError : emission that is negative or not finite, or a light that is not valid
+    The camera places the default light. A light that is not valid, or an emission that is negative
+    or not finite, is an `InputError`.
     """
     material = geometry.material
     emission = np.stack([emission_of(m.emission, bands, f"material {m.name!r}") for m in materials])
@@ -321,9 +314,7 @@ def _grow_tree(
 def emission_of(color: Paint, bands: Bands, owner: str) -> NDArray[np.float64]:
     """Return the emission per band, (N,), of a colour, or of a texture the mean.
 
-    Raises
-    ------
-    InputError : it is not finite, or negative; named after its owner
+    An `InputError` names the owner of what is negative or not finite.
     """
     with naming(owner):
         values = bands.emission(mean_color(color))
@@ -343,16 +334,7 @@ def _spectrum(light: Light, sky: Sky | None, bands: Bands) -> NDArray[np.float64
 
 
 def find_portals(materials: Sequence[Material], emission: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which materials are portals, (M,).
-
-    Parameters
-    ----------
-    emission : of the materials by themselves, (M, N)
-
-    Raises
-    ------
-    InputError : a portal emits by itself, too
-    """
+    """Return which materials are portals, (M,); one that emits by itself, (M, N), is refused."""
     portals = np.array([material.portal for material in materials])
     for index in np.flatnonzero(portals & emission.any(axis=1)).tolist():
         raise InputError(
@@ -377,10 +359,7 @@ def open_to_suns(
 ) -> SunPortals | None:
     """Return the portals as suns see them; None where there are none, or no suns.
 
-    Parameters
-    ----------
-    portals : which materials are, (M,)
-    kind, axis, parameters : of K emitters, as in `Lights`
+    `portals`, (M,), are the materials that are; the others, of K emitters, are as in `Lights`.
     """
     triangles = np.flatnonzero(portals[geometry.material])
     suns = np.flatnonzero(kind == DIRECTIONAL)

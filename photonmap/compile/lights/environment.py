@@ -125,10 +125,6 @@ def default_sky(camera: Camera, bands: Bands) -> Sky:
     """Return the light of scenes without any: a dome, and a soft key light that shows shapes.
 
     Its radiance is the same in every band, brightest above and to the left of the camera.
-
-    Parameters
-    ----------
-    camera : a checked one
     """
     view, right, up = frame_of(camera)
     x, y, z = _FROM
@@ -159,13 +155,10 @@ class SkyCdfs(NamedTuple):
 
 
 def sky_cdfs(light: Floats, cosines: Floats, rotation: float) -> SkyCdfs:
-    """Return the CDFs of a map.
+    """Return the CDFs of a map, (H, W) radiances of texels, at least 16 × 32.
 
-    Parameters
-    ----------
-    light : (H, W) radiance of texels; at least 16 × 32
-    cosines : (H + 1,) of the zenith angles between rows
-    rotation : of the map about +y, 1 for a full turn
+    `cosines`, (H + 1,), are those of the zenith angles between rows; `rotation` is that of the map
+    about +y, 1 for a full turn.
     """
     height, width = light.shape
     row_edges, column_edges = _edges(height, BLOCK_ROWS), _edges(width, BLOCK_COLUMNS)

@@ -50,10 +50,7 @@ def probabilities_of(cdf: Floats) -> Floats:
 def mix_uniform(flux: Floats, names: Sequence[str]) -> Floats:
     """Return the probabilities of K emitters, (K,): mostly by power, evenly for the rest.
 
-    Parameters
-    ----------
-    flux : (K,) above 0
-    names : of the light that each emitter belongs to
+    The flux is above 0; names are those of the lights that emitters belong to.
     """
     _, light = np.unique(np.array(names), return_inverse=True)
     of_light = np.bincount(light, flux)
@@ -91,11 +88,8 @@ class EmitterBounds(NamedTuple):
 def grow_tree(bounds: EmitterBounds, cdf: Floats, far: NDArray[np.bool_]) -> LightTree | None:
     """Build a balanced tree by halving along the longest side; None where emitters are few.
 
-    Parameters
-    ----------
-    bounds : of K emitters
-    cdf : (K,) CDF of the emitters where they are chosen regardless of the point
-    far : (K,) bool, infinitely far
+    `cdf`, (K,), is that of the emitters where they are chosen regardless of the point; `far`, (K,),
+    are infinitely far.
     """
     near = np.flatnonzero(~far)
     if len(near) < TREE_FROM:
@@ -199,10 +193,7 @@ def _join(level: EmitterBounds) -> EmitterBounds:
 
 
 def _join_cones(axis: Floats, cosine: Floats) -> tuple[Floats, Floats]:
-    """Return cones around pairs of cones, as axes and cosines; a cosine above 1 is no cone.
-
-    pbrt-v4, 3.8.4.
-    """
+    """Return cones around pairs, as axes and cosines; above 1 is no cone (pbrt-v4, 3.8.4)."""
     a, b = axis[0::2], axis[1::2]
     first, second = np.arccos(np.minimum(cosine, 1.0)).reshape(-1, 2).T
     between = np.arccos(np.clip((a * b).sum(axis=1), -1.0, 1.0))

@@ -64,13 +64,9 @@ def near(bounds: Floats, low: Floats, high: Floats) -> Bools:
 def find_bodies(meshes: Sequence[Mesh], absorbing: set[int], frame: Frame) -> list[Body]:
     """Return the bodies that matter to what lies around them: those that claim space come first.
 
-    That is glass that absorbs, and glass that touches other glass or contains it. Of bodies that
-    overlap, the one of the higher priority claims what they share, or else the smaller one.
-
-    Parameters
-    ----------
-    absorbing : ids of materials that absorb
-    frame : of the kernels' units
+    That is glass that absorbs (ids of materials), and glass that touches other glass or contains
+    it. Of bodies that overlap, the one of the higher priority claims what they share, or else the
+    smaller one.
     """
     solid = [i for i, mesh in enumerate(meshes) if is_solid(mesh.material)]
     boxes = {i: np.stack([f(meshes[i].vertices, axis=0) for f in (np.min, np.max)]) for i in solid}
@@ -138,12 +134,8 @@ def find_sides(
     """Return what lies on each side of triangles, and which of those of glass to keep.
 
     One is left out where the same glass lies on both sides, or where it lies on the surface of a
-    body that claims more: its triangles are kept there.
-
-    Parameters
-    ----------
-    bodies : those that claim space come first
-    owner : (T,) the mesh of each triangle
+    body that claims more: its triangles are kept there. `owner`, (T,), is the mesh of each
+    triangle.
     """
     glass = np.array([is_solid(mesh.material) for mesh in meshes])[owner]
     ranks = ranks_of(len(meshes), bodies)

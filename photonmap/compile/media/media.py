@@ -36,13 +36,8 @@ LIKE = 0.01
 class MediaPlan:
     """Bodies of glass in a scene, before its meshes are joined.
 
-    Parameters
-    ----------
-    meshes : of the scene, cut where bodies cross them
-    materials : of the scene, M of them
-    bodies : those that matter to what is around them; those that claim space come first
-    absorption : (M, N), in the inverse of scene units
-    bands : of the render
+    The meshes are cut where bodies cross them. Of the bodies, those that claim space come first.
+    `absorption`, (M, N) of the M materials, is in the inverse of scene units.
     """
 
     meshes: list[Mesh]
@@ -121,10 +116,8 @@ def plan_media(
 ) -> MediaPlan:
     """Find the bodies of glass, and cut meshes where they cross them.
 
-    Raises
-    ------
-    InputError : what absorbs is no solid glass, or has no distance; or an index below 1 is relative
-        to nothing
+    An `InputError` says that what absorbs is no solid glass, or has no distance, or that an index
+    below 1 is relative to nothing.
     """
     check_relative_indices(meshes)
     table = _absorption_table(materials, bands)
@@ -135,12 +128,7 @@ def plan_media(
 
 
 def _absorption_table(materials: Sequence[Material], bands: Bands) -> Floats:
-    """Return the absorption coefficients of M materials, (M, N), in the inverse of scene units.
-
-    Raises
-    ------
-    InputError : what absorbs is no solid glass, or has no distance
-    """
+    """Return the absorption coefficients of M materials, (M, N), in the inverse of scene units."""
     return np.stack([_absorption(material, bands) for material in materials])
 
 
@@ -166,11 +154,8 @@ def index_steps(
     """Return indices of refraction, (K, R, N): of R media, at K wavelengths of each band.
 
     The wavelengths divide each band's sensitivity into K parts of the same integral. The first
-    media are the insides of materials; None where nothing disperses.
-
-    Raises
-    ------
-    InputError : a material has two kinds of dispersion, or an index that does not fit
+    media are the insides of materials; None where nothing disperses. Two kinds of dispersion in one
+    material, or an index that does not fit, are an `InputError`.
     """
     dispersing = [row for row, each in enumerate(materials) if disperses(each)]
     if not dispersing:

@@ -31,13 +31,9 @@ def with_coats(
     materials: Sequence[Material],
     reliefs: Reliefs | None = None,
 ) -> records.Scattering | None:
-    """Return BSDFs below clear coats, where any material has one.
+    """Return BSDFs of M materials below clear coats, where any material has one.
 
-    Parameters
-    ----------
-    scattering : of M materials
-    materials : (M,)
-    reliefs : of the scene; None where no coat has normals of its own
+    `reliefs` is None where no coat has normals of its own.
     """
     chosen = [index for index, material in enumerate(materials) if material.is_coated]
     if scattering is None or not chosen:
@@ -134,12 +130,9 @@ def _through(coat: tuple[float, float], material: Material, base: tuple[float, f
 
 @cache
 def through_coat(index: float, alpha: float, base: str, *numbers: float) -> Floats:
-    """Return D(θ) of a coat over a white base, (NODES + 1,), see `white_bases.through`.
+    """Return D(θ) of a coat, by index and α, over a white base, see `white_bases.through`.
 
-    Parameters
-    ----------
-    index, alpha : of the coat
-    base, numbers : its model, and what `WHITE_BASES` has of it
+    The base is a model, and the numbers that `WHITE_BASES` has of it.
     """
     passed = np.maximum(1.0 - whole_albedos(alpha, normal_reflectance(index), index), 1e-9)
     return through(passed, WHITE_BASES[base](*numbers))

@@ -25,11 +25,8 @@ STRIP = 256
 def opaque_part(material: Material) -> Material:
     """Return a material whose reflectance is that of the part that is no glass, times how much.
 
-    Where the transmission is a number, `compile_materials` multiplies by it.
-
-    Raises
-    ------
-    InputError : both are textures, and lie differently on the surface
+    Where the transmission is a number, `compile_materials` multiplies by it. Textures of both that
+    lie differently are an `InputError`.
     """
     share, base = material.transmission, material.reflectance
     if material.ior is None or not isinstance(share, Texture):
@@ -83,15 +80,7 @@ def with_glass(
     table: TextureTable,
     bands: Bands,
 ) -> records.Specular | None:
-    """Return specular lobes with what varies over glass, and where it is only a part of a surface.
-
-    Parameters
-    ----------
-    specular : of M materials
-    materials : (M,)
-    table : of their textures
-    bands : of the render
-    """
+    """Return specular lobes with what varies over glass, and which part of a surface it is."""
     if specular is None:
         return None
     is_glass = np.array([material.ior is not None for material in materials])
@@ -122,14 +111,7 @@ def beside_glass(
     materials: Sequence[Material],
     specular: records.Specular | None,
 ) -> records.Scattering | None:
-    """Return BSDFs that know which fraction of each material is glass, 0 of what is none.
-
-    Parameters
-    ----------
-    scattering : of M materials
-    materials : (M,)
-    specular : their specular lobes
-    """
+    """Return BSDFs that know which fraction of each material is glass, 0 of what is none."""
     share = None if specular is None else specular.share
     if scattering is None or share is None:
         return scattering

@@ -40,12 +40,8 @@ def lobe_albedos(alpha: float, index: float = 0.0) -> NDArray[np.float64]:
     """Return what a GGX lobe reflects, (TERMS, NODES + 1), by `Scattering.albedos`' Fresnel terms.
 
     Of light from each angle, and last the cosine-weighted mean over all angles; by quadrature over
-    visible normals (Dupuy and Benyoub 2023).
-
-    Parameters
-    ----------
-    alpha : α
-    index : of refraction, 0 for Schlick's formula
+    visible normals (Dupuy and Benyoub 2023). The index is that of refraction, 0 for Schlick's
+    formula.
     """
     return _albedos_at((alpha, alpha, index), 0.0, GRID)
 
@@ -56,11 +52,8 @@ def azimuth_albedos(
 ) -> NDArray[np.float64]:
     """Return `lobe_albedos` by azimuth, (1 + AZIMUTHS, TERMS, NODES + 1), the first of all.
 
-    Parameters
-    ----------
-    along, across : α along a tangent, and across it
-    index : as of `lobe_albedos`
-    grid : samples per angle, their square root
+    `along` and `across` are α along a tangent, and across it; `grid` is the root of the samples per
+    angle.
     """
     lobe, shares = (along, across, index), np.linspace(0.0, 1.0, AZIMUTHS)
     rows = np.array([_albedos_at(lobe, share, grid) for share in shares.tolist()])
@@ -93,15 +86,8 @@ def append_stepped(
 ) -> tuple[Floats, NDArray[np.int32]]:
     """Append rows to `Scattering.albedos` for lobes whose roughness varies, and a next row for all.
 
-    Parameters
-    ----------
-    albedos : the rows there are
-    index : (M,) of `lobe_albedos`
-    chosen : (M,) which lobes vary
-
-    Returns
-    -------
-    all rows, and the first of those of each chosen lobe, (M,); -1 for others
+    Of M lobes, with an index as of `lobe_albedos`, the chosen ones vary. Return all rows, and the
+    first of those of each chosen lobe, (M,); -1 for others.
     """
     distinct, first = np.unique(index[chosen]), np.full(len(index), -1, np.int32)
     first[chosen] = len(albedos) + STEPS * np.searchsorted(distinct, index[chosen])
@@ -159,12 +145,9 @@ def reflections(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return how visible normals reflect light: G2 / G1, its cosine to them, and that of leaving.
 
-    Each (grid, grid), evenly over the density of visible normals (Dupuy and Benyoub 2023).
-
-    Parameters
-    ----------
-    along, across : α along a tangent, and across it
-    share, cosine : of the light, the sine² of its azimuth from the tangent, and its cosine
+    Each (grid, grid), evenly over the density of visible normals (Dupuy and Benyoub 2023). `along`
+    and `across` are α along a tangent, and across it; of the light, `share` is the sine² of its
+    azimuth from the tangent.
     """
     places = (np.arange(grid) + 0.5) / grid
     u, v = np.meshgrid(places, places)

@@ -27,12 +27,8 @@ Floats = NDArray[np.float64]
 class Reliefs:
     """The relief of a scene's surfaces, and of clear coats over them.
 
-    Parameters
-    ----------
-    geometry : with materials and texture coordinates
-    table : of the textures of materials
-    size : scene units in a unit of the kernels' length
-    tangents : of vertices, see `given_tangents`
+    The geometry has materials and texture coordinates; `size` is that of the kernels' unit of
+    length in scene units; tangents are of vertices, see `given_tangents`.
     """
 
     geometry: Geometry
@@ -74,13 +70,10 @@ def with_anisotropy(
     geometry: records.Geometry,
     given: NDArray[np.float64],
 ) -> records.Scattering | None:
-    """Return BSDFs with what tells how lobes differ along surfaces, where any do.
+    """Return BSDFs of M materials with what tells how lobes differ along surfaces, where any do.
 
-    Parameters
-    ----------
-    materials : (M,)
-    geometry : with materials, and texture coordinates where there are any
-    given : tangents of vertices, see `given_tangents`
+    The geometry has materials, and texture coordinates where there are any; `given` are tangents of
+    vertices, see `given_tangents`.
     """
     chosen = np.array([each.is_glossy and each.is_anisotropic for each in materials])
     if scattering is None or not chosen.any():
@@ -104,12 +97,7 @@ def with_anisotropic_chains(
     geometry: records.Geometry,
     given: NDArray[np.float64],
 ) -> records.Specular | None:
-    """Return specular lobes with what tells how rough ones differ along surfaces, where any do.
-
-    Parameters
-    ----------
-    materials, geometry, given : as of `with_anisotropy`
-    """
+    """Return specular lobes with what tells how rough ones differ along surfaces, where any do."""
     chosen = np.array([each.is_anisotropic and each.chain_alpha > 0.0 for each in materials])
     if specular is None or not chosen.any():
         return specular
@@ -142,11 +130,8 @@ def _largest(material: Material) -> float:
 def _rows(material: Material, across: float, refraction: float) -> NDArray[np.float64]:
     """Return `azimuth_albedos` of one strength, or of an image's from 0 to the largest, (S, …).
 
-    Where an image has one strength all over, no others are looked up.
-
-    Parameters
-    ----------
-    across, refraction : α across the tangent, and index of refraction
+    Where an image has one strength all over, no others are looked up. `across` is α across the
+    tangent.
     """
     largest = _largest(material)
 
@@ -179,16 +164,10 @@ def vertex_tangents(
 ) -> NDArray[np.float32]:
     """Return directions at vertices in which u rises, (V, 4), unit or 0 where the mesh is flat.
 
-    The last column is the sign of those that are given, and 0 of others. Each of these is the mean
-    over the chosen triangles around it, weighted by their angles there, in the plane of the
-    vertex's normal (as MikkTSpace: M. Mikkelsen, "Simulation of wrinkled surfaces revisited",
-    2008).
-
-    Parameters
-    ----------
-    geometry : all triangles
-    chosen : (T,) which triangles count
-    given : of `given_tangents`
+    The last column is the sign of those that are given (`given_tangents`), and 0 of others. Each of
+    these is the mean over the chosen triangles, (T,), around it, weighted by their angles there, in
+    the plane of the vertex's normal (as MikkTSpace: M. Mikkelsen, "Simulation of wrinkled surfaces
+    revisited", 2008).
     """
     tangents = np.zeros(geometry.vertices.shape)
     if len(geometry.shading_normals) and len(geometry.uv):

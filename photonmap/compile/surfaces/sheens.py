@@ -46,18 +46,9 @@ def with_sheens(
     table: TextureTable,
     bands: Bands,
 ) -> records.Scattering | None:
-    """Return BSDFs below sheen, where any material has one.
+    """Return BSDFs of M materials below sheen, where any has one.
 
-    Parameters
-    ----------
-    scattering : of M materials
-    materials : (M,)
-    table : of their textures
-    bands : of the render
-
-    Raises
-    ------
-    InputError : the colour of a sheen is outside [0, 1]
+    A colour of a sheen outside [0, 1] is an `InputError`.
     """
     chosen = [index for index, material in enumerate(materials) if material.has_sheen]
     if scattering is None or not chosen:
@@ -77,6 +68,7 @@ def with_sheens(
     tables = np.array(kept), np.array(albedo), np.array(passing)
     maps = table.maps if (table.rows["sheen"][chosen] >= 0).any() else None
     basis = bands.reflectance_basis.astype(np.float32, order="C")
+    basis = basis if maps is not None else basis[:0]
     mean = color.mean(axis=1, dtype=float)
     sheens = Sheens(color, mean, alpha, row, *tables, maps, table.rows["sheen"], basis)
     return scattering._replace(model=model, sheens=sheens)
@@ -126,10 +118,7 @@ def _lobe_rows(alpha: float) -> Floats:
 def through_sheen(alpha: float, base: str, numbers: tuple[float, ...]) -> Floats:
     """Return T(θ) of sheens over a white base, (COLORS, NODES + 1), see `white_bases.through`.
 
-    Parameters
-    ----------
-    alpha : of the sheen
-    base, numbers : its model, and what `WHITE_BASES` has of it
+    The base is a model, and the numbers that `WHITE_BASES` has of it.
     """
     below, albedo = WHITE_BASES[base](*numbers), sheen_lobe(alpha).albedo[:-1]
     colors = np.linspace(0.0, 1.0, COLORS).tolist()

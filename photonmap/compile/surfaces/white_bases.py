@@ -30,13 +30,8 @@ ROUNDS = 60
 def through(passed: Floats, base: Floats) -> Floats:
     """Return T(θ) of a cover over a white base, (NODES + 1,), the last column unused.
 
-    It solves T · ∫ f T cos dω = 1 - E for the BSDF f of the base and the cover's albedo E(θ), by
-    the symmetric scaling of Sinkhorn and Knopp.
-
-    Parameters
-    ----------
-    passed : (NODES,) 1 - E
-    base : (NODES, NODES)
+    It solves T · ∫ f T cos dω = 1 - E for the BSDF f of the base, (NODES, NODES), and the cover's
+    albedo E(θ), of which `passed` is 1 - E, by the symmetric scaling of Sinkhorn and Knopp.
     """
     result = np.sqrt(passed)
     for _ in range(ROUNDS):

@@ -27,16 +27,10 @@ def fit_dip(f0: Floats | float, edge: Floats | float) -> Floats:
     """Return the weights of the dip by which metals reflect less than Schlick's formula says.
 
     They are fitted to what Fresnel's equations say of the complex index that reflects so at two
-    angles, and right at these. Where there is none, they are those of the nearest, and what differs
-    at 82° fades towards other angles, so far as the reflectance stays between 0 and 1.
-
-    Parameters
-    ----------
-    f0, edge : (N,) or numbers, reflectances at normal incidence and at `EDGE_COSINE`
-
-    Returns
-    -------
-    (4, N) or (4,), of `kernels.core.fresnel.dip_terms`
+    angles, normal incidence and `EDGE_COSINE`, and right at these. Where there is none, they are
+    those of the nearest, and what differs at 82° fades towards other angles, so far as the
+    reflectance stays between 0 and 1. Reflectances are (N,) or numbers; weights, (4, N) or (4,),
+    are those of `kernels.core.fresnel.dip_terms`.
     """
     pair = np.broadcast_arrays(np.asarray(f0, float), np.asarray(edge, float))
     normal, wanted = (each.ravel() for each in pair)

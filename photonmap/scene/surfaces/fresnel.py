@@ -30,7 +30,7 @@ def normal_reflectance(index: float) -> float:
 def lobe_index(normal: float) -> float:
     """Return the index of refraction of a colourless lobe by its reflectance at normal incidence.
 
-    0, for Schlick's formula, where that is more than dielectrics reflect.
+    More than dielectrics reflect is 0, for Schlick's formula.
     """
     root = math.sqrt(normal)
     index = (1.0 + root) / max(1.0 - root, 1e-9)

@@ -16,15 +16,9 @@ from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 
 def check_material(material: Material) -> Material:
-    """Check all of a material but the values of its colours and textures.
+    """Return a material in plain floats, with all checked but the values of colours and textures.
 
-    Returns
-    -------
-    Material, its numbers as plain floats
-
-    Raises
-    ------
-    InputError : the name is not a text, or a number is out of range
+    An `InputError` says that the name is not a text, or a number is out of range.
     """
     plain: dict[str, Any] = {}
     with naming(f"material {material.name!r}"):
@@ -40,11 +34,8 @@ def check_material(material: Material) -> Material:
 def check_textures(material: Material) -> None:
     """Check the values of a material's textures; those of relief are part of `check_material`.
 
-    Raises
-    ------
-    InputError
-        a texture has values that are no reflectance, opacity or radiance, or has spectra where
-        colours or numbers belong
+    An `InputError` says that values are no reflectance, opacity or radiance, or that there are
+    spectra where colours or numbers belong.
     """
     for attribute, parameter in parameters_of(Material).items():
         paint = getattr(material, attribute)
@@ -67,12 +58,7 @@ class LayerError(InputError):
 
 
 def check_layers(material: Material) -> None:
-    """Check that the layers of a material go together.
-
-    Raises
-    ------
-    LayerError : two do not
-    """
+    """Check that the layers of a material go together, or raise `LayerError`."""
     for name, lobe in LOBES.items():
         for other, remedy in lobe.clashes.items():
             if material.has(name) and material.has(other):
@@ -96,11 +82,8 @@ def name_kind(material: Material) -> str:
 def without_images(material: Material, base: bool = False) -> Material:
     """Return a material without relief, and with the mean of the images of its lobes.
 
-    It is the same one if it has none.
-
-    Parameters
-    ----------
-    base : take the mean of the other images, too: of reflectance, emission, opacity and glass
+    It is the same one if it has none. With `base`, also with the mean of its other images: of
+    reflectance, emission, opacity and glass.
     """
     even: dict[str, Any] = dict.fromkeys(("relief", "coat_relief", "anisotropy_map"))
     of_lobes = {each for name, lobe in LOBES.items() for each in (name, *lobe.parameters)}
@@ -113,10 +96,7 @@ def without_images(material: Material, base: bool = False) -> Material:
 
 
 def explicit(material: Material) -> Material:
-    """Return the same material, with what follows from a metal's index given by itself.
-
-    It is for files that know no metals by name.
-    """
+    """Return the same material, for files that know no metals by name: with what they stand for."""
     if not material.is_metal_mirror:
         return replace(material, glossy_edge=material.edge)
     metal = material.mirror

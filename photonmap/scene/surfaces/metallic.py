@@ -37,14 +37,10 @@ class Gloss(NamedTuple):
 
 
 def metallic_fraction(base: NDArray[np.float64], lobe: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the metallic fraction m that gives a surface its base and its lobe.
+    """Return the metallic fraction m that gives a surface its base and its lobe, in band means.
 
     A colour a then makes a base of (1 - m) a and a lobe of m a + (1 - m) 0.04; a being unknown, m
     solves a quadratic (glTF's KHR_materials_pbrSpecularGlossiness, conversion to metallic).
-
-    Parameters
-    ----------
-    base, lobe : diffuse reflectance, and reflectance at normal incidence; means over the bands
     """
     excess = np.where(lobe > USUAL_COAT * (1.0 + 1e-6), lobe - USUAL_COAT, 0.0)
     half = 0.5 * (base + lobe) - USUAL_COAT
@@ -57,17 +53,9 @@ def metallic_gloss(
 ) -> Gloss:
     """Return a surface that is a metal in part, and for the rest a diffuse base below a coat.
 
-    Parameters
-    ----------
-    base : colour of the metal, and of the base
-    metallic : fraction that is metal; of a texture that lies otherwise than that of the base, the
-        mean
-    coat : reflectance of the coat at normal incidence; a texture lies like that of the base
-    roughness : of both
-
-    Raises
-    ------
-    InputError : the base has a spectrum in every texel
+    The base is the colour of both. Of a texture of the fraction that lies otherwise than that of
+    the base, the mean counts; one of the coat's reflectance at normal incidence lies like that of
+    the base. A base with a spectrum in every texel is an `InputError`.
     """
     if isinstance(base, SpectralTexture):
         raise InputError("a reflectance of many spectra has none; give glossy in place of it")

@@ -20,9 +20,7 @@ _TOUCHING = 1e-6
 def check_relative_indices(meshes: Sequence[Mesh]) -> None:
     """Check that where an index is below 1, there is glass to which it can be relative.
 
-    Raises
-    ------
-    StrandedIndexError : there is none whose bounding box meets that of the mesh
+    Its bounding box meets that of the mesh; otherwise a `StrandedIndexError` is raised.
     """
     solid = [each for each in meshes if each.material.ior is not None and len(each.vertices)]
     for mesh in solid:

@@ -205,12 +205,7 @@ def _on_one_grid(palette: Sequence[Color]) -> tuple[Floats, NDArray[np.float32]]
 
 
 def _as_curve(color: Any) -> Spectrum:
-    """Return a colour as a spectrum, as `Bands.reflectance` understands it.
-
-    Raises
-    ------
-    InputError : it is none
-    """
+    """Return a colour as a spectrum, as `Bands.reflectance` understands it."""
     if isinstance(color, Spectrum):
         return color
     Bands.rgb().reflectance(color)  # which refuses what is no colour
@@ -236,13 +231,7 @@ def _averages(bands: Bands, wavelengths: Floats, spectra: Any) -> NDArray[np.flo
 
 
 class SpectralImage(NamedTuple):
-    """Spectra in rows and columns.
-
-    Parameters
-    ----------
-    wavelengths : (L,) float64, nm
-    values : (H, W, L), top row first
-    """
+    """Spectra in rows and columns: wavelengths (L,), nm, and values (H, W, L), top row first."""
 
     wavelengths: NDArray[np.float64]
     values: NDArray[Any]
@@ -257,12 +246,7 @@ def is_spectral(path: Path) -> bool:
 
 
 def read_spectral_image(path: Path) -> SpectralImage:
-    """Read FILE.npz or FILE.hdr.
-
-    Raises
-    ------
-    InputError : the file is missing, damaged, or of another kind
-    """
+    """Read FILE.npz or FILE.hdr, or raise `InputError`."""
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"spectral images end in {listed(SUFFIXES)}, not {shown(path.suffix)}")
     if not path.is_file():
@@ -282,9 +266,7 @@ def read_spectral_image(path: Path) -> SpectralImage:
 def read_indices(path: Path) -> NDArray[np.int32]:
     """Read an image of indices, (H, W): whole numbers as they are in the file.
 
-    Raises
-    ------
-    InputError : it cannot be read, holds floats, or is coloured
+    One that cannot be read, holds floats, or is coloured is an `InputError`.
     """
     import OpenImageIO
 
