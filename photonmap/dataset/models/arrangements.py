@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from photonmap.dataset.models.materials import Draw
+from photonmap.dataset.models.materials import Draw, Range
 from photonmap.dataset.models.scene_object import SceneObject, Support, overlap
 from photonmap.dataset.models.small_objects import (
     ball,
@@ -30,10 +30,8 @@ from photonmap.dataset.models.vessels import bottle, bowl, cup, vase
 Maker = Callable[[Draw], SceneObject]
 """Makes an object at the origin."""
 
-_ATTEMPTS = 24
-"""Random positions tried for an object before it is left out."""
-_GAP = 0.012
-"""Least distance between objects on one support, metres."""
+_ATTEMPTS = 24  # random positions tried for an object before it is left out
+_GAP = 0.012  # least distance between objects on one support, metres
 
 
 def sized(make: Callable[[Draw, float], SceneObject], size: float) -> Maker:
@@ -44,12 +42,7 @@ def sized(make: Callable[[Draw, float], SceneObject], size: float) -> Maker:
 def scatter(
     draw: Draw, support: Support, makers: Sequence[Maker], taken: Sequence[SceneObject] = ()
 ) -> list[SceneObject]:
-    """Place objects at random positions and rotations on a support; leave out what does not fit.
-
-    Parameters
-    ----------
-    taken : objects that stand there already
-    """
+    """Place objects at random beside those that are `taken`; leave out what does not fit."""
     boxes, placed = [_footprint(obj) for obj in taken], []
     for make in makers:
         made = make(draw).turned(draw.number(0.0, 360.0))
@@ -77,15 +70,12 @@ def in_row(
     draw: Draw,
     support: Support,
     makers: Sequence[Maker],
-    gap: tuple[float, float] = (0.0, 0.0),
+    gap: Range = (0.0, 0.0),
     front: bool = False,
 ) -> list[SceneObject]:
-    """Place objects side by side along x until the support is full.
+    """Place objects side by side along x, at gaps from a range, until the support is full.
 
-    Parameters
-    ----------
-    gap : least and greatest distance between neighbours, metres
-    front : align the objects with the front edge, at high z, instead of the middle
+    They are in the middle of its depth, or at its `front` edge, at high z.
     """
     at, placed = support.x[0] + draw.number(*gap), []
     for make in makers:
@@ -153,12 +143,7 @@ def row_of_books(draw: Draw, support: Support, fraction: float = 1.0) -> list[Sc
 def stack_books(
     draw: Draw, support: Support, count: int, taken: Sequence[SceneObject] = ()
 ) -> list[SceneObject]:
-    """Stack books, the largest at the bottom, at a free position of a support.
-
-    Parameters
-    ----------
-    taken : objects that stand on the support already
-    """
+    """Stack books, the largest at the bottom, on a support beside objects that are `taken`."""
     made = [book(draw, lying=True) for _ in range(count)]
     made.sort(key=lambda book: -float(book.bounds[1, 0]))
     placed = scatter(draw, support, [lambda _: made[0]], taken)
@@ -179,23 +164,12 @@ def furnish(
     makers: Sequence[Maker],
     first: Sequence[SceneObject] = (),
 ) -> list[SceneObject]:
-    """Return an object with others scattered on its first support.
-
-    Parameters
-    ----------
-    carrier : the object that carries the others
-    first : objects placed on that support already
-    """
+    """Return an object with others scattered on its first support, beside the `first`."""
     return [carrier, *first, *scatter(draw, carrier.supports[0], makers, first)]
 
 
 def fill_shelf(draw: Draw, shelf: SceneObject, book_probability: float = 0.6) -> list[SceneObject]:
-    """Return a shelf with books or vessels on every board, vessels on top.
-
-    Parameters
-    ----------
-    book_probability : that a board holds books; they leave some room for vessels
-    """
+    """Return a shelf with vessels on top, and on every board vessels or books and few vessels."""
     group = [shelf]
     for board in shelf.supports[:-1]:
         if draw.chance(book_probability):

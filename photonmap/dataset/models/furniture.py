@@ -24,8 +24,7 @@ from photonmap.dataset.models.shapes import (
 )
 from photonmap.scene.material import Material
 
-_BOARD = 0.022
-"""Thickness of the boards of a shelf, metres."""
+_BOARD = 0.022  # thickness of the boards of a shelf, metres
 
 
 @model("table")
@@ -156,12 +155,7 @@ def cabinet(
     depth: float = 0.45,
     colors: tuple[Material, Material] | None = None,
 ) -> Table:
-    """Return a cupboard with doors on a plinth.
-
-    Parameters
-    ----------
-    colors : of its body and of its doors; None draws them
-    """
+    """Return a cupboard with doors on a plinth, of given colours of body and doors or any."""
     body, front = map(draw.glazed, colors or (draw.wood(), draw.fabric()))
     base, top, face, wide = 0.07, 0.03, 0.5 * depth - 0.02, width / doors
     leaf, handle = (

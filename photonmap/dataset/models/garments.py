@@ -22,8 +22,7 @@ from photonmap.dataset.models.shapes import (
 SPACING = 0.36
 """Least distance between hooks, metres, at which what hangs there does not touch."""
 _ROWS, _COLUMNS = 48, 80
-_BACK = -0.07
-"""Where the wall stops what hangs, metres behind its middle."""
+_BACK = -0.07  # where the wall stops what hangs, metres behind its middle
 
 
 def garment(draw: Draw) -> list[Part]:

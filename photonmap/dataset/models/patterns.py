@@ -70,23 +70,28 @@ def _part(shape: Shape, faces: Sequence[Indices]) -> Shape:
     return Shape(shape.vertices[used], renumbered.reshape(-1, 3), shape.normals[used])
 
 
-def split_at_levels(shape: Shape, field: Field, at: Sequence[float]) -> list[Shape]:
-    """Split a shape at ascending levels of a field; return the parts from low to high."""
-    parts, rest = [], shape
-    for level in at:
-        low, rest = split(rest, lambda points, level=level: field(points) - level)  # type: ignore[misc]
+def split_at(shape: Shape, *fields: Field) -> list[Shape]:
+    """Split a shape where each of several ascending fields is 0; return parts from low to high."""
+    parts, rest = list[Shape](), shape
+    for field in fields:
+        low, rest = split(rest, field)
         parts.append(low)
     return [*parts, rest]
 
 
-def sections(shape: Shape, count: int, steps: int) -> list[Shape]:
-    """Cut a closed tube across its path into sections of about equal length, alternately two parts.
+def split_at_levels(shape: Shape, field: Field, at: Sequence[float]) -> list[Shape]:
+    """Split a shape at ascending levels of a field; return the parts from low to high."""
 
-    Parameters
-    ----------
-    shape : whose faces follow the path, such as `knot` returns
-    count : of sections of either part
-    steps : of the path
+    def above(level: float) -> Field:
+        return lambda points: field(points) - level
+
+    return split_at(shape, *map(above, at))
+
+
+def sections(shape: Shape, count: int, steps: int) -> list[Shape]:
+    """Cut a closed tube across its path into alternating sections of two parts, `count` of each.
+
+    Its faces follow the path of so many steps, such as `knot` returns.
     """
     rows = shape.faces.reshape(steps, -1, 3)
     pieces = np.array_split(rows, 2 * count)
@@ -111,12 +116,7 @@ def banded(shape: Shape, *levels: float) -> list[Shape]:
 
 
 def waves(count: int, twist: float = 0.0) -> Field:
-    """Return a field with `count` sectors of either sign around y, twisted with height.
-
-    Parameters
-    ----------
-    twist : degrees per metre
-    """
+    """Return a field with `count` sectors of either sign around y, twisted by degrees per metre."""
 
     def field(points: Floats) -> Floats:
         angle = np.arctan2(points[:, 2], points[:, 0])
@@ -141,14 +141,9 @@ def zigzag(base: float, count: int, depth: float) -> Field:
 
 
 def dots(rng: Random, shape: Shape, radius: float, count: int) -> Field:
-    """Return a field that is negative within balls around vertices of a shape.
+    """Return a field that is negative within at most `count` balls around vertices of a shape.
 
     Centres are more than 2.6 radii apart.
-
-    Parameters
-    ----------
-    radius : of the balls, metres
-    count : the most balls
     """
     candidates = shape.vertices[rng.integers(0, len(shape.vertices), 40 * count)]
     free = np.ones(len(candidates), bool)
@@ -167,13 +162,7 @@ def dots(rng: Random, shape: Shape, radius: float, count: int) -> Field:
 
 
 def patches(rng: Random, shape: Shape, colors: int, scale: float) -> list[Shape]:
-    """Split a shape at levels of smooth noise into parts of about equal numbers of vertices.
-
-    Parameters
-    ----------
-    colors : number of parts
-    scale : size of the patches, metres
-    """
+    """Split a shape into parts of about equal numbers of vertices, in patches of a scale."""
     noise = Noise(rng, 0.35 / scale, octaves=2)
     at = np.quantile(noise(shape.vertices), np.arange(1, colors) / colors)
     return split_at_levels(shape, noise, at.tolist())
@@ -182,12 +171,7 @@ def patches(rng: Random, shape: Shape, colors: int, scale: float) -> list[Shape]
 def mondrian(
     rng: Random, width: float, height: float, least: float
 ) -> list[tuple[float, float, float, float]]:
-    """Divide a rectangle into rectangles at random.
-
-    Returns
-    -------
-    list of x, y, width and height; no side is shorter than `least`
-    """
+    """Divide a rectangle at random into x, y, width and height; no side is below `least`."""
     todo, done = [(0.0, 0.0, width, height)], []
     while todo:
         x, y, w, h = todo.pop()

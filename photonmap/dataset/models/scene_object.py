@@ -212,12 +212,7 @@ def with_unique_names(objects: Iterable[SceneObject]) -> list[SceneObject]:
 
 
 def to_meshes(obj: SceneObject, emitter_material: Callable[[Part], Material]) -> list[Mesh]:
-    """Return an object as meshes that bear its name, one per material and light group.
-
-    Parameters
-    ----------
-    emitter_material : returns the material of a part that belongs to a light group
-    """
+    """Return an object as meshes that bear its name, one per material and light group."""
     by_material: dict[tuple[int, str], tuple[Material, list[Shape]]] = {}
     for part in obj.parts:
         material = emitter_material(part) if part.light_group else part.material
@@ -239,9 +234,7 @@ def with_lightness(objects: Sequence[SceneObject], mean: float | None) -> Sequen
     of a scene. Chips keep their hue, and their chroma as nearly as there are chips. What is not a
     chip, such as metal, stays as it is, and so do emitters.
 
-    Parameters
-    ----------
-    mean : reflectance over all wavelengths and the area of all surfaces; None changes nothing
+    The mean is over all wavelengths and the area of all surfaces; None changes nothing.
 
     Raises
     ------

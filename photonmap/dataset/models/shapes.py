@@ -22,8 +22,7 @@ Random = np.random.Generator
 
 SEGMENTS = 64
 """Segments around the axis of surfaces of revolution, unless stated."""
-_BASE = 0.07
-"""Fraction of a lump's height that is flattened into its base."""
+_BASE = 0.07  # fraction of a lump's height that is flattened into its base
 
 
 @dataclass(frozen=True, eq=False)
@@ -302,12 +301,7 @@ def cone(
 
 
 def torus(radius: float, thickness: float, segments: int = SEGMENTS) -> Shape:
-    """Return a torus that lies flat.
-
-    Parameters
-    ----------
-    radius, thickness : radii of the centre line and of the cross-section, metres
-    """
+    """Return a torus that lies flat, by the radii of its centre line and of its cross-section."""
     section = arc((radius, thickness), thickness, -90.0, 270.0, 9 + 2 * (segments // 6))
     section[-1] = section[0]
     return lathe(section, segments=segments)
@@ -457,10 +451,7 @@ def _frames(tangent: Floats, closed: bool) -> tuple[Floats, Floats]:
 
 
 def knot(radius: float, thickness: float, p: int = 2, q: int = 3, steps: int = 320) -> Shape:
-    """Return a torus knot that winds p times around the axis and q times around the ring.
-
-    It stands upright and rests on y = 0.
-    """
+    """Return an upright torus knot: p times around the axis, q times around the ring."""
     t = 2.0 * np.pi * np.arange(steps) / steps
     ring = 1.0 + 0.42 * np.cos(q * t)
     path = [ring * np.cos(p * t), ring * np.sin(p * t), 0.42 * np.sin(q * t)]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 
 from photonmap.dataset.models.materials import Draw
@@ -23,6 +25,7 @@ from photonmap.dataset.models.scene_object import (
     single_part,
 )
 from photonmap.dataset.models.shapes import (
+    Shape,
     box,
     cone,
     cylinder,
@@ -54,32 +57,24 @@ def book(draw: Draw, lying: bool = False) -> Table:
 
 
 def ball(draw: Draw, radius: float = 0.07) -> SceneObject:
-    """Return a ball: plain, striped, dotted, in sectors or checked.
-
-    Among mixed materials a plain ball is a mirror.
-    """
+    """Return a plain, striped, dotted, sliced or checked ball; a plain one may be a mirror."""
     shape = sphere(radius * draw.number(0.8, 1.2), 3)
     kind, top = draw.whole(0, 4), shape.vertices[:, 1].max()
     paints = [draw.accent(), draw.pale(), draw.accent()]
     if kind == 0:
         return single_part("ball", shape, draw.metal() if draw.mixed else paints[0])
-    if kind == 1:
-        return multi_part("ball", banded(shape, 0.35 * top, 0.65 * top), paints)
-    if kind == 2:
-        return multi_part("ball", split(shape, dots(draw.rng, shape, 0.22 * top, 24)), paints)
-    if kind == 3:
-        return multi_part("ball", split(shape, waves(draw.whole(3, 4))), paints)
-    return multi_part("ball", checkerboard(shape, waves(4), rings(0.6 * top)), paints)
+    designs: Sequence[Callable[[], Sequence[Shape]]] = (
+        lambda: banded(shape, 0.35 * top, 0.65 * top),
+        lambda: split(shape, dots(draw.rng, shape, 0.22 * top, 24)),
+        lambda: split(shape, waves(draw.whole(3, 4))),
+        lambda: checkerboard(shape, waves(4), rings(0.6 * top)),
+    )
+    return multi_part("ball", designs[kind - 1](), paints)
 
 
 @model("ring tower")
 def ring_tower(draw: Draw, size: float, count: int, segments: int = TOY_SEGMENTS) -> Table:
-    """Return a stack of ever smaller rings around a stick, with a ball on top.
-
-    Parameters
-    ----------
-    size : radius of the base, about, metres
-    """
+    """Return a stack of ever smaller rings around a stick, on a base of about a radius, metres."""
     base, stick, colors = draw.wood(), draw.wood(), draw.colors(count + 1)
     y = foot = 0.16 * size
     yield cylinder(0.95 * size, foot, 0.04 * size, segments), 0.0, draw.glazed(base)

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from photonmap.dataset.models.materials import Draw
-from photonmap.dataset.models.patterns import banded, checkerboard, rings, split, waves, zigzag
+from photonmap.dataset.models.patterns import (
+    banded,
+    checkerboard,
+    rings,
+    split,
+    split_at,
+    waves,
+    zigzag,
+)
 from photonmap.dataset.models.scene_object import SceneObject, multi_part, single_part
 from photonmap.dataset.models.shapes import (
     Floats,
@@ -100,20 +108,15 @@ def decorate(draw: Draw, name: str, shape: Shape) -> SceneObject:
     tall = float(np.ptp(shape.vertices[:, 1]))
     paints = [draw.glazed(color) for color in (draw.accent(), draw.pale(), draw.fabric())]
     kind = draw.whole(0, 5)
-    if kind == 0:
-        return single_part(name, shape, paints[0])
-    if kind == 1:
-        return multi_part(name, banded(shape, 0.4 * tall, 0.5 * tall, 0.72 * tall), paints)
-    if kind == 2:
-        return multi_part(name, split(shape, waves(draw.whole(5, 8), 60.0 / tall)), paints)
-    if kind == 3:
-        return multi_part(
-            name, checkerboard(shape, waves(draw.whole(6, 9)), rings(tall / 3.5)), paints
-        )
-    if kind == 4:
-        low, high = split(shape, zigzag(0.38 * tall, 12, 0.06 * tall))
-        return multi_part(name, [low, *split(high, zigzag(0.62 * tall, 12, 0.06 * tall))], paints)
-    return multi_part(name, banded(shape, 0.3 * tall, 0.8 * tall), paints[:2])
+    designs: Sequence[Callable[[], Sequence[Shape]]] = (
+        lambda: [shape],
+        lambda: banded(shape, 0.4 * tall, 0.5 * tall, 0.72 * tall),
+        lambda: split(shape, waves(draw.whole(5, 8), 60.0 / tall)),
+        lambda: checkerboard(shape, waves(draw.whole(6, 9)), rings(tall / 3.5)),
+        lambda: split_at(shape, *(zigzag(at * tall, 12, 0.06 * tall) for at in (0.38, 0.62))),
+        lambda: banded(shape, 0.3 * tall, 0.8 * tall),
+    )
+    return multi_part(name, designs[kind](), paints[:2] if kind == 5 else paints)
 
 
 def vase(draw: Draw, tall: float = 0.28) -> SceneObject:

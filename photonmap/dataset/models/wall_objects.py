@@ -33,8 +33,7 @@ from photonmap.scene.material import Material
 
 WINDOW = "window"
 """The light group of all windows."""
-_CELL = 0.025
-"""Side of the cells of a sheet that is cut along curves, metres."""
+_CELL = 0.025  # side of the cells of a sheet that is cut along curves, metres
 
 Design = Callable[[Draw, float, float], Iterable[Row]]
 """Makes what fills a width and a height, metres: from x = -width / 2 and y = 0, facing +z at z = 0.

@@ -97,12 +97,7 @@ def build_unlit_scene(
 
 
 def check_looks(lightness: float | None = None, scale: float = 1.0) -> None:
-    """Check the lightness of a scene and the scale of a room.
-
-    Raises
-    ------
-    InputError : one of them is out of range
-    """
+    """Raise `InputError` if the lightness of a scene or the scale of a room is out of range."""
     if lightness is not None and not 0.0 < lightness < 1.0:
         raise InputError(f"lightness {lightness:g} must be between 0 and 1")
     if not SCALES[0] <= scale <= SCALES[1]:

@@ -24,8 +24,7 @@ LEVEL = 1.0
 """Median irradiance of what the camera sees, W·m⁻², to which emitters are set."""
 SKY = "sky"
 """The light group of the sky outdoors."""
-_OPEN = (WINDOW, SKY)
-"""Groups that show daylight."""
+_OPEN = (WINDOW, SKY)  # groups that show daylight
 _SAMPLES = 64
 """Points on the emitters of a group, or directions to the sky, from which light is traced."""
 _NEAREST, _ABOVE = 0.1, 1e-3

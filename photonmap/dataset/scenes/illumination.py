@@ -44,15 +44,12 @@ _SKY = re.compile(r"D\d+|daylight:.*|sky:.*|planck:(\d+(?:\.\d+)?)")
 _CLEAR = re.compile(r"sky:\s*([\d.]+)[,\s]+([\d.]+)")
 _HAZE, _HEIGHT = (2.0, 6.0), (12.0, 65.0)
 """Ranges of the turbidity of clear skies, and of the height of their sun, degrees."""
-_COOLEST = 4500.0
-"""Lowest temperature of a black body that may be a sky, kelvins."""
+_COOLEST = 4500.0  # lowest temperature of a black body that may be a sky, kelvins
 
 MAIN_SHARE = 0.6
 """Share of the first of several lights whose shares are not given; the others divide the rest."""
-_DIGITS = 10
-"""Digits of the digest of a light's file."""
-_SUM = 1e-3
-"""Largest difference between 1 and the sum of shares."""
+_DIGITS = 10  # digits of the digest of a light's file
+_SUM = 1e-3  # largest difference between 1 and the sum of shares
 
 
 @dataclass(frozen=True)
@@ -117,12 +114,7 @@ def find_illumination(
 def choose_illumination(
     illumination: str | Illumination | RandomLights, rng: np.random.Generator
 ) -> Illumination:
-    """Draw the lights of an illumination that leaves a choice; return an `Illumination` unchanged.
-
-    Raises
-    ------
-    InputError : there is no illumination of that name
-    """
+    """Draw the lights of an illumination that leaves a choice, as `find_illumination` finds it."""
     found = find_illumination(illumination)
     if isinstance(found, Illumination):
         return found
@@ -174,12 +166,7 @@ def is_sky(color: str) -> bool:
 
 
 def clear_sky(color: str) -> ClearSky | None:
-    """Return the sky that a light names, as in "sky:3,45"; None if it is another light.
-
-    Raises
-    ------
-    InputError : its turbidity or elevation is out of range
-    """
+    """Return the sky that a light names, as in "sky:3,45"; None if it is another light."""
     found = _CLEAR.fullmatch(color)
     return None if found is None else ClearSky(float(found[1]), float(found[2]))
 
@@ -202,12 +189,7 @@ def located_light(color: str, folder: Path) -> str:
 
 
 def digest_of_light(color: str) -> str:
-    """Return the digest of the curve in the file of a light; "" if it names none.
-
-    Raises
-    ------
-    InputError : the file cannot be read
-    """
+    """Return the digest of the curve in the file of a light; "" if it names none."""
     path = light_file(color)
     if path is None:
         return ""

@@ -12,7 +12,7 @@ import numpy as np
 
 from photonmap.dataset.models import furniture, lamps, plants, small_objects
 from photonmap.dataset.models.arrangements import furnish, sized
-from photonmap.dataset.models.materials import Draw
+from photonmap.dataset.models.materials import Draw, Range
 from photonmap.dataset.models.scene_object import Row, SceneObject, Table, model, placed
 from photonmap.dataset.models.shapes import Noise, box, grid, level, upright
 from photonmap.dataset.models.vessels import bowl, cup, vase
@@ -23,7 +23,6 @@ from photonmap.dataset.scenes.rooms.catalogue import (
     FREE,
     WALL,
     Entry,
-    Range,
     add_lamps,
     build_until_seen,
     place_entries,

@@ -23,29 +23,17 @@ _BLACK_BODY = (1800.0, 8000.0)
 _LEDS = tuple(f"LED-{name}" for name in ("B1", "B2", "B3", "B4", "B5", "BH1", "RGB1", "V1", "V2"))
 _FLUORESCENT = (*(f"FL{i}" for i in range(1, 13)), *(f"FL3.{i}" for i in range(1, 16)))
 _DISCHARGE = ("HP1", "HP2", "HP3", "HP4", "HP5")
+# fmt: off
 _MEASURED = (
-    "3-LED-1 (457/540/605)",
-    "3-LED-4 (455/547/623)",
-    "4-LED-1 (461/526/576/624)",
-    "60 A/W (Soft White)",
-    "C100S54 (HPS)",
-    "F32T8/TL830 (Triphosphor)",
-    "F32T8/TL850 (Triphosphor)",
-    "F34/CW/RS/EW (Cool White FL)",
-    "F40/C75 (Broadband FL)",
-    "H38HT-100 (Mercury)",
-    "H38JA-100/DX (Mercury DX)",
-    "Luxeon WW 2880",
-    "MHC100/U/MP/3K",
-    "MHC100/U/MP/4K",
-    "Metal Halide",
-    "Neodimium Incandescent",
-    "PHOS-1",
-    "Phosphor LED YAG",
-    "SDW-T 100W/LV (Super HPS)",
-    "Thorn Kolor-rite",
+    "3-LED-1 (457/540/605)", "3-LED-4 (455/547/623)", "4-LED-1 (461/526/576/624)",
+    "60 A/W (Soft White)", "C100S54 (HPS)", "F32T8/TL830 (Triphosphor)",
+    "F32T8/TL850 (Triphosphor)", "F34/CW/RS/EW (Cool White FL)", "F40/C75 (Broadband FL)",
+    "H38HT-100 (Mercury)", "H38JA-100/DX (Mercury DX)", "Luxeon WW 2880", "MHC100/U/MP/3K",
+    "MHC100/U/MP/4K", "Metal Halide", "Neodimium Incandescent", "PHOS-1", "Phosphor LED YAG",
+    "SDW-T 100W/LV (Super HPS)", "Thorn Kolor-rite",
 )
 """Measured lamps that colour-science has, one of each sort."""
+# fmt: on
 
 
 @dataclass(frozen=True)
@@ -104,12 +92,7 @@ def draw_sky(rng: np.random.Generator) -> str:
 
 
 def draw_lamp(rng: np.random.Generator) -> str:
-    """Draw a lamp, as text; among the measured ones are those of the user's set, if there is one.
-
-    Raises
-    ------
-    InputError : the user's set cannot be read
-    """
+    """Draw a lamp, as text; among the measured ones are those of the user's set, if any."""
     families = (_LEDS, _FLUORESCENT, _DISCHARGE, _measured())
     family = int(rng.integers(len(families) + 1))
     if family == len(families):

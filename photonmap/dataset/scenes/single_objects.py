@@ -49,12 +49,10 @@ from photonmap.scene.camera import Camera
 
 FOV = 26.0
 """Field of view of the camera, degrees."""
-_FILLS = 0.74
-"""Fraction of a square image's width or height that the object takes up."""
+_FILLS = 0.74  # fraction of a square image's width or height that the object takes up
 _RIBBONS = ((2, 3, 0.034), (3, 2, 0.0228), (2, 5, 0.0228))
 """Windings of ribbons around the axis and the ring, and radii at which they stay apart, metres."""
-_STEPS = 480
-"""Steps along a ribbon."""
+_STEPS = 480  # steps along a ribbon
 _LIGHTS = {
     "key light": (-48.0, 42.0, 0.9),
     "side light": (62.0, 24.0, 0.7),
@@ -62,8 +60,7 @@ _LIGHTS = {
     "low light": (-14.0, 30.0, 0.35),
 }
 """Square area lights: azimuth from +z and elevation, degrees, and side, metres."""
-_LIGHT_DISTANCE = 1.9
-"""Distance of the area lights from the object, metres."""
+_LIGHT_DISTANCE = 1.9  # distance of the area lights from the object, metres
 
 
 def vase(draw: Draw) -> SceneObject:
@@ -168,13 +165,7 @@ def build_object(name: str, draw: Draw) -> UnlitScene:
 
 
 def frame(obj: SceneObject, center: np.ndarray, view: np.ndarray) -> Camera:
-    """Return a camera that looks at the centre of an object and fits it into the image.
-
-    Parameters
-    ----------
-    center : (3,) the target, metres
-    view : (3,) unit vector from the target towards the camera
-    """
+    """Return a camera, in a direction from its target, into whose image an object fits."""
     right = normalised(np.cross((0.0, 1.0, 0.0), view))
     axes = np.stack([right, np.cross(view, right), view])
     points = np.concatenate([part.shape.vertices for part in obj.parts]) - center
@@ -201,14 +192,9 @@ def panel(position: np.ndarray, target: np.ndarray, side: float) -> Shape:
 
 
 def sweep(width: float, behind: float, tall: float, bend: float = 0.5) -> Shape:
-    """Return a photographer's sweep: a floor that curves up into a wall behind the origin.
+    """Return a photographer's sweep: a floor that curves up into a wall `behind` the origin.
 
-    Parameters
-    ----------
-    width : half the width, metres
-    behind : distance of the wall from the origin, metres
-    tall : height of the wall, metres
-    bend : radius of the curve, metres
+    Its width is given by half, its bend by the radius, metres.
     """
     turn = arc((-behind + bend, bend), bend, 270.0, 180.0, 24)
     line = np.concatenate([[(1.8, 0.0)], turn, [(-behind, tall)]])

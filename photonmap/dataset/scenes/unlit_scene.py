@@ -24,8 +24,7 @@ from photonmap.spectra.observer import luminance
 
 SUN = "sun"
 """The light group of the sun."""
-_GROUND = 0.2
-"""Reflectance of the ground as far as the horizon."""
+_GROUND = 0.2  # reflectance of the ground as far as the horizon
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,26 +20,17 @@ from photonmap.scene.scene import Scene
 TRIES = 64
 """Cameras that are tried for a view, from what was asked for to what the scene has; and paths, from
 as long as was asked for to hardly any."""
-_KNOTS = 4
-"""Points that a path is drawn through."""
-_JITTER = 0.3
-"""Largest deviation of a knot's yaw from even steps, relative to the range."""
-_TARGET = 0.06
-"""Standard deviation of the point that is looked at, relative to its distance."""
-_STEPS = 8
-"""Straight lines between two frames that rays test."""
-_TURN = 40.0
-"""Largest turn of a path over an eighth of it, degrees."""
-_FINE = 512
-"""Steps in which the length of a path is measured."""
-_CLEARANCE = 0.08
-"""Least distance to any surface, as a fraction of that to the target."""
-_OF_USUAL = 0.7
-"""The same as a fraction of that from the scene's own camera, if that is less."""
+_KNOTS = 4  # points that a path is drawn through
+_JITTER = 0.3  # largest deviation of a knot's yaw from even steps, relative to the range
+_TARGET = 0.06  # standard deviation of the point that is looked at, relative to its distance
+_STEPS = 8  # straight lines between two frames that rays test
+_TURN = 40.0  # largest turn of a path over an eighth of it, degrees
+_FINE = 512  # steps in which the length of a path is measured
+_CLEARANCE = 0.08  # least distance to any surface, as a fraction of that to the target
+_OF_USUAL = 0.7  # the same as a fraction of that from the scene's own camera, if that is less
 _NEAREST = 0.4
 """Least median of the distances seen, as a fraction of what the scene's own camera sees."""
-_OBJECTS = 0.5
-"""Least number of objects seen, as a fraction of what the scene's own camera sees."""
+_OBJECTS = 0.5  # least number of objects seen, as a fraction of what the scene's own camera sees
 _BEYOND = 1.25
 """How far the ways to the two cameras of a pair must be free, relative to their length."""
 _GRID, _FACE = (48, 36), (12, 12)
@@ -78,13 +69,9 @@ def find_path(
 def _draw_knots(
     view: View, own: Camera, rng: np.random.Generator, part: float
 ) -> tuple[View, NDArray[np.float64]] | None:
-    """Draw places along a path, ordered by yaw; return the first and all, (K, 2, 3), scene units.
+    """Draw places along a path, in a part of the view's range; return the first and all, (K, 2, 3).
 
     Of each, where the camera is and what it looks at. None if a camera cannot be there.
-
-    Parameters
-    ----------
-    part : how much of the view's range is taken
     """
     turns = np.linspace(-1.0, 1.0, _KNOTS) + _JITTER * rng.uniform(-1.0, 1.0, _KNOTS)
     turns *= part * rng.choice([-1.0, 1.0])
@@ -126,8 +113,7 @@ def _camera_at(own: Camera, place: NDArray[np.float64]) -> Camera:
     return replace(own, origin=origin, target=target)
 
 
-_KEPT = 64
-"""Views whose cameras are remembered: they are sought once for all lights and frames."""
+_KEPT = 64  # views whose cameras are remembered: they are sought once for all lights and frames
 _YAW, _PITCH, _DISTANCE = 25.0, 8.0, 0.25
 """Greatest standard deviations of tries: degrees, degrees, and of the logarithm of distance."""
 

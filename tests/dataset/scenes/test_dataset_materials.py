@@ -5,13 +5,15 @@ import pytest
 from helpers.generated import unlit
 
 from photonmap.dataset.models.materials import (
+    LEVELS,
     MATERIALS,
+    PROCEDURES,
     Palette,
     Surface,
+    paint,
     reflectance_of,
     surface_of,
 )
-from photonmap.dataset.models.procedures import LEVELS, PROCEDURES, paint
 from photonmap.dataset.models.scene_object import single_part
 from photonmap.dataset.models.shapes import box, box_mapped, cylinder
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture

@@ -15,34 +15,24 @@ from photonmap.dataset.models.wall_objects import WINDOW
 from photonmap.integrators.ray_caster import RayCaster
 from photonmap.scene.camera import Camera
 
-_CANDIDATES = 150
-"""Cameras that are compared."""
-_RAYS = (20, 15)
-"""Rays of an image, across and down."""
+_CANDIDATES = 150  # cameras that are compared
+_RAYS = (20, 15)  # rays of an image, across and down
 _AROUND = 3
 """How many times as wide and high as a candidate's image the field is in which cuts are found."""
 _EYE, _AIM, _FOV = (1.2, 1.75), (0.4, 1.25), (38.0, 62.0)
 """Ranges of the camera's height, of the height it looks at, metres, and of its angle, degrees."""
 _NEAR, _FAR = 0.7, 1.9
 """Least distance to what is seen, and least median of those distances, metres."""
-_SHARE = (0.15, 0.6)
-"""Share of the image that objects cover."""
-_LARGEST = 0.25
-"""Largest share of the image that one object covers."""
-_SUBJECT = 0.05
-"""Least share of the image that the main group covers."""
-_ANOTHER = 0.12
-"""What another object of the same kind is worth."""
-_PARTS = 5
-"""Parts of the image, across and down, all of which are worth showing something."""
-_FULL = 0.35
-"""Share of such a part that objects cover where it is worth most."""
+_SHARE = (0.15, 0.6)  # share of the image that objects cover
+_LARGEST = 0.25  # largest share of the image that one object covers
+_SUBJECT = 0.05  # least share of the image that the main group covers
+_ANOTHER = 0.12  # what another object of the same kind is worth
+_PARTS = 5  # parts of the image, across and down, all of which are worth showing something
+_FULL = 0.35  # share of such a part that objects cover where it is worth most
 _OPEN_FLOOR = 0.5
 """What a part is worth that shows the floor, a window or the sky, but no object; a wall is 0."""
-_CUT = 0.3
-"""Share of what is visible of an object that is outside the image where it counts as cut."""
-_LEVEL = 0.7
-"""Least slope of floors and ceilings, as the vertical part of their normals."""
+_CUT = 0.3  # share of what is visible of an object that is outside the image where it counts as cut
+_LEVEL = 0.7  # least slope of floors and ceilings, as the vertical part of their normals
 
 
 class _Field(NamedTuple):
@@ -115,12 +105,7 @@ def find_camera(
 
 
 def _worth(around: _Outlook, kinds: _Kinds) -> float:
-    """Return how much a camera shows, 0 for a camera that will not do.
-
-    Parameters
-    ----------
-    around : what it sees within `_AROUND` times the width and height of its image
-    """
+    """Return how much a camera shows, by what is in and around its image; 0 if it will not do."""
     seen = _framed(around)
     number = len(kinds.names)
     counts = np.bincount(seen.objects[seen.objects >= 0], minlength=number)
@@ -173,12 +158,7 @@ def _field_of(objects: Sequence[SceneObject], surroundings: Sequence[SceneObject
 def directions(ahead: Floats, fov: float, around: int = 1) -> Floats:
     """Return the directions of a camera's rays, (n, 3), of length 1, evenly over its image.
 
-    Parameters
-    ----------
-    ahead : where it looks
-    fov : full vertical angle, degrees
-    around : how many times as wide and high as the image the field of the rays is; they are as
-        dense
+    They may cover a field `around` times as wide and high, as densely. The fov is in degrees.
     """
     ahead = normalised(ahead)
     right = normalised(np.cross(ahead, (0.0, 1.0, 0.0)))

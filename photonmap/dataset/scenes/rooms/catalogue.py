@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from photonmap.dataset.models.lamps import LAMP, ceiling_panel, ceiling_spot, pendant, shade_lamp
-from photonmap.dataset.models.materials import Draw
+from photonmap.dataset.models.materials import Draw, Range
 from photonmap.dataset.models.scene_object import SceneObject
 from photonmap.dataset.models.wall_objects import WINDOW
 from photonmap.dataset.scenes.random_lights import MOST_LIGHTS
@@ -21,18 +21,15 @@ from photonmap.scene.material import Material
 
 WALL, CORNER, FREE = "wall", "corner", "free"
 """Where groups stand."""
-Range = tuple[float, float]
 Entry = tuple[g.MakeGroup, str, int, int]
 """Makes a group of furniture; `WALL`, `CORNER` or `FREE`; lowest and highest number."""
 Hung = tuple[g.MakeHung, Range, int, int]
 """Makes what hangs on a wall; its range of height, metres; lowest and highest number."""
 
-_ATTEMPTS = 24
-"""Places that are furnished until a camera sees enough of one."""
+_ATTEMPTS = 24  # places that are furnished until a camera sees enough of one
 _LAMPS = MOST_LIGHTS - 1
 """Least number of lamps; with the windows or the sky, as many light groups as are drawn."""
-_LOWEST = 2.3
-"""Least height of a room, metres."""
+_LOWEST = 2.3  # least height of a room, metres
 _APART = 0.4
 """How far from the middle of the ceiling lamps hang that make up for missing ones, by its size."""
 
@@ -179,11 +176,7 @@ room."""
 
 
 def build_until_seen(build: Build, name: str, draw: Draw, scale: float = 1.0) -> UnlitScene:
-    """Generate places of a kind until a camera sees enough of one.
-
-    Parameters
-    ----------
-    scale : factor of the size along all axes; more stands in larger places
+    """Generate places of a kind and scale until a camera sees enough of one.
 
     Raises
     ------
@@ -199,12 +192,7 @@ def build_until_seen(build: Build, name: str, draw: Draw, scale: float = 1.0) ->
 
 
 def place_entries(place: RoomBuilder, entries: Sequence[Entry], scale: float) -> bool:
-    """Place what stands in a kind of place, more of it in larger ones.
-
-    Returns
-    -------
-    Whether the first entry, which is the main one, has found room
-    """
+    """Fill a place, larger ones more; return whether there is room for the first entry at least."""
     for index, (make, where, least, most) in enumerate(entries):
         count, placed = max(least, round(place.draw.whole(least, most) * scale)), 0
         for _ in range(count):
@@ -219,16 +207,10 @@ def place_entries(place: RoomBuilder, entries: Sequence[Entry], scale: float) ->
 
 
 def add_lamps(place: RoomBuilder, add: Callable[[], bool]) -> bool:
-    """Add lamps until there are enough; return whether they have found room.
-
-    Parameters
-    ----------
-    add : adds a lamp; returns whether there was room
-    """
-    while place.lamps < _LAMPS:
-        if not add():
-            return False
-    return True
+    """Add lamps until there are enough, or one finds no room; return whether there are enough."""
+    while place.lamps < _LAMPS and add():
+        pass
+    return place.lamps >= _LAMPS
 
 
 def _build(name: str, draw: Draw, scale: float) -> UnlitScene | None:

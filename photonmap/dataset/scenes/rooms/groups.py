@@ -32,7 +32,7 @@ from photonmap.dataset.models.arrangements import (
     stack_books,
 )
 from photonmap.dataset.models.furniture import chair
-from photonmap.dataset.models.materials import Draw
+from photonmap.dataset.models.materials import Draw, Range
 from photonmap.dataset.models.scene_object import SceneObject, Support, bounds_of
 from photonmap.dataset.models.vessels import bowl, cup, plate, vase
 from photonmap.dataset.scenes.rooms.room_builder import Group
@@ -42,8 +42,7 @@ Objects = Sequence[SceneObject]
 
 _PASSAGE = 0.6
 """Depth of the floor that is kept free in front of seats, shelves and cupboards, metres."""
-_RUG = 0.008
-"""Thickness of a rug, metres."""
+_RUG = 0.008  # thickness of a rug, metres
 
 
 def shifted(objects: Objects, x: float, z: float, y: float = 0.0) -> list[SceneObject]:
@@ -66,16 +65,9 @@ def alone(make: Maker) -> MakeGroup:
 
 
 def _seats_around(
-    draw: Draw, radius: float, gap: tuple[float, float], makers: Sequence[Maker]
+    draw: Draw, radius: float, gap: Range, makers: Sequence[Maker]
 ) -> list[SceneObject]:
-    """Return seats, two or all of three, that face a round table in the middle.
-
-    Parameters
-    ----------
-    radius : of the table, metres
-    gap : least and greatest distance from its edge to the middle of a seat, metres
-    makers : of the first, second and third seat
-    """
+    """Return seats, two or all of three, in a range of distances around a table of a radius."""
     placed = list[SceneObject]()
     start, count = draw.number(0.0, 360.0), draw.whole(2, len(makers))
     for index, make in enumerate(makers[:count]):
@@ -87,16 +79,11 @@ def _seats_around(
 
 
 def seats_facing(
-    draw: Draw, x: Iterable[float], reach: float, gap: tuple[float, float], lean: float
+    draw: Draw, x: Iterable[float], reach: float, gap: Range, lean: float
 ) -> list[SceneObject]:
-    """Return chairs on both sides of a table in the middle.
+    """Return chairs on both sides of a table, at places x, turned by at most `lean` degrees.
 
-    Parameters
-    ----------
-    x : where along the table
-    reach : half the depth of the table, metres
-    gap : least and greatest distance from its edge to the middle of a chair, metres
-    lean : by how much chairs are turned at most, degrees
+    The middle of a chair is farther than the edge of the table, `reach`, by a gap from a range.
     """
     placed = list[SceneObject]()
     for at in x:
@@ -107,32 +94,11 @@ def seats_facing(
     return placed
 
 
-def _chair_at(
-    draw: Draw, desk: SceneObject, lean: float, x: tuple[float, float], gap: tuple[float, float]
-) -> SceneObject:
-    """Return a chair in front of a desk that faces it.
-
-    Parameters
-    ----------
-    lean : by how much it is turned at most, degrees
-    x, gap : range of its place along the desk, and of its distance, metres
-    """
+def _chair_at(draw: Draw, desk: SceneObject, lean: float, x: Range, gap: Range) -> SceneObject:
+    """Return a chair that faces a desk, turned by at most `lean` degrees, at a distance `gap`."""
     made = chair(draw).turned(180.0 + draw.number(-lean, lean))
     z = float(desk.bounds[1, 2] - made.bounds[0, 2]) + draw.number(*gap)
     return made.moved((draw.number(*x), 0.0, z))
-
-
-def _stocked(
-    draw: Draw, shelf: SceneObject, things: Sequence[Maker], count: int, gap: tuple[float, float]
-) -> Group:
-    """Return a shelf with a row of a number of things, or fewer, on every board.
-
-    Parameters
-    ----------
-    gap : least and greatest distance between neighbours, metres
-    """
-    rows = [in_row(draw, level, draw.several(things, count), gap) for level in shelf.supports]
-    return Group([shelf, *(obj for row in rows for obj in row)], _PASSAGE)
 
 
 def _on_rug(draw: Draw, objects: Objects) -> list[SceneObject]:
@@ -321,22 +287,30 @@ def vessel_shelf(draw: Draw) -> Group:
     return Group(fill_shelf(draw, shelf, 0.0), _PASSAGE)
 
 
-def toy_shelf(draw: Draw) -> Group:
-    """Return a low shelf of toys."""
-    size = draw.number(0.9, 1.8), draw.number(0.8, 1.2), draw.whole(3, 4)
-    return _stocked(draw, furniture.shelf(draw, *size, 0.34), TOYS, 9, (0.03, 0.12))
+def _shelf_of(
+    things: Sequence[Maker],
+    count: int,
+    size: tuple[Range, Range, tuple[int, int], float],
+    gap: Range,
+) -> MakeGroup:
+    """Return a maker of shelves with a row of a number of things, or fewer, on every board.
+
+    Its size is ranges of width, height and the number of boards, and the depth.
+    """
+
+    def make(draw: Draw) -> Group:
+        wide, tall, boards, deep = size
+        size_ = draw.number(*wide), draw.number(*tall), draw.whole(*boards)
+        shelf = furniture.shelf(draw, *size_, deep)
+        rows = [in_row(draw, level, draw.several(things, count), gap) for level in shelf.supports]
+        return Group([shelf, *(obj for row in rows for obj in row)], _PASSAGE)
+
+    return make
 
 
-def towel_shelf(draw: Draw) -> Group:
-    """Return a narrow shelf with towels and bottles."""
-    shelf = furniture.shelf(draw, draw.number(0.5, 0.8), draw.number(1.2, 1.8), 5, 0.34)
-    return _stocked(draw, shelf, TOILETRIES, 5, (0.02, 0.08))
-
-
-def tool_shelf(draw: Draw) -> Group:
-    """Return a shelf of tins, boxes and crates."""
-    shelf = furniture.shelf(draw, draw.number(0.9, 1.4), draw.number(1.5, 2.0), 5, 0.42)
-    return _stocked(draw, shelf, SHOP_THINGS, 7, (0.02, 0.1))
+toy_shelf = _shelf_of(TOYS, 9, ((0.9, 1.8), (0.8, 1.2), (3, 4), 0.34), (0.03, 0.12))
+towel_shelf = _shelf_of(TOILETRIES, 5, ((0.5, 0.8), (1.2, 1.8), (5, 5), 0.34), (0.02, 0.08))
+tool_shelf = _shelf_of(SHOP_THINGS, 7, ((0.9, 1.4), (1.5, 2.0), (5, 5), 0.42), (0.02, 0.1))
 
 
 def tall_vases(draw: Draw) -> Group:

@@ -12,7 +12,7 @@ from scipy import ndimage
 
 from photonmap.dataset.models import wall_objects
 from photonmap.dataset.models.lamps import LAMP, is_lamp, numbered
-from photonmap.dataset.models.materials import Draw
+from photonmap.dataset.models.materials import Draw, Range
 from photonmap.dataset.models.scene_object import SceneObject, bounds_of, overlap, with_lightness
 from photonmap.dataset.models.shapes import Floats
 from photonmap.dataset.models.wall_objects import WINDOW
@@ -22,8 +22,7 @@ from photonmap.dataset.scenes.rooms.camera_search import find_camera
 from photonmap.dataset.scenes.rooms.shell import TURNS, Opening
 from photonmap.dataset.scenes.unlit_scene import OpenSky, UnlitScene
 
-_GAP = 0.03
-"""Distance between walls and furniture, metres."""
+_GAP = 0.03  # distance between walls and furniture, metres
 _CLEAR = 0.1
 """How far what is in front of windows, pictures and the like is from the wall at least, metres."""
 _EYE_LEVEL, _AROUND_EYES = (1.45, 1.65), 0.3
@@ -32,29 +31,18 @@ _DRESSED_BY, _LEFT_BARE = (1.2, 2.4), 0.06
 """Lengths of a bare wall that one group of pictures is for, metres; how often it stays bare."""
 _SHORTEST, _DRESSINGS = 0.5, 3
 """Length of the shortest bare wall that is dressed, metres, and the most things tried for it."""
-_ATTEMPTS = 24
-"""Positions tried for a group before it is left out."""
-_CELL = 0.1
-"""Side of a cell, metres."""
-_WALKER = 0.2
-"""Radius of someone who walks about, metres."""
-_STEP, _HEAD = 0.05, 1.9
-"""What is lower is stepped over, what is higher is passed beneath, metres."""
-_CONNECTED = 0.92
-"""Least share of the free floor that is in one piece."""
-_OPEN = 0.22
-"""Least share of the floor that stays open to walk on."""
+_ATTEMPTS = 24  # positions tried for a group before it is left out
+_CELL = 0.1  # side of a cell, metres
+_WALKER = 0.2  # radius of someone who walks about, metres
+_STEP, _HEAD = 0.05, 1.9  # what is lower is stepped over, what is higher is passed beneath, metres
+_CONNECTED = 0.92  # least share of the free floor that is in one piece
+_OPEN = 0.22  # least share of the floor that stays open to walk on
 _DOOR_SWING, _WINDOW_REACH = 0.95, 0.4
 """How far the space in front of a door and of a window stays free, metres."""
 
 
 class FloorPlan:
-    """Cells of a floor around the y axis, and which of them a walker can stand in.
-
-    Parameters
-    ----------
-    width, depth : of the floor along x and z, metres
-    """
+    """Cells of a floor around the y axis, and which of them a walker can stand in."""
 
     def __init__(self, width: float, depth: float) -> None:
         counts = max(1, round(width / _CELL)), max(1, round(depth / _CELL))
@@ -195,7 +183,7 @@ class RoomBuilder:
                 return True
         return False
 
-    def hang(self, objects: Sequence[SceneObject], heights: tuple[float, float]) -> bool:
+    def hang(self, objects: Sequence[SceneObject], heights: Range) -> bool:
         """Hang a group of objects on some wall, behind nothing; their backs are at z = 0."""
         low, high = bounds_of(objects)
         wide = 2.0 * float(max(-low[0], high[0])) + 0.1
@@ -212,12 +200,7 @@ class RoomBuilder:
         return False
 
     def dress(self, makers: Sequence[Dressing]) -> None:
-        """Hang something on the bare stretches of all walls, at the height of eyes, but on a few.
-
-        Parameters
-        ----------
-        makers : drawn equally often
-        """
+        """Hang something on most bare stretches of all walls, at the height of eyes."""
         middle = self.draw.number(*_EYE_LEVEL)
         for wall in TURNS:
             for start, end in self._bare_stretches(wall, middle):
@@ -230,13 +213,7 @@ class RoomBuilder:
     def _dress(
         self, makers: Sequence[Dressing], wall: str, along: float, wide: float, middle: float
     ) -> None:
-        """Hang something on a stretch of a wall, or nothing if some makers make what is too large.
-
-        Parameters
-        ----------
-        along, wide, middle : the middle of the stretch along the wall, its length, and the height
-            of the middle of what hangs there, metres
-        """
+        """Hang something on a stretch of a wall, or nothing if all that is tried is too large."""
         for _ in range(_DRESSINGS):
             made = self.draw.one_of(makers)(self.draw, wide)
             low, high = bounds_of(made)
@@ -246,13 +223,7 @@ class RoomBuilder:
                 return
 
     def suspend(self, obj: SceneObject, reach: float = 0.1) -> bool:
-        """Hang an object from the ceiling; its top is at y = 0.
-
-        Parameters
-        ----------
-        obj : to hang
-        reach : greatest distance from the middle at first, as a fraction of the room's size
-        """
+        """Hang an object from the ceiling; at first within `reach`, a part of the room's size."""
         for attempt in range(_ATTEMPTS):
             part = max(reach, 0.1 + 0.2 * attempt / _ATTEMPTS)
             limits = part * self.size[::2]
@@ -272,10 +243,8 @@ class RoomBuilder:
 
         Parameters
         ----------
-        name : of the scene
         main : the light group that is on if the illumination has one colour
         surroundings : what encloses the room, besides its windows
-        sky_of : returns the sky above or outside, by what measures its light
         """
         backdrop = [*surroundings, *self._frames]
         places = self._plan.standing_places()
@@ -324,14 +293,14 @@ class RoomBuilder:
         zone = self._zone(wall, along, size, _CLEAR)
         return any(overlap(zone, box) for box in (*self._boxes, *self._zones))
 
-    def _bare_stretches(self, wall: str, height: float) -> list[tuple[float, float]]:
+    def _bare_stretches(self, wall: str, height: float) -> list[Range]:
         """Return from where to where along a wall nothing stands or hangs at a height, metres."""
         edge = 0.5 * shell.length_of(wall, self.size)
         tall = 2.0 * _AROUND_EYES
         zone = self._zone(wall, 0.0, (2.0 * edge, height - 0.5 * tall, tall), _CLEAR)
         along = np.array(shell.in_front_of(wall, self.size, 1.0, 0.0))
         along -= shell.in_front_of(wall, self.size, 0.0, 0.0)
-        taken = list[tuple[float, float]]()
+        taken = list[Range]()
         for box in np.concatenate([*self._boxes, *self._zones]):
             if overlap(zone, box[None]):
                 first, last = sorted((box[:, ::2] @ along).tolist())

@@ -17,8 +17,7 @@ from photonmap.scene.material import Material
 BACK, LEFT, FRONT, RIGHT = "back", "left", "front", "right"
 TURNS = {BACK: 0.0, LEFT: 90.0, FRONT: 180.0, RIGHT: -90.0}
 """Rotation about y, degrees, that makes an object that faces +z stand with its back to a wall."""
-_SKIRTING = (0.09, 0.014)
-"""Height and thickness of the skirting board, metres."""
+_SKIRTING = (0.09, 0.014)  # height and thickness of the skirting board, metres
 
 Size = NDArray[np.float64]
 Opening = tuple[float, float, float, float]
