@@ -39,10 +39,10 @@ def _camera(value: Any) -> Any:
     return check_camera(value) if isinstance(value, str) else value
 
 
-def _option(default: Any, help: str, group: str, metavar: str | None, **traits: Any) -> Any:
+def _option(default: Any, group: str, metavar: str | None, text: str, **traits: Any) -> Any:
     """Return a field with its default, and what `photonmap.runtime.options.option` takes."""
-    traits = {"read": float, **traits}
-    return field(default=default, metadata=option(help, group=group, metavar=metavar, **traits))
+    traits = {"read": float, "group": group, "metavar": metavar, **traits}
+    return field(default=default, metadata=option(text, **traits))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,144 +57,56 @@ class Sensor:
     InputError : a value is out of range, or two do not go together
     """
 
-    camera: str = _option(
-        "Nikon 5100 (NPL)",
-        "spectral sensitivities, relative to power: the name of a camera or observer, a "
-        "FILE.csv, or bands such as 8 or 400:700:10",
-        COLOR,
-        "NAME",
-        read=str,
-        check=_camera,
-    )
-    mosaic: str = _option(
-        AUTO,
-        "pattern of colour filters, row by row: RGGB, or numbers of bands, as in 1,2,3/4,5,6; "
-        "none: every pixel has all channels; auto: RGGB, or a square of all bands",
-        COLOR,
-        "PATTERN",
-        read=str,
-    )
-    demosaic: str = _option(
-        "auto",
-        "how mosaics are interpolated; auto: malvar (Malvar, He and Cutler 2004) for 2×2 patterns "
-        "of three colours, bilinear for others",
-        COLOR,
-        None,
-        read=str,
-        choices=METHODS,
-    )
-    time: float | None = _option(
-        None,
-        "exposure time, s",
-        EXPOSURE,
-        "S",
-        default_text="chosen by --percentile and --level",
-        check=_number(0.0, 1e9, " s", above=True),
-    )
-    percentile: float = _option(
-        97.0,
-        "percentage of the lit pixels, other than those that emit, that an automatic exposure "
-        "keeps at or below --level",
-        EXPOSURE,
-        "P",
-        check=_number(0.0, 100.0),
-    )
-    level: float = _option(
-        0.8,
-        "fraction of saturation to which an automatic exposure brings --percentile",
-        EXPOSURE,
-        "F",
-        check=_number(0.0, 1e6, above=True),
-    )
-    iso: float = _option(
-        100.0, "speed (ISO): gain relative to --base-iso", EXPOSURE, "N", check=_number(1.0, 1e8)
-    )
-    base_iso: float = _option(
-        100.0,
-        "speed (ISO) at which a full well reaches the white level",
-        EXPOSURE,
-        "N",
-        check=_number(1.0, 1e8),
-    )
-    aperture: float = _option(4.0, "f-number of the lens", EXPOSURE, "N", check=_number(0.5, 1e4))
-    scale: float = _option(
-        1.0,
-        "radiance of which the value in the image is 1, W·m⁻²·sr⁻¹·nm⁻¹",
-        EXPOSURE,
-        "X",
-        check=_number(0.0, 1e30, above=True),
-    )
-    full_well: float = _option(
-        40000.0, "electrons that a pixel can hold", ELECTRONICS, "E", check=_number(1.0, 1e9)
-    )
-    read_noise: float = _option(
-        3.0, "standard deviation of read noise, electrons", ELECTRONICS, "E", check=_number(0, 1e6)
-    )
-    dark_current: float = _option(
-        0.1, "electrons per second and pixel", ELECTRONICS, "E", check=_number(0, 1e9)
-    )
-    prnu: float = _option(
-        0.0,
-        "standard deviation of the pixels' gains, as a fraction (PRNU)",
-        ELECTRONICS,
-        "F",
-        check=_number(0.0, 1.0),
-    )
-    dsnu: float = _option(
-        0.0,
-        "standard deviation of the pixels' offsets, electrons (DSNU)",
-        ELECTRONICS,
-        "E",
-        check=_number(0.0, 1e6),
-    )
-    specimen: int = _option(
-        0,
-        "number of an individual camera: decides the gains and offsets of its pixels",
-        ELECTRONICS,
-        "N",
-        read=int,
-        whole=(0, _LARGEST_SEED),
-    )
-    bits: int = _option(
-        14, "bits of the analogue-to-digital converter", ELECTRONICS, "N", read=int, whole=(1, 16)
-    )
-    black_level: int | None = _option(
-        None,
-        "raw number of no light",
-        ELECTRONICS,
-        "N",
-        default_text="a 32nd of the range",
-        read=int,
-        whole=(0, 65534),
-    )
-    pixel_pitch: float = _option(
-        4.8, "side of a pixel, µm", ELECTRONICS, "UM", check=_number(0.01, 1e6)
-    )
-    quantum_efficiency: float = _option(
-        0.5,
-        "electrons per photon at the peak of the most sensitive channel, lens included",
-        ELECTRONICS,
-        "F",
-        check=_number(0.0, 1.0, above=True),
-    )
-    vignetting: str = _option(
-        "none",
-        "none; cos4: natural vignetting; or a,b,… for 1 + a r² + b r⁴ + …, r = 1 at the "
-        "farthest corner",
-        OPTICS,
-        "V",
-        read=str,
-        check=check_vignetting,
-    )
-    psf: str = _option(
-        "none",
-        "point spread: gaussian:S of standard deviation S, or defocus:R, a disk of radius R, "
-        "in pixels; several are joined by +",
-        OPTICS,
-        "PSF",
-        read=str,
-        check=check_psf,
-    )
+    # fmt: off
+    camera: str = _option("Nikon 5100 (NPL)", COLOR, "NAME", "spectral sensitivities, relative to "
+        "power: the name of a camera or observer, a FILE.csv, or bands such as 8 or 400:700:10",
+        read=str, check=_camera)
+    mosaic: str = _option(AUTO, COLOR, "PATTERN", "pattern of colour filters, row by row: RGGB, or "
+        "numbers of bands, as in 1,2,3/4,5,6; none: every pixel has all channels; auto: RGGB, or a "
+        "square of all bands", read=str)
+    demosaic: str = _option("auto", COLOR, None, "how mosaics are interpolated; auto: malvar "
+        "(Malvar, He and Cutler 2004) for 2×2 patterns of three colours, bilinear for others",
+        read=str, choices=METHODS)
+    time: float | None = _option(None, EXPOSURE, "S", "exposure time, s",
+        check=_number(0.0, 1e9, " s", True), default_text="chosen by --percentile and --level")
+    percentile: float = _option(97.0, EXPOSURE, "P", "percentage of the lit pixels, other than "
+        "those that emit, that an automatic exposure keeps at or below --level",
+        check=_number(0.0, 100.0))
+    level: float = _option(0.8, EXPOSURE, "F", "fraction of saturation to which an automatic "
+        "exposure brings --percentile", check=_number(0.0, 1e6, above=True))
+    iso: float = _option(100.0, EXPOSURE, "N", "speed (ISO): gain relative to --base-iso",
+        check=_number(1.0, 1e8))
+    base_iso: float = _option(100.0, EXPOSURE, "N", "speed (ISO) at which a full well reaches the "
+        "white level", check=_number(1.0, 1e8))
+    aperture: float = _option(4.0, EXPOSURE, "N", "f-number of the lens", check=_number(0.5, 1e4))
+    scale: float = _option(1.0, EXPOSURE, "X", "radiance of which the value in the image is 1, "
+        "W·m⁻²·sr⁻¹·nm⁻¹", check=_number(0.0, 1e30, above=True))
+    full_well: float = _option(40000.0, ELECTRONICS, "E", "electrons that a pixel can hold",
+        check=_number(1.0, 1e9))
+    read_noise: float = _option(3.0, ELECTRONICS, "E", "standard deviation of read noise, "
+        "electrons", check=_number(0, 1e6))
+    dark_current: float = _option(0.1, ELECTRONICS, "E", "electrons per second and pixel",
+        check=_number(0, 1e9))
+    prnu: float = _option(0.0, ELECTRONICS, "F", "standard deviation of the pixels' gains, as a "
+        "fraction (PRNU)", check=_number(0.0, 1.0))
+    dsnu: float = _option(0.0, ELECTRONICS, "E", "standard deviation of the pixels' offsets, "
+        "electrons (DSNU)", check=_number(0.0, 1e6))
+    specimen: int = _option(0, ELECTRONICS, "N", "number of an individual camera: decides the "
+        "gains and offsets of its pixels", read=int, whole=(0, _LARGEST_SEED))
+    bits: int = _option(14, ELECTRONICS, "N", "bits of the analogue-to-digital converter",
+        read=int, whole=(1, 16))
+    black_level: int | None = _option(None, ELECTRONICS, "N", "raw number of no light",
+        default_text="a 32nd of the range", read=int, whole=(0, 65534))
+    pixel_pitch: float = _option(4.8, ELECTRONICS, "UM", "side of a pixel, µm",
+        check=_number(0.01, 1e6))
+    quantum_efficiency: float = _option(0.5, ELECTRONICS, "F", "electrons per photon at the peak "
+        "of the most sensitive channel, lens included", check=_number(0.0, 1.0, above=True))
+    vignetting: str = _option("none", OPTICS, "V", "none; cos4: natural vignetting; or a,b,… for "
+        "1 + a r² + b r⁴ + …, r = 1 at the farthest corner", read=str, check=check_vignetting)
+    psf: str = _option("none", OPTICS, "PSF", "point spread: gaussian:S of standard deviation S, "
+        "or defocus:R, a disk of radius R, in pixels; several are joined by +", read=str,
+        check=check_psf)
+    # fmt: on
 
     def __post_init__(self) -> None:
         for name, each in list_options(self).items():

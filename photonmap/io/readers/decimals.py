@@ -64,8 +64,6 @@ def _parse_plain(
     Where both are exact, the quotient is the nearest float64 (Clinger, "How to read floating
     point numbers accurately", 1990). None where they are not.
 
-    Parameters
-    ----------
     text : as in `parse_integers`
     words, ends : (W,) where each word begins and ends
     """

@@ -156,10 +156,8 @@ def warn_of_rounding(path: Path, meshes: Sequence[Mesh]) -> None:
 def _find_rounding(mesh: Mesh) -> tuple[float, float, float, str] | None:
     """Return how coarse the positions of a mesh are; None where that does not matter.
 
-    Returns
-    -------
-    their spacing, relative to the longest side and in scene units; the coordinate farthest from 0;
-    and the mesh's name
+    That is their spacing, relative to the longest side and in scene units; the coordinate farthest
+    from 0; and the mesh's name.
     """
     if not len(mesh.faces):
         return None

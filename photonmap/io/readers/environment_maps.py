@@ -48,8 +48,6 @@ def _turn(linear: NDArray[np.float64]) -> float | None:
 def _resampled(texels: NDArray[np.float32], to_world: NDArray[np.float64]) -> NDArray[np.float32]:
     """Return a map (H, 2H, 3) that shows another in turned coordinates, interpolated bilinearly.
 
-    Parameters
-    ----------
     texels : (h, w, 3)
     to_world : (3, 3), from directions of this map to those of the world
     """

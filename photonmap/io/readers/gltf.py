@@ -24,23 +24,24 @@ from photonmap.io.readers.decoding import (
     point_ahead,
     unused_name,
 )
-from photonmap.io.readers.gltf_parts.document import Document, split_glb
-from photonmap.io.readers.gltf_parts.geometry import (
+from photonmap.io.readers.gltf_document import (
     MODES,
     TRIANGLES,
+    Document,
     find_pose,
     place_nodes,
     read_primitive,
+    split_glb,
     strike_pose,
 )
-from photonmap.io.readers.gltf_parts.materials import (
+from photonmap.io.readers.gltf_materials import (
     LOBES,
     METAL_COLORS,
     WHITE,
     Tint,
     read_material,
 )
-from photonmap.io.readers.gltf_parts.textures import Textures, find_placement
+from photonmap.io.readers.gltf_textures import Textures, find_placement
 from photonmap.io.readers.meshes import Part, build_mesh, is_closed, move
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.wording import listed, shown

@@ -14,10 +14,9 @@ import numpy as np
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Losses, decode_file, plain, point_ahead
 from photonmap.io.readers.environment_maps import turned_map
-from photonmap.io.readers.mitsuba_parts.bsdfs import Bsdfs
-from photonmap.io.readers.mitsuba_parts.colors import combined, read_plain
-from photonmap.io.readers.mitsuba_parts.nodes import Context, Files, Node, load_nodes
-from photonmap.io.readers.mitsuba_parts.shapes import Shapes
+from photonmap.io.readers.mitsuba_colors import combined, read_plain
+from photonmap.io.readers.mitsuba_nodes import Context, Node, load_nodes
+from photonmap.io.readers.mitsuba_shapes import read_shapes
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.named_files import allowed_folder
 from photonmap.runtime.wording import shown, suggest
@@ -40,13 +39,11 @@ from photonmap.spectra.curves import Color
 SUFFIXES = (".xml",)
 
 _NARROW = 2.0  # Width, degrees, of an edge so narrow that its falloff does not matter
-_D65 = 1.0, 1.0, 1.0
 _AROUND = ("constant", "envmap")
 _PERSPECTIVE, _THIN_LENS, _ORTHOGRAPHIC = "perspective", "thinlens", "orthographic"
 _SENSORS = (_PERSPECTIVE, _THIN_LENS, _ORTHOGRAPHIC)
 _IGNORED = ("near_clip", "far_clip", "shutter_open", "shutter_close", "srf")
 _FULL_FRAME = math.hypot(36.0, 24.0)  # Diagonal of the film, mm, to which focal lengths refer
-_AXES = ("x", "y", "diagonal", "smaller", "larger")
 
 
 def read(path: Path, options: ReadOptions) -> Scene:
@@ -59,61 +56,58 @@ def read(path: Path, options: ReadOptions) -> Scene:
 
 
 def _decode(options: ReadOptions, path: Path, data: bytes, losses: Losses) -> Scene:
-    context = Context(Files(path, allowed_folder(path)), options.missing_textures, losses)
-    scene = load_nodes(path, data, context.files)
-    shapes = Shapes(Bsdfs(context))
-    meshes = [mesh for shape in scene.parts("shape") for mesh in shapes.meshes(shape)]
-    lights = read_emitters(context, scene.parts("emitter"))
-    cameras = [read_sensor(context, sensor) for sensor in scene.parts("sensor")]
+    context = Context(path, allowed_folder(path), options.missing_textures, losses)
+    scene = load_nodes(path, data, context)
+    meshes = [mesh for shape in scene.parts("shape") for mesh in read_shapes(shape)]
+    lights = read_emitters(scene.parts("emitter"))
+    cameras = [read_sensor(sensor) for sensor in scene.parts("sensor")]
     return Scene(meshes, lights, name=path.stem, cameras=cameras)
 
 
-def read_emitters(context: Context, nodes: Iterable[Node]) -> list[Light]:
+def read_emitters(nodes: Iterable[Node]) -> list[Light]:
     """Return the lights of emitters."""
     lights, around = [], None
     for node in nodes:
         if node.type in _AROUND:
             if around is not None:
                 place = around.element.place(node.element.path)
-                raise node.error(
-                    f"the scene has an environment already, in {place}; remove one of them"
-                )
+                problem = f"the scene has an environment already, in {place}"
+                raise node.error(f"{problem}; remove one of them")
             around = node
-        lights.append(_read_emitter(context, node))
+        lights.append(_read_emitter(node))
     return lights
 
 
-def _read_emitter(context: Context, node: Node) -> Light:
+def _read_emitter(node: Node) -> Light:
     if node.type not in _EMITTERS:
         raise node.unknown(_EMITTERS)
-    name = context.name("light", node) if node.id else ""
-    light = _EMITTERS[node.type](context, node, name)
+    name = node.unique_name("light") if node.id else ""
     try:
-        light = check_light(light)
+        light = check_light(_EMITTERS[node.type](node, name))
     except InputError as invalid:
         raise node.error(str(invalid)) from None
     node.read.add("sampling_weight")
-    context.lose_unread(node)
+    node.lose_unread()
     return light
 
 
-def _amount(context: Context, node: Node, name: str) -> Color:
-    return read_plain(context, node, name, _D65, "emission")
+def _amount(node: Node, name: str) -> Color:
+    return read_plain(node, name, (1.0, 1.0, 1.0), "emission")
 
 
-def _point(context: Context, node: Node, name: str) -> Light:
-    place = plain(node.transform()[:3, 3])
-    return PointLight(node.vector("position", place), _amount(context, node, "intensity"), name)
+def _point(node: Node, name: str) -> Light:
+    place = node.vector("position", plain(node.transform()[:3, 3]))
+    return PointLight(place, _amount(node, "intensity"), name)
 
 
-def _spot(context: Context, node: Node, name: str) -> Light:
+def _spot(node: Node, name: str) -> Light:
     """Return a spot, whose intensity falls linearly with the angle between its beam and its edge.
 
     As photonmap's own spots fall in another way, it is a table unless that range is narrow.
     """
     matrix = node.transform()
     origin, target = plain(matrix[:3, 3]), plain(matrix[:3, 3] + matrix[:3, 2])
-    intensity = _amount(context, node, "intensity")
+    intensity = _amount(node, "intensity")
     edge = node.number("cutoff_angle", 20.0)
     beam = node.number("beam_width", 0.75 * edge)
     if edge - beam < _NARROW:
@@ -127,68 +121,55 @@ def _spot(context: Context, node: Node, name: str) -> Light:
     return PhotometricLight(origin, table, mean_intensity, direction, side, name)
 
 
-def _directional(context: Context, node: Node, name: str) -> Light:
-    ahead = plain(node.transform()[:3, 2])
-    return DirectionalLight(
-        node.vector("direction", ahead), _amount(context, node, "irradiance"), name
-    )
+def _directional(node: Node, name: str) -> Light:
+    ahead = node.vector("direction", plain(node.transform()[:3, 2]))
+    return DirectionalLight(ahead, _amount(node, "irradiance"), name)
 
 
-def _constant(context: Context, node: Node, name: str) -> Light:
-    return DomeLight(_amount(context, node, "radiance"), name)
-
-
-def _environment(context: Context, node: Node, name: str) -> EnvironmentLight:
-    """Return an environment map; it is resampled if it is turned about more than the vertical."""
-    path = context.files.find(node.element, node.text("filename"))
+def _environment(node: Node, name: str) -> EnvironmentLight:
     scale = node.number("scale", 1.0)
-    return turned_map(path, node.transform()[:3, :3], scale, name)
+    return turned_map(node.file(), node.transform()[:3, :3], scale, name)
 
 
-_EMITTERS: dict[str, Callable[[Context, Node, str], Light]] = {
+_EMITTERS: dict[str, Callable[[Node, str], Light]] = {
     "point": _point,
     "spot": _spot,
     "directional": _directional,
-    "constant": _constant,
+    "constant": lambda node, name: DomeLight(_amount(node, "radiance"), name),
     "envmap": _environment,
 }
 
 
-def read_sensor(context: Context, node: Node) -> Camera:
+def read_sensor(node: Node) -> Camera:
     """Return the camera of a sensor; near and far planes cut nothing off."""
     if node.type not in _SENSORS:
         raise node.unknown(_SENSORS)
     matrix = node.transform()
     if np.linalg.det(matrix[:3, :3]) < 0.0:
-        context.lose("mirrored view", node)
+        node.lose("mirrored view")
     ahead = unit(matrix[:3, 2])
     assert ahead is not None  # transformations do not flatten
     origin, target, up = matrix[:3, 3], point_ahead(matrix[:3, 3], ahead), matrix[:3, 1]
-    size = _film_size(context, node)
+    size = _film_size(node)
     look: dict[str, Any]
     if node.type == _ORTHOGRAPHIC:
         look = {"height": 2.0 * float(np.linalg.norm(matrix[:3, 1])) * size[1] / size[0]}
     else:
         look = _perspective(node, size)
     if node.type == _THIN_LENS and (radius := node.number("aperture_radius", 0.0)) != 0.0:
-        look["lens"] = Lens(_focus(node), radius)
+        if (focus := node.number("focus_distance", 0.0)) == 0.0:
+            raise node.error("aperture_radius is given without focus_distance; add one above 0")
+        look["lens"] = Lens(focus, radius)
     node.read.update(("", *_IGNORED))
-    context.lose_unread(node)
-    name = re.sub(f"[{re.escape(NOT_IN_FILES)}]", "_", context.name("camera", node))
+    node.lose_unread()
+    name = re.sub(f"[{re.escape(NOT_IN_FILES)}]", "_", node.unique_name("camera"))
     try:
         return check_camera(Camera(plain(origin), target, plain(up), name=name, **look))
     except InputError as invalid:
         raise node.error(str(invalid)) from None
 
 
-def _focus(node: Node) -> float:
-    focus = node.number("focus_distance", 0.0)
-    if focus == 0.0:
-        raise node.error("aperture_radius is given without focus_distance; add one above 0")
-    return focus
-
-
-def _film_size(context: Context, node: Node) -> tuple[int, int]:
+def _film_size(node: Node) -> tuple[int, int]:
     """Return width and height of the film: only their ratio, and a crop, matter."""
     films = node.parts("film")
     if not films:
@@ -197,33 +178,27 @@ def _film_size(context: Context, node: Node) -> tuple[int, int]:
     if not 0 < min(size) <= max(size) <= 1 << 20:
         raise films[-1].error(f"a film of {size[0]}x{size[1]} is not possible; correct its size")
     if any(films[-1].find(f"crop_{what}") for what in ("width", "height")):
-        context.lose("crop", node)
+        node.lose("crop")
     return size
 
 
 def _perspective(node: Node, size: tuple[int, int]) -> dict[str, Any]:
     """Return the vertical angle of view; or intrinsics, if the principal point is not central."""
     width, height = size
+    sides = {"x": width, "y": height, "diagonal": math.hypot(width, height)}
+    sides |= {"smaller": min(size), "larger": max(size)}
     axis = node.text("fov_axis", "x").lower()
-    if axis not in _AXES:
-        raise node.error(f"fov_axis {shown(axis)} is not known; {suggest(axis, _AXES)}")
+    if axis not in sides:
+        raise node.error(f"fov_axis {shown(axis)} is not known; {suggest(axis, sides)}")
     if node.find("fov"):
         fov = node.number("fov", 0.0)
     else:
-        text = node.text("focal_length", "50mm").removesuffix("mm")
-        millimetres = node.element.number(text)
+        millimetres = node.element.number(node.text("focal_length", "50mm").removesuffix("mm"))
         fov = 2.0 * math.degrees(math.atan2(0.5 * _FULL_FRAME, millimetres))
         axis = "diagonal"
     if not 0.0 < fov < 180.0:
         raise node.error(f"an angle of view of {fov:g} degrees is not within 0 and 180; correct it")
-    across = {
-        "x": width,
-        "y": height,
-        "diagonal": math.hypot(width, height),
-        "smaller": min(size),
-        "larger": max(size),
-    }[axis]
-    focal = 0.5 * across / math.tan(math.radians(fov) / 2.0)
+    focal = 0.5 * sides[axis] / math.tan(math.radians(fov) / 2.0)
     right, down = (node.number(f"principal_point_offset_{axis}", 0.0) for axis in "xy")
     if right == down == 0.0:
         return {"fov": 2.0 * math.degrees(math.atan(0.5 * height / focal))}

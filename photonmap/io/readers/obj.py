@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError, naming, warn
 from photonmap.io.readers.meshes import triangulate, vertex_normals
+from photonmap.io.readers.mtl import read_mtl
+from photonmap.io.readers.obj_lines import ObjLines, Source, parse_lines, read_source
 from photonmap.io.readers.registry import GREY, MissingTextures, ReadOptions
-from photonmap.io.readers.wavefront.mtl import read_mtl
-from photonmap.io.readers.wavefront.obj_lines import ObjLines, parse_lines
-from photonmap.io.readers.wavefront.source import Source, read_source
 from photonmap.runtime.named_files import named_file
 from photonmap.runtime.wording import listed, shown, suggest
 from photonmap.scene.material import Material

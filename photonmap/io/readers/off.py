@@ -134,8 +134,6 @@ def _find_colors(
 ) -> NDArray[np.float64] | None:
     """Return the colours of vertices, (V, 3), or else of faces, (F, 1, 3); None if there are none.
 
-    Parameters
-    ----------
     lines : of vertices, then of faces
     sizes : corners of each face
     """

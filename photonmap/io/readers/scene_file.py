@@ -273,8 +273,6 @@ def change_materials(meshes: list[Mesh], toml: Toml) -> list[Mesh]:
 def _check_indices(meshes: list[Mesh], toml: Toml, path: Path) -> None:
     """Check that an index below 1 is relative to something.
 
-    Parameters
-    ----------
     path : the file of the meshes, at fault for what `[material.NAME]` does not give
     """
     try:

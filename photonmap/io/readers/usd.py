@@ -19,16 +19,8 @@ from photonmap.scene.scene import Scene
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 _SILENT = (
-    "",
-    "Xform",
-    "Scope",
-    "Material",
-    "Shader",
-    "GeomSubset",
-    "NodeGraph",
-    "Skeleton",
-    "SkelRoot",
-)
+    "", "Xform", "Scope", "Material", "Shader", "GeomSubset", "NodeGraph", "Skeleton", "SkelRoot",
+)  # fmt: skip
 """Types of prims that show nothing by themselves."""
 
 
@@ -45,9 +37,8 @@ def read(path: Path, options: ReadOptions) -> Scene:
 def _decode(options: ReadOptions, path: Path, data: bytes, losses: Losses) -> Scene:
     from pxr import Usd, UsdGeom, UsdUtils
 
-    from photonmap.io.readers.usd_parts.materials import Materials
-    from photonmap.io.readers.usd_parts.prims import SHAPES, read_camera, read_light, read_meshes
-    from photonmap.io.readers.usd_parts.stage import Stage, is_light, is_shown, open_stage
+    from photonmap.io.readers.usd_prims import SHAPES, read_camera, read_light, read_meshes
+    from photonmap.io.readers.usd_stage import Materials, Stage, is_light, is_shown, open_stage
 
     quiet = UsdUtils.CoalescingDiagnosticDelegate()  # what pxr would print
     stage = Stage(path, open_stage(path), options, losses)

@@ -14,13 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.io.readers.gltf import Gltf
-from photonmap.io.readers.meshes import Part, build_mesh
+from photonmap.io.readers.meshes import Part, build_mesh, side_axes
 from photonmap.io.readers.registry import ReadOptions
-from photonmap.io.readers.surfaces import side_axes
 from photonmap.io.writers.assets import Assets
-from photonmap.io.writers.gltf_parts.draft import Draft, pack_glb
-from photonmap.io.writers.gltf_parts.materials import rgb_emission, split_exactly, write_material
-from photonmap.io.writers.gltf_parts.textures import TextureWriter
+from photonmap.io.writers.gltf_draft import Draft, TextureWriter, pack_glb
+from photonmap.io.writers.gltf_materials import rgb_emission, split_exactly, write_material
 from photonmap.io.writers.obj import name_materials
 from photonmap.io.writers.toml import write_cameras, write_lights, write_materials
 from photonmap.scene.camera import ALL, NOT_IN_FILES, Camera, check_camera, frame_of

@@ -113,13 +113,8 @@ def write_obj(scene: Scene, path: Path, materials: Mapping[int, str]) -> None:
 def _write_mesh(file: TextIO, mesh: Mesh, first: NDArray[np.int64]) -> NDArray[np.int64]:
     """Write one mesh without its unused vertices.
 
-    Parameters
-    ----------
     first : (3,) numbers of its first vertex, texture coordinate and normal
-
-    Returns
-    -------
-    (3,) how many of them it has
+    Returns (3,) how many of them it has
     """
     if mesh.colors is not None and mesh.colors.ndim == 3:
         mesh = mesh.split_corners()

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import photonmap as pm
-from photonmap.io.readers import registry
-from photonmap.io.readers.wavefront import illumination
+from photonmap.io.readers import mtl_models, registry
 from photonmap.scene.lights import LIGHTS, Light, check_light
 from photonmap.scene.parameters import Emission, File, Number, Point, Text, Vector, parameters_of
 from photonmap.scene.surfaces.layers import check_material
@@ -104,9 +103,9 @@ def test_materials_check_themselves(material, message):
 
 def test_a_new_statement_of_mtl_needs_no_edit(monkeypatch):
     declared = {"tint": Number("part", mtl="Pt")}
-    monkeypatch.setattr(illumination, "parameters_of", lambda described: declared)
-    draft = illumination.Draft(numbers={"Pt": 0.25})
-    assert illumination.make_material("a", draft).tint == 0.25
+    monkeypatch.setattr(mtl_models, "parameters_of", lambda described: declared)
+    draft = mtl_models.Draft(numbers={"Pt": 0.25})
+    assert mtl_models.make_material("a", draft).tint == 0.25
 
 
 def test_a_toml_sets_the_opacity(tmp_path):

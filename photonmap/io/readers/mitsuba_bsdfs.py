@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from photonmap.io.readers.decoding import SHEEN
-from photonmap.io.readers.mitsuba_parts.albedos import (
+from photonmap.io.readers.mitsuba_albedos import (
     base_albedo,
     coat_albedo,
     metal_reflectance,
     plastic_albedo,
     scaled_normal,
 )
-from photonmap.io.readers.mitsuba_parts.colors import (
+from photonmap.io.readers.mitsuba_colors import (
     as_rgb,
     changed,
     combined,
@@ -28,7 +28,7 @@ from photonmap.io.readers.mitsuba_parts.colors import (
     read_scalar,
     read_texture,
 )
-from photonmap.io.readers.mitsuba_parts.nodes import Context, Node
+from photonmap.io.readers.mitsuba_nodes import Node, once
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material
@@ -50,89 +50,80 @@ _SHEEN, _SHEEN_ROUGHNESS = 0.11, 0.4
 (1 - cos)⁵ of the angle to the half vector: it reflects as much of the light from all around, 1.2%,
 and at angles of light about as much, but for 9% of that (root mean square)"""
 LIKE_AIR = 1e-3  # By how much an index of refraction may differ from 1 for air
-_SAMPLING = "sample_visible"  # A parameter that changes noise alone
 
 
-@dataclass
-class Bsdfs:
-    """The BSDFs of a scene, each read once."""
-
-    context: Context  # what all parts of the reader share
-    looks: dict[int, Look] = field(default_factory=dict)  # what is known of those read already
-    materials: dict[int, Material] = field(default_factory=dict)
-    one_sided: dict[int, bool] = field(default_factory=dict)
-
-    def material(self, node: Node) -> Material:
-        """Return the material that stands for a BSDF."""
-        if id(node) not in self.materials:
-            name = self.context.name("material", node)
-            self.materials[id(node)] = Material(name, **self.look(node))
-        return self.materials[id(node)]
-
-    def look(self, node: Node) -> Look:
-        """Return the attributes of the material that stands for a BSDF."""
-        if id(node) not in self.looks:
-            if node.type not in _TYPES:
-                raise node.unknown(_TYPES)
-            self.looks[id(node)] = _TYPES[node.type](self, node)
-            node.read.add(_SAMPLING)
-            self.context.lose_unread(node)
-        return self.looks[id(node)]
-
-    def is_one_sided(self, node: Node) -> bool:
-        """Return whether a BSDF is black from behind."""
-        if id(node) not in self.one_sided:
-            inner = node.parts("bsdf") if node.type in _WRAPPERS else []
-            alone = node.type not in (*_BOTH_SIDES, *_WRAPPERS)
-            self.one_sided[id(node)] = alone or any([*map(self.is_one_sided, inner)])
-        return self.one_sided[id(node)]
-
-    def inner(self, node: Node, count: int = 1) -> list[Node]:
-        """Return the BSDFs that one contains, `count` of them."""
-        found = node.parts("bsdf")
-        if len(found) != count:
-            wanted = "one bsdf" if count == 1 else f"{count} bsdfs"
-            raise node.error(f"a {node.type} has {len(found)} bsdfs in it; give it {wanted}")
-        return found
+@once
+def read_material(node: Node) -> Material:
+    """Return the material that stands for a BSDF."""
+    return Material(node.unique_name("material"), **read_look(node))
 
 
-def _diffuse(bsdfs: Bsdfs, node: Node) -> Look:
+@once
+def read_look(node: Node) -> Look:
+    """Return the attributes of the material that stands for a BSDF."""
+    if node.type not in _TYPES:
+        raise node.unknown(_TYPES)
+    look = _TYPES[node.type](node)
+    node.read.add("sample_visible")  # which changes noise alone
+    node.lose_unread()
+    return look
+
+
+@once
+def is_one_sided(node: Node) -> bool:
+    """Return whether a BSDF is black from behind."""
+    if node.type in _WRAPPERS:
+        return any([*map(is_one_sided, node.parts("bsdf"))])
+    return node.type not in _BOTH_SIDES
+
+
+def _inner(node: Node, count: int = 1) -> list[Look]:
+    """Return the looks of the BSDFs that one contains, `count` of them."""
+    found = node.parts("bsdf")
+    if len(found) != count:
+        wanted = "one bsdf" if count == 1 else f"{count} bsdfs"
+        raise node.error(f"a {node.type} has {len(found)} bsdfs in it; give it {wanted}")
+    return [read_look(part) for part in found]
+
+
+def _diffuse(node: Node) -> Look:
     name = "diffuse_reflectance" if node.find("diffuse_reflectance") else "reflectance"
-    return {"reflectance": read_paint(bsdfs.context, node, name, 0.5)}
+    return {"reflectance": read_paint(node, name, 0.5)}
 
 
-def _conductor(bsdfs: Bsdfs, node: Node) -> Look:
+def _conductor(node: Node) -> Look:
     """Return metal, or a mirror that reflects alike at all angles."""
-    context = bsdfs.context
-    specular = read_plain(context, node, "specular_reflectance", 1.0)
-    metal = metal_reflectances(context, node)
+    specular = read_plain(node, "specular_reflectance", 1.0)
+    metal = metal_reflectances(node)
     if node.type == "conductor":
         glossy, edge = (combined(np.multiply, specular, part) for part in metal)
         if metal[0] == 1.0:
             return {"reflectance": 0.0, "mirror": glossy}
         return {"reflectance": 0.0, "glossy": glossy, "glossy_edge": edge, "roughness": 0.0}
-    roughness = _roughness_map(context, node)
+    roughness = _roughness_map(node)
     convert = metal_reflectance(mean_number(roughness) ** 2)
     glossy, edge = (combined(partial(convert, part), specular, *metal) for part in (0, 1))
     look = {"reflectance": 0.0, "glossy": glossy, "glossy_edge": edge, "roughness": roughness}
-    return look | _stretch(context, node)
+    return look | _stretch(node)
 
 
-def _stretch(context: Context, node: Node) -> Look:
+def _alphas(node: Node) -> list[float]:
+    alpha = read_scalar(node, "alpha", 0.1)
+    return [read_scalar(node, f"alpha_{axis}", alpha) for axis in "uv"]
+
+
+def _stretch(node: Node) -> Look:
     """Return roughness and anisotropy of two α that differ, and are 1 at most."""
-    if node.find("alpha_u") is None and node.find("alpha_v") is None:
-        return {}
-    alpha = read_scalar(context, node, "alpha", 0.1)
-    along, across = (read_scalar(context, node, f"alpha_{axis}", alpha) for axis in "uv")
+    along, across = _alphas(node)
     if along == across:
         return {}
     if not 0.0 <= min(along, across) <= max(along, across) <= 1.0:
-        context.lose("anisotropy with an alpha above 1", node)
+        node.lose("anisotropy with an alpha above 1")
         return {}
-    return {**_stretched(along, across)}
+    return _stretched(along, across)
 
 
-def _stretched(along: float, across: float) -> dict[str, float]:
+def _stretched(along: float, across: float) -> Look:
     """Return roughness and anisotropy of a lobe of these α, within [0, 1], where u and v rise."""
     low, high = sorted((along, across))
     strength = ((high - low) / max(1.0 - low, 1e-30)) ** 0.5
@@ -140,40 +131,40 @@ def _stretched(along: float, across: float) -> dict[str, float]:
     return look | {"anisotropy_rotation": 0.25} if along < across else look
 
 
-def _roughness_map(context: Context, node: Node) -> float | Texture:
+def _roughness_map(node: Node) -> float | Texture:
     """Return the square root of α, of each texel of a texture; of two α, as `_roughness`."""
-    paint = None if node.find("alpha_u") else read_paint(context, node, "alpha", 0.1, "index")
+    paint = None if node.find("alpha_u") else read_paint(node, "alpha", 0.1, "index")
     if not isinstance(paint, Texture) or paint.largest > 1.0:
-        return _roughness(context, node)
-    _note_distribution(context, node)
+        return _roughness(node)
+    _note_distribution(node)
     texture = changed(paint, np.sqrt)
     assert isinstance(texture, Texture)
     return texture
 
 
-def _note_distribution(context: Context, node: Node) -> None:
+def _note_distribution(node: Node) -> None:
     if node.text("distribution", "beckmann").lower() != "ggx":
-        context.lose("Beckmann's distribution, with GGX in its place,", node)
+        node.lose("Beckmann's distribution, with GGX in its place,")
 
 
-def _roughness(context: Context, node: Node) -> float:
+def _roughness(node: Node) -> float:
     """Return the square root of α, of the geometric mean of two."""
-    _note_distribution(context, node)
-    alpha = read_scalar(context, node, "alpha", 0.1)
-    along, across = (read_scalar(context, node, f"alpha_{axis}", alpha) for axis in "uv")
+    _note_distribution(node)
+    along, across = _alphas(node)
     if along != across and node.type not in ("roughconductor", "roughdielectric"):
-        context.lose("anisotropy", node)
+        node.lose("anisotropy")
     if min(along, across) < 0.0 or along * across > 1.0:
+        alpha = read_scalar(node, "alpha", 0.1)
         raise node.error(f"alpha {shown(alpha)} is not a roughness from 0 to 1; correct it")
     return float((along * across) ** 0.25)
 
 
-def _dielectric(bsdfs: Bsdfs, node: Node) -> Look:
-    tint = read_plain(bsdfs.context, node, "specular_transmittance", 1.0)
+def _dielectric(node: Node) -> Look:
+    tint = read_plain(node, "specular_transmittance", 1.0)
     look = {"reflectance": 0.0, **_indices(node), "tint": tint}
     if node.type == "roughdielectric":
-        look["roughness"] = _roughness(bsdfs.context, node)
-        look |= _stretch(bsdfs.context, node)
+        look["roughness"] = _roughness(node)
+        look |= _stretch(node)
     return look
 
 
@@ -189,92 +180,90 @@ def _relative_index(node: Node, inside: str) -> float:
     return index_of(node, "int_ior", inside) / index_of(node, "ext_ior", "air")
 
 
-def _thin(bsdfs: Bsdfs, node: Node) -> Look:
-    tint = read_plain(bsdfs.context, node, "specular_transmittance", 1.0)
-    if read_plain(bsdfs.context, node, "specular_reflectance", 1.0) != 1.0:
-        bsdfs.context.lose("specular_reflectance of thin glass", node)
+def _thin(node: Node) -> Look:
+    tint = read_plain(node, "specular_transmittance", 1.0)
+    if read_plain(node, "specular_reflectance", 1.0) != 1.0:
+        node.lose("specular_reflectance of thin glass")
     index = _relative_index(node, "bk7")
     return {"reflectance": 0.0, "ior": index, "tint": tint, "thin": True}
 
 
-def _plastic(bsdfs: Bsdfs, node: Node) -> Look:
+def _plastic(node: Node) -> Look:
     """Return a diffuse base below a coat."""
-    context = bsdfs.context
     index = _relative_index(node, "polypropylene")
-    specular = read_plain(context, node, "specular_reflectance", 1.0)
+    specular = read_plain(node, "specular_reflectance", 1.0)
     glossy = combined(scaled_normal, specular, normal_reflectance(index))
-    rough = _roughness_map(context, node) if node.type == "roughplastic" else 0.0
+    rough = _roughness_map(node) if node.type == "roughplastic" else 0.0
     normal = float(np.mean(as_rgb(glossy)))
     base = plastic_albedo(index, mean_number(rough) ** 2, node.flag("nonlinear", False), normal)
-    diffuse = read_paint(context, node, "diffuse_reflectance", 0.5)
+    diffuse = read_paint(node, "diffuse_reflectance", 0.5)
     return {"reflectance": changed(diffuse, base), "glossy": glossy, "roughness": rough}
 
 
-def _principled(bsdfs: Bsdfs, node: Node) -> Look:
+def _principled(node: Node) -> Look:
     """Return a surface that is a metal in part, or glass."""
-    context = bsdfs.context
-    paint = read_paint(context, node, "base_color", 0.5)
-    transmission = _fraction(context, node, "spec_trans", 0.0)
-    metallic = _fraction_map(context, node, "metallic", 0.0)
-    roughness = _fraction_map(context, node, "roughness", 0.5)
+    paint = read_paint(node, "base_color", 0.5)
+    transmission = _fraction(node, "spec_trans", 0.0)
+    metallic = _fraction_map(node, "metallic", 0.0)
+    roughness = _fraction_map(node, "roughness", 0.5)
     for name in _LOBES:
-        if read_scalar(context, node, name, 0.0) != 0.0:
-            context.lose(name, node)
-    layer, sheen = _clear_coat(context, node), _sheen(context, node, paint, metallic)
+        if read_scalar(node, name, 0.0) != 0.0:
+            node.lose(name)
+    layer, sheen = _clear_coat(node), _sheen(node, paint, metallic)
     if sheen and (layer or transmission > 0.0):
-        context.lose(SHEEN, node)
+        node.lose(SHEEN)
     elif sheen:
         layer = sheen
-    coat = 0.08 * _fraction(context, node, "specular", 0.5)
+    coat = 0.08 * _fraction(node, "specular", 0.5)
     if node.find("eta"):
         coat = normal_reflectance(max(index_of(node, "eta", "bk7"), 1.0))
     share = transmission * (1.0 - mean_number(metallic))
     glass: Look = {}
     if share > 0.0:
         if "coat" in layer:
-            context.lose("clearcoat", node)
+            node.lose("clearcoat")
         if isinstance(metallic, Texture):
-            context.lose("texture of metallic", node)
+            node.lose("texture of metallic")
         tint = changed(paint, np.sqrt)
         index = (1.0 + coat**0.5) / (1.0 - coat**0.5)
         glass = {"ior": index, "tint": tint, "roughness": roughness, "transmission": share}
         if share == 1.0:
-            return glass | {"reflectance": 0.0} | _brush(context, node, roughness)
+            return glass | {"reflectance": 0.0} | _brush(node, roughness)
         metallic, layer = min(mean_number(metallic) / (1.0 - share), 1.0), {}
     if not lie_alike(paint, metallic):
-        context.lose("texture of metallic", node)
+        node.lose("texture of metallic")
     gloss = metallic_gloss(paint, metallic, coat, roughness)
     normal = float(np.mean(as_rgb(mean_color(gloss.glossy))))
     outside = coat_albedo(normal, mean_number(roughness) ** 2)
     base = changed(gloss.reflectance, lambda albedo: base_albedo(albedo, outside))
     look = gloss._replace(reflectance=base)._asdict() | layer | glass
-    return look | _brush(context, node, roughness)
+    return look | _brush(node, roughness)
 
 
-def _brush(context: Context, node: Node, roughness: float | Texture) -> Look:
+def _brush(node: Node, roughness: float | Texture) -> Look:
     """Return roughness and anisotropy of a principled surface that is anisotropic."""
-    anisotropic = _fraction(context, node, "anisotropic", 0.0)
+    anisotropic = _fraction(node, "anisotropic", 0.0)
     if anisotropic == 0.0:
         return {}
     if isinstance(roughness, Texture):
-        context.lose("texture of roughness beside anisotropic", node)
+        node.lose("texture of roughness beside anisotropic")
         roughness = mean_number(roughness)
     alpha, aspect = roughness**2, (1.0 - 0.9 * anisotropic) ** 0.5
-    return {**_stretched(min(alpha / aspect, 1.0), alpha * aspect)}
+    return _stretched(min(alpha / aspect, 1.0), alpha * aspect)
 
 
-def _clear_coat(context: Context, node: Node) -> Look:
+def _clear_coat(node: Node) -> Look:
     """Return the clear coat of a principled surface, whose lobe is wider at its foot there."""
-    weight = 0.25 * _fraction(context, node, "clearcoat", 0.0)
-    shine = _fraction(context, node, "clearcoat_gloss", 0.0)
+    weight = 0.25 * _fraction(node, "clearcoat", 0.0)
+    shine = _fraction(node, "clearcoat_gloss", 0.0)
     alpha = 0.1 + shine * (0.001 - 0.1)
     return {"coat": weight, "coat_roughness": alpha**0.5} if weight else {}
 
 
-def _sheen(context: Context, node: Node, base: Paint, metallic: float | Texture) -> Look:
+def _sheen(node: Node, base: Paint, metallic: float | Texture) -> Look:
     """Return the sheen of a principled surface that is no metal, in the mean tint of its base."""
-    amount = _fraction(context, node, "sheen", 0.0) * (1.0 - mean_number(metallic))
-    tint = _fraction(context, node, "sheen_tint", 0.0)
+    amount = _fraction(node, "sheen", 0.0) * (1.0 - mean_number(metallic))
+    tint = _fraction(node, "sheen_tint", 0.0)
     if amount == 0.0:
         return {}
     color = np.asarray(as_rgb(mean_color(base)), float)
@@ -284,71 +273,64 @@ def _sheen(context: Context, node: Node, base: Paint, metallic: float | Texture)
     return {"sheen": (red, green, blue), "sheen_roughness": _SHEEN_ROUGHNESS}
 
 
-def _fraction(context: Context, node: Node, name: str, default: float) -> float:
-    value = read_scalar(context, node, name, default)
+def _fraction(node: Node, name: str, default: float) -> float:
+    value = read_scalar(node, name, default)
     if not 0.0 <= value <= 1.0:
         raise node.error(f"{name} {value:g} is not within [0, 1]; correct it")
     return value
 
 
-def _fraction_map(context: Context, node: Node, name: str, default: float) -> float | Texture:
+def _fraction_map(node: Node, name: str, default: float) -> float | Texture:
     """Return a fraction that may be a texture."""
-    paint = read_paint(context, node, name, default, "index")
+    paint = read_paint(node, name, default, "index")
     if isinstance(paint, Texture) and paint.largest <= 1.0:
         return paint
-    return _fraction(context, node, name, default)
+    return _fraction(node, name, default)
 
 
-def _two_sided(bsdfs: Bsdfs, node: Node) -> Look:
+def _two_sided(node: Node) -> Look:
     parts = node.parts("bsdf")
     if len(parts) == 2:
-        bsdfs.context.lose("another back side", node)
-        return bsdfs.look(parts[0])
-    return bsdfs.look(bsdfs.inner(node)[0])
+        node.lose("another back side")
+        return read_look(parts[0])
+    return _inner(node)[0]
 
 
-def _mask(bsdfs: Bsdfs, node: Node) -> Look:
+def _mask(node: Node) -> Look:
     """Return a surface with holes."""
-    opacity = read_paint(bsdfs.context, node, "opacity", 0.5)
-    look = bsdfs.look(bsdfs.inner(node)[0])
+    opacity = read_paint(node, "opacity", 0.5)
+    look = _inner(node)[0]
     if "alpha" in look:
-        bsdfs.context.lose("opacity of what a mask contains", node)
+        node.lose("opacity of what a mask contains")
     if not isinstance(opacity, Texture):
-        opacity = read_scalar(bsdfs.context, node, "opacity", 0.5)
+        opacity = read_scalar(node, "opacity", 0.5)
     return look | {"alpha": opacity}
 
 
-def _relief(bsdfs: Bsdfs, node: Node) -> Look:
+def _relief(node: Node) -> Look:
     """Return the surface with its normals, or with heights times `scale`."""
-    context = bsdfs.context
     found, factor = node.parts("texture"), node.number("scale", 1.0)
-    look = bsdfs.look(bsdfs.inner(node)[0])
+    look = _inner(node)[0]
     if len(found) != 1:
         raise node.error(f"a {node.type} has {len(found)} textures in it; give it one")
-    image = read_texture(context, found[0], "index")
+    image = read_texture(found[0], "index")
     if not isinstance(image, Texture) or factor == 0.0:
         return look
     if "relief" in look:
-        context.lose("one relief on another", node)
-    is_bumps = node.type == "bumpmap"
-    relief = BumpMap(image, factor) if is_bumps else NormalMap(image)
+        node.lose("one relief on another")
+    relief = BumpMap(image, factor) if node.type == "bumpmap" else NormalMap(image)
     if problem := relief.find_conflict():
         raise node.error(problem)
     return look | {"relief": relief}
 
 
-def _blend(bsdfs: Bsdfs, node: Node) -> Look:
-    weight = _fraction(bsdfs.context, node, "weight", 0.5)
-    one, other = (bsdfs.look(part) for part in bsdfs.inner(node, 2))
+def _blend(node: Node) -> Look:
+    weight = _fraction(node, "weight", 0.5)
+    one, other = _inner(node, 2)
     look, lost = blended(one, other, weight)
     for what in lost:
-        bsdfs.context.lose(what, node)
+        node.lose(what)
     return look
-
-
-def _null(bsdfs: Bsdfs, node: Node) -> Look:
-    """Return a surface that nothing meets."""
-    return {"reflectance": 0.0, "alpha": 0.0}
 
 
 def blended(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
@@ -448,21 +430,16 @@ def _mixed_paint(one: Paint, other: Paint, weight: float, lost: list[str]) -> Pa
     return combined(lambda a, b: (1.0 - weight) * a + weight * b, *means)
 
 
-_TYPES: dict[str, Callable[[Bsdfs, Node], Look]] = {
-    "diffuse": _diffuse,
-    "roughdiffuse": _diffuse,
-    "conductor": _conductor,
-    "roughconductor": _conductor,
-    "dielectric": _dielectric,
-    "roughdielectric": _dielectric,
+_TYPES: dict[str, Callable[[Node], Look]] = {
+    **dict.fromkeys(("diffuse", "roughdiffuse"), _diffuse),
+    **dict.fromkeys(("conductor", "roughconductor"), _conductor),
+    **dict.fromkeys(("dielectric", "roughdielectric"), _dielectric),
     "thindielectric": _thin,
-    "plastic": _plastic,
-    "roughplastic": _plastic,
+    **dict.fromkeys(("plastic", "roughplastic"), _plastic),
     "principled": _principled,
     "twosided": _two_sided,
     "mask": _mask,
-    "bumpmap": _relief,
-    "normalmap": _relief,
+    **dict.fromkeys(("bumpmap", "normalmap"), _relief),
     "blendbsdf": _blend,
-    "null": _null,
+    "null": lambda node: {"reflectance": 0.0, "alpha": 0.0},  # which nothing meets
 }

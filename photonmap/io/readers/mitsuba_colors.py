@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError, naming
 from photonmap.io.readers.decoding import note_loss, plain
-from photonmap.io.readers.mitsuba_parts.nodes import Context, Files, Node
+from photonmap.io.readers.mitsuba_nodes import Node
 from photonmap.io.readers.registry import GREY, OR_WITHOUT, extended
 from photonmap.runtime.wording import shown, suggest
 from photonmap.scene.images import decode_srgb
@@ -31,35 +31,18 @@ _PLANCK = 2.0 * 6.62607015e-34 * 299792458.0**2, 6.62607015e-34 * 299792458.0 / 
 """First (for radiance, W·m²·sr⁻¹) and second (m·K) radiation constants"""
 _CHECKS = 256  # Texels along a side of a checkerboard's image: its edges blur over one of them
 _NAMED = {
-    "vacuum": 1.0,
-    "helium": 1.000036,
-    "hydrogen": 1.000132,
-    "air": 1.000277,
-    "carbon dioxide": 1.00045,
-    "water": 1.333,
-    "acetone": 1.36,
-    "ethanol": 1.361,
-    "carbon tetrachloride": 1.461,
-    "glycerol": 1.4729,
-    "benzene": 1.501,
-    "silicone oil": 1.52045,
-    "bromine": 1.661,
-    "water ice": 1.31,
-    "fused quartz": 1.458,
-    "pyrex": 1.47,
-    "acrylic glass": 1.49,
-    "polypropylene": 1.49,
-    "bk7": 1.5046,
-    "sodium chloride": 1.544,
-    "amber": 1.55,
-    "pet": 1.575,
-    "diamond": 2.419,
-}
+    "vacuum": 1.0, "helium": 1.000036, "hydrogen": 1.000132, "air": 1.000277,
+    "carbon dioxide": 1.00045, "water": 1.333, "acetone": 1.36, "ethanol": 1.361,
+    "carbon tetrachloride": 1.461, "glycerol": 1.4729, "benzene": 1.501, "silicone oil": 1.52045,
+    "bromine": 1.661, "water ice": 1.31, "fused quartz": 1.458, "pyrex": 1.47,
+    "acrylic glass": 1.49, "polypropylene": 1.49, "bk7": 1.5046, "sodium chloride": 1.544,
+    "amber": 1.55, "pet": 1.575, "diamond": 2.419,
+}  # fmt: skip
 """Indices of refraction that Mitsuba knows by name"""
 _PERFECT = "none"
 
 
-def read_color(node: Node, kind: Kind, files: Files) -> Color:
+def read_color(node: Node, kind: Kind) -> Color:
     """Return a colour.
 
     A single number is grey, lights of which are D65; a curve is 0 beyond its ends.
@@ -68,9 +51,8 @@ def read_color(node: Node, kind: Kind, files: Files) -> Color:
     ----------
     node : <rgb>, <spectrum> or <float>
     kind : a reflectance lies in [0, 1], an emission or index above 0
-    files : finds curves
     """
-    color = _read_any(node, kind, files)
+    color = _read_any(node, kind)
     values = color.values if isinstance(color, Spectrum) else np.array(color, np.float64)
     highest = LARGEST_REFLECTANCE if kind == "reflectance" else math.inf
     outside = ~((values >= 0.0) & (values <= highest))
@@ -81,7 +63,7 @@ def read_color(node: Node, kind: Kind, files: Files) -> Color:
     return combined(lambda value: np.minimum(value, 1.0), color) if highest < 2.0 else color
 
 
-def _read_any(node: Node, kind: Kind, files: Files) -> Color:
+def _read_any(node: Node, kind: Kind) -> Color:
     element = node.element
     match node.tag:
         case "float":
@@ -96,7 +78,7 @@ def _read_any(node: Node, kind: Kind, files: Files) -> Color:
         case _ if node.type:
             return _typed(node)
         case _:
-            return _spectrum(node, kind, files)
+            return _spectrum(node, kind)
 
 
 def _rgb(node: Node) -> Color:
@@ -115,11 +97,11 @@ def _rgb(node: Node) -> Color:
     return plain(decode_srgb(values) if node.tag == "srgb" else values)
 
 
-def _spectrum(node: Node, kind: Kind, files: Files) -> Color:
+def _spectrum(node: Node, kind: Kind) -> Color:
     """Return what a plain <spectrum> holds: a number, a curve, or the name of its file."""
     element = node.element
     if "filename" in element.attributes:
-        path = files.find(element, element.attributes["filename"])
+        path = node.context.find(element, element.attributes["filename"])
         text = path.read_text("utf-8", "replace")
         rows = [line for line in text.splitlines() if not line.lstrip().startswith("#")]
         values = element.numbers(" ".join(rows))
@@ -215,42 +197,38 @@ def as_rgb(color: Color, kind: Kind = "reflectance") -> Floats:
     return np.ones(3) * color
 
 
-def read_paint(
-    context: Context, node: Node, name: str, default: Color, kind: Kind = "reflectance"
-) -> Paint:
+def read_paint(node: Node, name: str, default: Color, kind: Kind = "reflectance") -> Paint:
     """Return a parameter that is a colour or a texture."""
     found = node.find(name)
     if found is None:
         return default
     if found.tag in COLOR_TAGS:
-        return read_color(found, kind, context.files)
+        return read_color(found, kind)
     if found.tag != "texture":
         raise found.error(f"{name} is a <{found.tag}>; give a colour or a texture")
-    return read_texture(context, found, kind)
+    return read_texture(found, kind)
 
 
-def read_texture(context: Context, found: Node, kind: Kind) -> Paint:
+def read_texture(found: Node, kind: Kind) -> Paint:
     """Return what a texture stands for: an image, or a colour."""
     if found.type == "bitmap":
-        return _bitmap(context, found)
+        return _bitmap(found)
     if found.type == "checkerboard":
-        return _checkerboard(context, found, kind)
-    return read_color(found, kind, context.files)
+        return _checkerboard(found, kind)
+    return read_color(found, kind)
 
 
-def read_plain(
-    context: Context, node: Node, name: str, default: Color, kind: Kind = "reflectance"
-) -> Color:
+def read_plain(node: Node, name: str, default: Color, kind: Kind = "reflectance") -> Color:
     """Return a parameter that is simulated as a colour: the mean of a texture, which is noted."""
-    paint = read_paint(context, node, name, default, kind)
+    paint = read_paint(node, name, default, kind)
     if isinstance(paint, Texture):
-        context.lose(f"texture of {name}", node)
+        node.lose(f"texture of {name}")
     return mean_color(paint)
 
 
-def read_scalar(context: Context, node: Node, name: str, default: float) -> float:
+def read_scalar(node: Node, name: str, default: float) -> float:
     """Return a parameter that is simulated as a number: the mean of anything else."""
-    color = read_plain(context, node, name, default, "index")
+    color = read_plain(node, name, default, "index")
     return float(np.mean(as_rgb(color) if isinstance(color, Spectrum) else color))
 
 
@@ -263,47 +241,47 @@ def changed(paint: Paint, function: Callable[..., Any]) -> Paint:
     return replace(Texture.of(texels), scale=paint.scale, offset=paint.offset, clamp=paint.clamp)
 
 
-def _bitmap(context: Context, node: Node) -> Paint:
+def _bitmap(node: Node) -> Paint:
     """Return an image; grey if it is missing and that is allowed."""
     raw = node.flag("raw", False)
     if (filtered := node.text("filter_type", "bilinear")) == "nearest":
-        context.lose(f"filter {shown(filtered)}", node)
+        node.lose(f"filter {shown(filtered)}")
     wrap = node.text("wrap_mode", "repeat")
     if wrap not in ("repeat", "clamp"):
-        context.lose(f"wrap mode {shown(wrap)}", node)
+        node.lose(f"wrap mode {shown(wrap)}")
     name = node.text("filename")
     try:
-        image = shared_image(context.files.find(node.element, name), raw)
+        image = shared_image(node.file(), raw)
     except InputError as error:
-        if context.missing_textures == "error":
+        if node.context.missing_textures == "error":
             raise extended(error, OR_WITHOUT) from None
-        note_loss(context.losses, "unreadable textures, with grey in their place,", name[:80])
+        note_loss(node.context.losses, "unreadable textures, with grey in their place,", name[:80])
         return GREY
-    placed = _placement(context, node)
-    context.lose_unread(node)
+    placed = _placement(node)
+    node.lose_unread()
     return Texture(image, clamp=wrap == "clamp", **placed)
 
 
-def _checkerboard(context: Context, node: Node, kind: Kind) -> Texture:
+def _checkerboard(node: Node, kind: Kind) -> Texture:
     """Return two colours in a pattern of 2 × 2."""
     highest = 1.0 if kind == "reflectance" else np.inf
     one, other = (
-        np.minimum(as_rgb(read_plain(context, node, name, default, kind), kind), highest)
+        np.minimum(as_rgb(read_plain(node, name, default, kind), kind), highest)
         for name, default in (("color0", 0.4), ("color1", 0.2))
     )
     index = np.arange(_CHECKS) >= _CHECKS // 2
     same = index[:, None] == index
     texels = np.where(same[..., None], one, other).astype(np.float32)
-    placed = _placement(context, node)
-    context.lose_unread(node)
+    placed = _placement(node)
+    node.lose_unread()
     return Texture.of(texels, **placed)
 
 
-def _placement(context: Context, node: Node) -> dict[str, Any]:
+def _placement(node: Node) -> dict[str, Any]:
     """Return how a texture lies on a surface; Mitsuba's v counts downwards, ours upwards."""
     matrix = node.transform("to_uv")
     if matrix[0, 1] or matrix[1, 0]:
-        context.lose("rotation of textures", node)
+        node.lose("rotation of textures")
     # What stood in place of to_uv in Mitsuba 0.x
     du, dv = node.number("uoffset", 0.0), node.number("voffset", 0.0)
     u, v = node.number("uscale", 1.0), node.number("vscale", 1.0)
@@ -328,11 +306,11 @@ def index_of(node: Node, name: str, default: str) -> float:
     return _NAMED[wanted]
 
 
-def metal_reflectances(context: Context, node: Node) -> tuple[Color, Color]:
+def metal_reflectances(node: Node) -> tuple[Color, Color]:
     """Return what a metal reflects at normal incidence, and at 82°: 1 if none is named."""
     if node.find("eta") or node.find("k"):
-        eta = read_plain(context, node, "eta", 0.0, "index")
-        k = read_plain(context, node, "k", 1.0, "index")
+        eta = read_plain(node, "eta", 0.0, "index")
+        k = read_plain(node, "k", 1.0, "index")
         normal, edge = (
             combined(partial(conductor_reflectance, cosine=cosine), eta, k)
             for cosine in (1.0, EDGE_COSINE)

@@ -5,18 +5,28 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError
-from photonmap.io.readers import obj, ply, surfaces
-from photonmap.io.readers.meshes import Part, build_mesh, move, vertex_normals
-from photonmap.io.readers.mitsuba_parts.bsdfs import Bsdfs
-from photonmap.io.readers.mitsuba_parts.colors import read_paint
-from photonmap.io.readers.mitsuba_parts.nodes import Context, Node
+from photonmap.io.readers import obj, ply
+from photonmap.io.readers.meshes import (
+    Part,
+    build_mesh,
+    cube,
+    cylinder,
+    disk,
+    move,
+    rectangle,
+    sphere,
+    vertex_normals,
+)
+from photonmap.io.readers.mitsuba_bsdfs import is_one_sided, read_material
+from photonmap.io.readers.mitsuba_colors import read_paint
+from photonmap.io.readers.mitsuba_nodes import Node, once
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material
@@ -34,78 +44,70 @@ _CLOSED = ("sphere", "cube")
 _GROUP, _INSTANCE = "shapegroup", "instance"
 
 
-@dataclass
-class Shapes:
-    """The shapes of a scene."""
-
-    bsdfs: Bsdfs  # those of the scene, with what all parts of the reader share
-    # geometry of shapes that are read already, in their own coordinates
-    parts: dict[int, Part] = field(default_factory=dict)
-
-    @property
-    def context(self) -> Context:
-        """What all parts of the reader share."""
-        return self.bsdfs.context
-
-    def meshes(self, node: Node) -> Iterator[Mesh]:
-        """Return the meshes of a shape, none of a group, which only its instances show."""
-        if node.type == _INSTANCE:
-            groups = [part for part in node.parts("shape") if part.type == _GROUP]
-            if len(groups) != 1:
-                raise node.error("an instance shows one shapegroup; give it a <ref> to that")
-            matrix = node.transform()
-            for shape in groups[0].parts("shape"):
-                yield self._mesh(shape, self.context.name("mesh", node), matrix)
-            self.context.lose_unread(node)
-        elif node.type != _GROUP:
-            yield self._mesh(node, self.context.name("mesh", node), np.eye(4))
-
-    def _mesh(self, node: Node, name: str, outer: Matrix) -> Mesh:
-        """Return a shape as a mesh, moved by a matrix after its own."""
-        if node.type not in _TYPES:
-            raise node.unknown(_TYPES)
-        if id(node) not in self.parts:
-            self.parts[id(node)] = _TYPES[node.type](self.context, node)
-        part = move(self.parts[id(node)], outer @ node.transform())
-        if node.type in _FILES:
-            part = _with_normals(node, part)
-        if node.flag("flip_normals", False):
-            normals = None if part.normals is None else -part.normals
-            part = replace(part, faces=part.faces[:, ::-1], normals=normals)
-        mesh = build_mesh(node.element.path, part, self._material(node), name)
-        self.context.lose_unread(node)
-        return mesh
-
-    def _material(self, node: Node) -> Material:
-        """Return the material of a shape; without a bsdf it is grey, or black if it emits."""
-        bsdfs, emitters = node.parts("bsdf"), node.parts("emitter")
-        material = self.bsdfs.material(bsdfs[-1]) if bsdfs else Material("default")
-        if bsdfs and node.type not in _CLOSED and self.bsdfs.is_one_sided(bsdfs[-1]):
-            self.context.lose("black backs of one-sided surfaces", node)
-        if not emitters:
-            return material
-        emitter = emitters[-1]
-        if emitter.type != "area":
-            raise emitter.error(f"a shape has an emitter of type {shown(emitter.type)}; give area")
-        radiance = read_paint(self.context, emitter, "radiance", (1.0, 1.0, 1.0), "emission")
-        self.context.lose_unread(emitter)
-        name = self.context.name("material", emitter if emitter.id else node)
-        if not bsdfs:
-            return Material(name, 0.0, radiance)
-        return replace(material, name=name, emission=radiance)
+def read_shapes(node: Node) -> Iterator[Mesh]:
+    """Return the meshes of a shape, none of a group, which only its instances show."""
+    if node.type == _INSTANCE:
+        groups = [part for part in node.parts("shape") if part.type == _GROUP]
+        if len(groups) != 1:
+            raise node.error("an instance shows one shapegroup; give it a <ref> to that")
+        matrix = node.transform()
+        for shape in groups[0].parts("shape"):
+            yield _mesh(shape, node.unique_name("mesh"), matrix)
+        node.lose_unread()
+    elif node.type != _GROUP:
+        yield _mesh(node, node.unique_name("mesh"), np.eye(4))
 
 
-def _sphere(context: Context, node: Node) -> Part:
-    center = np.array(node.vector("center", (0.0, 0.0, 0.0)))
-    return surfaces.sphere(center, _radius(node))
+@once
+def _part(node: Node) -> Part:
+    """Return the geometry of a shape in its own coordinates."""
+    if node.type not in _TYPES:
+        raise node.unknown(_TYPES)
+    return _TYPES[node.type](node)
 
 
-def _cylinder(context: Context, node: Node) -> Part:
+def _mesh(node: Node, name: str, outer: Matrix) -> Mesh:
+    """Return a shape as a mesh, moved by a matrix after its own."""
+    part = move(_part(node), outer @ node.transform())
+    if node.type in _FILES:
+        part = _with_normals(node, part)
+    if node.flag("flip_normals", False):
+        normals = None if part.normals is None else -part.normals
+        part = replace(part, faces=part.faces[:, ::-1], normals=normals)
+    mesh = build_mesh(node.element.path, part, _material(node), name)
+    node.lose_unread()
+    return mesh
+
+
+def _material(node: Node) -> Material:
+    """Return the material of a shape; without a bsdf it is grey, or black if it emits."""
+    bsdfs, emitters = node.parts("bsdf"), node.parts("emitter")
+    material = read_material(bsdfs[-1]) if bsdfs else Material("default")
+    if bsdfs and node.type not in _CLOSED and is_one_sided(bsdfs[-1]):
+        node.lose("black backs of one-sided surfaces")
+    if not emitters:
+        return material
+    emitter = emitters[-1]
+    if emitter.type != "area":
+        raise emitter.error(f"a shape has an emitter of type {shown(emitter.type)}; give area")
+    radiance = read_paint(emitter, "radiance", (1.0, 1.0, 1.0), "emission")
+    emitter.lose_unread()
+    name = (emitter if emitter.id else node).unique_name("material")
+    if not bsdfs:
+        return Material(name, 0.0, radiance)
+    return replace(material, name=name, emission=radiance)
+
+
+def _sphere(node: Node) -> Part:
+    return sphere(np.array(node.vector("center", (0.0, 0.0, 0.0))), _radius(node))
+
+
+def _cylinder(node: Node) -> Part:
     start = np.array(node.vector("p0", (0.0, 0.0, 0.0)))
     end = np.array(node.vector("p1", (0.0, 0.0, 1.0)))
     if (start == end).all():
         raise node.error("both ends of a cylinder are the same; move p0 or p1")
-    return surfaces.cylinder(start, end, _radius(node))
+    return cylinder(start, end, _radius(node))
 
 
 def _radius(node: Node) -> float:
@@ -115,23 +117,20 @@ def _radius(node: Node) -> float:
     return radius
 
 
-def _obj(context: Context, node: Node) -> Part:
-    mesh = obj.read_shape(context.files.find(node.element, node.text("filename")))
+def _obj(node: Node) -> Part:
+    mesh = obj.read_shape(node.file())
     part = Part(mesh.vertices, mesh.faces, mesh.normals, mesh.uv)
     return part if node.flag("flip_tex_coords", True) else _turned(part)
 
 
-def _ply(context: Context, node: Node) -> Part:
-    path = context.files.find(node.element, node.text("filename"))
-    meshes = ply.read(path, ReadOptions()).meshes
-    mesh = meshes[0]
+def _ply(node: Node) -> Part:
+    mesh = ply.read(node.file(), ReadOptions()).meshes[0]
     part = Part(mesh.vertices, mesh.faces, mesh.normals, mesh.uv)
     return part if node.flag("flip_tex_coords", False) else _turned(part)
 
 
-def _serialized(context: Context, node: Node) -> Part:
-    path = context.files.find(node.element, node.text("filename"))
-    return _turned(read_serialized(path, node.whole("shape_index", 0)))
+def _serialized(node: Node) -> Part:
+    return _turned(read_serialized(node.file(), node.whole("shape_index", 0)))
 
 
 def _turned(part: Part) -> Part:
@@ -143,12 +142,11 @@ def _with_normals(node: Node, part: Part) -> Part:
     """Return a part with normals at its vertices, unless it is to be flat."""
     if node.flag("face_normals", False):
         return replace(part, normals=None)
-    return part if part.normals is not None else replace(part, normals=_smooth_normals(part))
-
-
-def _smooth_normals(part: Part) -> Matrix:
-    sizes, vertices = np.full(len(part.faces), 3), part.faces.ravel()
-    return vertex_normals(part.vertices[vertices], sizes, vertices, len(part.vertices))
+    if part.normals is not None:
+        return part
+    sizes, at = np.full(len(part.faces), 3), part.faces.ravel()
+    normals = vertex_normals(part.vertices[at], sizes, at, len(part.vertices))
+    return replace(part, normals=normals)
 
 
 def read_serialized(path: Path, index: int) -> Part:
@@ -236,16 +234,12 @@ def _damaged(path: Path) -> InputError:
     return InputError("is damaged: its meshes are not complete; export it again", path)
 
 
-_FILES: dict[str, Callable[[Context, Node], Part]] = {
-    "obj": _obj,
-    "ply": _ply,
-    "serialized": _serialized,
-}
-_TYPES: dict[str, Callable[[Context, Node], Part]] = {
-    "rectangle": lambda context, node: surfaces.rectangle(),
-    "cube": lambda context, node: surfaces.cube(),
+_FILES: dict[str, Callable[[Node], Part]] = {"obj": _obj, "ply": _ply, "serialized": _serialized}
+_TYPES: dict[str, Callable[[Node], Part]] = {
+    "rectangle": lambda node: rectangle(),
+    "cube": lambda node: cube(),
     "sphere": _sphere,
-    "disk": lambda context, node: surfaces.disk(),
+    "disk": lambda node: disk(),
     "cylinder": _cylinder,
     **_FILES,
 }

@@ -1,4 +1,4 @@
-"""Materials of glTF files, as the reader of `io.readers.gltf_parts.materials` takes them."""
+"""Materials of glTF files, as the reader of `io.readers.gltf_materials` takes them."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.io.writers.gltf_parts.draft import Draft
-from photonmap.io.writers.gltf_parts.textures import TextureWriter
+from photonmap.io.writers.gltf_draft import Draft, TextureWriter
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.material import Material
 from photonmap.scene.surfaces.fresnel import normal_reflectance
@@ -92,8 +91,6 @@ def _scalar(
 ) -> dict[str, Any]:
     """Return a number as a factor, or a texture of numbers beside a factor of 1.
 
-    Parameters
-    ----------
     factor, use : keys of the factor and of the texture
     """
     if not isinstance(value, Texture):
@@ -111,8 +108,6 @@ def _base_color(
 ) -> tuple[dict[str, Any], dict[str, str]]:
     """Return the JSON of a base colour and its opacity, and the mode in which that is used.
 
-    Parameters
-    ----------
     texture, factor : its texture, or the colour where it has none
     alpha : the opacity
     rest : divides the colour of a texture

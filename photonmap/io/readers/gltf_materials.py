@@ -9,7 +9,7 @@ from typing import Any
 
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import SHEEN, Losses, note_loss
-from photonmap.io.readers.gltf_parts.textures import Textures, find_placement
+from photonmap.io.readers.gltf_textures import Textures, find_placement
 from photonmap.io.readers.registry import GREY
 from photonmap.runtime.wording import shown
 from photonmap.scene.images import Channels, Image

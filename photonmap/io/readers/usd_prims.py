@@ -12,12 +12,20 @@ from numpy.typing import NDArray
 from pxr import UsdGeom, UsdLux, UsdShade
 
 from photonmap.errors import InputError
-from photonmap.io.readers import surfaces
 from photonmap.io.readers.decoding import plain, point_ahead
 from photonmap.io.readers.environment_maps import turned_map
-from photonmap.io.readers.meshes import Part, build_mesh, check_indices, cut_polygons, move
-from photonmap.io.readers.usd_parts.materials import Materials
-from photonmap.io.readers.usd_parts.stage import Stage, radiance_of
+from photonmap.io.readers.meshes import (
+    Part,
+    build_mesh,
+    check_indices,
+    cube,
+    cut_polygons,
+    disk,
+    move,
+    rectangle,
+    sphere,
+)
+from photonmap.io.readers.usd_stage import Materials, Stage, radiance_of
 from photonmap.runtime.named_files import named_image
 from photonmap.scene.camera import Camera, Lens, check_camera
 from photonmap.scene.lights import DirectionalLight, DomeLight, Light, PointLight, SpotLight
@@ -91,9 +99,9 @@ def read_light(stage: Stage, prim: Any) -> Light | Mesh | None:
     return turned_map(path, stage.matrix(prim)[:3, :3], float(amount.mean()), name)
 
 
-def _sun(stage: Stage, prim: Any, name: str, light: tuple[NDArray[np.float64], bool]) -> Light:
+def _sun(stage: Stage, prim: Any, name: str, shines: tuple[NDArray[np.float64], bool]) -> Light:
     """Return a sun; without `normalize` its radiance counts, over a disk of its angle."""
-    amount, is_whole = light
+    amount, is_whole = shines
     angle = math.radians(stage.value(UsdLux.DistantLight(prim).GetAngleAttr(), 0.53))
     if not is_whole and angle > 0.0:
         amount = amount * math.pi * math.sin(0.5 * min(angle, math.pi)) ** 2
@@ -102,28 +110,28 @@ def _sun(stage: Stage, prim: Any, name: str, light: tuple[NDArray[np.float64], b
 
 
 def _shape(
-    stage: Stage, prim: Any, name: str, light: tuple[NDArray[np.float64], bool]
+    stage: Stage, prim: Any, name: str, shines: tuple[NDArray[np.float64], bool]
 ) -> Mesh | Light:
     """Return the mesh of a light that has a size; `normalize` divides by its area."""
-    amount, is_whole = light
+    amount, is_whole = shines
     matrix, kind = stage.matrix(prim), prim.GetTypeName()
     if kind == "SphereLight":
-        sphere = UsdLux.SphereLight(prim)
-        radius = stage.value(sphere.GetRadiusAttr(), 0.5)
-        if stage.value(sphere.GetTreatAsPointAttr(), False) or radius == 0.0:
+        light = UsdLux.SphereLight(prim)
+        radius = stage.value(light.GetRadiusAttr(), 0.5)
+        if stage.value(light.GetTreatAsPointAttr(), False) or radius == 0.0:
             factor = 0.25 if is_whole else math.pi * radius**2
             return _point(stage, prim, name, amount * factor)
-        part = move(surfaces.sphere(np.zeros(3), radius), matrix)
+        part = move(sphere(np.zeros(3), radius), matrix)
     elif kind == "DiskLight":
         radius = stage.value(UsdLux.DiskLight(prim).GetRadiusAttr(), 0.5)
-        part = move(surfaces.disk(), matrix @ _FLIP @ np.diag([radius, radius, 1.0, 1.0]))
+        part = move(disk(), matrix @ _FLIP @ np.diag([radius, radius, 1.0, 1.0]))
     else:
-        rectangle = UsdLux.RectLight(prim)
-        if stage.value(rectangle.GetTextureFileAttr()):
+        light = UsdLux.RectLight(prim)
+        if stage.value(light.GetTextureFileAttr()):
             stage.lose("textures of lights", prim)
-        wide = 0.5 * stage.value(rectangle.GetWidthAttr(), 1.0)
-        high = 0.5 * stage.value(rectangle.GetHeightAttr(), 1.0)
-        part = move(surfaces.rectangle(), matrix @ _FLIP @ np.diag([wide, high, 1.0, 1.0]))
+        wide = 0.5 * stage.value(light.GetWidthAttr(), 1.0)
+        high = 0.5 * stage.value(light.GetHeightAttr(), 1.0)
+        part = move(rectangle(), matrix @ _FLIP @ np.diag([wide, high, 1.0, 1.0]))
     if _cone(stage, prim)[0] < _EVERYWHERE:
         stage.lose("cones of lights that have a size", prim)
     radiance = amount / _area(part) if is_whole else amount
@@ -231,12 +239,12 @@ def _spread(
 
 
 def _sphere(stage: Stage, prim: Any) -> Part:
-    return surfaces.sphere(np.zeros(3), stage.value(UsdGeom.Sphere(prim).GetRadiusAttr()))
+    return sphere(np.zeros(3), stage.value(UsdGeom.Sphere(prim).GetRadiusAttr()))
 
 
 def _cube(stage: Stage, prim: Any) -> Part:
     half = 0.5 * stage.value(UsdGeom.Cube(prim).GetSizeAttr())
-    return move(surfaces.cube(), np.diag([half, half, half, 1.0]))
+    return move(cube(), np.diag([half, half, half, 1.0]))
 
 
 _SHAPES: dict[str, Callable[[Stage, Any], Part]] = {"Sphere": _sphere, "Cube": _cube}

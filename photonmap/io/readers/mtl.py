@@ -13,9 +13,9 @@ import numpy as np
 
 from photonmap.errors import InputError, naming, warn
 from photonmap.io.readers.decoding import SHEEN
+from photonmap.io.readers.mtl_models import NUMBERS, Draft, has_exponent, make_material
+from photonmap.io.readers.obj_lines import Source, read_source
 from photonmap.io.readers.registry import OR_WITHOUT, MissingTextures
-from photonmap.io.readers.wavefront.illumination import NUMBERS, Draft, has_exponent, make_material
-from photonmap.io.readers.wavefront.source import Source, read_source
 from photonmap.runtime.named_files import named_image
 from photonmap.runtime.wording import enumerated, listed, shown, suggest
 from photonmap.scene.material import Material
@@ -272,8 +272,6 @@ def _read_texture(
 ) -> Texture | None:
     """Return a texture; None, and noted, where it cannot be read and that is allowed.
 
-    Parameters
-    ----------
     kind : whether it is linear, whether it is a mask, and up to which value it may reach
     """
     is_linear, is_mask, most = kind

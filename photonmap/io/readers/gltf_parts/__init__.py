@@ -1,1 +1,0 @@
-"""What glTF files say of surfaces: materials and textures."""

@@ -1,1 +1,0 @@
-"""Wavefront's text formats: OBJ geometry and MTL materials."""

@@ -1,1 +1,0 @@
-"""The parts of glTF files that are written."""
