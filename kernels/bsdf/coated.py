@@ -34,11 +34,9 @@ from photonmap.kernels.geometry.texture import coordinates, look_up_number
 class Coat(NamedTuple):
     """A clear coat at a point."""
 
-    weight: float
-    """fraction of the surface that it covers"""
+    weight: float  # fraction of the surface that it covers
     lobe: glossy.Lobe
-    through: int
-    """row of `Coats.through`, of the least rough base"""
+    through: int  # row of `Coats.through`, of the least rough base
     normal: tuple
 
 

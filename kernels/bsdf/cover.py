@@ -8,18 +8,13 @@ from photonmap.kernels.core.jit import jit
 class Cover(NamedTuple):
     """What lies over a surface, between two directions."""
 
-    own: float
-    """what the coat itself reflects, per steradian"""
-    bare: float
-    """fraction of the surface without a coat"""
-    through: float
-    """what passes the coat to the base and back, once"""
-    back: float
-    """part of the base's light that the coat returns to it"""
+    own: float  # what the coat itself reflects, per steradian
+    bare: float  # fraction of the surface without a coat
+    through: float  # what passes the coat to the base and back, once
+    back: float  # part of the base's light that the coat returns to it
 
 
-UNCOVERED = Cover(0.0, 1.0, 0.0, 0.0)
-"""Of a surface without a coat"""
+UNCOVERED = Cover(0.0, 1.0, 0.0, 0.0)  # Of a surface without a coat
 
 
 @jit

@@ -15,24 +15,18 @@ from photonmap.kernels.geometry.relief import derivatives, handedness, tangent_a
 from photonmap.kernels.geometry.texture import look_up
 
 TINY = 1e-12
-LEAST_LENGTH = 1e-9
-"""Of a tangent: it is shorter where there are no texture coordinates."""
+LEAST_LENGTH = 1e-9  # Of a tangent: it is shorter where there are no texture coordinates
 
 
 class Brush(NamedTuple):
     """How a lobe differs along a surface at a point."""
 
-    stretch: float
-    """how far α along the tangent is on the way from what it is across to 1"""
+    stretch: float  # how far α along the tangent is on the way from what it is across to 1
     cosine: float
-    sine: float
-    """of the angle from where u rises to the tangent"""
-    mean: int
-    """row of `Scattering.albedos` of the mean over azimuths"""
-    azimuths: int
-    """row where those of azimuths begin"""
-    between: float
-    """how far on the way to those of the next strength"""
+    sine: float  # of the angle from where u rises to the tangent
+    mean: int  # row of `Scattering.albedos` of the mean over azimuths
+    azimuths: int  # row where those of azimuths begin
+    between: float  # how far on the way to those of the next strength
 
 
 @jit

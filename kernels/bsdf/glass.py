@@ -1,24 +1,27 @@
-"""What glass is like where a ray meets it: its tint, its roughness, and how much of it there is."""
+"""Glass where a ray meets it: its tint, its roughness, and how much of it there is.
 
+And what it absorbs along rays inside, by the Beer–Lambert law.
+"""
+
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from photonmap.kernels.bsdf.facets import brush_at, brush_of, tangent_of
+from photonmap.kernels.core import vec
 from photonmap.kernels.core.bands import mix
 from photonmap.kernels.core.jit import jit, outlined
+from photonmap.kernels.geometry.interaction import side_of
 from photonmap.kernels.geometry.texture import coordinates, look_up, look_up_number
 
 
 class Roughness(NamedTuple):
     """How rough a specular surface is at a point: a lobe for `facets`."""
 
-    along: float
-    """GGX's α along the tangent"""
-    alpha: float
-    """across it"""
-    tangent: tuple
-    """see `facets`"""
+    along: float  # GGX's α along the tangent
+    alpha: float  # across it
+    tangent: tuple  # see `facets`
 
 
 @jit
@@ -121,3 +124,25 @@ def take_share(geometry, share, hit, throughput):
     value = np.float32(glass_share(geometry, share, hit))
     for band in range(len(throughput)):
         throughput[band] *= value
+
+
+@jit
+def absorb(scene, hit, direction, from_specular, throughput):
+    """Absorb light along the ray that meets `hit`, from a specular surface or to one.
+
+    `throughput`, (N,), is multiplied by what the glass around the ray transmits.
+    """
+    specular = scene.specular
+    if specular is None:
+        return
+    media = specular.media
+    if media is None or len(media.absorption) == 0 or hit.triangle < 0:
+        return
+    if not from_specular and specular.kind[scene.geometry.material[hit.triangle]] == 0:
+        return
+    medium = media.of_side[hit.triangle, side_of(scene.geometry, hit.triangle, direction)]
+    if medium < 0:
+        return
+    length = hit.distance * math.sqrt(vec.dot(direction, direction))
+    for band in range(len(throughput)):
+        throughput[band] *= np.float32(math.exp(-media.absorption[medium, band] * length))

@@ -26,13 +26,11 @@ from photonmap.kernels.core.metals import DIP_MEANS
 from photonmap.kernels.geometry.interaction import departure
 from photonmap.kernels.geometry.texture import coordinates, look_up, look_up_number
 
-IS_NARROW = True
-"""See `models`"""
+IS_NARROW = True  # See `models`
 LOBE = 255
 """In place of a surface's model: what a glossy one has beside its base, for which the radiosity
 cache has answered"""
-_BY_LOBE = 0.9
-"""Least share of directions by the lobe where there is nothing else."""
+_BY_LOBE = 0.9  # Least share of directions by the lobe where there is nothing else
 TINY = 1e-12
 NO_DIP = (0.0, 0.0, 0.0, 0.0)
 
@@ -41,26 +39,17 @@ class Lobe(NamedTuple):
     """A glossy lobe and its base at a point."""
 
     material: int
-    alpha: float
-    """across the tangent, if there is one"""
-    f0: float
-    """mean over bands of the reflectance at normal incidence"""
-    base: float
-    """mean over bands of the albedo of the base"""
-    row: int
-    """of `Scattering.albedos`"""
-    between: float
-    """how far on the way to the next row"""
+    alpha: float  # across the tangent, if there is one
+    f0: float  # mean over bands of the reflectance at normal incidence
+    base: float  # mean over bands of the albedo of the base
+    row: int  # of `Scattering.albedos`
+    between: float  # how far on the way to the next row
     is_textured: bool
     """whether the reflectance at normal incidence is `color` rather than the material's"""
-    color: tuple
-    """linear RGB"""
-    along: float
-    """α along the tangent"""
-    tangent: tuple
-    """see `facets`"""
-    azimuths: int
-    """row of `Scattering.albedos` where those of azimuths begin"""
+    color: tuple  # linear RGB
+    along: float  # α along the tangent
+    tangent: tuple  # see `facets`
+    azimuths: int  # row of `Scattering.albedos` where those of azimuths begin
     curve: tuple
     """index of refraction, 0 for Schlick's formula, and the cosine-weighted mean of `rise`"""
 
@@ -68,20 +57,14 @@ class Lobe(NamedTuple):
 class Reflection(NamedTuple):
     """What a lobe does between two directions: see `between`."""
 
-    once: float
-    """what facets reflect once, per steradian, for a reflectance of 1"""
-    rise: float
-    """`rise` at the facets"""
-    dip: tuple
-    """`dip_terms` at the facets"""
-    missing: float
-    """what is reflected several times, likewise"""
+    once: float  # what facets reflect once, per steradian, for a reflectance of 1
+    rise: float  # `rise` at the facets
+    dip: tuple  # `dip_terms` at the facets
+    missing: float  # what is reflected several times, likewise
     incoming: tuple
     """albedos of light from wi, at Fresnel terms 1, `rise`, and a tuple of those at `dip_terms`"""
-    outgoing: tuple
-    """likewise from wo"""
-    mean: tuple
-    """cosine-weighted means of both"""
+    outgoing: tuple  # likewise from wo
+    mean: tuple  # cosine-weighted means of both
 
 
 @jit

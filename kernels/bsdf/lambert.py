@@ -8,8 +8,7 @@ from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.warp import INV_PI
 
-IS_NARROW = False
-"""See `models`"""
+IS_NARROW = False  # See `models`
 
 
 @jit

@@ -26,15 +26,11 @@ from photonmap.kernels.core.rng import draw, draw_three
 from photonmap.kernels.core.warp import INV_PI, power_heuristic
 from photonmap.kernels.geometry.pane import pane_reflectance
 
-METAL = 0.0
-"""In place of an index: nothing is transmitted."""
-LONGEST_WALK = 256
-"""Facets after which light leaves as it goes."""
-SPREAD = 0.3
-"""About what is scattered more than once, over α²."""
+METAL = 0.0  # In place of an index: nothing is transmitted
+LONGEST_WALK = 256  # Facets after which light leaves as it goes
+SPREAD = 0.3  # About what is scattered more than once, over α²
 TINY = 1e-30
-STRAIGHT = 1e60
-"""In place of a density that is not a function; its square is a number."""
+STRAIGHT = 1e60  # In place of a density that is not a function; its square is a number
 
 
 @jit

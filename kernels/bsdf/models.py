@@ -19,13 +19,12 @@ from photonmap.kernels.bsdf.glass import glass_share
 from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import divide
-from photonmap.kernels.core.dispatch import by_number
-from photonmap.kernels.core.jit import jit, outlined
+from photonmap.kernels.core.jit import by_number, jit, outlined
 from photonmap.kernels.core.passes import SurfaceInteraction
 from photonmap.kernels.geometry.interaction import departure
 
 BASES = {"Lambertian": lambert, "rough diffuse": rough_diffuse, "glossy": glossy}
-"""Models that may lie below a clear coat or a sheen, by the names that materials give them."""
+"""Models that may lie below a clear coat or a sheen, by the names that materials give them"""
 MODELS = {name: number for number, name in enumerate(BASES)}
 """Values of `Scattering.below`, and of `Scattering.model` but for what a cover lies over"""
 LAMBERTIAN, GLOSSY = MODELS["Lambertian"], MODELS["glossy"]
@@ -33,7 +32,7 @@ COATED, SHEEN = len(BASES), len(BASES) + 1
 """Values of `Scattering.model` of what lies below a clear coat, and below a sheen"""
 NARROW = (*(MODELS[name] for name, base in BASES.items() if base.IS_NARROW), COATED, SHEEN)
 """Those with lobes that cosine-distributed rays and light samples may miss, or that may cover some
-of them."""
+of them"""
 
 _modules = BASES.values()
 _lobe_at = by_number(_modules, "lobe_at", "geometry, scattering, hit")

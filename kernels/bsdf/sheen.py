@@ -29,21 +29,17 @@ from photonmap.kernels.geometry.texture import coordinates, look_up
 
 ROUGHEST = (21.5473, 3.82987, 0.19823, -1.97760, -4.32054)
 SMOOTHEST = (25.3245, 3.32435, 0.16801, -1.27393, -4.85967)
-"""Terms a, b, c, d and e of the fit of Λ, at α 1 and 0 (table 1 there)."""
+"""Terms a, b, c, d and e of the fit of Λ, at α 1 and 0 (table 1 there)"""
 
 
 class Sheen(NamedTuple):
     """A sheen at a point."""
 
     material: int
-    row: int
-    """of the tables of `Sheens`"""
-    is_textured: bool
-    """whether its colour is `color` rather than the material's"""
-    color: tuple
-    """linear RGB"""
-    mean: float
-    """mean of its colour over the bands"""
+    row: int  # of the tables of `Sheens`
+    is_textured: bool  # whether its colour is `color` rather than the material's
+    color: tuple  # linear RGB
+    mean: float  # mean of its colour over the bands
 
 
 @jit

@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.bsdf import microsurface
-from photonmap.kernels.bsdf.absorption import absorb
 from photonmap.kernels.bsdf.dispersion import choose_index, index_ratio, keep_index, reflects
 from photonmap.kernels.bsdf.facets import from_local, to_local
 from photonmap.kernels.bsdf.glass import (
+    absorb,
     multiply_remainder,
     multiply_tint,
     roughness_at,
@@ -31,32 +31,24 @@ from photonmap.kernels.core.fresnel import (
 )
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.core.records import GLASS, MIRROR
-from photonmap.kernels.core.rng import draw, draw_three, stream
-from photonmap.kernels.core.roulette import russian_roulette
+from photonmap.kernels.core.rng import draw, draw_three, russian_roulette, stream
 from photonmap.kernels.geometry.interaction import offset, point_at, shading_normal, side_of
 from photonmap.kernels.geometry.opacity import intersect
 from photonmap.kernels.geometry.pane import clear_at, is_reflected
 
-LONGEST_CHAIN = 256
-"""Specular scatterings in a row, after which a path is truncated."""
-CERTAIN_STEPS = 4
-"""Specular scatterings of a chain before Russian roulette begins."""
-BITS = float(1 << 53)
-"""Of a uniform number."""
+LONGEST_CHAIN = 256  # Specular scatterings in a row, after which a path is truncated
+CERTAIN_STEPS = 4  # Specular scatterings of a chain before Russian roulette begins
+BITS = float(1 << 53)  # Of a uniform number
 
 
 class Arrival(NamedTuple):
     """How light meets a specular surface."""
 
     triangle: int
-    direction: tuple
-    """unit vector along which it arrives"""
-    side: int
-    """0 at the front of the triangle, 1 at its back"""
-    ng: tuple
-    """geometric normal on that side"""
-    n: tuple
-    """shading normal, or ng where light arrives from below it"""
+    direction: tuple  # unit vector along which it arrives
+    side: int  # 0 at the front of the triangle, 1 at its back
+    ng: tuple  # geometric normal on that side
+    n: tuple  # shading normal, or ng where light arrives from below it
 
 
 @jit

@@ -1,6 +1,7 @@
-"""Which fraction of a cell is exposed, and which is inside what stands on the surface.
+"""What a cell of the radiosity cache is like.
 
-And what lies around a cell: whether things stand near, and whether it sees an emitter.
+Which fraction of it is exposed, and not inside what stands on the surface; whether things stand
+near, and whether it sees an emitter; and which part of it is surface, where surfaces have holes.
 """
 
 import math
@@ -9,32 +10,28 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.bsdf.specular import specular_probability
-from photonmap.kernels.cache.radiosity_cache import place_in
+from photonmap.kernels.cache.radiosity_cache import cell_at, place_in
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.core.rng import draw, sobol_2d, stream
 from photonmap.kernels.core.streams import EXPOSURE_COUNT, EXPOSURE_POINT, EXPOSURE_RAY, split
 from photonmap.kernels.geometry.interaction import offset, point_at, side_of
-from photonmap.kernels.geometry.opacity import intersect
+from photonmap.kernels.geometry.opacity import intersect, opacity_at
 
-POINTS = 8
-"""Points of a cell from which rays look around."""
-LOOKS = 8
-"""Rays of a point, at most."""
+POINTS = 8  # Points of a cell from which rays look around
+LOOKS = 8  # Rays of a point, at most
 TESTED, EXPOSED, NEAR, EMITTER = 0, 1, 2, 3
 """What is counted: points that were tested, those of them that are exposed, and those whose first
-ray meets something within the cell's width, or an emitter."""
+ray meets something within the cell's width, or an emitter"""
 
 
 @by_reference
 class Exposure(NamedTuple):
     """Counts of points, uint8, in columns `TESTED`, `EXPOSED`, `NEAR` and `EMITTER`."""
 
-    cells: np.ndarray
-    """(cells, 4) of cells of single triangles"""
-    parts: np.ndarray
-    """(T, 2, 4) of triangles that share a cell with others"""
+    cells: np.ndarray  # (cells, 4) of cells of single triangles
+    parts: np.ndarray  # (T, 2, 4) of triangles that share a cell with others
 
 
 class Piece(NamedTuple):
@@ -137,3 +134,29 @@ def probe_exposure(scene, lit_sides, areas, cells, key, span, exposure):
                 piece = Piece(triangle, side, np.int32(1), 0, 1, 0)
                 area = areas[triangle]
                 _probe_whole(scene, lit_sides, cells, area, piece, own, exposure)
+
+
+FINE = 8  # Looks at a textured opacity along the side of a cell
+
+
+@kernel
+def measure_cells(geometry, alpha, cells, areas, whole, there):
+    """Add to `whole` and `there`, both (cells,), the area of each cell, and that of its surface."""
+    for triangle in range(len(areas)):
+        textured = alpha.image[geometry.material[triangle]] >= 0
+        n = cells.divisions[triangle]
+        for part in range(n * n):
+            finer = 1
+            for side in range(2):
+                if n > 1 and cells.parts[cells.first[triangle, side] + part] >= 0:
+                    finer = cells.finer
+            steps = finer * (FINE if textured else 2)
+            weight = areas[triangle] / (n * n * (steps * (steps + 1) // 2))
+            for i in range(steps):
+                for j in range(steps - i):
+                    u, v = place_in(n, part, (i + 0.4) / steps, (j + 0.4) / steps)
+                    opacity = opacity_at(geometry, triangle, u, v)
+                    for side in range(2):
+                        cell = cell_at(cells, triangle, side, u, v)
+                        whole[cell] += weight
+                        there[cell] += weight * opacity

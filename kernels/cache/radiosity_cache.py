@@ -12,8 +12,7 @@ import numpy as np
 
 from photonmap.kernels.core.jit import jit, kernel
 
-NEAR = 1.0
-"""Distance, in widths of a cell, below which the cell is not looked up."""
+NEAR = 1.0  # Distance, in widths of a cell, below which the cell is not looked up
 
 
 @jit

@@ -1,32 +1,32 @@
 """The kinds of cameras: the ray through a film point, and the film point of a point in space.
 
-Nothing else asks where the eye is.
+Rays through a thin lens leave points of its opening, and meet where it is focused. Nothing else
+asks where the eye is.
 """
 
 import math
 
 import numpy as np
 
-from photonmap.kernels.camera.lens import through_lens
 from photonmap.kernels.camera.projections import (
     UNSEEN,
     distorted_point,
     distorted_ray,
     fisheye_point,
     fisheye_ray,
+    mapped_ray,
     panorama_point,
     panorama_ray,
 )
-from photonmap.kernels.camera.ray_map import mapped_ray
-from photonmap.kernels.core import vec
-from photonmap.kernels.core.jit import jit, outlined
+from photonmap.kernels.core import vec, warp
+from photonmap.kernels.core.jit import jit, kernel, outlined
 from photonmap.kernels.core.passes import FilmPoint, Hit, Ray
+from photonmap.kernels.core.rng import sobol_2d
+from photonmap.kernels.core.streams import LENS, split
 from photonmap.kernels.geometry.opacity import intersect
 
-PINHOLE, ORTHOGRAPHIC, DISTORTED, FISHEYE, PANORAMA, RAY_MAP = range(6)
-"""Values of `Camera.kind`."""
-WITHOUT_FILM_POINTS = (RAY_MAP,)
-"""Those for which `film_point` finds none."""
+PINHOLE, ORTHOGRAPHIC, DISTORTED, FISHEYE, PANORAMA, RAY_MAP = range(6)  # Values of `Camera.kind`
+WITHOUT_FILM_POINTS = (RAY_MAP,)  # Those for which `film_point` finds none
 
 
 @jit
@@ -156,3 +156,43 @@ def first_hit(geometry, ray):
         nothing = np.float64(0.0)
         return Hit(np.int64(-1), nothing, nothing, np.float64(np.inf))
     return intersect(geometry, ray.origin, ray.direction)
+
+
+@jit
+def _in_polygon(blades, u, v):
+    """Return a point of the regular polygon in the unit circle, uniform by area."""
+    blade = min(int(u * blades), blades - 1)
+    s, t = warp.uniform_triangle(u * blades - blade, v)
+    low, high = 2.0 * math.pi * blade / blades, 2.0 * math.pi * (blade + 1) / blades
+    return s * math.cos(low) + t * math.cos(high), s * math.sin(low) + t * math.sin(high)
+
+
+@outlined
+def through_lens(lens, ray, index, key):
+    """Return the ray that leaves a point of the lens to where `ray`, of its centre, is in focus.
+
+    The direction of `ray` advances by 1 along the axis.
+    """
+    u, v = sobol_2d(index, split(key, LENS))
+    x, y = _in_polygon(lens.blades, u, v) if lens.blades > 0 else warp.uniform_disk(u, v)
+    shift = vec.add(vec.scale(lens.right, x), vec.scale(lens.up, y))
+    direction = vec.sub(ray.direction, vec.scale(shift, lens.nearness))
+    return Ray(vec.add(ray.origin, shift), direction)
+
+
+@kernel
+def fill_rays(camera, x, y, rays):
+    """Fill rays, (n, 6), with origin and direction through film points x, y: (n,), in pixels."""
+    for i in range(len(x)):
+        ray = generate_ray(camera, x[i], y[i])
+        for axis in range(3):
+            rays[i, axis] = ray.origin[axis]
+            rays[i, 3 + axis] = ray.direction[axis]
+
+
+@kernel
+def fill_film_points(camera, points, seen):
+    """Fill seen, (n, 3), with the film point, in pixels, and density of points, (n, 3)."""
+    for i in range(len(points)):
+        at = film_point(camera, (points[i, 0], points[i, 1], points[i, 2]))
+        seen[i, 0], seen[i, 1], seen[i, 2] = at.x, at.y, at.density

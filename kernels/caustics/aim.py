@@ -10,8 +10,8 @@ import math
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.lights.dome import start_at
+from photonmap.kernels.lights.emission import send
 from photonmap.kernels.lights.kinds import DIRECTIONAL, DOME, emit, emitted
-from photonmap.kernels.lights.photons import send
 from photonmap.kernels.lights.portal import let_in, position_on
 from photonmap.kernels.lights.samples import PhotonStart
 from photonmap.kernels.lights.sun import emit_from_outside

@@ -16,7 +16,7 @@ from photonmap.kernels.core import vec
 from photonmap.kernels.core.bands import clear
 from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.passes import CAUSTIC, Hit
-from photonmap.kernels.film.pixel import add_beyond_diffuse
+from photonmap.kernels.film.pixels import add_beyond_diffuse
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import occluded, opacity_along
 

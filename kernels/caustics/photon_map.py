@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from photonmap.kernels.bsdf import models
-from photonmap.kernels.bsdf.absorption import absorb
+from photonmap.kernels.bsdf.glass import absorb
 from photonmap.kernels.bsdf.specular import (
     LONGEST_CHAIN,
     choose_lobe,
@@ -24,11 +24,9 @@ from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import divide_by_opacity, intersect
 
 FIRST = 0
-"""Number of every step, lest `specular_step` play Russian roulette: photons keep their flux."""
-ALIGNED = 0.7
-"""Cosine between normals above which photons count for each other's surface."""
-FLATNESS = 0.3
-"""Height above the surface, in radii, within which photons count."""
+"""Number of every step, lest `specular_step` play Russian roulette: photons keep their flux"""
+ALIGNED = 0.7  # Cosine between normals above which photons count for each other's surface
+FLATNESS = 0.3  # Height above the surface, in radii, within which photons count
 
 
 @jit

@@ -25,10 +25,8 @@ from numba.core.registry import cpu_target
 
 SOURCES = Path(__file__).parents[1]
 USER_FOLDER = Path(config.CACHE_DIR or platformdirs.user_cache_dir("photonmap"))
-CODE_FOLDER = USER_FOLDER / "code"
-"""Of what was compiled on this machine"""
-SHIPPED_FOLDER = SOURCES / "compiled"
-"""Of what was compiled when the package was built"""
+CODE_FOLDER = USER_FOLDER / "code"  # Of what was compiled on this machine
+SHIPPED_FOLDER = SOURCES / "compiled"  # Of what was compiled when the package was built
 _X86 = "cx16 sahf popcnt sse4.2 ssse3 avx avx2 bmi bmi2 f16c fma lzcnt movbe xsave"
 _LEVELS = {
     "x86_64": {

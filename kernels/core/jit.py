@@ -1,6 +1,6 @@
-"""The decorators of kernels."""
+"""The decorators of kernels, and calls by number: a branch for each of some modules."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any
 
@@ -112,3 +112,28 @@ def _inner(compiled: Callable) -> Callable:
 def _compile(function: Callable, **options: Any) -> Callable:
     options.setdefault("pipeline_class", KernelCompiler if IS_KNOWN else FullCompiler)
     return numba.njit(nogil=True, error_model="numpy", _nrt=False, **options)(function)
+
+
+def by_number(modules: Iterable[Any], name: str, parameters: str, number: str = "") -> Callable:
+    """Return a function that calls the function of this name in one of some modules.
+
+    Parameters
+    ----------
+    modules : all there are, by their numbers, of which there are no others
+    parameters : of all functions, and of the one returned
+    number : expression of the parameters that tells which; by default, a parameter before them
+
+    Raises
+    ------
+    AttributeError : a module lacks the function
+    """
+    functions = {f"of_{place}": getattr(module, name) for place, module in enumerate(modules)}
+    *branches, last = functions
+    head = parameters if number else f"number, {parameters}"
+    lines = [f"def {name}({head}):", *([f"    number = {number}"] if number else [])]
+    for place, branch in enumerate(branches):
+        lines += [f"    if number == {place}:", f"        return {branch}({parameters})"]
+    lines += [f"    return {last}({parameters})"]
+    scope: dict[str, Any] = dict(functions)
+    exec(compile("\n".join(lines), f"<{name} by number>", "exec"), scope)
+    return jit(scope[name])

@@ -187,7 +187,7 @@ def only_linked(codegen: JITCPUCodegen) -> Iterator[None]:
 
 
 _MAKES_LISTS = hasattr(JITCPUCodegen, "_pass_builder")
-"""Whether it does, as since LLVM's new pass managers; before, one list served a module."""
+"""Whether it does, as since LLVM's new pass managers; before, one list served a module"""
 _INSIDE: tuple[tuple[Any, tuple[str, ...]], ...] = (
     (
         JITCodeLibrary,
@@ -201,4 +201,4 @@ _STEPS = {*vars(typed_passes), *vars(untyped_passes)}
 IS_KNOWN = _NEEDLESS <= _STEPS and all(
     hasattr(kind, name) for kind, names in _INSIDE for name in names
 )
-"""Whether Numba's inside is as it was."""
+"""Whether Numba's inside is as it was"""

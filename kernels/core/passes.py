@@ -12,20 +12,18 @@ from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.core.records import SceneArrays
 
 DIRECT, INDIRECT, CAUSTIC = 0, 1, 2
-"""Rows of a sample's irradiance, (2, N), or (3, N) where the scene has specular surfaces."""
+"""Rows of a sample's irradiance, (2, N), or (3, N) where the scene has specular surfaces"""
 EMPTY, FOUND, TRUNCATED = 1, 2, 4
 """Lookup flags of a pixel: a gather ray met a surface without light in its cell, or one with light;
-a specular chain was truncated."""
+a specular chain was truncated"""
 FIRST_CAUSTIC, CAUSTIC_IRRADIANCE, VIA_DIRECT, VIA_INDIRECT, VIA_CAUSTIC = 0, 1, 2, 3, 4
-"""Rows of `Estimate.via_specular`, (5, P, N)."""
+"""Rows of `Estimate.via_specular`, (5, P, N)"""
 RAY_KINDS = ("camera", "specular", "shadow", "gather", "walk")
 """Rays of a camera pass: to first hits, on along specular chains, to light samples and from caustic
-photons to the camera, from first hits for indirect light, and on from where these end."""
+photons to the camera, from first hits for indirect light, and on from where these end"""
 CAMERA, SPECULAR, SHADOW, GATHER, WALK = range(len(RAY_KINDS))
-MAX_BOUNCES = 1000
-"""Bounces after which photons and paths are truncated."""
-LANES = 8
-"""Low-discrepancy points and directions that are made at once, by vector instructions."""
+MAX_BOUNCES = 1000  # Bounces after which photons and paths are truncated
+LANES = 8  # Low-discrepancy points and directions that are made at once, by vector instructions
 
 
 Vector = UniTuple(float64, 3)
@@ -41,8 +39,7 @@ class Ray(NamedTuple):
 class FilmPoint(NamedTuple):
     """Where a camera sees a point in space: see `camera.cameras`."""
 
-    x: float
-    """pixels from the upper left corner of the image; it may lie beyond its edges"""
+    x: float  # pixels from the upper left corner of the image; it may lie beyond its edges
     y: float
     density: float
     """pixels of film per unit of area across the ray at the point; 0 where the camera cannot see
@@ -52,63 +49,48 @@ class FilmPoint(NamedTuple):
 class Hit(NamedTuple):
     """Where a ray meets a surface."""
 
-    triangle: int
-    """-1 where it meets none"""
+    triangle: int  # -1 where it meets none
     u: float
-    v: float
-    """barycentrics of the second and third corner"""
-    distance: float
-    """in lengths of the ray's direction"""
+    v: float  # barycentrics of the second and third corner
+    distance: float  # in lengths of the ray's direction
 
 
 class SurfaceInteraction(NamedTuple):
     """A surface point, seen from where a ray arrived; made by `geometry.interaction`."""
 
-    point: tuple
-    """offset to the side of the arrival, ready to be a ray's origin"""
-    ng: tuple
-    """geometric normal on that side"""
-    ns: tuple
-    """shading normal; it may lean beyond the horizon of ng"""
-    side: int
-    """0 at the front of the triangle, 1 at its back"""
+    point: tuple  # offset to the side of the arrival, ready to be a ray's origin
+    ng: tuple  # geometric normal on that side
+    ns: tuple  # shading normal; it may lean beyond the horizon of ng
+    side: int  # 0 at the front of the triangle, 1 at its back
     hit: Hit
-    arrival: tuple
-    """direction of the ray, of any length"""
-    model: int
-    """of `bsdf.models`, by which directions are drawn; Lambertian until said otherwise"""
+    arrival: tuple  # direction of the ray, of any length
+    model: int  # of `bsdf.models`, by which directions are drawn; Lambertian until said otherwise
 
 
 @by_reference
 class Lens(NamedTuple):
-    """A thin lens in front of a camera: see `camera.lens`."""
+    """A thin lens in front of a camera: see `camera.cameras`."""
 
     is_open: bool
     """False for a point, through which all rays pass; the rest is then without meaning"""
-    right: Vector
-    """from its centre to its rim, in the kernels' unit of length"""
+    right: Vector  # from its centre to its rim, in the kernels' unit of length
     up: Vector
-    nearness: float
-    """1 / distance along the axis at which it is focused"""
-    blades: int
-    """sides of its opening; 0 for a disk"""
+    nearness: float  # 1 / distance along the axis at which it is focused
+    blades: int  # sides of its opening; 0 for a disk
 
 
 @by_reference
 class Projection(NamedTuple):
     """From pixels to directions that are no linear function of them: see `camera.projections`."""
 
-    focal: UniTuple(float64, 2)
-    """pixels in a unit of the image, across and down"""
-    center: UniTuple(float64, 2)
-    """the film point that lies on the axis"""
-    distortion: UniTuple(float64, 5)
-    """five coefficients, of what depends on the kind"""
+    focal: UniTuple(float64, 2)  # pixels in a unit of the image, across and down
+    center: UniTuple(float64, 2)  # the film point that lies on the axis
+    distortion: UniTuple(float64, 5)  # five coefficients, of what depends on the kind
     reach: UniTuple(float64, 2)
     """of a fisheye: the largest radius in the image, and the angle there; of a distorted image: its
     width and height, pixels"""
     table: float64[:, :, ::1]
-    """(rows, columns, values) float64: rays at the pixels' centres, or where to begin to look"""
+    """(rows, columns, values): rays at the pixels' centres, or where to begin to look"""
 
 
 @by_reference
@@ -123,18 +105,13 @@ class Optics(NamedTuple):
 class Camera(NamedTuple):
     """A camera over an image, in pixels: see `camera.cameras`."""
 
-    kind: int
-    """of `camera.cameras`"""
+    kind: int  # of `camera.cameras`
     origin: Vector
-    corner: Vector
-    """of the image: a direction or a point, by kind"""
-    across: Vector
-    """one pixel to the right, likewise"""
+    corner: Vector  # of the image: a direction or a point, by kind
+    across: Vector  # one pixel to the right, likewise
     down: Vector
-    axis: Vector
-    """unit vector along which depth is measured; (0, 0, 0) where depth is distance"""
-    optics: Optics | None
-    """None where all rays are those of a pinhole or parallel"""
+    axis: Vector  # unit vector along which depth is measured; (0, 0, 0) where depth is distance
+    optics: Optics | None  # None where all rays are those of a pinhole or parallel
 
 
 class Film(NamedTuple):
@@ -142,8 +119,7 @@ class Film(NamedTuple):
 
     width: int
     height: int
-    jitter: bool
-    """samples cover the pixel (box); otherwise all pass through its centre"""
+    jitter: bool  # samples cover the pixel (box); otherwise all pass through its centre
 
 
 @by_reference
@@ -164,8 +140,7 @@ class Span(NamedTuple):
 class SampleBudget(NamedTuple):
     """Samples of a camera sample's irradiance, weighed against each other."""
 
-    lights: int
-    """light samples"""
+    lights: int  # light samples
     scattered: int
     """rays scattered by the surface: gather rays, or paths that leave by its own BSDF"""
 
@@ -174,42 +149,28 @@ class SampleBudget(NamedTuple):
 class Prepass(NamedTuple):
     """What the sampling pre-pass knows of each pixel, apart from all estimates."""
 
-    flat: uint8[::1]
-    """(P,) uint8, 1 where all samples hit one smooth piece of surface of one material"""
-    even: uint8[::1]
-    """(P,) uint8, 1 where it is flat, hardly curved, and without textures"""
-    nearness: float32[::1]
-    """(P,) float32, mean of 1 / distance to the surfaces around"""
-    penumbra: uint8[::1]
-    """(P,) uint8, 1 where some light samples are blocked and some are not"""
-    specular: uint8[::1]
-    """(P,) uint8, 1 where a sample hit a mirror or glass"""
+    flat: uint8[::1]  # (P,), 1 where all samples hit one smooth piece of surface of one material
+    even: uint8[::1]  # (P,), 1 where it is flat, hardly curved, and without textures
+    nearness: float32[::1]  # (P,), mean of 1 / distance to the surfaces around
+    penumbra: uint8[::1]  # (P,), 1 where some light samples are blocked and some are not
+    specular: uint8[::1]  # (P,), 1 where a sample hit a mirror or glass
 
 
 @by_reference
 class Scratch(NamedTuple):
     """What a kernel needs for one sample of a pixel."""
 
-    throughput: float32[::1]
-    """(N,) float32, of a path"""
-    chain: float32[::1]
-    """(N,) float32, throughput of the specular chain that the camera sees by"""
-    irradiance: float32[:, ::1]
-    """(2, N) float32, or (3, N) where the scene has specular surfaces"""
-    points: float64[:, ::1]
-    """(2, LANES) float64, of the unit square, made at once"""
-    directions: float64[:, ::1]
-    """(3, LANES) float64, of gather rays"""
-    response: float32[::1]
-    """(N,) float32, values of a BSDF"""
-    walk: float32[::1]
-    """(N,) float32, throughput of a walk among facets"""
-    emitters: float64[::1]
-    """(SCRATCH,) float64, CDF of a few emitters at a surface: see `lights.selection`"""
-    rays: int64[::1]
-    """(len(RAY_KINDS),) int64, rays cast so far; one through holes counts once"""
+    throughput: float32[::1]  # (N,), of a path
+    chain: float32[::1]  # (N,), throughput of the specular chain that the camera sees by
+    irradiance: float32[:, ::1]  # (2, N), or (3, N) where the scene has specular surfaces
+    points: float64[:, ::1]  # (2, LANES), of the unit square, made at once
+    directions: float64[:, ::1]  # (3, LANES), of gather rays
+    response: float32[::1]  # (N,), values of a BSDF
+    walk: float32[::1]  # (N,), throughput of a walk among facets
+    emitters: float64[::1]  # (SCRATCH,), CDF of a few emitters at a surface: see `lights.selection`
+    rays: int64[::1]  # (len(RAY_KINDS),) int64, rays cast so far; one through holes counts once
     shifted: float64[:, ::1]
-    """(4, 11) float64, what a camera sample would see in the neighbours of its pixel: see
+    """(4, 11), what a camera sample would see in the neighbours of its pixel: see
     `integrators.irradiance_differences`"""
 
 
@@ -217,26 +178,19 @@ class Scratch(NamedTuple):
 class Scratches(NamedTuple):
     """The scratch of a camera sample, whose `irradiance` is one of three; the rest is shared."""
 
-    own: Scratch
-    """of the surface that is seen"""
-    incident: Scratch
-    """of one direction, where BSDFs are not Lambertian"""
-    scattered: Scratch
-    """radiance that leaves the surface beyond what Lambert's law says"""
+    own: Scratch  # of the surface that is seen
+    incident: Scratch  # of one direction, where BSDFs are not Lambertian
+    scattered: Scratch  # radiance that leaves the surface beyond what Lambert's law says
 
 
 @by_reference
 class SamplingPlan(NamedTuple):
     """How many samples each pixel gets, and how far its indirect light is shared."""
 
-    samples: uint8[::1]
-    """(P,) uint8, camera samples in a pass"""
-    lights: uint8[::1]
-    """(P,) uint8, light samples of each camera sample"""
-    gathers: uint8[::1]
-    """(P,) uint8, gather rays of each camera sample"""
-    sharing_radius: float32[::1]
-    """(P,) float32, distance over which indirect irradiance hardly changes"""
+    samples: uint8[::1]  # (P,), camera samples in a pass
+    lights: uint8[::1]  # (P,), light samples of each camera sample
+    gathers: uint8[::1]  # (P,), gather rays of each camera sample
+    sharing_radius: float32[::1]  # (P,), distance over which indirect irradiance hardly changes
     links: np.ndarray | None = None
     """(P,) uint8, bits of the neighbours that show the same flat surface: see `film.linked_pixels`;
     None where pixels share with footprints"""
@@ -246,17 +200,13 @@ class SamplingPlan(NamedTuple):
 class CacheCells(NamedTuple):
     """Surface cells of the radiosity cache: see `cache.radiosity_cache`."""
 
-    first: int32[:, ::1]
-    """(T, 2) int32, first cell of each side"""
-    divisions: int32[::1]
-    """(T,) int32, n: the triangle's side is divided into n² cells"""
-    inverse_area: float32[:, ::1]
-    """(T, 2) float32, 1 / area of one cell"""
+    first: int32[:, ::1]  # (T, 2), first cell of each side
+    divisions: int32[::1]  # (T,), n: the triangle's side is divided into n² cells
+    inverse_area: float32[:, ::1]  # (T, 2), 1 / area of one cell
     parts: int32[::1]
-    """(cells,) int32, the first of the finer² cells that a cell of one triangle is divided into,
-    or -1; none are where all triangles share cells"""
-    cluttered: boolean[::1]
-    """(cells,) bool, whether gather rays that end here go on as paths"""
+    """(cells,), the first of the finer² cells that a cell of one triangle is divided into, or -1;
+    none are where all triangles share cells"""
+    cluttered: boolean[::1]  # (cells,), whether gather rays that end here go on as paths
     finer: int
 
 
@@ -265,32 +215,24 @@ class RadiosityCache(NamedTuple):
     """Light that leaves surfaces diffusely, by cells; one without cells never answers."""
 
     cells: CacheCells
-    radiosity: float32[:, ::1]
-    """(cells, N) float32"""
+    radiosity: float32[:, ::1]  # (cells, N)
     followed: float | None = None
     """probability with which paths go on past a look-up, to correct it, see
-    `integrators.cache_answer`; None
-    where they never do, and gather rays look up too"""
+    `integrators.cache_answer`; None where they never do, and gather rays look up too"""
 
 
 @by_reference
 class CausticMap(NamedTuple):
     """Photons that reached diffuse surfaces via specular ones alone, sorted by boxes of space."""
 
-    positions: float32[:, ::1]
-    """(n, 6) float32: position, and geometric normal on the side of the arrival"""
+    positions: float32[:, ::1]  # (n, 6): position, and geometric normal on the side of the arrival
     arrivals: float32[:, ::1]
-    """(n, 3) float32, unit directions of arrival; (0, 3) where all BSDFs are Lambertian"""
-    flux: float32[:, ::1]
-    """(n, N) float32"""
-    starts: int32[::1]
-    """(H + 1,) int32, first photon of each bucket"""
-    radius: float
-    """of the disk over which photons are counted"""
-    triangles: int32[::1]
-    """(n,) int32, where photons lie; (0,) where none is connected to the camera"""
-    barycentrics: float32[:, ::1]
-    """(n, 2) float32, of the second and third corner"""
+    """(n, 3), unit directions of arrival; (0, 3) where all BSDFs are Lambertian"""
+    flux: float32[:, ::1]  # (n, N)
+    starts: int32[::1]  # (H + 1,), first photon of each bucket
+    radius: float  # of the disk over which photons are counted
+    triangles: int32[::1]  # (n,), where photons lie; (0,) where none is connected to the camera
+    barycentrics: float32[:, ::1]  # (n, 2), of the second and third corner
     connected: float
     """pixels per unit of area up to which first hits get their caustics from photons connected to
     the camera, not from disks"""
@@ -301,11 +243,10 @@ class CausticPhotons(NamedTuple):
     """Photons on their way into a `CausticMap`, one row each."""
 
     origins: float32[:, ::1]
-    """(n, 5) float32: points of the unit squares of `EmissionGuide`, and number of the sphere"""
-    emitted: float32[::1]
-    """(n,) float32, flux as they left, summed over bands"""
+    """(n, 5): points of the unit squares of `EmissionGuide`, and number of the sphere"""
+    emitted: float32[::1]  # (n,), flux as they left, summed over bands
     arrived: boolean[::1]
-    """(n,) bool, whether they came to a diffuse surface: only then is what follows defined"""
+    """(n,), whether they came to a diffuse surface: only then is what follows defined"""
     positions: float32[:, ::1]
     arrivals: float32[:, ::1]
     flux: float32[:, ::1]
@@ -317,12 +258,9 @@ class CausticPhotons(NamedTuple):
 class Connections(NamedTuple):
     """Caustic photons that the camera sees, sorted by pixel."""
 
-    starts: int32[::1]
-    """(P + 2,) int32, first photon of each pixel, in `order`"""
-    order: int32[::1]
-    """(n,) int32, rows of `CausticMap`"""
-    weights: float32[::1]
-    """(n,) float32, of each row: what turns its flux into the irradiance of its pixel"""
+    starts: int32[::1]  # (P + 2,), first photon of each pixel, in `order`
+    order: int32[::1]  # (n,), rows of `CausticMap`
+    weights: float32[::1]  # (n,), of each row: what turns its flux into the irradiance of its pixel
 
 
 @by_reference
@@ -343,42 +281,28 @@ class EmissionGuide(NamedTuple):
     boxes; the density is constant in a box.
     """
 
-    position_rows: float64[::1]
-    """(B,) float64, CDF of rows of boxes"""
-    position_columns: float64[:, ::1]
-    """(B, B) float64, and of boxes within each row"""
-    aim_rows: float64[::1]
-    """(B,) float64"""
-    aim_columns: float64[:, ::1]
-    """(B, B) float64"""
-    spheres: float64[:, ::1]
-    """(K, 4) float64, centre and radius; together they hold all specular surfaces"""
-    importance: float64[::1]
-    """(K,) float64, relative density of photons aimed at a sphere"""
+    position_rows: float64[::1]  # (B,), CDF of rows of boxes
+    position_columns: float64[:, ::1]  # (B, B), and of boxes within each row
+    aim_rows: float64[::1]  # (B,)
+    aim_columns: float64[:, ::1]  # (B, B)
+    spheres: float64[:, ::1]  # (K, 4), centre and radius; together they hold all specular surfaces
+    importance: float64[::1]  # (K,), relative density of photons aimed at a sphere
 
 
 @by_reference
 class Pixels(NamedTuple):
     """What one pass estimates; band values are means over a pixel's samples."""
 
-    emission: float32[:, ::1]
-    """(P, N) float32"""
-    direct: float32[:, ::1]
-    """(P, N) float32"""
-    indirect: float32[:, ::1]
-    """(P, N) float32"""
-    reflectance: float32[:, ::1]
-    """(P, N) float32"""
-    irradiance_direct: float32[:, ::1]
-    """(P, N) float32"""
-    irradiance_indirect: float32[:, ::1]
-    """(P, N) float32"""
-    coverage: float32[::1]
-    """(P,) float32, fraction of samples that hit something"""
-    lookups: uint8[::1]
-    """(P,) uint8, lookup flags: EMPTY, FOUND, TRUNCATED"""
+    emission: float32[:, ::1]  # (P, N)
+    direct: float32[:, ::1]  # (P, N)
+    indirect: float32[:, ::1]  # (P, N)
+    reflectance: float32[:, ::1]  # (P, N)
+    irradiance_direct: float32[:, ::1]  # (P, N)
+    irradiance_indirect: float32[:, ::1]  # (P, N)
+    coverage: float32[::1]  # (P,), fraction of samples that hit something
+    lookups: uint8[::1]  # (P,), lookup flags: EMPTY, FOUND, TRUNCATED
     plane: float32[:, ::1]
-    """(P, 7) float32, point, shading normal and flatness (0 or 1) of a pixel's samples"""
+    """(P, 7), point, shading normal and flatness (0 or 1) of a pixel's samples"""
 
 
 @by_reference
@@ -403,8 +327,6 @@ class CameraPass(NamedTuple):
 
     scene: SceneArrays
     maps: PhotonMaps
-    eye: View
-    """Numba takes `.view` for NumPy's"""
+    eye: View  # Numba takes `.view` for NumPy's
     plan: SamplingPlan
-    key: int
-    """of its random numbers, 64 bits"""
+    key: int  # of its random numbers, 64 bits

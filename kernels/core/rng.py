@@ -3,13 +3,15 @@
 A stream is a 64-bit state. `stream(seed, a, b)` makes one for pass a, item b; `draw` returns the
 next number in [0, 1) and the next state (SplitMix64, Steele et al. 2014). `sobol_2d` gives points
 of Sobol's (0, 2)-sequence, shuffled and Owen-scrambled by hashing (Burley 2020): any aligned
-block of 2^k indices is stratified, and different scrambles are independent.
+block of 2^k indices is stratified, and different scrambles are independent. Russian roulette is
+played with streams.
 """
 
 import numpy as np
 from numba import config, types
 from numba.extending import intrinsic
 
+from photonmap.kernels.core.bands import divide
 from photonmap.kernels.core.jit import jit
 
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
@@ -135,3 +137,25 @@ def sobol_block(first, key, points):
     key = block_key(first, key)
     for lane in range(points.shape[1]):
         points[0, lane], points[1, lane] = sobol_point(first + np.uint64(lane), key)
+
+
+@jit
+def russian_roulette(before, after, state, throughput):
+    """End a path with the probability of what it lost, and divide what goes on by its own.
+
+    `before` and `after` are the largest values over bands of `throughput`, (N,), before some loss
+    and now.
+
+    Returns
+    -------
+    whether the path goes on, state of the random stream
+    """
+    if after <= 0.0:
+        return False, state
+    if after >= before:
+        return True, state
+    xi, state = draw(state)
+    if xi * before >= after:
+        return False, state
+    divide(throughput, after / before)
+    return True, state

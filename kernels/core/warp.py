@@ -6,8 +6,7 @@ from photonmap.kernels.core.jit import jit
 
 INV_PI = 1.0 / math.pi
 TINY = 1e-300
-BELOW_ONE = 1.0 - 2.0**-53
-"""The largest uniform number"""
+BELOW_ONE = 1.0 - 2.0**-53  # The largest uniform number
 SINE = (
     -1.66666666666666324348e-01,
     8.33333333332248946124e-03,

@@ -21,16 +21,11 @@ from photonmap.kernels.film.pixels import FLAT, is_same_surface, plane_normal, p
 class Footprint(NamedTuple):
     """How far pixels share."""
 
-    plane: np.ndarray
-    """(P, 7), of pixels"""
-    sharing_radius: np.ndarray
-    """(P,) float32, in space"""
-    scale: float
-    """of these radii"""
-    radius: float
-    """at most, in pixels"""
-    turn: float
-    """angle between the normals of two pixels up to which they share, radians"""
+    plane: np.ndarray  # (P, 7), of pixels
+    sharing_radius: np.ndarray  # (P,) float32, in space
+    scale: float  # of these radii
+    radius: float  # at most, in pixels
+    turn: float  # angle between the normals of two pixels up to which they share, radians
 
 
 @jit

@@ -20,11 +20,10 @@ from photonmap.kernels.core.warp import INV_PI
 from photonmap.kernels.film.irradiance_sharing import may_share
 
 NEIGHBOURS = 4
-"""Right, lower, left and upper: the bits of links and the rows of differences, in this order."""
+"""Right, lower, left and upper: the bits of links and the rows of differences, in this order"""
 WEIGHT, WEAK_WEIGHT = np.float32(1.0 / 5.0), np.float32(1.0 / 20.0)
-"""Of neighbours that show the same flat surface, and of others."""
-UNSEEN = np.float32(-1.0)
-"""In place of a reflectance, where there is no surface."""
+"""Of neighbours that show the same flat surface, and of others"""
+UNSEEN = np.float32(-1.0)  # In place of a reflectance, where there is no surface
 
 
 @jit

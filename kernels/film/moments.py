@@ -1,4 +1,8 @@
-"""Running means and spreads over passes, per pixel and band (Welford 1962)."""
+"""Running means and spreads over passes, per pixel and band (Welford 1962).
+
+A spread is a sum of squared deviations from a mean, a co-moment a sum of products of the deviations
+of two quantities. `welford_step` and `shift_ratio` serve NumPy's arrays too.
+"""
 
 import math
 from typing import NamedTuple
@@ -17,14 +21,40 @@ from photonmap.kernels.core.passes import (
 )
 from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.core.warp import INV_PI
-from photonmap.kernels.film import statistics
 
 GOAL_BUFFERS = ("radiance", "direct", "indirect", "caustics", "residual", "shading")
-"""Buffers whose error may be asked for; kernels take their index."""
+"""Buffers whose error may be asked for; kernels take their index"""
 RADIANCE, DIRECT, INDIRECT, CAUSTICS, RESIDUAL, SHADING = range(len(GOAL_BUFFERS))
 
-_welford_step = jit(statistics.welford_step)
-_shift_ratio = jit(statistics.shift_ratio)
+
+def welford_step(value, mean, weight):
+    """Take one value more into a mean, with weight 1 / count (Welford 1962).
+
+    Returns the new mean, what its spread gains, and the deviation from the old mean.
+    """
+    deviation = value - mean
+    new_mean = mean + deviation * weight
+    return new_mean, deviation * (value - new_mean), deviation
+
+
+def shift_ratio(spread, comoment, denominator_spread, old, new):
+    """Return the spread of x − new·y from that of x − old·y: the delta method.
+
+    To first order, the ratio ρ of the means of x and y has the error of the mean of x − ρ y over
+    the mean of y. So `old` is 0 where the spread is that of x itself. With an earlier ratio as
+    `old`, an error known about it moves to another, without the cancellation of going through x.
+
+    Parameters
+    ----------
+    spread : of x − old·y
+    comoment : of x and y
+    denominator_spread : of y
+    """
+    step = new - old
+    return spread - 2.0 * step * comoment + step * (new + old) * denominator_spread
+
+
+_welford_step, _shift_ratio = jit(welford_step), jit(shift_ratio)
 
 
 @by_reference
@@ -40,8 +70,7 @@ class Moments(NamedTuple):
     direct: np.ndarray
     indirect: np.ndarray
     reflectance: np.ndarray
-    irradiance: np.ndarray
-    """direct + indirect irradiance / π"""
+    irradiance: np.ndarray  # direct + indirect irradiance / π
     emission_spread: np.ndarray
     direct_spread: np.ndarray
     indirect_spread: np.ndarray
@@ -50,12 +79,9 @@ class Moments(NamedTuple):
     diffuse_spread: np.ndarray
     radiance_spread: np.ndarray
     product: np.ndarray
-    coverage: np.ndarray
-    """(P,) float64, mean"""
-    found: np.ndarray
-    """(P,) uint8, flags of all passes, as in `Pixels`"""
-    counts: np.ndarray
-    """(P,) uint32, passes taken into each pixel"""
+    coverage: np.ndarray  # (P,) float64, mean
+    found: np.ndarray  # (P,) uint8, flags of all passes, as in `Pixels`
+    counts: np.ndarray  # (P,) uint32, passes taken into each pixel
 
 
 @by_reference

@@ -1,16 +1,27 @@
-"""Pixels: the order in which they take low-discrepancy points, and the plane that each shows."""
+"""Pixels of a pass: their order, the plane that each shows, what it sees and adds up."""
 
 import numpy as np
 
-from photonmap.kernels.core import vec
+from photonmap.kernels.bsdf.material import albedo, look_up_material
+from photonmap.kernels.camera.cameras import first_hit, generate_lens_ray, is_dark
+from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.passes import (
+    CAMERA,
+    CAUSTIC,
+    CAUSTIC_IRRADIANCE,
+    DIRECT,
+    FIRST_CAUSTIC,
+    INDIRECT,
+    VIA_DIRECT,
+)
+from photonmap.kernels.lights.emission import add_emission, emission_of, visible_emitter
 
-MIN_COSINE = 0.9
-"""Cosine between normals above which two points may lie on one smooth surface."""
+MIN_COSINE = 0.9  # Cosine between normals above which two points may lie on one smooth surface
 MAX_SLOPE = 0.1
-"""Height of one over the tangent plane of the other, per distance, up to which they do."""
+"""Height of one over the tangent plane of the other, per distance, up to which they do"""
 FLAT = 6
-"""Column of a pixel's plane that holds its flatness; before it lie point and shading normal."""
+"""Column of a pixel's plane that holds its flatness; before it lie point and shading normal"""
 
 
 @jit
@@ -56,3 +67,107 @@ def update_plane(plane, pixel, first, point, normal):
         vec.sub(point, plane_point(plane, pixel)), plane_normal(plane, pixel), normal
     ):
         plane[pixel, FLAT] = 0.0
+
+
+@jit
+def clear_pixel(pixels, pixel):
+    """Set all of a pixel's sums to 0."""
+    pixels.coverage[pixel] = 0.0
+    pixels.lookups[pixel] = 0
+    for band in range(pixels.direct.shape[1]):
+        pixels.emission[pixel, band] = 0.0
+        pixels.direct[pixel, band] = 0.0
+        pixels.indirect[pixel, band] = 0.0
+        pixels.reflectance[pixel, band] = 0.0
+        pixels.irradiance_direct[pixel, band] = 0.0
+        pixels.irradiance_indirect[pixel, band] = 0.0
+
+
+@jit
+def clear_sums(sums, pixel):
+    """Set all of a pixel's sums, (rows, P, N), to 0, unless there are none (None)."""
+    if sums is None:
+        return
+    for row in range(sums.shape[0]):
+        for band in range(sums.shape[2]):
+            sums[row, pixel, band] = 0.0
+
+
+@jit
+def trace_camera_ray(job, pixel, position, index, share, pixels, rays):
+    """Cast the camera ray of a position in a pixel, and add the emission that it sees.
+
+    `index` numbers the point of the lens that it leaves, if there is a lens. Returns its hit, whose
+    triangle is -1 where it meets nothing, and its direction. `rays` counts it.
+    """
+    geometry, lights, width = job.scene.geometry, job.scene.lights, job.eye.film.width
+    x, y = pixel % width + position[0], pixel // width + position[1]
+    ray = generate_lens_ray(job.eye.camera, x, y, index, job.key)
+    hit = first_hit(geometry, ray)
+    if is_dark(ray):
+        return hit, ray.direction
+    rays[CAMERA] += 1
+    emitter, place = visible_emitter(geometry, lights, hit, ray.direction)
+    if emitter >= 0:
+        emission = emission_of(lights, emitter, place)
+        add_emission(pixels.emission, pixel, lights, emission, share)
+    if hit.triangle >= 0:
+        pixels.coverage[pixel] += share
+    return hit, ray.direction
+
+
+@jit
+def add_reflected(scene, surface, share, pixel, scratches, estimate):
+    """Add what a first hit's material makes of its irradiance, (2, N) or (3, N), to a pixel."""
+    color = look_up_material(scene, surface.hit)
+    _add_diffuse(scene, color, share, pixel, scratches.own.irradiance, estimate.pixels)
+    add_beyond_diffuse(scene, surface, share, pixel, scratches, estimate)
+
+
+@jit
+def add_beyond_diffuse(scene, surface, share, pixel, scratches, estimate):
+    """Add the caustics that a first hit reflects, and what its BSDF scatters beyond Lambert's."""
+    color = look_up_material(scene, surface.hit)
+    _add_caustics(scene, color, share, pixel, scratches.own.irradiance, estimate.via_specular)
+    _add_scattered(scene, surface, share, pixel, scratches, estimate.via_specular)
+
+
+@jit
+def _add_diffuse(scene, color, share, pixel, irradiance, pixels):
+    for band in range(irradiance.shape[1]):
+        rho = albedo(scene, color, band) * share
+        direct, indirect = irradiance[DIRECT, band], irradiance[INDIRECT, band]
+        pixels.reflectance[pixel, band] += rho
+        pixels.direct[pixel, band] += rho * direct * np.float32(warp.INV_PI)
+        pixels.indirect[pixel, band] += rho * indirect * np.float32(warp.INV_PI)
+        pixels.irradiance_direct[pixel, band] += share * direct
+        pixels.irradiance_indirect[pixel, band] += share * indirect
+
+
+@jit
+def _add_caustics(scene, color, share, pixel, irradiance, via_specular):
+    if via_specular is None or irradiance.shape[0] <= CAUSTIC:
+        return
+    for band in range(irradiance.shape[1]):
+        light = share * irradiance[CAUSTIC, band]
+        rho = albedo(scene, color, band)
+        via_specular[CAUSTIC_IRRADIANCE, pixel, band] += light
+        via_specular[FIRST_CAUSTIC, pixel, band] += rho * light * np.float32(warp.INV_PI)
+
+
+@jit
+def _add_scattered(scene, surface, share, pixel, scratches, via_specular):
+    """Add what a BSDF other than Lambert's scatters beyond albedo · irradiance / π."""
+    if scene.scattering is None or via_specular is None:
+        return
+    color = look_up_material(scene, surface.hit)
+    if scene.scattering.model[color[0]] == 0:
+        return
+    for band in range(scratches.own.irradiance.shape[1]):
+        rho = albedo(scene, color, band) * np.float32(warp.INV_PI)
+        for row in range(scratches.own.irradiance.shape[0]):
+            light = (
+                scratches.scattered.irradiance[row, band]
+                - rho * scratches.own.irradiance[row, band]
+            )
+            via_specular[VIA_DIRECT + row, pixel, band] += share * light

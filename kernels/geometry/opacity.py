@@ -19,10 +19,9 @@ from photonmap.kernels.geometry.pane import pane_opacity
 from photonmap.kernels.geometry.ray import any_hit, closest_hit
 from photonmap.kernels.geometry.texture import coordinates, look_up_number
 
-MOST_LAYERS = 256
-"""Surfaces that a ray passes through at most; the last one stops it."""
+MOST_LAYERS = 256  # Surfaces that a ray passes through at most; the last one stops it
 STEPS = float(1 << 40)
-"""Steps of the unit interval into which coordinates are rounded before they are hashed."""
+"""Steps of the unit interval into which coordinates are rounded before they are hashed"""
 
 
 @jit

@@ -145,3 +145,25 @@ def closest_hit(scene, origin, direction):
 def any_hit(scene, origin, direction, length):
     """Return whether anything lies within origin + t direction, 0 < t < length."""
     return _occluded(scene, _single(origin), _single(direction), np.float32(length)) < 0.0
+
+
+@jit
+def first_hits(scene, origins, directions, triangles, distances):
+    """Write the triangle that each ray hits first, -1 for none, and the distance to it."""
+    for i in range(len(origins)):
+        o, d = origins[i], directions[i]
+        hit = closest_hit(scene, (o[0], o[1], o[2]), (d[0], d[1], d[2]))
+        triangles[i] = hit.triangle
+        distances[i] = hit.distance
+
+
+@jit
+def find_clear(scene, starts, ends, clear):
+    """Write whether nothing lies between starts (P, 3) and ends (M, 3), as (P, M)."""
+    for i in range(len(starts)):
+        s = starts[i]
+        origin = (s[0], s[1], s[2])
+        for k in range(len(ends)):
+            e = ends[k]
+            way = (e[0] - s[0], e[1] - s[1], e[2] - s[2])
+            clear[i, k] = not any_hit(scene, origin, way, 0.999)

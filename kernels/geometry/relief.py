@@ -15,7 +15,7 @@ from photonmap.kernels.geometry.texture import coordinates, look_up
 TINY = 1e-30
 NONE = (0.0, 0.0, 0.0)
 LEAST_COSINE = 1e-3
-"""Between a normal and what the map makes of it: one that leans further stays as it was."""
+"""Between a normal and what the map makes of it: one that leans further stays as it was"""
 
 
 @jit

@@ -13,8 +13,8 @@ from numba import config, types
 from numba.extending import intrinsic
 
 from photonmap.kernels.core.color import LUMINANCE
-from photonmap.kernels.core.image_records import FLOATS
 from photonmap.kernels.core.jit import jit, outlined
+from photonmap.kernels.core.records import FLOATS
 
 if config.DISABLE_JIT:
 

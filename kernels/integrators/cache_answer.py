@@ -31,8 +31,7 @@ from photonmap.kernels.core.passes import EMPTY, FOUND, INDIRECT, SurfaceInterac
 from photonmap.kernels.core.rng import draw
 from photonmap.kernels.geometry.interaction import departure
 
-SELDOM = 0.05
-"""Least probability of going on by the lobe."""
+SELDOM = 0.05  # Least probability of going on by the lobe
 
 
 @jit

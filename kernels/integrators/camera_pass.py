@@ -1,4 +1,7 @@
-"""The camera pass: first hits, direct light, gather rays, and specular chains."""
+"""The camera pass: first hits, direct light, gather rays, and specular chains.
+
+And that of the plain path tracer: slow, unbiased, the reference for everything else.
+"""
 
 import numpy as np
 
@@ -6,7 +9,7 @@ from photonmap.kernels.bsdf.specular import specular_probability
 from photonmap.kernels.caustics.light_tracing import are_caustics_connected
 from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.passes import SampleBudget
-from photonmap.kernels.core.rng import sobol_2d
+from photonmap.kernels.core.rng import draw, sobol_2d, stream
 from photonmap.kernels.core.streams import (
     FILM,
     GATHER,
@@ -16,17 +19,24 @@ from photonmap.kernels.core.streams import (
     PATH,
     split,
 )
-from photonmap.kernels.film.pixel import (
+from photonmap.kernels.film.pixels import (
+    FLAT,
     add_reflected,
     clear_pixel,
     clear_sums,
+    morton,
     trace_camera_ray,
+    update_plane,
 )
-from photonmap.kernels.film.pixels import FLAT, morton, update_plane
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.integrators.final_gather import light_keys
-from photonmap.kernels.integrators.irradiance import add_disks, estimate_irradiance
+from photonmap.kernels.integrators.irradiance import (
+    add_disks,
+    estimate_irradiance,
+    trace_irradiance,
+)
 from photonmap.kernels.integrators.irradiance_differences import begin_shifts
+from photonmap.kernels.integrators.path_walk import ONE
 from photonmap.kernels.integrators.specular_view import ALL_LOBES, Chain, view_specular_chains
 
 CENTRE = (0.5, 0.5)
@@ -78,3 +88,40 @@ def camera_pass(job, span, scratches, estimate):
             _render_sample(job, keys, pixel, index, share, budget, estimate, scratches)
         if pixels.coverage[pixel] < 1.0:
             pixels.plane[pixel, FLAT] = 0.0
+
+
+@jit
+def _render_path(job, bounces, pixel, index, share, state, estimate, scratches):
+    """Render one camera sample of a pixel by one path; return the random state."""
+    scene = job.scene
+    x, state = draw(state)
+    y, state = draw(state)
+    position = (x, y) if job.eye.film.jitter else CENTRE
+    hit, direction = trace_camera_ray(
+        job, pixel, position, index, share, estimate.pixels, scratches.own.rays
+    )
+    if hit.triangle < 0:
+        return state
+    if specular_probability(scene, hit.triangle) < 1.0:
+        surface = surface_interaction(scene.geometry, hit, direction)
+        state = trace_irradiance(scene, job.maps, surface, bounces, state, scratches)
+        add_reflected(scene, surface, share, pixel, scratches, estimate)
+    chain = Chain(job.key, index, pixel, share, ONE, ALL_LOBES)
+    view_specular_chains(job, (hit, direction), chain, estimate, scratches)
+    return state
+
+
+@kernel
+def path_pass(job, samples, bounces, span, scratches, estimate):
+    """Render the pixels of a span with `samples` paths each; records as in `camera_pass`.
+
+    `job.maps` has an empty cache and no caustic map.
+    """
+    share, key = np.float32(1.0 / samples), split(job.key, FILM)
+    for pixel in range(span.first, span.last):
+        clear_pixel(estimate.pixels, pixel)
+        clear_sums(estimate.via_specular, pixel)
+        state = stream(key, pixel, 0)
+        for sample in range(samples):
+            index = np.uint64(pixel) * np.uint64(samples) + np.uint64(sample)
+            state = _render_path(job, bounces, pixel, index, share, state, estimate, scratches)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.bsdf import models
-from photonmap.kernels.bsdf.absorption import absorb
+from photonmap.kernels.bsdf.glass import absorb
 from photonmap.kernels.bsdf.specular import (
     LONGEST_CHAIN,
     choose_lobe,
@@ -33,16 +33,11 @@ from photonmap.kernels.lights.emission import add_emission, emission_of
 class LightKeys(NamedTuple):
     """Keys of the random numbers of a surface's light."""
 
-    light: int
-    """of light samples"""
-    gather: int
-    """of the directions of gather rays"""
-    path: int
-    """of paths that go on where the cache cannot answer"""
-    chain: int
-    """of specular chains that gather rays follow"""
-    glossy: int
-    """of paths that leave the surface by its own glossy BSDF"""
+    light: int  # of light samples
+    gather: int  # of the directions of gather rays
+    path: int  # of paths that go on where the cache cannot answer
+    chain: int  # of specular chains that gather rays follow
+    glossy: int  # of paths that leave the surface by its own glossy BSDF
 
 
 @jit

@@ -20,41 +20,29 @@ from photonmap.kernels.geometry.interaction import point_at, surface_interaction
 class FirstHits(NamedTuple):
     """What the rays through the centres of P pixels hit; all is 0 for the background but rays."""
 
-    triangle: int32[::1]
-    """(P,) int32, row of `Geometry.triangles`; -1 for the background"""
-    barycentrics: float32[:, ::1]
-    """(P, 2) float32, of the second and third corner"""
+    triangle: int32[::1]  # (P,), row of `Geometry.triangles`; -1 for the background
+    barycentrics: float32[:, ::1]  # (P, 2), of the second and third corner
     direction: float32[:, ::1]
-    """(P, 3) float32, of the ray, a unit vector in the world; 0 where no light reaches the film"""
-    distance: float32[::1]
-    """(P,) float32, from where the ray begins in the kernels' unit"""
-    depth: float32[::1]
-    """(P,) float32, the same along the camera's axis; where it has none, the distance"""
-    normal: float32[:, ::1]
-    """(P, 3) float32, unit shading normal towards the camera"""
+    """(P, 3), of the ray, a unit vector in the world; 0 where no light reaches the film"""
+    distance: float32[::1]  # (P,), from where the ray begins in the kernels' unit
+    depth: float32[::1]  # (P,), the same along the camera's axis; where it has none, the distance
+    normal: float32[:, ::1]  # (P, 3), unit shading normal towards the camera
 
 
 @by_reference
 class SurfaceRows(NamedTuple):
     """What the surfaces of P first hits reflect; of what a scene lacks, no rows."""
 
-    reflectance: float32[:, ::1]
-    """(P, N) diffuse albedo"""
-    glossy: float32[:, ::1]
-    """(P, N) reflectance of the glossy lobe at normal incidence"""
+    reflectance: float32[:, ::1]  # (P, N) diffuse albedo
+    glossy: float32[:, ::1]  # (P, N) reflectance of the glossy lobe at normal incidence
     lobes: float64[:, ::1]
     """(P, 8) its α, and its mean albedos at the Fresnel terms of `Scattering.albedos`; the last
     column is not looked up"""
-    coat_weight: float64[:, ::1]
-    """(P, 1) fraction of the surface that a clear coat covers"""
-    coat_lobes: float64[:, ::1]
-    """(P, 8) the coat's, as `lobes`"""
-    sheen_color: float32[:, ::1]
-    """(P, N)"""
-    alpha: float64[::1]
-    """(P,) α of specular surfaces, 0 of what is smooth"""
-    share: float64[::1]
-    """(P,) fraction that is glass"""
+    coat_weight: float64[:, ::1]  # (P, 1) fraction of the surface that a clear coat covers
+    coat_lobes: float64[:, ::1]  # (P, 8) the coat's, as `lobes`
+    sheen_color: float32[:, ::1]  # (P, N)
+    alpha: float64[::1]  # (P,) α of specular surfaces, 0 of what is smooth
+    share: float64[::1]  # (P,) fraction that is glass
 
 
 @kernel

@@ -27,9 +27,9 @@ from photonmap.kernels.lights.direct import (
 from photonmap.kernels.lights.emission import add_attenuated, add_emission, emission_of
 
 GATHERS_PER_PATH = 2
-"""Gather rays of a glossy surface for each path that leaves it in a direction of its own BSDF."""
+"""Gather rays of a glossy surface for each path that leaves it in a direction of its own BSDF"""
 LEAST_PATHS, LEAST_BARE_PATHS = 8, 16
-"""The least number of these paths: with a diffuse base, and without one."""
+"""The least number of these paths: with a diffuse base, and without one"""
 
 
 @jit

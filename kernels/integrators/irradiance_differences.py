@@ -27,17 +27,15 @@ from photonmap.kernels.geometry.opacity import occluded
 
 EXISTS, SEES = 9, 10
 """Columns of `Scratch.shifted`, after point and both normals: whether the neighbour is in the
-image, and whether the camera sample would see a surface there."""
+image, and whether the camera sample would see a surface there"""
 
 
 class Shifts(NamedTuple):
     """Where the rays of a camera sample add what they say of its pixel's neighbours."""
 
-    differences: np.ndarray
-    """(5, P, N), of `Estimate`"""
+    differences: np.ndarray  # (5, P, N), of `Estimate`
     pixel: int
-    share: float
-    """of the sample in its pixel"""
+    share: float  # of the sample in its pixel
 
 
 @jit

@@ -21,8 +21,7 @@ from photonmap.kernels.core.passes import (
     Hit,
     SampleBudget,
 )
-from photonmap.kernels.core.rng import draw
-from photonmap.kernels.core.roulette import russian_roulette
+from photonmap.kernels.core.rng import draw, russian_roulette
 from photonmap.kernels.core.warp import power_heuristic
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import intersect
@@ -37,11 +36,9 @@ from photonmap.kernels.lights.direct import (
 )
 from photonmap.kernels.lights.emission import add_attenuated, emission_of, visible_emitter
 
-CERTAIN_BOUNCES = 3
-"""Bounces before Russian roulette begins."""
+CERTAIN_BOUNCES = 3  # Bounces before Russian roulette begins
 ONE = SampleBudget(1, 1)
-SMALLEST = np.float32(1e-20)
-"""Smallest value of a BSDF used as a divisor."""
+SMALLEST = np.float32(1e-20)  # Smallest value of a BSDF used as a divisor
 
 
 class PathStart(NamedTuple):
@@ -52,12 +49,9 @@ class PathStart(NamedTuple):
     bounces: int
     budget: SampleBudget
     """of the first surface, against each other: its light samples, and paths like this one"""
-    skips_light_sample: bool
-    """whether the light samples of its first surface are taken elsewhere"""
-    gathers: int
-    """cosine-distributed rays from there that bring its indirect light too; 0 for none"""
-    point: tuple
-    """of the unit square, for the first direction; used where `skips_light_sample`"""
+    skips_light_sample: bool  # whether the light samples of its first surface are taken elsewhere
+    gathers: int  # cosine-distributed rays from there that bring its indirect light too; 0 for none
+    point: tuple  # of the unit square, for the first direction; used where `skips_light_sample`
 
 
 @jit

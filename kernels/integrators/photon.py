@@ -1,7 +1,7 @@
 """Photon tracing: photons leave emitters and fill the radiosity cache where they are reflected."""
 
 from photonmap.kernels.bsdf import models
-from photonmap.kernels.bsdf.absorption import absorb
+from photonmap.kernels.bsdf.glass import absorb
 from photonmap.kernels.bsdf.material import look_up_material, multiply_albedo
 from photonmap.kernels.bsdf.specular import (
     choose_lobe,
@@ -13,8 +13,7 @@ from photonmap.kernels.cache.radiosity_cache import cell_at
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import largest
 from photonmap.kernels.core.jit import jit, kernel
-from photonmap.kernels.core.rng import sobol_2d, stream
-from photonmap.kernels.core.roulette import russian_roulette
+from photonmap.kernels.core.rng import russian_roulette, sobol_2d, stream
 from photonmap.kernels.core.streams import (
     BOUNCE,
     EMIT_DIRECTION,
@@ -25,7 +24,7 @@ from photonmap.kernels.core.streams import (
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import intersect
 from photonmap.kernels.integrators.cache_answer import fill_base_flux, has_base
-from photonmap.kernels.lights.photons import emit_photon
+from photonmap.kernels.lights.emission import emit_photon
 
 
 @jit

@@ -16,32 +16,24 @@ from photonmap.kernels.geometry.interaction import point_at, surface_interaction
 from photonmap.kernels.geometry.opacity import intersect
 from photonmap.kernels.lights.direct import prepare_direct, sample_direct
 
-CORNERS = 4
-"""Camera rays of a pixel, through its corners: a straight edge always parts them."""
-AROUND = 8
-"""Rays of a corner that look for what is near."""
-NEAREST = 1e-12
-"""Distance at least, in sizes of the scene."""
-EVEN_COSINE = 0.999
-"""Cosine between normals above which a surface hardly curves within a pixel."""
+CORNERS = 4  # Camera rays of a pixel, through its corners: a straight edge always parts them
+AROUND = 8  # Rays of a corner that look for what is near
+NEAREST = 1e-12  # Distance at least, in sizes of the scene
+EVEN_COSINE = 0.999  # Cosine between normals above which a surface hardly curves within a pixel
 
 
 class Corners(NamedTuple):
     """What the corners of a pixel have shown so far."""
 
     hits: int
-    lit: int
-    """light samples that arrived"""
+    lit: int  # light samples that arrived
     occluded: int
-    nearness: float
-    """sum of 1 / distance to the surfaces around"""
+    nearness: float  # sum of 1 / distance to the surfaces around
     one_material: bool
     even: bool
     specular: bool
-    material: int
-    """of the first hit"""
-    normal: tuple
-    """its shading normal"""
+    material: int  # of the first hit
+    normal: tuple  # its shading normal
 
 
 @jit

@@ -11,10 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.bsdf import microsurface
-from photonmap.kernels.bsdf.absorption import absorb
 from photonmap.kernels.bsdf.dispersion import choose_index, column_of, index_ratio, keep_index
 from photonmap.kernels.bsdf.facets import to_local
-from photonmap.kernels.bsdf.glass import multiply_tint, roughness_at, take_share
+from photonmap.kernels.bsdf.glass import absorb, multiply_tint, roughness_at, take_share
 from photonmap.kernels.bsdf.specular import (
     LONGEST_CHAIN,
     arrive_at,
@@ -44,12 +43,10 @@ from photonmap.kernels.lights.emission import add_attenuated, emission_of, visib
 class Sink(NamedTuple):
     """Where light is added, and times what."""
 
-    target: np.ndarray
-    """(rows, N) float32"""
+    target: np.ndarray  # (rows, N) float32
     row: int
     factor: float
-    throughput: np.ndarray
-    """of the chain, (N,)"""
+    throughput: np.ndarray  # of the chain, (N,)
 
 
 @jit

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.bsdf import models
-from photonmap.kernels.bsdf.absorption import absorb
+from photonmap.kernels.bsdf.glass import absorb
 from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, reflected_share, specular_step
 from photonmap.kernels.core.jit import jit, outlined
@@ -55,29 +55,24 @@ from photonmap.kernels.integrators.specular_chain import (
 )
 
 USES = (CHAIN_LIGHT, CHAIN_GATHER, CHAIN_PATH, CHAIN_GATHER_CHAIN, CHAIN_GLOSSY_PATH)
-STEP = np.uint64(40)
-"""Bits of an index below those that number the surfaces along a chain."""
+STEP = np.uint64(40)  # Bits of an index below those that number the surfaces along a chain
 METAL_CHAINS, GLASS_CHAINS = 4, 2
 """Most chains of a camera sample at rough metal, where one says little, and at rough glass, where
-they are longer, with light samples on both sides of all surfaces."""
+they are longer, with light samples on both sides of all surfaces"""
 ALL_LOBES = (0.0, 1.0)
 SMOOTH, ONE_ROUGH, FURTHER = 0, 1, 2
-"""What a chain has passed: no rough surface, the first one just now, or more since then."""
+"""What a chain has passed: no rough surface, the first one just now, or more since then"""
 
 
 class Chain(NamedTuple):
     """One chain of a camera sample."""
 
     key: int
-    index: int
-    """for low-discrepancy points"""
+    index: int  # for low-discrepancy points
     pixel: int
-    share: float
-    """of the pixel"""
-    budget: SampleBudget
-    """of each surface that it comes to"""
-    lobes: tuple
-    """(lowest value, width) of the number that chooses how its first surface scatters"""
+    share: float  # of the pixel
+    budget: SampleBudget  # of each surface that it comes to
+    lobes: tuple  # (lowest value, width) of the number that chooses how its first surface scatters
 
 
 @jit

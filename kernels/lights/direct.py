@@ -19,16 +19,12 @@ from photonmap.kernels.lights.selection import select_emitter, selection_probabi
 class DirectSample(NamedTuple):
     """One of some light samples: its irradiance is weight · emission."""
 
-    emitter: int
-    """-1 where none is in front of the surface"""
-    weight: float
-    """0 where the emitter is occluded"""
+    emitter: int  # -1 where none is in front of the surface
+    weight: float  # 0 where the emitter is occluded
     pdf: float
     """density of all the samples, per steradian; 0 where scattered rays cannot hit the emitter"""
-    position: tuple
-    """barycentrics on an emitting triangle"""
-    direction: tuple
-    """unit vector towards the emitter"""
+    position: tuple  # barycentrics on an emitting triangle
+    direction: tuple  # unit vector towards the emitter
 
 
 @jit

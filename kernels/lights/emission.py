@@ -1,14 +1,19 @@
-"""What emitters send, band by band: a row of a table, or the colour of a texture or map."""
+"""What emitters send, band by band, and the photons that carry it.
+
+Emission is a row of a table, or the colour of a texture or map.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
 
+from photonmap.kernels.core import warp
 from photonmap.kernels.core.bands import mix
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.geometry.interaction import side_of
 from photonmap.kernels.geometry.texture import coordinates, look_up
 from photonmap.kernels.lights.environment import radiance_of, texel_at
+from photonmap.kernels.lights.kinds import emit
 from photonmap.kernels.lights.portal import position_on
 from photonmap.kernels.lights.samples import NOWHERE
 
@@ -16,12 +21,9 @@ from photonmap.kernels.lights.samples import NOWHERE
 class Emission(NamedTuple):
     """What a position on an emitter sends; `emission_in` returns it by bands."""
 
-    row: int
-    """of `Lights.spectra`"""
-    texture: int
-    """which emission texture it is, -1 for none, MAP for the environment map"""
-    color: tuple
-    """linear RGB of the texture or map"""
+    row: int  # of `Lights.spectra`
+    texture: int  # which emission texture it is, -1 for none, MAP for the environment map
+    color: tuple  # linear RGB of the texture or map
 
 
 MAP = -2
@@ -93,3 +95,23 @@ def set_flux(flux, lights, emission, factor):
     factor = np.float32(factor)
     for band in range(len(flux)):
         flux[band] = emission_in(lights, emission, band) * factor
+
+
+@jit
+def emit_photon(geometry, lights, position, direction, share, flux):
+    """Send a photon from an emitter, by two points of the unit square; fill flux, (N,).
+
+    `share` multiplies its flux. Returns (origin, direction).
+    """
+    emitter, u = warp.discrete(lights.cdf, position[0])
+    start = emit(geometry, lights, emitter, (u, position[1]), direction)
+    send(lights, emitter, start, share, flux)
+    return start.origin, start.direction
+
+
+@jit
+def send(lights, emitter, start, share, flux):
+    """Fill flux, (N,), of a photon that starts from an emitter chosen by `Lights.cdf`."""
+    probability = warp.discrete_pdf(lights.cdf, emitter)
+    emission = emission_of(lights, emitter, start.position)
+    set_flux(flux, lights, emission, start.weight / probability * share)

@@ -9,7 +9,7 @@ NamedTuple of numbers, are what describes an emitter beside its place and axis.
 from types import ModuleType
 from typing import NamedTuple
 
-from photonmap.kernels.core.dispatch import by_number
+from photonmap.kernels.core.jit import by_number
 from photonmap.kernels.lights import dome, photometric, point, spot, sun, triangle
 
 
@@ -17,10 +17,8 @@ class Kind(NamedTuple):
     """A kind of emitters."""
 
     functions: ModuleType
-    has_place: bool
-    """whether it shines from a place, not from infinitely far away"""
-    has_area: bool
-    """whether camera rays and scattered rays can hit it, and its shadows are soft"""
+    has_place: bool  # whether it shines from a place, not from infinitely far away
+    has_area: bool  # whether camera rays and scattered rays can hit it, and its shadows are soft
 
 
 KINDS = {
@@ -30,10 +28,8 @@ KINDS = {
     "spot": Kind(spot, has_place=True, has_area=False),
     "directional": Kind(sun, has_place=False, has_area=False),
     "photometric": Kind(photometric, has_place=True, has_area=False),
-}
-"""By the names that lights give them."""
-NUMBERS = {name: number for number, name in enumerate(KINDS)}
-"""Values of `Lights.kind`"""
+}  # By the names that lights give them
+NUMBERS = {name: number for number, name in enumerate(KINDS)}  # Values of `Lights.kind`
 TRIANGLE, DOME, DIRECTIONAL = (NUMBERS[name] for name in ("triangle", "dome", "directional"))
 
 
@@ -49,16 +45,12 @@ def numbers_where(**traits: bool) -> list[int]:
 _modules = [kind.functions for kind in KINDS.values()]
 _kind = "lights.kind[emitter]"
 importance = by_number(_modules, "importance", "geometry, lights, emitter, at, ns", _kind)
-"""Estimate the unoccluded irradiance at a point from an emitter of power 1."""
+"""Estimate the unoccluded irradiance at a point from an emitter of power 1"""
 sample_towards = by_number(
     _modules, "sample_towards", "geometry, lights, emitter, surface, u, v", _kind
-)
-"""Return the `LightSample` of an emitter for a surface point."""
+)  # Return the `LightSample` of an emitter for a surface point
 emit = by_number(_modules, "emit", "geometry, lights, emitter, position, direction", _kind)
-"""Return the `PhotonStart` of an emitter, by two points of the unit square."""
+"""Return the `PhotonStart` of an emitter, by two points of the unit square"""
 emitted = by_number(_modules, "emitted", "geometry, lights, emitter, start, direction", _kind)
-"""Return what a `PhotonStart` of an emitter sends in another direction.
-
-As (flux per steradian for an emission of 1, density of `emit` per steradian); of emitters that are
-infinitely far, nothing.
-"""
+"""Return what a `PhotonStart` of an emitter sends in another direction.  As (flux per steradian for
+an emission of 1, density of `emit` per steradian); of emitters that are infinitely far, nothing."""

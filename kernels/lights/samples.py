@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 from photonmap.kernels.core.jit import jit
 
-NOWHERE = (0.0, 0.0)
-"""Position on an emitter that has no positions."""
+NOWHERE = (0.0, 0.0)  # Position on an emitter that has no positions
 
 
 class NoParameters(NamedTuple):
@@ -15,14 +14,10 @@ class NoParameters(NamedTuple):
 class LightSample(NamedTuple):
     """A direction from a surface point to an emitter."""
 
-    segment: tuple
-    """vector to the emitter; for one that is infinitely far, of any length"""
-    length: float
-    """of the shadow ray, in lengths of the segment"""
-    direction: tuple
-    """unit vector"""
-    weight: float
-    """irradiance for an emission of 1, per cosine; 0 where nothing arrives"""
+    segment: tuple  # vector to the emitter; for one that is infinitely far, of any length
+    length: float  # of the shadow ray, in lengths of the segment
+    direction: tuple  # unit vector
+    weight: float  # irradiance for an emission of 1, per cosine; 0 where nothing arrives
     pdf: float
     """density per steradian, to weigh against scattered rays; 0 where these cannot hit it"""
     position: tuple
@@ -33,8 +28,7 @@ class LightSample(NamedTuple):
 class PhotonStart(NamedTuple):
     """A photon that leaves an emitter."""
 
-    weight: float
-    """flux for an emission of 1"""
+    weight: float  # flux for an emission of 1
     position: tuple
     """barycentrics on an emitting triangle; of an environment map, and of portals to it, the texel
     (row, column)"""

@@ -12,10 +12,8 @@ from photonmap.kernels.lights.samples import NOWHERE, LightSample, PhotonStart
 class Parameters(NamedTuple):
     """What describes a spot, beside its place and axis."""
 
-    inner: float
-    """cosine of the angle to the axis up to which it is full"""
-    outer: float
-    """of that beyond which it is dark"""
+    inner: float  # cosine of the angle to the axis up to which it is full
+    outer: float  # of that beyond which it is dark
 
 
 @jit

@@ -13,8 +13,7 @@ from photonmap.kernels.lights.samples import NOWHERE, LightSample
 class Parameters(NamedTuple):
     """What describes a sun, beside its axis."""
 
-    edge: float
-    """cosine of the radius of its disc; 1 where it is parallel"""
+    edge: float  # cosine of the radius of its disc; 1 where it is parallel
 
 
 @jit

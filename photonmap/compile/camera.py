@@ -16,8 +16,8 @@ from photonmap.kernels.camera.cameras import (
     PANORAMA,
     PINHOLE,
     RAY_MAP,
+    fill_rays,
 )
-from photonmap.kernels.camera.rays import fill_rays
 from photonmap.kernels.core import passes
 from photonmap.runtime.options import check_size
 from photonmap.runtime.wording import shown

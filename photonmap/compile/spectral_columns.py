@@ -13,9 +13,8 @@ from photonmap.buffers import ERROR_ENDINGS, names_where
 from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.errors import InputError
 from photonmap.kernels.core import records
-from photonmap.kernels.core.image_records import LobeMaps
-from photonmap.kernels.core.lobe_records import Sheens
 from photonmap.kernels.core.passes import Pixels
+from photonmap.kernels.core.records import LobeMaps, Sheens
 
 Array = NDArray[np.float32]
 T = TypeVar("T")

@@ -13,11 +13,15 @@ from numpy.typing import NDArray
 from photonmap.compile.surfaces.glossy import STEPS, append_stepped
 from photonmap.errors import InputError, naming
 from photonmap.kernels.bsdf.models import GLOSSY
-from photonmap.kernels.core.image_records import BYTES, FLOATS, SRGB, LobeMaps, Maps
 from photonmap.kernels.core.records import (
+    BYTES,
+    FLOATS,
+    SRGB,
     Alpha,
     EmissionTextures,
     Geometry,
+    LobeMaps,
+    Maps,
     Palettes,
     Panes,
     Scattering,

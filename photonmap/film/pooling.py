@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.kernels.film.statistics import shift_ratio, welford_step
+from photonmap.kernels.film.moments import shift_ratio, welford_step
 
 __all__ = [
     "error_of", "pool_comoments", "pool_errors", "pool_means", "shift_ratio", "spread_of",

@@ -23,7 +23,7 @@ from photonmap.kernels.core.passes import (
     SamplingPlan,
 )
 from photonmap.kernels.core.streams import Domain
-from photonmap.kernels.integrators.path import path_pass
+from photonmap.kernels.integrators.camera_pass import path_pass
 
 
 class PathIntegrator:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from photonmap.kernels.geometry.embree import EmbreeScene
-from photonmap.kernels.geometry.sight import find_clear, first_hits
+from photonmap.kernels.geometry.ray import find_clear, first_hits
 
 Floats = NDArray[np.float64]
 

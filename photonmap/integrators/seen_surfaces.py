@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.compile.surfaces.glossy import TERMS, mean_albedo
 from photonmap.kernels.bsdf.models import GLOSSY
-from photonmap.kernels.core.lobe_records import Coats
-from photonmap.kernels.core.records import GLASS, Scattering, Specular
+from photonmap.kernels.core.records import GLASS, Coats, Scattering, Specular
 from photonmap.kernels.integrators.first_hits import FirstHits, SurfaceRows, describe_surfaces
 
 Array = NDArray[Any]

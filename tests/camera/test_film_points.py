@@ -9,7 +9,7 @@ from helpers.cameras import CAMERAS, camera_of
 import photonmap as pm
 from photonmap.compile.camera import compile_camera
 from photonmap.compile.frame import Frame
-from photonmap.kernels.camera.rays import fill_film_points, fill_rays
+from photonmap.kernels.camera.cameras import fill_film_points, fill_rays
 from photonmap.scene.camera import check_camera
 
 SIZE = (40, 28)

@@ -12,6 +12,7 @@ from photonmap.compile.scene_arrays import compile_scene
 from photonmap.integrators.light_visibility import _only
 from photonmap.kernels.core import rng, vec, warp
 from photonmap.kernels.core.jit import kernel
+from photonmap.kernels.lights.emission import emit_photon
 from photonmap.kernels.lights.environment import (
     ALL_AROUND,
     cell_of_normal,
@@ -19,7 +20,6 @@ from photonmap.kernels.lights.environment import (
     sample_environment,
     texel_at,
 )
-from photonmap.kernels.lights.photons import emit_photon
 from photonmap.spectra.bands import Bands
 
 RGB = Bands.rgb()

@@ -12,8 +12,8 @@ from photonmap.kernels.core import rng, vec
 from photonmap.kernels.core.jit import kernel
 from photonmap.kernels.core.passes import Hit, SurfaceInteraction
 from photonmap.kernels.lights import kinds, triangle
+from photonmap.kernels.lights.emission import emit_photon
 from photonmap.kernels.lights.environment import cell_of_normal
-from photonmap.kernels.lights.photons import emit_photon
 
 SKY = "environment"
 """A dome with a map, which is a kind of its own here."""

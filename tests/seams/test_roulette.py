@@ -6,7 +6,7 @@ from helpers.comparisons import assert_within
 
 from photonmap.kernels.core import rng
 from photonmap.kernels.core.jit import kernel
-from photonmap.kernels.core.roulette import russian_roulette
+from photonmap.kernels.core.rng import russian_roulette
 
 GAMES = 100_000
 SIGMAS = 5.0

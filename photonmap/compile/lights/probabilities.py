@@ -19,7 +19,7 @@ from photonmap.kernels.core.records import (
     Lights,
     LightTree,
 )
-from photonmap.kernels.lights.light_tree import WIDTH
+from photonmap.kernels.lights.selection import WIDTH
 
 Floats = NDArray[np.float64]
 EVEN = 0.1

@@ -17,7 +17,7 @@ from photonmap.compile.surfaces.white_bases import WHITE_BASES, through, whole_a
 from photonmap.compile.table_cache import Floats
 from photonmap.kernels.bsdf.models import COATED
 from photonmap.kernels.core import records
-from photonmap.kernels.core.lobe_records import Coats
+from photonmap.kernels.core.records import Coats
 from photonmap.scene.material import LEAST_ALPHA, Material
 from photonmap.scene.surfaces.fresnel import mean_rise, normal_reflectance
 from photonmap.scene.textures import Texture, mean_number

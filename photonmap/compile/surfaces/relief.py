@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from photonmap.compile.surfaces.glossy import AZIMUTHS, COARSE, GRID, azimuth_albedos
 from photonmap.compile.textures import TextureTable
 from photonmap.kernels.core import records
-from photonmap.kernels.core.image_records import Relief
-from photonmap.kernels.core.lobe_records import Anisotropy
-from photonmap.kernels.core.records import Geometry
+from photonmap.kernels.core.records import Anisotropy, Geometry, Relief
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.surfaces.relief import BumpMap, NoRelief, NormalMap

@@ -16,7 +16,7 @@ from photonmap.compile.textures import TextureTable
 from photonmap.kernels.bsdf.models import SHEEN
 from photonmap.kernels.bsdf.sheen import tabulate
 from photonmap.kernels.core import records
-from photonmap.kernels.core.lobe_records import Sheens
+from photonmap.kernels.core.records import Sheens
 from photonmap.scene.material import Material
 from photonmap.scene.textures import Texture
 from photonmap.spectra.bands import Bands

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.kernels.cache.surface_fraction import measure_cells
+from photonmap.kernels.cache.exposed_fraction import measure_cells
 from photonmap.kernels.core.passes import CacheCells
 from photonmap.kernels.core.records import Geometry
 from photonmap.runtime.storage import strips
