@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from contextlib import nullcontext
+from functools import cache
 from pathlib import Path
 
 # Beside other processes, threads of BLAS mostly wait for each other, and use a core each meanwhile.
@@ -70,6 +71,41 @@ def each_kernel_compiled_once():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(render, "compile_kernels", wait_and_compile)
         patch.setattr(kernel_warmup, "_aside", lambda *arguments: nullcontext())
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def inner_functions_compiled_once():
+    """Keep the code of kernels' inner functions, which tests alone call from Python, in files."""
+    jit = sys.modules.get("photonmap.kernels.core.jit")
+    if jit is None:
+        yield
+        return
+    wrap = jit._wrapped
+
+    @cache
+    def wrap_and_keep(function):
+        wrapped = wrap(function)
+        wrapped._cache = jit.KernelCache(function.py_func)
+        return wrapped
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(jit, "_wrapped", wrap_and_keep)
+        yield
+
+
+FEW_PILOTS = ("bsdf", "camera", "compile", "film", "glass", "hard", "integrators", "render")
+"""Folders of tests whose scenes are small, and of which no other test holds the bits"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_pilots(request):
+    """Let a quarter of the usual photons look for specular surfaces, before the passes."""
+    with pytest.MonkeyPatch.context() as patch:
+        if request.path.parent.name in FEW_PILOTS:
+            from photonmap.integrators.photon_mapping import caustics
+
+            patch.setattr(caustics, "PILOT", caustics.PILOT // 4)
         yield
 
 

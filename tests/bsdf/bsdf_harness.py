@@ -27,7 +27,7 @@ from photonmap.spectra.bands import Bands
 ALBEDOS = (0.2, 0.7, 1.0)
 COSINES = (1.0, 0.5, 0.08)
 """Of the angles between normal and wo."""
-SAMPLES = 40_000
+SAMPLES = 20_000
 
 
 class Case(NamedTuple):
@@ -315,7 +315,7 @@ def hemisphere(cosine=0.5, heights=48, turns=256):
     return to_world(local), np.repeat(share, turns) * 2.0 * np.pi / turns
 
 
-def furnace(case, cosine, count=20_000):
+def furnace(case, cosine, count=10_000):
     """Return what is reflected of even light, in the first band, and the error of that."""
     wo = departure(cosine)
     wi = sample(case, wo, count=count)

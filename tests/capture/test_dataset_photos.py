@@ -107,7 +107,7 @@ def test_sensitivities_are_part_of_the_set(tmp_path):
 @pytest.mark.filterwarnings("always::photonmap.SceneWarning")
 def test_warnings_name_the_image_but_records_do_not(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("photonmap.capture.expose._MOST_NEGATIVE", -1.0)
-    (tmp_path / "preset.toml").write_text(PRESET)
+    (tmp_path / "preset.toml").write_text(PRESET.partition('[[view]]\nname = "left"')[0])
     (tmp_path / "night.toml").write_text("bits = 12\n")
     assert make(tmp_path) == 0
     told = capsys.readouterr().err

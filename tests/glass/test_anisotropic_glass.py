@@ -65,7 +65,7 @@ def window(look, uv=((0, 0), (1, 0), (1, 1), (0, 1))):
 
 def spread(look, **mesh):
     """Return the mean of x² and of y² over the light in the picture."""
-    settings = {"bands": 1, "size": (24, 24), "passes": 8, "seed": 3, "threads": 2}
+    settings = {"bands": 1, "size": (24, 24), "passes": 8, "seed": 3, "photons": 500}
     image = pm.render(window(look, **mesh), **settings).direct[..., 0].astype(float)
     squares = (np.arange(24) - 11.5) ** 2
     return np.array([image.sum(axis=0) @ squares, image.sum(axis=1) @ squares]) / image.sum()

@@ -69,12 +69,12 @@ def check_geometry(result):
         assert not result.buffers[name][empty].any(), f"{name} without a surface"
 
 
-def means(scene, buffer="radiance", seeds=8, **settings):
+def means(scene, buffer="radiance", seeds=6, **settings):
     """Return the mean over pixels of renders with so many seeds, (seeds, bands)."""
     return means_of(scene, seeds, **settings)[buffer]
 
 
-def means_of(scene, seeds=8, **settings):
+def means_of(scene, seeds=6, **settings):
     """Return the means of all light's buffers, by name, as `means`."""
     results = [rendered(scene, seed=seed, **settings) for seed in range(seeds)]
     return {

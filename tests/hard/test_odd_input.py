@@ -76,8 +76,7 @@ def test_normals_that_are_wrong(kind, turn):
     }[turn]
     scene = with_ball(normals, KINDS[kind])
     if kind == "grey":
-        settings = {"photons": 4000, "size": (16, 16)}
-        values, wanted = (means(scene, method=m, **settings) for m in ("photon", "path"))
+        values, wanted = (means(scene, method=m, photons=4000) for m in ("photon", "path"))
         assert_same(values, wanted, slack=0.02)
     else:
         rendered(scene)

@@ -203,6 +203,7 @@ def test_a_black_floor_between_mirrors(method):
 @pytest.mark.parametrize("core", [(0.0, 0.0, 0.0), (3.0, 0.0, 0.0)], ids=["inside", "outside"])
 def test_the_pilot_of_a_closed_ball_of_mirrors(core, monkeypatch):
     """Photons that smooth surfaces keep for ever are few before the passes, and in them."""
+    monkeypatch.setattr(caustics, "PILOT", 1 << 16)
     totals = []
     trace = caustics.CausticTracer._trace
 

@@ -140,6 +140,7 @@ def test_nothing_is_said_of_lights_that_stand_in(small):
 
 LATE = """
 import sys
+import trimesh
 from numba.core.registry import CPUDispatcher
 import photonmap as pm
 from photonmap.integrators import kernel_warmup
@@ -159,6 +160,11 @@ coloured = [
     pm.Mesh(mesh.vertices, mesh.faces, pm.Material(f"paint {number}", color), mesh.name)
     for number, (mesh, color) in enumerate(zip(box.meshes, colors))
 ]
+shape = trimesh.creation.icosphere(1, 0.3)
+balls = [
+    pm.Mesh(shape.vertices + [x, 0.0, 0.0], shape.faces, look, f"ball {x}")
+    for x, look in ((-0.4, pm.Material.glass()), (0.4, pm.Material.polished()))
+]
 lamp, fill = pm.PointLight((0.1, 0.4, 0.2), 0.2), pm.PointLight((-0.1, 0.2, 0.3), 0.1)
 """
 RENDERS = """
@@ -166,7 +172,7 @@ plain = [
     (pm.Scene(coloured, [lamp], box.camera), {"bands": "rgb"}),  # bands are merged
     (pm.Scene(box.meshes, [lamp, fill], box.camera), {"per_light": True}),
 ]
-full = [(pm.scenes.cornell_balls(), {"bands": "rgb"})]
+full = [(pm.Scene([*box.meshes, *balls], camera=box.camera), {"bands": "rgb"})]
 for variant, renders in (("plain", plain), ("full", full)):
     with Workers(1) as workers:
         kernel_warmup._compile_all(kernel_warmup._smallest(variant), Bands.rgb(), workers, "photon")

@@ -20,7 +20,7 @@ from photonmap.spectra.bands import Bands
 
 RADIUS = 0.02
 """Of disks too small to blur anything, in sizes of the scene."""
-PASSES = 16
+PASSES = 12
 BULB = pm.PointLight((0.1, 0.9, 0.2), (1.0, 0.8, 0.6))
 EYE = pm.Camera((0.2, 0.6, 2.6), (0.0, -0.5, 0.0), fov=50.0)
 
@@ -108,22 +108,20 @@ def seen_by(projection):
 @pytest.mark.parametrize(
     "camera",
     [
-        EYE,
         replace(EYE, fov=pm.Camera.fov, height=2.4),
         seen_by(CAMERAS["Brown-Conrady"]["projection"]),
-        seen_by(pm.Fisheye(80.0)),
         seen_by(pm.Panorama()),
     ],
-    ids=["pinhole", "orthographic", "distorted", "fisheye", "panorama"],
+    ids=["orthographic", "distorted", "panorama"],
 )
 def test_connected_photons_bring_what_small_disks_bring(camera, monkeypatch):
-    """On every kind of surface, through holes, by every kind of camera."""
+    """On every kind of surface, through holes; densities of all cameras: `test_film_points`."""
     monkeypatch.setattr(caustics, "_first_radius", lambda positions, arriving: RADIUS)
     scene = room(camera)
     connected = passes(scene, PASSES)
     monkeypatch.setattr(caustics, "can_connect", lambda view: False)
-    disks = passes(scene, 2 * PASSES, seed=2)
-    assert (connected != disks[:PASSES]).any()
+    disks = passes(scene, PASSES, seed=2)
+    assert (connected != disks).any()
     local = scores(blocks(connected), blocks(disks))
     assert local.size >= 18
     assert np.abs(local).max() < stats.t.isf(1e-4 / local.size, PASSES - 1)

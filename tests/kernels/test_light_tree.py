@@ -21,7 +21,7 @@ from photonmap.kernels.lights.selection import (
 )
 from photonmap.spectra.bands import Bands
 
-SAMPLES = 100_000
+SAMPLES = 40_000
 
 
 @kernel

@@ -117,7 +117,12 @@ def test_layers_are_passed_in_order_and_bounded():
     for share, stops in ((1.01, True), (0.99, False)):
         segment = tuple(share * distance * x for x in up)
         assert occluded(geometry, below, segment, 1.0) == stops
-    many = stacked(MOST_LAYERS + 4)
+    layer, count = wall(0.5, alpha=0.0), MOST_LAYERS + 4
+    vertices = np.repeat(layer.vertices[None], count, axis=0)
+    vertices[..., 2] += 0.01 * np.arange(count)[:, None]
+    faces = len(layer.vertices) * np.arange(count)[:, None, None] + layer.faces
+    mesh = pm.Mesh(vertices.reshape(-1, 3), faces.reshape(-1, 3), layer.material, "layers")
+    many = compile_scene(pm.Scene([mesh], [pm.DomeLight()]), Bands.rgb())
     assert occluded(many.geometry, below, up, np.inf)
     assert intersect(many.geometry, below, up)[0] >= 0
 

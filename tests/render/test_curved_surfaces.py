@@ -62,10 +62,10 @@ def assert_as(result, truth):
 
 def test_a_ball_is_as_without_sharing(monkeypatch):
     scene = room_with(ball())
-    shared = pm.render(scene, seed=3, passes=24, **OPTIONS)
+    shared = pm.render(scene, seed=3, passes=18, **OPTIONS)
     for module in sampling_plan, integrator:
         monkeypatch.setattr(module, "FOOTPRINT_PIXELS", 0.5)
-    plain = pm.render(scene, seed=4, passes=48, **OPTIONS)
+    plain = pm.render(scene, seed=4, passes=40, **OPTIONS)
     assert assert_as(shared, plain).mean() < 0.01
 
 

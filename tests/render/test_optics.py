@@ -140,8 +140,8 @@ def balls():
 def rendered(balls):
     settings = {"bands": "rgb", "size": (32, 32), "pixel": "center"}
     return {
-        "photon": pm.render(balls, passes=24, seed=3, **settings),
-        "path": pm.render(balls, passes=200, seed=2, method="path", **settings),
+        "photon": pm.render(balls, passes=12, seed=3, **settings),
+        "path": pm.render(balls, passes=120, seed=2, method="path", **settings),
     }
 
 

@@ -76,13 +76,12 @@ def with_material(scene, name, **changes):
 
 
 SCENES = {
-    "box": BOX,
     "under a sky": under_a_sky(),
     "rough": with_material(under_a_sky(), "back", diffuse_roughness=0.6),
 }
 
 
-@pytest.mark.parametrize("name", ["box", "under a sky", *slow("rough")])
+@pytest.mark.parametrize("name", ["under a sky", *slow("rough")])
 def test_mean_is_exact_whatever_the_cache_holds(name, monkeypatch):
     """Of all indirect light, 2% too much would be found."""
     scene = SCENES[name]
@@ -109,7 +108,7 @@ def test_mean_is_exact_with_other_options(options):
 
 def test_surfaces_that_are_partly_transparent_are_left_unshared():
     scene = with_material(BOX, "box", alpha=0.5)
-    truth = block_means(scene, TRUTH, method="path", passes=32)
+    truth = block_means(scene, TRUTH, method="path", passes=16)
     assert not differ(block_means(scene, SEEDS, unbiased=True, passes=2), truth)
 
 
@@ -124,7 +123,7 @@ def test_sharing_takes_noise_away():
 def test_intervals_hold():
     results = [
         pm.render(BOX, bands="rgb", size=SIZE, passes=8, seed=seed, unbiased=True)
-        for seed in range(8)
+        for seed in range(5)
     ]
     for name in ("radiance", "indirect", "shading"):
         values = np.stack([result[name] for result in results]).astype(np.float64)
