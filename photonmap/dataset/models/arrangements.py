@@ -159,10 +159,7 @@ def stack_books(
 
 
 def furnish(
-    draw: Draw,
-    carrier: SceneObject,
-    makers: Sequence[Maker],
-    first: Sequence[SceneObject] = (),
+    draw: Draw, carrier: SceneObject, makers: Sequence[Maker], first: Sequence[SceneObject] = ()
 ) -> list[SceneObject]:
     """Return an object with others scattered on its first support, beside the `first`."""
     return [carrier, *first, *scatter(draw, carrier.supports[0], makers, first)]

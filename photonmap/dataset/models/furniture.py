@@ -7,21 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from photonmap.dataset.models.materials import Draw
-from photonmap.dataset.models.scene_object import (
-    SceneObject,
-    Support,
-    Table,
-    mirrored,
-    model,
-)
-from photonmap.dataset.models.shapes import (
-    Shape,
-    box,
-    cylinder,
-    superquadric,
-    torus,
-    tube,
-)
+from photonmap.dataset.models.scene_object import SceneObject, Support, Table, mirrored, model
+from photonmap.dataset.models.shapes import Shape, box, cylinder, superquadric, torus, tube
 from photonmap.scene.material import Material
 
 _BOARD = 0.022  # thickness of the boards of a shelf, metres

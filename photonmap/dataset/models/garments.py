@@ -9,15 +9,7 @@ import numpy as np
 from photonmap.dataset.models.materials import Draw
 from photonmap.dataset.models.patterns import banded
 from photonmap.dataset.models.scene_object import Part, Row, Table, dealt, model, placed
-from photonmap.dataset.models.shapes import (
-    Floats,
-    Shape,
-    box,
-    grid,
-    smooth_curve,
-    sphere,
-    tube,
-)
+from photonmap.dataset.models.shapes import Floats, Shape, box, grid, smooth_curve, sphere, tube
 
 SPACING = 0.36
 """Least distance between hooks, metres, at which what hangs there does not touch."""

@@ -287,10 +287,7 @@ class Palette:
     """
 
     def __init__(
-        self,
-        rng: np.random.Generator,
-        materials: str = "lambertian",
-        lightness: float | None = None,
+        self, rng: Random, materials: str = "lambertian", lightness: float | None = None
     ) -> None:
         if materials not in MATERIALS:
             raise InputError(
@@ -402,10 +399,7 @@ class Draw(Palette):
     """Draws the numbers of one scene, and, from random numbers of their own, its materials."""
 
     def __init__(
-        self,
-        rng: np.random.Generator,
-        materials: str = "lambertian",
-        lightness: float | None = None,
+        self, rng: Random, materials: str = "lambertian", lightness: float | None = None
     ) -> None:
         super().__init__(rng.spawn(1)[0], materials, lightness)
         self.rng = rng

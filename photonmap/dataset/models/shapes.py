@@ -221,16 +221,11 @@ def _box_template(steps: int) -> tuple[Floats, Indices, Floats]:
 
 
 def smooth_curve(points: ArrayLike, steps: int = 48) -> Floats:
-    """Interpolate points by a Catmull–Rom spline (1974), parametrised by chord length.
-
-    Parameters
-    ----------
-    points : (P, D)
-    steps : samples along the curve, the first and the last point among them
+    """Interpolate points, (P, D), by a Catmull–Rom spline (1974), parametrised by chord length.
 
     Returns
     -------
-    (steps, D) float64
+    (steps, D) float64, the first and the last point among them
     """
     knots = np.asarray(points, np.float64)
     length = np.linalg.norm(np.diff(knots, axis=0), axis=1)
@@ -312,12 +307,8 @@ class Noise:
 
     Its mean is 0 and its variance about 1; each octave is half as strong as the one before.
 
-    Parameters
-    ----------
-    rng : draws the waves
-    frequency : of the first octave, cycles a unit of length
-    octaves : number of octaves, each of twice the frequency of the one before
-    waves : number of plane waves in each octave
+    The frequency of the first octave is in cycles a unit of length; each further one has twice the
+    frequency. All have the same number of waves.
     """
 
     def __init__(self, rng: Random, frequency: float, octaves: int = 3, waves: int = 12) -> None:
@@ -350,10 +341,7 @@ def sphere(radius: float, subdivisions: int = 4) -> Shape:
 def lump(rng: Random, radius: float, roughness: float = 0.12, frequency: float = 0.45) -> Shape:
     """Return a ball displaced by smooth noise, on a flat base.
 
-    Parameters
-    ----------
-    roughness : standard deviation of the displacement, in radii
-    frequency : of the slowest waves, cycles a radius
+    The standard deviation of the displacement is in radii, the lowest frequency in cycles a radius.
     """
     vertices, faces = _icosphere(5)
     field = np.clip(Noise(rng, frequency)(vertices), -2.5, 2.5)
@@ -399,12 +387,8 @@ def _eased(angles: Floats) -> Floats:
 def tube(path: ArrayLike, radius: float, sides: int = 32, closed: bool = False) -> Shape:
     """Sweep a circle along a path; an open path gets hemispherical caps.
 
-    Parameters
-    ----------
-    path : (P, 3) points, metres
-    radius : of the circle, metres
-    sides : vertices around the circle
-    closed : join the last point to the first, which is not repeated
+    The path is (P, 3), metres; the first point of a closed one is not repeated at its end. The
+    circle has so many sides.
     """
     line = np.asarray(path, np.float64)
     before, after = np.roll(line, 1, axis=0), np.roll(line, -1, axis=0)

@@ -11,13 +11,7 @@ import numpy as np
 
 from photonmap.dataset.models.materials import Draw
 from photonmap.dataset.models.patterns import Field, mondrian, patches, split, split_at_levels
-from photonmap.dataset.models.scene_object import (
-    Row,
-    Table,
-    dealt,
-    mirrored,
-    model,
-)
+from photonmap.dataset.models.scene_object import Row, Table, dealt, mirrored, model
 from photonmap.dataset.models.shapes import (
     Floats,
     Shape,

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.dataset.models.shapes import Floats, Random
 from photonmap.dataset.scenes.views import SIDES, View
 from photonmap.errors import InputError
 from photonmap.integrators.look import Onlooker
@@ -38,37 +39,30 @@ _GRID, _FACE = (48, 36), (12, 12)
 _AXES = np.concatenate([np.eye(3), -np.eye(3)])
 
 
-def find_path(
-    view: View, own: Camera, onlooker: Onlooker, rng: np.random.Generator
+def _find_path(
+    view: View, own: Camera, onlooker: Onlooker, rng: Random, is_good: Callable[[Camera], bool]
 ) -> list[Camera] | None:
     """Return the cameras of all frames of a path; None if no path of `TRIES` is free.
 
     A path is a cubic spline through random places around what the scene's own camera looks at,
     within the view's yaw, pitch and distance, without sharp turns; its frames are evenly spaced.
-    Rays test that it can be reached from the own camera and crosses no surface; and its frames are
-    good, as `find_camera` has it.
+    Rays test that it can be reached from the own camera and crosses no surface.
     """
-    usual = Sight(onlooker, own)
     for attempt in range(TRIES):
         drawn = _draw_knots(view, own, rng, 1.0 - attempt / TRIES)
-        if drawn is None or not is_reached(onlooker, own, drawn[0]):
+        if drawn is None or not _is_reached(onlooker, own, drawn[0]):
             continue
         way = _even_spline(drawn[1], max(view.frames - 1, 1) * _STEPS)
-        frames = way[::_STEPS][: view.frames]
-        cameras = [_camera_at(own, place) for place in frames]
         if not _is_smooth(way[:, 0]) or not is_way_free(onlooker, way[:, 0]):
             continue
-        if all(
-            Sight(onlooker, camera).is_good(usual) and has_room(onlooker, camera, view.baseline)
-            for camera in cameras
-        ):
+        places = way[::_STEPS][: view.frames].tolist()
+        cameras = [replace(own, origin=tuple(at), target=tuple(to)) for at, to in places]
+        if all(map(is_good, cameras)):
             return cameras
     return None
 
 
-def _draw_knots(
-    view: View, own: Camera, rng: np.random.Generator, part: float
-) -> tuple[View, NDArray[np.float64]] | None:
+def _draw_knots(view: View, own: Camera, rng: Random, part: float) -> tuple[View, Floats] | None:
     """Draw places along a path, in a part of the view's range; return the first and all, (K, 2, 3).
 
     Of each, where the camera is and what it looks at. None if a camera cannot be there.
@@ -89,7 +83,7 @@ def _draw_knots(
     return views[0], np.stack([np.array(places, np.float64), targets], axis=1)
 
 
-def _even_spline(knots: NDArray[np.float64], steps: int) -> NDArray[np.float64]:
+def _even_spline(knots: Floats, steps: int) -> Floats:
     """Return places along a cubic spline through knots, evenly spaced: (steps + 1, 2, 3)."""
     from scipy.interpolate import CubicSpline
 
@@ -100,17 +94,12 @@ def _even_spline(knots: NDArray[np.float64], steps: int) -> NDArray[np.float64]:
     return spline(np.interp(np.linspace(0.0, along[-1], steps + 1), along, fine))
 
 
-def _is_smooth(places: NDArray[np.float64]) -> bool:
+def _is_smooth(places: Floats) -> bool:
     """Return whether a path turns by no more than `_TURN` from an eighth of it to the next."""
     eighths = places[np.linspace(0, len(places) - 1, 9).round().astype(np.intp)]
     steps = np.diff(eighths, axis=0)
     steps /= np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), np.finfo(float).tiny)
     return bool((steps[1:] * steps[:-1]).sum(axis=1).min() >= np.cos(np.radians(_TURN)))
-
-
-def _camera_at(own: Camera, place: NDArray[np.float64]) -> Camera:
-    origin, target = (tuple(point.tolist()) for point in place)
-    return replace(own, origin=origin, target=target)
 
 
 _KEPT = 64  # views whose cameras are remembered: they are sought once for all lights and frames
@@ -140,7 +129,13 @@ def find_camera(view: View, scene: Scene, identity: str) -> Camera:
     """
     own = scene.camera
     assert own is not None
-    own = _with_fov(own, view)
+    if view.fov is not None:
+        if not isinstance(own.model, Pinhole):
+            raise InputError(
+                f"view {view.name!r} has a fov, but the scene's camera is of the kind "
+                f"{own.model.kind}; leave it out"
+            )
+        own = own.changed(fov=view.fov)
     if view.is_own and not view.baseline:
         return own
     view.move(own)  # or say why it cannot be
@@ -154,58 +149,36 @@ def find_camera(view: View, scene: Scene, identity: str) -> Camera:
             f"view {view.name!r} of {scene.name!r}: {TRIES} cameras near it are inside walls or "
             f"see too little; choose another yaw, pitch, distance or baseline"
         )
-    return _on_side(cameras[view.frame], view)
-
-
-def _search(view: View, own: Camera, scene: Scene, identity: str) -> list[Camera] | None:
-    """Return the cameras of all frames of a path, or of a view alone; None if none are good."""
-    onlooker = Onlooker(scene)
-    seed = zlib.crc32(f"{identity} {view.search}".encode())
-    rng = np.random.Generator(np.random.PCG64(seed))
-    if view.path:
-        return find_path(view, own, onlooker, rng)
-    camera = _find_near(view, own, onlooker, rng)
-    return None if camera is None else [camera]
-
-
-def _with_fov(camera: Camera, view: View) -> Camera:
-    """Return the camera with the angle of view that is asked for."""
-    if view.fov is None:
-        return camera
-    if not isinstance(camera.model, Pinhole):
-        raise InputError(
-            f"view {view.name!r} has a fov, but the scene's camera is of the kind "
-            f"{camera.model.kind}; leave it out"
-        )
-    return camera.changed(fov=view.fov)
-
-
-def _on_side(camera: Camera, view: View) -> Camera:
-    """Return the camera of a pair that a view is; the camera itself where it is none."""
+    camera = cameras[view.frame]
     if not view.side:
         return camera
     return replace(camera.stereo(view.baseline)[SIDES.index(view.side)], name=camera.name)
 
 
-def _find_near(
-    view: View, own: Camera, onlooker: Onlooker, rng: np.random.Generator
-) -> Camera | None:
-    usual = Sight(onlooker, own)
+def _search(view: View, own: Camera, scene: Scene, identity: str) -> list[Camera] | None:
+    """Return the cameras of all frames of a path, or of a view alone; None if none are good."""
+    onlooker = Onlooker(scene)
+    usual = _Sight(onlooker, own)
+    seed = zlib.crc32(f"{identity} {view.search}".encode())
+    rng = np.random.Generator(np.random.PCG64(seed))
+
+    def is_good(camera: Camera) -> bool:
+        seen = _Sight(onlooker, camera)
+        return seen.is_good(usual) and _has_room(onlooker, camera, view.baseline)
+
+    if view.path:
+        return _find_path(view, own, onlooker, rng, is_good)
     for moved in (view, *_near(view, rng)):
         try:
             camera = moved.move(own)
         except InputError:
             continue
-        if (
-            is_reached(onlooker, own, moved)
-            and Sight(onlooker, camera).is_good(usual)
-            and has_room(onlooker, camera, view.baseline)
-        ):
-            return camera
+        if _is_reached(onlooker, own, moved) and is_good(camera):
+            return [camera]
     return None
 
 
-def _near(view: View, rng: np.random.Generator) -> Iterator[View]:
+def _near(view: View, rng: Random) -> Iterator[View]:
     """Yield views between the one asked for and the scene's own, ever closer to the latter."""
     for step in range(1, TRIES):
         part = step / TRIES
@@ -219,7 +192,7 @@ def _near(view: View, rng: np.random.Generator) -> Iterator[View]:
         )
 
 
-class Sight:
+class _Sight:
     """What a camera sees, and how far it is from the nearest surface."""
 
     def __init__(self, onlooker: Onlooker, camera: Camera) -> None:
@@ -228,11 +201,11 @@ class Sight:
         self.objects = len(np.unique(seen["object_id"][hit]))
         self.median = float(np.median(seen["distance"][hit])) if hit.any() else 0.0
         self.arm = float(np.linalg.norm(np.subtract(camera.target, camera.origin)))
-        self.clearance = min(
-            _nearest(onlooker, np.array(camera.origin, np.float64), axis) for axis in _AXES
-        )
+        origin = np.array(camera.origin, np.float64)
+        around = np.stack([_distances(onlooker, origin, axis, 90.0, _FACE) for axis in _AXES])
+        self.clearance = float(np.where(around > 0.0, around, np.inf).min())
 
-    def is_good(self, usual: Sight) -> bool:
+    def is_good(self, usual: _Sight) -> bool:
         """Return whether it sees enough, compared to what the scene's own camera sees."""
         return (
             self.clearance >= min(_OF_USUAL * usual.clearance, _CLEARANCE * self.arm)
@@ -241,7 +214,7 @@ class Sight:
         )
 
 
-def is_reached(onlooker: Onlooker, own: Camera, view: View) -> bool:
+def _is_reached(onlooker: Onlooker, own: Camera, view: View) -> bool:
     """Return whether the straight way or the orbit to a view's camera crosses no surface."""
     steps = [
         View(view.name, t * view.yaw, t * view.pitch, 1.0 + t * (view.distance - 1.0)).move(own)
@@ -251,12 +224,12 @@ def is_reached(onlooker: Onlooker, own: Camera, view: View) -> bool:
     return any(is_way_free(onlooker, way) for way in ([orbit[0], orbit[-1]], orbit))
 
 
-def is_way_free(onlooker: Onlooker, points: Iterable[NDArray[np.float64]]) -> bool:
+def is_way_free(onlooker: Onlooker, points: Iterable[Floats]) -> bool:
     """Return whether straight lines from point to point cross no surface."""
     return all(_is_free(onlooker, a, b) for a, b in pairwise(points))
 
 
-def has_room(onlooker: Onlooker, camera: Camera, baseline: float) -> bool:
+def _has_room(onlooker: Onlooker, camera: Camera, baseline: float) -> bool:
     """Return whether both cameras of a pair about a camera have room beside it."""
     if not baseline:
         return True
@@ -265,7 +238,7 @@ def has_room(onlooker: Onlooker, camera: Camera, baseline: float) -> bool:
     return all(_is_free(onlooker, middle, middle + _BEYOND * side) for side in sides)
 
 
-def _is_free(onlooker: Onlooker, start: NDArray[np.float64], end: NDArray[np.float64]) -> bool:
+def _is_free(onlooker: Onlooker, start: Floats, end: Floats) -> bool:
     length = float(np.linalg.norm(end - start))
     if length == 0.0:
         return True
@@ -273,17 +246,8 @@ def _is_free(onlooker: Onlooker, start: NDArray[np.float64], end: NDArray[np.flo
     return not 0.0 < distance <= length
 
 
-def _nearest(onlooker: Onlooker, origin: NDArray[np.float64], axis: NDArray[np.float64]) -> float:
-    distances = _distances(onlooker, origin, axis, 90.0, _FACE)
-    return float(np.where(distances > 0.0, distances, np.inf).min())
-
-
 def _distances(
-    onlooker: Onlooker,
-    origin: NDArray[np.float64],
-    towards: NDArray[np.float64],
-    fov: float,
-    size: tuple[int, int],
+    onlooker: Onlooker, origin: Floats, towards: Floats, fov: float, size: tuple[int, int]
 ) -> NDArray[np.float32]:
     """Return the distances in a direction, 0 where nothing is."""
     up = (0.0, 0.0, 1.0) if abs(towards[1]) > np.abs(towards[[0, 2]]).max() else (0.0, 1.0, 0.0)

@@ -118,12 +118,7 @@ def _low_table(draw: Draw) -> list[SceneObject]:
         size = draw.number(0.7, 1.2), draw.number(0.45, 0.65), draw.number(0.36, 0.48)
         table = furniture.table(draw, *size, 0.045)
     books = stack_books(draw, table.supports[0], draw.whole(1, 4))
-    makers = [
-        sized(bowl, 0.13),
-        cup,
-        sized(vase, 0.2),
-        sized(small_objects.pebble, 0.06),
-    ]
+    makers = [sized(bowl, 0.13), cup, sized(vase, 0.2), sized(small_objects.pebble, 0.06)]
     return furnish(draw, table, draw.several(makers, draw.whole(1, 4)), books)
 
 
@@ -288,29 +283,26 @@ def vessel_shelf(draw: Draw) -> Group:
 
 
 def _shelf_of(
-    things: Sequence[Maker],
-    count: int,
-    size: tuple[Range, Range, tuple[int, int], float],
-    gap: Range,
+    things: Sequence[Maker], count: int, boards: tuple[int, int], depth: float, *ranges: Range
 ) -> MakeGroup:
     """Return a maker of shelves with a row of a number of things, or fewer, on every board.
 
-    Its size is ranges of width, height and the number of boards, and the depth.
+    The ranges are those of the width, of the height, and of the gaps between things, metres.
     """
+    wide, tall, gap = ranges
 
     def make(draw: Draw) -> Group:
-        wide, tall, boards, deep = size
-        size_ = draw.number(*wide), draw.number(*tall), draw.whole(*boards)
-        shelf = furniture.shelf(draw, *size_, deep)
+        size = draw.number(*wide), draw.number(*tall), draw.whole(*boards)
+        shelf = furniture.shelf(draw, *size, depth)
         rows = [in_row(draw, level, draw.several(things, count), gap) for level in shelf.supports]
         return Group([shelf, *(obj for row in rows for obj in row)], _PASSAGE)
 
     return make
 
 
-toy_shelf = _shelf_of(TOYS, 9, ((0.9, 1.8), (0.8, 1.2), (3, 4), 0.34), (0.03, 0.12))
-towel_shelf = _shelf_of(TOILETRIES, 5, ((0.5, 0.8), (1.2, 1.8), (5, 5), 0.34), (0.02, 0.08))
-tool_shelf = _shelf_of(SHOP_THINGS, 7, ((0.9, 1.4), (1.5, 2.0), (5, 5), 0.42), (0.02, 0.1))
+toy_shelf = _shelf_of(TOYS, 9, (3, 4), 0.34, (0.9, 1.8), (0.8, 1.2), (0.03, 0.12))
+towel_shelf = _shelf_of(TOILETRIES, 5, (5, 5), 0.34, (0.5, 0.8), (1.2, 1.8), (0.02, 0.08))
+tool_shelf = _shelf_of(SHOP_THINGS, 7, (5, 5), 0.42, (0.9, 1.4), (1.5, 2.0), (0.02, 0.1))
 
 
 def tall_vases(draw: Draw) -> Group:
@@ -511,16 +503,11 @@ def tools(draw: Draw, wide: float = 2.0) -> list[SceneObject]:
     return [wall_objects.tool_board(draw, min(0.9 * wide, draw.number(0.9, 1.8)))]
 
 
-def mirror(draw: Draw) -> list[SceneObject]:
-    """Return a mirror."""
-    return [wall_objects.wall_mirror(draw, draw.number(0.22, 0.4))]
-
-
 def hung(make: Maker) -> MakeHung:
     """Return a maker of a single object that hangs on a wall."""
     return lambda draw: [make(draw)]
 
 
-clock, towels, blackboard = map(
-    hung, (wall_objects.clock, wall_objects.towel_rail, wall_objects.blackboard)
-)
+mirror = hung(lambda draw: wall_objects.wall_mirror(draw, draw.number(0.22, 0.4)))
+clock, towels = hung(wall_objects.clock), hung(wall_objects.towel_rail)
+blackboard = hung(wall_objects.blackboard)

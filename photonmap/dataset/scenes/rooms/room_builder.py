@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass
+from functools import cache, cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,13 +45,12 @@ class FloorPlan:
     """Cells of a floor around the y axis, and which of them a walker can stand in."""
 
     def __init__(self, width: float, depth: float) -> None:
-        counts = max(1, round(width / _CELL)), max(1, round(depth / _CELL))
-        self._axes = [
-            (np.arange(n) + 0.5) * (side / n) - 0.5 * side
-            for n, side in zip(counts, (width, depth), strict=True)
-        ]
-        half = 0.5 * np.array([width, depth]) - _WALKER
-        inside = [np.abs(axis) <= limit for axis, limit in zip(self._axes, half, strict=True)]
+        self._axes, inside = list[Floats](), list[NDArray[np.bool_]]()
+        for side in (width, depth):
+            count = max(1, round(side / _CELL))
+            axis = (np.arange(count, dtype=np.float64) + 0.5) * (side / count) - 0.5 * side
+            self._axes.append(axis)
+            inside.append(np.abs(axis) <= 0.5 * side - _WALKER)
         self._free = inside[0][:, None] & inside[1][None, :]
 
     def leaves_ways(self, boxes: Floats) -> bool:
@@ -98,13 +97,16 @@ class Group:
 
     objects: Sequence[SceneObject]
     access: float = 0.0
-    _turned: dict[float, list[SceneObject]] = field(default_factory=dict, init=False)
 
-    def turned(self, degrees: float) -> list[SceneObject]:
+    @cached_property
+    def bounds(self) -> Floats:
+        """Lowest and highest coordinates, (2, 3), metres."""
+        return bounds_of(self.objects)
+
+    @cached_property
+    def turned(self) -> Callable[[float], list[SceneObject]]:
         """Return the objects rotated about the y axis, the same ones when asked again."""
-        if degrees not in self._turned:
-            self._turned[degrees] = [obj.turned(degrees) for obj in self.objects]
-        return self._turned[degrees]
+        return cache(lambda degrees: [obj.turned(degrees) for obj in self.objects])
 
 
 Dressing = Callable[[Draw, float], Sequence[SceneObject]]
@@ -160,8 +162,7 @@ class RoomBuilder:
 
     def place_at_wall(self, group: Group, corner: bool = False) -> bool:
         """Stand a group with its back to some wall, in a corner if asked for."""
-        wide = float(np.abs(bounds_of(group.objects)[:, 0]).max()) * 2.0
-        deep = -float(bounds_of(group.objects)[0, 2])
+        wide, deep = 2.0 * float(np.abs(group.bounds[:, 0]).max()), -float(group.bounds[0, 2])
         for _ in range(_ATTEMPTS):
             wall = self.draw.one_of(_WALLS)
             along = self.along(wall, wide + 2.0 * _GAP, corner)
@@ -357,7 +358,7 @@ def _boxes_of(objects: Sequence[SceneObject]) -> Floats:
 
 def _access_of(group: Group, turn: float) -> Floats:
     """Return the box, (1, 2, 3), of the floor in front of a group that is turned."""
-    low, high = bounds_of(group.objects)
+    low, high = group.bounds
     corners = [(x, z) for x in (low[0], high[0]) for z in (high[2], high[2] + group.access)]
     (x, z), angle = np.transpose(corners), np.radians(turn)
     spun = x * np.cos(angle) + z * np.sin(angle), z * np.cos(angle) - x * np.sin(angle)
