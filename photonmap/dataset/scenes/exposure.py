@@ -189,16 +189,11 @@ def deal(illumination: Illumination, groups: Sequence[str]) -> list[tuple[str, f
         places.insert(sky, open_)
     places = places[: len(colors)]
     ranks = [sorted(places, key=groups.index).index(place) for place in places]
-    shares = illumination.shares or [_usual_share(rank, len(places)) for rank in ranks]
+    rest = (1.0 - MAIN_SHARE) / max(len(places) - 1, 1)
+    usual = [rest if rank else MAIN_SHARE for rank in ranks] if len(places) > 1 else [1.0]
+    shares = illumination.shares or usual
     spare = [g for g in groups if g.startswith(LAMP) and g not in places]
     return [
         (color, share, [place, *spare] if place == LAMP else [place])
         for color, share, place in zip(colors, shares, places, strict=True)
     ]
-
-
-def _usual_share(rank: int, count: int) -> float:
-    """Return the share of a group, the first that is lit having rank 0, if none is given."""
-    if count == 1:
-        return 1.0
-    return MAIN_SHARE if rank == 0 else (1.0 - MAIN_SHARE) / (count - 1)
