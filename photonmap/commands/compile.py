@@ -6,7 +6,7 @@ import argparse
 import os
 import time
 
-from photonmap.commands.options import add_quiet, add_value
+from photonmap.commands import shared
 
 HELP = "Compile the kernels of all usual scenes ahead of time, for container images and clusters."
 INTEGRATORS = "photon", "path"
@@ -17,10 +17,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     usual = "NUMBA_CACHE_DIR, or the user's cache folder"
     text = "folder for the machine code"
-    add_value(parser, "output", "FOLDER", text, default_text=usual, short="o")
+    shared.add_value(parser, "output", "FOLDER", text, default_text=usual, short="o")
     text = "compile for processors of this name or level, such as x86-64-v3"
-    add_value(parser, "processor", "NAME", text, default_text="this one")
-    add_quiet(parser)
+    shared.add_value(parser, "processor", "NAME", text, default_text="this one")
+    shared.add_quiet(parser)
 
 
 def run(options: argparse.Namespace) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from photonmap.commands.options import add_material_options, add_quiet
+from photonmap.commands import shared
 from photonmap.errors import InputError
 from photonmap.io.scene_source import SceneSource
 
@@ -17,8 +17,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE", help="the scene file to read")
     text = "what to write: FILE.obj, FILE.glb or FILE.gltf"
     parser.add_argument("output", metavar="FILE", help=text)
-    add_material_options(parser)
-    add_quiet(parser)
+    shared.add_material_options(parser)
+    shared.add_quiet(parser)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -28,9 +28,7 @@ def run(options: argparse.Namespace) -> None:
 
     output = Path(options.output)
     _check_output(scene_files(options.scene), output)
-    given = ("munsell", "illuminants", "root", "strict")
-    how = {name: getattr(options, name) for name in given}
-    source = SceneSource(options.scene, options.missing_textures, **how)
+    source = SceneSource(options.scene, **shared.how_to_read(options))
     written = save_scene(source.load(), output)
     if not options.quiet:
         for path in written:
@@ -38,10 +36,7 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _check_output(inputs: list[Path], output: Path) -> None:
-    """Refuse to replace what is read, and what was not written together with the output.
-
-    A file beside the output, such as its TOML file, would be read together with it.
-    """
+    """Refuse to replace what is read, and files beside the output that would be read with it."""
     from photonmap.io.writers.scene_file import companions
 
     read = {path.resolve() for path in inputs}

@@ -9,18 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from photonmap.commands import FAILED, INTERRUPTED
-from photonmap.commands.options import (
-    MEASURED_SETS,
-    Row,
-    add_group,
-    add_options,
-    add_quiet,
-    number,
-    print_failures,
-    progress_log,
-    scheduler_rows,
-)
+from photonmap.commands import FAILED, INTERRUPTED, shared
 from photonmap.dataset.files.lean import ALWAYS
 from photonmap.errors import InputError, warn
 from photonmap.film.budget import DEFAULT_ERROR
@@ -54,7 +43,7 @@ _USUAL: dict[str, Any] = {
 """Values of options that neither the command nor a resumed data set gives; None means not given."""
 
 
-_SCENES: list[Row] = [
+_SCENES: list[shared.Row] = [
     ("preset", "NAME", "small, icip2013, varied, or FILE.toml", {"default_text": "small"}),
     ("count", "N", "number of seeds for which each scene is built",
      {"read": int, "default_text": "1"}),
@@ -69,10 +58,10 @@ _SCENES: list[Row] = [
     ("illuminations", "LIST", "names separated by commas, such as white,random_3",
      {"read": read_list,
       "default_text": "the preset's, or white,colored,two_planckian,two_mixed"}),
-    *MEASURED_SETS,
+    *shared.MEASURED_SETS,
 ]  # fmt: skip
 """Which scenes are rendered, how they look, and what lights them."""
-_FILES: list[Row] = [
+_FILES: list[shared.Row] = [
     ("format", "LIST", "file formats, of exr, hdf5 and png, separated by commas",
      {"read": read_list, "default_text": "exr,png"}),
     ("full", None,
@@ -90,11 +79,11 @@ _FILES: list[Row] = [
      "`photonmap sensor` takes it", {}),
 ]  # fmt: skip
 """What is written of each image."""
-_WORK: list[Row] = [
+_WORK: list[shared.Row] = [
     ("time_limit", "S",
      "seconds after which an image ends even if its error is not reached, and is marked so",
-     {"read": number(0.001, 1e9, " s"), "default_text": "1 hour"}),
-    *scheduler_rows(may_be_auto=True),
+     {"read": shared.number(0.001, 1e9, " s"), "default_text": "1 hour"}),
+    *shared.scheduler_rows(may_be_auto=True),
     ("resume", None,
      "render only images that are missing or damaged, with the options of the set",
      {"default": False}),
@@ -104,7 +93,7 @@ _WORK: list[Row] = [
      {"default": False}),
 ]  # fmt: skip
 """How and where images are rendered."""
-_FINISHED: dict[str, list[Row]] = {
+_FINISHED: dict[str, list[shared.Row]] = {
     "verify": [
         ("sample", "N", "number of images to render again and compare",
          {"read": int, "default": 1}),
@@ -141,14 +130,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     text = "folder of the data set; created where it is missing"
     parser.add_argument("words", nargs="+", metavar="FOLDER", help=text)
-    add_group(parser, "scenes", _SCENES)
+    shared.add_group(parser, "scenes", _SCENES)
     usual = {"size": "640x480"} | {name: str(_USUAL[name]) for name in ("bands", "pixel", "error")}
     changes = {name: {"default": None, "default_text": text} for name, text in usual.items()}
-    add_options(parser, DATASET, **changes)
+    shared.add_options(parser, DATASET, **changes)
     for title, rows in {"files": _FILES, "work": _WORK, **_FINISHED}.items():
-        add_group(parser, title, rows)
+        shared.add_group(parser, title, rows)
     parser.set_defaults(full=None)
-    add_quiet(parser)
+    shared.add_quiet(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -216,7 +205,7 @@ def _preview(
         print("\n".join(list_jobs(jobs)))
         return
     task = partial(Task, formats=formats, full=options.full, **vars(extra))
-    with hearing(progress_log(options)):
+    with hearing(shared.progress_log(options)):
         costs = estimate(task, jobs)
     print("\n".join(list_costs(costs)))
 
@@ -227,7 +216,7 @@ def _render(
     """Render what is missing, and report; return the exit code."""
     from photonmap.dataset.jobs.make_dataset import make_dataset
 
-    where = options.scheduler, options.workers, progress_log(options)
+    where = options.scheduler, options.workers, shared.progress_log(options)
     try:
         outcome = make_dataset(folder, head, jobs, head["formats"], *where, extra)
     except KeyboardInterrupt:
@@ -289,7 +278,7 @@ def _report(
     written = write_report(folder, entries, lines_of(head)) if entries else []
     if not has_jinja():
         warn("the report's page needs jinja2: pip install 'photonmap[dataset]'")
-    print_failures(outcome.failures)
+    shared.print_failures(outcome.failures)
     if not options.quiet:
         kept = len(outcome.entries) - outcome.rendered
         earlier = f", {kept} rendered earlier" if kept else ""
@@ -322,7 +311,7 @@ def _write_flow(folder: Path, options: argparse.Namespace) -> int:
     from photonmap.dataset.jobs.flows import FOLDER, write_flows
 
     use_measured_sets(options.munsell, options.illuminants)
-    written = write_flows(folder, progress_log(options), options.scenes)
+    written = write_flows(folder, shared.progress_log(options), options.scenes)
     if not options.quiet:
         print(f"{len(written)} pairs of views: {folder / FOLDER}")
     return 0
@@ -333,7 +322,7 @@ def _write_export(folder: Path, output: Path, options: argparse.Namespace) -> in
 
     _check_license("export", options)
     most = SHARD if options.shard_size is None else options.shard_size
-    log = progress_log(options)
+    log = shared.progress_log(options)
     export(folder, output, options.layout, options.license, options.arrays, most, log)
     if not options.quiet:
         print(output)

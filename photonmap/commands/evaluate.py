@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from photonmap.commands import FAILED
-from photonmap.commands.options import Row, add_group, add_quiet, print_failures, progress_log
+from photonmap.commands import FAILED, shared
 from photonmap.errors import InputError
 from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import suggest
@@ -29,17 +28,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "folder with IMAGE/reflectance.png, IMAGE/shading.exr and so on, or IMAGE.npz; may be "
         "given again"
     )
-    add_group(parser, "what is scored", scored).add_argument(
+    shared.add_group(parser, "what is scored", scored).add_argument(
         "--predictions", action="append", default=[], metavar="FOLDER", help=text
     )
-    add_group(parser, "how", how)
+    shared.add_group(parser, "how", how)
     usual = "NAME-evaluation in the current folder, not beside the data set NAME"
     more = {"default_text": usual, "short": "o"}
-    add_group(parser, "files", [("output", "FOLDER", "where to write the report", more)])
-    add_quiet(parser)
+    shared.add_group(parser, "files", [("output", "FOLDER", "where to write the report", more)])
+    shared.add_quiet(parser)
 
 
-def _list_options() -> tuple[list[Row], list[Row]]:
+def _list_options() -> tuple[list[shared.Row], list[shared.Row]]:
     """Return the options that name what is scored, and those that decide how."""
     from photonmap.evaluate.bench.images import LIGHTS, SPACES
     from photonmap.evaluate.bench.measure import METRICS
@@ -47,7 +46,7 @@ def _list_options() -> tuple[list[Row], list[Row]]:
     from photonmap.evaluate.bench.run import DRAWS
     from photonmap.evaluate.methods.method import BUILT_IN
 
-    scored: list[Row] = [
+    scored: list[shared.Row] = [
         ("mit", "PATH",
          "score on the data set of Grosse et al. 2009 instead: a folder for each object", {}),
         ("method", "NAMES",
@@ -56,7 +55,7 @@ def _list_options() -> tuple[list[Row], list[Row]]:
         ("png", None, "encoding of PNG predictions",
          {"choices": ENCODINGS, "default": ENCODINGS[0]}),
     ]  # fmt: skip
-    how: list[Row] = [
+    how: list[shared.Row] = [
         ("metrics", "NAMES", f"metrics, separated by commas: {', '.join(METRICS)}",
          {"read": read_list, "default_text": "all that apply"}),
         ("space", None, "compare in linear sRGB, or in the bands of the data set",
@@ -96,7 +95,7 @@ def run(options: argparse.Namespace) -> int:
     _check_experiments(options)
     gallery, methods = Gallery(), _methods(options)
     costed = _costed(options, methods)
-    log = progress_log(options)
+    log = shared.progress_log(options)
     how = (options.metrics, options.space, options.draws, options.light)
     evaluation = evaluate_dataset(options.dataset, methods, *how, log, gallery.keep)
     tables = paper_tables(evaluation)
@@ -107,7 +106,7 @@ def run(options: argparse.Namespace) -> int:
     summaries, notes = evaluation.summaries(), _notes(options, evaluation)
     write_report(folder, evaluation, summaries, gallery, notes, tables)
     for method in evaluation.methods:
-        print_failures(method.failures, method.name)
+        shared.print_failures(method.failures, method.name)
     if not options.quiet:
         found = [line for table in tables for line in table.findings]
         print(as_text(evaluation, summaries), *notes, *found, folder / "report.html", sep="\n")

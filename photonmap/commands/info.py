@@ -8,14 +8,7 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from photonmap.commands.options import (
-    add_options,
-    add_range,
-    add_scene_options,
-    add_value,
-    choose_options,
-    choose_scene,
-)
+from photonmap.commands import shared
 from photonmap.errors import InputError, SceneWarning
 from photonmap.settings import INFO
 
@@ -29,13 +22,13 @@ HELP = "Show what a scene file contains, what a render would simulate, and what 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    add_scene_options(parser)
-    groups = add_options(parser, INFO)
-    add_range(groups["image"])
+    shared.add_scene_options(parser)
+    groups = shared.add_options(parser, INFO)
+    shared.add_range(groups["image"])
     output = parser.add_argument_group("output")
     output.add_argument("--json", action="store_true", help="print the same as JSON")
     text, usual = "also render a small picture", "SCENE-thumbnail.png beside the scene"
-    add_value(output, "thumbnail", "FILE.png", text, bare="", default_text=usual)
+    shared.add_value(output, "thumbnail", "FILE.png", text, bare="", default_text=usual)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -44,7 +37,8 @@ def run(options: argparse.Namespace) -> None:
     from photonmap.inspection.text import as_text
 
     path = _name_thumbnail(options)
-    scene, description = inspect_file(choose_scene(options), choose_options(options, INFO)["bands"])
+    bands = shared.choose_options(options, INFO)["bands"]
+    scene, description = inspect_file(shared.choose_scene(options), bands)
     as_json = options.json and json.dumps(description, indent=2, ensure_ascii=False)
     print(as_json or as_text(description))
     if path is not None:

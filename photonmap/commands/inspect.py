@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from photonmap.commands.options import add_quiet, add_value
+from photonmap.commands import shared
 
 HELP = "Write an HTML page that shows a render's buffers and the spectra of its pixels."
 
@@ -16,11 +16,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "a second render, to show the difference"
     parser.add_argument("other", nargs="?", metavar="OTHER.exr", help=text)
     text = "where to write the page"
-    add_value(parser, "output", "FILE.html", text, default_text="FILE.html", short="o")
+    shared.add_value(parser, "output", "FILE.html", text, default_text="FILE.html", short="o")
     text = "show only these buffers; their names, separated by commas"
     usual = "all but masks, counts and covariance"
-    add_value(parser, "buffers", "LIST", text, read=_split, default_text=usual)
-    add_quiet(parser)
+    shared.add_value(parser, "buffers", "LIST", text, read=_split, default_text=usual)
+    shared.add_quiet(parser)
 
 
 def _split(text: str) -> list[str]:

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NoReturn, TextIO
+from typing import Any, NoReturn
 
 from photonmap.commands import BAD_INPUT, INTERRUPTED
 from photonmap.errors import InputError, SceneWarning
@@ -28,10 +28,8 @@ COMMANDS = (
 )  # fmt: skip
 """The other commands: each a module here with HELP, add_arguments and run, which returns one of
 `photonmap.commands`, or None."""
-_WIDTH = 80
-"""Columns of the first lines of the help."""
-_BY_SIGNAL = 128
-"""What shells add to the number of the signal that ended a program."""
+_WIDTH = 80  # columns of the first lines of the help
+_BY_SIGNAL = 128  # what shells add to the number of the signal that ended a program
 
 
 class _Parser(argparse.ArgumentParser):
@@ -168,13 +166,6 @@ examples:
   {program} part.stl --up z --size 800x600 --seconds 60"""
 
 
-def _show_warning(
-    message: Warning | str,
-    category: type[Warning],
-    filename: str,
-    lineno: int,
-    file: TextIO | None = None,
-    line: str | None = None,
-) -> None:
+def _show_warning(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
     prefix = "warning" if issubclass(category, SceneWarning) else category.__name__
     _print(f"{prefix}: {message}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from photonmap.commands.options import add_quiet
+from photonmap.commands import shared
 
 HELP = "Merge renders of one scene with different seeds into the result of one longer run."
 
@@ -15,7 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("files", nargs="+", metavar="FILE.exr", help=text)
     text = "where to write the result"
     parser.add_argument("-o", "--output", required=True, metavar="FILE.exr", help=text)
-    add_quiet(parser)
+    shared.add_quiet(parser)
 
 
 def run(options: argparse.Namespace) -> None:

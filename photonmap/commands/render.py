@@ -8,15 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from photonmap.commands import INTERRUPTED
-from photonmap.commands.options import (
-    add_name,
-    add_render_options,
-    add_value,
-    choose_options,
-    choose_scene,
-    name_output,
-)
+from photonmap.commands import INTERRUPTED, shared
 from photonmap.io.scene_source import SceneSource
 from photonmap.runtime.interrupts import ignoring_interrupts
 from photonmap.runtime.progress import Progress, choose_progress
@@ -39,28 +31,25 @@ PREVIEW_BUFFERS = ("radiance", "emission")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    add_render_options(parser)
+    shared.add_render_options(parser)
     text = (
         "send the image to the viewer tev while it is rendered; needs pip install "
         f"'photonmap[view]' (without HOST:PORT: {ADDRESS})"
     )
-    add_value(parser, "view", "HOST:PORT", text, bare=ADDRESS)
+    shared.add_value(parser, "view", "HOST:PORT", text, bare=ADDRESS)
     parser.add_argument("--version", action="version", version=f"photonmap {__version__}")
 
 
 def run(options: argparse.Namespace) -> int | None:
-    """Render, write the files, and print what was simulated and what came out.
-
-    After Ctrl-C, of the passes that were complete.
-    """
+    """Render, write the files, and print what came out; after Ctrl-C, of the complete passes."""
     from photonmap.results.files import check_output
 
-    output, source = name_output(options), choose_scene(options)
+    output, source = shared.name_output(options), shared.choose_scene(options)
     check_output(output, options.buffers)
     if options.camera != ALL:
         return _render(options, source, output)
     for view in replace(source, view=None).views(options.size):
-        if code := _render(options, view, add_name(output, view.view)):
+        if code := _render(options, view, shared.add_name(output, view.view)):
             return code
     return None
 
@@ -70,7 +59,9 @@ def _render(options: argparse.Namespace, source: SceneSource, output: str) -> in
     from photonmap.render import render_file
     from photonmap.settings import Options
 
-    given = choose_options(options) | {"checkpoint": _name_checkpoint(options, source, output)}
+    given = shared.choose_options(options) | {
+        "checkpoint": _name_checkpoint(options, source, output)
+    }
     if options.buffers is not None:
         given["buffers"] = {*options.buffers, *PREVIEW_BUFFERS}
     progress = choose_progress(options.quiet)
@@ -100,7 +91,7 @@ def _name_checkpoint(options: argparse.Namespace, source: SceneSource, output: s
     if not options.checkpoint:
         return Path(output).with_suffix(".checkpoint")
     every = options.camera == ALL
-    return Path(add_name(options.checkpoint, source.view) if every else options.checkpoint)
+    return Path(shared.add_name(options.checkpoint, source.view) if every else options.checkpoint)
 
 
 def _announce(progress: Progress, scene: Scene, plan: RenderPlan) -> None:

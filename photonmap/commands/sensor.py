@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from photonmap.commands.options import add_option, add_quiet, add_value, whole_number
+from photonmap.commands import shared
 from photonmap.errors import InputError, naming
 
 if TYPE_CHECKING:
@@ -26,20 +26,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "renders in any bands, with radiance among their buffers"
     parser.add_argument("images", nargs="+", metavar="IMAGE.exr", help=text)
     text = "values of options that are not given here; keys are their names, with _ for -"
-    add_value(parser, "sensor", "FILE.toml", text)
+    shared.add_value(parser, "sensor", "FILE.toml", text)
     for title in GROUPS:
         group = parser.add_argument_group(title)
         for option in OPTIONS.values():
             if option.group == title:
                 text = option.default_text or f"{option.default}"
-                add_option(group, replace(option, default=None, default_text=text))
+                shared.add_option(group, replace(option, default=None, default_text=text))
     files = parser.add_argument_group("files")
     text = "seed of the noise of the first image; each further image adds 1"
-    add_value(files, "seed", "N", text, read=whole_number(0, _LARGEST_SEED), default=0)
+    shared.add_value(
+        files, "seed", "N", text, read=shared.whole_number(0, _LARGEST_SEED), default=0
+    )
     text = "folder to write to; several images have one folder each in it"
     usual = "IMAGE-sensor beside each image"
-    add_value(files, "output", "FOLDER", text, default_text=usual, short="o")
-    add_quiet(parser)
+    shared.add_value(files, "output", "FOLDER", text, default_text=usual, short="o")
+    shared.add_quiet(parser)
 
 
 def run(options: argparse.Namespace) -> None:

@@ -6,7 +6,7 @@ import argparse
 import os
 from typing import TYPE_CHECKING
 
-from photonmap.commands.options import Row, add_group, add_range, add_value, number, whole_number
+from photonmap.commands import shared
 from photonmap.errors import InputError
 
 if TYPE_CHECKING:
@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 HELP = "Measure the error of N spectral bands after interreflection, over a set of reflectances."
 
 _MOST_BOUNCES = 16
-_STEPS = (0.1, 20.0)
-"""Permitted distances between samples of the curves, nm."""
+_STEPS = (0.1, 20.0)  # permitted distances between samples of the curves, nm
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,32 +25,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     curves = parser.add_argument_group("spectra")
     sets = curves.add_mutually_exclusive_group()
     usual = "$PHOTONMAP_MUNSELL, or the recovered ones shipped"
-    add_value(sets, "munsell", "PATH", "measured Munsell chips", default_text=usual)
-    add_value(sets, "reflectances", "FILE.csv", "another set of reflectances")
-    add_value(curves, "illuminant", "TEXT", "colour of the light", default="D65")
-    add_range(add_group(parser, "bands", _BANDS))
-    add_group(parser, "study", _STUDY)
-    add_group(parser, "files", _FILES)
+    shared.add_value(sets, "munsell", "PATH", "measured Munsell chips", default_text=usual)
+    shared.add_value(sets, "reflectances", "FILE.csv", "another set of reflectances")
+    shared.add_value(curves, "illuminant", "TEXT", "colour of the light", default="D65")
+    shared.add_range(shared.add_group(parser, "bands", _BANDS))
+    shared.add_group(parser, "study", _STUDY)
+    shared.add_group(parser, "files", _FILES)
 
 
-_BANDS: list[Row] = [
+_BANDS: list[shared.Row] = [
     ("bands", "LIST",
      "bands to compare, separated by commas: N, best:N, box:N, FILE.csv, or the name of a camera "
      "or observer", {"default": "3,6,9"}),
 ]  # fmt: skip
-_STUDY: list[Row] = [
+_STUDY: list[shared.Row] = [
     ("bounces", "N", "largest number of bounces; colours and Eq. 4 are studied after 2 at most",
-     {"read": whole_number(1, _MOST_BOUNCES), "default": 4}),
+     {"read": shared.whole_number(1, _MOST_BOUNCES), "default": 4}),
     ("dark", "PERCENT",
      "from 2 bounces on, leave out pairs of reflectances that reflect less of the light than this",
-     {"read": number(0.0, 100.0, "%"), "default": 4.0, "default_text": "4"}),
+     {"read": shared.number(0.0, 100.0, "%"), "default": 4.0, "default_text": "4"}),
     ("step", "NM", "distance between samples of the curves, nm; 0.5 is as good as exact",
-     {"read": number(*_STEPS, " nm"), "default": 5.0, "default_text": "5"}),
+     {"read": shared.number(*_STEPS, " nm"), "default": 5.0, "default_text": "5"}),
     ("best", None,
      "also find the best Gaussians for 1 to 31 bands, after 2 bounces whatever --bounces",
      {"default": False}),
 ]  # fmt: skip
-_FILES: list[Row] = [
+_FILES: list[shared.Row] = [
     ("csv", "FILE.csv",
      "write the errors here, with the columns bands, bounces, mean_percent, max_percent", {}),
     ("plot", "FILE", "draw the errors: .png, .svg or .pdf; needs matplotlib", {}),

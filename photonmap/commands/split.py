@@ -4,25 +4,17 @@ from __future__ import annotations
 
 import argparse
 
-from photonmap.commands.options import (
-    add_group,
-    add_render_options,
-    choose_options,
-    choose_scene,
-    name_output,
-    reader,
-    scheduler_rows,
-)
+from photonmap.commands import shared
 
 HELP = "Render the passes of one large image in parts, on several processes, and merge them."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command: those of a render, and where its parts are rendered."""
-    add_render_options(parser)
+    shared.add_render_options(parser)
     text = "number of parts; their seeds count up from --seed"
-    parts = add_group(parser, "parts", scheduler_rows())
-    parts.add_argument("--parts", type=reader(int), required=True, metavar="N", help=text)
+    parts = shared.add_group(parser, "parts", shared.scheduler_rows())
+    parts.add_argument("--parts", type=shared.reader(int), required=True, metavar="N", help=text)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -32,11 +24,11 @@ def run(options: argparse.Namespace) -> None:
     from photonmap.results.files import check_output
     from photonmap.settings import Options
 
-    output = check_output(name_output(options), options.buffers)
+    output = check_output(shared.name_output(options), options.buffers)
     check_scheduler(options.scheduler, options.workers)
     folder = output.with_suffix(".parts")
-    chosen = Options(**choose_options(options))
-    parts = plan_parts(choose_scene(options), chosen, options.parts, folder)
+    chosen = Options(**shared.choose_options(options))
+    parts = plan_parts(shared.choose_scene(options), chosen, options.parts, folder)
     missing = find_missing(parts, folder, options.resume)
     folder.mkdir(parents=True, exist_ok=True)
     for part in render_parts(missing, options.scheduler, options.workers):

@@ -7,19 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from photonmap.commands import INTERRUPTED
-from photonmap.commands.options import (
-    Row,
-    add_group,
-    add_options,
-    add_quiet,
-    add_range,
-    add_scene_options,
-    choose_options,
-    choose_scene,
-    number,
-    progress_log,
-)
+from photonmap.commands import INTERRUPTED, shared
 from photonmap.errors import InputError
 from photonmap.runtime.progress import Lines, Progress, Silent
 from photonmap.settings import STUDY
@@ -31,13 +19,10 @@ if TYPE_CHECKING:
 
 HELP = "Sweep the options of a render, and show what accuracy costs in time: FOLDER/study.html."
 
-_MINUTES, _QUICK_MINUTES = 5.0, 0.2
-"""Default minutes of rendering."""
+_MINUTES, _QUICK_MINUTES = 5.0, 0.2  # default minutes of rendering
 _MINUTE_LIMITS = (0.001, 24 * 60.0)
-_SIZE, _QUICK_SIZE = (128, 128), (32, 32)
-"""Default width and height, pixels."""
-_NEEDS = ("jinja2", "matplotlib")
-"""Packages that the report is made with."""
+_SIZE, _QUICK_SIZE = (128, 128), (32, 32)  # default width and height, pixels
+_NEEDS = ("jinja2", "matplotlib")  # packages that the report is made with
 
 
 class _Stages(Lines):
@@ -51,20 +36,20 @@ class _Stages(Lines):
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    add_scene_options(parser)
+    shared.add_scene_options(parser)
     sizes = "128x128; with --quick 32x32"
-    groups = add_options(parser, STUDY, size={"default": None, "default_text": sizes})
-    add_range(groups["image"])
+    groups = shared.add_options(parser, STUDY, size={"default": None, "default_text": sizes})
+    shared.add_range(groups["image"])
     minutes = f"{_MINUTES:g}; with --quick {_QUICK_MINUTES:g}"
-    extent: list[Row] = [
+    extent: list[shared.Row] = [
         ("quick", None, "measure only a few points, in seconds", {"default": False}),
         ("minutes", "M", "total minutes of rendering; with more, the sweeps go farther",
-         {"read": number(*_MINUTE_LIMITS, " minutes"), "default_text": minutes}),
+         {"read": shared.number(*_MINUTE_LIMITS, " minutes"), "default_text": minutes}),
     ]  # fmt: skip
-    add_group(parser, "extent", extent)
+    shared.add_group(parser, "extent", extent)
     more = {"default_text": "SCENE-study in the current folder", "short": "o"}
-    add_group(parser, "files", [("output", "FOLDER", "where to write the report", more)])
-    add_quiet(parser)
+    shared.add_group(parser, "files", [("output", "FOLDER", "where to write the report", more)])
+    shared.add_quiet(parser)
 
 
 def run(options: argparse.Namespace) -> int | None:
@@ -97,13 +82,13 @@ def _prepare(options: argparse.Namespace) -> tuple[Study, Extent]:
     extent = Extent.quick(seconds) if quick else Extent(seconds)
     if options.range is not None:
         extent = extent.without_rgb()
-    given = choose_options(options, STUDY)
+    given = shared.choose_options(options, STUDY)
     given["size"] = given["size"] or (_QUICK_SIZE if quick else _SIZE)
     given["bands"] = str(options.bands)
     base = Settings(**given)
     progress: Progress = Silent() if options.quiet else _Stages()
-    log = progress_log(options)
-    scene = choose_scene(options).load()
+    log = shared.progress_log(options)
+    scene = shared.choose_scene(options).load()
     study = Study(scene, base, options.range, progress, log)
     check_largest(study, extent)
     return study, extent

@@ -50,10 +50,7 @@ LARGEST = 1e6
 
 
 def inspect_file(source: SceneSource, bands: Bands) -> tuple[Scene, dict[str, Any]]:
-    """Load a scene; return it, and what is in its file, light averaged over bands.
-
-    Warnings are part of the description, and not issued.
-    """
+    """Load a scene; return it and what is in its file, with its warnings, which are not issued."""
     files = scene_files(source.path)
     suffix = files[0].suffix.lower()
     with warnings.catch_warnings(), listening() as messages:
@@ -240,24 +237,20 @@ def describe_area_lights(scene: Scene, compiled: CompiledScene) -> list[dict[str
     for number, (thing, _) in enumerate(owners):
         mine = np.flatnonzero(is_area)[owner.ravel() == number]
         power = float(compiled.light_powers[mine].sum())
-        described.append(
-            {
-                "name": names[thing - 1],
-                "material": compiled.light_names[mine[0]],
-                "triangles": len(mine),
-                "area": float(compiled.lights.area[mine].sum()) * compiled.size**2,
-                "power": power,
-                "share": power / total,
-            }
-        )
+        about = {
+            "name": names[thing - 1],
+            "material": compiled.light_names[mine[0]],
+            "triangles": len(mine),
+            "area": float(compiled.lights.area[mine].sum()) * compiled.size**2,
+            "power": power,
+            "share": power / total,
+        }
+        described.append(about)
     return described
 
 
 def describe_lights(scene: Scene, compiled: CompiledScene) -> list[dict[str, Any]]:
-    """Return what the JSON says of the lights that are not surfaces; a dark one has no power.
-
-    In a scene without light, this is the sky in its place.
-    """
+    """Return what the JSON says of lights that are not surfaces, or of the sky in place of none."""
     powers: dict[str, float] = {}
     areas = []
     for name, triangle, power in zip(
@@ -280,7 +273,8 @@ def describe_lights(scene: Scene, compiled: CompiledScene) -> list[dict[str, Any
         }
         for light in lights
     ]
-    for name in powers.keys() - {light.name for light in lights}:  # the sky
+    known = {light.name for light in lights}
+    for name in (name for name in powers if name not in known):  # the sky
         about = {"name": name, "kind": EnvironmentLight.kind, "group": name}
         described.append({**about, "power": powers[name], "share": 1.0})
     return described
@@ -314,9 +308,7 @@ def describe_camera(camera: Camera) -> dict[str, Any]:
     return {
         "name": camera.name,
         "kind": camera.model.kind,
-        "origin": list(camera.origin),
-        "target": list(camera.target),
-        "up": list(camera.up),
+        **{name: list(getattr(camera, name)) for name in ("origin", "target", "up")},
         **camera.model.describe(),
         "lens": None if camera.lens is None else camera.lens.describe(),
     }
@@ -326,6 +318,8 @@ _NOTHING = "nothing: the picture is the same"
 _BAKE = "bake the texture into one that lies like that of the base colour, and repeats"
 _SPLIT = "give parts that differ their own material, where the mean is not good enough"
 _TOML = "in [material.NAME] of a TOML file"
+_POLYGONS, _NEAR = "export what should be seen as polygons", "as near as it gets"
+_DEFAULT = "in [material.default] of a TOML file"
 _REMEDIES = (
     (r"no light", "add [[light]] to a TOML file, or emission to a material"),
     (r"no texture coordinates", "unwrap the meshes, and export texture coordinates"),
@@ -338,10 +332,7 @@ _REMEDIES = (
     (r"\b(normalTexture|map_[Bb]ump|[Bb]ump|norm|disp)\b", "model the relief, where it matters"),
     (r"(colours|opacity) of (vertices|faces)|attribute bytes", "bake the colours into a texture"),
     (r"animations", "export the pose to be rendered as a plain mesh"),
-    (
-        r"points and lines|lines are not simulated|fewer than three corners",
-        "export what should be seen as polygons",
-    ),
+    (r"points and lines|lines are not simulated|fewer than three corners", _POLYGONS),
     (r"emission from the back", "model the light closed, or with a second face, turned back"),
     (r"absolute name", _NOTHING + ", if it is the right image"),
     (r"variation of|mean of (map_|its image)|map_(Ks|Ns)", _SPLIT),
@@ -349,17 +340,11 @@ _REMEDIES = (
     (r"roughness of thin glass", f"model its two sides, or give it a partial alpha {_TOML}"),
     (r"specularColorFactor", f"give the colour as glossy {_TOML}"),
     (r"EXT_mesh_gpu_instancing", "realize its instances and export again: one copy is rendered"),
-    (
-        r"KHR_materials_(?!transmission)|EXT_(?!mesh_gpu)",
-        f"describe the surface {_TOML}, as near as it gets",
-    ),
+    (r"KHR_materials_(?!transmission)|EXT_(?!mesh_gpu)", f"describe the surface {_TOML}, {_NEAR}"),
     (r"\brange\b", "nothing: light falls off with the square of the distance"),
     (r"clamped in one|coordinates of a further texture", _BAKE),
     (r"mirrored view", "give the camera's node a scale without minus signs"),
-    (
-        r"\.ply: .*\btexture of",
-        "give it as reflectance = { file = … } in [material.default] of a TOML file",
-    ),
+    (r"\.ply: .*\btexture of", f"give it as reflectance = {{ file = … }} {_DEFAULT}"),
     (r"candela and lux", "export it anew, with Data → Lighting → Unitless"),
     (r"black backs", "nothing, where the camera and lights are in front of them"),
     (r"innerConeAngle", "lower it in the file: the edge of the spot is hard"),

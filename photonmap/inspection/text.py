@@ -11,13 +11,11 @@ from photonmap.runtime.wording import listed
 
 MOST_ROWS = 40
 """Meshes, materials and lights that a table lists."""
-_HEAD = ("name", "kind", "triangles")
-"""Keys of materials and lights that have columns of their own."""
+_HEAD = ("name", "kind", "triangles")  # keys of materials and lights that have columns of their own
 _LIGHT_HEAD = ("name", "kind", "power", "share")
 _PLACES = ("origin", "target", "position")
 """Keys of points, which have as many digits as the scene's distance from the origin asks for."""
-_MOST_NAMES = 4
-"""Meshes of a material that are named."""
+_MOST_NAMES = 4  # meshes of a material that are named
 _DIGITS, _MOST_DIGITS = 6, 17
 """Significant digits of numbers, and those with which float64 is exact."""
 

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from photonmap.io.png import encode_png
 
 _TEMPLATES = Path(__file__).parent / "templates"
-_QUALITY = 88
-"""Of WebP, percent."""
+_QUALITY = 88  # of WebP, percent
 
 
 def has_jinja() -> bool:

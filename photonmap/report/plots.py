@@ -32,8 +32,7 @@ _HIT = 15.0  # diameter of the invisible disk that is clicked, points
 _DPI = 150
 _THOUSANDS = 10000.0  # value from which ticks are labelled in thousands
 _TEXT = 8  # size of labels, points
-_LINE = 0.05
-"""Height of a line of text, relative to the axis."""
+_LINE = 0.05  # height of a line of text, relative to the axis
 
 
 def check_plot(path: str | PathLike[str]) -> None:
@@ -96,10 +95,7 @@ def write(axes: Axes, text: str, x: float, y: float, color: str = INK, **place: 
 
 
 def write_beside(axes: Axes, x: float, ends: Sequence[tuple[float, str, str]]) -> None:
-    """Write texts right of points (y, text, colour), moved apart where they would overlap.
-
-    The y axis is logarithmic.
-    """
+    """Write texts right of points (y, text, colour) on a logarithmic axis, none over another."""
     ends = sorted(ends)
     low, high = np.log10(axes.get_ylim())
     heights = apart([float(np.log10(end[0])) for end in ends], _LINE * float(high - low))

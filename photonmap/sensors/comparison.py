@@ -119,10 +119,7 @@ def projection_matrix(exact: Colors, bands: Bands, method: str) -> Floats:
 
 
 def differences(exact: Colors, bands: Bands, matrix: Floats, bounces: int) -> Floats:
-    """Return ΔE2000 between the estimates and the exact colours: (C,) for 1 bounce, else (C · C,).
-
-    `matrix`, (3, N), is from band radiances to linear sRGB.
-    """
+    """Return ΔE2000 of what a matrix (3, N) makes of bands and exact colours: (C,) or (C · C,)."""
     reflected, light = band_values(bands, exact.tested, exact.illuminant, FINE)
     estimate = reflected * light
     if bounces == 2:
@@ -176,8 +173,7 @@ COUNTS = (*range(1, 13), 16, 24, 31)
 WIDTHS = (0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
 SPREADS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2)
 
-_TESTED = 60
-"""Reflectances of which all pairs are tested."""
+_TESTED = 60  # reflectances of which all pairs are tested
 _REFINEMENTS = 3
 
 
@@ -205,10 +201,7 @@ def best_bands(
     step: float = STEP,
     counts: Sequence[int] = COUNTS,
 ) -> Iterator[BestRow]:
-    """Yield one row for each number of bands that divide `limits`, nm.
-
-    The rest is as in `interreflection_errors` and `color_errors`.
-    """
+    """Yield a row for each number of bands that divide `limits`, nm; see `color_errors`."""
     exact = exact_colors(reflectances, illuminant, _TESTED)
     for count in counts:
         usual = Bands.gaussian(count, *limits)

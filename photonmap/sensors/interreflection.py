@@ -31,8 +31,7 @@ STEP = 5.0
 FINE = 1.0
 """Distance of samples where no paper is followed, nm."""
 
-_LOSS = 0.01
-"""Largest error of a sum, relative to a sensitivity's integral."""
+_LOSS = 0.01  # largest error of a sum, relative to a sensitivity's integral
 
 
 def trapezoid_weights(nodes: Floats) -> Floats:

@@ -25,17 +25,10 @@ BEST_COLUMNS = (
 
 def error_table(rows: Sequence[ErrorRow]) -> str:
     """Return a table of errors in percent, with the pairs that count and the worst of them."""
-    cells = [
-        [
-            row.bands,
-            str(row.bounces),
-            f"{100.0 * row.mean:.3f}",
-            f"{100.0 * row.worst:.3f}",
-            f"{100.0 * row.kept:.1f}",
-            " and ".join(row.worst_pair),
-        ]
-        for row in rows
-    ]
+    cells = []
+    for row in rows:
+        percents = f"{100.0 * row.mean:.3f}", f"{100.0 * row.worst:.3f}", f"{100.0 * row.kept:.1f}"
+        cells.append([row.bands, str(row.bounces), *percents, " and ".join(row.worst_pair)])
     return _table(["bands", "bounces", "mean %", "max %", "counted %", "worst"], cells)
 
 
@@ -81,10 +74,8 @@ def write_errors(path: str | PathLike[str], rows: Sequence[ErrorRow]) -> None:
 
 
 _METHOD_COLORS = {"direct": "#777777", "regression": plots.BLUE}
-_FEW = 5
-"""Most sets of bands with both lines labelled."""
-_FLOOR = 1e-3
-"""Percent and ΔE; smaller values are drawn here on the logarithmic axes."""
+_FEW = 5  # most sets of bands with both lines labelled
+_FLOOR = 1e-3  # percent and ΔE; smaller values are drawn here on the logarithmic axes
 
 
 def write_plot(

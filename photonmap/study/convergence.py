@@ -98,10 +98,7 @@ class Law:
     indirect: float = math.nan
 
     def seconds_to(self, target: float) -> Estimate:
-        """Return the seconds and passes until noise has fallen to a target.
-
-        At least the passes that a render to a given error takes in any case.
-        """
+        """Return seconds and passes, at least `LEAST_PASSES`, until noise is down to a target."""
         passes = max(math.ceil(self.noise.inverse(target)), LEAST_PASSES)
         return Estimate(self.cost.seconds(passes), passes, passes > self.most)
 
@@ -275,10 +272,7 @@ class Findings:
         return point.true.get(buffer, 0.0) > self.own_errors[buffer]
 
     def slope(self, sweep: str, buffer: str, by_passes: bool = False) -> Power | None:
-        """Fit true errors of a sweep against seconds; None for too few points.
-
-        Against passes instead, which other programs do not affect.
-        """
+        """Fit true errors against seconds, or passes, which no program affects; None if few."""
         points = [point for _, point in self.of(sweep) if self.is_significant(point, buffer)]
         costs = [point.settings.passes if by_passes else point.seconds for point in points]
         return fit_power(costs, [point.true[buffer] for point in points])
@@ -315,10 +309,6 @@ class Findings:
         errors = [self.total_error(point) for _, point in points]
         return [points[place] for place in pareto_front(seconds, errors)]
 
-    def label_of(self, point: Point) -> str:
-        """Return the label of the law of a point's bands."""
-        return bands_label(point.settings.bands)
-
     @property
     def bias(self) -> Point | None:
         """The longest run of path tracing, whose mean shows the bias of photon mapping."""
@@ -337,19 +327,14 @@ TARGETS = (0.05, 0.02, 0.01, 0.005)
 HEADLINE = 0.01
 """Target error of shading that is described at length."""
 
-_CHEAPER = 0.97
-"""Largest fraction of the base's time at which fewer bands are worth mentioning."""
+_CHEAPER = 0.97  # largest fraction of the base's time at which fewer bands are worth mentioning
 _FINER = 1 / 3
 """Largest fraction of the base's colour error at which more bands are worth mentioning."""
-_STEPS = 400
-"""Times, logarithmically spaced, at which the best number of bands is evaluated."""
+_STEPS = 400  # times, logarithmically spaced, at which the best number of bands is evaluated
 
 
 def recommend(laws: Sequence[Law], base: str, targets: Sequence[float] = TARGETS) -> list[str]:
-    """Return sentences on the time to each target: with the base's bands, others, and path tracing.
-
-    `targets` are relative errors of shading due to noise.
-    """
+    """Return sentences on the time to each error: with the base's bands, others, path tracing."""
     found = {law.label: law for law in laws}
     if bands_label(base) not in found:
         return []

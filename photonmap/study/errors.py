@@ -95,11 +95,6 @@ class Reference:
         return counted_pixels(self._halves[0])
 
     @property
-    def shape(self) -> tuple[int, ...]:
-        """Height, width and bands of its images."""
-        return self._halves[0].radiance.shape
-
-    @property
     def passes(self) -> int:
         """Number of passes of both halves."""
         return sum(half.record["passes"] for half in self._halves)
@@ -135,7 +130,8 @@ class Reference:
 
     def fits(self, result: Result) -> bool:
         """Return whether a result has the size and the bands of the reference."""
-        return result.radiance.shape == self.shape and result.bands == self._halves[0].bands
+        first = self._halves[0]
+        return result.radiance.shape == first.radiance.shape and result.bands == first.bands
 
     def true_error(self, result: Result, buffer: str) -> float:
         """Return the true relative error of a result; 0 where it is too small to be measured."""

@@ -21,20 +21,7 @@ from photonmap.scene.scene import Scene
 from photonmap.settings import Options
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.sensitivities import Limits
-from photonmap.study.errors import (
-    BUFFERS,
-    ColorError,
-    ErrorMap,
-    Reference,
-    color_error,
-    counted_pixels,
-    delta_map,
-    mean_error,
-    picture,
-    stated_error,
-    stated_map,
-    true_map,
-)
+from photonmap.study import errors
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,9 +56,9 @@ class Point:
     # independent
     mean_error: float = math.nan
     # colour errors against many bands; None without a render of those
-    color: ColorError | None = None
+    color: errors.ColorError | None = None
     picture: str = ""  # the image as a data URI
-    error_map: ErrorMap | None = None  # map of the errors; None without an estimate
+    error_map: errors.ErrorMap | None = None  # map of the errors; None without an estimate
 
     def row(self) -> dict[str, object]:
         """Return the point as a row of the table, by `COLUMNS`; unknown values are empty."""
@@ -80,8 +67,8 @@ class Point:
             *(self.sweep, self.label, options.method, options.bands, *options.size),
             *(options.pixel, options.photons, options.passes, options.effects, options.seed),
             *(self.seconds, self.wall, self.processor, self.rays, self.photons),
-            *(self.stated.get(buffer) for buffer in BUFFERS),
-            *(self.true.get(buffer) for buffer in BUFFERS),
+            *(self.stated.get(buffer) for buffer in errors.BUFFERS),
+            *(self.true.get(buffer) for buffer in errors.BUFFERS),
             *(self.mean_difference, self.mean_error),
             *(getattr(self.color, name, None) for name in _COLORS.values()),
         )
@@ -102,8 +89,8 @@ COLUMNS = (
     *("sweep", "label", "method", "bands", "width", "height"),
     *("pixel", "photons_per_pass", "passes", "effects", "seed"),
     *("seconds", "wall_seconds", "processor_seconds", "rays", "photons"),
-    *(f"stated_{buffer}" for buffer in BUFFERS),
-    *(f"true_{buffer}" for buffer in BUFFERS),
+    *(f"stated_{buffer}" for buffer in errors.BUFFERS),
+    *(f"true_{buffer}" for buffer in errors.BUFFERS),
     *("mean_difference", "mean_error"),
     *_COLORS,
 )
@@ -155,7 +142,7 @@ class Study:
         self._progress = _Clocked(progress)
         self.base, self.log = base, log
         self.points: list[Point] = []
-        self.reference: Reference | None = None
+        self.reference: errors.Reference | None = None
         self.record: dict[str, Any] = {}
         self.spent = self.processor = 0.0
 
@@ -223,7 +210,7 @@ class Study:
     ) -> Point:
         record, reference = result.record, self.reference
         assert reference is not None
-        mask = counted_pixels(result) if result.size != self.base.size else reference.mask
+        mask = errors.counted_pixels(result) if result.size != self.base.size else reference.mask
         point = Point(
             sweep=sweep,
             label=label,
@@ -235,27 +222,27 @@ class Study:
             seconds=record["seconds"]["render"],
             rays=record["rays"] or None,
             photons=record["photons"],
-            stated={buffer: stated_error(result, buffer, mask) for buffer in BUFFERS},
-            picture=picture(result, reference.exposure),
+            stated={buffer: errors.stated_error(result, buffer, mask) for buffer in errors.BUFFERS},
+            picture=errors.picture(result, reference.exposure),
             error_map=self._map(result, truth),
         )
         if truth is not None and not record["interrupted"]:
-            point = replace(point, color=color_error(result, truth, mask))
+            point = replace(point, color=errors.color_error(result, truth, mask))
         if reference.fits(result):
-            true = {buffer: reference.true_error(result, buffer) for buffer in BUFFERS}
+            true = {buffer: reference.true_error(result, buffer) for buffer in errors.BUFFERS}
             difference = reference.mean_difference(result)
-            error = mean_error(result, mask) if settings.method == "path" else math.nan
+            error = errors.mean_error(result, mask) if settings.method == "path" else math.nan
             point = replace(point, true=true, mean_difference=difference, mean_error=error)
         return point
 
-    def _map(self, result: Result, truth: Result | None) -> ErrorMap | None:
+    def _map(self, result: Result, truth: Result | None) -> errors.ErrorMap | None:
         """Return the most telling error map: of colour, else of the true, else the stated error."""
         assert self.reference is not None
         if truth is not None:
-            return delta_map(result, truth)
+            return errors.delta_map(result, truth)
         if self.reference.fits(result):
-            return true_map(result, self.reference)
-        return stated_map(result)
+            return errors.true_map(result, self.reference)
+        return errors.stated_map(result)
 
 
 MAX_BACKGROUND_LOAD = 0.1

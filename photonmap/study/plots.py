@@ -8,21 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from photonmap.report.plots import (
-    BLUE,
-    COLORS,
-    INK,
-    ORANGE,
-    SKY,
-    YELLOW,
-    legend,
-    mark,
-    new_figure,
-    style,
-    write,
-)
+from photonmap.report import plots
 from photonmap.study.convergence import Findings, Indexed, Law, fit_power
 from photonmap.study.errors import REFERENCE_BANDS
+from photonmap.study.sweeps import bands_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,17 +19,17 @@ if TYPE_CHECKING:
 
 _EXTRAPOLATION = 16.0  # factor of the longest time up to which laws are drawn
 _DELTAS = (
-    ("delta_mean", "radiance, mean", BLUE),
-    ("delta_p95", "radiance, 95%", SKY),
-    ("indirect_mean", "indirect light, mean", ORANGE),
-    ("indirect_p95", "indirect light, 95%", YELLOW),
+    ("delta_mean", "radiance, mean", plots.BLUE),
+    ("delta_p95", "radiance, 95%", plots.SKY),
+    ("indirect_mean", "indirect light, mean", plots.ORANGE),
+    ("indirect_p95", "indirect light, 95%", plots.YELLOW),
 )
-_SWEEPS = (("passes", "photon mapping", BLUE), ("path", "path tracing", ORANGE))
+_SWEEPS = (("passes", "photon mapping", plots.BLUE), ("path", "path tracing", plots.ORANGE))
 
 
 def error_against_time(found: Findings) -> Figure:
     """Draw true and stated errors of radiance and shading, slopes, and the reference's error."""
-    figure, panels = new_figure(9.4, 3.9, (1.0, 1.0))
+    figure, panels = plots.new_figure(9.4, 3.9, (1.0, 1.0))
     for axes, buffer in zip(panels, ("radiance", "shading"), strict=True):
         for sweep, name, color in _SWEEPS:
             _draw_sweep(axes, found, sweep, name, color, buffer)
@@ -51,7 +40,7 @@ def error_against_time(found: Findings) -> Figure:
             xycoords=axes.get_yaxis_transform(), xytext=(0, 3), textcoords="offset points",
             fontsize=7.5, color="#666666",
         )  # fmt: skip
-        style(axes, f"error of {buffer}", "seconds", "%")
+        plots.style(axes, f"error of {buffer}", "seconds", "%")
     return figure
 
 
@@ -62,8 +51,10 @@ def _draw_sweep(
     for index, point in found.of(sweep):
         true = 100.0 * point.true[buffer]
         if true > 0.0:
-            mark(axes, point.seconds, true, index, color=color)
-        mark(axes, point.seconds, 100.0 * point.stated[buffer], index, color=color, mfc="none")
+            plots.mark(axes, point.seconds, true, index, color=color)
+        plots.mark(
+            axes, point.seconds, 100.0 * point.stated[buffer], index, color=color, mfc="none"
+        )
     law = found.slope(sweep, buffer)
     if law is None:
         return
@@ -72,26 +63,26 @@ def _draw_sweep(
     axes.plot(ends, [100.0 * law.at(end) for end in ends], color=color, lw=1.2, alpha=0.6)
     middle = math.sqrt(ends[0] * ends[1])
     text = f"{name}\nslope {law.exponent:.2f}".replace("-", "−")
-    write(axes, text, middle, 100.0 * law.at(middle), color, xytext=(10, 12))
+    plots.write(axes, text, middle, 100.0 * law.at(middle), color, xytext=(10, 12))
 
 
 def colors_by_bands(found: Findings) -> Figure:
     """Draw colour errors by bands, and against seconds."""
-    figure, (left, right) = new_figure(9.4, 3.7, (1.0, 1.0))
+    figure, (left, right) = plots.new_figure(9.4, 3.7, (1.0, 1.0))
     points = [(index, point) for index, point in found.most_passes("bands") if point.color]
     _draw_deltas(left, points)
     for index, point in points:
         for name, label, color, place in (
-            ("shading", "shading", BLUE, {"xytext": (-7, 0), "ha": "right"}),
-            ("indirect", "indirect light", ORANGE, {}),
+            ("shading", "shading", plots.BLUE, {"xytext": (-7, 0), "ha": "right"}),
+            ("indirect", "indirect light", plots.ORANGE, {}),
         ):
             off = 100.0 * getattr(point.color, name)
-            mark(right, point.seconds, off, index, color=color, label=label)
-            write(right, point.settings.bands, point.seconds, off, color, **place)
-    style(right, "colour error against time", "seconds", "relative distance in XYZ, %", "y")
+            plots.mark(right, point.seconds, off, index, color=color, label=label)
+            plots.write(right, point.settings.bands, point.seconds, off, color, **place)
+    plots.style(right, "colour error against time", "seconds", "relative distance in XYZ, %", "y")
     right.set_xlim(left=0.0)
     for axes in (left, right):
-        legend(axes)
+        plots.legend(axes)
     return figure
 
 
@@ -102,28 +93,30 @@ def _draw_deltas(axes: Axes, points: Indexed) -> None:
         values = [getattr(point.color, name) for _, point in points]
         axes.plot(places, values, color=color, lw=1.3, label=label)
         for place, value, (index, _) in zip(places, values, points, strict=True):
-            mark(axes, place, value, index, color=color)
-    style(axes, f"colour error against {REFERENCE_BANDS} bands", "bands", "ΔE2000", "y")
+            plots.mark(axes, place, value, index, color=color)
+    plots.style(axes, f"colour error against {REFERENCE_BANDS} bands", "bands", "ΔE2000", "y")
     axes.set_xticks(places, [point.settings.bands for _, point in points])
 
 
 def pareto(found: Findings) -> Figure:
     """Draw combined noise and colour error against seconds, the laws, and the Pareto front."""
-    figure, (axes,) = new_figure(9.4, 4.4)
+    figure, (axes,) = plots.new_figure(9.4, 4.4)
     labels = [law.label for law in found.laws_of_bands]
-    colors = {label: COLORS[place % len(COLORS)] for place, label in enumerate(labels)}
+    colors = {label: plots.COLORS[place % len(plots.COLORS)] for place, label in enumerate(labels)}
     for law in found.laws_of_bands:
         _draw_law(axes, found, law, colors[law.label])
     front = {index for index, _ in found.front}
     for index, point in found.candidates:
-        label = found.label_of(point)
+        label = bands_label(point.settings.bands)
         total = 100.0 * found.total_error(point)
         filled = {} if index in front else {"mfc": "white"}
-        mark(axes, point.seconds, total, index, color=colors.get(label, INK), **filled)
+        plots.mark(axes, point.seconds, total, index, color=colors.get(label, plots.INK), **filled)
     steps = [(point.seconds, 100 * found.total_error(point)) for _, point in found.front]
     if steps:
-        axes.step(*zip(*steps, strict=True), where="post", color=INK, lw=0.8, ls="--", zorder=1)
-    style(axes, "combined error of shading, noise and colour, by bands", "seconds", "%")
+        axes.step(
+            *zip(*steps, strict=True), where="post", color=plots.INK, lw=0.8, ls="--", zorder=1
+        )
+    plots.style(axes, "combined error of shading, noise and colour, by bands", "seconds", "%")
     return figure
 
 
@@ -134,12 +127,12 @@ def _draw_law(axes: Axes, found: Findings, law: Law, color: str) -> None:
     totals = np.array([100.0 * law.total_after(float(time)) for time in times])
     for part, line in ((times <= end, "-"), (times >= end, ":")):
         axes.plot(times[part], totals[part], line, color=color, lw=1.1, alpha=0.8)
-    write(axes, law.label.removesuffix(" bands"), times[-1], totals[-1], color)
+    plots.write(axes, law.label.removesuffix(" bands"), times[-1], totals[-1], color)
 
 
 def other_choices(found: Findings) -> Figure:
     """Draw the sweeps of photons and resolution."""
-    figure, (left, right) = new_figure(9.4, 3.5, (1.0, 1.0))
+    figure, (left, right) = plots.new_figure(9.4, 3.5, (1.0, 1.0))
     _draw_photons(left, found)
     _draw_resolution(right, found)
     return figure
@@ -152,15 +145,15 @@ def _draw_photons(axes: Axes, found: Findings) -> None:
     times = {point.settings.photons or 0: point.processor for _, point in points}
     for index, point in points:
         photons = point.settings.photons or 0
-        for buffer, color in (("shading", BLUE), ("indirect", ORANGE)):
+        for buffer, color in (("shading", plots.BLUE), ("indirect", plots.ORANGE)):
             error = 100.0 * point.true[buffer]
-            mark(axes, photons, error, index, color=color, label=buffer)
+            plots.mark(axes, photons, error, index, color=color, label=buffer)
         if usual in times:
             share = f"{times[photons] / times[usual]:.2g}×"
-            write(axes, share, photons, error, xytext=(0, 9), ha="center")
+            plots.write(axes, share, photons, error, xytext=(0, 9), ha="center")
     title = f"photons per pass, {points[0][1].settings.passes} passes"
-    style(axes, title, "photons", "true error, %")
-    legend(axes)
+    plots.style(axes, title, "photons", "true error, %")
+    plots.legend(axes)
 
 
 def _draw_resolution(axes: Axes, found: Findings) -> None:
@@ -170,15 +163,17 @@ def _draw_resolution(axes: Axes, found: Findings) -> None:
         (width, height), passes = point.settings.size, point.settings.passes
         pixels.append(width * height)
         seconds.append(point.seconds)
-        mark(axes, pixels[-1], seconds[-1], index, color=BLUE)
-        write(axes, f"{width}×{height}", pixels[-1], seconds[-1], xytext=(0, -12), ha="center")
+        plots.mark(axes, pixels[-1], seconds[-1], index, color=plots.BLUE)
+        plots.write(
+            axes, f"{width}×{height}", pixels[-1], seconds[-1], xytext=(0, -12), ha="center"
+        )
     if law := fit_power(pixels[-2:], seconds[-2:]):
         ends = pixels[-2:]
-        axes.plot(ends, [law.at(end) for end in ends], color=BLUE, lw=1.2, alpha=0.6)
+        axes.plot(ends, [law.at(end) for end in ends], color=plots.BLUE, lw=1.2, alpha=0.6)
         middle = math.sqrt(ends[0] * ends[1])
         text = f"exponent {law.exponent:.2f}"
-        write(axes, text, middle, law.at(middle), BLUE, xytext=(-8, 4), ha="right")
-    style(axes, f"resolution, {passes} passes", "pixels", "seconds")
+        plots.write(axes, text, middle, law.at(middle), plots.BLUE, xytext=(-8, 4), ha="right")
+    plots.style(axes, f"resolution, {passes} passes", "pixels", "seconds")
 
 
 _FIGURES: dict[str, tuple[Callable[[Findings], Figure], tuple[str, ...]]] = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,29 +13,9 @@ from photonmap.report.pages import render_page
 from photonmap.report.plots import as_svg, save_figure
 from photonmap.report.tables import write_csv
 from photonmap.runtime.interrupts import ignoring_interrupts
-from photonmap.study.convergence import (
-    BUFFER,
-    PATH,
-    TARGETS,
-    Findings,
-    Law,
-    Power,
-    change_beyond_noise,
-    duration,
-    percent,
-    recommend,
-    two_digits,
-)
+from photonmap.study import convergence, measure
+from photonmap.study.convergence import BUFFER, PATH, TARGETS, Findings, Law, Power
 from photonmap.study.errors import BUFFERS, CAPTIONS, REFERENCE_BANDS, Kind, color_bar
-from photonmap.study.measure import (
-    COLUMNS,
-    MAX_BACKGROUND_LOAD,
-    BackgroundLoad,
-    Point,
-    Study,
-    choose_clock,
-    describe_machine,
-)
 from photonmap.study.plots import drawn_figures
 from photonmap.study.sweeps import Extent, bands_label, run_sweeps
 
@@ -44,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def describe_study(
-    study: Study, extent: Extent, interrupted: bool, machine: dict[str, Any], others: float
+    study: measure.Study, extent: Extent, interrupted: bool, machine: dict[str, Any], others: float
 ) -> dict[str, Any]:
     """Return the texts that describe a study, which has its reference, on the page.
 
@@ -82,7 +62,7 @@ def describe_study(
     }
 
 
-def _reference(study: Study) -> str:
+def _reference(study: measure.Study) -> str:
     """Return how the reference was rendered, and its own errors."""
     reference = study.reference
     assert reference is not None
@@ -93,10 +73,10 @@ def _reference(study: Study) -> str:
     )
 
 
-def _clock(study: Study, others: float) -> str:
+def _clock(study: measure.Study, others: float) -> str:
     """Return which clock seconds are by, and why."""
     load = f"other programs took {others:.0%} of the processors"
-    if others <= MAX_BACKGROUND_LOAD:
+    if others <= measure.MAX_BACKGROUND_LOAD:
         return f"wall-clock time, without loading and compiling; {load}"
     longer = study.spent * study.record["arguments"]["threads"] / study.processor
     return (
@@ -115,7 +95,7 @@ def write_page(found: Findings, about: dict[str, Any], figures: dict[str, Figure
         __package__,
         "study.html",
         about=about,
-        sentences=recommend(found.laws, found.base),
+        sentences=convergence.recommend(found.laws, found.base),
         targets=[f"{100 * target:g}%" for target in TARGETS],
         many=REFERENCE_BANDS,
         least=LEAST_PASSES,
@@ -137,15 +117,14 @@ def _law_row(law: Law, found: Findings) -> dict[str, Any]:
     cells = []
     for target in TARGETS:
         took = law.seconds_to(target)
-        cells.append({"text": duration(took.seconds), "beyond": took.extrapolated})
-    color = None
-    if law.label != PATH:
-        measured = [p for _, p in found.most_passes("bands") if found.label_of(p) == law.label]
-        color = measured[0].color if measured else None
-    names = ("delta_mean", "delta_p95", "indirect_mean", "indirect_p95")
-    deltas = [two_digits(getattr(color, name)) if color else _DASH for name in names]
-    parts = [percent(getattr(color, name)) if color else _DASH for name in ("shading", "indirect")]
-    return {"label": law.label, "cells": cells, "color": [*deltas, *parts]}
+        cells.append({"text": convergence.duration(took.seconds), "beyond": took.extrapolated})
+    points = [point for _, point in found.most_passes("bands")]
+    colors = {bands_label(point.settings.bands): point.color for point in points}
+    texts = [_DASH] * 6
+    if color := colors.get(law.label):
+        deltas = map(convergence.two_digits, astuple(color)[:4])
+        texts = [*deltas, *map(convergence.percent, (color.shading, color.indirect))]
+    return {"label": law.label, "cells": cells, "color": texts}
 
 
 def _facts(found: Findings) -> dict[str, str]:
@@ -169,23 +148,25 @@ def _slope(law: Power | None) -> str:
     return f"{law.exponent:.3f}{spread}".replace("-", "−")
 
 
-def _choice_row(index: int, point: Point, found: Findings, about: dict[str, Any]) -> dict[str, Any]:
+def _choice_row(
+    index: int, point: measure.Point, found: Findings, about: dict[str, Any]
+) -> dict[str, Any]:
     """Return the table row of a choice: its cost and effect against the default settings."""
     usual = found.of("choices")[0][1]
-    changed = change_beyond_noise(point)
+    changed = convergence.change_beyond_noise(point)
     return {
         "index": index,
         "label": point.label,
         "why": about["why"].get(point.label.removeprefix("without "), ""),
         "seconds": f"{point.seconds:.2f}",
         "relative": f"{point.processor / usual.processor:.2f}",
-        "stated": percent(point.stated["radiance"]),
+        "stated": convergence.percent(point.stated["radiance"]),
         "mean": f"{100 * point.mean_difference:+.1f}%".replace("-", "−"),
-        "changed": "none beyond noise" if changed is None else percent(changed),
+        "changed": "none beyond noise" if changed is None else convergence.percent(changed),
     }
 
 
-def _point_row(index: int, point: Point) -> dict[str, Any]:
+def _point_row(index: int, point: measure.Point) -> dict[str, Any]:
     """Return a row of the table of all points."""
     settings = point.settings
     return {
@@ -196,12 +177,12 @@ def _point_row(index: int, point: Point) -> dict[str, Any]:
             f"{point.seconds:.2f}",
             *(_percent_or_dash(point.stated.get(buffer)) for buffer in ("radiance", "shading")),
             *(_percent_or_dash(point.true.get(buffer)) for buffer in ("radiance", "shading")),
-            two_digits(point.color.delta_mean) if point.color else _DASH,
+            convergence.two_digits(point.color.delta_mean) if point.color else _DASH,
         ],
     }
 
 
-def _point_data(point: Point) -> dict[str, Any]:
+def _point_data(point: measure.Point) -> dict[str, Any]:
     """Return what the page shows when a point is selected."""
     settings, shown = point.settings, point.error_map
     errors = [
@@ -219,9 +200,9 @@ def _point_data(point: Point) -> dict[str, Any]:
     if settings.method != "photon":
         rest[3][1] = str(settings.passes)
     if point.color:
-        color = point.color
-        rest.append(["ΔE2000, mean / 95%", _pair(color.delta_mean, color.delta_p95)])
-        rest.append(["of indirect light", _pair(color.indirect_mean, color.indirect_p95)])
+        mean, p95, *of_indirect = map(convergence.two_digits, astuple(point.color)[:4])
+        rest.append(["ΔE2000, mean / 95%", f"{mean} / {p95}"])
+        rest.append(["of indirect light", " / ".join(of_indirect)])
     return {
         "title": f"{point.label} ({point.sweep})",
         "picture": point.picture,
@@ -237,10 +218,6 @@ def _scale(kind: Kind, scale: float) -> str:
     return f"{scale:g}" if kind == "delta" else f"{100 * scale:g}%"
 
 
-def _pair(first: float, second: float) -> str:
-    return f"{two_digits(first)} / {two_digits(second)}"
-
-
 def _percent_or_dash(value: float | None) -> str:
     return _DASH if value is None or math.isnan(value) else f"{100 * value:#.3g}%"
 
@@ -253,7 +230,9 @@ def write_study(folder: Path, found: Findings, about: dict[str, Any]) -> None:
     with written_together(folder) as part:
         figures = drawn_figures(found)
         (part / PAGE).write_text(write_page(found, about, figures), encoding="utf-8")
-        write_csv(part / TABLE, COLUMNS, [[*point.row().values()] for point in found.points])
+        write_csv(
+            part / TABLE, measure.COLUMNS, [[*point.row().values()] for point in found.points]
+        )
         for name, figure in figures.items():
             save_figure(figure, part / f"{name}.png")
 
@@ -266,27 +245,22 @@ class Outcome:
     interrupted: bool
 
 
-def run_study(study: Study, extent: Extent, folder: Path) -> Outcome:
+def run_study(study: measure.Study, extent: Extent, folder: Path) -> Outcome:
     """Run the sweeps, and write the page, the table and the plots; after Ctrl-C, what there is."""
-    machine = describe_machine()
-    with BackgroundLoad() as others:
-        interrupted = _sweep(study, extent)
+    machine = measure.describe_machine()
+    interrupted = False
+    with measure.BackgroundLoad() as others:
+        try:
+            run_sweeps(study, extent)
+        except KeyboardInterrupt:
+            if not study.points:
+                raise
+            interrupted = True
     with ignoring_interrupts():
         assert study.reference is not None
         threads = study.record["arguments"]["threads"]
-        points = choose_clock(study.points, others.share, threads)
+        points = measure.choose_clock(study.points, others.share, threads)
         findings = Findings(points, study.base.bands, study.reference.own_errors())
         about = describe_study(study, extent, interrupted, machine, others.share)
         write_study(folder, findings, about)
     return Outcome(findings, interrupted)
-
-
-def _sweep(study: Study, extent: Extent) -> bool:
-    """Run the sweeps; return whether Ctrl-C ended them."""
-    try:
-        run_sweeps(study, extent)
-    except KeyboardInterrupt:
-        if not study.points:
-            raise
-        return True
-    return False

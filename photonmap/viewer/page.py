@@ -24,8 +24,7 @@ from photonmap.runtime.wording import suggest
 from photonmap.version import __version__
 from photonmap.viewer.packing import find_scale, pack_errors, pack_numbers, pack_values
 
-_PARTS = ("emission", "direct", "indirect")
-"""Of which radiance is the sum."""
+_PARTS = ("emission", "direct", "indirect")  # of which radiance is the sum
 _LEFT_OUT = {"covariance", "unresolved", "passes", "coverage", "distance"}
 """Buffers that are shown only where they are asked for."""
 _FOR_EXPOSURE = ("radiance", "emission")

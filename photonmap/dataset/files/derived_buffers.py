@@ -26,14 +26,12 @@ from photonmap.spectra.projection import SRGB, Method, projection_onto
 
 Mask = NDArray[np.bool_]
 
-_RAYS = 3
-"""Rays along each side of a pixel."""
+_RAYS = 3  # rays along each side of a pixel
 _REACH = 2
 """How far from a pixel's centre its rays reach, in rays: a sixth of a pixel beyond its sides."""
 _BEND = np.cos(np.radians(20.0))
 """Least cosine between the normals of one piece of surface in a pixel."""
-_STEP = 0.5
-"""Largest step in depth within a piece of surface, in widths of a pixel at its distance."""
+_STEP = 0.5  # largest step in depth within a piece of surface, in widths of a pixel at its distance
 
 
 def one_piece(scene: Scene, size: tuple[int, int], at_centre: bool = False) -> Mask:
@@ -83,18 +81,14 @@ def pure_pixels(result: Result, scene: Scene, pieces: Mask | None = None) -> Mas
     return pure if spread is None else pure & (spread == 0.0).all(axis=-1)
 
 
-_SAME = 1e-5
-"""Largest difference between the bands of lights that have one colour, of mean 1."""
+_SAME = 1e-5  # largest difference between the bands of lights that have one colour, of mean 1
 
 Colors = Mapping[str, NDArray[np.float64] | None]
 """(N,) colours of mean 1 by light group; None for a group that has several."""
 
 
 def light_colors(scene: Scene, groups: Iterable[str], bands: Bands) -> Colors:
-    """Return the colours that light groups emit in bands.
-
-    A group of lights of several colours, a texture, an environment map or a sky has None.
-    """
+    """Return the colours of light groups in bands; None for several colours, images and skies."""
     paints: dict[str, list[Paint | None]] = {group: [] for group in groups}
     for mesh in scene.meshes:
         if mesh.material.name in paints:

@@ -19,8 +19,7 @@ Mask = NDArray[np.bool_]
 _KINDS = ("pinhole", "intrinsics")
 _FLAT = 0.5
 """Distance from a tangent plane within which a surface is the same, in sides of a pixel there."""
-_ROUNDING = 1e-5
-"""The same, relative to the distance from the camera."""
+_ROUNDING = 1e-5  # the same, relative to the distance from the camera
 _RECTIFIED = 1e-6
 """Largest deviation of axes, and of the direction between eyes, in rectified pairs."""
 

@@ -26,7 +26,6 @@ from photonmap.spectra.bands import Bands
 
 if TYPE_CHECKING:
     from photonmap.capture.sensor import Sensor
-    from photonmap.results.result import Result
 
 FORMATS = ("exr", "hdf5", "png")
 BANDS_EXR, RGB_EXR, BANDS_HDF5 = "bands.exr", "rgb.exr", "bands.hdf5"
@@ -103,10 +102,7 @@ def digests(result: Result) -> dict[str, str]:
 
 
 def _without_times(result: Result) -> Result:
-    """Return a result whose record does not say how long it took, or on how many threads.
-
-    So equal images have equal files.
-    """
+    """Return a result without times and threads in its record: equal images have equal files."""
     record = {name: value for name, value in result.record.items() if name not in _TIMES}
     if "arguments" in record:
         record["arguments"] = {**record["arguments"]}
@@ -275,8 +271,7 @@ def _sha256(path: Path) -> str:
 
 PHOTO = "photo"
 """Folder of an image that holds its photo."""
-_TOLD = ("time_s", "saturated", "negative")
-"""What the manifest says of a photo."""
+_TOLD = ("time_s", "saturated", "negative")  # what the manifest says of a photo
 
 
 def choose_sensor(text: str | None) -> tuple[Sensor, dict[str, Any]] | tuple[None, None]:

@@ -34,10 +34,8 @@ DROPPED = ("covariance", *DERIVED)
 """Buffers that lean files do not hold: they follow from others, or only merging needs them."""
 OFTEN_ZERO = ("residual", "caustics")
 """Buffers that lean files do not hold where they are 0 everywhere."""
-_ERROR = ".error"
-"""Ending of the names of parts that hold standard errors."""
-_LARGEST = 6e4
-"""Values above do not fit half precision."""
+_ERROR = ".error"  # ending of the names of parts that hold standard errors
+_LARGEST = 6e4  # values above do not fit half precision
 _LEAST_MEAN, _LEAST_REST = 6e-3, 1e-5
 """Mean magnitude, of what is not 0, from which on rounding of the darkest values does not count: of
 values, and of what is small beside them, their errors and residuals, where 0.3% of the mean may."""
@@ -120,12 +118,10 @@ def derived_names(held: Collection[str], record: dict[str, Any]) -> list[str]:
 
 
 def source_of(name: str, held: Collection[str]) -> str | None:
-    """Return the part of a file that an array comes from; None if there is none.
-
-    The buffers of an only light group are those of the whole.
-    """
+    """Return the part of a file that an array comes from; None where there is none."""
     if name in held:
         return name
+    # an only light group has the buffers of the whole
     base = "shading" if name in DERIVED else split_name(name)[0]
     return base if base in held else None
 

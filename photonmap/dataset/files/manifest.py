@@ -32,18 +32,14 @@ _SHARED = ("bands", "size", "pixel", "error", "rgb")
 """Options that all images share; the head's key `common` has them."""
 _NOT_COMPARED = ("munsell", "illuminants", "identity", "inputs")
 """Names of files, what identifies them, and the digest of what is in them, which has words."""
-_KEYS = {"name", "geometry", "job", "files"}
-"""Some of the keys that the entry of every image has."""
+_KEYS = {"name", "geometry", "job", "files"}  # some of the keys that the entry of every image has
 
 Pairs = dict[str, tuple[Any, Any]]
 Head = dict[str, Any]
 
 
 def check_code(wanted: dict[str, str]) -> None:
-    """Check that the code here renders the images of a data set bit for bit.
-
-    `wanted` is what `photonmap.results.record.describe_code` returned when the set was begun.
-    """
+    """Check that the versions here are those wanted, so that images are the same bit for bit."""
     from photonmap.results.record import describe_code
 
     here = describe_code()
@@ -191,10 +187,7 @@ def read_lines(folder: str | PathLike[str]) -> list[dict[str, Any]]:
 
 
 def write_head(folder: Path, head: dict[str, Any], finished: Container[str]) -> None:
-    """Write the head atomically; of the images that an earlier one lists, finished ones stay.
-
-    Others are listed if this head asks for them.
-    """
+    """Write the head atomically; it lists what is asked for, and what an earlier run finished."""
     if (folder / HEAD).is_file():
         asked = head["images"]
         listed = [name for name in read_head(folder)["images"] if name in finished or name in asked]
@@ -272,11 +265,6 @@ def with_table(text: str, rename: Callable[[Path], str]) -> str:
     return (EXTRAPOLATE if text.strip().startswith(EXTRAPOLATE) else "") + rename(path)
 
 
-def without_folder(text: str) -> str:
-    """Return bands, an RGB space or a light with the bare name of their file, if they are one."""
-    return with_table(text, lambda path: path.name)
-
-
 def seen_from(folder: Path, path: str) -> str:
     """Return a file beside a data set, or below its parent, as seen from there; else its name.
 
@@ -305,10 +293,7 @@ def as_line(scene: str, reason: str) -> str:
 
 
 def describe_left_out(folder: Path, faults: Mapping[str, str]) -> list[dict[str, str]]:
-    """Return what the head of a data set says of scene files that it leaves out.
-
-    `faults` has why they cannot be read, by path, as `reason_of` returns it.
-    """
+    """Return what a head says of scene files that it leaves out, from faults by their paths."""
     here = folder.resolve()
     return [
         {"scene": seen_from(here, str(Path(path).resolve())), "reason": reason}

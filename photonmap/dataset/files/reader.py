@@ -15,15 +15,7 @@ from numpy.typing import NDArray
 from photonmap.buffers import row_of
 from photonmap.dataset.files.lean import DROPPED, OFTEN_ZERO, Arrays, Parts, exact_halves, lacking
 from photonmap.dataset.files.manifest import read_head, read_lines, with_table
-from photonmap.dataset.files.splits import (
-    FRACTIONS,
-    LAYOUT,
-    PARTS,
-    check_filled,
-    check_fractions,
-    identity,
-    part_of,
-)
+from photonmap.dataset.files.splits import FRACTIONS, LAYOUT, split_scenes
 from photonmap.errors import InputError
 from photonmap.io.exr import current_name
 from photonmap.runtime.wording import shown
@@ -289,20 +281,12 @@ class Dataset(Sequence[Image]):
         InputError : a fraction is negative, they do not add up to 1, a part that is not 0 would be
             empty, or there is no such way to split
         """
-        fractions = (train, val, test)
-        check_fractions(fractions)
-        parts: dict[str, list[dict[str, Any]]] = {part: [] for part in PARTS}
-        for entry in self.entries:
-            parts[part_of(entry["geometry"], fractions, seed, by)].append(entry)
-        scenes = {
-            part: {identity(entry["geometry"], by) for entry in entries}
-            for part, entries in parts.items()
-        }
-        check_filled({part: len(found) for part, found in scenes.items()}, fractions, by)
-        train_set, val_set, test_set = (
-            Dataset(self.folder, self.head, entries) for entries in parts.values()
+        scenes = [entry["geometry"] for entry in self.entries]
+        first, second, third = (
+            Dataset(self.folder, self.head, [self.entries[place] for place in places])
+            for places in split_scenes(scenes, (train, val, test), seed, by).values()
         )
-        return train_set, val_set, test_set
+        return first, second, third
 
     def torch(
         self,

@@ -20,8 +20,7 @@ from photonmap.errors import InputError
 from photonmap.runtime.wording import listed, suggest
 
 _INDEX = "index.jsonl"
-_PATIENCE = 60.0
-"""Seconds to wait for an answer."""
+_PATIENCE = 60.0  # seconds to wait for an answer
 
 
 class Sample(Mapping[str, Any]):

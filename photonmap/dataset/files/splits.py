@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Sequence
 
 from photonmap.errors import InputError
 from photonmap.runtime.wording import suggest
@@ -22,13 +21,6 @@ _DRAWN = {
            'make a set of more types, split by "layout"'),
 }  # fmt: skip
 """What is drawn for the parts by each way, and how to get more of it."""
-
-
-def check_fractions(fractions: tuple[float, float, float]) -> None:
-    """Check that fractions of the parts are not negative, and add up to 1."""
-    if not all(each >= 0.0 for each in fractions) or not abs(sum(fractions) - 1.0) <= 1e-6:
-        listed = ", ".join(map(str, fractions))
-        raise InputError(f"splits {listed} must not be negative and must add up to 1")
 
 
 def identity(geometry: str, by: str) -> str:
@@ -63,13 +55,24 @@ def part_of(
     return PARTS[1] if place < ends[1] or fractions[2] == 0.0 else PARTS[2]
 
 
-def check_filled(counts: Mapping[str, int], fractions: tuple[float, ...], by: str) -> None:
-    """Check that no part that was asked for is empty; counts of scenes are by part."""
+def split_scenes(
+    geometries: Sequence[str], fractions: tuple[float, float, float], seed: int, by: str
+) -> dict[str, list[int]]:
+    """Return the places of images in each part, by their scenes.
+
+    Fractions must not be negative, and add up to 1; no part that was asked for may be empty.
+    """
+    if not all(each >= 0.0 for each in fractions) or not abs(sum(fractions) - 1.0) <= 1e-6:
+        given = ", ".join(map(str, fractions))
+        raise InputError(f"splits {given} must not be negative and must add up to 1")
+    parts: dict[str, list[int]] = {part: [] for part in PARTS}
+    for place, geometry in enumerate(geometries):
+        parts[part_of(geometry, fractions, seed, by)].append(place)
     for part, fraction in zip(PARTS, fractions, strict=True):
-        if fraction > 0.0 and not counts.get(part):
-            total: Any = sum(counts.values())
-            what, more = _DRAWN[by]
+        if fraction > 0.0 and not parts[part]:
+            total, (what, more) = len({identity(each, by) for each in geometries}), _DRAWN[by]
             raise InputError(
                 f"the split {part!r} of {fraction:g} would be empty: by hash, none of the set's "
                 f"{total} {what} belongs to it; {more}, or choose other fractions or another seed"
             )
+    return parts

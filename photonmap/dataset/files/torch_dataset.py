@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,14 +16,10 @@ class TensorDataset(torch.utils.data.Dataset):
     """
 
     def __init__(
-        self,
-        images: Sequence[Any],
-        names: Sequence[str],
-        rgb: bool,
-        transform: Callable[[dict[str, Any]], Any] | None,
+        self, images: Sequence[Any], names: Sequence[str], rgb: bool, transform: Any
     ) -> None:
-        self._images, self._names, self._rgb = images, tuple(names), rgb
-        self._transform = transform
+        self._images, self._names = images, tuple(names)
+        self._rgb, self._transform = rgb, transform
 
     def __len__(self) -> int:
         return len(self._images)

@@ -70,7 +70,8 @@ class Agenda(Iterator[Task]):
             task = self._first.popleft()
         elif self._waiting:
             if self._current not in self._waiting or len(self._waiting) <= KEPT:
-                self._current = max(self._waiting, key=self._longest)
+                longest = {at: max(map(self._seconds, of)) for at, of in self._waiting.items()}
+                self._current = max(longest, key=longest.__getitem__)
             part = self._waiting[self._current]
             task = max(part, key=self._seconds)
             part.remove(task)
@@ -105,10 +106,6 @@ class Agenda(Iterator[Task]):
         at_once = self._busy / max(time.monotonic() - self._begun, 1e-9)
         return f"{cost}, about {duration(self.seconds_left / max(at_once, 1e-3))} left"
 
-    def _longest(self, scene: str) -> float:
-        """Return the seconds of the longest image of a scene that is left."""
-        return max(map(self._seconds, self._waiting[scene]))
-
     def _seconds(self, task: Task) -> float:
         """Return how long an image may take: for ever while the first of its kind has not ended."""
         kind = kind_of(task.job)
@@ -121,8 +118,7 @@ class Agenda(Iterator[Task]):
         return sum(found) / len(found) if found else 0.0
 
 
-_SMALLER = 4
-"""By how much a pilot is smaller than its images, in width and height."""
+_SMALLER = 4  # by how much a pilot is smaller than its images, in width and height
 
 
 @dataclass(frozen=True)

@@ -34,22 +34,16 @@ from photonmap.spectra.bands import Bands
 from photonmap.spectra.projection import SPACES, check_space
 from photonmap.spectra.sensitivities import table_of
 
-_DIGITS = 16
-"""Digits of a digest."""
+_DIGITS = 16  # digits of a digest
 KEPT = 4
 """Generated scenes that stay in memory, 5 to 50 MB each: images of a scene follow each other."""
-_PIECES = 16
-"""Masks of surfaces in pixels that stay in memory."""
+_PIECES = 16  # masks of surfaces in pixels that stay in memory
 
 _pieces: dict[Any, Mask] = {}
 
 
 def make_scene(job: Job) -> Scene:
-    """Return the scene of an image under its illumination, with the camera of its view.
-
-    Fails if a file of the user has changed since the plan, or no camera near the view sees the
-    scene.
-    """
+    """Return the scene of a job, lit, with its camera; reject files that changed since the plan."""
     for color, digest in job.light_files():
         check_unchanged(color, digest)
     illumination = Illumination(job.illumination, job.colors, job.shares)
@@ -88,10 +82,7 @@ def pieces_in(job: Job, scene: Scene) -> Mask:
 
 
 def read_user_scenes(paths: Iterable[str]) -> tuple[list[UserScene], dict[str, str]]:
-    """Load scene files; return them with digests of their scenes.
-
-    And why others cannot be read, by path, as `reason_of` says it.
-    """
+    """Load scene files; return them with digests and, by path, why others cannot be read."""
     scenes, faults = [], {}
     for path in paths:
         try:

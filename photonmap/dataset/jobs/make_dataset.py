@@ -10,16 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from photonmap.capture.sensor import Sensor
-from photonmap.dataset.files.manifest import (
-    FORMAT,
-    HEAD,
-    append_line,
-    locked,
-    read_head,
-    remove_leftovers,
-    write_head,
-    write_lines,
-)
+from photonmap.dataset.files import manifest
 from photonmap.dataset.jobs.costs import Agenda
 from photonmap.dataset.jobs.job_scene import copy_inputs
 from photonmap.dataset.jobs.plan import CONTENT, TEXT, CommonSettings, Job
@@ -62,10 +53,7 @@ def describe_dataset(
     sensor: dict[str, Any] | None = None,
     buffers: Sequence[str] | None = None,
 ) -> dict[str, Any]:
-    """Return the head of a data set: its settings, versions, and the names of its images.
-
-    Of files it has the names alone, not where they are on this machine.
-    """
+    """Return the head of a data set: settings, versions, and the names of its images and files."""
     from photonmap.results.record import describe_code
 
     settings = asdict(common.with_curves(lambda _, path: path.name))
@@ -74,7 +62,7 @@ def describe_dataset(
     if not common.is_by_content:
         del settings["identity"]
     return {
-        "format": FORMAT,
+        "format": manifest.FORMAT,
         "preset": Path(preset).name,
         "common": json.loads(json.dumps(settings)),
         "formats": sorted(formats),
@@ -88,9 +76,9 @@ def describe_dataset(
 
 def read_identity(folder: Path) -> str:
     """Return what identifies files of bands and RGB in the data set of a folder, old or new."""
-    if not (folder / HEAD).is_file():
+    if not (folder / manifest.HEAD).is_file():
         return CONTENT
-    return read_head(folder)["common"].get("identity", TEXT)
+    return manifest.read_head(folder)["common"].get("identity", TEXT)
 
 
 def make_dataset(
@@ -122,14 +110,14 @@ def make_dataset(
     """
     extra = Extra() if extra is None else extra
     folder.mkdir(parents=True, exist_ok=True)
-    with locked(folder):
-        remove_leftovers(folder)
+    with manifest.locked(folder):
+        manifest.remove_leftovers(folder)
         if jobs:
             copy_inputs(folder, jobs, extra.sensor)
         outcome = Outcome(_find_entries(folder, jobs, log))
         _warn_of_others(folder, jobs, outcome.entries)
-        write_head(folder, head, outcome.entries)
-        write_lines(folder, outcome.entries.values())
+        manifest.write_head(folder, head, outcome.entries)
+        manifest.write_lines(folder, outcome.entries.values())
         target, how = str(folder.resolve()), {"full": head["full"], **vars(extra)}
         tasks = [
             Task(job, target, tuple(formats), head["versions"], **how)
@@ -141,11 +129,11 @@ def make_dataset(
                 _run(tasks, scheduler, workers, outcome, log)
         finally:
             if scheduler == LOCAL:
-                remove_leftovers(folder)  # of workers that were killed
+                manifest.remove_leftovers(folder)  # of workers that were killed
             asked = [job.name for job in jobs if job.name in outcome.entries]
             order = dict.fromkeys([*asked, *outcome.entries])  # the jobs come first
             outcome.entries = {name: outcome.entries[name] for name in order}
-            write_lines(folder, outcome.entries.values())
+            manifest.write_lines(folder, outcome.entries.values())
     return outcome
 
 
@@ -165,7 +153,12 @@ def _run(
     with closing(running) as results:
         for task, result in results:
             agenda.learn(task, result)
-            _record_result(outcome, task.job.name, result, Path(task.folder))
+            if isinstance(result, str):
+                outcome.failures[task.job.name] = result
+            else:
+                outcome.entries[task.job.name] = result
+                outcome.rendered += 1
+                manifest.append_line(Path(task.folder), result)
             done = outcome.rendered + len(outcome.failures)
             log(f"{done}/{len(tasks)} {_line(task.job.name, result)}; {agenda.describe()}")
             if isinstance(result, str) and any(sign in result for sign in FULL):
@@ -191,10 +184,10 @@ def _find_entries(folder: Path, jobs: Sequence[Job], log: Callable[[str], None])
 
 def _warn_of_others(folder: Path, jobs: Sequence[Job], entries: Entries) -> None:
     """Warn of images of earlier runs that are not among the jobs, and say what becomes of them."""
-    if not (folder / HEAD).is_file():
+    if not (folder / manifest.HEAD).is_file():
         return
     asked = {job.name for job in jobs}
-    others = dict.fromkeys([*read_head(folder)["images"], *entries])
+    others = dict.fromkeys([*manifest.read_head(folder)["images"], *entries])
     kept = [name for name in others if name not in asked and name in entries]
     dropped = [name for name in others if name not in asked and name not in entries]
     texts = {
@@ -204,16 +197,6 @@ def _warn_of_others(folder: Path, jobs: Sequence[Job], entries: Entries) -> None
     said = [f"{t} ({len(names)}: {enumerated(names, 1)})" for t, names in texts.items() if names]
     if said:
         warn(f"{folder}: {'; '.join(said)}")
-
-
-def _record_result(outcome: Outcome, name: str, result: dict[str, Any] | str, folder: Path) -> None:
-    """Record the entry of an image, or the reason of its failure."""
-    if isinstance(result, str):
-        outcome.failures[name] = result
-        return
-    outcome.entries[name] = result
-    outcome.rendered += 1
-    append_line(folder, result)
 
 
 def _line(name: str, result: dict[str, Any] | str) -> str:

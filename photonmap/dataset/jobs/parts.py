@@ -96,10 +96,7 @@ def render_part(part: Part) -> None:
 def merge_parts(
     parts: Sequence[Part], folder: Path, output: Path, buffers: list[str] | None, white: str
 ) -> Result:
-    """Merge complete parts, write the result to `output`, and remove the folder of the parts.
-
-    `buffers` are those to write, None for all; `white` is that of the preview.
-    """
+    """Merge complete parts, write some buffers of the result, or all, and remove their folder."""
     files = [str(part.output) for part in parts]
     merged = merge([load_result(file) for file in files], files)
     merged.save(output, buffers, white)

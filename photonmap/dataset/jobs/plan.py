@@ -12,14 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from photonmap.dataset.files.manifest import (
-    CURVES,
-    kept_as,
-    role_of_light,
-    seen_from,
-    with_table,
-    without_folder,
-)
+from photonmap.dataset.files.manifest import CURVES, kept_as, role_of_light, seen_from, with_table
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.presets import Preset
 from photonmap.dataset.models.materials import MATERIALS
@@ -37,8 +30,7 @@ CONTENT, TEXT = "content", "text"
 _USUAL = {"lightness": None, "scale": 1.0}
 """Values at which settings leave the names and the noise of images as they were before there were
 such settings."""
-_DIGITS = 10
-"""Digits of a job's hash in the name of its folder."""
+_DIGITS = 10  # digits of a job's hash in the name of its folder
 
 
 @dataclass(frozen=True)
@@ -319,7 +311,7 @@ def list_jobs(jobs: Sequence[Job]) -> Iterator[str]:
     rows: list[Sequence[Any]] = [("image", "seed", "illumination", "lights", "view")]
     for job in jobs:
         shares = job.shares and [f" {share:.1%}" for share in job.shares]
-        colors = list(map(without_folder, job.colors))
+        colors = [with_table(color, lambda path: path.name) for color in job.colors]
         lights = " + ".join(map(str.__add__, colors, shares or [""] * len(colors)))
         rows.append((job.name, job.seed, job.illumination, lights, job.view.name or "its own"))
     yield from aligned(rows)

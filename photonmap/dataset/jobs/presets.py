@@ -99,16 +99,14 @@ def load_preset(name: str) -> Preset:
 
 def with_illuminations(preset: Preset, names: Sequence[str]) -> Preset:
     """Return a preset under illuminations by name, its own among them; no names change nothing."""
-    own: dict[str, Lights] = {_name_of(each): each for each in preset.illuminations}
+    own: dict[str, Lights] = {
+        each if isinstance(each, str) else each.name: each for each in preset.illuminations
+    }
     if unknown := [name for name in names if name not in {*own, *NAMED}]:
         known = suggest(unknown[0], [*own, *NAMED])
         raise InputError(f"there is no illumination {unknown[0]!r}; {known}")
     chosen = tuple(own.get(name, name) for name in names)
     return replace(preset, illuminations=chosen or preset.illuminations)
-
-
-def _name_of(lights: Lights) -> str:
-    return lights if isinstance(lights, str) else lights.name
 
 
 def _read(toml: Toml) -> Preset:

@@ -15,13 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from photonmap.capture.sensor import Sensor
-from photonmap.dataset.files.derived_buffers import (
-    as_rgb,
-    negative_share,
-    rgb_method,
-    rgb_residual,
-    with_derived,
-)
+from photonmap.dataset.files import derived_buffers
 from photonmap.dataset.files.image_files import add_photo, hash_files, list_files, write_image
 from photonmap.dataset.files.lean import rendered_for
 from photonmap.dataset.files.manifest import check_code
@@ -88,8 +82,8 @@ def _render_image(task: Task) -> dict[str, Any]:
     rendered = time.perf_counter()
     if not result.radiance.any():
         raise InputError(f"{job.name} shows no light; choose another view, or other lights")
-    result = with_derived(result, scene, pieces_in(job, scene))
-    rgb = as_rgb(result, job.common.rgb)
+    result = derived_buffers.with_derived(result, scene, pieces_in(job, scene))
+    rgb = derived_buffers.as_rgb(result, job.common.rgb)
     with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=data_set) as made:
         folder = Path(made) / job.name
         folder.mkdir()
@@ -174,7 +168,7 @@ def _replace_folder(folder: Path, new: Path, spare: Path) -> None:
 def _describe(job: Job, scene: Scene, result: Result, rgb: Result) -> dict[str, Any]:
     """Return the entry of an image in the manifest, but for files and seconds."""
     record = result.record
-    method = rgb_method(result.bands)
+    method = derived_buffers.rgb_method(result.bands)
     goal = record["goal"]
     # an error that is not defined counts as reached, after enough passes
     is_met = goal is None or goal["reached"] is None or goal["reached"] <= goal["limit"]
@@ -189,24 +183,18 @@ def _describe(job: Job, scene: Scene, result: Result, rgb: Result) -> dict[str, 
         "camera": record["camera"],
         "size": list(result.size),
         "bands": result.bands.count,
-        "passes": record["passes"],
-        "pass_samples": record["pass_samples"],
-        "error": record["error"],
-        "goal": goal,
+        **{name: record[name] for name in ("passes", "pass_samples", "error", "goal")},
         "reached": goal is None or (record["passes"] >= LEAST_PASSES and is_met),
         "effects": {name: [each["on"], each["why"]] for name, each in record["effects"].items()},
         "rgb": {
             "space": job.common.rgb,
             "method": method or "as they stand",
             "fit_residual": result.projection("rgb", method).residual,
-            "residual": rgb_residual(rgb),
-            "negative": negative_share(rgb, result.buffers["valid"]),
+            "residual": derived_buffers.rgb_residual(rgb),
+            "negative": derived_buffers.negative_share(rgb, result.buffers["valid"]),
         },
-        "statistics": summarise(result, as_rgb(result)),
-        "unresolved": record["unresolved"],
-        "versions": record["versions"],
-        "fingerprint": record["fingerprint"],
-        "warnings": record["warnings"],
+        "statistics": summarise(result, derived_buffers.as_rgb(result)),
+        **{name: record[name] for name in ("unresolved", "versions", "fingerprint", "warnings")},
     }
 
 
@@ -222,10 +210,7 @@ def _lights(scene: Scene, record: dict[str, Any], bands: Bands) -> dict[str, Any
 
 
 def _surfaces(scene: Scene, bands: Bands) -> dict[str, Any]:
-    """Return the objects and materials in the order of their ids, from 1, and reflectances.
-
-    The reflectance of what has a texture, or colours of its own, is None.
-    """
+    """Return objects and materials by their ids, from 1, and reflectances, None where they vary."""
     meshes = [mesh for mesh in scene.meshes if len(mesh.faces)]
     materials = list({id(mesh.material): mesh.material for mesh in meshes}.values())
     colored = {id(mesh.material) for mesh in meshes if mesh.colors is not None}
@@ -247,10 +232,7 @@ def _bands(values: Any) -> list[float]:
 
 
 def read_entry(folder: Path) -> dict[str, Any] | None:
-    """Return the entry of an image if its files have the hashes in it; else None.
-
-    Other files in its folder are the user's, and do not matter.
-    """
+    """Return an image's entry if its files have the hashes in it; other files do not matter."""
     entry = _load_entry(folder)
     with suppress(OSError):
         if entry and entry["files"] == hash_files(folder, entry["files"]):
@@ -268,8 +250,7 @@ def _load_entry(folder: Path) -> dict[str, Any] | None:
 
 
 Log = Callable[[str], None]
-_TOPIC = "photonmap"
-"""Of what workers send."""
+_TOPIC = "photonmap"  # of what workers send
 
 _listeners: list[Log] = []
 

@@ -30,8 +30,7 @@ _CONNECT = 10.0
 """Seconds to wait for a connection to a scheduler, or to the worker that holds a result."""
 _POLL, _PATIENCE = 1.0, 60.0
 """Seconds between checks for workers, and without any before the remaining jobs fail."""
-_LAST = 0.5
-"""Seconds to wait for what is left of a local worker after Ctrl-C."""
+_LAST = 0.5  # seconds to wait for what is left of a local worker after Ctrl-C
 _RERUNNING = object()
 """Stands for a result that was lost with its worker; the scheduler runs the job again."""
 _NO_WORKERS = "the scheduler has no workers; start some, and continue with --resume"
@@ -100,10 +99,7 @@ def _attempt(work: Callable[[Any], Any], task: Any) -> Any:
 def distribute(
     client: Client, work: Callable[[Any], Any], tasks: Iterable[Any], workers: int
 ) -> Generator[tuple[Any, Any]]:
-    """Run tasks by dask.distributed, each taken when it is handed out.
-
-    `workers` is the number of local processes to keep alive.
-    """
+    """Run tasks by dask.distributed, each taken when handed out; keep `workers` processes alive."""
     ended: SimpleQueue[Future] = SimpleQueue()
     futures: dict[Future, Any] = {}
     left, seen = iter(tasks), time.monotonic()
@@ -239,18 +235,12 @@ def _reason(error: BaseException) -> str:
     return text if isinstance(error, InputError) else f"{type(error).__name__}: {text}"
 
 
-_WARM = 2
-"""Images that this process renders first; the last of them is the measure."""
-_START = 10.0
-"""Seconds that processes may take to start."""
-_WORTH_TRYING = 10.0
-"""How many times as long as the trial the rest must take."""
-_WORTH_IT = 1.1
-"""How many times as fast as one process many must be."""
-_FREE = 0.8
-"""Part of the free memory that processes may fill."""
-_TINY = (16, 12)
-"""Size of an image by which a process loads its kernels."""
+_WARM = 2  # images that this process renders first; the last of them is the measure
+_START = 10.0  # seconds that processes may take to start
+_WORTH_TRYING = 10.0  # how many times as long as the trial the rest must take
+_WORTH_IT = 1.1  # how many times as fast as one process many must be
+_FREE = 0.8  # part of the free memory that processes may fill
+_TINY = (16, 12)  # size of an image by which a process loads its kernels
 
 
 def run_fastest(agenda: Agenda, log: Callable[[str], None]) -> Generator[tuple[Any, Any]]:
@@ -296,11 +286,7 @@ def _workers_in_memory() -> int:
 
 
 def _measure(client: Client, task: Task, alone: float) -> float:
-    """Return how many times as many images the workers render as this process, in the same time.
-
-    Each renders the task, all at once; their images are thrown away. `alone` is the seconds that
-    the image took here.
-    """
+    """Return how many times as fast workers render at once as this process, `alone` s an image."""
     workers = list(client.scheduler_info(n_workers=-1)["workers"])
     tiny = replace(task.job, common=replace(task.job.common, size=_TINY))
     for job in (tiny, task.job):

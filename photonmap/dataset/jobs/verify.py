@@ -11,15 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.buffers import names_where
-from photonmap.dataset.files.image_files import (
-    BANDS_HDF5,
-    digests,
-    hash_files,
-    hypersim_images,
-    list_files,
-    read_hdf5,
-)
-from photonmap.dataset.files.image_files import read_hypersim as read_frame
+from photonmap.dataset.files import image_files
 from photonmap.dataset.files.lean import as_lean, fits_half, held_in, restored, to_half
 from photonmap.dataset.files.manifest import SENSOR, describe_differences, kept_as, warn_of_left_out
 from photonmap.dataset.files.reader import Image, open_dataset
@@ -87,9 +79,9 @@ def verify(
 def _faults(image: Image, log: Log, find: Find) -> Iterator[str]:
     """Yield the faults of an image that show without rendering it."""
     wanted = image.entry["files"]
-    if others := sorted(set(list_files(image.folder)) - {*wanted, ENTRY}):
+    if others := sorted(set(image_files.list_files(image.folder)) - {*wanted, ENTRY}):
         log(f"{image.name}: other files are left alone: {', '.join(others)}")
-    found = hash_files(image.folder, wanted)
+    found = image_files.hash_files(image.folder, wanted)
     if changed := [name for name in wanted if wanted[name] != found[name]]:
         yield f"missing or changed files: {', '.join(changed)}"
         return
@@ -173,7 +165,7 @@ def check_digests(image: Image) -> Iterator[str]:
     """Yield the arrays that are not those that were rendered."""
     digests_then = image.entry.get("arrays", {})
     wanted = {current_name(name): digest for name, digest in digests_then.items()}
-    found = digests(image.result)
+    found = image_files.digests(image.result)
     if changed := [name for name, digest in wanted.items() if found.get(name) != digest]:
         yield f"arrays differ from those that were rendered: {', '.join(changed)}"
 
@@ -230,18 +222,18 @@ def check_rgb(image: Image) -> Iterator[str]:
 
 def check_formats_agree(image: Image) -> Iterator[str]:
     """Yield the arrays of HDF5 files that differ from those that the image is read from."""
-    if not (image.folder / BANDS_HDF5).is_file():
+    if not (image.folder / image_files.BANDS_HDF5).is_file():
         return
     try:
-        there = restored(read_hdf5(image.folder / BANDS_HDF5)).arrays
-        frames = read_frame(image.folder)
+        there = restored(image_files.read_hdf5(image.folder / image_files.BANDS_HDF5)).arrays
+        frames = image_files.read_hypersim(image.folder)
     except InputError as error:
         yield str(error)
         return
     here = image.result.arrays
     if differ := _differing(here, there):
-        yield f"{BANDS_HDF5} has other arrays than the image: {', '.join(differ)}"
-    if differ := _differing(hypersim_images(image.result, image.rgb), frames):
+        yield f"{image_files.BANDS_HDF5} has other arrays than the image: {', '.join(differ)}"
+    if differ := _differing(image_files.hypersim_images(image.result, image.rgb), frames):
         yield f"Hypersim's files have other arrays than the image: {', '.join(differ)}"
 
 
@@ -280,10 +272,7 @@ def _close(whole: NDArray[Any], parts: Sequence[NDArray[Any]], full: bool) -> bo
 
 
 def check_photo(image: Image) -> Iterator[str]:
-    """Yield what is wrong with the photo of an image, if it has one: it is exposed again.
-
-    A photo by a file of sensitivities of which the set has no copy is left alone.
-    """
+    """Yield what is wrong with a photo: it is exposed again, if its sensitivities are known."""
     if image.entry.get("photo") is None:
         return
     from photonmap.capture.expose import expose

@@ -54,8 +54,7 @@ def find_license(name: str) -> License:
 _SIZES = ((1000, "n<1K"), (10_000, "1K<n<10K"), (100_000, "10K<n<100K"), (10**6, "100K<n<1M"))
 """Categories of Hugging Face's cards by the numbers of images below which they hold."""
 
-_LISTED = 12
-"""Combinations of lights that are listed of an illumination."""
+_LISTED = 12  # combinations of lights that are listed of an illumination
 _LIMITS = """\
 - Surfaces, lights and rooms are built by rules; their distribution is not that of the world.
 - Standard errors are those of the Monte Carlo estimate; the bias is estimated apart, and the error
@@ -149,10 +148,7 @@ def _counts(images: Dataset) -> list[str]:
 
 
 def _lights(entries: Sequence[dict[str, Any]]) -> dict[str, str]:
-    """Return the spectra of lights that images of each illumination have, the most frequent first.
-
-    Main lights come first; the shares of others are given where they were chosen.
-    """
+    """Return the lights of each illumination, the most frequent first, with shares if chosen."""
     found: dict[str, Counter[str]] = {}
     for job in (entry["job"] for entry in entries):
         shares = [f" {share:.0%}" for share in job.get("shares", ())] or [""] * len(job["colors"])

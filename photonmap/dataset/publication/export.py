@@ -43,8 +43,7 @@ WEBDATASET, HUGGING_FACE = "webdataset", "huggingface"
 LAYOUTS = (WEBDATASET, HUGGING_FACE)
 SHARD = 2.0**29
 """Usual bytes of a shard."""
-_LEAST = 4096
-"""Fewest bytes of a shard that can be asked for."""
+_LEAST = 4096  # fewest bytes of a shard that can be asked for
 
 _READING = {
     WEBDATASET: """\
@@ -92,7 +91,7 @@ def export(
     layout : one of `LAYOUTS`
     license_name : of SPDX, see `photonmap.dataset.publication.card`; or a file of its text
     names : of the arrays: "depth", "shading@lamp", and "rgb.shading" in the set's RGB; None for
-        `samples.DEFAULT`, as far as the images hold them
+        `DEFAULT`, as far as the images hold them
     most : bytes of a file, unless a single sample is larger
     log : called with a line for each split
 
@@ -185,10 +184,7 @@ def read_array(image: Image, name: str) -> NDArray[Any]:
 def members_of(
     image: Image, names: Sequence[str], halves: Collection[str] = ()
 ) -> dict[str, bytes]:
-    """Return what is exported of an image by the endings of its files: npy, png and json.
-
-    `names` are those of the arrays, and `halves` of those to write in half precision.
-    """
+    """Return the files of a sample by their endings; the arrays of `halves` in half precision."""
     endings = {name: re.sub(r"[^\w.@-]", "_", name) for name in names}  # as files can be called
     arrays = {f"{endings[name]}.npy": array_file(image, name, halves) for name in names}
     pictures = {f"{name}.png": data for name, data in pictures_of(image).items()}
@@ -261,8 +257,7 @@ def write_shards(folder: Path, samples: Samples) -> None:
                 shards.append({"name": path.name, "split": part, **about})
             samples.log(f"{part}: images {len(images)}, shards {len(writer.paths)}")
     head = {"format": FORMAT, "arrays": names, "halves": sorted(halves), "shards": shards}
-    text = json.dumps(head, indent=2)
-    (folder / SHARDS).write_text(text + "\n", encoding="utf-8")
+    (folder / SHARDS).write_text(json.dumps(head, indent=2) + "\n", encoding="utf-8")
 
 
 class _Writer:
@@ -283,15 +278,9 @@ class _Writer:
             info.size = len(data)
             tar.addfile(info, io.BytesIO(data))
             places[ending] = [tar.offset - _padded(len(data)), len(data)]
-        return {
-            "name": image.name,
-            "key": key,
-            "split": self._part,
-            "shard": self.paths[-1].name,
-            "offset": begin,
-            "length": tar.offset - begin,
-            "members": places,
-        }
+        where = {"offset": begin, "length": tar.offset - begin, "members": places}
+        what = {"name": image.name, "key": key, "split": self._part}
+        return {**what, "shard": self.paths[-1].name, **where}
 
     def _open(self, more: int) -> tarfile.TarFile:
         """Return the shard that takes so many bytes more."""
@@ -359,11 +348,7 @@ def write_tables(folder: Path, samples: Samples) -> None:
 
 
 def _write_table(
-    path: Path,
-    schema: pyarrow.Schema,
-    images: list[Image],
-    row_of: Callable[[Image], dict[str, Any]],
-    most: float,
+    path: Path, schema: pyarrow.Schema, images: list[Image], row_of: Callable, most: float
 ) -> list[Image]:
     """Write rows until the file has its size; return the images that are left."""
     import pyarrow

@@ -140,9 +140,8 @@ def describe_coco(images: Dataset, license_: License) -> dict[str, Any]:
     listed: list[dict[str, Any]] = []
     annotations: list[dict[str, Any]] = []
     for number, image in enumerate(images, 1):
-        width, height = image.entry["size"]
+        size = dict(zip(("width", "height"), image.entry["size"], strict=True))
         file = f"{image.name}/radiance.png"
-        size = {"width": width, "height": height}
         listed.append({"id": number, "file_name": file, **size, "license": 1})
         for annotation in _objects(image, categories):
             annotations.append({"id": len(annotations) + 1, "image_id": number, **annotation})
@@ -221,10 +220,38 @@ _FIELDS = {
 """Fields of the images, which are keys of the manifest's lines: type and meaning."""
 
 
+_RESPONSIBLE = {
+    "rai:dataCollection": "Simulated: scenes built by rules from seeds, rendered by photon "
+    "mapping with photonmap. No person took part, and none is shown.",
+    "rai:dataCollectionType": "Synthetic",
+    "rai:dataLimitations": "Objects, rooms and lights follow rules, not measured statistics of "
+    "the world. Values have the standard errors that the files state.",
+    "rai:dataUseCases": "Training and evaluation of methods that separate reflectance from "
+    "light, of colour constancy, and of methods that estimate geometry.",
+    "rai:personalSensitiveInformation": "None.",
+    "rai:dataAnnotationProtocol": "Annotations are computed from the scenes: ids, boxes and "
+    "masks are those of the surfaces at the centres of the pixels.",
+}
+"""The fields of the vocabulary for responsible AI."""
+
+
 def describe_croissant(
     images: Dataset, license_: License, title: str, digests: Mapping[str, str]
 ) -> dict[str, Any]:
     """Return the metadata of a data set; digests are SHA-256 of its files by path."""
+    kinds = {"exr": "image/x-exr", "hdf5": "application/x-hdf5", "png": "image/png"}
+    lines = {"contentUrl": LINES, "encodingFormat": "application/jsonlines"}
+    text = "one line of JSON for each image"
+    manifest = _node("FileObject", LINES, description=text, **lines, sha256=digests[LINES])
+    files = [
+        _node("FileSet", f"{kind}-files", encodingFormat=kinds[kind], includes=f"**/*.{kind}")
+        for kind in images.head["formats"]
+    ]
+    fields = []
+    for name, (kind, meaning) in _FIELDS.items():
+        source = {"fileObject": {"@id": LINES}, "extract": {"column": name}}
+        about = {"description": meaning, "dataType": kind, "source": source}
+        fields.append(_node("Field", f"images/{name}", **about) | {"name": name})
     return {
         "@context": _CONTEXT,
         "@type": "sc:Dataset",
@@ -234,69 +261,11 @@ def describe_croissant(
         "for intrinsic images, with standard errors.",
         "license": license_.url or license_.name,
         "version": "1.0.0",
-        **_responsible(images),
-        "distribution": [_manifest(digests), *_file_sets(images)],
-        "recordSet": [_records()],
+        **_RESPONSIBLE,
+        "distribution": [manifest, *files],
+        "recordSet": [_node("RecordSet", "images", field=fields)],
     }
 
 
-def _responsible(images: Dataset) -> dict[str, Any]:
-    """Return the fields of the vocabulary for responsible AI."""
-    return {
-        "rai:dataCollection": "Simulated: scenes built by rules from seeds, rendered by photon "
-        "mapping with photonmap. No person took part, and none is shown.",
-        "rai:dataCollectionType": "Synthetic",
-        "rai:dataLimitations": "Objects, rooms and lights follow rules, not measured statistics of "
-        "the world. Values have the standard errors that the files state.",
-        "rai:dataUseCases": "Training and evaluation of methods that separate reflectance from "
-        "light, of colour constancy, and of methods that estimate geometry.",
-        "rai:personalSensitiveInformation": "None.",
-        "rai:dataAnnotationProtocol": "Annotations are computed from the scenes: ids, boxes and "
-        "masks are those of the surfaces at the centres of the pixels.",
-    }
-
-
-def _manifest(digests: Mapping[str, str]) -> dict[str, Any]:
-    return {
-        "@type": "cr:FileObject",
-        "@id": LINES,
-        "name": LINES,
-        "description": "one line of JSON for each image",
-        "contentUrl": LINES,
-        "encodingFormat": "application/jsonlines",
-        "sha256": digests[LINES],
-    }
-
-
-def _file_sets(images: Dataset) -> list[dict[str, Any]]:
-    """Return the files of all images by their kinds."""
-    kinds = {"exr": "image/x-exr", "hdf5": "application/x-hdf5", "png": "image/png"}
-    return [
-        {
-            "@type": "cr:FileSet",
-            "@id": f"{kind}-files",
-            "name": f"{kind}-files",
-            "encodingFormat": kinds[kind],
-            "includes": f"**/*.{kind}",
-        }
-        for kind in images.head["formats"]
-    ]
-
-
-def _records() -> dict[str, Any]:
-    return {
-        "@type": "cr:RecordSet",
-        "@id": "images",
-        "name": "images",
-        "field": [
-            {
-                "@type": "cr:Field",
-                "@id": f"images/{name}",
-                "name": name,
-                "description": meaning,
-                "dataType": kind,
-                "source": {"fileObject": {"@id": LINES}, "extract": {"column": name}},
-            }
-            for name, (kind, meaning) in _FIELDS.items()
-        ],
-    }
+def _node(kind: str, name: str, **fields: Any) -> dict[str, Any]:
+    return {"@type": f"cr:{kind}", "@id": name, "name": name, **fields}

@@ -25,8 +25,7 @@ from photonmap.runtime.wording import listed
 
 CARD, LICENSE, SUMS = "README.md", "LICENSE", "SHA256SUMS"
 CROISSANT, COCO, CAMERAS = "croissant.json", "annotations.json", "cameras.json"
-_IDS = "object_id"
-"""Buffer that annotations are made from."""
+_IDS = "object_id"  # buffer that annotations are made from
 
 
 def publish(folder: str | PathLike[str], license_name: str) -> list[Path]:

@@ -21,10 +21,8 @@ from photonmap.results.result import Result
 PAGE, SHEET = "report.html", "contact_sheet.png"
 BINS = 20
 """Number of bins of every histogram."""
-_WIDTH = 160
-"""Width of a picture on the contact sheet, pixels."""
-_GAP = 6
-"""Space between pictures, pixels."""
+_WIDTH = 160  # width of a picture on the contact sheet, pixels
+_GAP = 6  # space between pictures, pixels
 
 Entry = dict[str, Any]
 Bytes = NDArray[np.uint8]
@@ -33,10 +31,7 @@ Bytes = NDArray[np.uint8]
 def write_report(
     folder: Path, entries: Sequence[Entry], left_out: Sequence[str] = ()
 ) -> list[Path]:
-    """Write the page and, where images have a PNG, the contact sheet; return their paths.
-
-    `left_out` has a line for each scene file that could not be read.
-    """
+    """Write the page and, where images have a PNG, the contact sheet; return their paths."""
     shown = [entry for entry in entries if f"{PREVIEWED[0]}.png" in entry["files"]]
     with written_together(folder) as part:
         if has_jinja():
@@ -92,7 +87,7 @@ def columns_of(entries: Sequence[Entry]) -> dict[str, str]:
 
 
 def mean_share(entries: Iterable[Entry]) -> float | None:
-    """Return the mean direct share over images, see `image_statistics`; None without light."""
+    """Return the mean direct share over images, see `summarise`; None without light."""
     shares = [entry["statistics"]["direct_share"] for entry in entries]
     known = [share for share in shares if share is not None]
     return sum(known) / len(known) if known else None
@@ -135,11 +130,8 @@ def _histograms(entries: Sequence[Entry]) -> list[dict[str, Any]]:
 def draw_sheet(folder: Path, entries: Sequence[Entry]) -> Bytes:
     """Draw the contact sheet: a row a scene, a column an illumination, buffers below radiance.
 
-    Scenes go on beside the first ones where the sheet would be higher than wide.
-
-    Returns
-    -------
-    (H, W, 3) uint8, sRGB, white where there is no image
+    Scenes go on beside the first ones where the sheet would be higher than wide. (H, W, 3) uint8,
+    sRGB, white where there is no image.
     """
     column, scenes = columns_of(entries), by_scene(entries)
     columns = list(dict.fromkeys(column.values()))

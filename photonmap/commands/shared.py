@@ -20,8 +20,7 @@ from photonmap.runtime.workers import AUTO
 from photonmap.settings import GROUPS, OPTIONS, RENDER, taken_by
 
 T = TypeVar("T")
-_NAMED = 4
-"""Largest number of failed images that one line names."""
+_NAMED = 4  # largest number of failed images that one line names
 _CAMERA = ("origin", "target", "up", "fov")
 """Options that replace the camera of the scene, or parts of it."""
 
@@ -214,16 +213,14 @@ _MATERIALS: list[Row] = [
 def choose_scene(options: argparse.Namespace) -> SceneSource:
     """Return the scene that the options of `add_scene_options` describe."""
     camera = {name: getattr(options, name) for name in _CAMERA}
-    return SceneSource(
-        options.scene,
-        options.missing_textures,
-        {name: value for name, value in camera.items() if value is not None},
-        options.munsell,
-        options.illuminants,
-        options.camera,
-        options.root,
-        options.strict,
-    )
+    given = {name: value for name, value in camera.items() if value is not None}
+    return SceneSource(options.scene, camera=given, view=options.camera, **how_to_read(options))
+
+
+def how_to_read(options: argparse.Namespace) -> dict[str, Any]:
+    """Return what the options of `add_material_options` say, as `SceneSource` takes it."""
+    names = ("missing_textures", "munsell", "illuminants", "root", "strict")
+    return {name: getattr(options, name) for name in names}
 
 
 def choose_options(options: argparse.Namespace, command: str = RENDER) -> dict[str, Any]:
