@@ -3,9 +3,8 @@
 import fcntl
 import importlib
 import os
-import subprocess
 import sys
-from contextlib import nullcontext
+from contextlib import nullcontext, redirect_stderr, redirect_stdout
 from functools import cache
 from pathlib import Path
 
@@ -16,6 +15,7 @@ import pytest
 from helpers.scenes import closed_box
 
 import photonmap as pm
+from photonmap.commands.main import main
 
 FIRST = ("golden", "study", "render", "hard")
 """Folders of tests that begin"""
@@ -144,14 +144,15 @@ def furnace():
 
 @pytest.fixture(scope="session")
 def study_folder(tmp_path_factory):
-    """A quick study of the Cornell box, by the real command in a real process."""
+    """A quick study of the Cornell box, by the real command."""
     folder = tmp_path_factory.mktemp("study") / "box"
-    scene = Path(pm.scenes.FOLDER) / "cornell_box.obj"
-    command = [sys.executable, "-m", "photonmap", "study", scene, "--quick", "--minutes", "0.05"]
-    done = subprocess.run(
-        [*command, "--output", folder], capture_output=True, text=True, timeout=600, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    (folder.parent / "stdout").write_text(done.stdout)
-    (folder.parent / "stderr").write_text(done.stderr)
+    scene = str(Path(pm.scenes.FOLDER) / "cornell_box.obj")
+    quick = ["--quick", "--minutes", "0.02", "--size", "24x24", "--output", str(folder)]
+    with (
+        (folder.parent / "stdout").open("w") as out,
+        (folder.parent / "stderr").open("w") as err,
+        redirect_stdout(out),
+        redirect_stderr(err),
+    ):
+        assert main(["study", scene, *quick]) == 0
     return folder

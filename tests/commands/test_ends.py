@@ -45,7 +45,9 @@ def wait_for_a_pass(process):
     assert any(line.startswith("pass ") for line in iter(process.stderr.readline, ""))
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    "number", [signal.SIGTERM, pytest.param(signal.SIGHUP, marks=pytest.mark.slow)]
+)
 def test_signals_keep_what_is_done(tmp_path, number):
     """Shells report 143 and 129."""
     process = start(*PHOTONMAP, SCENE, *ENDLESS, cwd=tmp_path)
@@ -83,7 +85,9 @@ def test_ignored_signals_stay_ignored(tmp_path):
     assert not json.loads((tmp_path / "cornell_box.json").read_text())["interrupted"]
 
 
-@pytest.mark.parametrize("closed", ["both", "no stdout", "no stderr"])
+@pytest.mark.parametrize(
+    "closed", ["both", "no stdout", pytest.param("no stderr", marks=pytest.mark.slow)]
+)
 def test_output_that_nobody_reads_costs_nothing(tmp_path, closed):
     """Pipes whose reader is gone, and streams that were closed before the start."""
     reader, writer = os.pipe()
@@ -105,7 +109,7 @@ def test_output_that_nobody_reads_costs_nothing(tmp_path, closed):
 def test_a_table_that_cannot_be_printed_is_an_error(tmp_path):
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
-            [*PHOTONMAP, "sensors", "--bands", "3", "--bounces", "1"],
+            [*PHOTONMAP, "info", SCENE],
             stdout=full, stderr=subprocess.PIPE, text=True, cwd=tmp_path, check=False,
         )  # fmt: skip
     assert done.returncode == 2

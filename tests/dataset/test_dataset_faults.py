@@ -261,7 +261,7 @@ def test_verify_draws_another_sample_each_time(tmp_path, monkeypatch):
     assert drawn[-1] == drawn[-2]
 
 
-@pytest.mark.parametrize("scene", ["bedroom", "kitchen"])
+@pytest.mark.parametrize("scene", ["bedroom", pytest.param("kitchen", marks=pytest.mark.slow)])
 def test_views_are_kept_inside_and_clear(scene):
     """The way from the scene's own camera is free, and things are seen, as rays say."""
     for view in (View("left", 20.0, -5.0, 1.1), View("far", -150.0, 0.0, 1.5)):

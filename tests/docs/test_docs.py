@@ -200,7 +200,7 @@ def test_commands_of_evaluation(data_set):
     commands = re.findall(r"^    python -m photonmap (evaluate OUT --.*)$", text, re.M)
     assert len(commands) == 3
     for command in commands:
-        assert main.main([*command.split(), "--quiet"]) == 0
+        assert main.main([*command.split(), "--draws", "1", "--quiet"]) == 0
     for folder in ("OUT-evaluation", "my_network-report"):
         for name in ("report.html", "summary.csv", "scores.csv", "table.tex"):
             assert (data_set / folder / name).is_file()

@@ -92,7 +92,7 @@ def test_damaged_files_are_read_or_refused_in_one_line(tmp_path, build, kind):
     build.tree["nodes"] = [{"children": [1]}, {"mesh": 0, "translation": [1, 2, 3]}]
     (tmp_path / "a.mtl").write_text("newmtl wall\nKd 0.5 0.5 0.5\n")
     path, rng, refused = tmp_path / f"a.{kind.partition('.')[2]}", random.Random(5), []
-    whole, count = WHOLE[kind](build), 100 if kind == "ascii.xml" else 300
+    whole, count = WHOLE[kind](build), 40 if kind == "ascii.xml" else 200
     path.write_bytes(whole)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -9,11 +9,11 @@ from photonmap.dataset.scenes.build import build_scene
 from photonmap.dataset.scenes.illumination import Illumination
 from photonmap.results.light_shares import _covariances, share_errors, shares_of
 
-SEEDS, PASSES = 10, 16
+SEEDS, PASSES = 6, 16
 LIGHTS = ("planck:2700", "daylight:7000", "LED-B3")
 
 
-@pytest.fixture(scope="module", params=[2, 3])
+@pytest.fixture(scope="module", params=[pytest.param(2, marks=pytest.mark.slow), 3])
 def runs(request):
     """The same jug under some lights, with many seeds."""
     colors = LIGHTS[: request.param]

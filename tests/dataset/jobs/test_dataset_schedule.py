@@ -62,11 +62,9 @@ def die_of(task, name):
     return render_image(task)
 
 
-@pytest.fixture(scope="module")
-def cluster():
-    with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, processes=True, dashboard_address=":0"
-    ) as running:
+@pytest.fixture
+def cluster(workers_in_threads):
+    with workers_in_threads(1) as running:
         yield running
 
 

@@ -34,7 +34,8 @@ def test_workers_are_heard_once(tmp_path):
     jobs = plan_jobs(preset, [], CommonSettings((16, 12), "3", "0.5", inputs="0"))
     tasks = [Task(job, str(tmp_path), ("exr",)) for job in jobs]
     heard = []
-    with hearing(heard.append):
-        done = [result for _, result in schedule.run_tasks(tasks, workers=2, work=speak)]
+    with schedule.start_local_cluster(1) as cluster, hearing(heard.append):
+        address = cluster.scheduler_address
+        done = [result for _, result in schedule.run_tasks(tasks, address, work=speak)]
     assert sorted(done) == sorted(job.name for job in jobs)
     assert heard == [LINE]

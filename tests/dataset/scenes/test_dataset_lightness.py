@@ -14,9 +14,9 @@ from photonmap.spectra.munsell import shipped_set
     ("materials", "name", "near"),
     [
         ("lambertian", "bedroom", 0.02),
-        ("mixed", "kitchen", 0.02),
         ("mixed", "cushion", 0.07),
-        ("rich", "bathroom", 0.02),
+        ("rich", "cushion", 0.07),
+        pytest.param("rich", "bathroom", 0.02, marks=pytest.mark.slow),
     ],
 )
 @pytest.mark.parametrize("wanted", [0.2, 0.45])
@@ -27,7 +27,7 @@ def test_objects_get_the_lightness_that_is_asked_for(materials, name, near, want
     assert with_lightness(plain, None) is plain
 
 
-@pytest.mark.parametrize("name", ["cushion", "kitchen", "garden"])
+@pytest.mark.parametrize("name", ["cushion", "bedroom", "garden"])
 def test_lightness_changes_reflectances_alone(name):
     plain = unlit(name, 0, "mixed")
     made = build_unlit_scene(name, 0, "mixed", lightness=0.2)
@@ -51,14 +51,12 @@ def test_a_lightness_that_no_chips_have():
 
 
 def test_rooms_have_the_scale_that_is_asked_for():
-    sizes, counts = [], []
-    rooms = [unlit("bathroom", seed) for seed in range(2)]
-    larger = [build_unlit_scene("bathroom", seed, scale=2.0) for seed in range(2)]
-    for made in (rooms, larger):
-        walls = [next(o for o in each.objects if o.name == "walls") for each in made]
-        sizes.append(np.mean([np.ptp(wall.bounds, axis=0) for wall in walls], axis=0))
-        counts.append(np.mean([len(each.objects) for each in made]))
-    assert (sizes[1] > 1.6 * sizes[0]).all()
-    assert counts[1] > 1.3 * counts[0]
+    made, larger = unlit("bathroom"), build_unlit_scene("bathroom", 0, scale=2.0)
+    sizes = [
+        np.ptp(next(o for o in each.objects if o.name == "walls").bounds, axis=0)
+        for each in (made, larger)
+    ]
+    np.testing.assert_allclose(sizes[1], 2.0 * sizes[0], rtol=0.25)
+    assert len(larger.objects) > 1.3 * len(made.objects)
     with pytest.raises(InputError, match=r"scale 5 must be from 0\.8 to 3"):
         build_unlit_scene("bathroom", 0, scale=5.0)
