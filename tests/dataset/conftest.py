@@ -7,14 +7,21 @@ import pytest
 from photonmap.dataset.jobs import schedule
 
 PASSES = 8
+HOLDERS = (
+    "film.budget", "film.forecast", "integrators.render_loop", "integrators.pass_samples",
+    "integrators.path_truncation", "dataset.jobs.render_image",
+)  # fmt: skip
+"""All modules that have the least number of passes; imported before it changes, not while it is
+another."""
 
 
-@pytest.fixture(autouse=True, scope="session")
+@pytest.fixture(autouse=True, scope="module")
 def few_passes():
     """Let renders stop at their error after half as many passes as else, which take most time."""
+    modules = [import_module(f"photonmap.{name}") for name in HOLDERS]
     with pytest.MonkeyPatch.context() as patch:
-        for module in ("film.budget", "dataset.jobs.render_image"):
-            patch.setattr(import_module(f"photonmap.{module}"), "LEAST_PASSES", PASSES)
+        for module in modules:
+            patch.setattr(module, "LEAST_PASSES", PASSES)
         yield
 
 

@@ -20,7 +20,7 @@ def made(tmp_path_factory):
     """Two scenes, one of them in two lights."""
     folder = tmp_path_factory.mktemp("sets")
     (folder / "preset.toml").write_text(
-        'scenes = ["jug", "gallery"]\nilluminations = ["white", "two_mixed"]'
+        'scenes = ["jug", "bowl"]\nilluminations = ["white", "two_mixed"]'
     )
     arguments = ["--preset", str(folder / "preset.toml"), "--size", "32x24", "--error", "0.5"]
     assert main(["dataset", str(folder / "set"), *arguments, "--bands", "3", "--quiet"]) == 0

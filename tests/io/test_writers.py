@@ -33,7 +33,7 @@ def assert_same_picture(first, second):
 
 @pytest.mark.parametrize(
     ("name", "illumination", "materials"),
-    [("kitchen", "two_mixed", "mixed"), ("jug", "two_planckian", "lambertian")],
+    [("bathroom", "two_mixed", "mixed"), ("jug", "two_planckian", "lambertian")],
 )
 def test_data_set_scenes_return(tmp_path, name, illumination, materials):
     scene = build_scene(name, 3, illumination, materials)

@@ -18,6 +18,7 @@ from photonmap.dataset.models.scene_object import (
     single_part,
 )
 from photonmap.dataset.models.shapes import box
+from photonmap.dataset.publication.metadata import CATEGORIES, kind_of
 from photonmap.dataset.scenes.build import SCENES, build_scene
 from photonmap.dataset.scenes.exposure import LEVEL
 from photonmap.dataset.scenes.illumination import (
@@ -181,6 +182,11 @@ def test_surfaces_are_chips(name):
         assert isinstance(material.reflectance, Spectrum)
         assert (material.mirror, material.ior, material.alpha) == (0.0, None, 1.0)
     assert 10_000 < sum(len(part.shape.faces) for part in parts) < 300_000
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_all_objects_have_a_category(name):
+    assert {kind_of(obj.name) for obj in unlit(name).named_objects} <= {*CATEGORIES}
 
 
 def test_mixed_materials():
