@@ -90,9 +90,10 @@ def _render(scene: Scene, options: Options, announce: Announce | None = None) ->
         clock.lap("load")
         if announce is not None:
             announce(scene, plan)
-        first = "" if is_compiled(plan.scene, settings.integrator) else "first "
-        settings.progress.stage(f"{first}compile")
-        compile_kernels(plan.scene, settings.bands, workers, settings.integrator)
+        known = is_compiled(plan.scene, settings.integrator)
+        settings.progress.stage("compile" if known else "first compile")
+        if not known:
+            compile_kernels(plan.scene, settings.bands, workers, settings.integrator)
         clock.lap("compile")
         settings.progress.stage("render")
         run = start_run(plan, settings, workers)

@@ -60,8 +60,6 @@ def each_kernel_compiled_once():
     compile_kernels = render.compile_kernels
 
     def wait_and_compile(wanted, bands, workers, method):
-        if kernel_warmup.is_compiled(wanted, method):
-            return compile_kernels(wanted, bands, workers, method)
         folder = kernel_warmup.CODE_FOLDER
         folder.mkdir(parents=True, exist_ok=True)
         with (folder / kernel_warmup._mark(wanted, method, "lock")).open("a") as file:

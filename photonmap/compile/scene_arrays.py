@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -109,7 +110,7 @@ class CompiledScene:
     images: list[Any] = field(repr=False)
     """texels, of which kernels have the addresses"""
 
-    @property
+    @cached_property
     def arrays(self) -> records.SceneArrays:
         """The scene as kernels take it: most of what it lacks is `absent`, so false, not None."""
         arrays = records.SceneArrays(
