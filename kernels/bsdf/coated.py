@@ -28,7 +28,7 @@ from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.geometry.interaction import interpolated_normal
 from photonmap.kernels.geometry.relief import turned_normal
-from photonmap.kernels.geometry.texture import coordinates, look_up_number
+from photonmap.kernels.geometry.texture import fraction_at
 
 
 class Coat(NamedTuple):
@@ -46,16 +46,18 @@ def weight_at(geometry, scattering, hit):
     maps, material = scattering.maps, geometry.material[hit.triangle]
     if maps is None or maps.coat[material] < 0:
         return scattering.coats.weight[material]
-    s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
-    return min(look_up_number(maps.maps, maps.coat[material], s, t), 1.0)
+    return fraction_at(geometry, maps.maps, maps.coat[material], hit)
 
 
 @outlined
 def coat_at(geometry, scattering, surface):
     """Return the `Coat` of a surface."""
-    weight = weight_at(geometry, scattering, surface.hit)
-    lobe, through = lobe_at(geometry, scattering.coats, surface.hit)
-    normal = _normal_at(geometry, scattering.coats, surface)
+    hit, coats, normal = surface.hit, scattering.coats, surface.ns
+    weight = weight_at(geometry, scattering, hit)
+    lobe, through = lobe_at(geometry, coats, hit)
+    if coats.relief is not None and coats.own[geometry.material[hit.triangle]] != 0:
+        normal = interpolated_normal(geometry, hit, surface.ng, surface.side)
+        normal = turned_normal(geometry, coats.relief, hit, normal, surface.side)
     return Coat(weight, lobe, through, normal)
 
 
@@ -66,11 +68,10 @@ def lobe_at(geometry, coats, hit):
     alpha, row, first = coats.alpha[material], np.int64(coats.row[material]), coats.first[material]
     if maps is None or maps.coat_roughness[material] < 0:
         return _lobe(coats, material, alpha, row, 0.0), np.int64(first)
-    s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
-    roughness = min(look_up_number(maps.maps, maps.coat_roughness[material], s, t), 1.0)
-    alpha, place = max(roughness * roughness, maps.least), roughness * (maps.steps - 1)
-    step = min(int(place), maps.steps - 2)
-    lobe = _lobe(coats, material, alpha, np.int64(coats.stepped[material] + step), place - step)
+    roughness = fraction_at(geometry, maps.maps, maps.coat_roughness[material], hit)
+    alpha, position = max(roughness * roughness, maps.least), roughness * (maps.steps - 1)
+    step = min(int(position), maps.steps - 2)
+    lobe = _lobe(coats, material, alpha, np.int64(coats.stepped[material] + step), position - step)
     return lobe, np.int64(first + (1 + step) * coats.steps[material])
 
 
@@ -84,15 +85,6 @@ def _lobe(coats, material, alpha, row, between):
 
 
 @jit
-def _normal_at(geometry, coats, surface):
-    """Return the shading normal of a coat."""
-    if coats.relief is None or coats.own[geometry.material[surface.hit.triangle]] == 0:
-        return surface.ns
-    n = interpolated_normal(geometry, surface.hit, surface.ng, surface.side)
-    return turned_normal(geometry, coats.relief, surface.hit, n, surface.side)
-
-
-@jit
 def _albedo(lobe, multiple, terms):
     """Return what a coat reflects, of its albedos of three Fresnel terms."""
     return glossy.lobe_albedo(terms, lobe.f0, 0.0, multiple)
@@ -102,37 +94,28 @@ def _albedo(lobe, multiple, terms):
 def _step(coats, coat, base, kind, cosine):
     """Return D over a white base as rough as this one: 0 what is no metal, 1 metal."""
     last = coats.steps[base.material] - 1
-    place = math.sqrt(math.sqrt(base.alpha * base.along)) * last
-    step = min(int(place), last - 1)
-    row = coat.through + step
-    low = glossy.interpolate(coats.through[row, kind], cosine)
-    low += (place - step) * (glossy.interpolate(coats.through[row + 1, kind], cosine) - low)
-    return _between_coats(coats, coat, (row, place - step, kind), cosine, low)
-
-
-@jit
-def _between_coats(coats, coat, at, cosine, low):
-    """Return D between that of two steps of a coat's roughness, of which one is given."""
+    position = math.sqrt(math.sqrt(base.alpha * base.along)) * last
+    step = min(int(position), last - 1)
+    row, between = coat.through + step, position - step
+    low = glossy.interpolate_rows(coats.through, row, kind, between, cosine)
     if coats.maps is None or coat.lobe.between == 0.0:
         return low
-    row, between, kind = at
     row += coats.steps[coat.lobe.material]
-    high = glossy.interpolate(coats.through[row, kind], cosine)
-    high += between * (glossy.interpolate(coats.through[row + 1, kind], cosine) - high)
+    high = glossy.interpolate_rows(coats.through, row, kind, between, cosine)
     return low + coat.lobe.between * (high - low)
 
 
 @jit
-def _through(coats, coat, base, share, cosine):
-    """Return D, of a base of which a share is metal."""
-    if share == 0.0 or share == 1.0:
-        return _step(coats, coat, base, int(share), cosine)
+def _through(coats, coat, base, metallic, cosine):
+    """Return D, of a base that is metal in part."""
+    if metallic == 0.0 or metallic == 1.0:
+        return _step(coats, coat, base, int(metallic), cosine)
     dielectric = _step(coats, coat, base, 0, cosine)
-    return dielectric + share * (_step(coats, coat, base, 1, cosine) - dielectric)
+    return dielectric + metallic * (_step(coats, coat, base, 1, cosine) - dielectric)
 
 
 @jit
-def _metallic_share(coats, base):
+def _metallic_part(coats, base):
     """Return which part of the base is metal: what its lobe reflects above a dielectric's."""
     excess = max(base.f0 - coats.dielectric[base.material], 0.0)
     return excess / (excess + base.base) if excess > 0.0 else 0.0
@@ -146,10 +129,8 @@ def _above(w, normal):
 
 @jit
 def _tilt(relief, normal, wi, wo, n):
-    """Return by what a coat's light is multiplied for its own cosine in place of the base's.
-
-    It reflects none to or from where it leans away.
-    """
+    """Return by what a coat's light is multiplied for its own cosine in place of the base's."""
+    # It reflects none to or from where it leans away.
     cosine, beside = vec.dot(wi, normal), vec.dot(wi, n)
     if cosine <= 0.0 or vec.dot(wo, normal) <= 0.0:
         return 0.0
@@ -171,10 +152,10 @@ def cover_at(scattering, base, coat, wi, wo, n):
     multiple = glossy.multiple_fresnel(lobe, lobe.f0, 0.0, found.mean[0])
     own = glossy.reflected(found, lobe.f0, 0.0, multiple) * tilt
     at_i, at_o = _albedo(lobe, multiple, found.incoming), _albedo(lobe, multiple, found.outgoing)
-    mean, share = _albedo(lobe, multiple, found.mean), _metallic_share(coats, base)
-    back = mean + share * (math.sqrt(at_i * at_o) - mean)
-    through = weight * (1.0 - back) * _through(coats, coat, base, share, cos_i)
-    through *= _through(coats, coat, base, share, cos_o)
+    mean, metallic = _albedo(lobe, multiple, found.mean), _metallic_part(coats, base)
+    back = mean + metallic * (math.sqrt(at_i * at_o) - mean)
+    through = weight * (1.0 - back) * _through(coats, coat, base, metallic, cos_i)
+    through *= _through(coats, coat, base, metallic, cos_o)
     return Cover(weight * own, 1.0 - weight, through, back)
 
 
@@ -200,12 +181,9 @@ def sample(coat, wo, u, v):
 
 @jit
 def pdf(coat, wi, wo, n):
-    """Return the density of `sample` (per steradian) above a base of normal n.
-
-    Facets of a coat that leans otherwise send samples below its own horizon, too.
-    """
+    """Return the density of `sample` (per steradian) above n: some go below the coat's horizon."""
     if vec.dot(wi, n) <= 0.0 or vec.dot(wo, coat.normal) <= 0.0:
         return 0.0
     if vec.dot(vec.add(wi, wo), coat.normal) <= 0.0:
         return 0.0
-    return glossy.visible_pdf(coat.lobe, wi, wo, coat.normal, 0.0)
+    return glossy.visible_pdf(coat.lobe, wi, wo, coat.normal)

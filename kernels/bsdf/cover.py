@@ -19,13 +19,9 @@ UNCOVERED = Cover(0.0, 1.0, 0.0, 0.0)  # Of a surface without a coat
 
 @jit
 def covered(cover, f0, albedo, base):
-    """Return the BSDF of a base with all that covers it.
+    """Return the BSDF, per steradian, of a `base` with all that covers it.
 
-    Parameters
-    ----------
-    cover : Cover
-    f0, albedo : reflectance of the base's lobe at normal incidence, and of what is diffuse
-    base : its BSDF, per steradian
+    `f0` is the normal reflectance of its lobe, `albedo` that of what is diffuse.
     """
     again = cover.back * min(f0 + albedo, 1.0)
     return cover.own + base * (cover.bare + cover.through / (1.0 - again))

@@ -61,10 +61,7 @@ def _disperses(media, arrival):
 
 @jit
 def _choose(dispersion, throughput, xi):
-    """Return (column, probability of the bands with its index, uniform number) by what they carry.
-
-    Column 0 and probability 1 where they carry nothing.
-    """
+    """Return (column, its probability, uniform number); (0, 1, …) where nothing is carried."""
     total = 0.0
     for band in range(len(throughput)):
         total += throughput[band]
@@ -97,10 +94,7 @@ def _keep(dispersion, column, probability, values):
 
 @jit
 def choose_index(media, arrival, throughput, xi):
-    """Choose an index where glass disperses; return (column, its probability, uniform number).
-
-    Call `keep_index` of it for what goes on.
-    """
+    """Return (column, its probability, uniform number) where glass disperses: for `keep_index`."""
     if not _disperses(media, arrival):
         return 0, 1.0, xi
     return _choose(media.dispersion, throughput, xi)
@@ -138,15 +132,17 @@ def reflects(specular, material, arrival, cosine, xi, throughput):
         reflected += throughput[band] * fresnel(cosine, own)
     if total <= 0.0:
         return True, eta
-    share = reflected / total
-    is_reflected = xi < share
+    reflectance = reflected / total
+    is_reflected = xi < reflectance
     for band in range(len(throughput)):
         own = fresnel(cosine, _ratio(specular, material, arrival, band))
-        factor = own / share if is_reflected else (1.0 - own) / (1.0 - share)
+        factor = own / reflectance if is_reflected else (1.0 - own) / (1.0 - reflectance)
         throughput[band] *= np.float32(factor)
     if is_reflected:
         return True, eta
     dispersion = specular.media.dispersion
-    column, probability, _ = _choose(dispersion, throughput, (xi - share) / (1.0 - share))
+    column, probability, _ = _choose(
+        dispersion, throughput, (xi - reflectance) / (1.0 - reflectance)
+    )
     _keep(dispersion, column, probability, throughput)
     return False, _ratio(specular, material, arrival, column)

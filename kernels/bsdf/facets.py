@@ -130,12 +130,13 @@ def _smith(alpha, cosine):
 
 
 @jit
-def masking(lobe, cosine, share):
+def masking(lobe, cosine, azimuth):
     """Return Smith's Λ in a direction of this cosine and `azimuth`."""
     along, across = lobe.along, lobe.alpha
     if along == across:
         return _smith(across, cosine)
-    return _smith(math.sqrt(along * along * (1.0 - share) + across * across * share), cosine)
+    alpha = math.sqrt(along * along * (1.0 - azimuth) + across * across * azimuth)
+    return _smith(alpha, cosine)
 
 
 @jit
@@ -143,18 +144,13 @@ def distribution(lobe, h, n):
     """Return the density of facet normals (per steradian)."""
     along, across = lobe.along, lobe.alpha
     if along == across:
-        return _even_distribution(across, h, n)
+        cosine, sine = vec.dot(h, n), vec.cross(h, n)
+        spread = across * across * cosine * cosine + vec.dot(sine, sine)
+        return across * across * warp.INV_PI / (spread * spread)
     x, y, z = to_local(lobe, h, n)
     x, y = x / along, y / across
     spread = x * x + y * y + z * z
     return warp.INV_PI / (along * across * spread * spread)
-
-
-@jit
-def _even_distribution(alpha, h, n):
-    cosine, across = vec.dot(h, n), vec.cross(h, n)
-    spread = alpha * alpha * cosine * cosine + vec.dot(across, across)
-    return alpha * alpha * warp.INV_PI / (spread * spread)
 
 
 @jit

@@ -13,7 +13,7 @@ from photonmap.kernels.core import vec
 from photonmap.kernels.core.bands import mix
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.geometry.interaction import side_of
-from photonmap.kernels.geometry.texture import coordinates, look_up, look_up_number
+from photonmap.kernels.geometry.texture import coordinates_at, fraction_at, reflectance_at
 
 
 class Roughness(NamedTuple):
@@ -25,30 +25,13 @@ class Roughness(NamedTuple):
 
 
 @jit
-def _number(geometry, maps, image, hit):
-    """Return what an image says at a hit, 1 at most."""
-    s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
-    return min(look_up_number(maps, image, s, t), 1.0)
-
-
-@jit
 def alpha_at(geometry, alpha, maps, hit):
     """Return GGX's α of a rough specular surface, of a table (M,) or a texture of roughness."""
     material = geometry.material[hit.triangle]
     if maps is None or maps.roughness[material] < 0:
         return alpha[material]
-    roughness = _number(geometry, maps.maps, maps.roughness[material], hit)
+    roughness = fraction_at(geometry, maps.maps, maps.roughness[material], hit)
     return max(roughness * roughness, maps.least)
-
-
-@jit
-def _brush_at(geometry, anisotropy, maps, hit):
-    """Return the `Brush` of a specular surface at a hit."""
-    material = geometry.material[hit.triangle]
-    if maps is None:
-        return brush_of(anisotropy, material)
-    s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
-    return brush_at(anisotropy, maps, material, s, t)
 
 
 @outlined
@@ -58,7 +41,12 @@ def roughness_at(scene, hit):
     alpha = alpha_at(geometry, specular.alpha, specular.maps, hit)
     if anisotropy is None:
         return Roughness(alpha, alpha, (0.0, 0.0, 0.0))
-    brush = _brush_at(geometry, anisotropy, specular.maps, hit)
+    material, maps = geometry.material[hit.triangle], specular.maps
+    if maps is None:
+        brush = brush_of(anisotropy, material)
+    else:
+        s, t = coordinates_at(geometry, hit)
+        brush = brush_at(anisotropy, maps, material, s, t)
     tangent = tangent_of(geometry, anisotropy, brush, hit)
     return Roughness(alpha + (1.0 - alpha) * brush.stretch, alpha, tangent)
 
@@ -88,8 +76,8 @@ def multiply_remainder(scene, hit, clear, throughput):
 
 
 @jit
-def _multiply_mixed(scene, hit, passed, factor, throughput):
-    """Multiply throughput by factor · (tint - passed) / (1 - passed), where tint is textured."""
+def _multiply_mixed(scene, hit, clear, factor, throughput):
+    """Multiply throughput by factor · (tint - clear) / (1 - clear), where tint is textured."""
     geometry, maps = scene.geometry, scene.specular.maps
     material = geometry.material[hit.triangle]
     image = maps.tint[material]
@@ -97,11 +85,10 @@ def _multiply_mixed(scene, hit, passed, factor, throughput):
         for band in range(len(throughput)):
             throughput[band] *= scene.specular.tint[material, band] * factor
         return
-    s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
-    r, g, b = look_up(maps.maps, image, s, t)
-    rgb, rest = (min(r, 1.0), min(g, 1.0), min(b, 1.0)), max(1.0 - passed, 1e-12)
+    s, t = coordinates_at(geometry, hit)
+    rgb, rest = reflectance_at(maps.maps, image, s, t), max(1.0 - clear, 1e-12)
     for band in range(len(throughput)):
-        tint = max(mix(rgb, maps.basis, band) - passed, 0.0) / rest
+        tint = max(mix(rgb, maps.basis, band) - clear, 0.0) / rest
         throughput[band] *= np.float32(tint) * factor
 
 
@@ -113,7 +100,7 @@ def glass_share(geometry, share, hit):
     material = geometry.material[hit.triangle]
     if share.maps is None or share.image[material] < 0:
         return share.value[material]
-    return _number(geometry, share.maps, share.image[material], hit)
+    return fraction_at(geometry, share.maps, share.image[material], hit)
 
 
 @jit
@@ -128,10 +115,7 @@ def take_share(geometry, share, hit, throughput):
 
 @jit
 def absorb(scene, hit, direction, from_specular, throughput):
-    """Absorb light along the ray that meets `hit`, from a specular surface or to one.
-
-    `throughput`, (N,), is multiplied by what the glass around the ray transmits.
-    """
+    """Multiply throughput, (N,), by what glass around the ray to `hit` transmits."""
     specular = scene.specular
     if specular is None:
         return

@@ -24,7 +24,7 @@ from photonmap.kernels.core.fresnel import dip_of, dip_terms, rise
 from photonmap.kernels.core.jit import jit
 from photonmap.kernels.core.metals import DIP_MEANS
 from photonmap.kernels.geometry.interaction import departure
-from photonmap.kernels.geometry.texture import coordinates, look_up, look_up_number
+from photonmap.kernels.geometry.texture import coordinates_at, look_up_number, reflectance_at
 
 IS_NARROW = True  # See `models`
 LOBE = 255
@@ -44,14 +44,12 @@ class Lobe(NamedTuple):
     base: float  # mean over bands of the albedo of the base
     row: int  # of `Scattering.albedos`
     between: float  # how far on the way to the next row
-    is_textured: bool
-    """whether the reflectance at normal incidence is `color` rather than the material's"""
+    is_textured: bool  # whether the normal reflectance is `color`, not the material's
     color: tuple  # linear RGB
     along: float  # α along the tangent
     tangent: tuple  # see `facets`
     azimuths: int  # row of `Scattering.albedos` where those of azimuths begin
-    curve: tuple
-    """index of refraction, 0 for Schlick's formula, and the cosine-weighted mean of `rise`"""
+    curve: tuple  # index of refraction, 0 for Schlick's formula, and the weighted mean of `rise`
 
 
 class Reflection(NamedTuple):
@@ -83,7 +81,7 @@ def lobe_at(geometry, scattering, hit):
         return Lobe(
             material, alpha, f0, base, row, 0.0, False, color, along, tangent, azimuths, curve
         )
-    s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
+    s, t = coordinates_at(geometry, hit)
     brush = facets.brush_at(anisotropy, maps, material, s, t)
     row, between = brush.mean, brush.between
     if maps.roughness[material] >= 0:
@@ -94,22 +92,16 @@ def lobe_at(geometry, scattering, hit):
         row, between = np.int64(maps.first[material] + step), place - step
     is_textured = maps.glossy[material] >= 0
     if is_textured:
-        color = _reflectance(maps.maps, maps.glossy[material], s, t)
+        color = reflectance_at(maps.maps, maps.glossy[material], s, t)
         f0 = (color[0] + color[1] + color[2]) / 3.0
     if maps.base[material] >= 0:
-        r, g, b = _reflectance(maps.maps, maps.base[material], s, t)
+        r, g, b = reflectance_at(maps.maps, maps.base[material], s, t)
         base = (r + g + b) / 3.0
     along, azimuths = alpha + (1.0 - alpha) * brush.stretch, brush.azimuths
     tangent = facets.tangent_of(geometry, anisotropy, brush, hit)
     return Lobe(
         material, alpha, f0, base, row, between, is_textured, color, along, tangent, azimuths, curve
     )
-
-
-@jit
-def _reflectance(maps, image, s, t):
-    r, g, b = look_up(maps, image, s, t)
-    return min(r, 1.0), min(g, 1.0), min(b, 1.0)
 
 
 @jit
@@ -129,29 +121,29 @@ def interpolate(table, cosine):
 
 
 @jit
-def look_up_albedo(scattering, lobe, term, cosine, share):
-    """Return the albedo of a Fresnel term of `Scattering.albedos`, of light from an angle."""
-    albedos, anisotropy = scattering.albedos, scattering.anisotropy
-    if anisotropy is None or lobe.along == lobe.alpha:
-        value = interpolate(albedos[lobe.row, term], cosine)
-        if lobe.between == 0.0:
-            return value
-        return value + lobe.between * (interpolate(albedos[lobe.row + 1, term], cosine) - value)
-    count, row = anisotropy.azimuths, lobe.azimuths
-    value = _at_share(albedos, row, count, term, cosine, share)
-    if lobe.between == 0.0:
-        return value
-    stronger = _at_share(albedos, row + count, count, term, cosine, share)
-    return value + lobe.between * (stronger - value)
+def interpolate_rows(tables, row, term, between, cosine):
+    """Interpolate a term of tables, (R, terms, K), between a row and the next one."""
+    value = interpolate(tables[row, term], cosine)
+    return value + between * (interpolate(tables[row + 1, term], cosine) - value)
 
 
 @jit
-def _at_share(albedos, row, count, term, cosine, share):
-    """Interpolate rows of azimuths, of which there are `count`."""
-    place = share * (count - 1)
-    step = min(int(place), count - 2)
-    value = interpolate(albedos[row + step, term], cosine)
-    return value + (place - step) * (interpolate(albedos[row + step + 1, term], cosine) - value)
+def look_up_albedo(scattering, lobe, term, cosine, azimuth):
+    """Return the albedo of a Fresnel term of `Scattering.albedos`, of light from an angle."""
+    albedos, anisotropy, row = scattering.albedos, scattering.anisotropy, lobe.row
+    if anisotropy is None or lobe.along == lobe.alpha:
+        if lobe.between == 0.0:
+            return interpolate(albedos[row, term], cosine)
+        return interpolate_rows(albedos, row, term, lobe.between, cosine)
+    count = anisotropy.azimuths
+    position = azimuth * (count - 1)
+    step = min(int(position), count - 2)
+    row = lobe.azimuths + step
+    value = interpolate_rows(albedos, row, term, position - step, cosine)
+    if lobe.between == 0.0:
+        return value
+    stronger = interpolate_rows(albedos, row + count, term, position - step, cosine)
+    return value + lobe.between * (stronger - value)
 
 
 @jit
@@ -165,51 +157,47 @@ def mean_albedo(scattering, lobe, term):
 
 
 @jit
-def dip_albedos(scattering, lobe, way):
-    """Return the albedos at `dip_terms`, of light from an angle and azimuth: `way`.
-
-    They count where there is a base, which gets what the lobe does not reflect.
-    """
+def _albedos(scattering, lobe, cosine, azimuth):
+    """Return the albedos of light from an angle and azimuth, as `Reflection.incoming`."""
+    # Those at `dip_terms` count where there is a base, which gets what the lobe does not reflect.
+    single = look_up_albedo(scattering, lobe, 0, cosine, azimuth)
+    grazing = look_up_albedo(scattering, lobe, 1, cosine, azimuth)
     if scattering.dip.shape[1] == 0 or lobe.base <= 0.0:
-        return NO_DIP
-    cosine, share = way
-    return (
-        look_up_albedo(scattering, lobe, 2, cosine, share),
-        look_up_albedo(scattering, lobe, 3, cosine, share),
-        look_up_albedo(scattering, lobe, 4, cosine, share),
-        look_up_albedo(scattering, lobe, 5, cosine, share),
+        return single, grazing, NO_DIP
+    dip = (
+        look_up_albedo(scattering, lobe, 2, cosine, azimuth),
+        look_up_albedo(scattering, lobe, 3, cosine, azimuth),
+        look_up_albedo(scattering, lobe, 4, cosine, azimuth),
+        look_up_albedo(scattering, lobe, 5, cosine, azimuth),
     )
+    return single, grazing, dip
 
 
 @jit
-def mean_dips(scattering, lobe):
-    """Return the cosine-weighted means of `dip_albedos`."""
+def _mean_albedos(scattering, lobe):
+    """Return the cosine-weighted means of `_albedos`."""
+    single, grazing = mean_albedo(scattering, lobe, 0), mean_albedo(scattering, lobe, 1)
     if scattering.dip.shape[1] == 0 or lobe.base <= 0.0:
-        return NO_DIP
-    return (
+        return single, grazing, NO_DIP
+    dip = (
         mean_albedo(scattering, lobe, 2),
         mean_albedo(scattering, lobe, 3),
         mean_albedo(scattering, lobe, 4),
         mean_albedo(scattering, lobe, 5),
     )
+    return single, grazing, dip
 
 
 @jit
 def multiple_fresnel(lobe, f0, dip, mean):
-    """Return the Fresnel term of what is scattered several times.
-
-    `dip` is its cosine-weighted mean, `mean` that of the albedo at term 1.
-    """
+    """Return the Fresnel term of multiple scattering; `dip` is its mean, `mean` that of term 1."""
     fresnel = f0 + (1.0 - f0) * lobe.curve[1] - dip
     return fresnel * fresnel * mean / (1.0 - fresnel * (1.0 - mean))
 
 
 @jit
 def lobe_albedo(terms, f0, dip, multiple):
-    """Return what the lobe reflects in all, of the albedos at Fresnel terms 1 and `rise`.
-
-    `dip` is what it reflects less.
-    """
+    """Return the lobe's albedo, of those at Fresnel terms 1 and `rise`, less its `dip`."""
     single, grazing = terms[0], terms[1]
     return f0 * (single - grazing) + grazing - dip + (1.0 - single) * multiple
 
@@ -224,35 +212,24 @@ def between(scattering, lobe, wi, wo, n):
     masking += facets.masking(lobe, cos_o, at_o)
     once = facets.distribution(lobe, h, n) / (4.0 * cos_i * cos_o * masking)
     rising, dip = rise(vec.dot(wo, h), lobe.curve[0]), dip_terms(vec.dot(wo, h))
-    single_i = look_up_albedo(scattering, lobe, 0, cos_i, at_i)
-    single_o = look_up_albedo(scattering, lobe, 0, cos_o, at_o)
-    grazing_i = look_up_albedo(scattering, lobe, 1, cos_i, at_i)
-    grazing_o = look_up_albedo(scattering, lobe, 1, cos_o, at_o)
-    mean, mean_grazing = mean_albedo(scattering, lobe, 0), mean_albedo(scattering, lobe, 1)
-    missing = (1.0 - single_i) * (1.0 - single_o) / max(1.0 - mean, TINY) * warp.INV_PI
-    dip_i = dip_albedos(scattering, lobe, (cos_i, at_i))
-    dip_o = dip_albedos(scattering, lobe, (cos_o, at_o))
-    incoming, outgoing = (single_i, grazing_i, dip_i), (single_o, grazing_o, dip_o)
-    means = mean, mean_grazing, mean_dips(scattering, lobe)
+    incoming = _albedos(scattering, lobe, cos_i, at_i)
+    outgoing = _albedos(scattering, lobe, cos_o, at_o)
+    means = _mean_albedos(scattering, lobe)
+    missing = (1.0 - incoming[0]) * (1.0 - outgoing[0])
+    missing = missing / max(1.0 - means[0], TINY) * warp.INV_PI
     return Reflection(once, rising, dip, missing, incoming, outgoing, means)
 
 
 @jit
 def reflected(found, f0, dip, multiple):
-    """Return what a lobe alone reflects between two directions (per steradian).
-
-    `dip` is that at the facets.
-    """
+    """Return what a lobe alone reflects (per steradian); `dip` is that at the facets."""
     once = f0 + (1.0 - f0) * found.rise - dip
     return once * found.once + multiple * found.missing
 
 
 @jit
 def evaluate(scattering, lobe, surface, wi, cover, values):
-    """Turn the base's albedos in values, (N,), into the BSDF (per steradian).
-
-    `cover` is what lies over the surface: see `cover`.
-    """
+    """Turn the base's albedos in values, (N,), into the BSDF (per steradian), under a `Cover`."""
     wo, n = departure(surface), surface.ns
     if vec.dot(wi, n) <= 0.0 or vec.dot(wo, n) <= 0.0:
         values[:] = cover.own
@@ -272,14 +249,17 @@ def evaluate(scattering, lobe, surface, wi, cover, values):
 
 
 @jit
-def lobe_probability(scattering, lobe, cosine, share):
-    """Return with which probability a sample is drawn by visible normals, whatever the dip."""
-    f0, rho = lobe.f0, lobe.base
+def lobe_probability(scattering, lobe, wo, n):
+    """Return about which part of the light to wo the lobe reflects: its probability."""
+    f0, rho, cosine = lobe.f0, lobe.base, vec.dot(wo, n)
+    if cosine <= 0.0:
+        return 0.0
+    azimuth = facets.azimuth(lobe, wo, n)
     mean, mean_grazing = mean_albedo(scattering, lobe, 0), mean_albedo(scattering, lobe, 1)
     multiple = multiple_fresnel(lobe, f0, 0.0, mean)
     back = lobe_albedo((mean, mean_grazing), f0, 0.0, multiple)
-    single = look_up_albedo(scattering, lobe, 0, cosine, share)
-    grazing = look_up_albedo(scattering, lobe, 1, cosine, share)
+    single = look_up_albedo(scattering, lobe, 0, cosine, azimuth)
+    grazing = look_up_albedo(scattering, lobe, 1, cosine, azimuth)
     once = f0 * (single - grazing) + grazing
     whole = lobe_albedo((single, grazing), f0, 0.0, multiple)
     base = rho * (1.0 - whole) * (1.0 - back) / max(1.0 - rho * back, TINY)
@@ -296,20 +276,19 @@ def sample_visible(lobe, wo, n, u, v):
 
 
 @jit
-def _least(surface):
-    """Return the least probability of visible normals."""
-    return _BY_LOBE if surface.model == LOBE else 0.0
+def _probability(scattering, lobe, surface, wo):
+    """Return with which probability a sample is drawn by visible normals."""
+    least = _BY_LOBE if surface.model == LOBE else 0.0
+    return max(lobe_probability(scattering, lobe, wo, surface.ns), least)
 
 
 @jit
 def sample(scattering, lobe, surface, u, v):
     """Return a direction by visible normals, or by the cosine for base and multiple scattering."""
     wo, n = departure(surface), surface.ns
-    cosine = vec.dot(wo, n)
-    if cosine <= 0.0:
+    if vec.dot(wo, n) <= 0.0:
         return vec.scale(n, -1.0)
-    share = facets.azimuth(lobe, wo, n)
-    probability = max(lobe_probability(scattering, lobe, cosine, share), _least(surface))
+    probability = _probability(scattering, lobe, surface, wo)
     if u >= probability:
         u = min((u - probability) / (1.0 - probability), warp.BELOW_ONE)
         return vec.from_frame(warp.cosine_hemisphere(u, v), n)
@@ -317,12 +296,14 @@ def sample(scattering, lobe, surface, u, v):
 
 
 @jit
-def visible_pdf(lobe, wi, wo, n, share):
+def visible_pdf(lobe, wi, wo, n):
     """Return the density of sampling by visible normals (per steradian)."""
     cos_o = vec.dot(wo, n)
     h = vec.normalize(vec.add(wi, wo))
     visible = facets.distribution(lobe, h, n)
-    return visible / (4.0 * cos_o * (1.0 + facets.masking(lobe, cos_o, share)))
+    return visible / (
+        4.0 * cos_o * (1.0 + facets.masking(lobe, cos_o, facets.azimuth(lobe, wo, n)))
+    )
 
 
 @jit
@@ -332,29 +313,19 @@ def pdf(scattering, lobe, surface, wi):
     cos_i, cos_o = vec.dot(wi, n), vec.dot(wo, n)
     if cos_i <= 0.0 or cos_o <= 0.0:
         return 0.0
-    share = facets.azimuth(lobe, wo, n)
-    probability = max(lobe_probability(scattering, lobe, cos_o, share), _least(surface))
-    visible = visible_pdf(lobe, wi, wo, n, share)
+    probability = _probability(scattering, lobe, surface, wo)
+    visible = visible_pdf(lobe, wi, wo, n)
     return probability * visible + (1.0 - probability) * warp.cosine_hemisphere_pdf(cos_i)
 
 
 @jit
-def _terms_of(scattering, lobe, w, n):
-    """Return the albedos of the lobe for light to or from w, as `Reflection.incoming`."""
-    cosine, share = vec.dot(w, n), facets.azimuth(lobe, w, n)
-    single = look_up_albedo(scattering, lobe, 0, cosine, share)
-    grazing = look_up_albedo(scattering, lobe, 1, cosine, share)
-    dip = dip_albedos(scattering, lobe, (cosine, share))
-    return single, grazing, dip
-
-
-@jit
-def pass_lobe(scattering, lobe, w, n, values):
+def multiply_transmitted(scattering, lobe, w, n, values):
     """Multiply values, (N,), by the part of light to or from w that passes the lobe."""
-    if vec.dot(w, n) <= 0.0:
+    cosine = vec.dot(w, n)
+    if cosine <= 0.0:
         values[:] = 0.0
         return
-    terms = _terms_of(scattering, lobe, w, n)
+    terms = _albedos(scattering, lobe, cosine, facets.azimuth(lobe, w, n))
     mean = mean_albedo(scattering, lobe, 0)
     weights = scattering.dip, lobe.material
     for band in range(len(values)):
@@ -367,20 +338,9 @@ def pass_lobe(scattering, lobe, w, n, values):
 @jit
 def return_to_base(scattering, lobe, values):
     """Turn the base's albedos in values, (N,), into what it sends in all, reflected back to it."""
-    means = mean_albedo(scattering, lobe, 0), mean_albedo(scattering, lobe, 1)
-    dip, weights = mean_dips(scattering, lobe), (scattering.dip, lobe.material)
+    means, weights = _mean_albedos(scattering, lobe), (scattering.dip, lobe.material)
     for band in range(len(values)):
         f0, rho = normal_reflectance(scattering, lobe, band), float(values[band])
         multiple = multiple_fresnel(lobe, f0, dip_of(weights, DIP_MEANS, band), means[0])
-        back = lobe_albedo(means, f0, dip_of(weights, dip, band), multiple)
+        back = lobe_albedo(means, f0, dip_of(weights, means[2], band), multiple)
         values[band] = np.float32(rho / max(1.0 - rho * back, TINY))
-
-
-@jit
-def share_of_lobe(scattering, lobe, wo, n):
-    """Return which part of the light to wo the lobe reflects, about."""
-    cosine = vec.dot(wo, n)
-    if cosine <= 0.0:
-        return 0.0
-    share = facets.azimuth(lobe, wo, n)
-    return lobe_probability(scattering, lobe, cosine, share)

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from photonmap.kernels.core.bands import attenuate, mix
+from photonmap.kernels.core.bands import mix
 from photonmap.kernels.core.jit import jit, outlined
-from photonmap.kernels.geometry.texture import coordinates, look_up, look_up_indices
+from photonmap.kernels.geometry.texture import coordinates_at, look_up_indices, reflectance_at
 
 _NO_ROWS = ((-1, -1, -1, -1), (0.0, 0.0, 0.0, 0.0))
 _BLACK = ((0.0, 0.0, 0.0), _NO_ROWS)
@@ -26,11 +26,10 @@ def _look_up(geometry, textures, hit):
     image = textures.reflectance[geometry.material[hit.triangle]]
     if image < 0:
         return _BLACK
-    s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
+    s, t = coordinates_at(geometry, hit)
     if palettes is not None and palettes.address[image] != 0:
         return _BLACK[0], look_up_indices(textures.maps, palettes, image, s, t)
-    r, g, b = look_up(textures.maps, image, s, t)
-    return (min(r, 1.0), min(g, 1.0), min(b, 1.0)), _NO_ROWS
+    return reflectance_at(textures.maps, image, s, t), _NO_ROWS
 
 
 @jit
@@ -58,8 +57,6 @@ def _mix(textures, color, band):
 @jit
 def multiply_albedo(scene, color, factor, throughput):
     """Multiply throughput, (N,), by factor · albedo; return its largest, (old, new)."""
-    if scene.textures is None:
-        return attenuate(throughput, scene.materials.reflectance, color[0], factor)
     factor = np.float32(factor)
     before = after = np.float32(0.0)
     for band in range(len(throughput)):

@@ -89,12 +89,6 @@ def _next_height(alpha, w, height, u):
 
 
 @jit
-def _exit(alpha, w, height):
-    """Return the probability that light along w gets away without meeting another facet."""
-    return height ** _smith(alpha, w)
-
-
-@jit
 def _upside_down(w):
     return w[0], w[1], -w[2]
 
@@ -125,11 +119,9 @@ def _metallic(f0, dip, cosine, band):
 
 @jit
 def _scatter_at_facet(alpha, eta, metal, w, numbers, throughput):
-    """Scatter light along w at a facet; return (direction, whether it is transmitted).
-
-    `throughput`, (N,), is multiplied by what metal reflects. Of the uniform `numbers`, the first
-    chooses between reflection and transmission, the others the facet.
-    """
+    """Scatter light along w at a facet; return (direction, whether it is transmitted)."""
+    # `throughput`, (N,), is multiplied by what metal reflects. Of the uniform `numbers`, the first
+    # chooses between reflection and transmission, the others the facet.
     xi, u, v = numbers
     h = visible_normal(alpha[1], alpha[2], vec.scale(w, -1.0), u, v)
     cosine = -vec.dot(w, h)
@@ -219,11 +211,9 @@ def single(alpha, eta, wi, wo):
 
 @jit
 def _typical_multiple(uneven, alpha, eta, wi, wo):
-    """Return about the density of wo (per steradian) after several facets.
-
-    Where these are smooth along an axis, they leave what light carries along it, times the index,
-    as it is: it stays near a cone about the axis.
-    """
+    """Return about the density of wo (per steradian) after several facets."""
+    # Where these are smooth along an axis, they leave what light carries along it, times the index,
+    # as it is: it stays near a cone about the axis.
     along, across = alpha[1], alpha[2]
     if uneven is None:
         return SPREAD * across * across * INV_PI * abs(wo[2])
@@ -235,10 +225,7 @@ def _typical_multiple(uneven, alpha, eta, wi, wo):
 
 @outlined
 def typical_pdf(alpha, eta, wi, wo):
-    """Return about the density of `scatter` (per steradian), by which samples are weighed.
-
-    Where both sides have one index, light goes straight on.
-    """
+    """Return about the density of `scatter` (per steradian), for MIS; `STRAIGHT` for one index."""
     if eta == 1.0:
         return STRAIGHT
     if wo[2] < 0.0 and eta == METAL:
@@ -255,11 +242,9 @@ def _add(values, weights, density, eta, metal, cosine):
 
 @jit
 def _choose_end(eta, pair, state):
-    """Choose the end where a walk begins; return (wi, wo, factor of what it finds, state).
-
-    On metal it may first at either: a facet that is rarely found is best the last one, which is
-    not sampled but evaluated. The factor is that of reciprocity, over the probability.
-    """
+    """Choose the end where a walk begins; return (wi, wo, factor of what it finds, state)."""
+    # On metal it may first at either: a facet that is rarely found is best the last one, which is
+    # not sampled but evaluated. The factor is that of reciprocity, over the probability.
     wi, wo = pair
     if eta != METAL:
         return wi, wo, 1.0, state
@@ -271,10 +256,8 @@ def _choose_end(eta, pair, state):
 
 @jit
 def _weigh_ends(alpha, eta, first, last):
-    """Return the weight of a walk on metal against its reverse, by MIS; 1 on glass.
-
-    `first` and `last` are the normals of its facets.
-    """
+    """Return the weight of a walk on metal against its reverse, by MIS; 1 on glass."""
+    # `first` and `last` are the normals of its facets.
     if eta != METAL:
         return 1.0
     return power_heuristic(_density_of(alpha, first), _density_of(alpha, last))
@@ -305,7 +288,8 @@ def evaluate(alpha, eta, metal, pair, state, weights, values):
             density = _facet_density(alpha, eta, back, wo, h)
             above = wo[2] > 0.0 or eta < 0.0
             away = wo if wo[2] > 0.0 else _upside_down(wo)
-            density *= _exit(alpha, away, height if above else 1.0 - height)
+            # the probability to get away without meeting another facet
+            density *= (height if above else 1.0 - height) ** _smith(alpha, away)
             density *= factor * _weigh_ends(alpha, eta, first, h)
             _add(values, weights, density, eta, metal, vec.dot(back, h))
         numbers, state = draw_three(state)

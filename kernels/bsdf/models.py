@@ -64,40 +64,23 @@ def model_below(scene, triangle):
 
 
 @jit
-def _cover_at(scene, base, surface, wi):
-    """Return the `Cover` of a surface."""
-    if scene.scattering.coats is None or model_at(scene, surface.hit.triangle) != COATED:
-        return UNCOVERED
-    coat = coated.coat_at(scene.geometry, scene.scattering, surface)
-    return coated.cover_at(scene.scattering, base, coat, wi, departure(surface), surface.ns)
-
-
-@jit
-def _lay_sheen(scene, surface, wi, values):
-    """Turn the BSDF of a base in values into that with a sheen over it, if there is one."""
-    sheens = scene.scattering.sheens
-    if sheens is None or model_at(scene, surface.hit.triangle) != SHEEN:
-        return
-    over = sheen.sheen_at(scene.geometry, sheens, surface.hit)
-    sheen.cover(sheens, over, (wi, departure(surface)), surface.ns, values)
-
-
-@jit
 def _evaluate(scene, surface, wi, values):
     """Turn the diffuse albedos in values into the BSDF."""
-    below = model_below(scene, surface.hit.triangle)
-    base = _lobe_at(below, scene.geometry, scene.scattering, surface.hit)
-    cover = _cover_at(scene, base, surface, wi)
-    _evaluate_base(below, scene.scattering, base, surface, wi, cover, values)
-    _lay_sheen(scene, surface, wi, values)
+    geometry, scattering, sheens = scene.geometry, scene.scattering, scene.scattering.sheens
+    hit, wo, n, cover = surface.hit, departure(surface), surface.ns, UNCOVERED
+    model, below = model_at(scene, hit.triangle), model_below(scene, hit.triangle)
+    base = _lobe_at(below, geometry, scattering, hit)
+    if scattering.coats is not None and model == COATED:
+        coat = coated.coat_at(geometry, scattering, surface)
+        cover = coated.cover_at(scattering, base, coat, wi, wo, n)
+    _evaluate_base(below, scattering, base, surface, wi, cover, values)
+    if sheens is not None and model == SHEEN:
+        sheen.cover(sheens, sheen.sheen_at(geometry, sheens, hit), (wi, wo), n, values)
 
 
 @outlined
 def _evaluate_rest(scene, surface, wi, values):
-    """Turn the diffuse albedos in values into the BSDF, of the part of a surface that is no glass.
-
-    The albedos are those of all of the surface.
-    """
+    """Turn diffuse albedos of a whole surface into the BSDF of the part that is no glass."""
     if scene.scattering.share is None:
         _evaluate(scene, surface, wi, values)
         return
@@ -136,9 +119,9 @@ def evaluate_lobe(scene, surface, wi, values):
 
 
 @jit
-def _left_of(u, share):
-    """Return a uniform number that is not below the share, as one in [0, 1)."""
-    return min((u - share) / (1.0 - share), warp.BELOW_ONE)
+def _rescaled(u, probability):
+    """Return a uniform number that is not below the probability, as one in [0, 1)."""
+    return min((u - probability) / (1.0 - probability), warp.BELOW_ONE)
 
 
 @outlined
@@ -148,16 +131,16 @@ def _sample(scene, surface, u, v):
     base, wo = _lobe_at(below, geometry, scattering, surface.hit), departure(surface)
     if scattering.coats is not None and surface.model == COATED:
         coat = coated.coat_at(geometry, scattering, surface)
-        share = coated.probability(scattering, base, coat, wo)
-        if u < share:
-            return coated.sample(coat, wo, u / share, v)
-        u = _left_of(u, share)
+        probability = coated.probability(scattering, base, coat, wo)
+        if u < probability:
+            return coated.sample(coat, wo, u / probability, v)
+        u = _rescaled(u, probability)
     if sheens is not None and surface.model == SHEEN:
         over = sheen.sheen_at(geometry, sheens, surface.hit)
-        share = sheen.probability(sheens, over, base, vec.dot(wo, surface.ns))
-        if u < share:
-            return sheen.sample(surface.ns, u / share, v)
-        u = _left_of(u, share)
+        probability = sheen.probability(sheens, over, base, vec.dot(wo, surface.ns))
+        if u < probability:
+            return sheen.sample(surface.ns, u / probability, v)
+        u = _rescaled(u, probability)
     return _sample_base(below, scattering, base, surface, u, v)
 
 
@@ -177,13 +160,13 @@ def _pdf(scene, surface, wi):
     density = _base_pdf(below, scattering, base, surface, wi)
     if scattering.coats is not None and surface.model == COATED:
         coat = coated.coat_at(geometry, scattering, surface)
-        share = coated.probability(scattering, base, coat, wo)
+        probability = coated.probability(scattering, base, coat, wo)
         own = coated.pdf(coat, wi, wo, surface.ns)
-        return share * own + (1.0 - share) * density
+        return probability * own + (1.0 - probability) * density
     if sheens is not None and surface.model == SHEEN:
         over = sheen.sheen_at(geometry, sheens, surface.hit)
-        share = sheen.probability(sheens, over, base, vec.dot(wo, surface.ns))
-        return share * sheen.pdf(wi, surface.ns) + (1.0 - share) * density
+        probability = sheen.probability(sheens, over, base, vec.dot(wo, surface.ns))
+        return probability * sheen.pdf(wi, surface.ns) + (1.0 - probability) * density
     return density
 
 
@@ -197,10 +180,7 @@ def pdf(scene, surface, wi):
 
 @jit
 def _toward_light(coats, surface, direction):
-    """Return the surface that a photon leaves along a direction, as one that light meets, and wi.
-
-    BSDFs are reciprocal, so it stays as it is, but for coats with normals of their own.
-    """
+    """Return the surface as light meets it, and wi: turned for coats with normals of their own."""
     if coats is None or coats.relief is None:
         return surface, direction
     point, ng, ns, side, hit, _, model = surface

@@ -16,10 +16,8 @@ __all__ = ("directional_albedo", "evaluate", "lobe_at", "pdf", "sample")
 
 IS_NARROW = False  # See `models`
 
-DARKENING = 0.5 - 2.0 / (3.0 * math.pi)
-"""How much a grazing view at roughness 1 darkens: the paper's first constant"""
-MEAN_DARKENING = 2.0 / 3.0 - 28.0 / (15.0 * math.pi)
-"""Its cosine-weighted mean over all views: the second constant"""
+DARKENING = 0.5 - 2.0 / (3.0 * math.pi)  # Of a grazing view at roughness 1: the first constant
+MEAN_DARKENING = 2.0 / 3.0 - 28.0 / (15.0 * math.pi)  # Its weighted mean: the second
 TINY = 1e-7
 
 

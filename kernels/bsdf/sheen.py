@@ -25,7 +25,7 @@ from photonmap.kernels.bsdf.glossy import TINY, interpolate
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import mix
 from photonmap.kernels.core.jit import jit, kernel
-from photonmap.kernels.geometry.texture import coordinates, look_up
+from photonmap.kernels.geometry.texture import coordinates_at, reflectance_at
 
 ROUGHEST = (21.5473, 3.82987, 0.19823, -1.97760, -4.32054)
 SMOOTHEST = (25.3245, 3.32435, 0.16801, -1.27393, -4.85967)
@@ -49,9 +49,8 @@ def sheen_at(geometry, sheens, hit):
     row, mean, nothing = sheens.row[material], sheens.mean[material], (0.0, 0.0, 0.0)
     if sheens.maps is None or sheens.image[material] < 0:
         return Sheen(material, row, False, nothing, mean)
-    s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
-    r, g, b = look_up(sheens.maps, sheens.image[material], s, t)
-    color = min(r, 1.0), min(g, 1.0), min(b, 1.0)
+    s, t = coordinates_at(geometry, hit)
+    color = reflectance_at(sheens.maps, sheens.image[material], s, t)
     return Sheen(material, row, True, color, (color[0] + color[1] + color[2]) / 3.0)
 
 
@@ -86,10 +85,7 @@ def masking(cosine, alpha):
 
 @jit
 def fibres(alpha, cos_i, cos_o, together):
-    """Return what fibres reflect between two directions (per steradian), without K.
-
-    `together` is the cosine between the directions; all others are those to the normal.
-    """
+    """Return what fibres reflect (per steradian), without K; `together` is wi · wo."""
     height = (cos_i + cos_o) ** 2 / max(2.0 + 2.0 * together, TINY)
     density = (2.0 + 1.0 / alpha) * max(1.0 - height, 0.0) ** (0.5 / alpha) * (0.5 * warp.INV_PI)
     hidden = 1.0 + masking(cos_i, alpha) + masking(cos_o, alpha)
@@ -113,18 +109,15 @@ def tabulate(alpha, leaving, arriving, azimuths, table):
 @jit
 def _through(table, color, cosine):
     """Return T of a sheen of a colour, between steps of colours."""
-    place = color * (len(table) - 1)
-    step = min(int(place), len(table) - 2)
+    position = color * (len(table) - 1)
+    step = min(int(position), len(table) - 2)
     low = interpolate(table[step], cosine)
-    return low + (place - step) * (interpolate(table[step + 1], cosine) - low)
+    return low + (position - step) * (interpolate(table[step + 1], cosine) - low)
 
 
 @jit
 def cover(sheens, sheen, directions, n, values):
-    """Turn the BSDF of a base in values, (N,), into that of the base below a sheen.
-
-    `directions` are wi and wo.
-    """
+    """Turn a base's BSDF in values, (N,), into that below a sheen; `directions` are wi and wo."""
     wi, wo = directions
     cos_i, cos_o = vec.dot(wi, n), vec.dot(wo, n)
     if cos_i <= 0.0 or cos_o <= 0.0:

@@ -61,10 +61,7 @@ def specular_probability(scene, triangle):
 
 @jit
 def choose_lobe(probability, state, throughput):
-    """Choose the specular lobe with a probability; return (whether it was chosen, state).
-
-    `throughput`, (N,), is divided by the probability of the lobe that was chosen.
-    """
+    """Choose the specular lobe or not, and divide throughput by its probability: (which, state)."""
     if probability >= 1.0:
         return True, state
     xi, state = draw(state)
@@ -126,11 +123,8 @@ def scatter_specular(scene, hit, direction, numbers, carries_flux, throughput):
     Glass reflects where the first of three uniform `numbers` is below Fresnel's reflectance, and
     transmits elsewhere; the others choose the facet of a rough surface at which light begins a walk
     among facets. `throughput`, (N,), is multiplied by the mirror's reflectance or the glass's tint,
-    and by the square of the ratio of indices unless it is flux (Veach 1997, 5.2).
-
-    Returns
-    -------
-    origin, unit direction
+    and by the square of the ratio of indices unless it is flux (Veach 1997, 5.2). Returns (origin,
+    unit direction).
     """
     geometry, specular = scene.geometry, scene.specular
     material = geometry.material[hit.triangle]
@@ -189,10 +183,7 @@ def metal_of(specular, material):
 
 @jit
 def _scatter_rough(scene, hit, arrival, numbers, carries_flux, throughput):
-    """Scatter light at a rough surface; return (whether it is one, transmitted or not, direction).
-
-    `throughput` is multiplied as by `scatter_specular`.
-    """
+    """Scatter at a rough surface, as `scatter_specular`: (whether it is one, crossed, wo)."""
     specular = scene.specular
     direction, ng, n = arrival.direction, arrival.ng, arrival.n
     material = scene.geometry.material[hit.triangle]

@@ -101,10 +101,8 @@ def _probe_whole(scene, lit_sides, cells, area, piece, key, exposure):
 
 @jit
 def _probe_divided(scene, lit_sides, cells, triangle, side, key, exposure):
-    """Count points of the cells into which a triangle's side is divided.
-
-    In a layout with divided cells, only the parts of divided cells are measured.
-    """
+    """Count points of the cells into which a triangle's side is divided."""
+    # In a layout with divided cells, only the parts of divided cells are measured.
     divided, n = cells.finer > 1, cells.divisions[triangle]
     for part in range(n * n):
         whole = cells.first[triangle, side] + part

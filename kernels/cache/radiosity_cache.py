@@ -17,10 +17,8 @@ NEAR = 1.0  # Distance, in widths of a cell, below which the cell is not looked 
 
 @jit
 def _part_at(n, u, v):
-    """Return which of the n² parts of a triangle holds (u, v), and the barycentrics in it.
-
-    Strip i holds 2 (n - i) - 1 parts, upright ones at even places and inverted ones between.
-    """
+    """Return which of the n² parts of a triangle holds (u, v), and the barycentrics in it."""
+    # Strip i holds 2 (n - i) - 1 parts, upright ones at even places and inverted ones between.
     x, y = u * n, v * n
     i = min(int(x), n - 1)
     j = min(int(y), n - 1 - i)

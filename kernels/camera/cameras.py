@@ -29,27 +29,9 @@ PINHOLE, ORTHOGRAPHIC, DISTORTED, FISHEYE, PANORAMA, RAY_MAP = range(6)  # Value
 WITHOUT_FILM_POINTS = (RAY_MAP,)  # Those for which `film_point` finds none
 
 
-@jit
-def _on_image(camera, x, y):
-    """Return the point or direction of film point (x, y), in pixels from the upper left corner."""
-    return vec.add(camera.corner, vec.add(vec.scale(camera.across, x), vec.scale(camera.down, y)))
-
-
-@jit
-def _straight_ray(camera, x, y):
-    """Return the ray of a camera that maps straight lines to straight lines.
-
-    A pinhole's rays leave its origin in the directions of the image; those of an orthographic
-    camera leave the points of the image in the direction that its origin holds.
-    """
-    if camera.kind == PINHOLE:
-        return Ray(camera.origin, _on_image(camera, x, y))
-    return Ray(_on_image(camera, x, y), camera.origin)
-
-
 @outlined
 def _curved_ray(camera, x, y):
-    """Return the ray of any other camera."""
+    """Return the ray of a camera that bends straight lines."""
     if camera.kind == FISHEYE:
         return fisheye_ray(camera, x, y)
     if camera.kind == PANORAMA:
@@ -60,19 +42,18 @@ def _curved_ray(camera, x, y):
 
 
 @jit
-def _ray(optics, camera, x, y):
-    if optics is None or camera.kind <= ORTHOGRAPHIC:
-        return _straight_ray(camera, x, y)
-    return _curved_ray(camera, x, y)
-
-
-@jit
 def generate_ray(camera, x, y):
     """Return the `Ray` through film point (x, y) in pixels and the centre of the lens.
 
-    Its direction is of any length; (0, 0, 0) where no light reaches the film.
+    Its direction is of any length; (0, 0, 0) where no light reaches the film. A pinhole's rays
+    leave its origin in the directions of the image; those of an orthographic camera leave the
+    points of the image in the direction that its origin holds.
     """
-    return _ray(camera.optics, camera, x, y)
+    if camera.optics is not None and camera.kind > ORTHOGRAPHIC:
+        return _curved_ray(camera, x, y)
+    pixels = vec.add(vec.scale(camera.across, x), vec.scale(camera.down, y))
+    on_image = vec.add(camera.corner, pixels)
+    return Ray(camera.origin, on_image) if camera.kind == PINHOLE else Ray(on_image, camera.origin)
 
 
 @jit
@@ -100,7 +81,9 @@ def _straight_point(camera, point):
 
 @outlined
 def _curved_point(camera, point):
-    """Return the `FilmPoint` of any other camera."""
+    """Return the `FilmPoint` of a camera that bends straight lines."""
+    if camera.kind in WITHOUT_FILM_POINTS:
+        return UNSEEN
     if camera.kind == FISHEYE:
         return fisheye_point(camera, point)
     if camera.kind == PANORAMA:
@@ -109,19 +92,11 @@ def _curved_point(camera, point):
 
 
 @jit
-def _point(optics, camera, point):
-    if optics is None or camera.kind <= ORTHOGRAPHIC:
-        return _straight_point(camera, point)
-    return UNSEEN if camera.kind in WITHOUT_FILM_POINTS else _curved_point(camera, point)
-
-
-@jit
 def film_point(camera, point):
-    """Return the `FilmPoint` of a point in space: the inverse of `generate_ray`.
-
-    Its density is the determinant by which film and space are compared: light tracing needs it.
-    """
-    return _point(camera.optics, camera, point)
+    """Return the `FilmPoint` of a point in space: the inverse of `generate_ray`."""
+    if camera.optics is not None and camera.kind > ORTHOGRAPHIC:
+        return _curved_point(camera, point)
+    return _straight_point(camera, point)
 
 
 @jit
@@ -131,16 +106,12 @@ def has_open_lens(optics):
 
 
 @jit
-def _lens_ray(optics, ray, index, key):
-    if optics is None or not optics.lens.is_open:
-        return ray
-    return through_lens(optics.lens, ray, index, key)
-
-
-@jit
 def generate_lens_ray(camera, x, y, index, key):
     """Return a `Ray` through film point (x, y) and point number `index` of the lens."""
-    return _lens_ray(camera.optics, generate_ray(camera, x, y), index, key)
+    ray = generate_ray(camera, x, y)
+    if camera.optics is None or not camera.optics.lens.is_open:
+        return ray
+    return _through_lens(camera.optics.lens, ray, index, key)
 
 
 @jit
@@ -168,11 +139,8 @@ def _in_polygon(blades, u, v):
 
 
 @outlined
-def through_lens(lens, ray, index, key):
-    """Return the ray that leaves a point of the lens to where `ray`, of its centre, is in focus.
-
-    The direction of `ray` advances by 1 along the axis.
-    """
+def _through_lens(lens, ray, index, key):
+    """Return the ray from a point of the lens to the focus of `ray`, which advances by 1."""
     u, v = sobol_2d(index, split(key, LENS))
     x, y = _in_polygon(lens.blades, u, v) if lens.blades > 0 else warp.uniform_disk(u, v)
     shift = vec.add(vec.scale(lens.right, x), vec.scale(lens.up, y))

@@ -13,8 +13,7 @@ NOWHERE = (0.0, 0.0, 0.0)  # Direction of the ray through a film point that no l
 UNSEEN = FilmPoint(0.0, 0.0, 0.0)  # Film point of what a camera cannot see
 ON_RAY = 1e-6  # Angle by which a ray may miss a point that it leads to, radians
 MOST_STEPS = 64
-CLOSE = 1e-15
-"""Error at which a root is found, in units of the image, relative to its size if above 1"""
+CLOSE = 1e-15  # Error of a root, in units of the image, relative to its size if above 1
 
 
 @jit
@@ -80,10 +79,8 @@ def _fisheye_radius(k, angle):
 
 @jit
 def _fisheye_angle(projection, radius):
-    """Return the angle from the axis of a radius.
-
-    By Newton's method between bounds: up to the largest angle the radius increases with it.
-    """
+    """Return the angle from the axis of a radius."""
+    # By Newton's method between bounds: up to the largest angle the radius increases with it.
     k, low, high = projection.distortion, 0.0, projection.reach[1]
     angle = min(radius, high)
     for _ in range(MOST_STEPS):
@@ -133,10 +130,7 @@ def fisheye_point(camera, point):
 
 @jit
 def _first_guess(table, s, t):
-    """Return about where the undistorted point lies, by a table over the image, (rows, columns, 2).
-
-    s and t are fractions of the image's width and height.
-    """
+    """Look up an undistorted point, about, in (rows, columns, 2) at fractions of the image."""
     x, y = s * (table.shape[1] - 1), t * (table.shape[0] - 1)
     column = min(max(int(x), 0), table.shape[1] - 2)
     row = min(max(int(y), 0), table.shape[0] - 2)
@@ -152,10 +146,9 @@ def _first_guess(table, s, t):
 
 @jit
 def _distort(distortion, x, y):
-    """Return where Brown's and Conrady's distortion moves a point, and the derivatives of that.
-
-    OpenCV's k1, k2, p1, p2, k3. Derivatives are along both ways, and across, where both are equal.
-    """
+    """Return where Brown's and Conrady's distortion moves a point, and the derivatives of that."""
+    # OpenCV's k1, k2, p1, p2, k3. Derivatives are along both ways, and across, where both are
+    # equal.
     k1, k2, p1, p2, k3 = distortion
     z = x * x + y * y
     radial = 1.0 + z * (k1 + z * (k2 + z * k3))
@@ -184,10 +177,7 @@ def undistort(distortion, target, guess):
 
 @jit
 def distorted_ray(camera, x, y):
-    """Return the ray of a pinhole whose image a lens distorts.
-
-    `reach` holds the image's width and height in pixels.
-    """
+    """Return the ray of a pinhole with lens distortion; `reach` is the image's size in pixels."""
     projection = camera.optics.projection
     size = projection.reach
     guess = _first_guess(projection.table, x / size[0], y / size[1])
@@ -243,10 +233,7 @@ def _between(table, row, column, fractions, first):
 
 @jit
 def mapped_ray(camera, x, y):
-    """Return a ray between those of the nearest pixels' centres; at a centre, its own.
-
-    Beyond the outermost centres, rays go on as they do between the last two.
-    """
+    """Return a ray between those of pixels' centres; beyond the outermost, extrapolated."""
     table = camera.optics.projection.table
     rows, columns = table.shape[0], table.shape[1]
     x, y = x - 0.5, y - 0.5

@@ -21,10 +21,7 @@ MIDDLE = (0.5, 0.5)
 
 @jit
 def _cone(geometry, lights, emitter, start, sphere):
-    """Return the cone of a sphere, seen from where photons start.
-
-    As (axis, 1 - cosine of its half angle, solid angle, whether the light itself is narrower).
-    """
+    """Return a sphere's cone: (axis, 1 - cosine, solid angle, whether the light is narrower)."""
     axis = vec.sub((sphere[0], sphere[1], sphere[2]), start.origin)
     squared, radius = vec.dot(axis, axis), sphere[3]
     if squared <= radius * radius:
@@ -43,8 +40,8 @@ def _towards(geometry, lights, emitter, guide, sums, start, position, direction)
     for k in range(len(sums)):
         solid = _cone(geometry, lights, emitter, start, guide.spheres[k])[2]
         sums[k] = guide.importance[k] * solid + (sums[k - 1] if k > 0 else 0.0)
-    whole = sums[len(sums) - 1]
-    chosen, u = warp.discrete(sums, direction[0] * whole)
+    total = sums[len(sums) - 1]
+    chosen, u = warp.discrete(sums, direction[0] * total)
     axis, versine, _, narrow = _cone(geometry, lights, emitter, start, guide.spheres[chosen])
     if narrow:
         towards = emit(geometry, lights, emitter, position, (u, direction[1])).direction
@@ -58,10 +55,9 @@ def _towards(geometry, lights, emitter, guide, sums, start, position, direction)
             density += guide.importance[k] * solid * own
         elif k == chosen or 1.0 - vec.dot(axis, towards) <= versine:
             density += guide.importance[k]
-    weight = intensity * whole / density if density > 0.0 else 0.0
-    seen = vec.scale(towards, -1.0)
-    place = position_on(lights, emitter, start.position, seen)
-    return PhotonStart(weight, place, start.origin, towards), chosen
+    weight = intensity * total / density if density > 0.0 else 0.0
+    seen = position_on(lights, emitter, start.position, vec.scale(towards, -1.0))
+    return PhotonStart(weight, seen, start.origin, towards), chosen
 
 
 @jit
@@ -72,8 +68,8 @@ def _from_infinity(lights, guide, sums, start, point):
     for k in range(len(sums)):
         area = math.pi * guide.spheres[k, 3] * guide.spheres[k, 3]
         sums[k] = guide.importance[k] * area + (sums[k - 1] if k > 0 else 0.0)
-    whole = sums[len(sums) - 1]
-    chosen, u = warp.discrete(sums, point[0] * whole)
+    total = sums[len(sums) - 1]
+    chosen, u = warp.discrete(sums, point[0] * total)
     x, y = warp.uniform_disk(u, point[1])
     centre, radius = vec.row(guide.spheres, chosen), guide.spheres[chosen, 3]
     x, y = radius * x + vec.dot(centre, first), radius * y + vec.dot(centre, second)
@@ -83,20 +79,20 @@ def _from_infinity(lights, guide, sums, start, point):
         dx, dy = x - vec.dot(centre, first), y - vec.dot(centre, second)
         if k == chosen or dx * dx + dy * dy <= radius * radius:
             density += guide.importance[k]
-    density *= math.pi * lights.radius * lights.radius / whole
+    density *= math.pi * lights.radius * lights.radius / total
     origin = start_at(lights, start.direction, x, y)
     return PhotonStart(start.weight / density, start.position, origin, start.direction), chosen
 
 
 @jit
-def aim_photon(geometry, lights, guide, sums, place, direction, share, flux):
+def aim_photon(geometry, lights, guide, sums, point, direction, weight, flux):
     """Send a photon from an emitter to a specular surface, by two points of the unit square.
 
-    Fills flux, (N,), which `share` multiplies; `sums`, (K,), is used up. Returns (origin,
+    Fills flux, (N,), which `weight` multiplies; `sums`, (K,), is used up. Returns (origin,
     direction, number of the sphere it is aimed at).
     """
-    emitter, u = warp.discrete(lights.cdf, place[0])
-    position = (u, place[1])
+    emitter, u = warp.discrete(lights.cdf, point[0])
+    position = (u, point[1])
     if lights.kind[emitter] == DIRECTIONAL:
         start = emit_from_outside(lights, emitter, MIDDLE, position)
         start, chosen = _from_infinity(lights, guide, sums, start, direction)
@@ -108,5 +104,5 @@ def aim_photon(geometry, lights, guide, sums, place, direction, share, flux):
     else:
         start = emit(geometry, lights, emitter, position, MIDDLE)
         start, chosen = _towards(geometry, lights, emitter, guide, sums, start, position, direction)
-    send(lights, emitter, start, share, flux)
+    send(lights, emitter, start, weight, flux)
     return start.origin, start.direction, chosen

@@ -48,10 +48,7 @@ def are_caustics_connected(job, surface, pixel):
 
 @jit
 def _is_connected(job, caustics, density, pixel):
-    """Return whether photons of a pixel are connected where a surface has this film density.
-
-    The disks of several camera samples cover the more of the surface together.
-    """
+    """Return whether photons are connected at a film density: disks of several samples add up."""
     return 0.0 < density * math.sqrt(job.plan.samples[pixel]) <= caustics.connected
 
 

@@ -23,18 +23,15 @@ from photonmap.kernels.core.streams import EMIT_DIRECTION, EMIT_POSITION, LOBE, 
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import divide_by_opacity, intersect
 
-FIRST = 0
-"""Number of every step, lest `specular_step` play Russian roulette: photons keep their flux"""
+FIRST = 0  # Number of every step: no Russian roulette, so photons keep their flux
 ALIGNED = 0.7  # Cosine between normals above which photons count for each other's surface
 FLATNESS = 0.3  # Height above the surface, in radii, within which photons count
 
 
 @jit
 def _follow(scene, ray, state, flux):
-    """Follow a photon along specular surfaces to where it takes another lobe.
-
-    Returns (whether it came there via specular surfaces, its hit, its direction, rays cast).
-    """
+    """Follow a photon along specular surfaces to where it takes another lobe."""
+    # Returns (whether it came there via specular surfaces, its hit, its direction, rays cast).
     hit, direction = intersect(scene.geometry, *ray), ray[1]
     if hit.triangle < 0 or specular_probability(scene, hit.triangle) == 0.0:
         return False, hit, direction, 1
@@ -91,16 +88,16 @@ def trace_caustics(scene, guide, key, span, total, sums, photons):
     lobe_key = split(key, LOBE)
     for index in range(span.first, span.last):
         row = index - span.first
-        place, at = _guided(
+        point, density = _guided(
             guide.position_rows, guide.position_columns, sobol_2d(index, position_key)
         )
-        aim, along = _guided(guide.aim_rows, guide.aim_columns, sobol_2d(index, direction_key))
-        flux, share = photons.flux[row], 1.0 / (total * at * along)
+        aim, aimed = _guided(guide.aim_rows, guide.aim_columns, sobol_2d(index, direction_key))
+        flux, weight = photons.flux[row], 1.0 / (total * density * aimed)
         start, direction, sphere = aim_photon(
-            scene.geometry, scene.lights, guide, sums, place, aim, share, flux
+            scene.geometry, scene.lights, guide, sums, point, aim, weight, flux
         )
         for axis in range(2):
-            photons.origins[row, axis] = place[axis]
+            photons.origins[row, axis] = point[axis]
             photons.origins[row, 2 + axis] = aim[axis]
         photons.origins[row, 4] = sphere
         photons.emitted[row] = band_total(photons.flux, row)
@@ -155,11 +152,9 @@ def sort_by_key(keys, starts, order):
 
 @jit
 def _weight(caustics, photon, surface, box):
-    """Return the weight of a photon for a surface point, 0 if it does not count.
-
-    Photons of other boxes may share a bucket, and those of other surfaces a box. Weights fall as a
-    parabola (Silverman 1986, 4.2).
-    """
+    """Return the weight of a photon for a surface point, 0 if it does not count."""
+    # Photons of other boxes may share a bucket, and those of other surfaces a box. Weights fall as
+    # a parabola (Silverman 1986, 4.2).
     position = vec.row(caustics.positions, photon)
     radius = caustics.radius
     width = 2.0 * radius
@@ -171,16 +166,10 @@ def _weight(caustics, photon, surface, box):
         return 0.0
     step = vec.sub(position, surface.point)
     near = 1.0 - vec.dot(step, step) / (radius * radius)
-    if near <= 0.0 or _dot_normal(caustics.positions, photon, surface.ng) < ALIGNED:
+    place = caustics.positions[photon]
+    if near <= 0.0 or vec.dot((place[3], place[4], place[5]), surface.ng) < ALIGNED:
         return 0.0
     return 0.0 if abs(vec.dot(step, surface.ng)) > FLATNESS * radius else near
-
-
-@jit
-def _dot_normal(positions, photon, ng):
-    return (
-        positions[photon, 3] * ng[0] + positions[photon, 4] * ng[1] + positions[photon, 5] * ng[2]
-    )
 
 
 @jit
@@ -201,39 +190,20 @@ def _density(caustics):
 
 
 @jit
-def add_caustics(caustics, surface, throughput, target, row):
-    """Add the irradiance by caustics at a point, times throughput, (N,), to row `row` of target.
+def add_caustics(scene, caustics, surface, scatters, factor, target, row, scratch):
+    """Add the irradiance by caustics at a point, times factor · throughput, to row `row` of target.
 
-    Without a caustic map (None) nothing is added.
+    Or, where the surface `scatters`, the radiance that its BSDF makes of them; `scratch.response`
+    is used up. Without a caustic map (None) nothing is added.
     """
     if caustics is None:
         return
     buckets = len(caustics.starts) - 1
     if buckets < 1:
         return
-    scale = _density(caustics)
-    for corner in range(8):
-        box = _box(caustics, surface.point, corner)
-        bucket = bucket_of(box[0], box[1], box[2], buckets)
-        for photon in range(caustics.starts[bucket], caustics.starts[bucket + 1]):
-            near = _weight(caustics, photon, surface, box)
-            if near == 0.0:
-                continue
-            for band in range(target.shape[1]):
-                light = np.float32(scale * near) * caustics.flux[photon, band]
-                target[row, band] += throughput[band] * light
-
-
-@jit
-def scatter_caustics(scene, caustics, surface, factor, target, row, scratch):
-    """Add the radiance that a BSDF makes of caustics, times factor · throughput, to a row.
-
-    `scratch.response` is used up. Without a caustic map (None) nothing is added.
-    """
-    if caustics is None or len(caustics.arrivals) == 0:
-        return
-    buckets = len(caustics.starts) - 1
     scale = factor * _density(caustics)
+    if scene.scattering is None or not scatters:
+        scratch.response[:] = np.float32(1.0)
     for corner in range(8):
         box = _box(caustics, surface.point, corner)
         bucket = bucket_of(box[0], box[1], box[2], buckets)
@@ -241,8 +211,9 @@ def scatter_caustics(scene, caustics, surface, factor, target, row, scratch):
             near = _weight(caustics, photon, surface, box)
             if near == 0.0:
                 continue
-            wi = vec.scale(vec.row(caustics.arrivals, photon), -1.0)
-            models.evaluate(scene, surface, wi, scratch.response)
+            if scene.scattering is not None and scatters:
+                wi = vec.scale(vec.row(caustics.arrivals, photon), -1.0)
+                models.evaluate(scene, surface, wi, scratch.response)
             for band in range(target.shape[1]):
                 light = np.float32(scale * near) * caustics.flux[photon, band]
                 target[row, band] += scratch.throughput[band] * scratch.response[band] * light

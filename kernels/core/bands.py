@@ -38,18 +38,6 @@ def total(source, i):
 
 
 @jit
-def attenuate(throughput, source, j, factor):
-    """Multiply throughput, (N,), by factor · row j of source; return its largest, (old, new)."""
-    factor = np.float32(factor)
-    before = after = np.float32(0.0)
-    for band in range(len(throughput)):
-        before = max(before, throughput[band])
-        throughput[band] *= source[j, band] * factor
-        after = max(after, throughput[band])
-    return before, after
-
-
-@jit
 def divide(throughput, divisor):
     """Divide throughput, (N,), by a number in place."""
     for band in range(len(throughput)):

@@ -56,10 +56,8 @@ def dip_terms(cosine):
 def dip_of(dip, terms, band):
     """Return how much less a metal reflects in a band than Schlick's formula says.
 
-    Parameters
-    ----------
-    dip : (table of weights, (M, 4, N), or (M, 0, 0) where no metal has a dip; its row)
-    terms : four, `dip_terms` or their means
+    `dip` is (table of weights, (M, 4, N), or (M, 0, 0) where no metal has a dip; its row), and
+    `terms` are the four `dip_terms` or their means.
     """
     weights, material = dip
     if weights.shape[1] == 0:

@@ -69,10 +69,7 @@ class _Inner(CPUDispatcher):
         return _wrapped(self)(*arguments)
 
     def get_call_template(self, args: tuple, kws: dict) -> object:
-        """Return the one version for all constants of a type; Numba's own is one for each.
-
-        Inlining makes them constant again.
-        """
+        """Return the one version for all constants of a type: inlined, they are constants."""
         kinds = {name: unliteral(kind) for name, kind in kws.items()}
         return super().get_call_template(tuple(map(unliteral, args)), kinds)
 
@@ -115,24 +112,17 @@ def _compile(function: Callable, **options: Any) -> Callable:
 
 
 def by_number(modules: Iterable[Any], name: str, parameters: str, number: str = "") -> Callable:
-    """Return a function that calls the function of this name in one of some modules.
+    """Return a function that calls the function of this name in one of some modules, by number.
 
-    Parameters
-    ----------
-    modules : all there are, by their numbers, of which there are no others
-    parameters : of all functions, and of the one returned
-    number : expression of the parameters that tells which; by default, a parameter before them
-
-    Raises
-    ------
-    AttributeError : a module lacks the function
+    `parameters` are those of all functions; `number` is an expression of them that tells which, by
+    default a parameter before them. A module without the function is an AttributeError.
     """
-    functions = {f"of_{place}": getattr(module, name) for place, module in enumerate(modules)}
+    functions = {f"of_{index}": getattr(module, name) for index, module in enumerate(modules)}
     *branches, last = functions
     head = parameters if number else f"number, {parameters}"
     lines = [f"def {name}({head}):", *([f"    number = {number}"] if number else [])]
-    for place, branch in enumerate(branches):
-        lines += [f"    if number == {place}:", f"        return {branch}({parameters})"]
+    for index, branch in enumerate(branches):
+        lines += [f"    if number == {index}:", f"        return {branch}({parameters})"]
     lines += [f"    return {last}({parameters})"]
     scope: dict[str, Any] = dict(functions)
     exec(compile("\n".join(lines), f"<{name} by number>", "exec"), scope)

@@ -41,9 +41,7 @@ class FilmPoint(NamedTuple):
 
     x: float  # pixels from the upper left corner of the image; it may lie beyond its edges
     y: float
-    density: float
-    """pixels of film per unit of area across the ray at the point; 0 where the camera cannot see
-    it"""
+    density: float  # pixels of film per area across the ray there; 0 where it is unseen
 
 
 class Hit(NamedTuple):
@@ -71,8 +69,7 @@ class SurfaceInteraction(NamedTuple):
 class Lens(NamedTuple):
     """A thin lens in front of a camera: see `camera.cameras`."""
 
-    is_open: bool
-    """False for a point, through which all rays pass; the rest is then without meaning"""
+    is_open: bool  # False for a point, through which all rays pass; the rest then means nothing
     right: Vector  # from its centre to its rim, in the kernels' unit of length
     up: Vector
     nearness: float  # 1 / distance along the axis at which it is focused
@@ -89,8 +86,7 @@ class Projection(NamedTuple):
     reach: UniTuple(float64, 2)
     """of a fisheye: the largest radius in the image, and the angle there; of a distorted image: its
     width and height, pixels"""
-    table: float64[:, :, ::1]
-    """(rows, columns, values): rays at the pixels' centres, or where to begin to look"""
+    table: float64[:, :, ::1]  # (rows, columns, values): rays at pixels' centres, or first guesses
 
 
 @by_reference
@@ -141,8 +137,7 @@ class SampleBudget(NamedTuple):
     """Samples of a camera sample's irradiance, weighed against each other."""
 
     lights: int  # light samples
-    scattered: int
-    """rays scattered by the surface: gather rays, or paths that leave by its own BSDF"""
+    scattered: int  # rays scattered by the surface: gather rays, or paths by its own BSDF
 
 
 @by_reference
@@ -242,11 +237,9 @@ class CausticMap(NamedTuple):
 class CausticPhotons(NamedTuple):
     """Photons on their way into a `CausticMap`, one row each."""
 
-    origins: float32[:, ::1]
-    """(n, 5): points of the unit squares of `EmissionGuide`, and number of the sphere"""
+    origins: float32[:, ::1]  # (n, 5): points of `EmissionGuide`, and number of the sphere
     emitted: float32[::1]  # (n,), flux as they left, summed over bands
-    arrived: boolean[::1]
-    """(n,), whether they came to a diffuse surface: only then is what follows defined"""
+    arrived: boolean[::1]  # (n,), whether at a diffuse surface: only then is the rest defined
     positions: float32[:, ::1]
     arrivals: float32[:, ::1]
     flux: float32[:, ::1]
@@ -301,8 +294,7 @@ class Pixels(NamedTuple):
     irradiance_indirect: float32[:, ::1]  # (P, N)
     coverage: float32[::1]  # (P,), fraction of samples that hit something
     lookups: uint8[::1]  # (P,), lookup flags: EMPTY, FOUND, TRUNCATED
-    plane: float32[:, ::1]
-    """(P, 7), point, shading normal and flatness (0 or 1) of a pixel's samples"""
+    plane: float32[:, ::1]  # (P, 7), point, shading normal and flatness (0 or 1) of its samples
 
 
 @by_reference

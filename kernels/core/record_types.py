@@ -48,10 +48,7 @@ class RecordType(types.NamedTuple):
 
     @property
     def mangling_args(self) -> tuple[str, tuple[()]]:
-        """What stands for the type in the names of functions.
-
-        With all fields, names had thousands of letters, in every line that calls one.
-        """
+        """What stands for the type in names of functions: all fields took thousands of letters."""
         digest = hashlib.sha256(self.name.encode()).hexdigest()
         return f"{self.instance_class.__name__}.{digest[:16]}", ()
 

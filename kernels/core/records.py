@@ -21,8 +21,7 @@ class Maps(NamedTuple):
     address: int64[::1]  # (R,), of the first texel
     shape: int32[:, ::1]  # (R, 3), rows, columns, and channels (1 or 3)
     kind: uint8[::1]  # (R,): BYTES, SRGB or FLOATS
-    clamp: uint8[::1]
-    """(R,), 1 where edges go on outside the unit square; otherwise the image repeats"""
+    clamp: uint8[::1]  # (R,), 1 where edges go on outside the unit square; else the image repeats
     placement: float64[:, ::1]  # (R, 4), scale of u and v, then their offset
     factor: float64[:, ::1]  # (R, 3), of red, green and blue
     tables: float32[:, ::1]  # (2, 256), linear values of bytes
@@ -40,8 +39,7 @@ class LobeMaps(NamedTuple):
     coat: int32[::1]  # (M,), likewise, of the weight of a clear coat
     coat_roughness: int32[::1]  # (M,), likewise, of its roughness
     basis: float32[:, ::1]  # (3, N), which makes reflectances of linear RGB
-    first: int32[::1]
-    """(M,), row of `Scattering.albedos` where those of even steps of roughness begin"""
+    first: int32[::1]  # (M,), first row of `Scattering.albedos` of even steps of roughness
     steps: int  # number of these rows
     least: float  # smallest α
 
@@ -52,10 +50,8 @@ class Relief(NamedTuple):
 
     maps: Maps
     image: int32[::1]  # (M,), row of `maps`, -1 for none
-    is_height: uint8[::1]
-    """(M,), 1 where it holds derivatives of heights by u and v, 0 where directions"""
-    strength: float64[::1]
-    """(M,), height of 1, or by what directions along the surface are multiplied"""
+    is_height: uint8[::1]  # (M,), 1 for derivatives of heights by u and v, 0 for directions
+    strength: float64[::1]  # (M,), height of 1, or factor of directions along the surface
     tangents: float32[:, ::1]
     """(V, 4), in which u rises, for directions, 0 where the surface is flat; and the sign of
     tangents that the mesh has, 0 of those that follow from texture coordinates"""
@@ -74,8 +70,7 @@ class Anisotropy(NamedTuple):
     square of the sine from the tangent; before them stand, where an image gives the strength, those
     of lesser strengths, and before all the means over azimuths of each"""
     azimuths: int  # number of the rows of one strength
-    strengths: int
-    """number of strengths of an image, evenly from 0 to the largest, which `stretch` is of"""
+    strengths: int  # number of strengths of an image, evenly from 0 to that of `stretch`
     tangents: float32[:, ::1]
     """(V, 4), in which u rises, 0 where the surface is flat; and the sign of tangents that the mesh
     has, 0 of others"""
@@ -91,10 +86,8 @@ class Coats(NamedTuple):
     mean_rise: float64[::1]  # (M,), cosine-weighted mean of its `core.fresnel.rise`
     alpha: float64[::1]  # (M,), its α
     row: int32[::1]  # (M,), row of `Scattering.albedos` with those of the coat
-    stepped: int32[::1]
-    """(M,), likewise where those of even steps of its roughness begin, see `LobeMaps`"""
-    dielectric: float64[::1]
-    """(M,), reflectance at normal incidence of the base's lobe, where it is no metal"""
+    stepped: int32[::1]  # (M,), likewise of even steps of its roughness: see `LobeMaps`
+    dielectric: float64[::1]  # (M,), normal reflectance of the base's lobe, where it is no metal
     first: int32[::1]
     """(M,), row of `through` where those of the coat begin; after them, where an image gives its
     roughness, come those of coats of `LobeMaps.steps` steps of roughness"""
@@ -104,8 +97,7 @@ class Coats(NamedTuple):
     metal; see `bsdf.coated`"""
     maps: LobeMaps | None  # None where no image gives the roughness of a coat
     own: uint8[::1]  # (M,), 1 where the normals of a coat are not those of what lies below
-    relief: Relief | None
-    """what turns these from the interpolated normals; None where all coats lie as their bases do"""
+    relief: Relief | None  # what turns these; None where all coats lie as their bases do
 
 
 @by_reference
@@ -156,8 +148,7 @@ class Alpha(NamedTuple):
 class Palettes(NamedTuple):
     """Images whose texels are spectra; a scene without any has None in its place."""
 
-    address: int64[::1]
-    """(R,), of the first index of a row of `Maps`, int32; 0 where texels are colours"""
+    address: int64[::1]  # (R,), of the first index of a row of `Maps`, int32; 0 for colours
     spectra: float32[:, ::1]  # (S, N), reflectances that indices count
 
 
@@ -211,8 +202,7 @@ class Dispersion(NamedTuple):
     """Glass whose index depends on wavelength; a scene without any has None in its place."""
 
     ior: float64[:, ::1]  # (R, N), index of refraction in each band, in this pass: one of `steps`
-    steps: float64[:, :, ::1]
-    """(K, R, N), the same at K wavelengths of each band, of which passes take one"""
+    steps: float64[:, :, ::1]  # (K, R, N), at K wavelengths of each band, of which passes take one
     wave: int32[::1]  # (N,), equal for bands with the same indices
     disperses: uint8[::1]  # (R,), 1 for media whose index differs between bands
 
@@ -224,11 +214,9 @@ class Media(NamedTuple):
     None in a scene whose glass is clear, and lies in air.
     """
 
-    of_side: int32[:, ::1]
-    """(T, 2), the medium at the front and at the back of a triangle, -1 for air"""
+    of_side: int32[:, ::1]  # (T, 2), the medium at the front and the back of a triangle, -1 for air
     ior: float64[::1]  # (R,), index of refraction
-    absorption: float32[:, ::1]
-    """(R, N), coefficient in the inverse unit of length; (0, N) where nothing absorbs"""
+    absorption: float32[:, ::1]  # (R, N), per unit of length; (0, N) where nothing absorbs
     dispersion: Dispersion | None  # None where nothing disperses
 
 
@@ -317,8 +305,7 @@ class Environment(NamedTuple):
     columns: float64[:, ::1]  # (H, W), CDFs of the texels in each row of each block
     cosines: float64[::1]  # (H + 1,), y at the edges of the rows, from 1 to -1
     rotation: float  # of the map about +y, counter-clockwise seen from above, 1 for a full turn
-    row: int
-    """of `Lights.spectra`, that of the dome, or of the portals that show the map in its place"""
+    row: int  # of `Lights.spectra`: the dome's, or that of portals that show the map instead
 
 
 NODE_CENTER, NODE_AXIS, NODE_RADIUS, NODE_STRENGTH = 0, 3, 6, 7
@@ -332,8 +319,7 @@ cone's half angle; and the cosine of the angle to which an emitter shines from i
 class LightTree(NamedTuple):
     """Emitters by place and direction, to choose among for a point: see `lights.selection`."""
 
-    nodes: float64[:, :, ::1]
-    """(B, 11, 16), rows NODE_…: the nodes that each of B blocks chooses among"""
+    nodes: float64[:, :, ::1]  # (B, 11, 16), rows NODE_…: the nodes that each of B blocks has
     emitter: int32[::1]  # (15 B + 1,), of each leaf; any where its strength is 0
     leaf: int32[::1]  # (K,), of each emitter, -1 if it is infinitely far
     near: float  # probability of those in the tree, by power
@@ -359,8 +345,7 @@ class SunPortals(NamedTuple):
     triangle: int32[::1]  # (P,)
     area: float64[::1]  # (P,) of the triangles
     row: int32[::1]  # (K,), of `cdf` and `extent`, -1 for emitters that are no suns
-    cdf: float64[:, ::1]
-    """(S, P), each row rises to 1 in proportion to areas as the sun sees them, about"""
+    cdf: float64[:, ::1]  # (S, P), rows rise to 1 by areas as the sun sees them, about
     extent: float64[::1]  # (S,), these areas together
 
 
@@ -372,8 +357,7 @@ class Lights(NamedTuple):
     triangle: int32[::1]  # (K,), -1 where the emitter is none
     position: float64[:, ::1]  # (K, 3) of lights at a point
     axis: float64[:, ::1]  # (K, 3), unit vector in which spot and directional lights shine
-    parameters: float64[:, ::1]
-    """(K, P) that its kind has beside: a row of `Parameters` of its module"""
+    parameters: float64[:, ::1]  # (K, P), a row of `Parameters` of the module of its kind
     area: float64[::1]  # (K,) of triangles
     spectrum: int32[::1]  # (K,), row of `spectra`
     spectra: float32[:, ::1]

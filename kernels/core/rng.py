@@ -78,10 +78,8 @@ else:
 
 @jit
 def _permute(x, key):
-    """Permute the lowest 32 bits so that each depends on itself and the lower ones.
-
-    Laine and Karras 2011, with the constants of Vegdahl 2021. Bits above are left to be dropped.
-    """
+    """Permute the lowest 32 bits so that each depends on itself and the lower ones."""
+    # Laine and Karras 2011, with the constants of Vegdahl 2021. Bits above are left to be dropped.
     x = x ^ (x * np.uint64(0x3D20ADEA))
     x = x + key
     x = x * ((key >> np.uint64(16)) | np.uint64(1))
@@ -91,10 +89,8 @@ def _permute(x, key):
 
 @jit
 def _sobol_second(index):
-    """Return the second Sobol coordinate of a 32-bit index, as 32 bits, lowest first.
-
-    Its generator matrix is Pascal's triangle modulo 2, which factors by bits of the position.
-    """
+    """Return the second Sobol coordinate of a 32-bit index, as 32 bits, lowest first."""
+    # Its generator matrix is Pascal's triangle modulo 2, which factors by bits of the position.
     x = index ^ ((index & np.uint64(0xAAAAAAAA)) >> np.uint64(1))
     x = x ^ ((x & np.uint64(0xCCCCCCCC)) >> np.uint64(2))
     x = x ^ ((x & np.uint64(0xF0F0F0F0)) >> np.uint64(4))
@@ -144,11 +140,7 @@ def russian_roulette(before, after, state, throughput):
     """End a path with the probability of what it lost, and divide what goes on by its own.
 
     `before` and `after` are the largest values over bands of `throughput`, (N,), before some loss
-    and now.
-
-    Returns
-    -------
-    whether the path goes on, state of the random stream
+    and now. Returns (whether the path goes on, random state).
     """
     if after <= 0.0:
         return False, state

@@ -32,11 +32,7 @@ def dot(a, b):
 @jit
 def cross(a, b):
     """Return the cross product."""
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 @jit
@@ -52,11 +48,17 @@ def row(array, i):
 
 
 @jit
-def from_frame(local, n):
-    """Turn a vector from the frame whose third axis is the unit vector n into the world.
+def interpolated(rows, triangles, hit):
+    """Return what lies at a hit between rows, (V, 3) or more, of the corners of its triangle."""
+    a = row(rows, triangles[hit.triangle, 0])
+    b = row(rows, triangles[hit.triangle, 1])
+    c = row(rows, triangles[hit.triangle, 2])
+    return add(scale(a, 1.0 - hit.u - hit.v), add(scale(b, hit.u), scale(c, hit.v)))
 
-    Duff et al. 2017, "Building an orthonormal basis, revisited".
-    """
+
+@jit
+def from_frame(local, n):
+    """Turn a vector from the frame whose third axis is n into the world (Duff et al. 2017)."""
     sign = math.copysign(1.0, n[2])
     a = -1.0 / (sign + n[2])
     b = n[0] * n[1] * a

@@ -19,8 +19,7 @@ from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.warp import INV_PI
 from photonmap.kernels.film.irradiance_sharing import may_share
 
-NEIGHBOURS = 4
-"""Right, lower, left and upper: the bits of links and the rows of differences, in this order"""
+NEIGHBOURS = 4  # Right, lower, left, upper: the bits of links and the rows of differences
 WEIGHT, WEAK_WEIGHT = np.float32(1.0 / 5.0), np.float32(1.0 / 20.0)
 """Of neighbours that show the same flat surface, and of others"""
 UNSEEN = np.float32(-1.0)  # In place of a reflectance, where there is no surface
@@ -45,10 +44,7 @@ def neighbour(film, pixel, number):
 
 @kernel
 def link_pixels(film, footprint, span, flat, links):
-    """Fill links, (P,) uint8, of a span: bits of the neighbours that show the same flat surface.
-
-    `flat`, (P,), says which pixels are; the footprint limits distance and turn.
-    """
+    """Fill links, (P,) uint8: bits of neighbours on the same `flat`, (P,), surface."""
     for pixel in range(span.first, span.last):
         links[pixel] = 0
         for number in range(NEIGHBOURS):

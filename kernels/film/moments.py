@@ -9,16 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from photonmap.kernels.core import passes
 from photonmap.kernels.core.jit import jit, kernel
-from photonmap.kernels.core.passes import (
-    CAUSTIC_IRRADIANCE,
-    EMPTY,
-    FIRST_CAUSTIC,
-    FOUND,
-    VIA_CAUSTIC,
-    VIA_DIRECT,
-    VIA_INDIRECT,
-)
 from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.core.warp import INV_PI
 
@@ -43,12 +35,7 @@ def shift_ratio(spread, comoment, denominator_spread, old, new):
     To first order, the ratio ρ of the means of x and y has the error of the mean of x − ρ y over
     the mean of y. So `old` is 0 where the spread is that of x itself. With an earlier ratio as
     `old`, an error known about it moves to another, without the cancellation of going through x.
-
-    Parameters
-    ----------
-    spread : of x − old·y
-    comoment : of x and y
-    denominator_spread : of y
+    `spread` is that of x − old·y, `comoment` of x and y, `denominator_spread` of y.
     """
     step = new - old
     return spread - 2.0 * step * comoment + step * (new + old) * denominator_spread
@@ -105,19 +92,17 @@ def _add(mean, spread, pixel, band, value, weight):
 
 @jit
 def _seen_parts(seen, pixel, band):
-    """Return what a pass estimates via specular surfaces: 0 where there are none.
-
-    The caustic that the first hit reflects, its irradiance there, and the direct, indirect and
-    caustic light seen in mirrors and through glass.
-    """
+    """Return what a pass estimates via specular surfaces: 0 where there are none."""
+    # The caustic that the first hit reflects, its irradiance there, and the direct, indirect and
+    # caustic light seen in mirrors and through glass.
     if seen is None:
         return 0.0, 0.0, 0.0, 0.0, 0.0
     return (
-        float(seen[FIRST_CAUSTIC, pixel, band]),
-        float(seen[CAUSTIC_IRRADIANCE, pixel, band]),
-        float(seen[VIA_DIRECT, pixel, band]),
-        float(seen[VIA_INDIRECT, pixel, band]),
-        float(seen[VIA_CAUSTIC, pixel, band]),
+        float(seen[passes.FIRST_CAUSTIC, pixel, band]),
+        float(seen[passes.CAUSTIC_IRRADIANCE, pixel, band]),
+        float(seen[passes.VIA_DIRECT, pixel, band]),
+        float(seen[passes.VIA_INDIRECT, pixel, band]),
+        float(seen[passes.VIA_CAUSTIC, pixel, band]),
     )
 
 
@@ -132,10 +117,7 @@ def _add_specular(specular, pixel, band, caustics, residual, weight):
 
 @kernel
 def add_pass(moments, specular, pixels, seen, first, last):
-    """Take pixels first..last of a pass into the moments.
-
-    `specular` and `seen` are None in a scene without mirrors, glass or rough surfaces.
-    """
+    """Take pixels of a pass into the moments; `specular`, `seen` are None in Lambertian scenes."""
     for pixel in range(first, last):
         moments.counts[pixel] += 1
         weight = 1.0 / moments.counts[pixel]
@@ -175,7 +157,7 @@ def is_valid(moments, lit, pixel):
     Where photons are stored (`lit`), gather rays must have met some of their light, or no surface
     at all: a pixel is unresolved otherwise. `photonmap.film.valid_pixels` is the same for images.
     """
-    if lit and (moments.found[pixel] & (EMPTY | FOUND)) == EMPTY:
+    if lit and (moments.found[pixel] & (passes.EMPTY | passes.FOUND)) == passes.EMPTY:
         return False
     for band in range(moments.emission.shape[1]):
         if moments.emission[pixel, band] != 0.0:
@@ -184,23 +166,17 @@ def is_valid(moments, lit, pixel):
 
 
 @jit
-def _residual(specular, pixel, band):
-    return 0.0 if specular is None else specular.residual[pixel, band]
-
-
-@jit
 def _shading(moments, specular, pixel, band):
-    """Return shading and its spread.
-
-    The ratio of diffuse light to reflectance where that is not 0, with the spread of a ratio by
-    the delta method; the mean irradiance / π elsewhere. Diffuse light is what remains without the
-    residual; where that is nothing, rounding would leave less.
-    """
+    """Return shading and its spread."""
+    # The ratio of diffuse light to reflectance where that is not 0, with the spread of a ratio by
+    # the delta method; the mean irradiance / π elsewhere. Diffuse light is what remains without the
+    # residual; where that is nothing, rounding would leave less.
     r = moments.reflectance[pixel, band]
     if r == 0.0:
         return moments.irradiance[pixel, band], float(moments.irradiance_spread[pixel, band])
     light = moments.direct[pixel, band] + moments.indirect[pixel, band]
-    s = max(light - _residual(specular, pixel, band), 0.0) / r
+    residual = 0.0 if specular is None else specular.residual[pixel, band]
+    s = max(light - residual, 0.0) / r
     spread = _shift_ratio(
         moments.diffuse_spread[pixel, band],
         moments.product[pixel, band],
@@ -260,10 +236,7 @@ def _relative_variance(moments, specular, buffer, floor, pixel, band):
 
 @kernel
 def sum_relative_variance(moments, specular, buffer, lit, floor, weights, first, last):
-    """Sum SE² / (v² + floor) over valid pixels first..last and bands.
-
-    floor and weights are (N,): a column counts as often as its weight says.
-    """
+    """Sum weights, (N,), · SE² / (v² + floor), (N,), over valid pixels first..last and bands."""
     total = 0.0
     for pixel in range(first, last):
         if is_valid(moments, lit, pixel):
@@ -290,10 +263,7 @@ def list_relative_variance(moments, specular, buffer, lit, floor, first, last, o
 
 @kernel
 def finish_shading(moments, specular, first, last, factor, shading, error):
-    """Fill shading and its standard error, times factor, (P, N) float32, of pixels first..last.
-
-    Before a pixel's second pass, error stays as it is.
-    """
+    """Fill shading · factor, and its error from a second pass on, (P, N), of first..last."""
     for pixel in range(first, last):
         count = float(moments.counts[pixel])
         scale = 1.0 / (count * max(count - 1.0, 1.0))

@@ -4,24 +4,13 @@ import numpy as np
 
 from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.camera.cameras import first_hit, generate_lens_ray, is_dark
-from photonmap.kernels.core import vec, warp
+from photonmap.kernels.core import passes, vec, warp
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.core.passes import (
-    CAMERA,
-    CAUSTIC,
-    CAUSTIC_IRRADIANCE,
-    DIRECT,
-    FIRST_CAUSTIC,
-    INDIRECT,
-    VIA_DIRECT,
-)
 from photonmap.kernels.lights.emission import add_emission, emission_of, visible_emitter
 
 MIN_COSINE = 0.9  # Cosine between normals above which two points may lie on one smooth surface
-MAX_SLOPE = 0.1
-"""Height of one over the tangent plane of the other, per distance, up to which they do"""
-FLAT = 6
-"""Column of a pixel's plane that holds its flatness; before it lie point and shading normal"""
+MAX_SLOPE = 0.1  # Height over the other's tangent plane, per distance, up to which they do
+FLAT = 6  # Column of a pixel's plane: its flatness, after point and shading normal
 
 
 @jit
@@ -94,7 +83,7 @@ def clear_sums(sums, pixel):
 
 
 @jit
-def trace_camera_ray(job, pixel, position, index, share, pixels, rays):
+def trace_camera_ray(job, pixel, position, index, weight, pixels, rays):
     """Cast the camera ray of a position in a pixel, and add the emission that it sees.
 
     `index` numbers the point of the lens that it leaves, if there is a lens. Returns its hit, whose
@@ -106,57 +95,57 @@ def trace_camera_ray(job, pixel, position, index, share, pixels, rays):
     hit = first_hit(geometry, ray)
     if is_dark(ray):
         return hit, ray.direction
-    rays[CAMERA] += 1
+    rays[passes.CAMERA] += 1
     emitter, place = visible_emitter(geometry, lights, hit, ray.direction)
     if emitter >= 0:
         emission = emission_of(lights, emitter, place)
-        add_emission(pixels.emission, pixel, lights, emission, share)
+        add_emission(pixels.emission, pixel, lights, emission, weight)
     if hit.triangle >= 0:
-        pixels.coverage[pixel] += share
+        pixels.coverage[pixel] += weight
     return hit, ray.direction
 
 
 @jit
-def add_reflected(scene, surface, share, pixel, scratches, estimate):
+def add_reflected(scene, surface, weight, pixel, scratches, estimate):
     """Add what a first hit's material makes of its irradiance, (2, N) or (3, N), to a pixel."""
     color = look_up_material(scene, surface.hit)
-    _add_diffuse(scene, color, share, pixel, scratches.own.irradiance, estimate.pixels)
-    add_beyond_diffuse(scene, surface, share, pixel, scratches, estimate)
+    _add_diffuse(scene, color, weight, pixel, scratches.own.irradiance, estimate.pixels)
+    add_beyond_diffuse(scene, surface, weight, pixel, scratches, estimate)
 
 
 @jit
-def add_beyond_diffuse(scene, surface, share, pixel, scratches, estimate):
+def add_beyond_diffuse(scene, surface, weight, pixel, scratches, estimate):
     """Add the caustics that a first hit reflects, and what its BSDF scatters beyond Lambert's."""
     color = look_up_material(scene, surface.hit)
-    _add_caustics(scene, color, share, pixel, scratches.own.irradiance, estimate.via_specular)
-    _add_scattered(scene, surface, share, pixel, scratches, estimate.via_specular)
+    _add_caustics(scene, color, weight, pixel, scratches.own.irradiance, estimate.via_specular)
+    _add_scattered(scene, surface, weight, pixel, scratches, estimate.via_specular)
 
 
 @jit
-def _add_diffuse(scene, color, share, pixel, irradiance, pixels):
+def _add_diffuse(scene, color, weight, pixel, irradiance, pixels):
     for band in range(irradiance.shape[1]):
-        rho = albedo(scene, color, band) * share
-        direct, indirect = irradiance[DIRECT, band], irradiance[INDIRECT, band]
+        rho = albedo(scene, color, band) * weight
+        direct, indirect = irradiance[passes.DIRECT, band], irradiance[passes.INDIRECT, band]
         pixels.reflectance[pixel, band] += rho
         pixels.direct[pixel, band] += rho * direct * np.float32(warp.INV_PI)
         pixels.indirect[pixel, band] += rho * indirect * np.float32(warp.INV_PI)
-        pixels.irradiance_direct[pixel, band] += share * direct
-        pixels.irradiance_indirect[pixel, band] += share * indirect
+        pixels.irradiance_direct[pixel, band] += weight * direct
+        pixels.irradiance_indirect[pixel, band] += weight * indirect
 
 
 @jit
-def _add_caustics(scene, color, share, pixel, irradiance, via_specular):
-    if via_specular is None or irradiance.shape[0] <= CAUSTIC:
+def _add_caustics(scene, color, weight, pixel, irradiance, via_specular):
+    if via_specular is None or irradiance.shape[0] <= passes.CAUSTIC:
         return
     for band in range(irradiance.shape[1]):
-        light = share * irradiance[CAUSTIC, band]
+        light = weight * irradiance[passes.CAUSTIC, band]
         rho = albedo(scene, color, band)
-        via_specular[CAUSTIC_IRRADIANCE, pixel, band] += light
-        via_specular[FIRST_CAUSTIC, pixel, band] += rho * light * np.float32(warp.INV_PI)
+        via_specular[passes.CAUSTIC_IRRADIANCE, pixel, band] += light
+        via_specular[passes.FIRST_CAUSTIC, pixel, band] += rho * light * np.float32(warp.INV_PI)
 
 
 @jit
-def _add_scattered(scene, surface, share, pixel, scratches, via_specular):
+def _add_scattered(scene, surface, weight, pixel, scratches, via_specular):
     """Add what a BSDF other than Lambert's scatters beyond albedo · irradiance / π."""
     if scene.scattering is None or via_specular is None:
         return
@@ -170,4 +159,4 @@ def _add_scattered(scene, surface, share, pixel, scratches, via_specular):
                 scratches.scattered.irradiance[row, band]
                 - rho * scratches.own.irradiance[row, band]
             )
-            via_specular[VIA_DIRECT + row, pixel, band] += share * light
+            via_specular[passes.VIA_DIRECT + row, pixel, band] += weight * light

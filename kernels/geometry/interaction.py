@@ -48,10 +48,7 @@ def point_at(geometry, triangle, u, v):
 
 @jit
 def offset(point, size, normal):
-    """Move a surface point along its normal, by more than a ray's origin can be wrong.
-
-    Pharr et al. 2023, "Physically Based Rendering", 6.8.
-    """
+    """Move a point off its surface by more than its error (Pharr et al. 2023, PBRT, 6.8)."""
     across = abs(normal[0]) * size[0] + abs(normal[1]) * size[1] + abs(normal[2]) * size[2]
     distance = HIT_ERROR * across + LEAST_OFFSET
     return vec.add(point, vec.scale(normal, distance))
@@ -62,11 +59,7 @@ def interpolated_normal(geometry, hit, ng, side):
     """Return the interpolated normal on the side of ng; ng itself where the mesh is flat."""
     if geometry.shading_normals.shape[0] == 0:
         return ng
-    n0 = vec.row(geometry.shading_normals, geometry.triangles[hit.triangle, 0])
-    n1 = vec.row(geometry.shading_normals, geometry.triangles[hit.triangle, 1])
-    n2 = vec.row(geometry.shading_normals, geometry.triangles[hit.triangle, 2])
-    u, v = hit.u, hit.v
-    n = vec.add(vec.scale(n0, 1.0 - u - v), vec.add(vec.scale(n1, u), vec.scale(n2, v)))
+    n = vec.interpolated(geometry.shading_normals, geometry.triangles, hit)
     length = math.sqrt(vec.dot(n, n))
     if length < 1e-6:
         return ng
@@ -81,22 +74,13 @@ def shading_normal(geometry, hit, ng, side):
 
 
 @jit
-def _off_edges(u, v):
-    """Move barycentrics off the edges, where a point could lie on either side of the next wall."""
-    u, v = max(u, LEAST_BARYCENTRIC), max(v, LEAST_BARYCENTRIC)
-    excess = max(u + v - (1.0 - LEAST_BARYCENTRIC), 0.0)
-    return u - 0.5 * excess, v - 0.5 * excess
-
-
-@jit
 def surface_interaction(geometry, hit, direction):
-    """Return the `SurfaceInteraction` of a ray along `direction` that hits a triangle.
-
-    Both normals are on the side where the ray arrives, and the point is offset to that side.
-    """
+    """Return the `SurfaceInteraction` of a ray that hits a triangle: all on the side of arrival."""
     side = side_of(geometry, hit.triangle, direction)
     ng = vec.scale(vec.row(geometry.normals, hit.triangle), 1.0 - 2.0 * side)
     ns = shading_normal(geometry, hit, ng, side)
-    u, v = _off_edges(hit.u, hit.v)
-    point, size = point_at(geometry, hit.triangle, u, v)
+    # Off the edges, where a point could lie on either side of the next wall.
+    u, v = max(hit.u, LEAST_BARYCENTRIC), max(hit.v, LEAST_BARYCENTRIC)
+    excess = max(u + v - (1.0 - LEAST_BARYCENTRIC), 0.0)
+    point, size = point_at(geometry, hit.triangle, u - 0.5 * excess, v - 0.5 * excess)
     return SurfaceInteraction(offset(point, size, ng), ng, ns, side, hit, direction, 0)

@@ -20,8 +20,7 @@ from photonmap.kernels.geometry.ray import any_hit, closest_hit
 from photonmap.kernels.geometry.texture import coordinates, look_up_number
 
 MOST_LAYERS = 256  # Surfaces that a ray passes through at most; the last one stops it
-STEPS = float(1 << 40)
-"""Steps of the unit interval into which coordinates are rounded before they are hashed"""
+STEPS = float(1 << 40)  # Of the unit interval, to which coordinates are rounded before hashing
 
 
 @jit
@@ -85,14 +84,14 @@ def behind(geometry, hit, direction):
 
 @outlined
 def _intersect_layers(geometry, origin, direction):
-    passed = 0.0
+    distance = 0.0
     for _ in range(MOST_LAYERS):
         hit = closest_hit(geometry.scene, origin, direction)
-        passed += hit.distance
+        distance += hit.distance
         if hit.triangle < 0 or _stops(geometry, hit, direction):
             break
         origin = behind(geometry, hit, direction)
-    return Hit(hit.triangle, hit.u, hit.v, passed)
+    return Hit(hit.triangle, hit.u, hit.v, distance)
 
 
 @outlined

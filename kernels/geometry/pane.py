@@ -8,15 +8,12 @@ beyond that. So lights shine through a window directly, and their shadows stay s
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.fresnel import fresnel
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.geometry.texture import coordinates, look_up_number
+from photonmap.kernels.geometry.texture import fraction_at
 
 
 @jit
 def pane_reflectance(ior, cosine):
-    """Return what the two surfaces of a pane reflect together, with all reflections between them.
-
-    That is 2 R / (1 + R), with R of one surface, for light at an angle of this cosine.
-    """
+    """Return 2 R / (1 + R): a pane's two surfaces, with all reflections between them."""
     once = fresnel(abs(cosine), 1.0 / ior)
     return 2.0 * once / (1.0 + once)
 
@@ -30,7 +27,7 @@ def pane_opacity(geometry, hit, direction):
         return 1.0
     normal = vec.row(geometry.normals, hit.triangle)
     reflected = pane_reflectance(panes.ior[material], vec.dot(normal, vec.normalize(direction)))
-    return _stopped(clear_at(geometry, panes, hit), reflected)
+    return 1.0 - (1.0 - reflected) * clear_at(geometry, panes, hit)
 
 
 @jit
@@ -39,17 +36,11 @@ def clear_at(geometry, panes, hit):
     material = geometry.material[hit.triangle]
     if panes.maps is None or panes.image[material] < 0:
         return panes.clear[material]
-    s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
-    return min(look_up_number(panes.maps, panes.image[material], s, t), 1.0)
-
-
-@jit
-def _stopped(clear, reflected):
-    return 1.0 - (1.0 - reflected) * clear
+    return fraction_at(geometry, panes.maps, panes.image[material], hit)
 
 
 @jit
 def is_reflected(panes, material, clear, cosine, xi):
     """Choose, by a uniform number, whether light that a pane stopped is reflected."""
     reflected = pane_reflectance(panes.ior[material], cosine)
-    return xi * _stopped(clear, reflected) < reflected
+    return xi * (1.0 - (1.0 - reflected) * clear) < reflected

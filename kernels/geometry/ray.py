@@ -24,10 +24,8 @@ MISS = 0xFFFFFFFF
 
 
 def _emit_record(builder, words):
-    """Emit code that fills a fresh RTCRayHit from `words`, (ox, oy, oz, dx, dy, dz, tfar).
-
-    Four words at a time, as Embree loads them: loads cannot be served from narrower stores.
-    """
+    """Emit code that fills a fresh RTCRayHit from `words`, (ox, oy, oz, dx, dy, dz, tfar)."""
+    # Four words at a time, as Embree loads them: loads cannot be served from narrower stores.
     word, real = ir.IntType(32), ir.FloatType()
     record = cgutils.alloca_once(builder, ir.ArrayType(word, WORDS))
     # Embree asks for 16-byte alignment.

@@ -10,17 +10,16 @@ import math
 
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit, outlined
-from photonmap.kernels.geometry.texture import coordinates, look_up
+from photonmap.kernels.geometry.texture import coordinates_at, look_up
 
 TINY = 1e-30
 NONE = (0.0, 0.0, 0.0)
-LEAST_COSINE = 1e-3
-"""Between a normal and what the map makes of it: one that leans further stays as it was"""
+LEAST_COSINE = 1e-3  # Between a normal and the turned one: one that leans further stays
 
 
 @jit
-def _edges(geometry, triangle):
-    """Return two edges of a triangle from its first corner, and the same of its coordinates."""
+def derivatives(geometry, triangle):
+    """Return derivatives of points by u and v, and twice the signed area in (u, v), 0 for none."""
     triangles, uv = geometry.triangles, geometry.uv
     a, b, c = triangles[triangle, 0], triangles[triangle, 1], triangles[triangle, 2]
     p = vec.row(geometry.vertices, a)
@@ -28,16 +27,6 @@ def _edges(geometry, triangle):
     second = vec.sub(vec.row(geometry.vertices, c), p)
     along = float(uv[b, 0]) - uv[a, 0], float(uv[b, 1]) - uv[a, 1]
     across = float(uv[c, 0]) - uv[a, 0], float(uv[c, 1]) - uv[a, 1]
-    return first, second, along, across
-
-
-@jit
-def derivatives(geometry, triangle):
-    """Return the derivatives of points by u and by v, and twice the triangle's area in (u, v).
-
-    The area is negative where the image is mirrored, and 0 where it has none.
-    """
-    first, second, along, across = _edges(geometry, triangle)
     area = along[0] * across[1] - across[0] * along[1]
     if abs(area) < TINY:
         return first, second, 0.0
@@ -49,11 +38,7 @@ def derivatives(geometry, triangle):
 @jit
 def tangent_at(geometry, tangents, hit, by_u):
     """Return the tangent that is interpolated between vertices; that of the triangle if flat."""
-    triangles, u, v = geometry.triangles, hit.u, hit.v
-    t0 = vec.row(tangents, triangles[hit.triangle, 0])
-    t1 = vec.row(tangents, triangles[hit.triangle, 1])
-    t2 = vec.row(tangents, triangles[hit.triangle, 2])
-    t = vec.add(vec.scale(t0, 1.0 - u - v), vec.add(vec.scale(t1, u), vec.scale(t2, v)))
+    t = vec.interpolated(tangents, geometry.triangles, hit)
     return t if vec.dot(t, t) > 1e-6 else by_u
 
 
@@ -66,11 +51,7 @@ def handedness(tangents, triangle, geometry):
 @jit
 def _given_frame(geometry, relief, hit, n, sign):
     """Return tangent, bitangent and normal as they are interpolated: the frame of MikkTSpace."""
-    normals, triangles, u, v = geometry.shading_normals, geometry.triangles, hit.u, hit.v
-    n0 = vec.row(normals, triangles[hit.triangle, 0])
-    n1 = vec.row(normals, triangles[hit.triangle, 1])
-    n2 = vec.row(normals, triangles[hit.triangle, 2])
-    mean = vec.add(vec.scale(n0, 1.0 - u - v), vec.add(vec.scale(n1, u), vec.scale(n2, v)))
+    mean = vec.interpolated(geometry.shading_normals, geometry.triangles, hit)
     n = vec.scale(n, math.sqrt(vec.dot(mean, mean)))
     tangent = tangent_at(geometry, relief.tangents, hit, (0.0, 0.0, 0.0))
     return tangent, vec.scale(vec.cross(n, tangent), sign), n
@@ -123,7 +104,7 @@ def _from_slopes(geometry, relief, hit, n, texel):
 @jit
 def _turn(geometry, relief, hit, n):
     """Return the unit normal on the front that the relief makes of one."""
-    s, t = coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
+    s, t = coordinates_at(geometry, hit)
     material = geometry.material[hit.triangle]
     texel = look_up(relief.maps, relief.image[material], s, t)
     if relief.is_height[material]:
@@ -138,10 +119,7 @@ def _turn(geometry, relief, hit, n):
 
 @jit
 def turned_normal(geometry, relief, hit, n, side):
-    """Return the shading normal on a side, of a hit whose interpolated normal there is `n`.
-
-    `relief` is `geometry.relief`; where it is None, none of its code is compiled.
-    """
+    """Return the shading normal on a side, of a hit whose interpolated normal there is `n`."""
     return n if relief is None else _turned(geometry, relief, hit, n, side)
 
 

@@ -53,10 +53,13 @@ def coordinates(uv, triangles, triangle, u, v):
     """Return the texture coordinates at barycentrics (u, v)."""
     a, b, c = triangles[triangle, 0], triangles[triangle, 1], triangles[triangle, 2]
     w = 1.0 - u - v
-    return (
-        w * uv[a, 0] + u * uv[b, 0] + v * uv[c, 0],
-        w * uv[a, 1] + u * uv[b, 1] + v * uv[c, 1],
-    )
+    return (w * uv[a, 0] + u * uv[b, 0] + v * uv[c, 0], w * uv[a, 1] + u * uv[b, 1] + v * uv[c, 1])
+
+
+@jit
+def coordinates_at(geometry, hit):
+    """Return the texture coordinates where a ray meets a surface."""
+    return coordinates(geometry.uv, geometry.triangles, hit.triangle, hit.u, hit.v)
 
 
 @jit
@@ -109,10 +112,7 @@ def _place(maps, image, s, t):
 
 @outlined
 def look_up(maps, image, s, t):
-    """Return the linear RGB of row `image` of `maps` at texture coordinates (s, t).
-
-    It is bilinear between the centres of texels; t rises from the bottom row of the image.
-    """
+    """Return linear RGB of row `image` at (s, t), bilinear; t rises from the bottom row."""
     rows, columns, x, y = _place(maps, image, s, t)
     a, b = _texel(maps, image, rows[0], columns[0]), _texel(maps, image, rows[0], columns[1])
     c, d = _texel(maps, image, rows[1], columns[0]), _texel(maps, image, rows[1], columns[1])
@@ -146,3 +146,17 @@ def look_up_number(maps, image, s, t):
     r, g, b = look_up(maps, image, s, t)
     # This order of operations returns a grey exactly.
     return g + LUMINANCE[0] * (r - g) + LUMINANCE[2] * (b - g)
+
+
+@jit
+def fraction_at(geometry, maps, image, hit):
+    """Return `look_up_number` where a ray meets a surface, 1 at most."""
+    s, t = coordinates_at(geometry, hit)
+    return min(look_up_number(maps, image, s, t), 1.0)
+
+
+@jit
+def reflectance_at(maps, image, s, t):
+    """Return the linear RGB of `look_up`, each 1 at most."""
+    r, g, b = look_up(maps, image, s, t)
+    return min(r, 1.0), min(g, 1.0), min(b, 1.0)

@@ -52,7 +52,7 @@ def fill_base_flux(scene, surface, factor, flux, values):
     lobe = glossy.lobe_at(scene.geometry, scattering, surface.hit)
     models.fill_albedo(scene, surface, values)
     glossy.return_to_base(scattering, lobe, values)
-    glossy.pass_lobe(scattering, lobe, departure(surface), surface.ns, values)
+    glossy.multiply_transmitted(scattering, lobe, departure(surface), surface.ns, values)
     for band in range(len(values)):
         values[band] *= np.float32(factor) * flux[band]
 
@@ -75,15 +75,13 @@ def may_answer_gather_ray(cache, surface):
     """
     if cache.followed is not None or not can_look_up(cache.cells, surface):
         return False
-    return not cache.cells.cluttered[_cell_of(cache, surface)]
+    hit = surface.hit
+    return not cache.cells.cluttered[cell_at(cache.cells, hit.triangle, surface.side, hit.u, hit.v)]
 
 
 @jit
 def answer_by_cell(scene, cache, hit, side, state, scratch):
-    """Add what the cache holds of a side of a Lambertian surface, as `answer` does.
-
-    Returns (lookup flags, whether a path goes on, the random state).
-    """
+    """Add a Lambertian side's cell, as `answer`; return (flags, whether a path goes on, state)."""
     cell = cell_at(cache.cells, hit.triangle, side, hit.u, hit.v)
     add_product(scratch.irradiance, INDIRECT, cache.radiosity, cell, scratch.throughput, 1.0)
     goes_on, state = _corrects(cache, cell, state, scratch)
@@ -117,12 +115,6 @@ def answer(scene, cache, surface, state, scratch):
 
 
 @jit
-def _cell_of(cache, surface):
-    hit = surface.hit
-    return cell_at(cache.cells, hit.triangle, surface.side, hit.u, hit.v)
-
-
-@jit
 def _flags(scene, cache, triangle, cell):
     """Return FOUND, EMPTY, or 0 if the surface is black."""
     if total(cache.radiosity, cell) > 0.0:
@@ -133,11 +125,9 @@ def _flags(scene, cache, triangle, cell):
 
 @jit
 def _corrects(cache, cell, state, scratch):
-    """Return whether a path goes on from a cell whose C was added, and the random state.
-
-    With p = `followed`, throughput T becomes T / p where it does, and C · T / p is taken from row
-    INDIRECT. It never does if `followed` is None.
-    """
+    """Return whether a path goes on from a cell whose C was added, and the random state."""
+    # With p = `followed`, throughput T becomes T / p where it does, and C · T / p is taken from row
+    # INDIRECT. It never does if `followed` is None.
     followed = cache.followed
     if followed is None:
         return False, state
@@ -151,18 +141,17 @@ def _corrects(cache, cell, state, scratch):
 
 @outlined
 def _add_base(scene, cache, surface, scratch):
-    """Add the light of a base, times throughput, to row INDIRECT.
-
-    Returns (whether there is any, the probability to go on by the lobe).
-    """
+    """Add the light of a base, times throughput, to row INDIRECT."""
+    # Returns (whether there is any, the probability to go on by the lobe).
     scattering, wo, ns = scene.scattering, departure(surface), surface.ns
     lobe = glossy.lobe_at(scene.geometry, scattering, surface.hit)
-    passed = scratch.response
-    passed[:] = np.float32(1.0)
-    glossy.pass_lobe(scattering, lobe, wo, ns, passed)
-    cell = _cell_of(cache, surface)
-    for band in range(len(passed)):
-        passed[band] *= scratch.throughput[band]
-    add_product(scratch.irradiance, INDIRECT, cache.radiosity, cell, passed, 1.0)
+    transmitted = scratch.response
+    transmitted[:] = np.float32(1.0)
+    glossy.multiply_transmitted(scattering, lobe, wo, ns, transmitted)
+    hit = surface.hit
+    cell = cell_at(cache.cells, hit.triangle, surface.side, hit.u, hit.v)
+    for band in range(len(transmitted)):
+        transmitted[band] *= scratch.throughput[band]
+    add_product(scratch.irradiance, INDIRECT, cache.radiosity, cell, transmitted, 1.0)
     lit = total(cache.radiosity, cell) > 0.0
-    return lit, max(glossy.share_of_lobe(scattering, lobe, wo, ns), SELDOM)
+    return lit, max(glossy.lobe_probability(scattering, lobe, wo, ns), SELDOM)

@@ -7,18 +7,10 @@ import numpy as np
 
 from photonmap.kernels.bsdf.specular import specular_probability
 from photonmap.kernels.caustics.light_tracing import are_caustics_connected
+from photonmap.kernels.core import streams
 from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.passes import SampleBudget
 from photonmap.kernels.core.rng import draw, sobol_2d, stream
-from photonmap.kernels.core.streams import (
-    FILM,
-    GATHER,
-    GATHER_CHAIN,
-    GLOSSY_PATH,
-    LIGHT,
-    PATH,
-    split,
-)
 from photonmap.kernels.film.pixels import (
     FLAT,
     add_reflected,
@@ -43,13 +35,13 @@ CENTRE = (0.5, 0.5)
 
 
 @jit
-def _render_sample(job, keys, pixel, index, share, budget, estimate, scratches):
+def _render_sample(job, keys, pixel, index, weight, budget, estimate, scratches):
     """Render one camera sample of a pixel; `index` numbers it for low-discrepancy points."""
     scene, pixels = job.scene, estimate.pixels
     position = sobol_2d(index, keys[0]) if job.eye.film.jitter else CENTRE
     is_first = pixels.coverage[pixel] == 0.0
     hit, direction = trace_camera_ray(
-        job, pixel, position, index, share, pixels, scratches.own.rays
+        job, pixel, position, index, weight, pixels, scratches.own.rays
     )
     if hit.triangle < 0:
         return
@@ -57,15 +49,15 @@ def _render_sample(job, keys, pixel, index, share, budget, estimate, scratches):
     update_plane(pixels.plane, pixel, is_first, surface.point, surface.ns)
     if specular_probability(scene, hit.triangle) < 1.0:
         shifts = begin_shifts(
-            job, estimate.differences, position, index, pixel, share, scratches.own
+            job, estimate.differences, position, index, pixel, weight, scratches.own
         )
         pixels.lookups[pixel] |= estimate_irradiance(
             scene, job.maps, surface, index, budget, keys[1], shifts, scratches
         )
         if not are_caustics_connected(job, surface, pixel):
             add_disks(scene, job.maps.caustics, surface, scratches)
-        add_reflected(scene, surface, share, pixel, scratches, estimate)
-    chain = Chain(job.key, index, pixel, share, budget, ALL_LOBES)
+        add_reflected(scene, surface, weight, pixel, scratches, estimate)
+    chain = Chain(job.key, index, pixel, weight, budget, ALL_LOBES)
     view_specular_chains(job, (hit, direction), chain, estimate, scratches)
 
 
@@ -73,55 +65,55 @@ def _render_sample(job, keys, pixel, index, share, budget, estimate, scratches):
 def camera_pass(job, span, scratches, estimate):
     """Render the pixels of a span from a `CameraPass` into an `Estimate`."""
     film, plan, pixels = job.eye.film, job.plan, estimate.pixels
-    light = light_keys(job.key, (LIGHT, GATHER, PATH, GATHER_CHAIN, GLOSSY_PATH))
-    keys = (split(job.key, FILM), light)
+    light = light_keys(
+        job.key,
+        (streams.LIGHT, streams.GATHER, streams.PATH, streams.GATHER_CHAIN, streams.GLOSSY_PATH),
+    )
+    keys = (streams.split(job.key, streams.FILM), light)
     for pixel in range(span.first, span.last):
         clear_pixel(pixels, pixel)
         clear_sums(estimate.via_specular, pixel)
         clear_sums(estimate.differences, pixel)
         samples = int(plan.samples[pixel])
         budget = SampleBudget(np.int64(plan.lights[pixel]), np.int64(plan.gathers[pixel]))
-        share = np.float32(1.0 / samples)
-        base = morton(pixel % film.width, pixel // film.width) * np.uint64(samples)
+        weight = np.float32(1.0 / samples)
+        first = morton(pixel % film.width, pixel // film.width) * np.uint64(samples)
         for sample in range(samples):
-            index = base + np.uint64(sample)
-            _render_sample(job, keys, pixel, index, share, budget, estimate, scratches)
+            index = first + np.uint64(sample)
+            _render_sample(job, keys, pixel, index, weight, budget, estimate, scratches)
         if pixels.coverage[pixel] < 1.0:
             pixels.plane[pixel, FLAT] = 0.0
 
 
 @jit
-def _render_path(job, bounces, pixel, index, share, state, estimate, scratches):
+def _render_path(job, bounces, pixel, index, weight, state, estimate, scratches):
     """Render one camera sample of a pixel by one path; return the random state."""
     scene = job.scene
     x, state = draw(state)
     y, state = draw(state)
     position = (x, y) if job.eye.film.jitter else CENTRE
     hit, direction = trace_camera_ray(
-        job, pixel, position, index, share, estimate.pixels, scratches.own.rays
+        job, pixel, position, index, weight, estimate.pixels, scratches.own.rays
     )
     if hit.triangle < 0:
         return state
     if specular_probability(scene, hit.triangle) < 1.0:
         surface = surface_interaction(scene.geometry, hit, direction)
         state = trace_irradiance(scene, job.maps, surface, bounces, state, scratches)
-        add_reflected(scene, surface, share, pixel, scratches, estimate)
-    chain = Chain(job.key, index, pixel, share, ONE, ALL_LOBES)
+        add_reflected(scene, surface, weight, pixel, scratches, estimate)
+    chain = Chain(job.key, index, pixel, weight, ONE, ALL_LOBES)
     view_specular_chains(job, (hit, direction), chain, estimate, scratches)
     return state
 
 
 @kernel
 def path_pass(job, samples, bounces, span, scratches, estimate):
-    """Render the pixels of a span with `samples` paths each; records as in `camera_pass`.
-
-    `job.maps` has an empty cache and no caustic map.
-    """
-    share, key = np.float32(1.0 / samples), split(job.key, FILM)
+    """Render a span with `samples` paths each; `job.maps` has an empty cache and no caustic map."""
+    weight, key = np.float32(1.0 / samples), streams.split(job.key, streams.FILM)
     for pixel in range(span.first, span.last):
         clear_pixel(estimate.pixels, pixel)
         clear_sums(estimate.via_specular, pixel)
         state = stream(key, pixel, 0)
         for sample in range(samples):
             index = np.uint64(pixel) * np.uint64(samples) + np.uint64(sample)
-            state = _render_path(job, bounces, pixel, index, share, state, estimate, scratches)
+            state = _render_path(job, bounces, pixel, index, weight, state, estimate, scratches)

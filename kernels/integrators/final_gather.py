@@ -21,11 +21,7 @@ from photonmap.kernels.core.rng import block_key, sobol_point, stream
 from photonmap.kernels.core.streams import split
 from photonmap.kernels.geometry.interaction import side_of, surface_interaction
 from photonmap.kernels.geometry.opacity import intersect
-from photonmap.kernels.integrators.cache_answer import (
-    answer,
-    answer_by_cell,
-    may_answer_gather_ray,
-)
+from photonmap.kernels.integrators.cache_answer import answer, answer_by_cell, may_answer_gather_ray
 from photonmap.kernels.integrators.path_walk import follow_path, seen_emitter
 from photonmap.kernels.lights.emission import add_emission, emission_of
 
@@ -82,11 +78,9 @@ def _add_surface(scene, maps, hit, direction, state, scratch):
 
 @outlined
 def _gather_specular_chain(scene, maps, hit, direction, weight, state, scratch):
-    """Add the light that a gather ray sees via specular surfaces, times weight; return flags.
-
-    The cache answers for Lambertian surfaces and the bases of glossy ones; from others, a path goes
-    on. Emitters seen so make caustics, which photons bring.
-    """
+    """Add the light that a gather ray sees via specular surfaces, times weight; return flags."""
+    # The cache answers for Lambertian surfaces and the bases of glossy ones; from others, a path
+    # goes on. Emitters seen so make caustics, which photons bring.
     throughput, flags = scratch.throughput, 0
     throughput[:] = weight
     absorb(scene, hit, direction, False, throughput)
@@ -110,11 +104,11 @@ def _gather_specular_chain(scene, maps, hit, direction, weight, state, scratch):
 
 
 @jit
-def gather(scene, maps, surface, direction, place, budget, keys, scratch):
+def gather(scene, maps, surface, direction, index, budget, keys, scratch):
     """Add what one of `budget.scattered` cosine-distributed rays sees to `scratch.irradiance`.
 
     Where the ray ends too near for the cache to answer, or on a surface that is not Lambertian, a
-    path goes on from there; seldom from a glossy one, for whose base the cache answers. `place`
+    path goes on from there; seldom from a glossy one, for whose base the cache answers. `index`
     numbers the ray. Returns lookup flags, and the ray's hit if its end is Lambertian, without a
     specular part; else the hit's triangle is -1.
     """
@@ -134,13 +128,13 @@ def gather(scene, maps, surface, direction, place, budget, keys, scratch):
     found, share = 0, np.float32(1.0 / budget.scattered)
     probability = specular_probability(scene, hit.triangle)
     if scene.specular is not None and probability > 0.0:
-        state = stream(keys.chain, place, 0)
+        state = stream(keys.chain, index, 0)
         found = _gather_specular_chain(scene, maps, hit, direction, share, state, scratch) & FOUND
         if probability == 1.0:
             return found, nothing
     end = models.with_model(scene, surface_interaction(geometry, hit, direction))
     scratch.throughput[:] = share
-    state, goes_on = stream(keys.path, place, 0), True
+    state, goes_on = stream(keys.path, index, 0), True
     if may_answer_gather_ray(maps.cache, end):
         flags, goes_on, end, state = answer(scene, maps.cache, end, state, scratch)
         found |= flags

@@ -3,21 +3,15 @@
 import numpy as np
 
 from photonmap.kernels.bsdf import models
-from photonmap.kernels.caustics.photon_map import add_caustics, scatter_caustics
+from photonmap.kernels.caustics.photon_map import add_caustics
 from photonmap.kernels.core.bands import clear
 from photonmap.kernels.core.jit import jit, outlined
-from photonmap.kernels.core.passes import (
-    CAUSTIC,
-    DIRECT,
-    INDIRECT,
-    MAX_BOUNCES,
-    SampleBudget,
-)
+from photonmap.kernels.core.passes import CAUSTIC, DIRECT, INDIRECT, MAX_BOUNCES, SampleBudget
 from photonmap.kernels.core.rng import sobol_2d, sobol_block, stream
 from photonmap.kernels.core.warp import INV_PI
 from photonmap.kernels.integrators.final_gather import fill_directions, gather
 from photonmap.kernels.integrators.irradiance_differences import add_differences
-from photonmap.kernels.integrators.path_walk import PathStart, alone, trace_path, weigh_gather
+from photonmap.kernels.integrators.path_walk import PathStart, plain_start, trace_path, weigh_gather
 from photonmap.kernels.lights.direct import (
     count_shadow_ray,
     prepare_direct,
@@ -26,22 +20,18 @@ from photonmap.kernels.lights.direct import (
 )
 from photonmap.kernels.lights.emission import add_attenuated, add_emission, emission_of
 
-GATHERS_PER_PATH = 2
-"""Gather rays of a glossy surface for each path that leaves it in a direction of its own BSDF"""
-LEAST_PATHS, LEAST_BARE_PATHS = 8, 16
-"""The least number of these paths: with a diffuse base, and without one"""
+GATHERS_PER_PATH = 2  # Gather rays of a glossy surface for each path by its own BSDF
+LEAST_PATHS, LEAST_BARE_PATHS = 8, 16  # Of these paths: with a diffuse base, and without
 
 
 @jit
-def _model(scene, surface):
-    return models.model_at(scene, surface.hit.triangle)
+def _is_narrow(scene, surface):
+    return models.model_at(scene, surface.hit.triangle) in models.NARROW
 
 
 @jit
-def _is_broad(scene, surface):
-    """Return whether a BSDF is neither Lambertian nor narrow."""
-    model = _model(scene, surface)
-    return model != models.LAMBERTIAN and model not in models.NARROW
+def _is_lambertian(scene, surface):
+    return models.model_at(scene, surface.hit.triangle) == models.LAMBERTIAN
 
 
 @jit
@@ -55,21 +45,15 @@ def _paths(scene, surface, budget):
 @jit
 def _scatter_light(scene, surface, sample, emission, weight, budget, scratches):
     """Add a light sample to what the surface scatters; its irradiance has the weight given."""
-    if scene.scattering is None or _model(scene, surface) == models.LAMBERTIAN:
+    if scene.scattering is None or _is_lambertian(scene, surface):
         return
-    if not _is_broad(scene, surface):
+    if _is_narrow(scene, surface):
         own = models.with_model(scene, surface)
         paths = _paths(scene, surface, budget)
         weight = sample.weight * weigh_sample(scene, own, sample, paths)
-    models.evaluate(scene, surface, sample.direction, scratches.own.response)
-    add_attenuated(
-        scratches.scattered.irradiance,
-        DIRECT,
-        scene.lights,
-        emission,
-        scratches.own.response,
-        weight,
-    )
+    response, target = scratches.own.response, scratches.scattered.irradiance
+    models.evaluate(scene, surface, sample.direction, response)
+    add_attenuated(target, DIRECT, scene.lights, emission, response, weight)
 
 
 @jit
@@ -93,59 +77,40 @@ def _add_lights(scene, surface, index, budget, key, scratches):
 
 @jit
 def _leave_to_paths(scene, surface, direction, budget, scratches):
-    """Subtract from the response what paths estimate; return the first row it applies to.
-
-    Paths estimate what a narrow BSDF makes of emission, and their share of its lobe. The diffuse
-    base stays with the gather rays, so that its noise cancels against that of irradiance.
-    """
-    if _is_broad(scene, surface):
+    """Subtract from the response what paths estimate; return the first row it applies to."""
+    # Paths estimate what a narrow BSDF makes of emission, and their part of its lobe, by MIS. The
+    # diffuse base stays with the gather rays, so that its noise cancels against that of irradiance.
+    if not _is_narrow(scene, surface):
         return DIRECT
     own = models.with_model(scene, surface)
     paths = _paths(scene, surface, budget)
-    share = weigh_gather(scene, own, direction, paths, budget.scattered)
+    weight = np.float32(weigh_gather(scene, own, direction, paths, budget.scattered))
     models.evaluate_lobe(scene, surface, direction, scratches.own.throughput)
     for band in range(len(scratches.own.response)):
-        scratches.own.response[band] -= np.float32(share) * scratches.own.throughput[band]
+        scratches.own.response[band] -= weight * scratches.own.throughput[band]
     return INDIRECT
 
 
 @jit
-def _gather_diffuse(scene, shifts, maps, surface, ray, budget, keys, scratches):
-    """Add a gather ray to the irradiance, and to differences, if there are any."""
-    direction, place = ray
-    if shifts is None:
-        return gather(scene, maps, surface, direction, place, budget, keys, scratches.own)[0]
-    clear(scratches.incident.irradiance)
-    found, end = gather(scene, maps, surface, direction, place, budget, keys, scratches.incident)
-    for row in range(scratches.incident.irradiance.shape[0]):
-        for band in range(scratches.incident.irradiance.shape[1]):
-            scratches.own.irradiance[row, band] += scratches.incident.irradiance[row, band]
-    add_differences(
-        scene, shifts, surface, end, direction, scratches.incident.irradiance, scratches.own
-    )
-    return found
-
-
-@jit
-def _gather(scene, maps, surface, ray, budget, keys, scratches):
-    """Add a gather ray, (direction, number, shifts), to the irradiance and what is scattered."""
-    direction, place, shifts = ray
-    if scene.scattering is None or _model(scene, surface) == models.LAMBERTIAN:
-        of_lambert = direction, place
-        return _gather_diffuse(scene, shifts, maps, surface, of_lambert, budget, keys, scratches)
-    clear(scratches.incident.irradiance)
-    found, end = gather(scene, maps, surface, direction, place, budget, keys, scratches.incident)
-    add_differences(
-        scene, shifts, surface, end, direction, scratches.incident.irradiance, scratches.own
-    )
-    models.evaluate(scene, surface, direction, scratches.own.response)
-    first = _leave_to_paths(scene, surface, direction, budget, scratches)
-    for row in range(scratches.incident.irradiance.shape[0]):
-        for band in range(scratches.incident.irradiance.shape[1]):
-            light = scratches.incident.irradiance[row, band]
-            scratches.own.irradiance[row, band] += light
+def _gather(scene, shifts, maps, surface, ray, budget, keys, scratches):
+    """Add a gather ray, (direction, index), to irradiance, differences and what is scattered."""
+    direction, index = ray
+    if shifts is None and (scene.scattering is None or _is_lambertian(scene, surface)):
+        return gather(scene, maps, surface, direction, index, budget, keys, scratches.own)[0]
+    own, incident = scratches.own, scratches.incident.irradiance
+    clear(incident)
+    found, end = gather(scene, maps, surface, direction, index, budget, keys, scratches.incident)
+    add_differences(scene, shifts, surface, end, direction, incident, own)
+    first = incident.shape[0]
+    if scene.scattering is not None and not _is_lambertian(scene, surface):
+        models.evaluate(scene, surface, direction, own.response)
+        first = _leave_to_paths(scene, surface, direction, budget, scratches)
+    for row in range(incident.shape[0]):
+        for band in range(incident.shape[1]):
+            light = incident[row, band]
+            own.irradiance[row, band] += light
             if row >= first:
-                scratches.scattered.irradiance[row, band] += scratches.own.response[band] * light
+                scratches.scattered.irradiance[row, band] += own.response[band] * light
     return found
 
 
@@ -154,18 +119,17 @@ def add_disks(scene, caustics, surface, scratches):
     """Add what disks of the photon map say of caustics, if there is a map, to a surface's light."""
     if caustics is None:
         return
-    scratches.own.throughput[:] = 1.0
-    add_caustics(caustics, surface, scratches.own.throughput, scratches.own.irradiance, CAUSTIC)
-    if scene.scattering is not None and _model(scene, surface) != models.LAMBERTIAN:
-        scatter_caustics(
-            scene, caustics, surface, 1.0, scratches.scattered.irradiance, CAUSTIC, scratches.own
-        )
+    own, scattered = scratches.own, scratches.scattered.irradiance
+    own.throughput[:] = 1.0
+    add_caustics(scene, caustics, surface, False, 1.0, own.irradiance, CAUSTIC, own)
+    if scene.scattering is not None and not _is_lambertian(scene, surface):
+        add_caustics(scene, caustics, surface, True, 1.0, scattered, CAUSTIC, own)
 
 
 @jit
 def _add_glossy(scene, maps, surface, index, budget, key, scratches):
     """Add what a narrow BSDF scatters, by paths that leave the surface in directions of its own."""
-    if scene.scattering is None or _model(scene, surface) not in models.NARROW:
+    if scene.scattering is None or not _is_narrow(scene, surface):
         return
     paths = _paths(scene, surface, budget)
     bounces = MAX_BOUNCES if budget.scattered > 0 else 1
@@ -196,33 +160,28 @@ def estimate_irradiance(scene, maps, surface, index, budget, keys, shifts, scrat
     first = index * np.uint64(budget.scattered)
     directions = scratches.own.directions
     for number in range(budget.scattered):
-        place, lane = first + np.uint64(number), number % directions.shape[1]
+        ray, lane = first + np.uint64(number), number % directions.shape[1]
         if lane == 0:
-            fill_directions(surface.ns, place, keys.gather, directions)
-        ray = directions[0, lane], directions[1, lane], directions[2, lane]
-        found |= _gather(scene, maps, surface, (ray, place, shifts), budget, keys, scratches)
+            fill_directions(surface.ns, ray, keys.gather, directions)
+        direction = directions[0, lane], directions[1, lane], directions[2, lane]
+        found |= _gather(scene, shifts, maps, surface, (direction, ray), budget, keys, scratches)
     _add_glossy(scene, maps, surface, index, budget, keys.glossy, scratches)
     return found
-
-
-@jit
-def _trace_scattered(scene, maps, surface, bounces, state, scratches):
-    """Trace another path for what a surface that is not Lambertian sends to the eye."""
-    if scene.scattering is None or _model(scene, surface) == models.LAMBERTIAN:
-        return state
-    scratches.own.throughput[:] = np.float32(INV_PI)
-    own = models.with_model(scene, surface)
-    return trace_path(scene, maps, own, alone(DIRECT, bounces), state, scratches.scattered)
 
 
 @jit
 def trace_irradiance(scene, maps, surface, bounces, state, scratches):
     """Estimate the light of a surface as `estimate_irradiance` does, by one plain path.
 
-    Returns the random state.
+    By another for what it sends to the eye, if it is not Lambertian. Returns the random state.
     """
     clear(scratches.own.irradiance)
     clear(scratches.scattered.irradiance)
+    start = plain_start(DIRECT, bounces)
     scratches.own.throughput[:] = 1.0
-    state = trace_path(scene, maps, surface, alone(DIRECT, bounces), state, scratches.own)
-    return _trace_scattered(scene, maps, surface, bounces, state, scratches)
+    state = trace_path(scene, maps, surface, start, state, scratches.own)
+    if scene.scattering is None or _is_lambertian(scene, surface):
+        return state
+    scratches.own.throughput[:] = np.float32(INV_PI)
+    own = models.with_model(scene, surface)
+    return trace_path(scene, maps, own, start, state, scratches.scattered)

@@ -35,7 +35,7 @@ class Shifts(NamedTuple):
 
     differences: np.ndarray  # (5, P, N), of `Estimate`
     pixel: int
-    share: float  # of the sample in its pixel
+    weight: float  # of the sample in its pixel
 
 
 @jit
@@ -62,7 +62,7 @@ def _shift(job, position, index, pixel, number, scratch):
 
 
 @jit
-def begin_shifts(job, differences, position, index, pixel, share, scratch):
+def begin_shifts(job, differences, position, index, pixel, weight, scratch):
     """Look at what a camera sample would see in each neighbour; return `Shifts`, or None."""
     if differences is None:
         return None
@@ -71,7 +71,7 @@ def begin_shifts(job, differences, position, index, pixel, share, scratch):
         scratch.shifted[number, EXISTS] = exists
         if exists:
             _shift(job, position, index, pixel, number, scratch)
-    return Shifts(differences, pixel, share)
+    return Shifts(differences, pixel, weight)
 
 
 @jit
@@ -102,10 +102,7 @@ def _neighbour_density(geometry, kept, end, rays):
 
 @jit
 def add_differences(scene, shifts, surface, hit, direction, light, scratch):
-    """Add what a gather ray says of the neighbours; `light`, (rows, N), is what it brings.
-
-    `hit` is its end, its triangle -1 if that is not Lambertian.
-    """
+    """Add what a gather ray that brings `light`, (rows, N), from a Lambertian `hit` says."""
     if shifts is None:
         return
     if hit.triangle < 0:
@@ -121,6 +118,6 @@ def add_differences(scene, shifts, surface, hit, direction, light, scratch):
 
 @jit
 def _add(shifts, row, factor, light):
-    factor = np.float32(factor * shifts.share)
+    factor = np.float32(factor * shifts.weight)
     for band in range(light.shape[1]):
         shifts.differences[row, shifts.pixel, band] += factor * light[INDIRECT, band]

@@ -62,25 +62,16 @@ def _sees(geometry, surface, points, normals, start):
     return False
 
 
-@jit
-def _point(points, normals, i):
-    """Return what `sample_direct` asks of a surface, of a view point."""
-    point, ng = vec.row(points, i), vec.row(normals, i)
-    return ViewPoint(point, ng, ng)
-
-
 @kernel
 def reaches_view(scene, key, paths, bounces, cdf, points, normals):
-    """Return whether any of some paths from the only emitter of a scene reaches a view point.
-
-    `cdf`, (SCRATCH,), is scratch.
-    """
+    """Return whether a path from the only emitter reaches the view; cdf, (SCRATCH,), is scratch."""
     geometry, key = scene.geometry, split(key, VIEW_PATH)
     for index in range(paths):
         state = stream(key, index, 0)
         u, state = draw(state)
         v, state = draw(state)
-        viewed = _point(points, normals, index % len(points))
+        ng = vec.row(normals, index % len(points))
+        viewed = ViewPoint(vec.row(points, index % len(points)), ng, ng)
         prepare_direct(scene, viewed, cdf)
         if sample_direct(scene, viewed, cdf, u, v, 1).weight > 0.0:
             return True

@@ -7,20 +7,11 @@ import numpy as np
 
 from photonmap.kernels.bsdf import lambert, models
 from photonmap.kernels.bsdf.material import look_up_material, multiply_albedo
-from photonmap.kernels.caustics.photon_map import add_caustics, scatter_caustics
-from photonmap.kernels.core import vec
+from photonmap.kernels.caustics.photon_map import add_caustics
+from photonmap.kernels.core import passes, vec
 from photonmap.kernels.core.bands import copy, largest, total
 from photonmap.kernels.core.jit import jit, outlined
-from photonmap.kernels.core.passes import (
-    CAUSTIC,
-    EMPTY,
-    FOUND,
-    INDIRECT,
-    MAX_BOUNCES,
-    WALK,
-    Hit,
-    SampleBudget,
-)
+from photonmap.kernels.core.passes import Hit, SampleBudget
 from photonmap.kernels.core.rng import draw, russian_roulette
 from photonmap.kernels.core.warp import power_heuristic
 from photonmap.kernels.geometry.interaction import surface_interaction
@@ -44,36 +35,23 @@ SMALLEST = np.float32(1e-20)  # Smallest value of a BSDF used as a divisor
 class PathStart(NamedTuple):
     """Where what a path brings is added, and how long it may become."""
 
-    row: int
-    """of the irradiance, for what the first ray and light sample bring; the rest is INDIRECT"""
+    row: int  # of the irradiance, for the first ray and light sample; the rest is INDIRECT
     bounces: int
-    budget: SampleBudget
-    """of the first surface, against each other: its light samples, and paths like this one"""
+    budget: SampleBudget  # of the first surface: its light samples, and paths like this one
     skips_light_sample: bool  # whether the light samples of its first surface are taken elsewhere
     gathers: int  # cosine-distributed rays from there that bring its indirect light too; 0 for none
     point: tuple  # of the unit square, for the first direction; used where `skips_light_sample`
 
 
 @jit
-def alone(row, bounces):
+def plain_start(row, bounces):
     """Return the start of a path that takes a light sample of its own."""
     return PathStart(row, bounces, ONE, False, 0, (0.0, 0.0))
 
 
 @jit
-def _row_of_chains(caustics, bounce):
-    """Return the row for emission seen via specular surfaces; -1 where photons bring that light."""
-    if caustics is None:
-        return CAUSTIC if bounce == 0 else INDIRECT
-    return -1
-
-
-@jit
 def seen_emitter(scene, surface, hit, direction, budget):
-    """Return (emitter, position on it, weight) of what a scattered ray hits: emitter -1 for none.
-
-    The weight is that of `sample_direct` and such rays against each other.
-    """
+    """Return (emitter or -1, position on it, MIS weight) of what a scattered ray hits."""
     emitter, position = visible_emitter(scene.geometry, scene.lights, hit, direction)
     if emitter < 0:
         return emitter, position, 0.0
@@ -82,7 +60,7 @@ def seen_emitter(scene, surface, hit, direction, budget):
 
 
 @jit
-def _respond(scene, surface, wi, factor, scratch):
+def _attenuate(scene, surface, wi, factor, scratch):
     """Fill `scratch.response` with throughput · factor · BSDF: of Lambert's, throughput has it."""
     response, throughput = scratch.response, scratch.throughput
     if scene.scattering is None or surface.model == models.LAMBERTIAN:
@@ -104,7 +82,7 @@ def _add_light_sample(scene, surface, row, state, scratch):
     if sample.weight > 0.0:
         emission = emission_of(scene.lights, sample.emitter, sample.position)
         weight = sample.weight * weigh_sample(scene, surface, sample, 1)
-        _respond(scene, surface, sample.direction, math.pi, scratch)
+        _attenuate(scene, surface, sample.direction, math.pi, scratch)
         add_attenuated(scratch.irradiance, row, scene.lights, emission, scratch.response, weight)
     return state
 
@@ -134,13 +112,10 @@ def _weigh_path(scene, surface, direction, start, scratch):
 
 
 @jit
-def _extend(scene, caustics, surface, start, place, state, scratch):
-    """Follow a path to its next hit that is not specular; return (hit, direction, state).
-
-    Emission on the way is added, `place` being its row and the number of the bounce. The hit's
-    triangle is -1 where the path ends.
-    """
-    row, bounce = place
+def _extend(scene, caustics, surface, start, bounce, state, scratch):
+    """Follow a path to its next hit that is not specular; return (hit, direction, state)."""
+    # Emission on the way is added. The hit's triangle is -1 where the path ends.
+    row = start.row if bounce == 0 else passes.INDIRECT
     budget = start.budget if bounce == 0 else ONE
     u, state = draw(state)
     v, state = draw(state)
@@ -153,7 +128,7 @@ def _extend(scene, caustics, surface, start, place, state, scratch):
     if not _scale_by_bsdf(scene, surface, direction, scratch):
         return lost, direction, state
     hit = intersect(scene.geometry, surface.point, direction)
-    scratch.rays[WALK] += 1
+    scratch.rays[passes.WALK] += 1
     emitter, position, weight = seen_emitter(scene, surface, hit, direction, budget)
     if emitter >= 0:
         emission = emission_of(scene.lights, emitter, position)
@@ -164,23 +139,23 @@ def _extend(scene, caustics, surface, start, place, state, scratch):
         return lost, direction, state
     if bounce == 0:
         _weigh_path(scene, surface, direction, start, scratch)
-    chain_row = _row_of_chains(caustics, bounce)
+    chain_row = -1  # photons bring what emitters send via specular surfaces
+    if caustics is None:
+        chain_row = passes.CAUSTIC if bounce == 0 else passes.INDIRECT
     return follow_specular_chain(scene, hit, direction, chain_row, state, scratch)
 
 
 @jit
 def _scale_by_bsdf(scene, surface, direction, scratch):
-    """Multiply throughput by BSDF · cosine / pdf, unless the surface is Lambertian.
-
-    Returns whether light can come from there.
-    """
+    """Multiply throughput by BSDF · cosine / pdf, unless the surface is Lambertian."""
+    # Returns whether light can come from there.
     if scene.scattering is None or surface.model == models.LAMBERTIAN:
         return True
     density = models.pdf(scene, surface, direction)
     if density <= 0.0:
         return False
     cosine = vec.dot(surface.ns, direction)
-    _respond(scene, surface, direction, cosine / density, scratch)
+    _attenuate(scene, surface, direction, cosine / density, scratch)
     copy(scratch.response, scratch.throughput)
     return True
 
@@ -188,13 +163,14 @@ def _scale_by_bsdf(scene, surface, direction, scratch):
 @jit
 def _arrive(scene, caustics, surface, scratch):
     """Multiply throughput by a Lambertian surface's albedo, and add caustics of the photon map."""
-    if scene.scattering is not None and surface.model != models.LAMBERTIAN:
-        scatter_caustics(scene, caustics, surface, math.pi, scratch.irradiance, INDIRECT, scratch)
-        return
-    color = look_up_material(scene, surface.hit)
-    multiply_albedo(scene, color, 1.0, scratch.throughput)
-    if largest(scratch.throughput) > 0.0:
-        add_caustics(caustics, surface, scratch.throughput, scratch.irradiance, INDIRECT)
+    scatters, target = surface.model != models.LAMBERTIAN, scratch.irradiance
+    if scene.scattering is None or not scatters:
+        color = look_up_material(scene, surface.hit)
+        _, after = multiply_albedo(scene, color, 1.0, scratch.throughput)
+        if after == 0.0:
+            return
+    factor = math.pi if scatters else 1.0
+    add_caustics(scene, caustics, surface, scatters, factor, target, passes.INDIRECT, scratch)
 
 
 @outlined
@@ -207,43 +183,32 @@ def trace_path(scene, maps, surface, start, state, scratch):
     caustics after the first surface, whose own they leave to the caller. `scratch.throughput` is
     used up; returns the random state.
     """
-    row, throughput = start.row, scratch.throughput
-    cache, looks_up = maps.cache, True
-    whole = _whole(cache.followed, throughput)
+    throughput, cache, caustics, looks_up = scratch.throughput, maps.cache, maps.caustics, True
+    # Where nearly all gather rays go on as paths, each brings a small part of the light only.
+    reference = np.float32(1.0) if cache.followed is None else largest(throughput)
     for bounce in range(start.bounces):
         if bounce > 0 or not start.skips_light_sample:
+            row = start.row if bounce == 0 else passes.INDIRECT
             state = _add_light_sample(scene, surface, row, state, scratch)
-        hit, direction, state = _extend(
-            scene, maps.caustics, surface, start, (row, bounce), state, scratch
-        )
+        hit, direction, state = _extend(scene, caustics, surface, start, bounce, state, scratch)
         if hit.triangle < 0:
             break
         surface = surface_interaction(scene.geometry, hit, direction)
         surface = models.with_model(scene, surface)
-        row = INDIRECT
         if looks_up and may_answer(cache, surface):
             _, goes_on, surface, state = answer(scene, cache, surface, state, scratch)
             if not goes_on:
                 break
             looks_up = cache.followed is None
-        _arrive(scene, maps.caustics, surface, scratch)
+        _arrive(scene, caustics, surface, scratch)
         survival = largest(throughput)
         if survival == 0.0:
             break
         if bounce >= CERTAIN_BOUNCES:
-            alive, state = russian_roulette(whole, survival, state, throughput)
+            alive, state = russian_roulette(reference, survival, state, throughput)
             if not alive:
                 break
     return state
-
-
-@jit
-def _whole(followed, throughput):
-    """Return the throughput against which Russian roulette is played: 1, or that of the start.
-
-    Where nearly all gather rays go on as paths, each brings a small share of the light only.
-    """
-    return np.float32(1.0) if followed is None else largest(throughput)
 
 
 @jit
@@ -253,10 +218,11 @@ def follow_path(scene, maps, surface, state, scratch):
     It is added, times throughput, to row INDIRECT. Returns FOUND, EMPTY, or 0 if the surface is
     black.
     """
-    before = total(scratch.irradiance, INDIRECT)
+    before = total(scratch.irradiance, passes.INDIRECT)
     _arrive(scene, maps.caustics, surface, scratch)
     if largest(scratch.throughput) == 0.0:
         return 0
-    start = alone(INDIRECT, MAX_BOUNCES)
-    trace_path(scene, maps, surface, start, state, scratch)
-    return FOUND if total(scratch.irradiance, INDIRECT) > before else EMPTY
+    trace_path(
+        scene, maps, surface, plain_start(passes.INDIRECT, passes.MAX_BOUNCES), state, scratch
+    )
+    return passes.FOUND if total(scratch.irradiance, passes.INDIRECT) > before else passes.EMPTY

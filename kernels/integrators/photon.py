@@ -10,17 +10,10 @@ from photonmap.kernels.bsdf.specular import (
     specular_probability,
 )
 from photonmap.kernels.cache.radiosity_cache import cell_at
-from photonmap.kernels.core import vec, warp
+from photonmap.kernels.core import streams, vec, warp
 from photonmap.kernels.core.bands import largest
 from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.rng import russian_roulette, sobol_2d, stream
-from photonmap.kernels.core.streams import (
-    BOUNCE,
-    EMIT_DIRECTION,
-    EMIT_POSITION,
-    SURVIVAL,
-    split,
-)
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import intersect
 from photonmap.kernels.integrators.cache_answer import fill_base_flux, has_base
@@ -29,12 +22,10 @@ from photonmap.kernels.lights.emission import emit_photon
 
 @jit
 def _scatter_if_specular(scene, hit, direction, before, flux, state):
-    """Send a photon on from a surface if it takes the specular lobe.
-
-    `before` is its largest flux over bands, against which Russian roulette is played: the choice of
-    a lobe is no loss, though it divides by a probability. Returns (whether it did, origin,
-    direction, state); a photon of no flux is lost.
-    """
+    """Send a photon on from a surface if it takes the specular lobe."""
+    # `before` is its largest flux over bands, against which Russian roulette is played: the choice
+    # of a lobe is no loss, though it divides by a probability. Returns (whether it did, origin,
+    # direction, state); a photon of no flux is lost.
     probability = specular_probability(scene, hit.triangle)
     if scene.specular is None or probability == 0.0:
         return False, direction, direction, state
@@ -71,11 +62,9 @@ def _store(cache, surface, flux):
 
 @jit
 def _reflect(scene, cache, surface, point, flux, response):
-    """Reflect a photon that does not take the specular lobe, and add what is kept to its cell.
-
-    `point`, of the unit square, chooses the direction. Returns the photon's largest flux over
-    bands, and the direction in which it leaves.
-    """
+    """Reflect a photon that does not take the specular lobe, and add what is kept to its cell."""
+    # `point`, of the unit square, chooses the direction. Returns the photon's largest flux over
+    # bands, and the direction in which it leaves.
     factor = adjoint_factor(surface, surface.arrival)
     surface = models.with_model(scene, surface)
     if scene.scattering is None or surface.model == models.LAMBERTIAN:
@@ -95,24 +84,22 @@ def _reflect(scene, cache, surface, point, flux, response):
 
 @jit
 def _trace(scene, cache, index, key, ray, bounces, flux, response):
-    """Follow one photon until it is absorbed or leaves the scene.
-
-    Returns (cache entries, rays cast, 1 if truncated at `bounces`).
-    """
-    state, stores = stream(split(key, SURVIVAL), index, 0), 0
-    bounce_key = split(key, BOUNCE)
+    """Follow one photon until it is absorbed or leaves the scene."""
+    # Returns (cache entries, rays cast, 1 if truncated at `bounces`).
+    state, stores = stream(streams.split(key, streams.SURVIVAL), index, 0), 0
+    bounce_key = streams.split(key, streams.BOUNCE)
     origin, direction = ray
-    passed = False
+    is_specular = False
     for bounce in range(bounces):
         hit = intersect(scene.geometry, origin, direction)
         if hit.triangle < 0:
             return stores, bounce + 1, 0
-        absorb(scene, hit, direction, passed, flux)
+        absorb(scene, hit, direction, is_specular, flux)
         before = largest(flux)
-        passed, origin, direction, state = _scatter_if_specular(
+        is_specular, origin, direction, state = _scatter_if_specular(
             scene, hit, direction, before, flux, state
         )
-        if passed:
+        if is_specular:
             if largest(flux) == 0.0:
                 return stores, bounce + 1, 0
             continue
@@ -137,7 +124,10 @@ def trace_photons(scene, cache, key, span, total, bounces, scratch):
     cache.radiosity[:] = 0.0
     stores = rays = truncated = 0
     flux, response = scratch[0], scratch[1]
-    position_key, direction_key = split(key, EMIT_POSITION), split(key, EMIT_DIRECTION)
+    position_key, direction_key = (
+        streams.split(key, streams.EMIT_POSITION),
+        streams.split(key, streams.EMIT_DIRECTION),
+    )
     for index in range(span.first, span.last):
         position, towards = sobol_2d(index, position_key), sobol_2d(index, direction_key)
         ray = emit_photon(scene.geometry, scene.lights, position, towards, 1.0 / total, flux)

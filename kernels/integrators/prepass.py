@@ -93,10 +93,7 @@ def _corner(film, pixel, corner):
 
 @kernel
 def run_prepass(scene, textured, view, key, span, cdf, plane, prepass):
-    """Fill `prepass` and `plane`, (P, 7), of the pixels of a span.
-
-    `textured`, (M,) uint8, says which materials are; `cdf`, (SCRATCH,), is scratch.
-    """
+    """Fill `prepass`, `plane`, (P, 7), of a span; `textured`, (M,); `cdf` is scratch."""
     keys, film = (split(key, LIGHT), split(key, GATHER)), view.film
     spreads = film.jitter or has_open_lens(view.camera.optics)
     for pixel in range(span.first, span.last):

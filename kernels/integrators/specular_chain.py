@@ -85,7 +85,7 @@ def _walk_pdf(scene, met, column, direction):
 
 
 @jit
-def _respond(scene, met, column, direction, state, scratch):
+def _evaluate_walk(scene, met, column, direction, state, scratch):
     """Fill `scratch.response` with the density of a direction, tinted and scaled by refraction."""
     specular = scene.specular
     hit, arrival = met
@@ -128,7 +128,7 @@ def _add_light_sample(scene, arrived, crossed, point, sink, state, scratch):
     if sample.pdf > 0.0:
         own = _walk_pdf(scene, arrived, choice[0], sample.direction)
         weight *= power_heuristic(sample.pdf, own)
-    state = _respond(scene, arrived, choice[0], sample.direction, state, scratch)
+    state = _evaluate_walk(scene, arrived, choice[0], sample.direction, state, scratch)
     keep_index(scene.specular.media, arrival, choice, scratch.response)
     for band in range(len(throughput)):
         scratch.response[band] *= throughput[band]
@@ -167,10 +167,7 @@ def add_rough_lights(scene, arrived, point, sink, state, scratch):
 
 @outlined
 def _weigh_walk(scene, column, before, after, seen):
-    """Return the weight of a walk's end on an emitter against the light samples where it began.
-
-    `column` says in which index it went.
-    """
+    """Return the MIS weight of a walk, in the index of `column`, that ends on an emitter."""
     (hit, direction), (end, out) = before, after
     arrival = arrive_at(scene.geometry, hit, direction)
     crossed = vec.dot(out, arrival.ng) < 0.0
@@ -182,25 +179,16 @@ def _weigh_walk(scene, column, before, after, seen):
 
 
 @jit
-def _weight_of_walk(scene, throughput, before, after, seen):
-    if not is_rough(scene, before[0].triangle):
-        return 1.0
-    column = column_of(scene.specular.media, throughput)
-    return _weigh_walk(scene, column, before, after, seen)
-
-
-@jit
 def add_chain_emission(scene, before, after, sink):
-    """Add the emission that a step of a chain meets; rough surfaces share it with light samples.
-
-    `before` and `after` are (hit, direction) of the rays to the surface and from it.
-    """
+    """Add emission that a step meets; `before` and `after` are (hit, direction) of its rays."""
     geometry, lights = scene.geometry, scene.lights
     emitter, position = visible_emitter(geometry, lights, *after)
     if emitter >= 0:
         seen = emitter, position
-        weight = _weight_of_walk(scene, sink.throughput, before, after, seen)
-        emission = emission_of(lights, emitter, position)
+        weight, emission = 1.0, emission_of(lights, emitter, position)
+        if is_rough(scene, before[0].triangle):
+            column = column_of(scene.specular.media, sink.throughput)
+            weight = _weigh_walk(scene, column, before, after, seen)
         factor = sink.factor * weight
         add_attenuated(sink.target, sink.row, lights, emission, sink.throughput, factor)
 

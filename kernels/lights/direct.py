@@ -21,17 +21,9 @@ class DirectSample(NamedTuple):
 
     emitter: int  # -1 where none is in front of the surface
     weight: float  # 0 where the emitter is occluded
-    pdf: float
-    """density of all the samples, per steradian; 0 where scattered rays cannot hit the emitter"""
+    pdf: float  # of all samples, per steradian; 0 where scattered rays cannot hit the emitter
     position: tuple  # barycentrics on an emitting triangle
     direction: tuple  # unit vector towards the emitter
-
-
-@jit
-def _cosine(surface, direction):
-    """Return cos θ to the shading normal, 0 where the normals disagree about the side."""
-    cosine = max(vec.dot(surface.ns, direction), 0.0)
-    return cosine if vec.dot(surface.ng, direction) > 0.0 else 0.0
 
 
 @jit
@@ -60,8 +52,8 @@ def sample_direct(scene, surface, cdf, u, v, count):
     if emitter < 0:
         return DirectSample(-1, 0.0, 0.0, NOWHERE, surface.ns)
     sample = sample_towards(geometry, lights, emitter, surface, u, v)
-    cosine = _cosine(surface, sample.direction)
-    if sample.weight == 0.0 or cosine == 0.0:
+    cosine = max(vec.dot(surface.ns, sample.direction), 0.0)
+    if sample.weight == 0.0 or cosine == 0.0 or vec.dot(surface.ng, sample.direction) <= 0.0:
         return DirectSample(-1, 0.0, 0.0, NOWHERE, sample.direction)
     if _is_hidden(geometry, lights, emitter, surface.point, sample):
         return DirectSample(emitter, 0.0, 0.0, NOWHERE, sample.direction)
@@ -91,10 +83,7 @@ def weigh_sample(scene, surface, sample, rays):
 
 @jit
 def sampling_pdf(scene, surface, hit, seen, direction):
-    """Return the density (per steradian) of a light sample where a scattered ray hits an emitter.
-
-    `seen` is (emitter, position on it).
-    """
+    """Return a light sample's density (per steradian) at what a ray hits: (emitter, position)."""
     emitter, position = seen
     geometry, lights = scene.geometry, scene.lights
     probability = selection_probability(geometry, lights, emitter, surface.point, surface.ns)
@@ -109,10 +98,7 @@ def sampling_pdf(scene, surface, hit, seen, direction):
 
 @jit
 def weigh_hit(scene, surface, hit, seen, direction, budget):
-    """Return the weight of a scattered ray that hits an emitter, against light samples.
-
-    `seen` is (emitter, position on it); of `budget`, samples and rays count.
-    """
+    """Return the MIS weight of a ray that hits an emitter; `seen` is (emitter, position)."""
     pdf = sampling_pdf(scene, surface, hit, seen, direction)
     own = budget.scattered * models.pdf(scene, surface, direction)
     return power_heuristic(own, budget.lights * pdf)

@@ -10,15 +10,8 @@ from photonmap.kernels.lights.environment import (
     environment_pdf,
     sample_environment,
 )
-from photonmap.kernels.lights.samples import (
-    NOWHERE,
-    LightSample,
-    NoParameters,
-    PhotonStart,
-    no_sample,
-)
-
-Parameters = NoParameters
+from photonmap.kernels.lights.samples import NOWHERE, LightSample, PhotonStart, no_sample
+from photonmap.kernels.lights.samples import NoParameters as Parameters  # noqa: F401
 
 
 @jit

@@ -33,16 +33,12 @@ MAP = -2
 def visible_emitter(geometry, lights, hit, direction):
     """Return (emitter, position on it) of what a ray hits, (-1, …) for none."""
     if hit.triangle < 0:
-        return lights.dome, _position_on_dome(lights.environment, direction)
+        environment = lights.environment
+        return lights.dome, NOWHERE if environment is None else texel_at(environment, direction)
     emitter = geometry.emitter[hit.triangle]
     if emitter < 0 or side_of(geometry, hit.triangle, direction) != 0:
         return -1, (hit.u, hit.v)
     return emitter, position_on(lights, emitter, (hit.u, hit.v), direction)
-
-
-@jit
-def _position_on_dome(environment, direction):
-    return NOWHERE if environment is None else texel_at(environment, direction)
 
 
 @jit
@@ -90,28 +86,22 @@ def add_attenuated(target, i, lights, emission, throughput, factor):
 
 
 @jit
-def set_flux(flux, lights, emission, factor):
-    """Fill flux, (N,), with factor · emission."""
-    factor = np.float32(factor)
-    for band in range(len(flux)):
-        flux[band] = emission_in(lights, emission, band) * factor
-
-
-@jit
-def emit_photon(geometry, lights, position, direction, share, flux):
+def emit_photon(geometry, lights, position, direction, weight, flux):
     """Send a photon from an emitter, by two points of the unit square; fill flux, (N,).
 
-    `share` multiplies its flux. Returns (origin, direction).
+    `weight` multiplies its flux. Returns (origin, direction).
     """
     emitter, u = warp.discrete(lights.cdf, position[0])
     start = emit(geometry, lights, emitter, (u, position[1]), direction)
-    send(lights, emitter, start, share, flux)
+    send(lights, emitter, start, weight, flux)
     return start.origin, start.direction
 
 
 @jit
-def send(lights, emitter, start, share, flux):
+def send(lights, emitter, start, weight, flux):
     """Fill flux, (N,), of a photon that starts from an emitter chosen by `Lights.cdf`."""
     probability = warp.discrete_pdf(lights.cdf, emitter)
     emission = emission_of(lights, emitter, start.position)
-    set_flux(flux, lights, emission, start.weight / probability * share)
+    factor = np.float32(start.weight / probability * weight)
+    for band in range(len(flux)):
+        flux[band] = emission_in(lights, emission, band) * factor

@@ -14,10 +14,8 @@ from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit
 
 BLOCK_ROWS, BLOCK_COLUMNS = 16, 32  # Blocks of a map, which has as many texels at least
-STEPS = 7
-"""Cells of normals along each edge of a cube around the origin, whose faces they divide evenly"""
-ALL_AROUND = 6 * STEPS * STEPS
-"""In place of a cell of normals: the light is that which comes from everywhere"""
+STEPS = 7  # Cells of normals along each edge of a cube around the origin, for its faces
+ALL_AROUND = 6 * STEPS * STEPS  # In place of a cell of normals: for light from everywhere
 
 
 @jit

@@ -5,9 +5,8 @@ import math
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.lights.point import importance_at, sample_position
-from photonmap.kernels.lights.samples import NOWHERE, LightSample, NoParameters, PhotonStart
-
-Parameters = NoParameters
+from photonmap.kernels.lights.samples import NOWHERE, LightSample, PhotonStart
+from photonmap.kernels.lights.samples import NoParameters as Parameters  # noqa: F401
 
 
 @outlined

@@ -4,15 +4,9 @@ import math
 
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.lights.samples import (
-    NOWHERE,
-    LightSample,
-    NoParameters,
-    PhotonStart,
-    no_sample,
-)
+from photonmap.kernels.lights.samples import NOWHERE, LightSample, PhotonStart, no_sample
+from photonmap.kernels.lights.samples import NoParameters as Parameters  # noqa: F401
 
-Parameters = NoParameters
 TINY = 1e-30
 
 

@@ -28,14 +28,12 @@ def position_on(lights, emitter, barycentrics, direction):
 
 @outlined
 def _pass_portals(geometry, portals, origin, direction):
-    """Follow a ray through the portals that it meets before anything else.
-
-    Returns (how many there are, a point behind the last one, the triangle that comes then or -1).
-    """
-    for passed in range(MOST_LAYERS):
+    """Follow a ray through the portals that it meets before anything else."""
+    # Returns (how many there are, a point behind the last one, the triangle that comes then or -1).
+    for count in range(MOST_LAYERS):
         hit = intersect(geometry, origin, direction)
         if hit.triangle < 0 or not portals.is_portal[geometry.material[hit.triangle]]:
-            return passed, origin, hit.triangle
+            return count, origin, hit.triangle
         origin = behind(geometry, hit, direction)
     return 0, origin, hit.triangle
 
@@ -43,24 +41,21 @@ def _pass_portals(geometry, portals, origin, direction):
 @jit
 def shines_in(geometry, portals, point, direction):
     """Return whether a sun that stands in a direction shines on a point, through portals."""
-    passed, _, triangle = _pass_portals(geometry, portals, point, direction)
-    return passed > 0 and triangle < 0
+    count, _, triangle = _pass_portals(geometry, portals, point, direction)
+    return count > 0 and triangle < 0
 
 
 @jit
 def let_in(geometry, portals, start):
     """Move the `PhotonStart` of a sun behind portals; its weight is 0 where it comes to none."""
-    passed, origin, _ = _pass_portals(geometry, portals, start.origin, start.direction)
-    weight = start.weight if passed > 0 else 0.0
+    count, origin, _ = _pass_portals(geometry, portals, start.origin, start.direction)
+    weight = start.weight if count > 0 else 0.0
     return PhotonStart(weight, NOWHERE, origin, start.direction)
 
 
 @jit
 def emit_through(geometry, portals, emitter, position, direction):
-    """Start a photon of a sun in a direction, by a point of the unit square; a `PhotonStart`.
-
-    Its weight is 0 where something, or another portal, is in the way from the sun.
-    """
+    """Start a photon of a sun at a portal; a `PhotonStart`, of weight 0 if the sun is hidden."""
     cdf = portals.cdf[portals.row[emitter]]
     index, u = warp.discrete(cdf, position[0])
     triangle = portals.triangle[index]

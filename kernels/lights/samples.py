@@ -18,8 +18,7 @@ class LightSample(NamedTuple):
     length: float  # of the shadow ray, in lengths of the segment
     direction: tuple  # unit vector
     weight: float  # irradiance for an emission of 1, per cosine; 0 where nothing arrives
-    pdf: float
-    """density per steradian, to weigh against scattered rays; 0 where these cannot hit it"""
+    pdf: float  # per steradian, to weigh against scattered rays; 0 where these cannot hit it
     position: tuple
     """barycentrics on an emitting triangle; of an environment map, and of portals to it, the texel
     (row, column)"""

@@ -10,17 +10,8 @@ such block.
 
 import math
 
-from photonmap.kernels.core import vec, warp
+from photonmap.kernels.core import records, vec, warp
 from photonmap.kernels.core.jit import jit, outlined, vectorized
-from photonmap.kernels.core.records import (
-    NODE_AXIS,
-    NODE_CENTER,
-    NODE_CONE,
-    NODE_CONE_SINE,
-    NODE_RADIUS,
-    NODE_REACH,
-    NODE_STRENGTH,
-)
 from photonmap.kernels.lights.kinds import importance
 
 WIDTH = 16  # Children of a node
@@ -45,18 +36,23 @@ def node_importance(nodes, block, i, point, ns):
     A sphere that is seen at an angle b adds at most 2 sin b to a cosine, and sin b where that makes
     it 0: what may reach the point is never 0.
     """
-    radius = nodes[block, NODE_RADIUS, i]
-    step = vec.sub(_vector(nodes, block, NODE_CENTER, i), point)
+    radius = nodes[block, records.NODE_RADIUS, i]
+    step = vec.sub(_vector(nodes, block, records.NODE_CENTER, i), point)
     inverse = 1.0 / max(vec.dot(step, step), radius * radius, _TINY)
     scale = math.sqrt(inverse)
     lit = vec.dot(ns, step) * scale
-    sent = -vec.dot(_vector(nodes, block, NODE_AXIS, i), step) * scale
-    cone = nodes[block, NODE_CONE, i]
-    closer = sent * cone + math.sqrt(max(1.0 - sent * sent, 0.0)) * nodes[block, NODE_CONE_SINE, i]
+    sent = -vec.dot(_vector(nodes, block, records.NODE_AXIS, i), step) * scale
+    cone = nodes[block, records.NODE_CONE, i]
+    closer = (
+        sent * cone
+        + math.sqrt(max(1.0 - sent * sent, 0.0)) * nodes[block, records.NODE_CONE_SINE, i]
+    )
     sent = 1.0 if sent >= cone else closer
     sine = radius * scale
-    most = nodes[block, NODE_STRENGTH, i] * _clamp(lit + sine) * _clamp(sent + sine) * inverse
-    return most if sent + 2.0 * sine >= nodes[block, NODE_REACH, i] else 0.0
+    most = (
+        nodes[block, records.NODE_STRENGTH, i] * _clamp(lit + sine) * _clamp(sent + sine) * inverse
+    )
+    return most if sent + 2.0 * sine >= nodes[block, records.NODE_REACH, i] else 0.0
 
 
 @vectorized
@@ -121,8 +117,7 @@ def leaf_probability(nodes, leaf, point, ns):
     return probability
 
 
-BY_POWER = 0.1
-"""Share of choices made by power alone: an emitter that would send much may be hidden"""
+BY_POWER = 0.1  # Part of choices by power alone: an emitter that would send much may be hidden
 FEW_EMITTERS = WIDTH  # Number of emitters up to which every one is considered for each point
 SCRATCH = 2 * WIDTH  # Numbers that a choice needs room for
 

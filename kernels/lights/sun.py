@@ -23,10 +23,7 @@ def _edge(lights, emitter):
 
 @jit
 def importance(geometry, lights, emitter, at, ns):
-    """Estimate the unoccluded irradiance from a sun of power 1: too high near the horizon.
-
-    Portals, where there are any, are all that the power of suns goes through.
-    """
+    """Estimate a sun's irradiance, of power 1 through portals, if any; high at the horizon."""
     edge, portals = _edge(lights, emitter), lights.portals
     reach = math.sqrt(1.0 - edge * edge)  # a part of the disc may be above the horizon
     facing = max(reach - vec.dot(ns, vec.row(lights.axis, emitter)), 0.0)

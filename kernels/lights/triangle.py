@@ -13,9 +13,9 @@ from photonmap.kernels.core.jit import jit
 from photonmap.kernels.geometry.interaction import offset, point_at
 from photonmap.kernels.geometry.opacity import opacity_at
 from photonmap.kernels.lights.portal import position_on
-from photonmap.kernels.lights.samples import LightSample, NoParameters, PhotonStart, no_sample
+from photonmap.kernels.lights.samples import LightSample, PhotonStart, no_sample
+from photonmap.kernels.lights.samples import NoParameters as Parameters  # noqa: F401
 
-Parameters = NoParameters
 TINY = 1e-30
 BEFORE_LAMP = 1.0 - 2.0**-16
 """Where shadow rays end, as a fraction of the way. The rounding of an origin that lies far from the
@@ -42,10 +42,7 @@ def _turn_to_apex(first, second, third):
 
 @jit
 def corners_from(geometry, triangle, point, ns):
-    """Return (apex, left, right, number) of a triangle seen from a point about a normal.
-
-    Each corner is (height above the horizon, what comes from there); `number` is the apex's.
-    """
+    """Return (apex, left, right, apex's number): each (height above the horizon, what it sends)."""
     s0 = vec.sub(vec.row(geometry.vertices, geometry.triangles[triangle, 0]), point)
     s1 = vec.sub(vec.row(geometry.vertices, geometry.triangles[triangle, 1]), point)
     s2 = vec.sub(vec.row(geometry.vertices, geometry.triangles[triangle, 2]), point)
@@ -97,10 +94,7 @@ def _along(apex, end, u):
 
 @jit
 def sample_triangle_light(corners, u, v):
-    """Return (b1, b2, density) of a place on a triangle, relative to places spread evenly.
-
-    density is 0 where nothing is above the horizon.
-    """
+    """Return (b1, b2, density relative to an even one, 0 where nothing is above the horizon)."""
     apex, left, right, number = corners
     from_left, from_right = _sent_along(apex, left), _sent_along(apex, right)
     if from_left + from_right <= 0.0:
@@ -163,10 +157,7 @@ def sample_towards(geometry, lights, emitter, surface, u, v):
 
 @jit
 def pdf(geometry, lights, emitter, segment, direction):
-    """Return the density of points spread evenly (per steradian), for a ray that hits the triangle.
-
-    `segment` leads to the hit, `direction` is its unit vector.
-    """
+    """Return the even density (per steradian) of a ray; `segment` leads to its hit."""
     facing = -vec.dot(vec.row(geometry.normals, lights.triangle[emitter]), direction)
     return warp.uniform_triangle_pdf(lights.area[emitter]) * vec.dot(segment, segment) / facing
 
