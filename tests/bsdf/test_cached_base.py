@@ -40,7 +40,7 @@ def _fill_bases(scene, n, wi, wo, flux, passed, base):
         fill_base_flux(scene, at, 1.0, flux, base[i])
         found = glossy.lobe_at(scene.geometry, scene.scattering, hit)
         passed[:] = 1.0
-        glossy.pass_lobe(scene.scattering, found, vec.row(wo, i), n, passed)
+        glossy.multiply_transmitted(scene.scattering, found, vec.row(wo, i), n, passed)
         for band in range(base.shape[1]):
             base[i, band] *= passed[band] / np.pi
 

@@ -124,7 +124,6 @@ def places(monkeypatch):
         monkeypatch.setattr(specular_view, "specular_step", step_on)
         monkeypatch.setattr(specular_view, "estimate_irradiance", add_light)
         monkeypatch.setattr(specular_view, "is_rough", lambda *given: False)
-        monkeypatch.setattr(specular_view, "_pass", lambda *given: given[-1])
         monkeypatch.setattr(specular_view, "stream", lambda *given: KEY)
         for name in (
             "absorb",
