@@ -145,10 +145,8 @@ def cabinet(
     """Return a cupboard with doors on a plinth, of given colours of body and doors or any."""
     body, front = map(draw.glazed, colors or (draw.wood(), draw.fabric()))
     base, top, face, wide = 0.07, 0.03, 0.5 * depth - 0.02, width / doors
-    leaf, handle = (
-        box(wide - 0.012, height - base - top - 0.02, 0.018),
-        box(0.014, 0.14, 0.02, 0.006),
-    )
+    leaf = box(wide - 0.012, height - base - top - 0.02, 0.018)
+    handle = box(0.014, 0.14, 0.02, 0.006)
     yield box(width - 0.06, base, depth - 0.06), (0.0, 0.0, -0.01), draw.grey(3)
     yield box(width, height - base - top, depth - 0.04), (0.0, base, -0.02), body
     yield box(width + 0.02, top, depth, 0.006), height - top, body
@@ -189,11 +187,8 @@ def rug(draw: Draw, width: float, depth: float, stripes: int = 7) -> Table:
     wide = width / stripes
     stripe = box(wide, thick, depth, 0.003, 1)
     for i in range(stripes):
-        yield (
-            stripe,
-            ((i + 0.5) * wide - 0.5 * width, 0.0, 0.0),
-            others[i // 2 % 2] if i % 2 else first,
-        )
+        x, color = (i + 0.5) * wide - 0.5 * width, others[i // 2 % 2] if i % 2 else first
+        yield stripe, (x, 0.0, 0.0), color
     yield top_support(width, depth, thick)
 
 

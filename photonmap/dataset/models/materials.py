@@ -290,9 +290,8 @@ class Palette:
         self, rng: Random, materials: str = "lambertian", lightness: float | None = None
     ) -> None:
         if materials not in MATERIALS:
-            raise InputError(
-                f"materials {materials!r} must be one of {', '.join(map(repr, MATERIALS))}"
-            )
+            known = ", ".join(map(repr, MATERIALS))
+            raise InputError(f"materials {materials!r} must be one of {known}")
         self._rng, self.lightness = rng, lightness
         self.mixed = materials in ("mixed", "glossy", "rich")
         self._rough = materials in ("glossy", "rich")

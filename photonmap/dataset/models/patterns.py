@@ -117,12 +117,8 @@ def banded(shape: Shape, *levels: float) -> list[Shape]:
 
 def waves(count: int, twist: float = 0.0) -> Field:
     """Return a field with `count` sectors of either sign around y, twisted by degrees per metre."""
-
-    def field(points: Floats) -> Floats:
-        angle = np.arctan2(points[:, 2], points[:, 0])
-        return np.sin(count * (angle + np.radians(twist) * points[:, 1]) + 0.3)
-
-    return field
+    spin = np.radians(twist)
+    return lambda p: np.sin(count * (np.arctan2(p[:, 2], p[:, 0]) + spin * p[:, 1]) + 0.3)
 
 
 def rings(period: float, phase: float = 0.0) -> Field:

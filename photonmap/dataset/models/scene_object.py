@@ -10,7 +10,7 @@ from typing import ParamSpec
 import numpy as np
 from numpy.typing import ArrayLike
 
-from photonmap.dataset.models.materials import reflectance_of, surface_of
+from photonmap.dataset.models.materials import Draw, reflectance_of, surface_of
 from photonmap.dataset.models.shapes import Floats, Shape, box_mapped, joined
 from photonmap.errors import InputError
 from photonmap.scene.material import Material
@@ -187,6 +187,13 @@ def single_part(name: str, shape: Shape, material: Material) -> SceneObject:
     return SceneObject(name, [Part(shape, material)])
 
 
+def solid(
+    name: str, make: Callable[[Draw], tuple[Shape, Material]]
+) -> Callable[[Draw], SceneObject]:
+    """Return a maker of an object of one part."""
+    return lambda draw: single_part(name, *make(draw))
+
+
 def dealt(shapes: Iterable[Shape], materials: Sequence[Material]) -> list[Part]:
     """Return the shapes that have faces as parts, with the materials dealt in rotation."""
     return [
@@ -218,13 +225,8 @@ def to_meshes(obj: SceneObject, emitter_material: Callable[[Part], Material]) ->
         material = emitter_material(part) if part.light_group else part.material
         key = id(material), part.light_group
         by_material.setdefault(key, (material, []))[1].append(part.shape)
-    meshes = []
-    for material, shapes in by_material.values():
-        shape = joined(shapes)
-        meshes.append(
-            Mesh(shape.vertices, shape.faces, material, obj.name, shape.normals, shape.uv)
-        )
-    return meshes
+    merged = ((material, joined(shapes)) for material, shapes in by_material.values())
+    return [Mesh(s.vertices, s.faces, m, obj.name, s.normals, s.uv) for m, s in merged]
 
 
 def with_lightness(objects: Sequence[SceneObject], mean: float | None) -> Sequence[SceneObject]:

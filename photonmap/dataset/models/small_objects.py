@@ -22,7 +22,7 @@ from photonmap.dataset.models.scene_object import (
     mirrored,
     model,
     multi_part,
-    single_part,
+    solid,
 )
 from photonmap.dataset.models.shapes import (
     Shape,
@@ -62,7 +62,7 @@ def ball(draw: Draw, radius: float = 0.07) -> SceneObject:
     kind, top = draw.whole(0, 4), shape.vertices[:, 1].max()
     paints = [draw.accent(), draw.pale(), draw.accent()]
     if kind == 0:
-        return single_part("ball", shape, draw.metal() if draw.mixed else paints[0])
+        return multi_part("ball", [shape], [draw.metal()] if draw.mixed else paints)
     designs: Sequence[Callable[[], Sequence[Shape]]] = (
         lambda: banded(shape, 0.35 * top, 0.65 * top),
         lambda: split(shape, dots(draw.rng, shape, 0.22 * top, 24)),
@@ -125,7 +125,7 @@ def quadric_sculpture(draw: Draw, size: float = 0.22) -> SceneObject:
     paints = [draw.accent(), draw.pale(), draw.accent()]
     kind, name = draw.whole(0, 2), "superquadric"
     if kind == 0:
-        return single_part(name, shape, draw.glazed(paints[0]))
+        return multi_part(name, [shape], [draw.glazed(paints[0])])
     if kind == 1:
         return multi_part(name, banded(shape, *np.linspace(0.0, extents[1], 6)[1:-1]), paints)
     return multi_part(name, checkerboard(shape, waves(4), rings(0.5 * extents[1])), paints)
@@ -136,7 +136,7 @@ def pebble(draw: Draw, radius: float = 0.1) -> SceneObject:
     shape = lump(draw.rng, radius * draw.number(0.8, 1.2))
     paints = [draw.accent(), draw.fabric(), draw.pale()]
     if draw.chance(0.5):
-        return single_part("pebble", shape, paints[1])
+        return multi_part("pebble", [shape], paints[1:])
     return multi_part("pebble", patches(draw.rng, shape, 3, 1.2 * radius), paints)
 
 
@@ -163,22 +163,9 @@ def soap_bottle(draw: Draw) -> Table:
     yield box(0.014, 0.01, 0.05, 0.003), (0.0, tall + 0.04, 0.015), draw.grey(8)
 
 
-@model("paper roll")
-def paper_roll(draw: Draw) -> Table:
-    """Return a roll of paper that stands."""
-    yield cylinder(0.055, 0.1, 0.006, 32), 0.0, draw.grey(9)
-
-
-@model("towel")
-def towel(draw: Draw) -> Table:
-    """Return a folded towel."""
-    yield box(0.24, 0.07, 0.16, 0.02, 3), 0.0, draw.fabric()
-
-
-@model("basket")
-def basket(draw: Draw) -> Table:
-    """Return a basket for laundry."""
-    yield pot_shape(draw.rng, draw.number(0.4, 0.6)), 0.0, draw.wood()
+paper_roll = solid("paper roll", lambda draw: (cylinder(0.055, 0.1, 0.006, 32), draw.grey(9)))
+towel = solid("towel", lambda draw: (box(0.24, 0.07, 0.16, 0.02, 3), draw.fabric()))
+basket = solid("basket", lambda draw: (pot_shape(draw.rng, draw.number(0.4, 0.6)), draw.wood()))
 
 
 @model("bin")
@@ -216,11 +203,8 @@ def crate(draw: Draw, size: float) -> Table:
     for y in (wall, wall + (tall - wall - slat)):
         yield long, mirrored("z", 0.0, y, 0.5 * (deep - wall)), wood
         yield across, mirrored("x", 0.5 * (wide - wall), y, 0.0), wood
-    post, corner = (
-        box(wall, tall, wall, 0.002),
-        (0.5 * wide - 1.5 * wall, wall, 0.5 * deep - 1.5 * wall),
-    )
-    for at in mirrored("xz", *corner):
+    post = box(wall, tall, wall, 0.002)
+    for at in mirrored("xz", 0.5 * wide - 1.5 * wall, wall, 0.5 * deep - 1.5 * wall):
         yield post, at, draw.wood()
 
 

@@ -9,16 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from photonmap.dataset.models.materials import Draw
-from photonmap.dataset.models.patterns import (
-    banded,
-    checkerboard,
-    rings,
-    split,
-    split_at,
-    waves,
-    zigzag,
-)
-from photonmap.dataset.models.scene_object import SceneObject, multi_part, single_part
+from photonmap.dataset.models.patterns import banded, checkerboard, rings, split_at, waves, zigzag
+from photonmap.dataset.models.scene_object import SceneObject, multi_part, single_part, solid
 from photonmap.dataset.models.shapes import (
     Floats,
     Random,
@@ -111,7 +103,7 @@ def decorate(draw: Draw, name: str, shape: Shape) -> SceneObject:
     designs: Sequence[Callable[[], Sequence[Shape]]] = (
         lambda: [shape],
         lambda: banded(shape, 0.4 * tall, 0.5 * tall, 0.72 * tall),
-        lambda: split(shape, waves(draw.whole(5, 8), 60.0 / tall)),
+        lambda: split_at(shape, waves(draw.whole(5, 8), 60.0 / tall)),
         lambda: checkerboard(shape, waves(draw.whole(6, 9)), rings(tall / 3.5)),
         lambda: split_at(shape, *(zigzag(at * tall, 12, 0.06 * tall) for at in (0.38, 0.62))),
         lambda: banded(shape, 0.3 * tall, 0.8 * tall),
@@ -139,12 +131,6 @@ def bowl(draw: Draw, radius: float = 0.13) -> SceneObject:
     return multi_part("bowl", banded(shape, 0.82 * shape.vertices[:, 1].max()), paints)
 
 
-def basin(draw: Draw) -> SceneObject:
-    """Return a white basin."""
-    shape = bowl_shape(draw.rng, draw.number(0.18, 0.21))
-    return single_part("basin", shape, draw.glazed(draw.grey(9)))
-
-
 def bottle(draw: Draw) -> SceneObject:
     """Return a bottle, of glass if materials are mixed."""
     tall, shoulder = draw.number(0.24, 0.32), draw.number(0.5, 0.66)
@@ -152,12 +138,6 @@ def bottle(draw: Draw) -> SceneObject:
     neck = [(0.05, shoulder + 0.2), (0.045, 0.95), (0.052, 1.0)]
     shape = hollow(_profile(draw.rng, body + neck, tall, 0.0, COARSE), 0.012 * tall, 0.02 * tall)
     return single_part("bottle", shape, draw.glass(draw.chip(None, (3, 6), (4, 10))))
-
-
-def cup(draw: Draw) -> SceneObject:
-    """Return a cup with a handle."""
-    shape = joined(cup_shapes(draw.rng, draw.number(0.08, 0.1)))
-    return single_part("cup", shape, draw.glazed(draw.accent()))
 
 
 def cup_shapes(
@@ -177,6 +157,17 @@ def cup_shapes(
     ear += [(0.5 * low + 0.5 * reach, 0.27), (low, 0.25)]
     path = smooth_curve([(x, y * tall, 0.0) for x, y in ear], 2 * detail.steps)
     return body, tube(path, 0.045 * tall, detail.segments // 3)
+
+
+basin = solid(
+    "basin", lambda draw: (bowl_shape(draw.rng, draw.number(0.18, 0.21)), draw.glazed(draw.grey(9)))
+)
+
+
+def cup(draw: Draw) -> SceneObject:
+    """Return a cup with a handle."""
+    shape = joined(cup_shapes(draw.rng, draw.number(0.08, 0.1)))
+    return single_part("cup", shape, draw.glazed(draw.accent()))
 
 
 def plate(draw: Draw) -> SceneObject:

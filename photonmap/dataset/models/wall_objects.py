@@ -55,9 +55,8 @@ def _landscape(draw: Draw, width: float, height: float) -> Iterable[Row]:
     for index in range(draw.whole(2, 4)):
         base = height * (0.15 + 0.16 * index)
         hill, sky = split(sky, _below_hills(draw, base, 0.1 * height, width))
-        yield from dealt(
-            [hill], [draw.chip(hue + 8.0 * index, (4 + index, 5 + index), (4, 8), 6.0)]
-        )
+        color = draw.chip(hue + 8.0 * index, (4 + index, 5 + index), (4, 8), 6.0)
+        yield from dealt([hill], [color])
     radius = draw.number(0.07, 0.14) * min(width, height)
     away = _distance_from(draw.number(-0.35, 0.35) * width, draw.number(0.72, 0.82) * height)
     sun = split(sky, lambda points: away(points) - radius)

@@ -8,6 +8,7 @@ import numpy as np
 
 from photonmap.dataset.models.materials import Draw
 from photonmap.dataset.scenes.illumination import (
+    AnyIllumination,
     Illumination,
     choose_illumination,
     find_illumination,
@@ -36,7 +37,7 @@ LARGEST_SEED = 2**63 - 1
 def build_scene(
     name: str,
     seed: int = 0,
-    illumination: str | Illumination | RandomLights = "white",
+    illumination: AnyIllumination = "white",
     materials: str = "lambertian",
     lightness: float | None = None,
     scale: float = 1.0,
@@ -71,7 +72,7 @@ def build_scene(
 
 
 def draw_illumination(
-    name: str, seed: int, illumination: str | Illumination | RandomLights = "white"
+    name: str, seed: int, illumination: AnyIllumination = "white"
 ) -> Illumination:
     """Draw the lights of an illumination for a scene name and seed; see `build_scene`."""
     found = find_illumination(illumination)

@@ -49,9 +49,8 @@ class LightMeter:
         self._parts = [part for obj in objects for part in obj.parts]
         self._closed = closed
         whole = joined([part.shape for part in self._parts])
-        owners = np.repeat(
-            np.arange(len(self._parts)), [len(part.shape.faces) for part in self._parts]
-        )
+        sizes = [len(part.shape.faces) for part in self._parts]
+        owners = np.repeat(np.arange(len(sizes)), sizes)
         self._rays = RayCaster(whole.vertices, whole.faces)
         origin = np.array(camera.origin, np.float64)
         ways = directions(np.array(camera.target) - origin, camera.fov)

@@ -93,9 +93,11 @@ class Illumination:
             )
 
 
-def find_illumination(
-    illumination: str | Illumination | RandomLights,
-) -> str | Illumination | RandomLights:
+AnyIllumination = str | Illumination | RandomLights
+"""One of `NAMED`, or your own."""
+
+
+def find_illumination(illumination: AnyIllumination) -> AnyIllumination:
     """Return the lights that a name of `NAMED` draws at random; any other illumination unchanged.
 
     Raises
@@ -111,9 +113,7 @@ def find_illumination(
     return RANDOM.get(illumination, illumination)
 
 
-def choose_illumination(
-    illumination: str | Illumination | RandomLights, rng: np.random.Generator
-) -> Illumination:
+def choose_illumination(illumination: AnyIllumination, rng: np.random.Generator) -> Illumination:
     """Draw the lights of an illumination that leaves a choice, as `find_illumination` finds it."""
     found = find_illumination(illumination)
     if isinstance(found, Illumination):

@@ -6,15 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from photonmap.dataset.models import (
-    furniture,
-    garments,
-    lamps,
-    plants,
-    small_objects,
-    vessels,
-    wall_objects,
-)
+from photonmap.dataset.models import furniture, lamps, plants, small_objects, vessels, wall_objects
 from photonmap.dataset.models.arrangements import (
     SHOP_THINGS,
     TOILETRIES,
@@ -32,25 +24,25 @@ from photonmap.dataset.models.arrangements import (
     stack_books,
 )
 from photonmap.dataset.models.furniture import chair
+from photonmap.dataset.models.garments import coat_rack
 from photonmap.dataset.models.materials import Draw, Range
 from photonmap.dataset.models.scene_object import SceneObject, Support, bounds_of
 from photonmap.dataset.models.vessels import bowl, cup, plate, vase
-from photonmap.dataset.scenes.rooms.room_builder import Group
+from photonmap.dataset.scenes.rooms.room_builder import Group, Objects
 
 MakeGroup = Callable[[Draw], Group]
-Objects = Sequence[SceneObject]
 
 _PASSAGE = 0.6
 """Depth of the floor that is kept free in front of seats, shelves and cupboards, metres."""
 _RUG = 0.008  # thickness of a rug, metres
 
 
-def shifted(objects: Objects, x: float, z: float, y: float = 0.0) -> list[SceneObject]:
+def shifted(objects: Objects, x: float, z: float, y: float = 0.0) -> Objects:
     """Return objects moved by x, y and z, metres."""
     return [obj.moved((x, y, z)) for obj in objects]
 
 
-def side_by_side(objects: Iterable[tuple[SceneObject, float]]) -> list[SceneObject]:
+def side_by_side(objects: Iterable[tuple[SceneObject, float]]) -> Objects:
     """Return objects in a row along x that is centred; each with the gap behind it, metres."""
     row, at = list[SceneObject](), 0.0
     for obj, gap in objects:
@@ -64,9 +56,7 @@ def alone(make: Maker) -> MakeGroup:
     return lambda draw: Group([make(draw)])
 
 
-def _seats_around(
-    draw: Draw, radius: float, gap: Range, makers: Sequence[Maker]
-) -> list[SceneObject]:
+def _seats_around(draw: Draw, radius: float, gap: Range, makers: Sequence[Maker]) -> Objects:
     """Return seats, two or all of three, in a range of distances around a table of a radius."""
     placed = list[SceneObject]()
     start, count = draw.number(0.0, 360.0), draw.whole(2, len(makers))
@@ -78,9 +68,7 @@ def _seats_around(
     return placed
 
 
-def seats_facing(
-    draw: Draw, x: Iterable[float], reach: float, gap: Range, lean: float
-) -> list[SceneObject]:
+def seats_facing(draw: Draw, x: Iterable[float], reach: float, gap: Range, lean: float) -> Objects:
     """Return chairs on both sides of a table, at places x, turned by at most `lean` degrees.
 
     The middle of a chair is farther than the edge of the table, `reach`, by a gap from a range.
@@ -101,7 +89,7 @@ def _chair_at(draw: Draw, desk: SceneObject, lean: float, x: Range, gap: Range) 
     return made.moved((draw.number(*x), 0.0, z))
 
 
-def _on_rug(draw: Draw, objects: Objects) -> list[SceneObject]:
+def _on_rug(draw: Draw, objects: Objects) -> Objects:
     """Return objects that stand on a rug somewhat larger than they are."""
     low, high = bounds_of(objects)
     (wide, _, deep), (x, _, z) = high - low, 0.5 * (low + high)
@@ -110,7 +98,7 @@ def _on_rug(draw: Draw, objects: Objects) -> list[SceneObject]:
     return [*shifted([rug], float(x), float(z)), *shifted(objects, 0.0, 0.0, _RUG)]
 
 
-def _low_table(draw: Draw) -> list[SceneObject]:
+def _low_table(draw: Draw) -> Objects:
     """Return a round or a rectangular low table with books, bowls and cups."""
     if draw.chance(0.5):
         table = furniture.round_table(draw, draw.number(0.32, 0.55), draw.number(0.36, 0.5))
@@ -355,10 +343,10 @@ def wash_place(draw: Draw) -> Group:
     doors = draw.whole(1, 3)
     wide = max(0.62, doors * draw.number(0.38, 0.5))
     stand = furniture.cabinet(draw, wide, draw.number(0.7, 0.8), doors, 0.5)
-    top, basin = stand.supports[0], vessels.basin(draw)
-    basin, tap = place_at(top, basin, 0.5, 0.62), small_objects.tap(draw)
-    behind = float(basin.bounds[0, 2]) - float(tap.bounds[1, 2]) - 0.005
-    placed = [basin, tap.moved((0.0, top.y, behind))]
+    top = stand.supports[0]
+    washbowl, tap = place_at(top, vessels.basin(draw), 0.5, 0.62), small_objects.tap(draw)
+    behind = float(washbowl.bounds[0, 2]) - float(tap.bounds[1, 2]) - 0.005
+    placed = [washbowl, tap.moved((0.0, top.y, behind))]
     things = draw.several(TOILETRIES, draw.whole(2, 5))
     return Group(furnish(draw, stand, things, placed), _PASSAGE)
 
@@ -442,7 +430,7 @@ def coats(draw: Draw) -> Group:
     """Return a coat rack on the wall with a bench and shoes below."""
     wide = draw.number(0.9, 1.6)
     bench = furniture.bench(draw, wide)
-    rack = garments.coat_rack(draw, wide).moved((0.0, 0.55, 0.0))
+    rack = coat_rack(draw, wide).moved((0.0, 0.55, 0.0))
     shoes = [small_objects.shoes(draw) for _ in range(draw.whole(1, 3))]
     group = [bench]
     for index, pair in enumerate(shoes):
@@ -463,7 +451,7 @@ MakeHung = Callable[[Draw], Objects]
 """Makes what hangs on a wall, its back at z = 0."""
 
 
-def framed(draw: Draw, wide: float | None = None) -> list[SceneObject]:
+def framed(draw: Draw, wide: float | None = None) -> Objects:
     """Return a picture, perhaps in a mount, for a stretch of wall of some width or any."""
     wide = wide or draw.number(0.6, 1.7)
     width = min(draw.number(0.55, 0.85) * wide, 1.5)
@@ -472,7 +460,7 @@ def framed(draw: Draw, wide: float | None = None) -> list[SceneObject]:
     return [wall_objects.picture(draw, width, height, mount)]
 
 
-def row_of_pictures(draw: Draw, wide: float) -> list[SceneObject]:
+def row_of_pictures(draw: Draw, wide: float) -> Objects:
     """Return two to four pictures of one size beside each other."""
     count, gap = min(draw.whole(2, 4), max(2, int(wide / 0.4))), draw.number(0.05, 0.12)
     width = min(0.85 * wide / count - gap, 0.6)
@@ -480,7 +468,7 @@ def row_of_pictures(draw: Draw, wide: float) -> list[SceneObject]:
     return side_by_side((wall_objects.picture(draw, *size), gap) for _ in range(count))
 
 
-def posters(draw: Draw, wide: float) -> list[SceneObject]:
+def posters(draw: Draw, wide: float) -> Objects:
     """Return one to three posters."""
     count, gap = max(1, min(draw.whole(1, 3), int(wide / 0.55))), draw.number(0.04, 0.2)
     width = min(0.9 * wide / count - gap, draw.number(0.5, 0.75))
@@ -488,7 +476,7 @@ def posters(draw: Draw, wide: float) -> list[SceneObject]:
     return side_by_side((each, gap) for each in made)
 
 
-def wall_board(draw: Draw, wide: float | None = None) -> list[SceneObject]:
+def wall_board(draw: Draw, wide: float | None = None) -> Objects:
     """Return a wall shelf with vessels or books, for a stretch of wall of some width or any."""
     wide = min(draw.number(0.6, 0.9) * wide, 2.2) if wide else draw.number(0.8, 2.2)
     board = furniture.wall_board(draw, wide, draw.number(0.2, 0.28))
@@ -498,7 +486,7 @@ def wall_board(draw: Draw, wide: float | None = None) -> list[SceneObject]:
     return [board, *in_row(draw, level, draw_vessels(draw, 14, small=True), (0.03, 0.16))]
 
 
-def tools(draw: Draw, wide: float = 2.0) -> list[SceneObject]:
+def tools(draw: Draw, wide: float = 2.0) -> Objects:
     """Return a board with tools, for a stretch of wall of some width or any."""
     return [wall_objects.tool_board(draw, min(0.9 * wide, draw.number(0.9, 1.8)))]
 

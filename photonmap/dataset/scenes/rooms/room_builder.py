@@ -109,7 +109,8 @@ class Group:
         return cache(lambda degrees: [obj.turned(degrees) for obj in self.objects])
 
 
-Dressing = Callable[[Draw, float], Sequence[SceneObject]]
+Objects = list[SceneObject]
+Dressing = Callable[[Draw, float], Objects]
 """Makes what hangs on a stretch of wall of some length, metres, around x = 0, its back at z = 0."""
 _WALLS = list(TURNS)
 
@@ -184,7 +185,7 @@ class RoomBuilder:
                 return True
         return False
 
-    def hang(self, objects: Sequence[SceneObject], heights: Range) -> bool:
+    def hang(self, objects: Objects, heights: Range) -> bool:
         """Hang a group of objects on some wall, behind nothing; their backs are at z = 0."""
         low, high = bounds_of(objects)
         wide = 2.0 * float(max(-low[0], high[0])) + 0.1
@@ -313,9 +314,7 @@ class RoomBuilder:
             start = max(start, last)
         return stretches
 
-    def hang_at(
-        self, objects: Sequence[SceneObject], wall: str, along: float, height: float
-    ) -> bool:
+    def hang_at(self, objects: Objects, wall: str, along: float, height: float) -> bool:
         """Hang objects at a place on a wall, if they are in no one's way."""
         x, z = shell.in_front_of(wall, self.size, along, 0.0)
         turned = [obj.turned(TURNS[wall]) for obj in objects]
@@ -334,7 +333,7 @@ class RoomBuilder:
         self._subject = self._subject or self._objects[-len(turned) :]
         return True
 
-    def _add(self, objects: Sequence[SceneObject], boxes: Floats, offset: Floats) -> bool:
+    def _add(self, objects: Objects, boxes: Floats, offset: Floats) -> bool:
         """Move objects and add them if they lie within the room and are in no one's way."""
         boxes = boxes + offset
         half = 0.5 * self.size + 1e-9
@@ -351,7 +350,7 @@ class RoomBuilder:
         return True
 
 
-def _boxes_of(objects: Sequence[SceneObject]) -> Floats:
+def _boxes_of(objects: Objects) -> Floats:
     """Return the bounding boxes of all parts, (n, 2, 3), metres."""
     return np.concatenate([obj.boxes for obj in objects])
 
