@@ -29,14 +29,13 @@ class Frame(NamedTuple):
 
 
 def choose_frame(vertices: NDArray[np.float64], camera: Camera | None) -> Frame:
-    """Return where the kernels' numbers have their origin, and their unit of length."""
+    """Return where the kernels' numbers have their origin, and their unit of length.
+
+    That is the longest side of the scene, or 1 where all is in one point. The origin, about which
+    float32 is finest, is the scene's middle, or the camera where it stands among things that are
+    small against the scene.
+    """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    size = _size(low, high)
-    return Frame(_choose_center(vertices, camera, 0.5 * (low + high), size), size)
-
-
-def _size(low: NDArray[np.float64], high: NDArray[np.float64]) -> float:
-    """Return the longest side of the box from low to high; 1 where all is in one point."""
     with np.errstate(over="ignore"):
         size = float((high - low).max()) or 1.0
     if not SMALLEST <= size <= LARGEST:
@@ -44,22 +43,10 @@ def _size(low: NDArray[np.float64], high: NDArray[np.float64]) -> float:
             f"the scene measures {size:.3g} units: depths from {SMALLEST:g} to {LARGEST:g} can be "
             f"represented; choose another unit"
         )
-    return size
-
-
-def _choose_center(
-    vertices: NDArray[np.float64],
-    camera: Camera | None,
-    middle: NDArray[np.float64],
-    size: float,
-) -> NDArray[np.float64]:
-    """Return the origin of the kernels' numbers, about which float32 is finest.
-
-    The scene's middle, or the camera where it stands among things that are small against the scene.
-    """
+    middle = 0.5 * (low + high)
     if camera is None:
-        return middle
+        return Frame(middle, size)
     origin = np.array(camera.origin)
     nearest = np.abs(vertices - origin).max(axis=1).min()
     inside = np.abs(origin - middle).max() <= size
-    return origin if inside and nearest < CLOSE * size else middle
+    return Frame(origin if inside and nearest < CLOSE * size else middle, size)

@@ -52,21 +52,13 @@ def _check_mesh(mesh: Mesh) -> None:
     if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
         worst = mesh.faces.max() if mesh.faces.min() >= 0 else mesh.faces.min()
         raise InputError(f"{name}: a face names vertex {worst}, but there are {len(mesh.vertices)}")
-    if mesh.normals is not None and mesh.normals.shape != mesh.vertices.shape:
-        raise InputError(
-            f"{name}: normals must be {mesh.vertices.shape}, one per vertex, "
-            f"not {mesh.normals.shape}"
-        )
-    tangents = (len(mesh.vertices), 4)
-    if mesh.tangents is not None and mesh.tangents.shape != tangents:
-        raise InputError(
-            f"{name}: tangents must be {tangents}, one per vertex, not {mesh.tangents.shape}"
-        )
+    for label, columns in (("normals", 3), ("tangents", 4), ("uv", 2)):
+        given, wanted = getattr(mesh, label), (len(mesh.vertices), columns)
+        is_idle = given is None or (label == "uv" and not mesh.material.uses_uv)
+        if not is_idle and given.shape != wanted:
+            raise InputError(f"{name}: {label} must be {wanted}, one per vertex, not {given.shape}")
     _check_colors(mesh, name)
     if mesh.uv is not None and mesh.material.uses_uv:
-        if mesh.uv.shape != (len(mesh.vertices), 2):
-            wanted = (len(mesh.vertices), 2)
-            raise InputError(f"{name}: uv must be {wanted}, one per vertex, not {mesh.uv.shape}")
         sound = (np.abs(mesh.uv) <= FARTHEST).all(axis=1)
         if not sound.all():
             row = int(np.argmin(sound))
@@ -209,27 +201,23 @@ def _join_normals(meshes: list[Mesh]) -> NDArray[np.float32]:
     """Return the shading normals of all meshes, (0, 3) if none has any."""
     if all(mesh.normals is None for mesh in meshes):
         return np.zeros((0, 3), np.float32)
-    return np.concatenate([_shading_normals(mesh) for mesh in meshes])
+    return np.concatenate([_vertex_rows(mesh, mesh.unit_normals, 3) for mesh in meshes])
 
 
 def _join_uv(meshes: list[Mesh]) -> NDArray[np.float32]:
     """Return the texture coordinates of all meshes, (0, 2) if none has a texture."""
     if not any(mesh.material.uses_uv for mesh in meshes):
         return np.zeros((0, 2), np.float32)
-    return np.concatenate([_uv(mesh) for mesh in meshes])
+    return np.concatenate(
+        [_vertex_rows(mesh, mesh.uv if mesh.material.uses_uv else None, 2) for mesh in meshes]
+    )
 
 
-def _uv(mesh: Mesh) -> NDArray[np.float32]:
-    if mesh.uv is None or not mesh.material.uses_uv:
-        return np.zeros((len(mesh.vertices), 2), np.float32)
-    return mesh.uv.astype(np.float32)
-
-
-def _shading_normals(mesh: Mesh) -> NDArray[np.float32]:
-    normals = mesh.unit_normals
-    if normals is None:
-        return np.zeros(mesh.vertices.shape, np.float32)
-    return normals.astype(np.float32)
+def _vertex_rows(mesh: Mesh, rows: NDArray[np.float64] | None, columns: int) -> NDArray[np.float32]:
+    """Return rows of vertices; 0 where the mesh has none."""
+    if rows is None:
+        return np.zeros((len(mesh.vertices), columns), np.float32)
+    return rows.astype(np.float32)
 
 
 def without_strays(mesh: Mesh) -> Mesh:

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.scene.lights import DirectionalLight, Emitter, Light
+from photonmap.scene.lights import AllAround, DirectionalLight, Emitter, Light
 from photonmap.scene.parameters import Emission, Number, Text, Vector
 from photonmap.spectra.curves import Color
 from photonmap.spectra.daylight import (
@@ -58,17 +58,9 @@ class _ClearDay(Light):
         return ClearSky(self.turbidity, self.elevation)
 
 
-class _AllAround(Light):
-    """Light that differs by direction; +y is up, and below the horizon lies level ground."""
-
-    def emitter(self) -> Emitter:
-        """Return light from all around, as of a dome."""
-        return Emitter("dome", lambda radius: (2.0 * np.pi * radius) ** 2)
-
-
 @dataclass(frozen=True)
-class SkyLight(_ClearDay, _AllAround):
-    """A clear sky without its sun; +y is up.
+class SkyLight(_ClearDay, AllAround):
+    """A clear sky without its sun; +y is up, and below the horizon lies level ground.
 
     Radiances are W·m⁻²·sr⁻¹ a nanometre: see `photonmap.spectra.daylight`.
 
@@ -132,7 +124,7 @@ class SunLight(_ClearDay):
 
 
 @dataclass(frozen=True)
-class OvercastLight(_AllAround):
+class OvercastLight(AllAround):
     """The sky under clouds, of one spectrum, three times as bright at the zenith as at the horizon.
 
     The CIE's standard overcast sky (Moon and Spencer 1942; CIE S 011:2003): at an elevation γ it

@@ -260,8 +260,16 @@ class DirectionalLight(Light):
         )
 
 
+class AllAround(Light):
+    """Light from all around, infinitely far away."""
+
+    def emitter(self) -> Emitter:
+        """Return that of a dome."""
+        return Emitter("dome", lambda radius: (2.0 * np.pi * radius) ** 2)
+
+
 @dataclass(frozen=True)
-class DomeLight(Light):
+class DomeLight(AllAround):
     """The same radiance, W·m⁻²·sr⁻¹, from every direction, infinitely far away."""
 
     radiance: Annotated[Color, Emission("radiance", "W·m⁻²·sr⁻¹")] = 1.0
@@ -269,13 +277,9 @@ class DomeLight(Light):
     group: _Name = ""
     kind: ClassVar[str] = "dome"
 
-    def emitter(self) -> Emitter:
-        """Return light from all around."""
-        return Emitter("dome", lambda radius: (2.0 * np.pi * radius) ** 2)
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EnvironmentLight(Light):
+class EnvironmentLight(AllAround):
     """A map of radiance all around, infinitely far away.
 
     Row 0 surrounds +y. At a rotation of 0 the centre column looks along -z, and columns to its
@@ -301,10 +305,6 @@ class EnvironmentLight(Light):
     kind: ClassVar[str] = "environment"
 
     __repr__ = brief
-
-    def emitter(self) -> Emitter:
-        """Return light from all around, as of a dome."""
-        return Emitter("dome", lambda radius: (2.0 * np.pi * radius) ** 2)
 
 
 def check_light(

@@ -16,7 +16,7 @@ from photonmap.errors import InputError
 from photonmap.runtime.wording import brief
 from photonmap.scene.distortion import find_fold, widest_angle
 from photonmap.scene.images import read_channels
-from photonmap.scene.parameters import File, Number, Numbers, Whole
+from photonmap.scene.parameters import File, Number, Numbers, Whole, parameters_of
 
 PROJECTIONS: dict[str, type[Projection]] = {}
 """The kinds of projections, by their `type` in TOML files."""
@@ -67,8 +67,9 @@ class Projection:
         return None
 
     def describe(self) -> dict[str, Any]:
-        """Return the JSON-able record of what is not in the matrix."""
-        return {}
+        """Return the JSON-able record of what is not in the matrix: of its numbers."""
+        declared = parameters_of(type(self)).items()
+        return {name: getattr(self, name) for name, each in declared if isinstance(each, Number)}
 
 
 @dataclass(frozen=True)
@@ -85,10 +86,6 @@ class Pinhole(Projection):
         focal = 0.5 * height / math.tan(math.radians(self.fov) / 2.0)
         return _matrix(focal, focal, 0.5 * width, 0.5 * height)
 
-    def describe(self) -> dict[str, Any]:
-        """Return the angle."""
-        return {"fov": self.fov}
-
 
 @dataclass(frozen=True)
 class Orthographic(Projection):
@@ -103,10 +100,6 @@ class Orthographic(Projection):
         """Return what projects points at any depth."""
         scale = height / self.height
         return _matrix(scale, scale, 0.5 * width, 0.5 * height)
-
-    def describe(self) -> dict[str, Any]:
-        """Return the height."""
-        return {"height": self.height}
 
 
 @dataclass(frozen=True)
@@ -129,6 +122,12 @@ class _Calibrated(Projection):
     cx: _Center = None
     cy: _Center = None
     distortion: tuple[float, ...] = ()
+    most: ClassVar[int]
+
+    @property
+    def coefficients(self) -> tuple[float, ...]:
+        """As many as there can be; those that are not given are 0."""
+        return (*self.distortion, *(0.0,) * (self.most - len(self.distortion)))
 
     @property
     def normalized_corners(self) -> tuple[float, float, float, float]:
@@ -161,13 +160,9 @@ class Intrinsics(_Calibrated):
         tuple[float, ...], Numbers("distortion (k1, k2, p1, p2, k3)", counts=(0, 4, 5))
     ] = ()
     kind: ClassVar[str] = "intrinsics"
+    most: ClassVar[int] = 5
     takes_lens: ClassVar[bool] = True
     has_axis: ClassVar[bool] = True
-
-    @property
-    def coefficients(self) -> tuple[float, ...]:
-        """Five of them."""
-        return (*self.distortion, *(0.0,) * (5 - len(self.distortion)))
 
     def find_conflict(self) -> str | None:
         """Find distortion that folds the image."""
@@ -188,11 +183,7 @@ class FisheyeIntrinsics(_Calibrated):
         tuple[float, ...], Numbers("distortion (k1, k2, k3, k4)", counts=(0, 4))
     ] = ()
     kind: ClassVar[str] = "fisheye intrinsics"
-
-    @property
-    def coefficients(self) -> tuple[float, ...]:
-        """Four of them."""
-        return (*self.distortion, *(0.0,) * (4 - len(self.distortion)))
+    most: ClassVar[int] = 4
 
     def find_conflict(self) -> str | None:
         """Find an angle within the image at which the radius stops increasing."""
@@ -219,10 +210,6 @@ class Fisheye(Projection):
         """Return K; it multiplies angles, radians, in the direction away from the middle."""
         focal = height / math.radians(self.fov)
         return _matrix(focal, focal, 0.5 * width, 0.5 * height)
-
-    def describe(self) -> dict[str, Any]:
-        """Return the angle."""
-        return {"fov": self.fov}
 
 
 @dataclass(frozen=True)

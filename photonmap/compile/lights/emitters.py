@@ -86,20 +86,14 @@ class _Shining(NamedTuple):
 
 
 class _Layout(NamedTuple):
-    """Where emitters are and how they shine, as in `Lights`."""
+    """Where emitters are and how they shine."""
 
-    kind: NDArray[np.uint8]
-    triangle: NDArray[np.int32]
-    position: NDArray[np.float64]
-    axis: NDArray[np.float64]
-    parameters: NDArray[np.float64]
-    area: NDArray[np.float64]
+    lights: Lights
+    """without spectra and probabilities"""
     extent: NDArray[np.float64]
     """(K,) power of an emission of 1"""
     cone: NDArray[np.float64]
     """(K, 2), as in `EmitterBounds`"""
-    profiles: Profiles | None
-    portals: SunPortals | None
 
 
 def compile_lights(
@@ -126,14 +120,14 @@ def compile_lights(
     rest = [k for k in range(len(shining.lights)) if k != shining.dome or not opens.any()]
     layout = _lay_out(geometry, emitting, [shining.lights[k] for k in rest], frame)
     layout = _let_suns_in(layout, geometry, portals)
-    if layout.portals is None and shining.dome < 0:
+    if layout.lights.portals is None and shining.dome < 0:
         warn_of_black_portals(materials)
     row = np.concatenate([material[emitting], len(emission) + np.array(rest, int)])
     row[: len(emitting)][opens[material[emitting]]] = len(emission) + shining.dome
     spectra = np.concatenate(
         [emission, *(_spectrum(light, shining.sky, bands)[None] for light in shining.lights)]
     )
-    spectra[row[np.isin(layout.kind, numbers_where(has_place=True, has_area=False))]] /= (
+    spectra[row[np.isin(layout.lights.kind, numbers_where(has_place=True, has_area=False))]] /= (
         frame.size * frame.size
     )
     described = _descriptions(materials, shining.lights)
@@ -163,24 +157,11 @@ def _record(
     mean = spectra[row].mean(axis=1)
     flux, power = _measure_power(layout.extent, mean)
     cdf = make_cdf(mix_uniform(flux, names))
-    dome = np.flatnonzero(layout.kind == DOME)
-    record = Lights(
-        kind=layout.kind,
-        triangle=layout.triangle,
-        position=layout.position,
-        axis=layout.axis,
-        parameters=layout.parameters,
-        area=layout.area,
+    record = layout.lights._replace(
         spectrum=row.astype(np.int32),
         spectra=(spectra / power).astype(np.float32),
         cdf=cdf,
-        dome=int(dome[0]) if len(dome) else -1,
-        radius=_radius(geometry),
-        environment=None,
-        profiles=layout.profiles,
-        emission_textures=None,
         tree=_grow_tree(geometry, layout, mean, cdf),
-        portals=layout.portals,
     )
     return record, flux
 
@@ -218,11 +199,6 @@ def _find_shining(
     return _Shining(shining, sky, around[0] if around else -1)
 
 
-def _radius(geometry: Geometry) -> float:
-    """Return the radius of a sphere around the origin that holds the scene."""
-    return 1.001 * float(np.linalg.norm(geometry.vertices, axis=1).max())
-
-
 def _measure_power(
     extent: NDArray[np.float64], mean: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], float]:
@@ -243,46 +219,54 @@ def _lay_out(
 ) -> _Layout:
     """Lay out emitting triangles, then lights, in the kernels' units."""
     first, count = len(emitting), len(emitting) + len(lights)
-    layout = _Layout(
-        kind=np.full(count, TRIANGLE, np.uint8),
-        triangle=np.full(count, -1, np.int32),
-        position=np.zeros((count, 3)),
-        axis=np.zeros((count, 3)),
-        parameters=np.zeros((count, _MOST_PARAMETERS)),
-        area=np.zeros(count),
-        extent=np.zeros(count),
-        cone=np.ones((count, 2)),
-        profiles=None,
-        portals=None,
-    )
-    layout.triangle[:first] = emitting
-    layout.area[:first] = triangle_areas(geometry, emitting)
-    layout.extent[:first] = np.pi * layout.area[:first]
-    layout.cone[:first] = 1.0, 0.0
-    radius = _radius(geometry)
+    kind, extent, area = np.full(count, TRIANGLE, np.uint8), np.zeros(count), np.zeros(count)
+    position, axis, cone = np.zeros((count, 3)), np.zeros((count, 3)), np.ones((count, 2))
+    triangle, parameters = np.full(count, -1, np.int32), np.zeros((count, _MOST_PARAMETERS))
+    triangle[:first] = emitting
+    area[:first] = triangle_areas(geometry, emitting)
+    extent[:first] = np.pi * area[:first]
+    cone[:first] = 1.0, 0.0
+    radius = 1.001 * float(np.linalg.norm(geometry.vertices, axis=1).max())
     described = [light.emitter() for light in lights]
     for index, emitter in enumerate(described, start=first):
-        layout.kind[index] = NUMBERS[emitter.kind]
+        kind[index] = NUMBERS[emitter.kind]
         if emitter.position is not None:
-            layout.position[index] = frame.into(np.array(emitter.position))
-        layout.axis[index] = emitter.axis
+            position[index] = frame.into(np.array(emitter.position))
+        axis[index] = emitter.axis
         own = KINDS[emitter.kind].functions.Parameters(**emitter.parameters)
-        layout.parameters[index, : len(own)] = own
-        layout.extent[index] = emitter.extent(radius)
-        layout.cone[index] = emitter.cone, 1.0
-    return layout._replace(
-        profiles=_collect_profiles([emitter.profile for emitter in described], first)
+        parameters[index, : len(own)] = own
+        extent[index] = emitter.extent(radius)
+        cone[index] = emitter.cone, 1.0
+    none, dome = np.empty(0), np.flatnonzero(kind == DOME)
+    record = Lights(
+        kind=kind,
+        triangle=triangle,
+        position=position,
+        axis=axis,
+        parameters=parameters,
+        area=area,
+        spectrum=none.astype(np.int32),
+        spectra=none.astype(np.float32).reshape(0, 0),
+        cdf=none,
+        dome=int(dome[0]) if len(dome) else -1,
+        radius=radius,
+        environment=None,
+        profiles=_collect_profiles([emitter.profile for emitter in described], first),
+        emission_textures=None,
+        tree=None,
+        portals=None,
     )
+    return _Layout(record, extent, cone)
 
 
 def _let_suns_in(layout: _Layout, geometry: Geometry, portals: NDArray[np.bool_]) -> _Layout:
     """Return the layout with portals, (M,), through which all the power of suns goes, if any."""
-    opened = open_to_suns(geometry, portals, layout.kind, layout.axis, layout.parameters)
+    opened = open_to_suns(geometry, portals, layout.lights)
     if opened is None:
         return layout
     sun = opened.row >= 0
     layout.extent[sun] = opened.extent[opened.row[sun]]
-    return layout._replace(portals=opened)
+    return layout._replace(lights=layout.lights._replace(portals=opened))
 
 
 def _collect_profiles(tables: Sequence[Profile | None], first: int) -> Profiles | None:
@@ -300,14 +284,14 @@ def _grow_tree(
     geometry: Geometry, layout: _Layout, mean: NDArray[np.float64], cdf: NDArray[np.float64]
 ) -> LightTree | None:
     """Build the tree of emitters that are not infinitely far."""
-    is_area = layout.kind == TRIANGLE
-    triangles = layout.triangle[is_area]
-    low, high, axis = layout.position.copy(), layout.position.copy(), layout.axis.copy()
+    lights, is_area = layout.lights, layout.lights.kind == TRIANGLE
+    triangles = lights.triangle[is_area]
+    low, high, axis = lights.position.copy(), lights.position.copy(), lights.axis.copy()
     corners = geometry.vertices[geometry.triangles[triangles]]
     low[is_area], high[is_area] = corners.min(axis=1), corners.max(axis=1)
     axis[is_area] = geometry.normals[triangles]
-    strength = mean * np.where(is_area, layout.area, 1.0)
-    far = np.isin(layout.kind, numbers_where(has_place=False))
+    strength = mean * np.where(is_area, lights.area, 1.0)
+    far = np.isin(lights.kind, numbers_where(has_place=False))
     return grow_tree(EmitterBounds(low, high, axis, layout.cone, strength), cdf, far)
 
 
@@ -351,25 +335,21 @@ def warn_of_black_portals(materials: Sequence[Material]) -> None:
 
 
 def open_to_suns(
-    geometry: Geometry,
-    portals: NDArray[np.bool_],
-    kind: NDArray[np.uint8],
-    axis: NDArray[np.float64],
-    parameters: NDArray[np.float64],
+    geometry: Geometry, portals: NDArray[np.bool_], lights: Lights
 ) -> SunPortals | None:
     """Return the portals as suns see them; None where there are none, or no suns.
 
-    `portals`, (M,), are the materials that are; the others, of K emitters, are as in `Lights`.
+    `portals`, (M,), are the materials that are.
     """
     triangles = np.flatnonzero(portals[geometry.material])
-    suns = np.flatnonzero(kind == DIRECTIONAL)
+    suns = np.flatnonzero(lights.kind == DIRECTIONAL)
     if not (len(triangles) and len(suns)):
         return None
     area = triangle_areas(geometry, triangles)
-    facing = np.abs(axis[suns] @ geometry.normals[triangles].T.astype(np.float64))
-    edge = parameters[suns, sun.Parameters._fields.index("edge"), None]
+    facing = np.abs(lights.axis[suns] @ geometry.normals[triangles].T.astype(np.float64))
+    edge = lights.parameters[suns, sun.Parameters._fields.index("edge"), None]
     seen = area * (facing + np.sqrt(1.0 - edge * edge) + EDGE_ON)  # a disc sees some more
-    row = np.full(len(kind), -1, np.int32)
+    row = np.full(len(lights.kind), -1, np.int32)
     row[suns] = np.arange(len(suns))
     return SunPortals(
         is_portal=portals,
