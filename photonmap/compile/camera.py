@@ -110,7 +110,10 @@ def _project(
 ) -> tuple[int, passes.Projection]:
     """Return the kind and the record of a projection that is not linear."""
     matrix = model.matrix(*size)
-    plain = _LINEAR if matrix is None else _calibrated(matrix)
+    plain = _LINEAR
+    if matrix is not None:
+        (fx, _, cx), (_, fy, cy), _ = matrix.tolist()
+        plain = _LINEAR._replace(focal=(fx, fy), center=(cx, cy))
     match model:
         case Panorama():
             width, height = size
@@ -118,7 +121,9 @@ def _project(
                 focal=(0.5 * width / math.pi, height / math.pi), center=(0.5 * width, 0.5 * height)
             )
         case RayMap():
-            return RAY_MAP, _LINEAR._replace(table=_compile_rays(model, frame))
+            rays = np.array(model.array)
+            rays[..., :3] = frame.into(rays[..., :3])
+            return RAY_MAP, _LINEAR._replace(table=rays)
         case Fisheye(fov):
             widest = math.radians(fov) / 2.0
             return FISHEYE, plain._replace(reach=(widest, widest))
@@ -132,18 +137,6 @@ def _project(
             reach = float(size[0]), float(size[1])
             return DISTORTED, plain._replace(distortion=model.coefficients, reach=reach, table=grid)
     raise AssertionError(model)
-
-
-def _calibrated(matrix: NDArray[np.float64]) -> passes.Projection:
-    (fx, _, cx), (_, fy, cy), _ = matrix.tolist()
-    return _LINEAR._replace(focal=(fx, fy), center=(cx, cy))
-
-
-def _compile_rays(model: RayMap, frame: Frame) -> NDArray[np.float64]:
-    """Return the rays of a map, in the kernels' units."""
-    rays = np.array(model.array)
-    rays[..., :3] = frame.into(rays[..., :3])
-    return rays
 
 
 def _compile_lens(lens: Lens, frame: Frame, right: np.ndarray, up: np.ndarray) -> passes.Lens:

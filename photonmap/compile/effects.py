@@ -16,10 +16,8 @@ from photonmap.kernels.core.records import (
     METAL,
     MIRROR,
     Alpha,
-    Environment,
     Geometry,
     GlassShare,
-    Lights,
     Media,
     Scattering,
     Specular,
@@ -110,17 +108,11 @@ def _of_surfaces(compiled: CompiledScene) -> dict[str, Effect]:
             "no surface is glossy",
         ),
         "non_lambertian": _if(
-            _is_non_lambertian(scattering),
+            scattering is not None and not np.isin(scattering.below, (LAMBERTIAN, *NARROW)).all(),
             "some diffuse surfaces do not obey Lambert's law",
             "all diffuse reflection obeys Lambert's law",
         ),
     }
-
-
-def _is_non_lambertian(scattering: Scattering | None) -> bool:
-    """Return whether a surface, or what lies below a sheen, is diffuse but not Lambertian."""
-    lambertian_or_glossy = (LAMBERTIAN, *NARROW)
-    return scattering is not None and not np.isin(scattering.below, lambertian_or_glossy).all()
 
 
 def _of_transparency(compiled: CompiledScene) -> dict[str, Effect]:
@@ -204,7 +196,7 @@ def _indirect(compiled: CompiledScene) -> Effect:
     if triangles * vertices > MOST_CHECKS:
         return Effect(True, "too many triangles to check whether surfaces see each other")
     whole = specular is None and compiled.geometry.alpha is None
-    if whole and _is_convex(compiled.geometry) and not _lit_inside(compiled):
+    if whole and _is_closed_and_convex(compiled.geometry) and not _lit_inside(compiled):
         return Effect(False, "one closed convex body: no surface sees another from outside")
     return Effect(True, "surfaces may see each other")
 
@@ -221,11 +213,6 @@ def _is_flat(geometry: Geometry) -> bool:
     return bool(np.abs(heights).max() <= 1e-7 and parallel.all())
 
 
-def _is_convex(geometry: Geometry) -> bool:
-    """Return whether the triangles are one closed surface that no plane of theirs cuts."""
-    return _is_closed(geometry) and not (_heights(geometry, geometry.vertices) > 1e-7).any()
-
-
 def _heights(geometry: Geometry, points: NDArray[np.float32]) -> NDArray[np.float64]:
     """Return the heights of points over each triangle's plane, at most over triangles: (P,)."""
     corners = geometry.vertices[geometry.triangles[:, 0]].astype(np.float64)
@@ -238,13 +225,14 @@ def _heights(geometry: Geometry, points: NDArray[np.float32]) -> NDArray[np.floa
     return most
 
 
-def _is_closed(geometry: Geometry) -> bool:
-    """Return whether every edge belongs to two triangles, which pass it in opposite directions."""
+def _is_closed_and_convex(geometry: Geometry) -> bool:
+    """Return whether two triangles pass every edge in opposite directions, and no plane cuts it."""
     _, same = np.unique(geometry.vertices, axis=0, return_inverse=True)
     corners = same.ravel()[geometry.triangles].astype(np.int64)
     starts, ends = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
     forth, back = np.sort(starts * len(same) + ends), np.sort(ends * len(same) + starts)
-    return bool((np.diff(forth) > 0).all() and np.array_equal(forth, back))
+    is_closed = (np.diff(forth) > 0).all() and np.array_equal(forth, back)
+    return bool(is_closed and not (_heights(geometry, geometry.vertices) > 1e-7).any())
 
 
 def _lit_inside(compiled: CompiledScene) -> bool:
@@ -339,7 +327,10 @@ def leave_out(compiled: CompiledScene, plan: EffectPlan) -> CompiledScene:
     """
     lights, geometry = compiled.lights, compiled.geometry
     if lights.environment is not None and not plan.on("environment"):
-        lights = _darken_sky(lights, lights.environment)
+        sky, spectra = lights.environment, lights.spectra.copy()
+        spectra[sky.row] = 0.0
+        dark = sky._replace(basis=np.zeros_like(sky.basis))
+        lights = lights._replace(environment=dark, spectra=spectra)
     textures = compiled.textures
     if not plan.on("textures"):
         textures, lights = None, lights._replace(emission_textures=None)
@@ -354,14 +345,6 @@ def leave_out(compiled: CompiledScene, plan: EffectPlan) -> CompiledScene:
         textures=textures,
         scattering=_leave_out_scattering(compiled.scattering, plan),
     )
-
-
-def _darken_sky(lights: Lights, environment: Environment) -> Lights:
-    """Return the lights with a black sky."""
-    spectra = lights.spectra.copy()
-    spectra[environment.row] = 0.0
-    dark = environment._replace(basis=np.zeros_like(environment.basis))
-    return lights._replace(environment=dark, spectra=spectra)
 
 
 def _leave_out_holes(alpha: Alpha | None, plan: EffectPlan) -> Alpha | None:

@@ -19,7 +19,7 @@ from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
 from photonmap.scene.surfaces.layers import check_textures, without_images
-from photonmap.scene.textures import FARTHEST, Paint, Texture, mean_number
+from photonmap.scene.textures import FARTHEST, Texture, mean_number
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
 
 LEAST_AREA = 1e-34
@@ -150,7 +150,9 @@ def join_meshes(
         vertices=vertices,
         triangles=triangles.astype(np.int32),
         normals=(normals / length[:, None]).astype(np.float32),
-        shading_normals=_join_normals(meshes),
+        shading_normals=np.zeros((0, 3), np.float32)
+        if all(mesh.normals is None for mesh in meshes)
+        else np.concatenate([_vertex_rows(mesh, mesh.unit_normals, 3) for mesh in meshes]),
         material=none,
         emitter=none,
         uv=_join_uv(meshes),
@@ -177,7 +179,12 @@ def _find_single(
     ranks: NDArray[np.int32],
 ) -> NDArray[np.bool_]:
     """Return which triangles to keep, (T,), one of each that coincide; warn about the others."""
-    emitting = np.array([_may_emit(mesh.material.emission) for mesh in meshes])
+    emitting = np.array(
+        [
+            isinstance(paint, Spectrum | Texture) or bool(np.any(paint))
+            for paint in (mesh.material.emission for mesh in meshes)
+        ]
+    )
     numbers: dict[object, int] = {}
     media = [
         numbers.setdefault(medium_of(mesh.material), len(numbers) + 1) if mesh.material.ior else 0
@@ -191,17 +198,6 @@ def _find_single(
             else f"{count} triangles that coincide with others removed"
         )
     return kept
-
-
-def _may_emit(paint: Paint) -> bool:
-    return isinstance(paint, Spectrum | Texture) or bool(np.any(paint))
-
-
-def _join_normals(meshes: list[Mesh]) -> NDArray[np.float32]:
-    """Return the shading normals of all meshes, (0, 3) if none has any."""
-    if all(mesh.normals is None for mesh in meshes):
-        return np.zeros((0, 3), np.float32)
-    return np.concatenate([_vertex_rows(mesh, mesh.unit_normals, 3) for mesh in meshes])
 
 
 def _join_uv(meshes: list[Mesh]) -> NDArray[np.float32]:

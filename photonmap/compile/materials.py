@@ -55,11 +55,15 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
     glossy = np.stack([reflectance_of(m, "glossy", m.glossy, bands) for m in materials])
     tint = np.stack([reflectance_of(m, "tint", m.tint, bands) for m in materials])
     ior = np.array([material.ior or 0.0 for material in materials])
-    share = np.array([_even_share(material) for material in materials])
+    is_even = [m.ior is not None and not isinstance(m.transmission, Texture) for m in materials]
+    share = np.array([mean_number(m.transmission) for m in materials]) * is_even
     for index, material in enumerate(materials):
         _check_glass(material, reflectance[index].any(), mirror[index].any())
         check_layers(material)
-    _check_even(materials)
+        if material.edge is not None and isinstance(material.glossy, Texture):
+            raise InputError(
+                f"material {material.name!r} has a glossy_edge; give it one glossy, not a texture"
+            )
     dip = _compile_dips(materials, np.maximum(glossy, mirror), bands)
     reflectance *= (1.0 - share)[:, None]
     narrow = np.array([material.is_narrow_metal for material in materials])
@@ -79,13 +83,6 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
     )
 
 
-def _even_share(material: Material) -> float:
-    """Return which fraction of a material is glass; 0 for a texture, which its reflectance has."""
-    if material.ior is None or isinstance(material.transmission, Texture):
-        return 0.0
-    return material.transmission
-
-
 def _check_glass(material: Material, is_diffuse: bool, is_mirror: bool) -> None:
     """Refuse glass that is also a mirror, and what reflects diffusely though all of it is glass."""
     if material.ior is None:
@@ -97,15 +94,6 @@ def _check_glass(material: Material, is_diffuse: bool, is_mirror: bool) -> None:
         raise InputError(
             f"material {material.name!r} is glass; set its {name} to 0, or its transmission below 1"
         )
-
-
-def _check_even(materials: list[Material]) -> None:
-    """Refuse textures of glossy beside its edge."""
-    for material in materials:
-        if material.edge is not None and isinstance(material.glossy, Texture):
-            raise InputError(
-                f"material {material.name!r} has a glossy_edge; give it one glossy, not a texture"
-            )
 
 
 def _compile_panes(materials: list[Material], mirror: Floats, tint: Floats) -> records.Panes | None:
@@ -245,16 +233,13 @@ def reflectance_of(material: Material, name: str, color: Paint, bands: Bands) ->
     bad = ~((values >= 0.0) & (values <= LARGEST_REFLECTANCE))
     if bad.any():
         band = bands.names[int(np.argmax(bad))]
+        is_plain = not isinstance(color, Texture | Spectrum)
+        advice = rescaling(float(np.max(color))) if is_plain else ""  # type: ignore[arg-type]
         raise InputError(
             f"material {material.name!r}: {name} is {values[bad][0]:.6g} in band {band}; "
-            f"it must lie between 0 and 1{_rescaling(color)}"
+            f"it must lie between 0 and 1{advice}"
         )
     return np.minimum(values, 1.0)
-
-
-def _rescaling(color: Paint) -> str:
-    """Return the advice on what seem to be integers of 8 or 16 bits; "" for other colours."""
-    return "" if isinstance(color, Texture | Spectrum) else rescaling(float(np.max(color)))
 
 
 def _bound(materials: list[Material], reflectance: Floats, mirror: Floats) -> Floats:

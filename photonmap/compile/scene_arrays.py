@@ -7,7 +7,6 @@ keeps the factors that turn lengths and radiances back.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -46,9 +45,8 @@ from photonmap.kernels.geometry.embree import EmbreeScene
 from photonmap.runtime.fingerprint import digest
 from photonmap.scene.camera import Camera, check_camera
 from photonmap.scene.material import Material
-from photonmap.scene.mesh import Mesh
+from photonmap.scene.parameters import Colored, parameters_of
 from photonmap.scene.scene import Scene
-from photonmap.scene.textures import Paint
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Spectrum
 from photonmap.version import __version__
@@ -180,13 +178,18 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
 
 def _compile(scene: Scene, bands: Bands, aspect: float) -> CompiledScene:
     meshes = check_meshes(scene)
-    camera, frame = _look(scene, np.concatenate([mesh.vertices for mesh in meshes]), aspect)
-    materials = _distinct_materials(meshes)
-    rows, plan = _material_rows(meshes, materials), plan_media(meshes, materials, bands, frame)
+    vertices = np.concatenate([mesh.vertices for mesh in meshes])
+    camera = None if scene.camera is None else check_camera(scene.camera)
+    frame = choose_frame(vertices, camera)
+    camera = camera or frame_scene(vertices, aspect, scene.up, scene.fov)
+    materials = list({id(mesh.material): mesh.material for mesh in meshes}.values())
+    plan = plan_media(meshes, materials, bands, frame)
+    number = {name: i for i, name in enumerate(dict.fromkeys(m.name for m in meshes), start=1)}
+    objects = np.array([number[mesh.name] for mesh in meshes], np.uint32)
     materials = [opaque_part(material) for material in materials]
     compiled = compile_materials(materials, bands)
     geometry, owner, media = plan.place(*join_meshes(plan.meshes, frame, plan.ranks), frame)
-    geometry, objects = geometry._replace(material=rows[owner]), _object_ids(meshes)
+    geometry = geometry._replace(material=plan.material_of_mesh[owner])
     table = compile_textures(materials, compiled.divisors, clear_textures(materials, bands))
     reliefs = Reliefs(geometry, table, frame.size, given_tangents(plan.meshes))
     specular = _compile_chains(compiled.specular, materials, reliefs, bands)
@@ -214,7 +217,7 @@ def _compile(scene: Scene, bands: Bands, aspect: float) -> CompiledScene:
         light_groups=emitters.groups,
         light_powers=emitters.flux * frame.size**2,
         counts=_count(scene, objects, materials, geometry, emitters),
-        object_names=list(dict.fromkeys(mesh.name for mesh in meshes)),
+        object_names=list(number),
         material_names=[material.name for material in materials],
         embree=None,
         images=table.images,
@@ -239,14 +242,6 @@ def _compile_chains(
     return with_anisotropic_chains(specular, materials, reliefs.geometry, reliefs.tangents)
 
 
-def _look(scene: Scene, vertices: NDArray[np.float64], aspect: float) -> tuple[Camera, Frame]:
-    """Return the scene's camera, or one that shows all of it, and the frame of the kernels."""
-    if scene.camera is None:
-        return frame_scene(vertices, aspect, scene.up, scene.fov), choose_frame(vertices, None)
-    camera = check_camera(scene.camera)
-    return camera, choose_frame(vertices, camera)
-
-
 def _count(
     scene: Scene,
     objects: NDArray[np.uint32],
@@ -255,6 +250,9 @@ def _count(
     emitters: Emitters,
 ) -> dict[str, int]:
     """Return what the run record counts."""
+    colored = [name for name, kind in parameters_of(Material).items() if isinstance(kind, Colored)]
+    colors = [getattr(mesh.material, name) for mesh in scene.meshes for name in colored]
+    colors += [light.color for light in scene.lights]
     return {
         "objects": int(objects.max()),
         "materials": len(materials),
@@ -262,34 +260,8 @@ def _count(
         "vertices": len(geometry.vertices),
         "emitting_triangles": int((emitters.of_triangle >= 0).sum()),
         "lights": len(set(emitters.names)),
-        "spectra": any(isinstance(color, Spectrum) for color in _colors(scene)),
+        "spectra": any(isinstance(color, Spectrum) for color in colors),
     }
-
-
-def _colors(scene: Scene) -> Iterator[Paint]:
-    """Give all colours of a scene."""
-    for mesh in scene.meshes:
-        material = mesh.material
-        yield from (material.reflectance, material.emission, material.mirror, material.tint)
-        yield from (material.glossy, material.sheen, material.attenuation_color)
-    for light in scene.lights:
-        yield light.color
-
-
-def _distinct_materials(meshes: list[Mesh]) -> list[Material]:
-    return list({id(mesh.material): mesh.material for mesh in meshes}.values())
-
-
-def _material_rows(meshes: list[Mesh], materials: list[Material]) -> NDArray[np.int32]:
-    """Return the material of each mesh."""
-    row_of = {id(material): row for row, material in enumerate(materials)}
-    return np.array([row_of[id(mesh.material)] for mesh in meshes], np.int32)
-
-
-def _object_ids(meshes: list[Mesh]) -> NDArray[np.uint32]:
-    """Count meshes by name, from 1, in order of appearance."""
-    number = {name: i for i, name in enumerate(dict.fromkeys(m.name for m in meshes), start=1)}
-    return np.array([number[mesh.name] for mesh in meshes], np.uint32)
 
 
 def variant_of(scene: SceneArrays) -> str:

@@ -115,7 +115,8 @@ class Scene:
 
     def __repr__(self) -> str:
         faces = sum(len(mesh.faces) for mesh in self.meshes)
-        emitting = sum(_emits(mesh) for mesh in self.meshes)
+        emissions = [mesh.material.emission for mesh in self.meshes]  # unchecked
+        emitting = sum(isinstance(each, str) or not is_black(each) for each in emissions)
         meshes = f"{len(self.meshes)} meshes{f' (emitting: {emitting})' if emitting else ''}"
         lights = f"{len(self.lights)} {'other ' if emitting else ''}lights"
         view = "no camera" if self.camera is None else f"camera at {self.camera.origin}"
@@ -175,12 +176,6 @@ class Scene:
             for mesh in self.meshes
         ]
         return replace(self, meshes=painted)
-
-
-def _emits(mesh: Mesh) -> bool:
-    """Return whether a mesh is a light, as far as its unchecked emission tells."""
-    emission = mesh.material.emission
-    return isinstance(emission, str) or not is_black(emission)
 
 
 def _camera(scene: Any) -> Camera:

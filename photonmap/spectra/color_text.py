@@ -36,6 +36,7 @@ from photonmap.spectra.daylight import ClearSky
 from photonmap.spectra.metals import metal_by_source
 from photonmap.spectra.munsell import munsell
 from photonmap.spectra.observer import emission_of_xyz, normalise_luminance, reflectance_of_xyz
+from photonmap.spectra.tables import read_table
 
 ILLUMINANTS = "PHOTONMAP_ILLUMINANTS"
 """Environment variable that names the file of measured lights."""
@@ -189,7 +190,13 @@ def _common_source(body: str, folder: Path, highest: float, kind: str) -> Color 
     if body.startswith("rgb:"):
         return _triple(body, body.removeprefix("rgb:"))
     if Path(body).suffix.lower() in FILES:
-        return _only_curve(named_file(folder, body), highest, kind)
+        path = named_file(folder, body)
+        table = read_table(path, 0.0, highest, kind)
+        if len(table) > 1:
+            raise InputError(
+                f"has {len(table)} curves; keep one wavelength and one value per row", path
+            )
+        return table[0]
     prefix, colon, _ = body.partition(":")
     if colon:
         known = suggest(f"{prefix}:", [f"{each}:" for each in _PREFIXES])
@@ -197,17 +204,6 @@ def _common_source(body: str, folder: Path, highest: float, kind: str) -> Color 
         problem = f"{shown(body)} is not {what}: there is no notation '{prefix}:'"
         raise InputError(f"{problem}; {known}")
     return None
-
-
-def _only_curve(path: Path, highest: float, kind: str) -> Spectrum:
-    from photonmap.spectra.tables import read_table
-
-    table = read_table(path, 0.0, highest, kind)
-    if len(table) > 1:
-        raise InputError(
-            f"has {len(table)} curves; keep one wavelength and one value per row", path
-        )
-    return table[0]
 
 
 def _xyz(prefix: str, rest: str) -> tuple[float, float, float]:

@@ -191,15 +191,11 @@ def check_reflectance(wavelengths: Floats, values: Floats) -> None:
     """Raise `InputError` unless a curve lies in [0, 1]; rounding may lift it a little above."""
     bad = np.flatnonzero(~((values >= 0.0) & (values <= LARGEST_REFLECTANCE)))
     if bad.size:
+        percent = ": divide percent by 100" if 2.0 < values.max() <= 110.0 else ""
         raise InputError(
             f"reflectance is {values[bad[0]]:.6g} at {wavelengths[bad[0]]:g} nm; "
-            "it must lie between 0 and 1" + _percent(values)
+            f"it must lie between 0 and 1{percent}"
         )
-
-
-def _percent(values: Floats) -> str:
-    """Name the usual reason why reflectances are far above 1."""
-    return ": divide percent by 100" if 2.0 < values.max() <= 110.0 else ""
 
 
 def check_emission(wavelengths: Floats, values: Floats) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from typing import Literal
@@ -134,7 +134,10 @@ def fit_projection(
     ]
     if not samples:
         raise InputError("a fit needs at least one illuminant; give one")
-    once, twice = (_stack(pairs) for pairs in zip(*samples, strict=True))
+    once, twice = (
+        [np.concatenate(rows) for rows in zip(*pairs, strict=True)]
+        for pairs in zip(*samples, strict=True)
+    )
     direct = direct_projection(bands, target).matrix
     weight = np.sqrt(len(twice[0]) / len(once[0]))
     inputs = np.concatenate([once[0] * weight, twice[0]])
@@ -242,11 +245,6 @@ def _target_weights(target: Target) -> tuple[Floats, Floats]:
         raise InputError("RGB has no sensitivities; name the target 'rgb'")
     grid = _grid(target)
     return grid, np.array([_hat_averages(grid, curve) for curve in target.sensitivities])
-
-
-def _stack(pairs: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
-    inputs, truths = zip(*pairs, strict=True)
-    return np.concatenate(inputs), np.concatenate(truths)
 
 
 def _residual(matrix: Floats, inputs: Floats, truths: Floats) -> float:

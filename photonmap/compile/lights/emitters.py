@@ -119,7 +119,11 @@ def compile_lights(
     emitting = np.flatnonzero((emission.any(axis=1) | opens)[material])
     rest = [k for k in range(len(shining.lights)) if k != shining.dome or not opens.any()]
     layout = _lay_out(geometry, emitting, [shining.lights[k] for k in rest], frame)
-    layout = _let_suns_in(layout, geometry, portals)
+    opened = open_to_suns(geometry, portals, layout.lights)
+    if opened is not None:  # all the power of suns goes through them
+        sun_row = opened.row >= 0
+        layout.extent[sun_row] = opened.extent[opened.row[sun_row]]
+        layout = layout._replace(lights=layout.lights._replace(portals=opened))
     if layout.lights.portals is None and shining.dome < 0:
         warn_of_black_portals(materials)
     row = np.concatenate([material[emitting], len(emission) + np.array(rest, int)])
@@ -130,7 +134,8 @@ def compile_lights(
     spectra[row[np.isin(layout.lights.kind, numbers_where(has_place=True, has_area=False))]] /= (
         frame.size * frame.size
     )
-    described = _descriptions(materials, shining.lights)
+    described = [(each.name, each.name) for each in materials]
+    described += [(light.name, light.group or light.name) for light in shining.lights]
     names, groups = ([described[k][part] for k in row] for part in (0, 1))
     record, flux = _record(geometry, layout, names, row, spectra)
     if shining.sky and shining.dome >= 0:
@@ -164,12 +169,6 @@ def _record(
         tree=_grow_tree(geometry, layout, mean, cdf),
     )
     return record, flux
-
-
-def _descriptions(materials: Sequence[Material], lights: Sequence[Light]) -> list[tuple[str, str]]:
-    """Return the name and the group of what each row of `Lights.spectra` belongs to."""
-    named = [(material.name, material.name) for material in materials]
-    return named + [(light.name, light.group or light.name) for light in lights]
 
 
 def _find_shining(
@@ -257,16 +256,6 @@ def _lay_out(
         portals=None,
     )
     return _Layout(record, extent, cone)
-
-
-def _let_suns_in(layout: _Layout, geometry: Geometry, portals: NDArray[np.bool_]) -> _Layout:
-    """Return the layout with portals, (M,), through which all the power of suns goes, if any."""
-    opened = open_to_suns(geometry, portals, layout.lights)
-    if opened is None:
-        return layout
-    sun = opened.row >= 0
-    layout.extent[sun] = opened.extent[opened.row[sun]]
-    return layout._replace(lights=layout.lights._replace(portals=opened))
 
 
 def _collect_profiles(tables: Sequence[Profile | None], first: int) -> Profiles | None:

@@ -69,6 +69,10 @@ def find_bodies(meshes: Sequence[Mesh], absorbing: set[int], frame: Frame) -> li
     smaller one.
     """
     solid = [i for i, mesh in enumerate(meshes) if is_solid(mesh.material)]
+    if not solid:
+        return []
+    import trimesh
+
     boxes = {i: np.stack([f(meshes[i].vertices, axis=0) for f in (np.min, np.max)]) for i in solid}
     scaled = {i: (box - frame.center) / frame.size for i, box in boxes.items()}
     met = {i: any(j != i and near(scaled[i], *scaled[j]) for j in solid) for i in solid}
@@ -77,7 +81,9 @@ def find_bodies(meshes: Sequence[Mesh], absorbing: set[int], frame: Frame) -> li
         absorbs = id(meshes[i].material) in absorbing
         if not absorbs and not met[i]:
             continue
-        body = _body(i, meshes[i], frame)
+        vertices = ((meshes[i].vertices - frame.center) / frame.size).astype(np.float32)
+        shape = trimesh.Trimesh(vertices.astype(np.float64), meshes[i].faces, process=True)
+        body = Body(i, meshes[i].material, shape)
         if body.shape.is_watertight:
             found.append(body)
         elif absorbs or any(j != i and _overlap(scaled[i], scaled[j]) for j in solid):
@@ -109,14 +115,6 @@ def ranks_of(count: int, bodies: Sequence[Body]) -> NDArray[np.int32]:
 def is_solid(material: Material) -> bool:
     """Return whether it is glass with an inside."""
     return material.ior is not None and not material.thin
-
-
-def _body(index: int, mesh: Mesh, frame: Frame) -> Body:
-    import trimesh
-
-    vertices = ((mesh.vertices - frame.center) / frame.size).astype(np.float32)
-    shape = trimesh.Trimesh(vertices.astype(np.float64), mesh.faces, process=True)
-    return Body(index, mesh.material, shape)
 
 
 class Sides(NamedTuple):
@@ -156,15 +154,10 @@ def find_sides(
         within &= rank < claimed[rows]
         mesh[rows] = np.where(within, body.inside, mesh[rows])
         claimed[rows] = np.where(within, rank, claimed[rows])
-    media = _distinct_media(meshes)
-    return Sides(mesh, kept & ~(glass & (media[mesh[:, 0]] == media[mesh[:, 1]])))
-
-
-def _distinct_media(meshes: Sequence[Mesh]) -> Ints:
-    """Return a number for what each mesh is made of, and last one for air."""
     numbers: dict[object, int] = {}
-    media = [numbers.setdefault(medium_of(mesh.material), len(numbers)) for mesh in meshes]
-    return np.array([*media, -1], np.int32)
+    each = [numbers.setdefault(medium_of(mesh.material), len(numbers)) for mesh in meshes]
+    media = np.array([*each, -1], np.int32)  # the last one is air
+    return Sides(mesh, kept & ~(glass & (media[mesh[:, 0]] == media[mesh[:, 1]])))
 
 
 def medium_of(material: Material) -> tuple[object, ...]:

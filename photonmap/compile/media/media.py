@@ -52,6 +52,12 @@ class MediaPlan:
         return ranks_of(len(self.meshes), self.bodies)
 
     @property
+    def material_of_mesh(self) -> NDArray[np.int32]:
+        """The row of each mesh's material."""
+        row_of = {id(material): row for row, material in enumerate(self.materials)}
+        return np.array([row_of[id(mesh.material)] for mesh in self.meshes], np.int32)
+
+    @property
     def is_called_for(self) -> bool:
         """Whether glass absorbs, or lies beside other media than air."""
         own = any(each.outside != 1.0 or disperses(each) for each in self.materials)
@@ -72,9 +78,8 @@ class MediaPlan:
             triangles=geometry.triangles[kept], normals=geometry.normals[kept]
         )
         of_side, owner = sides.mesh[kept], owner[kept]
-        row_of = {id(material): row for row, material in enumerate(self.materials)}
-        rows = np.array([*(row_of[id(mesh.material)] for mesh in self.meshes), -1], np.int32)
-        media = self._media(rows[of_side], rows[owner], frame)
+        rows = self.material_of_mesh
+        media = self._media(np.append(rows, np.int32(-1))[of_side], rows[owner], frame)
         glass = np.array([is_solid(mesh.material) for mesh in self.meshes])[owner]
         in_air = (
             not len(media.absorption) and media.dispersion is None and (of_side[glass, 0] < 0).all()
@@ -120,16 +125,11 @@ def plan_media(
     below 1 is relative to nothing.
     """
     check_relative_indices(meshes)
-    table = _absorption_table(materials, bands)
+    table = np.stack([_absorption(material, bands) for material in materials])
     absorbing = {id(each) for each, row in zip(materials, table, strict=True) if row.any()}
     bodies = find_bodies(meshes, absorbing, frame)
     cut = cut_meshes(meshes, bodies, absorbing, frame)
     return MediaPlan(cut, list(materials), bodies, table, bands)
-
-
-def _absorption_table(materials: Sequence[Material], bands: Bands) -> Floats:
-    """Return the absorption coefficients of M materials, (M, N), in the inverse of scene units."""
-    return np.stack([_absorption(material, bands) for material in materials])
 
 
 def _absorption(material: Material, bands: Bands) -> Floats:

@@ -47,7 +47,9 @@ def with_coats(
         row[index] = len(scattering.albedos) + place
         first[index] = sum(len(rows) for rows in passing)
         albedos.append(lobe_albedos(alpha, refraction)[None])
-        alphas = [alpha, *_stepped_alphas(materials[index].coat_roughness)]
+        is_image = isinstance(materials[index].coat_roughness, Texture)
+        steps_of_image = _evenly_from_0_to_1(COATS) if is_image else []
+        alphas = [alpha, *(max(step * step, LEAST_ALPHA) for step in steps_of_image)]
         base = dielectric, float(scattering.parameters[index, 3])
         rows = [_through((refraction, each), materials[index], base) for each in alphas]
         passing += rows
@@ -86,30 +88,19 @@ def _numbers(
     numbers[2] = 1.0
     for index in chosen:
         material = materials[index]
+        f0, base = scattering.parameters[index, 1:3].tolist()
+        varies = isinstance(material.glossy, Texture) or base == 0.0
         numbers[:, index] = (
             mean_number(material.coat),
             max(mean_number(material.coat_roughness) ** 2, LEAST_ALPHA),
             material.coat_ior,
-            _dielectric(material, scattering.parameters[index, 1:3].tolist()),
+            normal_reflectance(1.5) if varies else f0,
         )
     return numbers
 
 
-def _stepped_alphas(roughness: float | Texture) -> list[float]:
-    """Return α of even steps of roughness, if an image gives it; else nothing."""
-    steps = _evenly_from_0_to_1(COATS) if isinstance(roughness, Texture) else []
-    return [max(step * step, LEAST_ALPHA) for step in steps]
-
-
 def _evenly_from_0_to_1(count: int) -> list[float]:
     return list(np.linspace(0.0, 1.0, count).tolist())
-
-
-def _dielectric(material: Material, means: list[float]) -> float:
-    """Return what the lobe of a base reflects at normal incidence where it is no metal."""
-    f0, base = means
-    varies = isinstance(material.glossy, Texture) or base == 0.0
-    return normal_reflectance(1.5) if varies else f0
 
 
 def _through(coat: tuple[float, float], material: Material, base: tuple[float, float]) -> Floats:
