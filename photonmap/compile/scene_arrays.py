@@ -45,6 +45,7 @@ from photonmap.kernels.geometry.embree import EmbreeScene
 from photonmap.runtime.fingerprint import digest
 from photonmap.scene.camera import Camera, check_camera
 from photonmap.scene.material import Material
+from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import Colored, parameters_of
 from photonmap.scene.scene import Scene
 from photonmap.spectra.bands import Bands
@@ -178,18 +179,13 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
 
 def _compile(scene: Scene, bands: Bands, aspect: float) -> CompiledScene:
     meshes = check_meshes(scene)
-    vertices = np.concatenate([mesh.vertices for mesh in meshes])
-    camera = None if scene.camera is None else check_camera(scene.camera)
-    frame = choose_frame(vertices, camera)
-    camera = camera or frame_scene(vertices, aspect, scene.up, scene.fov)
+    camera, frame = _look(scene, np.concatenate([mesh.vertices for mesh in meshes]), aspect)
     materials = list({id(mesh.material): mesh.material for mesh in meshes}.values())
     plan = plan_media(meshes, materials, bands, frame)
-    number = {name: i for i, name in enumerate(dict.fromkeys(m.name for m in meshes), start=1)}
-    objects = np.array([number[mesh.name] for mesh in meshes], np.uint32)
     materials = [opaque_part(material) for material in materials]
     compiled = compile_materials(materials, bands)
     geometry, owner, media = plan.place(*join_meshes(plan.meshes, frame, plan.ranks), frame)
-    geometry = geometry._replace(material=plan.material_of_mesh[owner])
+    geometry, objects = geometry._replace(material=plan.rows[owner]), _object_ids(meshes)
     table = compile_textures(materials, compiled.divisors, clear_textures(materials, bands))
     reliefs = Reliefs(geometry, table, frame.size, given_tangents(plan.meshes))
     specular = _compile_chains(compiled.specular, materials, reliefs, bands)
@@ -217,7 +213,7 @@ def _compile(scene: Scene, bands: Bands, aspect: float) -> CompiledScene:
         light_groups=emitters.groups,
         light_powers=emitters.flux * frame.size**2,
         counts=_count(scene, objects, materials, geometry, emitters),
-        object_names=list(number),
+        object_names=list(dict.fromkeys(mesh.name for mesh in meshes)),
         material_names=[material.name for material in materials],
         embree=None,
         images=table.images,
@@ -242,6 +238,13 @@ def _compile_chains(
     return with_anisotropic_chains(specular, materials, reliefs.geometry, reliefs.tangents)
 
 
+def _look(scene: Scene, vertices: NDArray[np.float64], aspect: float) -> tuple[Camera, Frame]:
+    """Return the scene's camera, or one that shows all of it, and the frame of the kernels."""
+    camera = None if scene.camera is None else check_camera(scene.camera)
+    frame = choose_frame(vertices, camera)
+    return camera or frame_scene(vertices, aspect, scene.up, scene.fov), frame
+
+
 def _count(
     scene: Scene,
     objects: NDArray[np.uint32],
@@ -262,6 +265,12 @@ def _count(
         "lights": len(set(emitters.names)),
         "spectra": any(isinstance(color, Spectrum) for color in colors),
     }
+
+
+def _object_ids(meshes: list[Mesh]) -> NDArray[np.uint32]:
+    """Count meshes by name, from 1, in order of appearance."""
+    number = {name: i for i, name in enumerate(dict.fromkeys(m.name for m in meshes), start=1)}
+    return np.array([number[mesh.name] for mesh in meshes], np.uint32)
 
 
 def variant_of(scene: SceneArrays) -> str:

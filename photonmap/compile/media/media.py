@@ -52,7 +52,7 @@ class MediaPlan:
         return ranks_of(len(self.meshes), self.bodies)
 
     @property
-    def material_of_mesh(self) -> NDArray[np.int32]:
+    def rows(self) -> NDArray[np.int32]:
         """The row of each mesh's material."""
         row_of = {id(material): row for row, material in enumerate(self.materials)}
         return np.array([row_of[id(mesh.material)] for mesh in self.meshes], np.int32)
@@ -78,7 +78,7 @@ class MediaPlan:
             triangles=geometry.triangles[kept], normals=geometry.normals[kept]
         )
         of_side, owner = sides.mesh[kept], owner[kept]
-        rows = self.material_of_mesh
+        rows = self.rows
         media = self._media(np.append(rows, np.int32(-1))[of_side], rows[owner], frame)
         glass = np.array([is_solid(mesh.material) for mesh in self.meshes])[owner]
         in_air = (
