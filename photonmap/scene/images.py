@@ -294,6 +294,8 @@ def read_panorama(path: str | PathLike[str]) -> NDArray[np.float32]:
     read, is not twice as wide as high, lacks red, green or blue, or has a value that is negative or
     not finite.
     """
+    if not Path(path).is_file():
+        raise InputError("cannot be read (no such file); check the name", path)
     channels = read_channels(path)
     missing = [name for name in "rgb" if name not in channels.names]
     if missing:
