@@ -73,11 +73,14 @@ def expose(result: Result, sensor: Sensor | None = None, seed: int = 0) -> Photo
         raise InputError("the image has no radiance; render it with all buffers")
     response = find_response(sensor)
     pattern = _check_pattern(sensor, response, result.size)
-    seen = _see(result, response)
+    seen = result.to_sensor(response.bands).astype(np.float64)
+    if not np.isfinite(seen).all():
+        raise InputError("the radiance of the image is not finite everywhere; render it again")
     negative = float((seen < 0.0).mean())
     if negative > _MOST_NEGATIVE:
         warn(f"{negative:.1%} of the camera's values are below 0, and become 0; render more bands")
-    rates = _rates(seen, result, sensor, response)
+    falloff = vignette(sensor.vignetting, result.size, result.record.get("camera", {}))
+    rates = spread(np.maximum(seen, 0.0) * response.electrons * falloff[..., None], sensor.psf)
     time = sensor.time
     if time is None:
         time = _choose_time(sample(rates, pattern), result.buffers.get("emission"), sensor)
@@ -114,21 +117,6 @@ def _check_pattern(sensor: Sensor, response: Response, size: tuple[int, int]) ->
     return pattern
 
 
-def _see(result: Result, response: Response) -> Floats:
-    """Return the radiance in the camera's channels: (H, W, C) float64."""
-    seen = result.to_sensor(response.bands).astype(np.float64)
-    if not np.isfinite(seen).all():
-        raise InputError("the radiance of the image is not finite everywhere; render it again")
-    return seen
-
-
-def _rates(seen: Floats, result: Result, sensor: Sensor, response: Response) -> Floats:
-    """Return the electrons per second that light gives behind the lens: (H, W, C) float64."""
-    rates = np.maximum(seen, 0.0) * response.electrons
-    falloff = vignette(sensor.vignetting, result.size, result.record.get("camera", {}))
-    return spread(rates * falloff[..., None], sensor.psf)
-
-
 def _choose_time(rates: Floats, emission: NDArray[Any] | None, sensor: Sensor) -> float:
     """Return the time in which the percentile of the lit pixels reaches its level.
 
@@ -148,7 +136,6 @@ def _choose_time(rates: Floats, emission: NDArray[Any] | None, sensor: Sensor) -
 def _describe_exposure(
     sensor: Sensor, response: Response, time: float, raw: NDArray[np.uint16]
 ) -> dict[str, Any]:
-    """Return the constants that turn numbers into electrons and radiance."""
     dark = sensor.dark_current * time
     reached = min(1.0, sensor.full_well / sensor.saturation)
     white = sensor.black + int(reached * (sensor.white - sensor.black))
@@ -225,8 +212,6 @@ def find_colors(response: Response, target: str) -> Floats:
 def digitise(electrons: Floats, sensor: Sensor, time: float, seed: int) -> NDArray[np.uint16]:
     """Return what the converter gives for expected electrons, in the same shape.
 
-    Parameters
-    ----------
     electrons : expected from light, after filters
     time : exposure time, s: of the dark current
     seed : of shot and read noise; gains and offsets of pixels are those of the specimen

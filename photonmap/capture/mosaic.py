@@ -62,8 +62,6 @@ def _split(row: str) -> list[str]:
 def read_mosaic(text: str, channels: Sequence[str]) -> Pattern | None:
     """Return the pattern of a mosaic; None where every pixel has all channels.
 
-    Parameters
-    ----------
     text : of `check_mosaic`
     channels : names of a camera's channels; a letter stands for one that begins with it
     """
@@ -74,7 +72,8 @@ def read_mosaic(text: str, channels: Sequence[str]) -> Pattern | None:
         if letters is not None and set(letters) == set("RGB"):
             text = BAYER
         else:
-            return _square(len(channels))
+            side = math.isqrt(len(channels) - 1) + 1  # of the smallest square of all channels
+            return (np.arange(side * side, dtype=np.intp) % len(channels)).reshape(side, side)
     known = {str(number + 1): number for number in range(len(channels))}
     known |= {letter: number for number, letter in enumerate(letters or ())}
     cells = _cells(text)
@@ -98,12 +97,6 @@ def initials(channels: Sequence[str]) -> list[str] | None:
     return letters if good else None
 
 
-def _square(count: int) -> Pattern:
-    """Return the smallest square of all channels in order; the first ones fill it up."""
-    side = math.isqrt(count - 1) + 1
-    return (np.arange(side * side, dtype=np.intp) % count).reshape(side, side)
-
-
 def tile(pattern: Pattern, height: int, width: int) -> Pattern:
     """Return the number of the channel of each pixel: (H, W)."""
     rows, columns = pattern.shape
@@ -113,8 +106,6 @@ def tile(pattern: Pattern, height: int, width: int) -> Pattern:
 def sample(image: Floats, pattern: Pattern | None) -> Floats:
     """Return what pixels see through their filters: (H, W); without a mosaic the image itself.
 
-    Parameters
-    ----------
     image : (H, W, C)
     """
     if pattern is None:
@@ -149,8 +140,6 @@ def demosaic(mosaic: Floats, pattern: Pattern, channels: int, method: str = AUTO
     Values that were measured are kept. Both methods reproduce constants and linear ramps;
     `_malvar` but for the two outer rows and columns.
 
-    Parameters
-    ----------
     mosaic : (H, W)
     pattern : of its filters
     channels : C

@@ -80,8 +80,6 @@ class Photo:
 
         White-balanced, by the record's matrix; where a channel saturates, colour fades to white.
 
-        Parameters
-        ----------
         image : (H, W, C) in the camera's colours, such as `truth`
         """
         camera = self.demosaiced if image is None else image

@@ -21,17 +21,12 @@ def write_envi(
 ) -> tuple[Path, Path]:
     """Write an image as FILE.hdr and FILE.img, interleaved by pixel, little-endian.
 
-    Parameters
-    ----------
     image : (H, W) or (H, W, N) float32, uint32, uint8 or bool, which becomes uint8
     header : FILE.hdr
     names : of the N bands
     wavelengths : of the bands, nm; None for what has none
     description : one line, with the unit
-
-    Returns
-    -------
-    the two files
+    Returns the two files
     """
     pixels = image.view(np.uint8) if image.dtype == bool else image
     data = header.with_suffix(".img")

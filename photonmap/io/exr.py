@@ -136,13 +136,13 @@ def write_exr(
     buffers follow in their order, then the errors, named as in "direct.error", and those of blocks
     of pixels, as in "indirect.error8", which are smaller images.
 
-    Parameters
-    ----------
     halves : names of the parts to write in half precision
     """
     import OpenImageIO
 
-    parts, bands = _order_parts(contents), contents.bands
+    bands = contents.bands
+    parts = dict(sorted(contents.buffers.items(), key=lambda item: item[0] != "radiance"))
+    parts |= name_errors(contents.errors, contents.block_errors)
     specs = [_describe(part, image, bands, part in halves) for part, image in parts.items()]
     height, width = next(iter(contents.buffers.values())).shape[:2]
     for spec in specs:
@@ -163,15 +163,14 @@ def write_exr(
                 done = done and file.write_scanlines(first, first + len(lines), 0, lines)
                 first += len(lines)
         if not (done and file.close()):
-            why = file.geterror() + _explain_full_disk(Path(path).parent)
-            raise OSError(f"cannot write {Path(path).name}: {why}")
+            free = shutil.disk_usage(Path(path).parent).free  # of which OpenEXR says nothing
+            full = f" ({free / 1e6:.1f} MB are free there)" if free < FULL_DISK else ""
+            raise OSError(f"cannot write {Path(path).name}: {file.geterror()}{full}")
 
 
 def read_exr(path: str | PathLike[str], names: Collection[str] | None = None) -> Contents:
     """Read what `write_exr` wrote; half precision becomes float32.
 
-    Parameters
-    ----------
     names : of the parts to read; None for all
     """
     with closing(_open(path)) as file:
@@ -229,12 +228,6 @@ def _part_name(spec: OpenImageIO.ImageSpec) -> str:
     return current_name(spec.get_string_attribute("oiio:subimagename"))
 
 
-def _order_parts(contents: Contents) -> Images:
-    """Return all parts in the order of the file: radiance first, errors last."""
-    parts = dict(sorted(contents.buffers.items(), key=lambda item: item[0] != "radiance"))
-    return parts | name_errors(contents.errors, contents.block_errors)
-
-
 def _row_of(part: str) -> Buffer | None:
     """Return the row of the buffer that a part belongs to: direct's of "direct@sun.error"."""
     return row_of(part.removesuffix(_BLOCK_ERROR).removesuffix(_ERROR))
@@ -247,7 +240,6 @@ def _is_integer(part: str) -> bool:
 
 
 def _channels(part: str, bands: Bands) -> list[str]:
-    """Return the names of a part's channels, in the order of the buffer's last axis."""
     row = _row_of(part)
     if row is not None and row.channels is not None:
         return list(row.channels)
@@ -291,12 +283,6 @@ def _lines(
         yield np.ascontiguousarray(lines.reshape(*lines.shape[:2], -1), dtype=kind)
 
 
-def _explain_full_disk(folder: Path) -> str:
-    """Return how much space is free on a folder's disk, if little is: OpenEXR does not say."""
-    free = shutil.disk_usage(folder).free
-    return f" ({free / 1e6:.1f} MB are free there)" if free < FULL_DISK else ""
-
-
 def _read_part(file: OpenImageIO.ImageInput, index: int, bands: Bands) -> tuple[str, NDArray[Any]]:
     """Return a part's name and its image, its channels in the order of the bands."""
     import OpenImageIO
@@ -326,8 +312,6 @@ def write_layers(
 
     The radiance is called Combined, and has `coverage` as its alpha; depth is called Depth.
 
-    Parameters
-    ----------
     colors : buffers in linear sRGB, (H, W, 3)
     others : buffers without a colour, (H, W) or (H, W, 3)
     path : FILE.exr
@@ -341,8 +325,9 @@ def write_layers(
     for name, image in {**colors, **others}.items():
         planes = image.reshape(*image.shape[:2], -1)
         letters = ("R", "G", "B") if name in colors else _LETTERS[planes.shape[-1]]
+        layer = _PASSES.get(name, name.replace(".", "_"))  # dots would separate layers
         for letter, plane in zip(letters, np.moveaxis(planes, -1, 0), strict=True):
-            channels[f"{LAYER}.{_pass_name(name)}.{letter}"] = plane
+            channels[f"{LAYER}.{layer}.{letter}"] = plane
     if "radiance" in colors and "coverage" in others:
         channels[f"{LAYER}.{COMBINED}.A"] = others["coverage"]
     height, width = next(iter(channels.values())).shape
@@ -356,8 +341,3 @@ def write_layers(
     done = file.open(str(path), spec) and file.write_image(pixels)
     if not (done and file.close()):
         raise OSError(f"cannot write {path.name}: {file.geterror()}")
-
-
-def _pass_name(name: str) -> str:
-    """Return what a buffer is called: dots would separate layers."""
-    return _PASSES.get(name, name.replace(".", "_"))

@@ -24,8 +24,6 @@ def write_png(preview: NDArray[np.uint8], path: str | PathLike[str]) -> None:
 def encode_png(image: NDArray[np.uint8] | NDArray[np.uint16], linear: bool = False) -> bytes:
     """Return an image as the bytes of a PNG file (ISO/IEC 15948).
 
-    Parameters
-    ----------
     image : (H, W, 3) RGB, or (H, W, 4) with an alpha by which RGB is not multiplied; uint8 or
         uint16. (H, W) for grey
     linear : its values are proportional to light, and not sRGB

@@ -78,7 +78,6 @@ class SceneSource:
         return [replace(self, view=camera.name) for camera in cameras] or [self]
 
     def _choose_camera(self, scene: Scene) -> None:
-        """Let a scene be seen as was chosen, its middle where there is but a position."""
         from photonmap.scene.camera import Camera
 
         if scene.camera is not None:

@@ -20,8 +20,6 @@ def turned_map(
 ) -> EnvironmentLight:
     """Return a map whose middle looks along +z of its own coordinates, +y up.
 
-    Parameters
-    ----------
     linear : (3, 3), from its coordinates to the world's
     scale : multiplies its radiance
     """

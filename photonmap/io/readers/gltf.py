@@ -148,7 +148,6 @@ class Gltf(Document):
 
     @cached_property
     def _uses(self) -> Counter[int]:
-        """How many nodes show each mesh."""
         return Counter(node["mesh"] for _, node in self._nodes() if "mesh" in node)
 
     def parts(self, index: int) -> Iterable[_Primitive]:
@@ -183,7 +182,6 @@ class Gltf(Document):
         return lights
 
     def _nodes(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Return the nodes that belong to the scene, and their numbers."""
         return ((index, self.item("nodes", index)) for index in self.placed)
 
 
@@ -244,7 +242,6 @@ def _roots(gltf: Gltf) -> list[int]:
 
 
 def _parts(gltf: Gltf, mesh: dict[str, Any]) -> Iterator[_Primitive]:
-    """Yield the primitives of a mesh that have triangles."""
     for primitive in mesh["primitives"]:
         if primitive.get("mode", TRIANGLES) in MODES:
             material = primitive.get("material")
@@ -256,7 +253,6 @@ def _parts(gltf: Gltf, mesh: dict[str, Any]) -> Iterator[_Primitive]:
 
 
 def _instances(gltf: Gltf) -> Iterator[Mesh]:
-    """Return the meshes of each node in the scene's coordinates, under a name of its own."""
     names: set[str] = set()
     for index, matrix in gltf.placed.items():
         node = gltf.item("nodes", index)
@@ -315,7 +311,6 @@ def _paint(gltf: Gltf, part: Part, index: int | None) -> tuple[Part, Material]:
 
 
 def _note_gltf(gltf: Gltf) -> None:
-    """Note what no part of the reader looks at."""
     if gltf.tree.get("animations"):
         note_loss(gltf.losses, "animations")
     for node in gltf.tree.get("nodes", []):

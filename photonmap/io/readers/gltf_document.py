@@ -182,8 +182,6 @@ def read_primitive(
 ) -> Part:
     """Return the triangles of a primitive; v increases upwards, as in OBJ.
 
-    Parameters
-    ----------
     placement : of textures on it
     lose : takes what is left out
     """
@@ -239,7 +237,6 @@ def _rows(document: Document, accessor: int, shape: tuple[int, int], name: str) 
 
 
 def _triangles(corners: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
-    """Return (F, 3) corners of the triangles of a list, a strip or a fan."""
     if mode == TRIANGLES:
         return corners.reshape(-1, 3)
     first = np.arange(max(len(corners) - 2, 0))
@@ -252,8 +249,6 @@ def _triangles(corners: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
 def place_nodes(document: Document, roots: list[int]) -> dict[int, NDArray[np.float64]]:
     """Return the matrix of each node below the roots, 4×4, from its coordinates to the scene's.
 
-    Parameters
-    ----------
     roots : nodes of a forest
     """
     placed = {}

@@ -38,6 +38,7 @@ _READ = (
 _TEXTURES = ("baseColorTexture", METALLIC_TEXTURE, "emissiveTexture")
 _NORMALS, _COAT_NORMALS = "normalTexture", "clearcoatNormalTexture"
 _HARMLESS = "occlusionTexture"  # It stands for what is simulated anyway
+_OPAQUE = ("KHR_materials_pbrSpecularGlossiness", "KHR_materials_unlit")  # They transmit nothing
 METAL_COLORS = "variation of a metal's colour"
 LOBES = "variation of roughness and metallic"
 
@@ -51,8 +52,6 @@ def read_material(
     diffuse base below a coat (glTF 2.0, appendix B); with transmission through a volume it is
     glass.
 
-    Parameters
-    ----------
     index : of the material in the file; it names what has no name
     item : its JSON
     textures : those of the file
@@ -138,7 +137,6 @@ def _specular_gloss(source: Source) -> dict[str, Any] | None:
 
 
 def _anisotropy(source: Source) -> dict[str, Any]:
-    """Return how a surface differs along itself."""
     extension = source.extension("anisotropy")
     strength = source.number(extension, "anisotropyStrength", 0.0)
     if strength == 0.0:
@@ -164,7 +162,6 @@ def _base(source: Source) -> Triple | Texture:
 
 
 def _gloss(source: Source, base: Triple | Texture, metallic: float | Texture) -> Gloss:
-    """Return a surface that is a metal in part."""
     roughness = source.data("roughnessFactor", Channels.green)
     if not lie_alike(base, metallic):
         source.lose("variation of metallic")
@@ -211,7 +208,7 @@ def _glass(source: Source) -> dict[str, Any] | None:
     amount = source.number(extension, "transmissionFactor", 0.0)
     share = source.times(amount, extension.get("transmissionTexture"), Channels.red)
     metallic = source.data("metallicFactor", Channels.blue)
-    if share == 0.0 or metallic == 1.0 or _is_other(source):
+    if share == 0.0 or metallic == 1.0 or {*_OPAQUE} & {*source.item.get("extensions", ())}:
         return None
     if isinstance(metallic, Texture):
         source.lose("variation of metallic beside transmission")
@@ -236,19 +233,9 @@ def _glass(source: Source) -> dict[str, Any] | None:
     look |= _anisotropy(source) | _alpha(source)
     if source.number(source.extension("volume"), "thicknessFactor", 0.0, 1e30) == 0.0:
         return look | {"thin": True}
-    return look | _attenuation(source) | _dispersion(source)
-
-
-def _is_other(source: Source) -> bool:
-    """Return whether a material is of a model that transmits nothing."""
-    others = {"KHR_materials_pbrSpecularGlossiness", "KHR_materials_unlit"}
-    return bool(others & set(source.item.get("extensions", ())))
-
-
-def _dispersion(source: Source) -> dict[str, float]:
-    """Return the Abbe number, of which the extension has 20 / V."""
     dispersion = source.number(source.extension("dispersion"), "dispersion", 0.0, 1e30)
-    return {"abbe": 20.0 / dispersion} if dispersion > 0.0 else {}
+    abbe = {"abbe": 20.0 / dispersion} if dispersion > 0.0 else {}
+    return look | _attenuation(source) | abbe
 
 
 def _attenuation(source: Source) -> dict[str, Any]:
@@ -264,7 +251,6 @@ def _attenuation(source: Source) -> dict[str, Any]:
 
 
 def _normal_map(source: Source, holder: Factors, key: str) -> NormalMap | None:
-    """Return the normal map that a JSON object holds under a key."""
     use = holder.get(key)
     if use is None:
         return None

@@ -99,8 +99,6 @@ class Textures:
     ) -> Texture | None:
         """Return a texture; None if it is missing, which is noted.
 
-        Parameters
-        ----------
         use : the JSON that names it
         channel : a method of `Channels` that returns its colours, or the numbers that it holds
         placement : of the material's textures
@@ -150,7 +148,6 @@ class Textures:
         return self._last[1]
 
     def _read_image(self, index: int, image: dict[str, Any]) -> Channels:
-        """Read an image in a file of its own, in a data URI, or in a buffer."""
         if not _is_embedded(image):
             return read_channels(named_image(self.path.parent, unquote(image["uri"])))
         data: bytes | memoryview
@@ -190,5 +187,4 @@ class Textures:
 
 
 def _is_embedded(image: Mapping[str, Any]) -> bool:
-    """Return whether an image is part of the file."""
     return "uri" not in image or bool(image["uri"].startswith("data:"))

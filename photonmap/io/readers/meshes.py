@@ -37,16 +37,11 @@ def triangulate(
     a fan, any other is cut by ear clipping in the plane of its Newell normal. Triangles
     thinner than the rounding of their coordinates are left out.
 
-    Parameters
-    ----------
     points : (V, 3) float64
     polygons : (C,) int, the corners of all polygons as indices into `points`
     sizes : (F,) int, corners of each polygon, three or more
-
-    Returns
-    -------
-    triangles : (T, 3) int64, indices into `polygons`
-    owners : (T,) int64, the polygon of each triangle, ascending
+    Returns triangles, (T, 3) int64, indices into `polygons`, and owners, (T,) int64, the polygon of
+    each, ascending.
     """
     if (sizes == 3).all():
         owners = np.flatnonzero(_find_solid(points, polygons.reshape(-1, 3)))
@@ -83,9 +78,7 @@ def _cut(corners: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.bo
 
     corners : (R, n, 3)
 
-    Returns
-    -------
-      local : (R, n - 2, 3) int64, triangles as indices of corners
+    Returns local, (R, n - 2, 3) int64, triangles as indices of corners
       solid : (R, n - 2), whether a triangle has an area
     """
     rows, size = corners.shape[:2]
@@ -161,8 +154,6 @@ def cut_polygons(
 ) -> Part:
     """Cut polygons into triangles, and note those of fewer than three corners or without area.
 
-    Parameters
-    ----------
     vertices, normals, uv : as in `Part`
     corners : (C,) indices of vertices, one polygon after another; all of them valid
     sizes : (F,) corners of each polygon, up to `LARGEST_FACE`
@@ -266,16 +257,11 @@ def vertex_normals(
 
     G. Thürmer and C. Wüthrich, "Computing vertex normals from polygonal facets", 1998.
 
-    Parameters
-    ----------
     points : (C, 3), the corners of all polygons
     sizes : (F,), corners of each polygon, three or more
     vertices : (C,), the vertex of each corner, below `count`
     count : of vertices
-
-    Returns
-    -------
-    (count, 3), of length 1; 0 where there is none
+    Returns (count, 3), of length 1; 0 where there is none
     """
     ends = np.cumsum(sizes)
     begins = ends - sizes
@@ -327,7 +313,6 @@ def cube() -> Part:
 
 
 def _square(center: Floats, along: Floats, across: Floats) -> Part:
-    """Return a square of side 2 that faces along × across."""
     places = 2.0 * _CORNERS - 1.0
     vertices = center + places[:, :1] * along + places[:, 1:] * across
     return Part(vertices, np.array([[0, 1, 2], [0, 2, 3]]), None, _CORNERS)

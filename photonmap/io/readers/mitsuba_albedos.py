@@ -59,8 +59,6 @@ def scaled_normal(factor: Any, normal: Any) -> Any:
 def coat_albedo(normal: float, alpha: float) -> float:
     """Return what a rough coat reflects of light from all around, here.
 
-    Parameters
-    ----------
     normal : its reflectance at normal incidence
     alpha : its roughness, 0 for a smooth one
     """
@@ -77,8 +75,6 @@ def coat_albedo(normal: float, alpha: float) -> float:
 def base_albedo(reflected: Any, outside: float) -> Any:
     """Return the albedo of a base that reflects a part of the light from all around by a coat.
 
-    Parameters
-    ----------
     reflected : what leaves the coat of the light that meets it, having passed it twice
     outside : `coat_albedo`
     """
@@ -91,8 +87,6 @@ def plastic_albedo(
 ) -> Callable[[Any], Any]:
     """Return the function from an albedo in Mitsuba's plastics to that of a base here.
 
-    Parameters
-    ----------
     index : of refraction, of the coat
     alpha : its roughness, 0 for a smooth one
     nonlinear : whether Mitsuba adds the colours of what is reflected inwards
@@ -121,8 +115,6 @@ def metal_reflectance(alpha: float) -> Callable[..., Any]:
     scattered several times between facets is not lost (`kernels.bsdf.glossy`): of a number, 0 at
     normal incidence or 1 at 82°, the factor, and both in Mitsuba, whose ratio stays.
 
-    Parameters
-    ----------
     alpha : roughness of the metal
     """
     lost, kept = (

@@ -92,7 +92,6 @@ def _diffuse(node: Node) -> Look:
 
 
 def _conductor(node: Node) -> Look:
-    """Return metal, or a mirror that reflects alike at all angles."""
     specular = read_plain(node, "specular_reflectance", 1.0)
     metal = metal_reflectances(node)
     if node.type == "conductor":
@@ -189,7 +188,6 @@ def _thin(node: Node) -> Look:
 
 
 def _plastic(node: Node) -> Look:
-    """Return a diffuse base below a coat."""
     index = _relative_index(node, "polypropylene")
     specular = read_plain(node, "specular_reflectance", 1.0)
     glossy = combined(scaled_normal, specular, normal_reflectance(index))
@@ -201,7 +199,6 @@ def _plastic(node: Node) -> Look:
 
 
 def _principled(node: Node) -> Look:
-    """Return a surface that is a metal in part, or glass."""
     paint = read_paint(node, "base_color", 0.5)
     transmission = _fraction(node, "spec_trans", 0.0)
     metallic = _fraction_map(node, "metallic", 0.0)
@@ -281,7 +278,6 @@ def _fraction(node: Node, name: str, default: float) -> float:
 
 
 def _fraction_map(node: Node, name: str, default: float) -> float | Texture:
-    """Return a fraction that may be a texture."""
     paint = read_paint(node, name, default, "index")
     if isinstance(paint, Texture) and paint.largest <= 1.0:
         return paint
@@ -297,7 +293,6 @@ def _two_sided(node: Node) -> Look:
 
 
 def _mask(node: Node) -> Look:
-    """Return a surface with holes."""
     opacity = read_paint(node, "opacity", 0.5)
     look = _inner(node)[0]
     if "alpha" in look:
@@ -308,7 +303,6 @@ def _mask(node: Node) -> Look:
 
 
 def _relief(node: Node) -> Look:
-    """Return the surface with its normals, or with heights times `scale`."""
     found, factor = node.parts("texture"), node.number("scale", 1.0)
     look = _inner(node)[0]
     if len(found) != 1:
@@ -336,8 +330,6 @@ def _blend(node: Node) -> Look:
 def blended(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
     """Return a surface that is one to 1 - weight and another to weight, and what is lost of them.
 
-    Parameters
-    ----------
     one, other : attributes of a `Material`; with a reflectance
     weight : in [0, 1]
     """

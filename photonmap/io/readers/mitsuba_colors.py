@@ -47,8 +47,6 @@ def read_color(node: Node, kind: Kind) -> Color:
 
     A single number is grey, lights of which are D65; a curve is 0 beyond its ends.
 
-    Parameters
-    ----------
     node : <rgb>, <spectrum> or <float>
     kind : a reflectance lies in [0, 1], an emission or index above 0
     """
@@ -82,7 +80,6 @@ def _read_any(node: Node, kind: Kind) -> Color:
 
 
 def _rgb(node: Node) -> Color:
-    """Return linear RGB; <srgb>, and hexadecimal digits, of Mitsuba 0.x are encoded in sRGB."""
     element = node.element
     text = element.attribute("value").strip()
     if text.startswith("#"):
@@ -121,7 +118,6 @@ def _spectrum(node: Node, kind: Kind) -> Color:
 
 
 def _typed(node: Node) -> Color:
-    """Return a spectrum that has a type and parameters."""
     match node.type:
         case "uniform":
             return flat(node.number("value", 1.0))
@@ -263,7 +259,6 @@ def _bitmap(node: Node) -> Paint:
 
 
 def _checkerboard(node: Node, kind: Kind) -> Texture:
-    """Return two colours in a pattern of 2 × 2."""
     highest = 1.0 if kind == "reflectance" else np.inf
     one, other = (
         np.minimum(as_rgb(read_plain(node, name, default, kind), kind), highest)

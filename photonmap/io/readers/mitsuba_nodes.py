@@ -393,7 +393,10 @@ class _Loader:
             case "default":
                 self.parameters.setdefault(element.attribute("name"), element.attribute("value"))
             case "alias":
-                self._alias(element)
+                node, name = self.find(element), element.attribute("as")
+                if name in self.named:
+                    raise element.error(f"the id {shown(name)} is used already; choose another")
+                self.named[name] = node
             case "path":
                 context, name = self.context, element.attribute("value")
                 context.folders.insert(0, context.inside(element, element.path.parent, name))
@@ -432,7 +435,6 @@ class _Loader:
         return replace(element, tag=_TAGS.get(element.tag, element.tag), attributes=filled)
 
     def _fill(self, element: Element, text: str) -> str:
-        """Put in the values of parameters."""
 
         def value(found: re.Match[str]) -> str:
             # A name may be followed by letters that do not belong to it: the longest one counts.
@@ -466,14 +468,7 @@ class _Loader:
             raise element.error(f"nothing has the id {shown(wanted)}; {remedy}")
         return self.named[wanted]
 
-    def _alias(self, element: Element) -> None:
-        node, name = self.find(element), element.attribute("as")
-        if name in self.named:
-            raise element.error(f"the id {shown(name)} is used already; choose another")
-        self.named[name] = node
-
     def _include(self, parent: Node, element: Element) -> None:
-        """Add what another file describes: an object, or all of a scene."""
         path = self.context.find(element, element.attribute("filename"))
         self.count += 1
         self.depth += 1
@@ -491,7 +486,6 @@ class _Loader:
 
 
 def _is_old(root: Element) -> bool:
-    """Return whether a file's root has a version below 2."""
     version = root.attributes.get("version", "3.0.0")
     major = version.partition(".")[0]
     if not (major.isascii() and major.isdigit()):
@@ -515,7 +509,6 @@ def load_nodes(path: Path, data: bytes, context: Context) -> Node:
 
 
 def _check_depth(scene: Node) -> None:
-    """Refuse nodes that refer to themselves, or nest too deeply."""
     done: set[int] = set()
 
     def visit(node: Node, depth: int) -> None:

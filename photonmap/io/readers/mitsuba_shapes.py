@@ -67,7 +67,6 @@ def _part(node: Node) -> Part:
 
 
 def _mesh(node: Node, name: str, outer: Matrix) -> Mesh:
-    """Return a shape as a mesh, moved by a matrix after its own."""
     part = move(_part(node), outer @ node.transform())
     if node.type in _FILES:
         part = _with_normals(node, part)
@@ -139,7 +138,6 @@ def _turned(part: Part) -> Part:
 
 
 def _with_normals(node: Node, part: Part) -> Part:
-    """Return a part with normals at its vertices, unless it is to be flat."""
     if node.flag("face_normals", False):
         return replace(part, normals=None)
     if part.normals is not None:

@@ -85,17 +85,12 @@ def read_mtl(
     `Ka` is ignored: ambient light is not physical. Whatever else would change the picture is named
     in one warning.
 
-    Parameters
-    ----------
     path : the file
     missing_textures : "error", or "grey": with a warning, a texture that cannot be read is 0.5
         grey, and as opacity 1
     used : names of the materials that are needed, or None for all; of others, no statement is
         read, and they are grey
-
-    Returns
-    -------
-    dict from name to Material; of two with one name the last, with a warning
+    Returns dict from name to Material; of two with one name the last, with a warning
     """
     textures = _Textures(missing_textures)
     source, blender = read_source(path, "MTL"), _blender_scale(Path(path))
@@ -238,7 +233,6 @@ def _parse_text(line: _Statement, parameter: Colored, text: str) -> Color:
 
 
 def _read_map(line: _Statement, draft: Draft, textures: _Textures) -> None:
-    """Read a texture, and note its options that are not simulated."""
     options, name = _parse_options(line, draft)
     if options.bump != 1.0:
         draft.ignored.append(f"{line.keyword} -bm")
@@ -254,7 +248,6 @@ def _read_map(line: _Statement, draft: Draft, textures: _Textures) -> None:
 
 
 def _parse_options(line: _Statement, draft: Draft) -> tuple[MapOptions, str]:
-    """Return a map's options and file name, and note options that are not simulated."""
     try:
         options, name = parse_map(line.rest)
     except InputError as error:
@@ -320,7 +313,6 @@ def _read_relief(line: _Statement, draft: Draft, textures: _Textures) -> None:
 
 
 def _read_opacity(line: _Statement) -> float:
-    """Read `d` or `Tr`, which may be repeated for red, green and blue."""
     numbers = line.numbers()
     if not numbers or len(set(numbers)) > 1 or not math.isfinite(numbers[0]):
         raise line.error(f"{line.keyword} {shown(line.rest)}; write a finite number")
@@ -331,7 +323,6 @@ def _read_opacity(line: _Statement) -> float:
 
 
 def _read_number(line: _Statement, parameter: Parameter | None) -> float:
-    """Read the illumination model, or a number that a parameter describes."""
     numbers = line.numbers()
     if len(numbers) != 1 or not math.isfinite(numbers[0]):
         raise line.error(f"{line.keyword} {shown(line.rest)}; write a finite number")
@@ -393,13 +384,8 @@ class MapOptions:
 def parse_map(words: str | Sequence[str]) -> tuple[MapOptions, str]:
     """Read what follows `map_Kd` and similar keywords.
 
-    Parameters
-    ----------
     words : options and a file name; given as one text, the name keeps its spaces
-
-    Returns
-    -------
-    the options, and the file name
+    Returns the options, and the file name
     """
     text = (words if isinstance(words, str) else " ".join(words)).strip()
     numbers: dict[str, tuple[float, ...]] = dict(_NUMBERS)
@@ -430,7 +416,7 @@ def parse_map(words: str | Sequence[str]) -> tuple[MapOptions, str]:
 
 def _pop(text: str) -> tuple[str, str]:
     word, *rest = text.split(maxsplit=1) or [""]
-    return word, rest[0] if rest else ""
+    return word, "".join(rest)
 
 
 def _read_numbers(option: str, text: str) -> tuple[tuple[float, ...], str]:
@@ -473,13 +459,10 @@ class _Textures:
 
     def warn(self) -> None:
         """Name what could not be read, and what became of it."""
-        if self.lost:
-            count = _count(self.lost, "texture was", "textures were")
-            warn(f"{count} not readable and replaced by grey: {enumerated(self.lost)}")
-        if self.flat:
-            count = _count(self.flat, "image of relief was", "images of relief were")
-            warn(f"{count} not readable and left out: {enumerated(self.flat)}")
-
-
-def _count(names: list[str], one: str, several: str) -> str:
-    return f"{len(names)} {several if len(names) > 1 else one}"
+        for names, one, several, fate in (
+            (self.lost, "texture was", "textures were", "replaced by grey"),
+            (self.flat, "image of relief was", "images of relief were", "left out"),
+        ):
+            if names:
+                count = f"{len(names)} {several if len(names) > 1 else one}"
+                warn(f"{count} not readable and {fate}: {enumerated(names)}")

@@ -97,7 +97,9 @@ def gloss_of(draft: Draft, albedo: Paint) -> Gloss | None:
             draft.ignored.append("Ni")
         coat = normal_reflectance(index if index > 1.0 else USUAL_INDEX)
         metallic = draft.number("Pm") if "Pm" in numbers else 0.0
-        return _metallic(draft, albedo, metallic, coat, _roughness(draft))
+        roughness = _from_exponent(draft) if "Ns" in numbers else USUAL_ROUGHNESS
+        roughness = draft.number("Pr") if "Pr" in numbers else roughness
+        return _metallic(draft, albedo, metallic, coat, roughness)
     if draft.blender and model >= 2.0 and "Ns" in numbers:
         roughness = 1.0 - math.sqrt(min(numbers["Ns"] / draft.blender, 1.0))
         metallic = numbers.get("Ka", 0.0) if model in (3.0, 6.0) else 0.0
@@ -132,13 +134,6 @@ def _textured(draft: Draft) -> Paint | None:
         return color if color is not None and matters(color) else None
     factor = as_triple(1.0 if color is None else color)
     return replace(texture, factor=factor) if any(factor) else None
-
-
-def _roughness(draft: Draft) -> float | Texture:
-    """Return that of the metallic workflow."""
-    if "Pr" in draft.numbers:
-        return draft.number("Pr")
-    return _from_exponent(draft) if "Ns" in draft.numbers else USUAL_ROUGHNESS
 
 
 def _from_exponent(draft: Draft) -> float | Texture:
@@ -206,7 +201,6 @@ def _leave_out_anisotropy(draft: Draft) -> None:
 
 
 def _own_maps(draft: Draft) -> dict[str, Texture]:
-    """Return the textures of a glossy lobe that statements of its own give."""
     keys = {"glossy": "glossy", "roughness": "roughness", "coat": "Pc", "coat_roughness": "Pcr"}
     keys |= {"transmission": "transmission"}
     maps = {attribute: draft.maps.get(f"map_{key}") for attribute, key in keys.items()}
@@ -229,7 +223,6 @@ def _has_coat(draft: Draft) -> bool:
 
 
 def _leave_out_sheen(draft: Draft) -> None:
-    """Note that what is no cloth gets no sheen."""
     draft.numbers.pop("sheen_roughness", None)
     has_map = "map_Ps" in draft.maps
     draft.maps.pop("map_Ps", None)
@@ -278,7 +271,6 @@ def _restate_blender_glass(draft: Draft) -> bool:
 
 
 def _make_glass(name: str, draft: Draft) -> Material:
-    """Return glass; what is transparent by `d` is ignored, and what reflects beside all glass."""
     _leave_out_covers(draft)
     draft.ignored += [key for key in _numbers(draft) if key != "Pr"]
     draft.ignored += [key for key in ("d", "Tr") if draft.numbers.get(key, 1.0) != 1.0]
@@ -310,7 +302,6 @@ def _others(draft: Draft) -> dict[str, Any]:
 
 
 def _color_or_texture(draft: Draft, keyword: str, default: Color) -> Paint:
-    """Return a texture times its colour, or the colour alone."""
     color = draft.colors.get(keyword)
     if f"map_{keyword}" not in draft.maps:
         return default if color is None else color
@@ -330,7 +321,6 @@ def _color_or_texture(draft: Draft, keyword: str, default: Color) -> Paint:
 
 
 def _alpha(draft: Draft) -> float | Texture:
-    """Return the opacity: `d`, or else 1 - `Tr`, times the texture."""
     numbers = draft.numbers
     if "d" in numbers and numbers.get("Tr", numbers["d"]) != numbers["d"]:
         draft.ignored.append("Tr")

@@ -37,14 +37,9 @@ def read(path: Path, options: ReadOptions) -> Scene:
     of its name, with a warning. Colours of vertices replace the reflectance of their material,
     unless it has a texture or is glass.
 
-    Parameters
-    ----------
     path : the file; its MTL files are looked up beside it
     options : `missing_textures` applies to the MTL files
-
-    Returns
-    -------
-    Scene, its meshes in the order of their first faces
+    Returns Scene, its meshes in the order of their first faces
     """
     source = read_source(path, "OBJ")
     lines = smooth(parse_lines(source))
@@ -74,7 +69,6 @@ def read_shape(path: Path) -> Mesh:
 
 
 def _triangulate(source: Source, lines: ObjLines) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return triangles, and the face of each; some must have an area."""
     if not len(lines.sizes):
         raise InputError("has no faces; export the surfaces as polygons", source.path)
     triangles, owners = triangulate(lines.vertices, lines.corners[:, 0] - 1, lines.sizes)
@@ -99,7 +93,6 @@ def _divide(lines: ObjLines, stem: str) -> tuple[list[tuple[str, str]], NDArray[
 
 
 def _build_mesh(lines: ObjLines, corners: NDArray[np.int32], name: str, material: Material) -> Mesh:
-    """Build a mesh from the corners of triangles, (3 F, 3), three of each."""
     distinct, faces = _distinct(corners)
     at, uv_at, normal_at = distinct.T
     uv = normals = None
@@ -158,7 +151,6 @@ def _find_materials(
 
 
 def _find_libraries(source: Source, offset: int, names: str) -> Iterator[Path]:
-    """Find the files of one mtllib line: one name with spaces, or several; warn of missing ones."""
     folder = source.path.parent
     with naming("mtllib", source.path, source.line_number(offset)):
         chosen = [names] if _find(folder, names) else names.split()

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, warn
-from photonmap.io.readers.decimals import begins, parse_floats, parse_integers
-from photonmap.io.readers.decoding import decode_colors
+from photonmap.io.readers.decoding import begins, decode_colors, parse_floats, parse_integers
 from photonmap.io.readers.meshes import LARGEST_FACE
 from photonmap.runtime.wording import shown
 from photonmap.scene.mesh import LARGEST_COORDINATE
@@ -73,8 +72,6 @@ class Source:
 def read_source(path: str | PathLike[str], kind: str) -> Source:
     """Read a text file whole.
 
-    Parameters
-    ----------
     path : the file
     kind : what it should be, for messages: "OBJ" or "MTL"
     """
@@ -294,7 +291,6 @@ def _split_colors(
 
 
 def _table_error(source: Source, lines: _Lines, kind: _Table) -> InputError:
-    """Return the error of the first malformed line."""
     for offset in lines.offsets.tolist():
         words = source.line(offset).split()[1:]
         if len(words) < kind.least:
@@ -364,7 +360,6 @@ def _columns(
 
 
 def _face_error(source: Source, lines: _Lines) -> InputError:
-    """Return the error of the first malformed line."""
     for offset in lines.offsets.tolist():
         words = source.line(offset).split()[1:]
         for word in words:
@@ -377,7 +372,6 @@ def _face_error(source: Source, lines: _Lines) -> InputError:
 
 
 def _check_indices(source: Source, obj: ObjLines) -> None:
-    """Raise on the first corner that refers to nothing."""
     known = [len(obj.vertices), len(obj.uv), len(obj.normals)]
     outside = np.flatnonzero((obj.corners > known).any(1))
     if len(outside):

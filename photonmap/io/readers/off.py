@@ -70,14 +70,12 @@ def _decode(path: Path, data: bytes, losses: Losses) -> Scene:
 
 
 def _split_lines(data: bytes) -> list[_Line]:
-    """Return the lines without comments and blank ones."""
     rows = enumerate(data.decode("utf-8-sig", "replace").splitlines(), start=1)
     lines = [_Line(number, text.partition("#")[0].split()) for number, text in rows]
     return [line for line in lines if line.words]
 
 
 def _strip_header(path: Path, lines: list[_Line]) -> None:
-    """Remove the header; what stands behind it on its line stays."""
     if not lines or lines[0].words[0] not in _HEADERS:
         message = "does not begin with OFF or COFF; export it as one of them, in text"
         raise InputError(message, path, lines[0].number if lines else None)
@@ -97,7 +95,6 @@ def _read_counts(path: Path, lines: list[_Line]) -> tuple[int, int]:
 
 
 def _read_vertices(path: Path, lines: Sequence[_Line]) -> NDArray[np.float64]:
-    """Return the vertices, (V, 3)."""
     vertices = np.empty((len(lines), 3))
     for row, line in enumerate(lines):
         try:

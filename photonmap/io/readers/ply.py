@@ -12,8 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, naming
-from photonmap.io.readers.decimals import parse_floats
-from photonmap.io.readers.decoding import Losses, decode_colors, decode_file, note_loss
+from photonmap.io.readers.decoding import (
+    Losses,
+    decode_colors,
+    decode_file,
+    note_loss,
+    parse_floats,
+)
 from photonmap.io.readers.meshes import (
     LARGEST_FACE,
     Part,
@@ -179,13 +184,9 @@ class _Stream:
 
 
 def read_elements(data: bytes) -> tuple[dict[str, Element], list[str], int]:
-    """Read a PLY file.
+    """Return the elements of a PLY file by name, the lines of its header with comments, and a rest.
 
-    Returns
-    -------
-    elements : by name
-    comments : lines of the header
-    rest : bytes, or numbers of a text, that belong to none of them
+    The rest is the number of bytes, or numbers of a text, that belong to no element.
     """
     end = data.find(b"end_header")
     if end < 0:
@@ -209,7 +210,6 @@ def read_elements(data: bytes) -> tuple[dict[str, Element], list[str], int]:
 
 
 def _read_header(lines: list[list[str]], order: str) -> dict[str, Element]:
-    """Return the elements that a header announces, still empty."""
     elements: dict[str, Element] = {}
     element = Element(0)
     for keyword, *words in lines:
@@ -300,7 +300,6 @@ def _short(element: Element, rows: int) -> ValueError:
 
 
 def _count(stream: _Stream, at: int, kind: Kind) -> int | None:
-    """Return the length of a list; None beyond the end."""
     if at + stream.width(kind) > len(stream.items):
         return None
     is_item = stream.width(kind) == 1

@@ -37,7 +37,6 @@ class ReadOptions:
     missing_textures: MissingTextures = "error"
 
     def __post_init__(self) -> None:
-        """Check the choices."""
         if self.missing_textures not in ("error", "grey"):
             choice = f"missing_textures {self.missing_textures!r}"
             raise InputError(f"{choice} is not a choice; give 'error' or 'grey'")

@@ -129,7 +129,6 @@ def scene_files(path: str | PathLike[str]) -> list[Path]:
 
 
 def _check_name(path: Path) -> None:
-    """Refuse folders, and TOML files that are not there."""
     if path.is_dir():
         raise InputError("is a folder; name a file in it", path)
     if path.suffix.lower() == SCENE_SUFFIX and not path.is_file():
@@ -137,7 +136,6 @@ def _check_name(path: Path) -> None:
 
 
 def _mesh_path(path: Path, toml: Toml) -> Path:
-    """Return the mesh file that a scene names, or is."""
     named = toml.sections.get(_MESH)
     if named is None:
         return _mesh_beside(path) if path.suffix.lower() == SCENE_SUFFIX else path
@@ -262,12 +260,14 @@ def change_materials(meshes: list[Mesh], toml: Toml) -> list[Mesh]:
     changed = {
         key: _change(material, toml) for key, material in used.items() if material.name in sections
     }
-    return [
-        _repaint(mesh, changed[id(mesh.material)], sections[mesh.material.name])
-        if id(mesh.material) in changed
-        else mesh
-        for mesh in meshes
-    ]
+    result = []
+    for mesh in meshes:
+        if id(mesh.material) in changed:
+            is_painted = {"reflectance", "ior"} & sections[mesh.material.name].keys()
+            colors = None if is_painted else mesh.colors
+            mesh = replace(mesh, material=changed[id(mesh.material)], colors=colors)
+        result.append(mesh)
+    return result
 
 
 def _check_indices(meshes: list[Mesh], toml: Toml, path: Path) -> None:
@@ -284,12 +284,6 @@ def _check_indices(meshes: list[Mesh], toml: Toml, path: Path) -> None:
             if key in section:
                 raise toml.error(str(error), _MATERIAL, name, key) from None
         raise InputError(str(error), path) from None
-
-
-def _repaint(mesh: Mesh, material: Material, section: dict[str, Any]) -> Mesh:
-    """Return a mesh of another material; a reflectance that is given replaces its colours."""
-    colors = None if {"reflectance", "ior"} & section.keys() else mesh.colors
-    return replace(mesh, material=material, colors=colors)
 
 
 def _change(material: Material, toml: Toml) -> Material:
@@ -344,7 +338,6 @@ def _find_idle(material: Material, attribute: str) -> str:
 
 
 def _check_layers(material: Material, toml: Toml, section: dict[str, Any]) -> None:
-    """Check that layers go together, where the section gives one of them."""
     try:
         check_layers(material)
     except LayerError as error:

@@ -58,8 +58,10 @@ class Toml:
 
     def _find(self, pattern: str, at: int) -> int | None:
         """Find where a pattern begins, from an offset on, outside of comments."""
-        found = re.compile(pattern).finditer(self.text, at)
-        return next((m.start() for m in found if not self._is_comment(m.start())), None)
+        for found in re.compile(pattern).finditer(self.text, at):
+            if "#" not in self.text[self.text.rfind("\n", 0, found.start()) + 1 : found.start()]:
+                return found.start()
+        return None
 
     def _header(self, name: str, index: int) -> int | None:
         """Find a section `[[NAME]]`, or else the array of that name."""
@@ -68,9 +70,6 @@ class Toml:
         if index < len(found):
             return found[index] - len(name)
         return self._find(rf"(?<![\w-]){re.escape(name)}[ \t]*=", 0)
-
-    def _is_comment(self, at: int) -> bool:
-        return "#" in self.text[self.text.rfind("\n", 0, at) + 1 : at]
 
     def error(self, message: str, *names: str | int) -> InputError:
         """Return an error about the section or key that this path of names leads to."""
@@ -109,8 +108,6 @@ class Toml:
 def parse_value(parameter: Parameter, value: Any, folder: Path) -> Any:
     """Return what a TOML value stands for: a colour, an image, what a file holds, or a number.
 
-    Parameters
-    ----------
     parameter : what it describes
     folder : where files are looked for
     """
@@ -176,7 +173,6 @@ def _flag(table: dict[str, Any], key: str, default: bool) -> bool:
 
 
 def _placement(table: dict[str, Any]) -> dict[str, Any]:
-    """Return where an image lies, as the parameters of a `Texture`."""
     scale, offset = _numbers(table, "scale", [1, 1]), _numbers(table, "offset", [0, 0])
     return {"scale": tuple(scale), "offset": tuple(offset), "clamp": _flag(table, "clamp", False)}
 
@@ -191,7 +187,6 @@ def _numbers(table: dict[str, Any], key: str, default: list[int]) -> list[float]
 
 
 def _parse_part(part: Part, table: Any, folder: Path) -> Any:
-    """Return the object that a table describes; its numbers are left to be checked with it."""
     kinds = part.kinds
     if not isinstance(table, dict):
         raise part.error(table, "write a table, { key = value, ... }")
@@ -218,7 +213,6 @@ def _parse_part(part: Part, table: Any, folder: Path) -> Any:
 
 
 def _color_text(value: Any) -> str:
-    """Return a TOML value as the text of a colour."""
     numbers = value if isinstance(value, list) else [value]
     if isinstance(value, str):
         return value
@@ -255,7 +249,6 @@ def _why_twice(text: str) -> str | None:
 
 
 def _read_text(path: Path) -> str:
-    """Read UTF-8; a missing file counts as empty."""
     try:
         return path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:

@@ -134,12 +134,13 @@ def _shape(
         part = move(rectangle(), matrix @ _FLIP @ np.diag([wide, high, 1.0, 1.0]))
     if _cone(stage, prim)[0] < _EVERYWHERE:
         stage.lose("cones of lights that have a size", prim)
-    radiance = amount / _area(part) if is_whole else amount
-    return build_mesh(stage.path, part, Material(name, 0.0, plain(radiance)), name)
+    if is_whole:
+        a, b, c = (part.vertices[part.faces[:, corner]] for corner in range(3))
+        amount = amount / (0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    return build_mesh(stage.path, part, Material(name, 0.0, plain(amount)), name)
 
 
 def _point(stage: Stage, prim: Any, name: str, intensity: NDArray[np.float64]) -> Light:
-    """Return a light without a size, a spot where it has a cone."""
     matrix, (outer, softness) = stage.matrix(prim), _cone(stage, prim)
     place = matrix[:3, 3]
     if outer >= _EVERYWHERE:
@@ -157,12 +158,6 @@ def _cone(stage: Stage, prim: Any) -> tuple[float, float]:
         stage.lose("focus or IES file of lights", prim)
     softness = stage.value(shaping.GetShapingConeSoftnessAttr(), 0.0)
     return stage.value(shaping.GetShapingConeAngleAttr(), _EVERYWHERE), softness
-
-
-def _area(part: Part) -> float:
-    corners = part.vertices[part.faces]
-    sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return float(0.5 * np.linalg.norm(sides, axis=1).sum())
 
 
 def read_meshes(stage: Stage, materials: Materials, prim: Any) -> Iterator[Mesh]:
@@ -192,7 +187,6 @@ def read_meshes(stage: Stage, materials: Materials, prim: Any) -> Iterator[Mesh]
 
 
 def _read_part(stage: Stage, mesh: Any, sizes: NDArray[np.int64], kept: NDArray[np.bool_]) -> Part:
-    """Return the triangles of some faces; corners become vertices of their own."""
     points = np.array(stage.value(mesh.GetPointsAttr(), ()), np.float64).reshape(-1, 3)
     corners = np.array(stage.value(mesh.GetFaceVertexIndicesAttr(), ()), np.int64)
     if (sizes < 0).any() or sizes.sum() != len(corners):

@@ -233,7 +233,6 @@ class _Surface:
         return default if is_fed else self.stage.value(attribute, default)
 
     def _node(self, name: str) -> tuple[Any, str] | None:
-        """Return the texture that feeds an input, and the name of its output."""
         attribute = self._attribute(name)
         node = UsdShade.Shader(attribute.GetPrim()) if attribute is not None else None
         if not node or node.GetShaderId() != _TEXTURE:
@@ -264,7 +263,6 @@ class _Surface:
         return Texture(image, scale, offset, clamp, factor)
 
     def _placement(self, node: Any) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Return scale and offset of a texture's coordinates."""
         given = node.GetInput("st")
         found = UsdShade.Utils.GetValueProducingAttributes(given) if given else ()
         place = UsdShade.Shader(found[0].GetPrim()) if found else None

@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 from photonmap.io.readers.gltf import Gltf
 from photonmap.io.readers.meshes import Part, build_mesh, side_axes
 from photonmap.io.readers.registry import ReadOptions
-from photonmap.io.writers.assets import Assets
 from photonmap.io.writers.gltf_draft import Draft, TextureWriter, pack_glb
 from photonmap.io.writers.gltf_materials import rgb_emission, split_exactly, write_material
 from photonmap.io.writers.obj import name_materials
-from photonmap.io.writers.toml import write_cameras, write_lights, write_materials
+from photonmap.io.writers.toml import Assets, write_cameras, write_lights, write_materials
 from photonmap.scene.camera import ALL, NOT_IN_FILES, Camera, check_camera, frame_of
 from photonmap.scene.lights import (
     DirectionalLight,
@@ -31,7 +30,7 @@ from photonmap.scene.lights import (
     check_light,
     name_lights,
 )
-from photonmap.scene.material import Material
+from photonmap.scene.material import LOBES, Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import Emission, Parameter, Reflectance, Text, parameters_of
 from photonmap.scene.parameters import Part as PartParameter
@@ -54,13 +53,16 @@ def write_gltf(scene: Scene, path: Path, assets: Assets) -> None:
 
     What the TOML file has to say is found by reading materials, cameras and lights back.
 
-    Parameters
-    ----------
     path : FILE.glb or FILE.gltf
     assets : takes the files that the TOML file names
     """
     scene = replace(scene, meshes=_with_white(scene.meshes))
-    meshes = [_checked(mesh, path) for mesh in scene.meshes if len(mesh.faces)]
+    meshes = []
+    for mesh in scene.meshes:
+        if len(mesh.faces):
+            normals, tangents = mesh.unit_normals, mesh.unit_tangents
+            part = Part(mesh.vertices, mesh.faces, normals, mesh.uv, mesh.colors, tangents)
+            meshes.append(build_mesh(Path(path.name), part, mesh.material, mesh.name))
     draft, named = Draft(), name_materials(scene)
     scene = _with_names(scene, named)
     textures = TextureWriter(draft)
@@ -100,14 +102,6 @@ def _with_white(meshes: list[Mesh]) -> list[Mesh]:
     return result
 
 
-def _checked(mesh: Mesh, path: Path) -> Mesh:
-    """Return a mesh without the vertices that no face uses."""
-    part = Part(
-        mesh.vertices, mesh.faces, mesh.unit_normals, mesh.uv, mesh.colors, mesh.unit_tangents
-    )
-    return build_mesh(Path(path.name), part, mesh.material, mesh.name)
-
-
 def _find_differences(
     scene: Scene, named: Mapping[str, Material], read: Gltf, assets: Assets
 ) -> list[str]:
@@ -129,7 +123,6 @@ def _find_differences(
 
 
 def _with_names(scene: Scene, named: Mapping[str, Material]) -> Scene:
-    """Return a scene with checked cameras and lights, all lights with names."""
     cameras = [check_camera(camera) for camera in scene.every_camera]
     emitting = [name for name, material in named.items() if not is_black(material.emission)]
     lights = name_lights([check_light(light) for light in scene.lights], emitting)
@@ -165,7 +158,6 @@ def _add_meshes(
 def _add_primitive(
     draft: Draft, mesh: Mesh, origin: NDArray[np.float64], material: int
 ) -> dict[str, Any]:
-    """Add the arrays of a mesh; v counts downwards."""
     attributes = {"POSITION": draft.add_rows(mesh.vertices - origin, "<f4", limits=True)}
     if mesh.normals is not None:
         attributes["NORMAL"] = draft.add_rows(mesh.normals, "<f4")
@@ -184,8 +176,6 @@ def _add_primitive(
 def add_cameras(draft: Draft, cameras: Sequence[Camera], size: float) -> list[int]:
     """Add the cameras that glTF knows; return their nodes.
 
-    Parameters
-    ----------
     size : of the scene, which planes that cut off nothing lie at
     """
     nodes = []
@@ -214,8 +204,6 @@ def add_cameras(draft: Draft, cameras: Sequence[Camera], size: float) -> list[in
 def add_lights(draft: Draft, lights: Sequence[Light], taken: Collection[str]) -> list[int]:
     """Add the lights that glTF knows under names that its reader keeps; return their nodes.
 
-    Parameters
-    ----------
     lights : with names; a photometric light is written as a point
     taken : names that lights in glTF files cannot have
     """
@@ -258,7 +246,6 @@ def _describe(light: Light) -> tuple[dict[str, Any], Any, Any] | None:
 
 
 def _matrix(x: Any, y: Any, z: Any, origin: Any) -> list[float]:
-    """Return a 4×4 matrix by columns."""
     columns = np.zeros((4, 4))
     columns[:, :3] = np.array([x, y, z, origin])
     columns[3, 3] = 1.0
@@ -275,7 +262,9 @@ def find_material_changes(wanted: Material, read: Material) -> dict[str, Any]:
     found, wanted = {}, explicit(wanted)
     for attribute, parameter in parameters_of(Material).items():
         value, other = getattr(wanted, attribute), getattr(read, attribute)
-        if isinstance(parameter, Text) or isinstance(value, Texture):
+        owners = [name for name, lobe in LOBES.items() if attribute in lobe.parameters]
+        is_idle = bool(owners) and not any(map(wanted.has, owners))
+        if isinstance(parameter, Text) or isinstance(value, Texture) or is_idle:
             continue
         if attribute == "coat_relief":
             value, other = wanted.own_coat_relief, read.own_coat_relief
@@ -287,8 +276,6 @@ def find_material_changes(wanted: Material, read: Material) -> dict[str, Any]:
                 found[attribute] = value
             continue
         if attribute == "abbe" and wanted.dispersion is not None:
-            continue
-        if attribute == "roughness" and not wanted.is_glossy and wanted.ior is None:
             continue
         if not _is_same(parameter, value, other):
             found[attribute] = value

@@ -58,8 +58,6 @@ class Draft:
     def add_rows(self, rows: NDArray[Any], kind: str, limits: bool = False) -> int:
         """Append an array of one or two dimensions; return the index of its accessor.
 
-        Parameters
-        ----------
         kind : "<f4", "<u2" or "<u4"
         limits : whether the least and largest values are named too
         """
@@ -143,9 +141,7 @@ class TextureWriter:
     ) -> tuple[dict[str, Any], Triple, float]:
         """Add a texture of a colour, or of white, and of opacity.
 
-        Returns
-        -------
-        The JSON that names it, and the factors of colour and opacity
+        Returns The JSON that names it, and the factors of colour and opacity
         """
         if color is None:
             color = replace(mask, image=_WHITE, factor=(1.0, 1.0, 1.0))
@@ -205,7 +201,6 @@ class TextureWriter:
         return np.dstack([texels, np.rint(65535.0 * alpha).astype(np.uint16)])
 
     def _use(self, image: int, texture: Texture) -> dict[str, Any]:
-        """Return the JSON that names an image placed as a texture is."""
         key = image, texture.clamp
         if key not in self._textures:
             item: dict[str, Any] = {"source": image}
@@ -237,7 +232,6 @@ def _encode(texture: Texture) -> tuple[NDArray[np.uint16], float]:
 
 
 def _enlarge(texels: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
-    """Repeat texels until they fill a shape."""
     rows, columns = (
         np.arange(wanted) * there // wanted
         for wanted, there in zip(shape, texels.shape, strict=False)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from photonmap.io.writers.gltf_draft import Draft, TextureWriter
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.material import Material
+from photonmap.scene.parameters import Colored, parameters_of
 from photonmap.scene.surfaces.fresnel import normal_reflectance
 from photonmap.scene.surfaces.metallic import USUAL_COAT, USUAL_INDEX, as_triple, metallic_fraction
 from photonmap.scene.surfaces.relief import NormalMap
@@ -24,6 +25,23 @@ _COATS = "textures of glossy reflectances take the coat of a usual dielectric"
 _RGB = Bands.rgb()
 _LARGEST_COAT = normal_reflectance(1e3)  # Of the largest index that the reader takes
 _METALLIC_ROUGHNESS = "metallicRoughnessTexture"
+_EXTENSIONS = {
+    "coat": (
+        "KHR_materials_clearcoat",
+        {
+            "coat": ("clearcoatFactor", "clearcoatTexture"),
+            "coat_roughness": ("clearcoatRoughnessFactor", "clearcoatRoughnessTexture"),
+        },
+    ),
+    "sheen": (
+        "KHR_materials_sheen",
+        {
+            "sheen": ("sheenColorFactor", "sheenColorTexture"),
+            "sheen_roughness": ("sheenRoughnessFactor", "sheenRoughnessTexture"),
+        },
+    ),
+}
+"""Of lobes over others: the extension, and its keys by attribute; other lobes are left to TOML"""
 _ONE_COLOR = "what is glass in part takes the colour of the rest"
 Floats = NDArray[np.float64]
 
@@ -55,7 +73,6 @@ def _normal_map(relief: NormalMap, textures: TextureWriter) -> dict[str, Any]:
 
 
 def _multiplied(texture: Texture) -> Texture:
-    """Return a texture whose factor is 1."""
     if texture.factor == (1.0, 1.0, 1.0):
         return texture
     texels = texture.image.linear(slice(None), slice(None)) * np.array(texture.factor)
@@ -152,8 +169,7 @@ def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter
         "extensions": {} if is_metal else _coat(coat, draft),
     }
     item["extensions"] |= _stretch(material, draft, textures)
-    item["extensions"] |= _clear_coat(material, draft, textures)
-    item["extensions"] |= _sheen(material, name, draft, textures)
+    item["extensions"] |= _covers(material, name, draft, textures)
     color = material.reflectance if isinstance(material.reflectance, Texture) else None
     color = color if base.any() or textured is not None else None
     rest = 1.0 if textured and textured.color else 1.0 - metallic
@@ -175,25 +191,22 @@ def _stretch(material: Material, draft: Draft, textures: TextureWriter) -> dict[
     return draft.use("KHR_materials_anisotropy", stretch)
 
 
-def _clear_coat(material: Material, draft: Draft, textures: TextureWriter) -> dict[str, Any]:
-    if not material.is_coated:
-        return {}
-    coat = _scalar(material.coat, "clearcoatFactor", "clearcoatTexture", textures)
-    keys = "clearcoatRoughnessFactor", "clearcoatRoughnessTexture"
-    coat |= _scalar(material.coat_roughness, *keys, textures)
-    return draft.use("KHR_materials_clearcoat", coat)
-
-
-def _sheen(material: Material, name: str, draft: Draft, textures: TextureWriter) -> dict[str, Any]:
-    if not material.has_sheen:
-        return {}
-    sheen: dict[str, Any] = {"sheenRoughnessFactor": material.sheen_roughness}
-    if isinstance(material.sheen, Texture):
-        sheen["sheenColorTexture"], factor = textures.color(material.sheen, f"{name} sheen")
-        sheen["sheenColorFactor"] = list(factor)
-    else:
-        sheen["sheenColorFactor"] = _RGB.reflectance(material.sheen).tolist()
-    return draft.use("KHR_materials_sheen", sheen)
+def _covers(material: Material, name: str, draft: Draft, textures: TextureWriter) -> dict[str, Any]:
+    """Return the extensions of the lobes that a material has over others, as glTF knows them."""
+    found: dict[str, Any] = {}
+    for lobe, (extension, keys) in _EXTENSIONS.items():
+        content: dict[str, Any] = {}
+        for attribute, (factor, use) in keys.items() if material.has(lobe) else ():
+            value = getattr(material, attribute)
+            if not isinstance(parameters_of(Material)[attribute], Colored):
+                content |= _scalar(value, factor, use, textures)
+            elif isinstance(value, Texture):
+                content[use], scale = textures.color(value, f"{name} {attribute}")
+                content[factor] = list(scale)
+            else:
+                content[factor] = _RGB.reflectance(value).tolist()
+        found |= draft.use(extension, content) if content else {}
+    return found
 
 
 def _lobe(material: Material) -> tuple[Floats, float]:
@@ -211,8 +224,6 @@ def split_metal(base: Floats, gloss: Floats) -> tuple[Floats, float, float]:
     m c + (1 - m) k, which is linear in the base: of the slope m / (1 - m). What is not so gets a
     grey coat.
 
-    Parameters
-    ----------
     base, gloss : (3,) diffuse reflectance, and reflectance at normal incidence
     """
     if not base.any() and gloss.any():
@@ -305,7 +316,6 @@ def split_lobe(material: Material, name: str, draft: Draft) -> Lobe | None:
 
 
 def _texels(paint: object, shape: list[int]) -> NDArray[np.float32]:
-    """Return a texture, a colour or a number as linear RGB, (H, W, 3)."""
     if isinstance(paint, Texture):
         return np.broadcast_to(resized(paint, shape), (*shape, 3))
     color = np.array(as_triple(paint), np.float32)  # type: ignore[arg-type]

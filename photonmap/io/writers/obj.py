@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import naming
-from photonmap.io.writers.assets import Assets, check_name
+from photonmap.io.writers.toml import Assets, check_name
 from photonmap.scene.images import encode_srgb
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
@@ -19,15 +19,14 @@ from photonmap.scene.scene import Scene
 from photonmap.scene.surfaces.layers import explicit
 from photonmap.scene.textures import Texture
 
+_BY_OTHERS = ("name", "relief", "dispersion")  # Attributes that statements hold in another form
 _ROWS = 3 << 14  # Rows written at a time: whole triangles
 
 
 def write_mtl(scene: Scene, path: Path, assets: Assets) -> dict[int, str]:
     """Write all materials that faces use.
 
-    Returns
-    -------
-    dict from the id of a material to its name in the file: the second "wall" is "wall 2"
+    Returns dict from the id of a material to its name in the file: the second "wall" is "wall 2"
     """
     named = name_materials(scene)
     blocks = []
@@ -53,13 +52,24 @@ def name_materials(scene: Scene) -> dict[str, Material]:
     return named
 
 
+def beyond_mtl(material: Material) -> dict[str, Any]:
+    """Return the attributes of a material that no statement of MTL can hold."""
+    return {
+        attribute: value
+        for attribute, parameter in parameters_of(Material).items()
+        if not parameter.mtl and attribute not in _BY_OTHERS
+        if (value := getattr(material, attribute)) != getattr(Material, attribute)
+    }
+
+
 def _statements(material: Material, name: str, assets: Assets) -> Iterator[str]:
     """Yield the lines of a material below its name: all that differs from the defaults.
 
     The reflectance is always among them: without it, a mirror in MTL has none.
     """
     material = explicit(material)
-    yield f"illum {_illumination_model(material)}"
+    opaque = 3 if material.mirror != 0.0 else 1
+    yield f"illum {opaque if material.ior is None else 4}"
     if material.relief is not None:
         keyword = "map_Bump" if material.relief.is_height else "norm"
         image = assets.texture(material.relief.texture, f"{name} relief")
@@ -82,21 +92,12 @@ def _statements(material: Material, name: str, assets: Assets) -> Iterator[str]:
             yield f"{parameter.mtl} spectral {assets.color(value, label)}"
 
 
-def _illumination_model(material: Material) -> int:
-    """Return the number by which MTL calls glass, mirrors and diffuse surfaces."""
-    if material.ior is not None:
-        return 4
-    return 3 if material.mirror != 0.0 else 1
-
-
 def write_obj(scene: Scene, path: Path, materials: Mapping[int, str]) -> None:
     """Write all meshes that have faces, with numbers that are read back to the last bit.
 
     Colours, which are encoded in sRGB, are read back to within rounding. Those of faces become
     colours of vertices, one vertex for each corner.
 
-    Parameters
-    ----------
     materials : names in the MTL file of the same stem, by the id of the material
     """
     meshes = [mesh for mesh in scene.meshes if len(mesh.faces)]

@@ -8,15 +8,19 @@ from os import PathLike
 from pathlib import Path
 
 from photonmap.errors import InputError, naming, warn
-from photonmap.io.writers.assets import Assets, check_name
 from photonmap.io.writers.gltf import write_gltf
-from photonmap.io.writers.obj import name_materials, write_mtl, write_obj
-from photonmap.io.writers.toml import write_cameras, write_lights, write_materials
+from photonmap.io.writers.obj import beyond_mtl, name_materials, write_mtl, write_obj
+from photonmap.io.writers.toml import (
+    Assets,
+    check_name,
+    write_cameras,
+    write_lights,
+    write_materials,
+)
 from photonmap.runtime.wording import listed
 from photonmap.scene.scene import Scene
 
 _TOML = ".toml"
-_NOT_IN_MTL = ("anisotropy_map", "coat_relief")
 _COMPANIONS = {".obj": (".mtl", _TOML), ".glb": (_TOML,), ".gltf": (".bin", _TOML)}
 """Suffixes of files that scenes are saved as, and of those that may be written beside them."""
 
@@ -86,15 +90,12 @@ def save_scene(scene: Scene, path: str | PathLike[str]) -> list[Path]:
 def _write_obj(scene: Scene, path: Path, assets: Assets) -> None:
     names = write_mtl(scene, path.with_suffix(".mtl"), assets)
     write_obj(scene, path, names)
-    kept = {
-        name: {key: value for key in _NOT_IN_MTL if (value := getattr(material, key)) is not None}
-        for name, material in name_materials(scene).items()
-    }
-    maps = {name: values for name, values in kept.items() if values}
+    kept = {name: beyond_mtl(material) for name, material in name_materials(scene).items()}
+    kept = {name: values for name, values in kept.items() if values}
     lost = [mesh.name for mesh in scene.meshes if mesh.tangents is not None]
     if lost:
         warn(f"OBJ holds no tangents: those of {listed(lost)} will follow from coordinates")
-    lines = [*write_materials(maps, assets)]
+    lines = [*write_materials(kept, assets)]
     lines += [*write_cameras(scene.every_camera, assets), *write_lights(scene.lights, assets)]
     path.with_suffix(_TOML).write_text("\n".join(lines), "utf-8")
 

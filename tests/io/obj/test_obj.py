@@ -8,7 +8,7 @@ from helpers.meshes import areas, corners
 
 from photonmap.errors import SceneWarning
 from photonmap.io.readers import obj_lines
-from photonmap.io.readers.decimals import parse_floats, parse_integers
+from photonmap.io.readers.decoding import parse_floats, parse_integers
 from photonmap.io.readers.obj import _distinct
 from photonmap.scene.material import Material
 
