@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.runtime.wording import listed, shown
+from photonmap.spectra.curves import Floats
 
 AUTO, NONE = "auto", "none"
 METHODS = AUTO, BILINEAR, MALVAR = "auto", "bilinear", "malvar"  # Of demosaicing
@@ -23,7 +24,6 @@ _REMEDY = "write RGGB, RG/GB, 1,2,3/4,5,6 or none"
 _WIDE = 1e-6  # Weight of pixels beyond a period, which decide only where there are no others
 _LEAST_SPREAD = 1e-12
 
-Floats = NDArray[np.float64]
 Pattern = NDArray[np.intp]  # (rows, columns): the number of the channel of each filter, from 0
 
 

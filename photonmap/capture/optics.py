@@ -6,12 +6,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.runtime.wording import shown
-
-Floats = NDArray[np.float64]
+from photonmap.spectra.curves import Floats
 
 NONE, COS4 = "none", "cos4"
 GAUSSIAN, DEFOCUS = "gaussian", "defocus"

@@ -28,8 +28,7 @@ class Negative:
     color_matrix: NDArray[np.float64]  # (3, 3) from XYZ to the camera's colours, under D65
     neutral: Sequence[float]  # (3,) a white in the camera's colours, at most 1
     model: str  # name of the camera
-    # its tags: seconds, f-number and ISO speed
-    exposure: dict[str, float] = field(default_factory=dict)
+    exposure: dict[str, float] = field(default_factory=dict)  # seconds, f_number, iso
 
 
 def encode_dng(negative: Negative) -> bytes:

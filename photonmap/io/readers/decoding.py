@@ -19,6 +19,7 @@ from photonmap.scene.images import Channels, decode_srgb, read_channels
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import Vector
 from photonmap.scene.scene import Scene
+from photonmap.spectra.curves import Floats
 from photonmap.spectra.tables import read_bytes
 
 _COARSE = 0.01
@@ -26,6 +27,7 @@ _COARSE = 0.01
 _LIKELY = 4.0
 """Spacings of which all positions are multiples where they were given, and not rounded"""
 _MOST = 1 << 16  # Triangles of a mesh whose edges are measured, evenly chosen
+Ints = NDArray[np.int64]
 Losses = dict[str, dict[str, None]]
 """What is read but not simulated, and whose it is, in order of appearance."""
 SHEEN = "sheen (which brightens cloth where it is seen at grazing angles)"
@@ -81,7 +83,7 @@ def note_loss(losses: Losses, what: str, owner: str = "") -> None:
         owners[owner] = None
 
 
-def decode_colors(values: NDArray[Any], note: Note, owners: str) -> NDArray[np.float64]:
+def decode_colors(values: NDArray[Any], note: Note, owners: str) -> Floats:
     """Return linear reflectances of colours that are encoded in sRGB.
 
     OBJ, PLY, OFF and STL do not define an encoding. Scanners and MeshLab write what a screen shows,
@@ -121,7 +123,7 @@ def plain(row: Any) -> Vector:
     return x, y, z
 
 
-def point_ahead(origin: NDArray[np.float64], ahead: NDArray[np.float64]) -> Vector:
+def point_ahead(origin: Floats, ahead: Floats) -> Vector:
     """Return a point from an origin along a unit vector, so far that rounding turns no view."""
     return plain(origin + max(1.0, float(np.abs(origin).max())) * ahead)
 
@@ -180,12 +182,12 @@ _POWERS = 10.0 ** np.arange(23)
 _EXACT = 1 << 53  # Integers up to here, and powers of ten up to 10²², are exact in float64
 
 
-def begins(inside: NDArray[np.bool_]) -> NDArray[np.int64]:
+def begins(inside: NDArray[np.bool_]) -> Ints:
     """Return where runs of True begin; the first element is False."""
     return np.flatnonzero(inside[1:] & ~inside[:-1]) + 1
 
 
-def parse_integers(text: NDArray[np.uint8]) -> NDArray[np.int64]:
+def parse_integers(text: NDArray[np.uint8]) -> Ints:
     """Parse integers.
 
     text : (B,) uint8, numbers separated by white space, which also comes first and last
@@ -194,11 +196,11 @@ def parse_integers(text: NDArray[np.uint8]) -> NDArray[np.int64]:
     signs = np.flatnonzero((text == _PLUS) | (text == _MINUS))
     if (text[signs - 1] > _SPACE).any() or (text[signs + 1] < _ZERO).any():
         return np.empty(0, np.int64)
-    values: NDArray[np.int64] = _parse(text, np.int64)
+    values: Ints = _parse(text, np.int64)
     return values
 
 
-def parse_floats(text: NDArray[np.uint8]) -> NDArray[np.float64] | None:
+def parse_floats(text: NDArray[np.uint8]) -> Floats | None:
     """Parse decimals, correctly rounded.
 
     text : as in `parse_integers`
@@ -212,9 +214,7 @@ def parse_floats(text: NDArray[np.uint8]) -> NDArray[np.float64] | None:
     return values if len(values) == len(words) else None
 
 
-def _parse_plain(
-    text: NDArray[np.uint8], words: NDArray[np.int64], ends: NDArray[np.int64]
-) -> NDArray[np.float64] | None:
+def _parse_plain(text: NDArray[np.uint8], words: Ints, ends: Ints) -> Floats | None:
     """Parse decimals without exponents as integers over powers of ten, which is faster.
 
     Where both are exact, the quotient is the nearest float64 (Clinger, "How to read floating

@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 
 from photonmap.scene.images import read_texture
 from photonmap.scene.lights import EnvironmentLight
+from photonmap.spectra.curves import Floats
 
 _BEHIND = 180.0  # Between the centres of the maps: Mitsuba's is +z
 _ROWS = 64  # Rows resampled at a time, so that temporary arrays stay small
 
 
-def turned_map(
-    path: Path, linear: NDArray[np.float64], scale: float, name: str
-) -> EnvironmentLight:
+def turned_map(path: Path, linear: Floats, scale: float, name: str) -> EnvironmentLight:
     """Return a map whose middle looks along +z of its own coordinates, +y up.
 
     linear : (3, 3), from its coordinates to the world's
@@ -33,7 +32,7 @@ def turned_map(
     return EnvironmentLight(np.ascontiguousarray(texels), scale, angle, name)
 
 
-def _turn(linear: NDArray[np.float64]) -> float | None:
+def _turn(linear: Floats) -> float | None:
     """Return the rotation of photonmap's map if a matrix is a turn about +y; None if it is not."""
     length = np.cbrt(np.linalg.det(linear))
     axes = linear / length if length > 0.0 else linear
@@ -43,7 +42,7 @@ def _turn(linear: NDArray[np.float64]) -> float | None:
     return _BEHIND + math.degrees(math.atan2(axes[0, 2], axes[2, 2]))
 
 
-def _resampled(texels: NDArray[np.float32], to_world: NDArray[np.float64]) -> NDArray[np.float32]:
+def _resampled(texels: NDArray[np.float32], to_world: Floats) -> NDArray[np.float32]:
     """Return a map (H, 2H, 3) that shows another in turned coordinates, interpolated bilinearly.
 
     texels : (h, w, 3)
@@ -63,7 +62,7 @@ def _resampled(texels: NDArray[np.float32], to_world: NDArray[np.float64]) -> ND
     return result
 
 
-def _looked_up(padded: NDArray[np.float32], directions: NDArray[np.float64]) -> NDArray[np.float32]:
+def _looked_up(padded: NDArray[np.float32], directions: Floats) -> NDArray[np.float32]:
     """Return what a map, with a column added on each side, holds in directions, (..., 3)."""
     from scipy.ndimage import map_coordinates
 

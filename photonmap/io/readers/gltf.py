@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import (
@@ -34,13 +33,7 @@ from photonmap.io.readers.gltf_document import (
     split_glb,
     strike_pose,
 )
-from photonmap.io.readers.gltf_materials import (
-    LOBES,
-    METAL_COLORS,
-    WHITE,
-    Tint,
-    read_material,
-)
+from photonmap.io.readers.gltf_materials import LOBES, METAL_COLORS, WHITE, Tint, read_material
 from photonmap.io.readers.gltf_textures import Textures, find_placement
 from photonmap.io.readers.meshes import Part, build_mesh, is_closed, move
 from photonmap.io.readers.registry import ReadOptions
@@ -60,6 +53,7 @@ from photonmap.scene.parameters import Vector
 from photonmap.scene.scene import Scene
 from photonmap.scene.surfaces.layers import without_images
 from photonmap.scene.textures import Texture, is_black, mean_color
+from photonmap.spectra.curves import Floats
 
 SUFFIXES = (".glb", ".gltf")
 
@@ -105,18 +99,16 @@ class Gltf(Document):
         return NodeItem(self.path, item, name, self.placed[index], self.losses)
 
     @cached_property
-    def placed(self) -> dict[int, NDArray[np.float64]]:
+    def placed(self) -> dict[int, Floats]:
         """The nodes that belong to the scene in ascending order, and their matrices."""
         return dict(sorted(place_nodes(self, _roots(self)).items()))
 
     @cached_property
-    def _all_placed(self) -> dict[int, NDArray[np.float64]]:
+    def _all_placed(self) -> dict[int, Floats]:
         """All nodes and their matrices: bones may stand beside the scene."""
-        children = set(_children(self))
-        count = len(self.tree.get("nodes", []))
-        return place_nodes(self, [index for index in range(count) if index not in children])
+        return place_nodes(self, _tops(self))
 
-    def matrix(self, index: int) -> NDArray[np.float64]:
+    def matrix(self, index: int) -> Floats:
         """Return the matrix of any node, from its coordinates to the scene's."""
         self.item("nodes", index)
         return self._all_placed[index]
@@ -237,6 +229,11 @@ def _roots(gltf: Gltf) -> list[int]:
     if gltf.tree.get("scenes"):
         roots: list[int] = gltf.item("scenes", gltf.tree.get("scene", 0)).get("nodes", [])
         return roots
+    return _tops(gltf)
+
+
+def _tops(gltf: Gltf) -> list[int]:
+    """Return the nodes that have no parent."""
     children = set(_children(gltf))
     return [index for index in range(len(gltf.tree.get("nodes", []))) if index not in children]
 
@@ -330,7 +327,7 @@ class NodeItem:
     path: Path  # the file, for messages
     item: Mapping[str, Any]  # its JSON
     name: str  # its own in the scene
-    matrix: NDArray[np.float64]  # from the node's coordinates to the scene's, 4×4
+    matrix: Floats  # from the node's coordinates to the scene's, 4×4
     losses: Losses  # takes what is not simulated
 
     @property

@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError
-from photonmap.io.readers.decoding import Note
+from photonmap.io.readers.decoding import Ints, Note
 from photonmap.io.readers.gltf_textures import UNMOVED, Placement
 from photonmap.io.readers.meshes import Part, unit_rows
 from photonmap.io.readers.registry import extended
 from photonmap.runtime.named_files import named_file
 from photonmap.runtime.wording import shown
+from photonmap.spectra.curves import Floats
 from photonmap.spectra.tables import read_bytes
 
 _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -170,7 +171,7 @@ def split_glb(path: Path, data: bytes) -> tuple[memoryview, memoryview | None]:
 
 
 MODES = TRIANGLES, STRIP, FAN = 4, 5, 6  # Of primitives that are made of triangles
-Place = Callable[[int], NDArray[np.float64]]
+Place = Callable[[int], Floats]
 """Returns the matrix of a node, from its coordinates to the scene's."""
 
 
@@ -219,7 +220,7 @@ def read_primitive(
     return Part(vertices, faces, normals, uv, colors, tangents)
 
 
-def _read_colors(document: Document, accessor: int, count: int) -> NDArray[np.float64]:
+def _read_colors(document: Document, accessor: int, count: int) -> Floats:
     """Return linear RGBA of vertices, (V, 4), in [0, 1]."""
     colors = document.rows(accessor)
     if colors.shape not in ((count, 3), (count, 4)):
@@ -236,7 +237,7 @@ def _rows(document: Document, accessor: int, shape: tuple[int, int], name: str) 
     return rows
 
 
-def _triangles(corners: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
+def _triangles(corners: Ints, mode: int) -> Ints:
     if mode == TRIANGLES:
         return corners.reshape(-1, 3)
     first = np.arange(max(len(corners) - 2, 0))
@@ -246,7 +247,7 @@ def _triangles(corners: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
     return corners[np.stack([first + 1, first + 2, np.zeros_like(first)], axis=1)]
 
 
-def place_nodes(document: Document, roots: list[int]) -> dict[int, NDArray[np.float64]]:
+def place_nodes(document: Document, roots: list[int]) -> dict[int, Floats]:
     """Return the matrix of each node below the roots, 4×4, from its coordinates to the scene's.
 
     roots : nodes of a forest
@@ -261,7 +262,7 @@ def place_nodes(document: Document, roots: list[int]) -> dict[int, NDArray[np.fl
     return placed
 
 
-def _matrix(node: Mapping[str, Any]) -> NDArray[np.float64]:
+def _matrix(node: Mapping[str, Any]) -> Floats:
     """Return the matrix of a node, or the product of its translation, rotation and scale."""
     if "matrix" in node:
         return np.array(node["matrix"], np.float64).reshape(4, 4).T
@@ -273,7 +274,7 @@ def _matrix(node: Mapping[str, Any]) -> NDArray[np.float64]:
     return matrix
 
 
-def _rotation(quaternion: Any) -> NDArray[np.float64]:
+def _rotation(quaternion: Any) -> Floats:
     """Return the rotation, 3×3, of a quaternion (x, y, z, w) of any length; 0 does not turn."""
     x, y, z, w = np.array(quaternion, np.float64)
     length = x * x + y * y + z * z + w * w
@@ -294,7 +295,7 @@ class Pose:
     weights: Sequence[float]  # of morph targets
     # (J, 4, 4), from the mesh's coordinates at rest to the scene's; None without a skin, where the
     # node's matrix does that
-    bones: NDArray[np.float64] | None
+    bones: Floats | None
 
 
 def find_pose(document: Document, node: Mapping[str, Any], place: Place) -> Pose:

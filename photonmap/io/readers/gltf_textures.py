@@ -11,7 +11,6 @@ from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Note, read_embedded
@@ -19,6 +18,7 @@ from photonmap.io.readers.registry import OR_WITHOUT, MissingTextures, extended
 from photonmap.runtime.named_files import named_image
 from photonmap.scene.images import Channels, Image, read_channels
 from photonmap.scene.textures import Texture
+from photonmap.spectra.curves import Floats
 
 CLAMP, MIRROR = 33071, 33648  # Values of a sampler's wrapS and wrapT; they repeat by default
 _TRANSFORM = "KHR_texture_transform"
@@ -49,7 +49,7 @@ class Placement:
         return cls(coordinates, (s, t), transform.get("rotation", 0.0), (u, v))
 
     @property
-    def matrix(self) -> NDArray[np.float64]:
+    def matrix(self) -> Floats:
         """The same of coordinates whose v counts upwards, (2, 3)."""
         (s, t), (u, v) = self.scale, self.offset
         cosine, sine = math.cos(self.rotation), math.sin(self.rotation)
@@ -57,7 +57,7 @@ class Placement:
             [[s * cosine, -t * sine, u + t * sine], [s * sine, t * cosine, 1.0 - v - t * cosine]]
         )
 
-    def turn(self, uv: NDArray[np.float64]) -> NDArray[np.float64]:
+    def turn(self, uv: Floats) -> Floats:
         """Return coordinates of vertices, (V, 2), v upwards, as the textures of a mesh use them.
 
         Textures themselves scale and move, but do not rotate.

@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, naming
-from photonmap.io.readers.decoding import Losses, note_loss
+from photonmap.io.readers.decoding import Ints, Losses, note_loss
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import LARGEST_COORDINATE, Mesh
+from photonmap.spectra.curves import Floats
 
 LARGEST_FACE = 1 << 15
 """Most corners of a polygon: ear clipping takes time with the square of their number."""
@@ -28,9 +29,7 @@ _CHUNK = 1 << 18  # Corners triangulated at a time, to bound the memory of tempo
 _ROUNDING = 8 * np.finfo(np.float64).eps
 
 
-def triangulate(
-    points: NDArray[np.float64], polygons: NDArray[np.int32], sizes: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def triangulate(points: Floats, polygons: NDArray[np.int32], sizes: Ints) -> tuple[Ints, Ints]:
     """Cut polygons into triangles of the same winding.
 
     A polygon that is star-shaped from its first or second corner (each convex one is) becomes
@@ -62,7 +61,7 @@ def triangulate(
     return triangles[order], owners[order]
 
 
-def _find_solid(points: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.bool_]:
+def _find_solid(points: Floats, triangles: NDArray[np.int32]) -> NDArray[np.bool_]:
     """Return which triangles, (F, 3), have an area."""
     step, local = _CHUNK // 3, np.arange(3)[None, None]
     solid = [
@@ -73,7 +72,7 @@ def _find_solid(points: NDArray[np.float64], triangles: NDArray[np.int32]) -> ND
     return np.concatenate(solid)
 
 
-def _cut(corners: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+def _cut(corners: Floats) -> tuple[Ints, NDArray[np.bool_]]:
     """Cut R polygons of n corners each.
 
     corners : (R, n, 3)
@@ -105,9 +104,7 @@ def _cut(corners: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.bo
     return local, solid
 
 
-def _crosses(
-    corners: NDArray[np.float64], local: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _crosses(corners: Floats, local: Ints) -> tuple[Floats, Floats]:
     """Return twice the vector area of each triangle, and how much of it may be rounding error."""
     a, b, c = (np.take_along_axis(corners, local[..., i, None], 1) for i in range(3))
     ab, ac = b - a, c - a
@@ -116,7 +113,7 @@ def _crosses(
     return np.cross(ab, ac), _ROUNDING * reach[:, None] * longest
 
 
-def _clip_ears(corners: NDArray[np.float64], normal: NDArray[np.float64]) -> NDArray[np.int64]:
+def _clip_ears(corners: Floats, normal: Floats) -> Ints:
     """Cut one polygon, (n, 3), in the coordinate plane its normal faces most."""
     axis = int(np.argmax(np.abs(normal)))
     flat = np.ascontiguousarray((corners - corners[0])[:, [(axis + 1) % 3, (axis + 2) % 3]])
@@ -134,23 +131,22 @@ def _clip_ears(corners: NDArray[np.float64], normal: NDArray[np.float64]) -> NDA
 class Part:
     """Triangles that are not checked yet."""
 
-    vertices: NDArray[np.float64]  # (V, 3), scene units
-    faces: NDArray[np.int64]  # (F, 3), indices of vertices
-    normals: NDArray[np.float64] | None = None  # (V, 3) or None
-    uv: NDArray[np.float64] | None = None  # (V, 2) or None, v upwards
-    # (V, 3) of vertices or (F, 1, 3) of faces, linear, or None
-    colors: NDArray[np.float64] | None = None
-    tangents: NDArray[np.float64] | None = None  # (V, 4) or None, as in `Mesh`
+    vertices: Floats  # (V, 3), scene units
+    faces: Ints  # (F, 3), indices of vertices
+    normals: Floats | None = None  # (V, 3) or None
+    uv: Floats | None = None  # (V, 2) or None, v upwards
+    colors: Floats | None = None  # linear: of vertices (V, 3), or faces (F, 1, 3)
+    tangents: Floats | None = None  # (V, 4) or None, as in `Mesh`
 
 
 def cut_polygons(
-    vertices: NDArray[np.float64],
-    corners: NDArray[np.int64],
-    sizes: NDArray[np.int64],
+    vertices: Floats,
+    corners: Ints,
+    sizes: Ints,
     losses: Losses,
-    normals: NDArray[np.float64] | None = None,
-    uv: NDArray[np.float64] | None = None,
-    colors: NDArray[np.float64] | None = None,
+    normals: Floats | None = None,
+    uv: Floats | None = None,
+    colors: Floats | None = None,
 ) -> Part:
     """Cut polygons into triangles, and note those of fewer than three corners or without area.
 
@@ -176,7 +172,7 @@ def cut_polygons(
     return Part(vertices, corners[triangles], normals, uv, colors)
 
 
-def move(part: Part, matrix: NDArray[np.float64]) -> Part:
+def move(part: Part, matrix: Floats) -> Part:
     """Transform a part by a (4, 4) matrix; faces are reversed where it mirrors, to stay outside."""
     linear = matrix[:3, :3]
     mirrors = bool(np.linalg.det(linear) < 0)
@@ -232,7 +228,7 @@ def build_mesh(path: Path, part: Part, material: Material, name: str) -> Mesh:
     return Mesh(part.vertices[used], faces, material, name, normals, uv, colors, tangents)
 
 
-def check_rows(kind: str, rows: NDArray[np.float64]) -> None:
+def check_rows(kind: str, rows: Floats) -> None:
     """Refuse rows of numbers that are not finite, or too large."""
     if rows.size and not (-rows.min() <= LARGEST_COORDINATE >= rows.max()):  # or one is NaN
         bad = ~(np.abs(rows) <= LARGEST_COORDINATE).all(axis=1)
@@ -242,7 +238,7 @@ def check_rows(kind: str, rows: NDArray[np.float64]) -> None:
         raise InputError(f"{kind} {row} is ({values}); export it with {limit}")
 
 
-def check_indices(corners: NDArray[np.int64], count: int) -> None:
+def check_indices(corners: Ints, count: int) -> None:
     """Refuse corners that are none of `count` vertices."""
     if corners.size and not 0 <= corners.min() <= corners.max() < count:
         bad = (corners < 0) | (corners >= count)
@@ -250,9 +246,7 @@ def check_indices(corners: NDArray[np.int64], count: int) -> None:
         raise InputError(f"{message}; export it again")
 
 
-def vertex_normals(
-    points: NDArray[np.float64], sizes: NDArray[np.int64], vertices: NDArray[np.int64], count: int
-) -> NDArray[np.float64]:
+def vertex_normals(points: Floats, sizes: Ints, vertices: Ints, count: int) -> Floats:
     """Return means of the normals of polygons about each vertex, weighted by their angles there.
 
     G. Thürmer and C. Wüthrich, "Computing vertex normals from polygonal facets", 1998.
@@ -275,13 +269,12 @@ def vertex_normals(
     return unit_rows(np.stack([np.bincount(vertices, each, count) for each in weighted.T], axis=1))
 
 
-def unit_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def unit_rows(rows: Floats) -> Floats:
     """Return rows scaled to length 1; those of length 0 and what is not finite stay so."""
     length = np.linalg.norm(rows, axis=1, keepdims=True)
     return np.divide(rows, length, out=np.zeros_like(rows), where=length != 0.0)
 
 
-Floats = NDArray[np.float64]
 SPHERE_EDGES = 128  # Edges of a sphere along its equator; half as many from pole to pole
 CIRCLE_EDGES = 512  # Edges of a disk and of a cylinder along a full turn
 _CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -351,7 +344,7 @@ def cylinder(start: Floats, end: Floats, radius: float) -> Part:
     return Part(vertices, faces[:, ::-1], normals, np.stack([around, 1.0 - along], axis=1))
 
 
-def _lattice(columns: int, rows: int) -> tuple[Floats, Floats, NDArray[np.int64]]:
+def _lattice(columns: int, rows: int) -> tuple[Floats, Floats, Ints]:
     """Return a unit square, cut into triangles: x and y of its vertices, and corners, (F, 3).
 
     They are counter-clockwise where y counts downwards.

@@ -13,7 +13,6 @@ from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.kernels.core.metals import DIP_MEANS, DIP_POWERS
 from photonmap.scene.surfaces.conductors import fit_dip
@@ -24,8 +23,8 @@ from photonmap.scene.surfaces.fresnel import (
     normal_reflectance,
     rise,
 )
+from photonmap.spectra.curves import Floats
 
-Floats = NDArray[np.float64]
 _TERMS: tuple[Callable[[Floats], Floats], ...] = (
     np.ones_like,
     lambda cosines: (1.0 - cosines) ** 5,

@@ -9,14 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from photonmap.io.readers import mitsuba_albedos as albedos
 from photonmap.io.readers.decoding import SHEEN
-from photonmap.io.readers.mitsuba_albedos import (
-    base_albedo,
-    coat_albedo,
-    metal_reflectance,
-    plastic_albedo,
-    scaled_normal,
-)
 from photonmap.io.readers.mitsuba_colors import (
     as_rgb,
     changed,
@@ -100,7 +94,7 @@ def _conductor(node: Node) -> Look:
             return {"reflectance": 0.0, "mirror": glossy}
         return {"reflectance": 0.0, "glossy": glossy, "glossy_edge": edge, "roughness": 0.0}
     roughness = _roughness_map(node)
-    convert = metal_reflectance(mean_number(roughness) ** 2)
+    convert = albedos.metal_reflectance(mean_number(roughness) ** 2)
     glossy, edge = (combined(partial(convert, part), specular, *metal) for part in (0, 1))
     look = {"reflectance": 0.0, "glossy": glossy, "glossy_edge": edge, "roughness": roughness}
     return look | _stretch(node)
@@ -190,10 +184,12 @@ def _thin(node: Node) -> Look:
 def _plastic(node: Node) -> Look:
     index = _relative_index(node, "polypropylene")
     specular = read_plain(node, "specular_reflectance", 1.0)
-    glossy = combined(scaled_normal, specular, normal_reflectance(index))
+    glossy = combined(albedos.scaled_normal, specular, normal_reflectance(index))
     rough = _roughness_map(node) if node.type == "roughplastic" else 0.0
     normal = float(np.mean(as_rgb(glossy)))
-    base = plastic_albedo(index, mean_number(rough) ** 2, node.flag("nonlinear", False), normal)
+    base = albedos.plastic_albedo(
+        index, mean_number(rough) ** 2, node.flag("nonlinear", False), normal
+    )
     diffuse = read_paint(node, "diffuse_reflectance", 0.5)
     return {"reflectance": changed(diffuse, base), "glossy": glossy, "roughness": rough}
 
@@ -231,8 +227,8 @@ def _principled(node: Node) -> Look:
         node.lose("texture of metallic")
     gloss = metallic_gloss(paint, metallic, coat, roughness)
     normal = float(np.mean(as_rgb(mean_color(gloss.glossy))))
-    outside = coat_albedo(normal, mean_number(roughness) ** 2)
-    base = changed(gloss.reflectance, lambda albedo: base_albedo(albedo, outside))
+    outside = albedos.coat_albedo(normal, mean_number(roughness) ** 2)
+    base = changed(gloss.reflectance, lambda albedo: albedos.base_albedo(albedo, outside))
     look = gloss._replace(reflectance=base)._asdict() | layer | glass
     return look | _brush(node, roughness)
 

@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.errors import InputError, naming
 from photonmap.io.readers.decoding import note_loss, plain
@@ -18,11 +17,10 @@ from photonmap.io.readers.registry import GREY, OR_WITHOUT, extended
 from photonmap.runtime.wording import shown, suggest
 from photonmap.scene.images import decode_srgb
 from photonmap.scene.textures import Paint, Texture, mean_color, shared_image
-from photonmap.spectra.curves import LARGEST_REFLECTANCE, VISIBLE, Color, Spectrum
+from photonmap.spectra.curves import LARGEST_REFLECTANCE, VISIBLE, Color, Floats, Spectrum
 from photonmap.spectra.metals import EDGE_COSINE, conductor_reflectance, metal
 from photonmap.spectra.observer import radiance_to_rgb, reflectance_to_rgb
 
-Floats = NDArray[np.float64]
 Kind = Literal["reflectance", "emission", "index"]
 COLOR_TAGS = ("rgb", "srgb", "spectrum", "blackbody", "float")
 _SPECTRA = ("d65", "uniform", "srgb", "blackbody", "irregular", "regular")

@@ -12,7 +12,6 @@ from typing import Any, TypeVar
 from xml.parsers import expat
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Losses, note_loss, unused_name
@@ -21,12 +20,13 @@ from photonmap.io.readers.registry import MissingTextures
 from photonmap.runtime.named_files import is_below, outside
 from photonmap.runtime.wording import listed, shown, suggest
 from photonmap.scene.parameters import Vector, unit
+from photonmap.spectra.curves import Floats
 from photonmap.spectra.tables import read_bytes
 
 DEEPEST = 100  # Levels of elements within each other, at most
 _SEPARATORS = re.compile(r"[\s,]+")
 T = TypeVar("T")
-Matrix = NDArray[np.float64]
+Matrix = Floats
 _FLATTEST = 1e-30  # Least determinant of the linear part
 
 
@@ -225,8 +225,7 @@ class Context:
     missing_textures: MissingTextures  # what becomes of an image that cannot be read
     losses: Losses  # takes what is not simulated
     folders: list[Path] = field(default_factory=list)  # others, in which `<path>` has files sought
-    # names in use, of meshes, and of materials, lights and cameras
-    names: dict[str, set[str]] = field(default_factory=dict)
+    names: dict[str, set[str]] = field(default_factory=dict)  # in use, by kind
 
     def find(self, element: Element, name: str) -> Path:
         """Return a file beside the one that names it, beside the scene, or in a further folder."""
@@ -254,8 +253,7 @@ class Node:
 
     element: Element  # where it is described
     context: Context  # what all parts of the reader of a scene share
-    # its parameters and parts, each with the name under which the node knows it, or ""
-    children: list[tuple[str, Node]] = field(default_factory=list)
+    children: list[tuple[str, Node]] = field(default_factory=list)  # each with its name here
     read: set[str] = field(default_factory=set)  # names of the parameters that were asked for
     known: dict[Any, Any] = field(default_factory=dict)  # what functions made of it, see `once`
 
@@ -349,7 +347,7 @@ class Node:
         found = self.find(name)
         return default if found is None else found.element.vector(0.0)
 
-    def transform(self, name: str = "to_world") -> NDArray[np.float64]:
+    def transform(self, name: str = "to_world") -> Floats:
         """Return a 4×4 matrix, the identity if it is not given."""
         found = self.find(name)
         return np.eye(4) if found is None else read_transform(found.element)
@@ -374,8 +372,7 @@ class _Loader:
     context: Context
     parameters: dict[str, str] = field(default_factory=dict)  # values of `$name`
     named: dict[str, Node] = field(default_factory=dict)  # nodes by their ids
-    # children that are yet to be replaced: their parents, and their numbers
-    references: list[tuple[Node, int]] = field(default_factory=list)
+    references: list[tuple[Node, int]] = field(default_factory=list)  # parents, and numbers
     depth: int = 0  # of the files that are being included
     count: int = 0  # of the files included
 

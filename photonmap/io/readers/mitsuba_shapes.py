@@ -9,21 +9,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.errors import InputError
-from photonmap.io.readers import obj, ply
-from photonmap.io.readers.meshes import (
-    Part,
-    build_mesh,
-    cube,
-    cylinder,
-    disk,
-    move,
-    rectangle,
-    sphere,
-    vertex_normals,
-)
+from photonmap.io.readers import meshes, obj, ply
 from photonmap.io.readers.mitsuba_bsdfs import is_one_sided, read_material
 from photonmap.io.readers.mitsuba_colors import read_paint
 from photonmap.io.readers.mitsuba_nodes import Node, once
@@ -31,6 +19,7 @@ from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
+from photonmap.spectra.curves import Floats
 from photonmap.spectra.tables import read_bytes
 
 _MAGIC = 0x041C
@@ -39,7 +28,7 @@ _NORMALS, _UV, _COLORS, _FLAT, _DOUBLE = 0x1, 0x2, 0x8, 0x10, 0x2000  # Flags of
 _LONGEST_NAME = 4096
 _HEADER = 4  # Bytes before the compressed data
 _MOST = 1100  # Bytes that zlib can pack into one: 1032, and a little more
-Matrix = NDArray[np.float64]
+Matrix = Floats
 _CLOSED = ("sphere", "cube")
 _GROUP, _INSTANCE = "shapegroup", "instance"
 
@@ -59,7 +48,7 @@ def read_shapes(node: Node) -> Iterator[Mesh]:
 
 
 @once
-def _part(node: Node) -> Part:
+def _part(node: Node) -> meshes.Part:
     """Return the geometry of a shape in its own coordinates."""
     if node.type not in _TYPES:
         raise node.unknown(_TYPES)
@@ -67,13 +56,13 @@ def _part(node: Node) -> Part:
 
 
 def _mesh(node: Node, name: str, outer: Matrix) -> Mesh:
-    part = move(_part(node), outer @ node.transform())
+    part = meshes.move(_part(node), outer @ node.transform())
     if node.type in _FILES:
         part = _with_normals(node, part)
     if node.flag("flip_normals", False):
         normals = None if part.normals is None else -part.normals
         part = replace(part, faces=part.faces[:, ::-1], normals=normals)
-    mesh = build_mesh(node.element.path, part, _material(node), name)
+    mesh = meshes.build_mesh(node.element.path, part, _material(node), name)
     node.lose_unread()
     return mesh
 
@@ -97,16 +86,16 @@ def _material(node: Node) -> Material:
     return replace(material, name=name, emission=radiance)
 
 
-def _sphere(node: Node) -> Part:
-    return sphere(np.array(node.vector("center", (0.0, 0.0, 0.0))), _radius(node))
+def _sphere(node: Node) -> meshes.Part:
+    return meshes.sphere(np.array(node.vector("center", (0.0, 0.0, 0.0))), _radius(node))
 
 
-def _cylinder(node: Node) -> Part:
+def _cylinder(node: Node) -> meshes.Part:
     start = np.array(node.vector("p0", (0.0, 0.0, 0.0)))
     end = np.array(node.vector("p1", (0.0, 0.0, 1.0)))
     if (start == end).all():
         raise node.error("both ends of a cylinder are the same; move p0 or p1")
-    return cylinder(start, end, _radius(node))
+    return meshes.cylinder(start, end, _radius(node))
 
 
 def _radius(node: Node) -> float:
@@ -116,38 +105,38 @@ def _radius(node: Node) -> float:
     return radius
 
 
-def _obj(node: Node) -> Part:
+def _obj(node: Node) -> meshes.Part:
     mesh = obj.read_shape(node.file())
-    part = Part(mesh.vertices, mesh.faces, mesh.normals, mesh.uv)
+    part = meshes.Part(mesh.vertices, mesh.faces, mesh.normals, mesh.uv)
     return part if node.flag("flip_tex_coords", True) else _turned(part)
 
 
-def _ply(node: Node) -> Part:
+def _ply(node: Node) -> meshes.Part:
     mesh = ply.read(node.file(), ReadOptions()).meshes[0]
-    part = Part(mesh.vertices, mesh.faces, mesh.normals, mesh.uv)
+    part = meshes.Part(mesh.vertices, mesh.faces, mesh.normals, mesh.uv)
     return part if node.flag("flip_tex_coords", False) else _turned(part)
 
 
-def _serialized(node: Node) -> Part:
+def _serialized(node: Node) -> meshes.Part:
     return _turned(read_serialized(node.file(), node.whole("shape_index", 0)))
 
 
-def _turned(part: Part) -> Part:
+def _turned(part: meshes.Part) -> meshes.Part:
     """Return a part whose v counts upwards instead of downwards, or the other way round."""
     return part if part.uv is None else replace(part, uv=part.uv * [1.0, -1.0] + [0.0, 1.0])
 
 
-def _with_normals(node: Node, part: Part) -> Part:
+def _with_normals(node: Node, part: meshes.Part) -> meshes.Part:
     if node.flag("face_normals", False):
         return replace(part, normals=None)
     if part.normals is not None:
         return part
     sizes, at = np.full(len(part.faces), 3), part.faces.ravel()
-    normals = vertex_normals(part.vertices[at], sizes, at, len(part.vertices))
+    normals = meshes.vertex_normals(part.vertices[at], sizes, at, len(part.vertices))
     return replace(part, normals=normals)
 
 
-def read_serialized(path: Path, index: int) -> Part:
+def read_serialized(path: Path, index: int) -> meshes.Part:
     """Return one of the meshes of a file, without normals if it is to be flat."""
     data = read_bytes(path)
     if len(data) < 2 * _HEADER:
@@ -164,7 +153,7 @@ def read_serialized(path: Path, index: int) -> Part:
     vertices, triangles = struct.unpack("<QQ", stream.take(16))
     real = np.dtype("<f8" if flags & _DOUBLE else "<f4")
 
-    def rows(columns: int) -> NDArray[np.float64]:
+    def rows(columns: int) -> Floats:
         values = np.frombuffer(stream.take(vertices * columns * real.itemsize), real)
         return values.reshape(-1, columns).astype(np.float64)
 
@@ -176,7 +165,7 @@ def read_serialized(path: Path, index: int) -> Part:
     whole = np.dtype("<u8" if vertices > 0xFFFFFFFF else "<u4")
     corners = np.frombuffer(stream.take(3 * triangles * whole.itemsize), whole)
     faces = corners.reshape(-1, 3).astype(np.int64)
-    return Part(places, faces, np.zeros_like(places) if flags & _FLAT else normals, uv)
+    return meshes.Part(places, faces, np.zeros_like(places) if flags & _FLAT else normals, uv)
 
 
 @dataclass
@@ -232,12 +221,16 @@ def _damaged(path: Path) -> InputError:
     return InputError("is damaged: its meshes are not complete; export it again", path)
 
 
-_FILES: dict[str, Callable[[Node], Part]] = {"obj": _obj, "ply": _ply, "serialized": _serialized}
-_TYPES: dict[str, Callable[[Node], Part]] = {
-    "rectangle": lambda node: rectangle(),
-    "cube": lambda node: cube(),
+_FILES: dict[str, Callable[[Node], meshes.Part]] = {
+    "obj": _obj,
+    "ply": _ply,
+    "serialized": _serialized,
+}
+_TYPES: dict[str, Callable[[Node], meshes.Part]] = {
+    "rectangle": lambda node: meshes.rectangle(),
+    "cube": lambda node: meshes.cube(),
     "sphere": _sphere,
-    "disk": lambda node: disk(),
+    "disk": lambda node: meshes.disk(),
     "cylinder": _cylinder,
     **_FILES,
 }

@@ -377,8 +377,7 @@ class MapOptions:
     offset: Triple = (0.0, 0.0, 0.0)  # `-o`
     clamp: bool = False  # `-clamp`, the texture ends at the unit square; otherwise it repeats
     bump: float = 1.0  # `-bm`, by which heights are multiplied
-    # options that would change the picture but are not simulated, such as "-mm"
-    ignored: tuple[str, ...] = ()
+    ignored: tuple[str, ...] = ()  # options that would change the picture, such as "-mm"
 
 
 def parse_map(words: str | Sequence[str]) -> tuple[MapOptions, str]:

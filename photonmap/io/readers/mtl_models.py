@@ -37,15 +37,12 @@ _DECIDED = ("Kd", "Ke", "Ks", "Ni", "Tf", "d")
 class Draft:
     """A material as far as it has been read."""
 
-    # 0; of a file by Blender's exporter, the `Ns` that it writes for roughness 0
-    blender: float = 0.0
+    blender: float = 0.0  # of Blender's files the `Ns` that stands for roughness 0; else 0
     colors: dict[str, Color] = field(default_factory=dict)  # `Kd`, `Ke`, `Ks`, `Tf`, `Ps`
-    # `map_Kd`, `map_Ke`, `map_d`; None for a missing file
-    maps: dict[str, Texture | None] = field(default_factory=dict)
+    maps: dict[str, Texture | None] = field(default_factory=dict)  # None: a missing file
     # `map_Pr` and `map_Pm`, which replace `Pr` and `Pm`, and `map_Ns`, which multiplies `Ns`
     data: dict[str, Texture] = field(default_factory=dict)
-    # `illum`, `Ni`, `Ns`, `Pr`, `Pm`, `d`, and `Tr` as 1 - Tr
-    numbers: dict[str, float] = field(default_factory=dict)
+    numbers: dict[str, float] = field(default_factory=dict)  # of them `Tr` as 1 - Tr
     clamped: list[str] = field(default_factory=list)  # keywords of colours that were lowered to 1
     ignored: list[str] = field(default_factory=list)  # keywords of what is not simulated
     averaged: list[str] = field(default_factory=list)  # keywords of maps whose mean stands for them

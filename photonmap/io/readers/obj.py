@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, naming, warn
+from photonmap.io.readers.decoding import Ints
 from photonmap.io.readers.meshes import triangulate, vertex_normals
 from photonmap.io.readers.mtl import read_mtl
 from photonmap.io.readers.obj_lines import ObjLines, Source, parse_lines, read_source
@@ -68,7 +69,7 @@ def read_shape(path: Path) -> Mesh:
     return _build_mesh(lines, lines.corners[triangles.ravel()], path.stem, Material())
 
 
-def _triangulate(source: Source, lines: ObjLines) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _triangulate(source: Source, lines: ObjLines) -> tuple[Ints, Ints]:
     if not len(lines.sizes):
         raise InputError("has no faces; export the surfaces as polygons", source.path)
     triangles, owners = triangulate(lines.vertices, lines.corners[:, 0] - 1, lines.sizes)
@@ -77,7 +78,7 @@ def _triangulate(source: Source, lines: ObjLines) -> tuple[NDArray[np.int64], ND
     return triangles, owners
 
 
-def _divide(lines: ObjLines, stem: str) -> tuple[list[tuple[str, str]], NDArray[np.int64]]:
+def _divide(lines: ObjLines, stem: str) -> tuple[list[tuple[str, str]], Ints]:
     """Return the pairs of object and material, and the pair that each face belongs to."""
     current = {"o": "", "g": "", "usemtl": ""}
     parts = {(stem, ""): 0}
@@ -107,7 +108,7 @@ def _build_mesh(lines: ObjLines, corners: NDArray[np.int32], name: str, material
     return Mesh(vertices, faces.reshape(-1, 3), material, name, normals, uv, colors)
 
 
-def _distinct(rows: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+def _distinct(rows: NDArray[np.int32]) -> tuple[NDArray[np.int32], Ints]:
     """Return the distinct rows of three indices in ascending order, and which one each row is."""
     if not rows[:, 1:].any():
         used = np.zeros(int(rows[:, 0].max()) + 1, np.bool_)
@@ -195,7 +196,7 @@ def _drop_colors(path: Path, meshes: list[Mesh]) -> list[Mesh]:
     return [replace(mesh, colors=None) if mesh in lost else mesh for mesh in meshes]
 
 
-def _warn_of_losses(path: Path, lines: ObjLines, owners: NDArray[np.int64]) -> None:
+def _warn_of_losses(path: Path, lines: ObjLines, owners: Ints) -> None:
     """Name all that was read but is not in the meshes."""
     if lines.others:
         total = sum(lines.others.values())
@@ -230,7 +231,7 @@ def smooth(lines: ObjLines) -> ObjLines:
     return replace(lines, corners=corners, normals=np.vstack([lines.normals, normals]))
 
 
-def _group_faces(lines: ObjLines) -> NDArray[np.int64]:
+def _group_faces(lines: ObjLines) -> Ints:
     """Return the smoothing group of each face, (F,); 0 where it is flat."""
     offsets, numbers, known = [0], [0], dict.fromkeys(_OFF, 0)
     for offset, keyword, name in lines.states:

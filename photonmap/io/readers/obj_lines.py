@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, warn
-from photonmap.io.readers.decoding import begins, decode_colors, parse_floats, parse_integers
+from photonmap.io.readers.decoding import Ints, begins, decode_colors, parse_floats, parse_integers
 from photonmap.io.readers.meshes import LARGEST_FACE
 from photonmap.runtime.wording import shown
 from photonmap.scene.mesh import LARGEST_COORDINATE
+from photonmap.spectra.curves import Floats
 from photonmap.spectra.tables import read_bytes
 
 BLOCK = 1 << 22  # Bytes parsed at a time, so that temporary arrays do not grow with the file
@@ -165,17 +166,14 @@ _TABLES = (
 class ObjLines:
     """What the lines of an OBJ file say, in file order."""
 
-    vertices: NDArray[np.float64]  # (V, 3), (T, 2), (N, 3) float64
-    uv: NDArray[np.float64]
-    normals: NDArray[np.float64]
-    # (V, 3) float64, linear, NaN of vertices that have none; None if none has
-    colors: NDArray[np.float64] | None
-    # (C, 3) int32, indices of vertex, uv and normal from 1; 0 where there is none
-    corners: NDArray[np.int32]
-    sizes: NDArray[np.int64]  # (F,) int64, corners of each face
-    offsets: NDArray[np.int64]  # (F,) int64, where each face stands in the source
-    # o, g, s, usemtl and mtllib lines as (offset, keyword, name)
-    states: list[tuple[int, str, str]]
+    vertices: Floats  # (V, 3), (T, 2), (N, 3) float64
+    uv: Floats
+    normals: Floats
+    colors: Floats | None  # (V, 3) linear, NaN where there is none
+    corners: NDArray[np.int32]  # (C, 3) vertex, uv and normal, from 1; 0 for none
+    sizes: Ints  # (F,) int64, corners of each face
+    offsets: Ints  # (F,) int64, where each face stands in the source
+    states: list[tuple[int, str, str]]  # o, g, s, usemtl, mtllib: (offset, keyword, name)
     others: Mapping[str, int]  # the number of lines of every other keyword
 
 
@@ -184,17 +182,17 @@ class _Lines:
     """The lines of one kind in a block, their keywords blanked."""
 
     text: NDArray[np.uint8]  # (B,) uint8
-    starts: NDArray[np.int64]  # (L,) where each line starts in `text`
-    offsets: NDArray[np.int64]  # (L,) where it starts in the source
+    starts: Ints  # (L,) where each line starts in `text`
+    offsets: Ints  # (L,) where it starts in the source
 
-    def count(self, positions: NDArray[np.int64]) -> NDArray[np.int64]:
+    def count(self, positions: Ints) -> Ints:
         """Count ascending positions in `text` by line."""
         return np.diff(np.searchsorted(positions, np.append(self.starts, len(self.text))))
 
 
 def parse_lines(source: Source) -> ObjLines:
     """Parse every line."""
-    tables: list[list[NDArray[np.float64]]] = [[], [], []]
+    tables: list[list[Floats]] = [[], [], []]
     faces: list[tuple[NDArray[Any], ...]] = []
     states: list[tuple[int, str, str]] = []
     others: Counter[str] = Counter()
@@ -246,7 +244,7 @@ def _sort_block(source: Source, begin: int, end: int) -> tuple[dict[bytes, _Line
     return lines, (starts[rest] + begin).tolist()
 
 
-def _parse_table(source: Source, lines: _Lines, kind: _Table) -> NDArray[np.float64]:
+def _parse_table(source: Source, lines: _Lines, kind: _Table) -> Floats:
     """Parse vertices, normals or texture coordinates, in rows of `kind.width` numbers.
 
     Where a line has `kind.most`, rows have so many, NaN in lines that do not.
@@ -272,9 +270,7 @@ def _parse_table(source: Source, lines: _Lines, kind: _Table) -> NDArray[np.floa
     return table
 
 
-def _split_colors(
-    path: Path, tables: list[NDArray[np.float64]]
-) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+def _split_colors(path: Path, tables: list[Floats]) -> tuple[Floats, Floats | None]:
     """Return the coordinates of vertices, and their colours as `ObjLines` has them."""
     vertices = np.concatenate([table[:, :3] for table in tables])
     if all(table.shape[1] == 3 for table in tables):
@@ -305,8 +301,8 @@ def _table_error(source: Source, lines: _Lines, kind: _Table) -> InputError:
 
 
 def _parse_faces(
-    source: Source, lines: _Lines, before: list[NDArray[np.int64]], known: NDArray[np.int64]
-) -> tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.int64]]:
+    source: Source, lines: _Lines, before: list[Ints], known: Ints
+) -> tuple[NDArray[np.int32], Ints, Ints]:
     """Parse faces as (corners, sizes, offsets), see `ObjLines`; those of two corners are left out.
 
     source, lines : the text
@@ -344,9 +340,7 @@ def _parse_faces(
     return corners, sizes, lines.offsets
 
 
-def _columns(
-    slash: NDArray[np.bool_], numbers: NDArray[np.int64], leads: NDArray[np.bool_]
-) -> NDArray[np.int8]:
+def _columns(slash: NDArray[np.bool_], numbers: Ints, leads: NDArray[np.bool_]) -> NDArray[np.int8]:
     """Count the slashes before each number of a corner, two at most.
 
     slash : (B,) whether a byte is a slash

@@ -13,16 +13,16 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.errors import InputError
-from photonmap.io.readers.decoding import Losses, decode_colors, decode_file, note_loss
+from photonmap.io.readers.decoding import Ints, Losses, decode_colors, decode_file, note_loss
 from photonmap.io.readers.meshes import LARGEST_FACE, build_mesh, cut_polygons
 from photonmap.io.readers.registry import GREY, ReadOptions
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import LARGEST_COORDINATE
 from photonmap.scene.scene import Scene
+from photonmap.spectra.curves import Floats
 
 SUFFIXES = (".off",)
 
@@ -94,7 +94,7 @@ def _read_counts(path: Path, lines: list[_Line]) -> tuple[int, int]:
     raise lines[0].error(path, "is not a line of counts; write those of vertices, faces and edges")
 
 
-def _read_vertices(path: Path, lines: Sequence[_Line]) -> NDArray[np.float64]:
+def _read_vertices(path: Path, lines: Sequence[_Line]) -> Floats:
     vertices = np.empty((len(lines), 3))
     for row, line in enumerate(lines):
         try:
@@ -107,9 +107,7 @@ def _read_vertices(path: Path, lines: Sequence[_Line]) -> NDArray[np.float64]:
     return vertices
 
 
-def _read_faces(
-    path: Path, lines: Sequence[_Line], vertex_count: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _read_faces(path: Path, lines: Sequence[_Line], vertex_count: int) -> tuple[Ints, Ints]:
     """Return the corners of all faces, (C,), and how many each has, (F,)."""
     corners: list[int] = []
     sizes = []
@@ -126,9 +124,7 @@ def _read_faces(
     return np.array(corners, np.int64), np.array(sizes, np.int64)
 
 
-def _find_colors(
-    path: Path, lines: Sequence[_Line], sizes: NDArray[np.int64], losses: Losses
-) -> NDArray[np.float64] | None:
+def _find_colors(path: Path, lines: Sequence[_Line], sizes: Ints, losses: Losses) -> Floats | None:
     """Return the colours of vertices, (V, 3), or else of faces, (F, 1, 3); None if there are none.
 
     lines : of vertices, then of faces
@@ -148,7 +144,7 @@ def _find_colors(
 
 def _read_colors(
     path: Path, lines: Sequence[_Line], begins: list[int], owners: str, losses: Losses
-) -> NDArray[np.float64] | None:
+) -> Floats | None:
     """Return the colours behind each line's other numbers, (n, 3), grey where it has none.
 
     A single number is an index into a table that the file does not hold.

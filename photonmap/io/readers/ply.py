@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError, naming
 from photonmap.io.readers.decoding import (
+    Ints,
     Losses,
     decode_colors,
     decode_file,
@@ -31,6 +32,7 @@ from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material
 from photonmap.scene.scene import Scene
+from photonmap.spectra.curves import Floats
 
 SUFFIXES = (".ply",)
 
@@ -41,7 +43,7 @@ _TYPES = {
     "int32": "i4", "uint32": "u4", "float32": "f4", "float64": "f8",
 }  # fmt: skip
 _ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
-Layout = tuple[dict[str, NDArray[np.int64]], dict[str, NDArray[np.int64]]]
+Layout = tuple[dict[str, Ints], dict[str, Ints]]
 """Where the value of each row begins, and how long its list is, by the names of columns."""
 _COLORS = (
     ("red", "green", "blue"),
@@ -116,7 +118,7 @@ def _ply_part(path: Path, vertex: Element, face: Element, losses: Losses) -> Par
     return cut_polygons(vertices, corners, sizes, losses, normals, uv, colors)
 
 
-def _colors(element: Element, owners: str, losses: Losses) -> NDArray[np.float64] | None:
+def _colors(element: Element, owners: str, losses: Losses) -> Floats | None:
     """Return the colours of an element's rows, (n, 3), linear; None where it has none."""
     columns = element.columns
     found = next((names for names in _COLORS if set(names) <= set(columns)), None)
@@ -127,7 +129,7 @@ def _colors(element: Element, owners: str, losses: Losses) -> NDArray[np.float64
     return decode_colors(rows, partial(note_loss, losses), owners)
 
 
-def _columns(element: Element, names: tuple[str, ...]) -> NDArray[np.float64] | None:
+def _columns(element: Element, names: tuple[str, ...]) -> Floats | None:
     """Return properties of an element as columns; None where one is missing."""
     if not set(names) <= set(element.columns):
         return None
@@ -156,11 +158,10 @@ class Element:
     """Rows of a kind, such as vertices."""
 
     rows: int  # how many there are
-    # the types of its columns; of lists, those of length and items
-    kinds: dict[str, tuple[Kind, ...]] = field(default_factory=dict)
+    kinds: dict[str, tuple[Kind, ...]] = field(default_factory=dict)  # of lists: length, item
     columns: dict[str, NDArray[Any]] = field(default_factory=dict)  # (rows,) numbers by name
     # all numbers of lists one after another, and the length of each, (rows,), by name
-    lists: dict[str, tuple[NDArray[Any], NDArray[np.int64]]] = field(default_factory=dict)
+    lists: dict[str, tuple[NDArray[Any], Ints]] = field(default_factory=dict)
 
 
 @dataclass
@@ -174,7 +175,7 @@ class _Stream:
         """Return how many items a number takes."""
         return kind.itemsize if self.items.dtype == np.uint8 else 1
 
-    def take(self, places: NDArray[np.int64], kind: Kind) -> NDArray[Any]:
+    def take(self, places: Ints, kind: Kind) -> NDArray[Any]:
         """Return the numbers that begin at these items."""
         if self.items.dtype != np.uint8:
             with np.errstate(invalid="ignore"):

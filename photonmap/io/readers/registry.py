@@ -33,8 +33,7 @@ OR_WITHOUT = "; or render without it, by --missing-textures grey (missing_textur
 class ReadOptions:
     """What a user may choose about reading."""
 
-    # "error", or "grey": a texture that cannot be read becomes grey, with a warning
-    missing_textures: MissingTextures = "error"
+    missing_textures: MissingTextures = "error"  # "grey": with a warning, they become grey
 
     def __post_init__(self) -> None:
         if self.missing_textures not in ("error", "grey"):

@@ -12,19 +12,9 @@ from numpy.typing import NDArray
 from pxr import UsdGeom, UsdLux, UsdShade
 
 from photonmap.errors import InputError
-from photonmap.io.readers.decoding import plain, point_ahead
+from photonmap.io.readers import meshes
+from photonmap.io.readers.decoding import Ints, plain, point_ahead
 from photonmap.io.readers.environment_maps import turned_map
-from photonmap.io.readers.meshes import (
-    Part,
-    build_mesh,
-    check_indices,
-    cube,
-    cut_polygons,
-    disk,
-    move,
-    rectangle,
-    sphere,
-)
 from photonmap.io.readers.usd_stage import Materials, Stage, radiance_of
 from photonmap.runtime.named_files import named_image
 from photonmap.scene.camera import Camera, Lens, check_camera
@@ -32,6 +22,7 @@ from photonmap.scene.lights import DirectionalLight, DomeLight, Light, PointLigh
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.projections import Intrinsics
+from photonmap.spectra.curves import Floats
 
 TENTH = 0.1  # Apertures and focal lengths are in tenths of scene units
 _PIXELS = 1000.0
@@ -39,7 +30,7 @@ _SIZED = ("RectLight", "DiskLight", "SphereLight")
 _SUN, _SKY = "DistantLight", "DomeLight"
 _EVERYWHERE = 90.0  # Half-angle of a cone, degrees, from which on a light shines as without one
 _FLIP = np.diag([1.0, -1.0, -1.0, 1.0])  # From shapes that face +z to lights that face -z
-Rows = NDArray[np.float64]
+Rows = Floats
 
 
 def read_camera(stage: Stage, prim: Any) -> Camera:
@@ -99,7 +90,7 @@ def read_light(stage: Stage, prim: Any) -> Light | Mesh | None:
     return turned_map(path, stage.matrix(prim)[:3, :3], float(amount.mean()), name)
 
 
-def _sun(stage: Stage, prim: Any, name: str, shines: tuple[NDArray[np.float64], bool]) -> Light:
+def _sun(stage: Stage, prim: Any, name: str, shines: tuple[Floats, bool]) -> Light:
     """Return a sun; without `normalize` its radiance counts, over a disk of its angle."""
     amount, is_whole = shines
     angle = math.radians(stage.value(UsdLux.DistantLight(prim).GetAngleAttr(), 0.53))
@@ -109,9 +100,7 @@ def _sun(stage: Stage, prim: Any, name: str, shines: tuple[NDArray[np.float64], 
     return DirectionalLight(plain(ahead), plain(amount), name=name)
 
 
-def _shape(
-    stage: Stage, prim: Any, name: str, shines: tuple[NDArray[np.float64], bool]
-) -> Mesh | Light:
+def _shape(stage: Stage, prim: Any, name: str, shines: tuple[Floats, bool]) -> Mesh | Light:
     """Return the mesh of a light that has a size; `normalize` divides by its area."""
     amount, is_whole = shines
     matrix, kind = stage.matrix(prim), prim.GetTypeName()
@@ -121,26 +110,26 @@ def _shape(
         if stage.value(light.GetTreatAsPointAttr(), False) or radius == 0.0:
             factor = 0.25 if is_whole else math.pi * radius**2
             return _point(stage, prim, name, amount * factor)
-        part = move(sphere(np.zeros(3), radius), matrix)
+        part = meshes.move(meshes.sphere(np.zeros(3), radius), matrix)
     elif kind == "DiskLight":
         radius = stage.value(UsdLux.DiskLight(prim).GetRadiusAttr(), 0.5)
-        part = move(disk(), matrix @ _FLIP @ np.diag([radius, radius, 1.0, 1.0]))
+        part = meshes.move(meshes.disk(), matrix @ _FLIP @ np.diag([radius, radius, 1.0, 1.0]))
     else:
         light = UsdLux.RectLight(prim)
         if stage.value(light.GetTextureFileAttr()):
             stage.lose("textures of lights", prim)
         wide = 0.5 * stage.value(light.GetWidthAttr(), 1.0)
         high = 0.5 * stage.value(light.GetHeightAttr(), 1.0)
-        part = move(rectangle(), matrix @ _FLIP @ np.diag([wide, high, 1.0, 1.0]))
+        part = meshes.move(meshes.rectangle(), matrix @ _FLIP @ np.diag([wide, high, 1.0, 1.0]))
     if _cone(stage, prim)[0] < _EVERYWHERE:
         stage.lose("cones of lights that have a size", prim)
     if is_whole:
         a, b, c = (part.vertices[part.faces[:, corner]] for corner in range(3))
         amount = amount / (0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
-    return build_mesh(stage.path, part, Material(name, 0.0, plain(amount)), name)
+    return meshes.build_mesh(stage.path, part, Material(name, 0.0, plain(amount)), name)
 
 
-def _point(stage: Stage, prim: Any, name: str, intensity: NDArray[np.float64]) -> Light:
+def _point(stage: Stage, prim: Any, name: str, intensity: Floats) -> Light:
     matrix, (outer, softness) = stage.matrix(prim), _cone(stage, prim)
     place = matrix[:3, 3]
     if outer >= _EVERYWHERE:
@@ -166,7 +155,7 @@ def read_meshes(stage: Stage, materials: Materials, prim: Any) -> Iterator[Mesh]
     bound = UsdShade.MaterialBindingAPI(prim)
     if not prim.IsA(UsdGeom.Mesh):
         part = _SHAPES[prim.GetTypeName()](stage, prim)
-        yield build_mesh(stage.path, move(part, matrix), materials.of(bound), name)
+        yield meshes.build_mesh(stage.path, meshes.move(part, matrix), materials.of(bound), name)
         return
     mesh = UsdGeom.Mesh(prim)
     sizes = np.array(stage.value(mesh.GetFaceVertexCountsAttr(), ()), np.int64)
@@ -176,24 +165,24 @@ def read_meshes(stage: Stage, materials: Materials, prim: Any) -> Iterator[Mesh]
     looks = [materials.of(bound)]
     for subset in bound.GetMaterialBindSubsets():
         faces = np.array(stage.value(subset.GetIndicesAttr(), ()), np.int64)
-        check_indices(faces, len(sizes))
+        meshes.check_indices(faces, len(sizes))
         owners[faces] = len(looks)
         inside = subset.GetPrim()
         looks.append(materials.of(UsdShade.MaterialBindingAPI(inside)))
     for index, look in enumerate(looks):
         if (owners == index).any():
             part = _read_part(stage, mesh, sizes, owners == index)
-            yield build_mesh(stage.path, move(part, matrix), look, name)
+            yield meshes.build_mesh(stage.path, meshes.move(part, matrix), look, name)
 
 
-def _read_part(stage: Stage, mesh: Any, sizes: NDArray[np.int64], kept: NDArray[np.bool_]) -> Part:
+def _read_part(stage: Stage, mesh: Any, sizes: Ints, kept: NDArray[np.bool_]) -> meshes.Part:
     points = np.array(stage.value(mesh.GetPointsAttr(), ()), np.float64).reshape(-1, 3)
     corners = np.array(stage.value(mesh.GetFaceVertexIndicesAttr(), ()), np.int64)
     if (sizes < 0).any() or sizes.sum() != len(corners):
         name = mesh.GetPrim().GetName()
         raise InputError(f"mesh {name}: its faces have {sizes.sum()} corners, but {len(corners)} "
                          "are given; export it again", stage.path)  # fmt: skip
-    check_indices(corners, len(points))
+    meshes.check_indices(corners, len(points))
     faces = np.repeat(np.arange(len(sizes)), sizes)
     places = {"vertex": corners, "varying": corners, "faceVarying": np.arange(len(corners)),
               "uniform": faces, "constant": np.zeros(len(corners), np.int64)}  # fmt: skip
@@ -211,15 +200,13 @@ def _read_part(stage: Stage, mesh: Any, sizes: NDArray[np.int64], kept: NDArray[
     used = kept[faces]
     rows = [None if each is None else each[used] for each in (normals, uv, colors)]
     order = np.arange(np.count_nonzero(used))
-    part = cut_polygons(points[corners][used], order, sizes[kept], stage.losses, *rows)
+    part = meshes.cut_polygons(points[corners][used], order, sizes[kept], stage.losses, *rows)
     if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
-        return Part(part.vertices, part.faces[:, ::-1], part.normals, part.uv, part.colors)
+        return meshes.Part(part.vertices, part.faces[:, ::-1], part.normals, part.uv, part.colors)
     return part
 
 
-def _spread(
-    stage: Stage, primvar: Any, columns: int, places: dict[str, NDArray[np.int64]]
-) -> Rows | None:
+def _spread(stage: Stage, primvar: Any, columns: int, places: dict[str, Ints]) -> Rows | None:
     """Return a value for each corner; None where there are none."""
     if not primvar or not primvar.HasValue():
         return None
@@ -232,14 +219,14 @@ def _spread(
     return np.asarray(values[where])
 
 
-def _sphere(stage: Stage, prim: Any) -> Part:
-    return sphere(np.zeros(3), stage.value(UsdGeom.Sphere(prim).GetRadiusAttr()))
+def _sphere(stage: Stage, prim: Any) -> meshes.Part:
+    return meshes.sphere(np.zeros(3), stage.value(UsdGeom.Sphere(prim).GetRadiusAttr()))
 
 
-def _cube(stage: Stage, prim: Any) -> Part:
+def _cube(stage: Stage, prim: Any) -> meshes.Part:
     half = 0.5 * stage.value(UsdGeom.Cube(prim).GetSizeAttr())
-    return move(cube(), np.diag([half, half, half, 1.0]))
+    return meshes.move(meshes.cube(), np.diag([half, half, half, 1.0]))
 
 
-_SHAPES: dict[str, Callable[[Stage, Any], Part]] = {"Sphere": _sphere, "Cube": _cube}
+_SHAPES: dict[str, Callable[[Stage, Any], meshes.Part]] = {"Sphere": _sphere, "Cube": _cube}
 SHAPES = ("Mesh", *_SHAPES)  # Types of prims that become meshes

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pxr import Ar, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdShade
 
 from photonmap.errors import InputError
@@ -24,6 +23,7 @@ from photonmap.scene.surfaces.layers import check_material
 from photonmap.scene.surfaces.metallic import USUAL_INDEX, metallic_gloss
 from photonmap.scene.surfaces.relief import NormalMap
 from photonmap.scene.textures import Texture, is_black, mean_number
+from photonmap.spectra.curves import Floats
 
 WHITE = 6500.0  # Temperature, K, of lights whose colour is as given
 MOST_LAYERS = 1000  # Files that a stage may be composed of
@@ -45,7 +45,7 @@ class Stage:
         """Note what is not simulated."""
         note_loss(self.losses, what, prim.GetName())
 
-    def matrix(self, prim: Any) -> NDArray[np.float64]:
+    def matrix(self, prim: Any) -> Floats:
         """Return the matrix of a prim, 4×4, from its coordinates to those of the scene."""
         time = self.stage.GetStartTimeCode()
         moved = UsdGeom.Imageable(prim).ComputeLocalToWorldTransform(time)
@@ -117,7 +117,7 @@ def is_light(prim: Any) -> bool:
     return bool(prim.HasAPI(UsdLux.LightAPI))
 
 
-def radiance_of(stage: Stage, light: Any) -> NDArray[np.float64]:
+def radiance_of(stage: Stage, light: Any) -> Floats:
     """Return intensity · 2^exposure · colour of a light, (3,), before any normalisation."""
     color = np.array(stage.value(light.GetColorAttr(), (1.0, 1.0, 1.0)), np.float64)
     if stage.value(light.GetEnableColorTemperatureAttr(), False):
@@ -126,7 +126,7 @@ def radiance_of(stage: Stage, light: Any) -> NDArray[np.float64]:
         color = color * np.array(warmth[0], np.float64) / warmth[1]
     exposure = stage.value(light.GetExposureAttr(), 0.0)
     factor = stage.value(light.GetIntensityAttr(), 1.0) * 2.0**exposure
-    amount: NDArray[np.float64] = factor * color * stage.value(light.GetDiffuseAttr(), 1.0)
+    amount: Floats = factor * color * stage.value(light.GetDiffuseAttr(), 1.0)
     if not (np.isfinite(amount).all() and (amount >= 0.0).all() and math.isfinite(factor)):
         raise InputError(f"light {light.GetPrim().GetName()} is negative or not finite; correct it")
     return amount

@@ -11,7 +11,6 @@ from typing import Any
 from urllib.parse import quote
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.io.readers.gltf import Gltf
 from photonmap.io.readers.meshes import Part, build_mesh, side_axes
@@ -39,7 +38,7 @@ from photonmap.scene.scene import Scene
 from photonmap.scene.surfaces.layers import explicit
 from photonmap.scene.surfaces.relief import BumpMap
 from photonmap.scene.textures import Texture, is_black
-from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.curves import Floats, Spectrum
 
 _LIGHTS = "KHR_lights_punctual"
 _NEAR = 1e-3  # Distance of the near plane, by the size of the scene
@@ -130,7 +129,7 @@ def _with_names(scene: Scene, named: Mapping[str, Material]) -> Scene:
 
 
 def _add_meshes(
-    draft: Draft, meshes: list[Mesh], named: Mapping[str, Material], middle: NDArray[np.float64]
+    draft: Draft, meshes: list[Mesh], named: Mapping[str, Material], middle: Floats
 ) -> list[int]:
     """Add a node for each name of meshes, and a primitive for each mesh; return the nodes.
 
@@ -155,9 +154,7 @@ def _add_meshes(
     return nodes
 
 
-def _add_primitive(
-    draft: Draft, mesh: Mesh, origin: NDArray[np.float64], material: int
-) -> dict[str, Any]:
+def _add_primitive(draft: Draft, mesh: Mesh, origin: Floats, material: int) -> dict[str, Any]:
     attributes = {"POSITION": draft.add_rows(mesh.vertices - origin, "<f4", limits=True)}
     if mesh.normals is not None:
         attributes["NORMAL"] = draft.add_rows(mesh.normals, "<f4")

@@ -31,8 +31,7 @@ class Draft:
 
     tree: dict[str, Any] = field(default_factory=dict)  # the JSON
     blocks: list[bytes] = field(default_factory=list)  # of the buffer, each a multiple of 4 bytes
-    # what other numbers than those of the scene are written for, and whose it is
-    rounded: dict[str, list[str]] = field(default_factory=dict)
+    rounded: dict[str, list[str]] = field(default_factory=dict)  # what is changed, and whose
     _size: int = 0
 
     def add(self, kind: str, item: dict[str, Any]) -> int:

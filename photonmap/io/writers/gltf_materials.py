@@ -18,7 +18,7 @@ from photonmap.scene.surfaces.metallic import USUAL_COAT, USUAL_INDEX, as_triple
 from photonmap.scene.surfaces.relief import NormalMap
 from photonmap.scene.textures import Texture, is_black, lie_alike, mean_color, mean_number, resized
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.curves import Color
+from photonmap.spectra.curves import Color, Floats
 
 _APART = "textures of gloss that lie otherwise than another one become their mean"
 _COATS = "textures of glossy reflectances take the coat of a usual dielectric"
@@ -43,7 +43,6 @@ _EXTENSIONS = {
 }
 """Of lobes over others: the extension, and its keys by attribute; other lobes are left to TOML"""
 _ONE_COLOR = "what is glass in part takes the colour of the rest"
-Floats = NDArray[np.float64]
 
 
 def write_material(
@@ -286,8 +285,7 @@ def split_exactly(color: tuple[float, float, float]) -> tuple[list[float], float
 class Lobe(NamedTuple):
     """A glossy lobe as glTF has it."""
 
-    # its base colour where a texture gives the lobe's reflectance; None elsewhere
-    color: Texture | None
+    color: Texture | None  # base colour, where a texture gives the reflectance of the lobe
     data: Texture  # what the texture of the metallic part and of roughness holds, in blue and green
 
 

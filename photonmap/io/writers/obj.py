@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import naming
+from photonmap.io.readers.decoding import Ints
 from photonmap.io.writers.toml import Assets, check_name
 from photonmap.scene.images import encode_srgb
 from photonmap.scene.material import Material
@@ -111,7 +112,7 @@ def write_obj(scene: Scene, path: Path, materials: Mapping[int, str]) -> None:
             known += _write_mesh(file, mesh, known + 1)
 
 
-def _write_mesh(file: TextIO, mesh: Mesh, first: NDArray[np.int64]) -> NDArray[np.int64]:
+def _write_mesh(file: TextIO, mesh: Mesh, first: Ints) -> Ints:
     """Write one mesh without its unused vertices.
 
     first : (3,) numbers of its first vertex, texture coordinate and normal
