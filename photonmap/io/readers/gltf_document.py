@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import struct
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Ints, Note
-from photonmap.io.readers.gltf_textures import UNMOVED, Placement
+from photonmap.io.readers.gltf_textures import UNMOVED, Json, Placement
 from photonmap.io.readers.meshes import Part, unit_rows
 from photonmap.io.readers.registry import extended
 from photonmap.runtime.named_files import named_file
@@ -177,7 +177,7 @@ Place = Callable[[int], Floats]
 
 def read_primitive(
     document: Document,
-    primitive: Mapping[str, Any],
+    primitive: Json,
     placement: Placement = UNMOVED,
     lose: Note = lambda what: None,
 ) -> Part:
@@ -262,7 +262,7 @@ def place_nodes(document: Document, roots: list[int]) -> dict[int, Floats]:
     return placed
 
 
-def _matrix(node: Mapping[str, Any]) -> Floats:
+def _matrix(node: Json) -> Floats:
     """Return the matrix of a node, or the product of its translation, rotation and scale."""
     if "matrix" in node:
         return np.array(node["matrix"], np.float64).reshape(4, 4).T
@@ -298,7 +298,7 @@ class Pose:
     bones: Floats | None
 
 
-def find_pose(document: Document, node: Mapping[str, Any], place: Place) -> Pose:
+def find_pose(document: Document, node: Json, place: Place) -> Pose:
     """Return the pose of a node's mesh, with its bones where the nodes are."""
     mesh = document.item("meshes", node["mesh"])
     weights = node.get("weights") or mesh.get("weights") or ()
@@ -312,9 +312,7 @@ def find_pose(document: Document, node: Mapping[str, Any], place: Place) -> Pose
     return Pose(weights, bones)
 
 
-def strike_pose(
-    document: Document, part: Part, primitive: Mapping[str, Any], pose: Pose
-) -> tuple[Part, bool]:
+def strike_pose(document: Document, part: Part, primitive: Json, pose: Pose) -> tuple[Part, bool]:
     """Return a primitive in a pose, and whether it is in the scene's coordinates."""
     part = _morphed(document, part, primitive, pose.weights)
     attributes = primitive["attributes"]
@@ -344,9 +342,7 @@ def strike_pose(
     return replace(part, vertices=vertices, normals=normals, tangents=tangents), True
 
 
-def _morphed(
-    document: Document, part: Part, primitive: Mapping[str, Any], weights: Sequence[float]
-) -> Part:
+def _morphed(document: Document, part: Part, primitive: Json, weights: Sequence[float]) -> Part:
     """Add what morph targets add, times their weights."""
     vertices, normals, tangents = part.vertices, part.normals, part.tangents
     for target, weight in zip(primitive.get("targets", ()), weights, strict=False):

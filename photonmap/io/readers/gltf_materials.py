@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import SHEEN, Losses, note_loss
-from photonmap.io.readers.gltf_textures import Textures, find_placement
+from photonmap.io.readers.gltf_textures import Json, Textures, find_placement
 from photonmap.io.readers.registry import GREY
 from photonmap.runtime.wording import shown
 from photonmap.scene.images import Channels, Image
@@ -27,7 +27,7 @@ from photonmap.scene.textures import Paint, Texture, Triple, lie_alike, mean_num
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
 
 METALLIC_TEXTURE = "metallicRoughnessTexture"
-Factors = Mapping[str, Any]
+Channel = Callable[[Channels], Image]
 Tint = tuple[float, float, float, float]
 WHITE = (1.0, 1.0, 1.0, 1.0)
 _READ = (
@@ -44,7 +44,7 @@ LOBES = "variation of roughness and metallic"
 
 
 def read_material(
-    index: int, item: Factors, textures: Textures, losses: Losses, tint: Tint | None = None
+    index: int, item: Json, textures: Textures, losses: Losses, tint: Tint | None = None
 ) -> Material:
     """Read a material.
 
@@ -250,7 +250,7 @@ def _attenuation(source: Source) -> dict[str, Any]:
     return {"attenuation_color": color, "attenuation_distance": distance}
 
 
-def _normal_map(source: Source, holder: Factors, key: str) -> NormalMap | None:
+def _normal_map(source: Source, holder: Json, key: str) -> NormalMap | None:
     use = holder.get(key)
     if use is None:
         return None
@@ -294,33 +294,33 @@ class Source:
     """A material: its JSON, and where what is wrong or not simulated is said."""
 
     name: str  # of the material
-    item: Factors  # its JSON
+    item: Json  # its JSON
     textures: Textures  # those of the file
     losses: Losses  # takes what is not simulated
     tint: Tint | None = None  # RGBA that multiplies the base colour; None for none
 
     @property
-    def surface(self) -> Factors:
+    def surface(self) -> Json:
         """The metallic-roughness model."""
         return self.item.get("pbrMetallicRoughness") or {}
 
-    def extension(self, name: str) -> Factors:
+    def extension(self, name: str) -> Json:
         """Return the content of an extension, empty if there is none."""
-        found: Factors = self.item.get("extensions", {}).get(f"KHR_materials_{name}") or {}
+        found: Json = self.item.get("extensions", {}).get(f"KHR_materials_{name}") or {}
         return found
 
     def lose(self, what: str) -> None:
         """Note what is not simulated."""
         note_loss(self.losses, what, self.name)
 
-    def number(self, values: Factors, key: str, default: float, largest: float = 1.0) -> float:
+    def number(self, values: Json, key: str, default: float, largest: float = 1.0) -> float:
         """Return a factor from 0 to `largest`."""
         value = values.get(key, default)
         if type(value) not in (int, float) or not 0.0 <= value <= largest:
             raise self.error(key, value, f"a number from 0 to {largest:g}")
         return float(value)
 
-    def color(self, values: Factors, key: str, largest: float = 1.0) -> tuple[float, float, float]:
+    def color(self, values: Json, key: str, largest: float = 1.0) -> tuple[float, float, float]:
         """Return three factors, each from 0 to `largest`."""
         value = values.get(key, [1, 1, 1])[:3]
         most = max(largest, LARGEST_REFLECTANCE)
@@ -331,20 +331,16 @@ class Source:
         red, green, blue = (min(float(part), largest) for part in value)
         return red, green, blue
 
-    def texture(
-        self, use: Factors, channel: Callable[[Channels], Image] = Channels.image
-    ) -> Texture | None:
+    def texture(self, use: Json, channel: Channel = Channels.image) -> Texture | None:
         """Return a texture, of colours by default; None if it is missing."""
         return self.textures.texture(use, channel, find_placement(self.item), self.lose)
 
-    def data(self, factor: str, channel: Callable[[Channels], Image]) -> float | Texture:
+    def data(self, factor: str, channel: Channel) -> float | Texture:
         """Return a factor of the surface times a channel of the texture beside it, if any."""
         number = self.number(self.surface, factor, 1.0)
         return self.times(number, self.surface.get(METALLIC_TEXTURE), channel)
 
-    def times(
-        self, number: float, use: Factors | None, channel: Callable[[Channels], Image]
-    ) -> float | Texture:
+    def times(self, number: float, use: Json | None, channel: Channel) -> float | Texture:
         """Return a number times a channel of a texture, if there is one."""
         if use is None or number == 0.0:
             return number

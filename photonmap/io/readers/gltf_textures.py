@@ -23,6 +23,7 @@ from photonmap.spectra.curves import Floats
 CLAMP, MIRROR = 33071, 33648  # Values of a sampler's wrapS and wrapT; they repeat by default
 _TRANSFORM = "KHR_texture_transform"
 _EMBEDDED = "photonmap_image_"  # How the names of files begin that embedded images are decoded from
+Json = Mapping[str, Any]
 Item = Callable[[str, int], dict[str, Any]]
 
 
@@ -40,7 +41,7 @@ class Placement:
     offset: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
-    def of(cls, use: Mapping[str, Any]) -> Placement:
+    def of(cls, use: Json) -> Placement:
         """Return the placement of a texture by the JSON that names it."""
         transform = use.get("extensions", {}).get(_TRANSFORM, {})
         s, t = transform.get("scale", (1.0, 1.0))
@@ -68,7 +69,7 @@ class Placement:
 UNMOVED = Placement()
 
 
-def find_placement(material: Mapping[str, Any]) -> Placement:
+def find_placement(material: Json) -> Placement:
     """Return the placement of a material: of the texture of its colour, light or gloss."""
     surface = material.get("pbrMetallicRoughness") or {}
     older = material.get("extensions", {}).get("KHR_materials_pbrSpecularGlossiness") or {}
@@ -91,11 +92,7 @@ class Textures:
     _last: tuple[int, Channels] | None = None
 
     def texture(
-        self,
-        use: Mapping[str, Any],
-        channel: Callable[[Channels], Image],
-        placement: Placement,
-        lose: Note,
+        self, use: Json, channel: Callable[[Channels], Image], placement: Placement, lose: Note
     ) -> Texture | None:
         """Return a texture; None if it is missing, which is noted.
 
@@ -107,9 +104,7 @@ class Textures:
         image = self._read(use, channel)
         return None if image is None else self._place(Texture(image), use, placement, lose)
 
-    def opacity(
-        self, use: Mapping[str, Any], factor: float, cutoff: float | None
-    ) -> Texture | float:
+    def opacity(self, use: Json, factor: float, cutoff: float | None) -> Texture | float:
         """Return a texture's alpha times a factor, or 0 and 1 below and above a cutoff."""
         mask = self._read(use, Channels.alpha)
         values = np.float32(factor) * (np.ones((1, 1), np.float32) if mask is None else mask)
@@ -120,7 +115,7 @@ class Textures:
         texture = Texture.of(values[..., None])
         return self._place(texture, use, Placement.of(use), lambda _: None)
 
-    def _read(self, use: Mapping[str, Any], make: Callable[[Channels], Any]) -> Any:
+    def _read(self, use: Json, make: Callable[[Channels], Any]) -> Any:
         """Return what a function makes of the image, once; None if the image is missing."""
         texture = self.item("textures", use["index"])
         index = texture.get("source")
@@ -165,9 +160,7 @@ class Textures:
         _, _, reason = str(error).partition(f"{_EMBEDDED}{index}.")
         return InputError(f"image {index} {reason.partition(': ')[2]}", self.path)
 
-    def _place(
-        self, texture: Texture, use: Mapping[str, Any], placement: Placement, lose: Note
-    ) -> Texture:
+    def _place(self, texture: Texture, use: Json, placement: Placement, lose: Note) -> Texture:
         """Return a texture as it lies on a surface, whose coordinates have been turned."""
         sampler = self.item("textures", use["index"]).get("sampler")
         sampler = {} if sampler is None else self.item("samplers", sampler)
@@ -186,5 +179,5 @@ class Textures:
         return texture.mirrored(wraps[0] == MIRROR, wraps[1] == MIRROR)
 
 
-def _is_embedded(image: Mapping[str, Any]) -> bool:
+def _is_embedded(image: Json) -> bool:
     return "uri" not in image or bool(image["uri"].startswith("data:"))

@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Container, Sequence
 from dataclasses import dataclass, field
-from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -69,9 +68,7 @@ _NEUTRAL = {"d": 1.0}  # Numbers that change nothing, of statements that are not
 
 
 def read_mtl(
-    path: str | PathLike[str],
-    missing_textures: MissingTextures = "error",
-    used: Container[str] | None = None,
+    path: Path, missing_textures: MissingTextures = "error", used: Container[str] | None = None
 ) -> dict[str, Material]:
     """Read the materials of an MTL file.
 
@@ -93,7 +90,7 @@ def read_mtl(
     Returns dict from name to Material; of two with one name the last, with a warning
     """
     textures = _Textures(missing_textures)
-    source, blender = read_source(path, "MTL"), _blender_scale(Path(path))
+    source, blender = read_source(path, "MTL"), _blender_scale(path)
     drafts: dict[str, Draft] = {}
     repeated: list[str] = []
     draft: Draft | None = None

@@ -7,7 +7,6 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -70,13 +69,12 @@ class Source:
             offset += len(line) + 1
 
 
-def read_source(path: str | PathLike[str], kind: str) -> Source:
+def read_source(path: Path, kind: str) -> Source:
     """Read a text file whole.
 
     path : the file
     kind : what it should be, for messages: "OBJ" or "MTL"
     """
-    path = Path(path)
     data = read_bytes(path)
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         data = data.decode("utf-16", "replace").encode()

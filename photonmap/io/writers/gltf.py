@@ -15,7 +15,7 @@ import numpy as np
 from photonmap.io.readers.gltf import Gltf
 from photonmap.io.readers.meshes import Part, build_mesh, side_axes
 from photonmap.io.readers.registry import ReadOptions
-from photonmap.io.writers.gltf_draft import Draft, TextureWriter, pack_glb
+from photonmap.io.writers.gltf_draft import Draft, Json, TextureWriter, pack_glb
 from photonmap.io.writers.gltf_materials import rgb_emission, split_exactly, write_material
 from photonmap.io.writers.obj import name_materials
 from photonmap.io.writers.toml import Assets, write_cameras, write_lights, write_materials
@@ -147,14 +147,14 @@ def _add_meshes(
             if mesh.name == name
         ]
         label = {"name": name} if name else {}
-        node: dict[str, Any] = {**label, "mesh": draft.add("meshes", {"primitives": primitives})}
+        node: Json = {**label, "mesh": draft.add("meshes", {"primitives": primitives})}
         if origin.any():
             node["translation"] = origin.tolist()
         nodes.append(draft.add("nodes", node))
     return nodes
 
 
-def _add_primitive(draft: Draft, mesh: Mesh, origin: Floats, material: int) -> dict[str, Any]:
+def _add_primitive(draft: Draft, mesh: Mesh, origin: Floats, material: int) -> Json:
     attributes = {"POSITION": draft.add_rows(mesh.vertices - origin, "<f4", limits=True)}
     if mesh.normals is not None:
         attributes["NORMAL"] = draft.add_rows(mesh.normals, "<f4")
@@ -177,7 +177,7 @@ def add_cameras(draft: Draft, cameras: Sequence[Camera], size: float) -> list[in
     """
     nodes = []
     for camera in cameras:
-        look: dict[str, Any]
+        look: Json
         match camera.model:
             case Pinhole(fov):
                 lens = {"yfov": math.radians(fov), "znear": _NEAR * size}
@@ -204,7 +204,7 @@ def add_lights(draft: Draft, lights: Sequence[Light], taken: Collection[str]) ->
     lights : with names; a photometric light is written as a point
     taken : names that lights in glTF files cannot have
     """
-    items: list[dict[str, Any]] = []
+    items: list[Json] = []
     nodes = []
     for light in lights:
         described = _describe(light)
@@ -226,7 +226,7 @@ def add_lights(draft: Draft, lights: Sequence[Light], taken: Collection[str]) ->
     return nodes
 
 
-def _describe(light: Light) -> tuple[dict[str, Any], Any, Any] | None:
+def _describe(light: Light) -> tuple[Json, Any, Any] | None:
     """Return the JSON of a light without its colour, its axis and position; None if unknown."""
     match light:
         case PointLight() | PhotometricLight():
@@ -254,7 +254,7 @@ def _close(a: Any, b: Any) -> bool:
     return np.allclose(a, b, rtol=1e-9, atol=1e-12)
 
 
-def find_material_changes(wanted: Material, read: Material) -> dict[str, Any]:
+def find_material_changes(wanted: Material, read: Material) -> Json:
     """Return the attributes of a material that were read otherwise; textures stay as they are."""
     found, wanted = {}, explicit(wanted)
     for attribute, parameter in parameters_of(Material).items():

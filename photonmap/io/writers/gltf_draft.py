@@ -19,6 +19,7 @@ from photonmap.scene.images import Image, encode_srgb
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Texture, Triple, mean_number
 
+Json = dict[str, Any]
 _TYPES = {"<f4": 5126, "<u2": 5123, "<u4": 5125}
 _SHAPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 _LARGEST = (1 << 32) - 1
@@ -29,18 +30,18 @@ _VERTICES, _INDICES = 34962, 34963  # What buffer views are for
 class Draft:
     """What has been written so far."""
 
-    tree: dict[str, Any] = field(default_factory=dict)  # the JSON
+    tree: Json = field(default_factory=dict)  # the JSON
     blocks: list[bytes] = field(default_factory=list)  # of the buffer, each a multiple of 4 bytes
     rounded: dict[str, list[str]] = field(default_factory=dict)  # what is changed, and whose
     _size: int = 0
 
-    def add(self, kind: str, item: dict[str, Any]) -> int:
+    def add(self, kind: str, item: Json) -> int:
         """Append an item to a top-level array; return its index."""
         items = self.tree.setdefault(kind, [])
         items.append(item)
         return len(items) - 1
 
-    def use(self, extension: str, content: dict[str, Any]) -> dict[str, Any]:
+    def use(self, extension: str, content: Json) -> Json:
         """Return the JSON of an extension, which is listed as used."""
         used = self.tree.setdefault("extensionsUsed", [])
         if extension not in used:
@@ -82,7 +83,7 @@ class Draft:
         for what, owners in self.rounded.items():
             warn(f"{what}, in {len(owners)} material{'s' * (len(owners) > 1)}: {listed(owners)}")
 
-    def finish(self, uri: str | None) -> tuple[dict[str, Any], bytes]:
+    def finish(self, uri: str | None) -> tuple[Json, bytes]:
         """Return the JSON and the buffer, which lies in the file of a name or in the same one."""
         data = b"".join(self.blocks)
         named = {} if uri is None else {"uri": uri}
@@ -91,7 +92,7 @@ class Draft:
         return {"asset": asset, **self.tree, "buffers": [buffer]}, data
 
 
-def pack_glb(tree: dict[str, Any], data: bytes) -> bytes:
+def pack_glb(tree: Json, data: bytes) -> bytes:
     """Return a GLB file."""
     text = json.dumps(tree, ensure_ascii=False).encode()
     text += b" " * (-len(text) % 4)
@@ -126,9 +127,7 @@ class TextureWriter:
     _textures: dict[tuple[int, bool], int] = field(default_factory=dict)
     _kept: list[Image] = field(default_factory=list)
 
-    def color(
-        self, texture: Texture, owner: str, most: float = 1.0
-    ) -> tuple[dict[str, Any], Triple]:
+    def color(self, texture: Texture, owner: str, most: float = 1.0) -> tuple[Json, Triple]:
         """Add a colour texture; return the JSON that names it, and a factor up to `most`."""
         if isinstance(texture, SpectralTexture):
             self.draft.note(_SPECTRA, owner)
@@ -137,7 +136,7 @@ class TextureWriter:
 
     def masked(
         self, color: Texture | None, mask: Texture, owner: str
-    ) -> tuple[dict[str, Any], Triple, float]:
+    ) -> tuple[Json, Triple, float]:
         """Add a texture of a colour, or of white, and of opacity.
 
         Returns The JSON that names it, and the factors of colour and opacity
@@ -150,7 +149,7 @@ class TextureWriter:
         image, factor = self._image(color, mask, owner)
         return self._use(image, color), factor, 1.0
 
-    def data(self, texture: Texture) -> dict[str, Any]:
+    def data(self, texture: Texture) -> Json:
         """Add a texture of numbers in linear RGB, in 8 bits if they hold it, or else in 16."""
         values = texture.image.linear(*_WHOLE).astype(np.float64)
         texels: NDArray[Any] = np.rint(255.0 * values).astype(np.uint8)
@@ -199,15 +198,15 @@ class TextureWriter:
             texels = 257 * texels.astype(np.uint16)
         return np.dstack([texels, np.rint(65535.0 * alpha).astype(np.uint16)])
 
-    def _use(self, image: int, texture: Texture) -> dict[str, Any]:
+    def _use(self, image: int, texture: Texture) -> Json:
         key = image, texture.clamp
         if key not in self._textures:
-            item: dict[str, Any] = {"source": image}
+            item: Json = {"source": image}
             if texture.clamp:
                 sampler = {"wrapS": CLAMP, "wrapT": CLAMP}
                 item["sampler"] = self.draft.add("samplers", sampler)
             self._textures[key] = self.draft.add("textures", item)
-        use: dict[str, Any] = {"index": self._textures[key]}
+        use: Json = {"index": self._textures[key]}
         (s, t), (u, v) = texture.scale, texture.offset
         if (s, t, u, v) != (1.0, 1.0, 0.0, 0.0):
             transform = {"scale": [s, t], "offset": [u, 1.0 - t - v]}

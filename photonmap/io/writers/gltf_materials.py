@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.io.writers.gltf_draft import Draft, TextureWriter
+from photonmap.io.writers.gltf_draft import Draft, Json, TextureWriter
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.material import Material
 from photonmap.scene.parameters import Colored, parameters_of
@@ -45,9 +45,7 @@ _EXTENSIONS = {
 _ONE_COLOR = "what is glass in part takes the colour of the rest"
 
 
-def write_material(
-    material: Material, name: str, draft: Draft, textures: TextureWriter
-) -> dict[str, Any]:
+def write_material(material: Material, name: str, draft: Draft, textures: TextureWriter) -> Json:
     """Return the JSON of a material that comes nearest.
 
     Spectra become linear sRGB, mirrors metals of roughness 0, and rough diffuse surfaces smooth.
@@ -67,7 +65,7 @@ def write_material(
     return {"name": name, **item, **({"extensions": extensions} if extensions else {})}
 
 
-def _normal_map(relief: NormalMap, textures: TextureWriter) -> dict[str, Any]:
+def _normal_map(relief: NormalMap, textures: TextureWriter) -> Json:
     return textures.data(_multiplied(relief.texture)) | {"scale": relief.strength}
 
 
@@ -78,7 +76,7 @@ def _multiplied(texture: Texture) -> Texture:
     return replace(texture, image=Texture.of(texels).image, factor=(1.0, 1.0, 1.0))
 
 
-def _glass(material: Material, name: str, draft: Draft, textures: TextureWriter) -> dict[str, Any]:
+def _glass(material: Material, name: str, draft: Draft, textures: TextureWriter) -> Json:
     """Return the JSON of glass; where only a part is glass, its colour is that of the rest."""
     assert material.ior is not None
     color = material.tint
@@ -102,9 +100,7 @@ def _glass(material: Material, name: str, draft: Draft, textures: TextureWriter)
     return {"pbrMetallicRoughness": surface, "extensions": extensions, **mode}
 
 
-def _scalar(
-    value: float | Texture, factor: str, use: str, textures: TextureWriter
-) -> dict[str, Any]:
+def _scalar(value: float | Texture, factor: str, use: str, textures: TextureWriter) -> Json:
     """Return a number as a factor, or a texture of numbers beside a factor of 1.
 
     factor, use : keys of the factor and of the texture
@@ -121,14 +117,14 @@ def _base_color(
     name: str,
     textures: TextureWriter,
     rest: float = 1.0,
-) -> tuple[dict[str, Any], dict[str, str]]:
+) -> tuple[Json, dict[str, str]]:
     """Return the JSON of a base colour and its opacity, and the mode in which that is used.
 
     texture, factor : its texture, or the colour where it has none
     alpha : the opacity
     rest : divides the colour of a texture
     """
-    surface: dict[str, Any] = {}
+    surface: Json = {}
     opacity, scale = alpha, (1.0, 1.0, 1.0)
     if isinstance(alpha, Texture):
         surface["baseColorTexture"], scale, opacity = textures.masked(texture, alpha, name)
@@ -140,15 +136,15 @@ def _base_color(
     return surface, ({} if alpha == 1.0 else {"alphaMode": "BLEND"})
 
 
-def _volume(material: Material) -> dict[str, Any]:
-    volume: dict[str, Any] = {"thicknessFactor": 1.0}
+def _volume(material: Material) -> Json:
+    volume: Json = {"thicknessFactor": 1.0}
     if material.attenuation_distance is not None:
         volume["attenuationColor"] = _RGB.reflectance(material.attenuation_color).tolist()
         volume["attenuationDistance"] = material.attenuation_distance
     return volume
 
 
-def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter) -> dict[str, Any]:
+def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter) -> Json:
     textured = split_lobe(material, name, draft)
     gloss, roughness = _lobe(material)
     base = _RGB.reflectance(mean_color(material.reflectance))
@@ -158,11 +154,11 @@ def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter
         if textured.color is not None:
             whole, metallic, coat = np.ones(3), 1.0, USUAL_COAT
             material = replace(material, reflectance=textured.color)
-    surface: dict[str, Any] = {"metallicFactor": metallic, "roughnessFactor": roughness}
+    surface: Json = {"metallicFactor": metallic, "roughnessFactor": roughness}
     if textured is not None:
         surface[_METALLIC_ROUGHNESS] = textures.data(textured.data)
     is_metal = metallic == 1.0 and textured is None
-    item: dict[str, Any] = {
+    item: Json = {
         "pbrMetallicRoughness": surface,
         "doubleSided": is_black(material.emission),  # surfaces emit from their front alone
         "extensions": {} if is_metal else _coat(coat, draft),
@@ -177,11 +173,11 @@ def _opaque(material: Material, name: str, draft: Draft, textures: TextureWriter
     return item | mode
 
 
-def _stretch(material: Material, draft: Draft, textures: TextureWriter) -> dict[str, Any]:
+def _stretch(material: Material, draft: Draft, textures: TextureWriter) -> Json:
     """Return the extension that says how a material differs along the surface, if it does."""
     if not material.is_anisotropic:
         return {}
-    stretch: dict[str, Any] = {
+    stretch: Json = {
         "anisotropyStrength": material.anisotropy,
         "anisotropyRotation": 2.0 * np.pi * material.anisotropy_rotation,
     }
@@ -190,11 +186,11 @@ def _stretch(material: Material, draft: Draft, textures: TextureWriter) -> dict[
     return draft.use("KHR_materials_anisotropy", stretch)
 
 
-def _covers(material: Material, name: str, draft: Draft, textures: TextureWriter) -> dict[str, Any]:
+def _covers(material: Material, name: str, draft: Draft, textures: TextureWriter) -> Json:
     """Return the extensions of the lobes that a material has over others, as glTF knows them."""
-    found: dict[str, Any] = {}
+    found: Json = {}
     for lobe, (extension, keys) in _EXTENSIONS.items():
-        content: dict[str, Any] = {}
+        content: Json = {}
         for attribute, (factor, use) in keys.items() if material.has(lobe) else ():
             value = getattr(material, attribute)
             if not isinstance(parameters_of(Material)[attribute], Colored):
@@ -238,7 +234,7 @@ def split_metal(base: Floats, gloss: Floats) -> tuple[Floats, float, float]:
     return base, 0.0, float(gloss @ np.array(LUMINANCE))
 
 
-def _coat(coat: float, draft: Draft) -> dict[str, Any]:
+def _coat(coat: float, draft: Draft) -> Json:
     """Return the extensions by which a coat reflects so much at normal incidence."""
     if coat == 0.0:
         return draft.use("KHR_materials_specular", {"specularFactor": 0.0})
@@ -253,8 +249,8 @@ def _coat(coat: float, draft: Draft) -> dict[str, Any]:
 
 
 def _emission(
-    material: Material, name: str, draft: Draft, textures: TextureWriter, item: dict[str, Any]
-) -> dict[str, Any]:
+    material: Material, name: str, draft: Draft, textures: TextureWriter, item: Json
+) -> Json:
     """Add the emission to the JSON of a material; return its extensions."""
     emission = material.emission
     if isinstance(emission, Texture):
