@@ -62,7 +62,6 @@ def _split(row: str) -> list[str]:
 def read_mosaic(text: str, channels: Sequence[str]) -> Pattern | None:
     """Return the pattern of a mosaic; None where every pixel has all channels.
 
-    text : of `check_mosaic`
     channels : names of a camera's channels; a letter stands for one that begins with it
     """
     letters = initials(channels)
@@ -141,7 +140,6 @@ def demosaic(mosaic: Floats, pattern: Pattern, channels: int, method: str = AUTO
     `_malvar` but for the two outer rows and columns.
 
     mosaic : (H, W)
-    pattern : of its filters
     channels : C
     method : "bilinear", "malvar" or "auto"
     """

@@ -42,8 +42,6 @@ def vignette(text: str, size: tuple[int, int], camera: dict[str, Any]) -> Floats
     cos4 is E(θ) / E(0) = cos⁴ θ, with θ between the ray and the optical axis: M. Reiss, "The cos⁴
     law of illumination", JOSA 35(4), 1945.
 
-    text : of `check_vignetting`
-    size : width and height of the image
     camera : the record of `photonmap.Camera.describe`
     """
     width, height = size

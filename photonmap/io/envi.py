@@ -22,8 +22,6 @@ def write_envi(
     """Write an image as FILE.hdr and FILE.img, interleaved by pixel, little-endian.
 
     image : (H, W) or (H, W, N) float32, uint32, uint8 or bool, which becomes uint8
-    header : FILE.hdr
-    names : of the N bands
     wavelengths : of the bands, nm; None for what has none
     description : one line, with the unit
     Returns the two files

@@ -314,7 +314,6 @@ def write_layers(
 
     colors : buffers in linear sRGB, (H, W, 3)
     others : buffers without a colour, (H, W) or (H, W, 3)
-    path : FILE.exr
     """
     import OpenImageIO
 

@@ -91,8 +91,6 @@ def decode_colors(values: NDArray[Any], note: Note, owners: str) -> Floats:
 
     values : (n, 3), or (n, 4) with an opacity, which is not simulated: integers are fractions of
         the largest of their type; floats lie in [0, 1], or are all whole numbers, up to 255
-    note : takes what is not simulated
-    owners : what has these colours, such as "vertices"
     Returns (n, 3), of a row that is not finite NaN
     """
     if values.dtype.kind in "ui":
@@ -203,7 +201,6 @@ def parse_integers(text: NDArray[np.uint8]) -> Ints:
 def parse_floats(text: NDArray[np.uint8]) -> Floats | None:
     """Parse decimals, correctly rounded.
 
-    text : as in `parse_integers`
     Returns (W,) float64, a value for each word, or None where one is malformed
     """
     solid = text > _SPACE
@@ -220,7 +217,6 @@ def _parse_plain(text: NDArray[np.uint8], words: Ints, ends: Ints) -> Floats | N
     Where both are exact, the quotient is the nearest float64 (Clinger, "How to read floating
     point numbers accurately", 1990). None where they are not.
 
-    text : as in `parse_integers`
     words, ends : (W,) where each word begins and ends
     """
     sign = (text == _PLUS) | (text == _MINUS)

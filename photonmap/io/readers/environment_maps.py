@@ -20,7 +20,6 @@ def turned_map(path: Path, linear: Floats, scale: float, name: str) -> Environme
     """Return a map whose middle looks along +z of its own coordinates, +y up.
 
     linear : (3, 3), from its coordinates to the world's
-    scale : multiplies its radiance
     """
     texels = read_texture(path).linear(slice(None), slice(None))
     texels = np.broadcast_to(texels, (*texels.shape[:2], 3))

@@ -181,11 +181,7 @@ def read_primitive(
     placement: Placement = UNMOVED,
     lose: Note = lambda what: None,
 ) -> Part:
-    """Return the triangles of a primitive; v increases upwards, as in OBJ.
-
-    placement : of textures on it
-    lose : takes what is left out
-    """
+    """Return the triangles of a primitive; v increases upwards, as in OBJ."""
     attributes = primitive["attributes"]
     columns_of = {"POSITION": 3, "NORMAL": 3, f"TEXCOORD_{placement.coordinates}": 2}
     count = document.item("accessors", attributes["POSITION"])["count"]
@@ -248,10 +244,7 @@ def _triangles(corners: Ints, mode: int) -> Ints:
 
 
 def place_nodes(document: Document, roots: list[int]) -> dict[int, Floats]:
-    """Return the matrix of each node below the roots, 4×4, from its coordinates to the scene's.
-
-    roots : nodes of a forest
-    """
+    """Return the matrix of each node below the roots, 4×4, from its coordinates to the scene's."""
     placed = {}
     below = [(root, np.eye(4)) for root in roots]
     while below:

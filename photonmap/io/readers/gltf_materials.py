@@ -53,9 +53,6 @@ def read_material(
     glass.
 
     index : of the material in the file; it names what has no name
-    item : its JSON
-    textures : those of the file
-    losses : takes what is not simulated
     tint : linear RGBA that multiplies the base colour, such as that of vertices
     """
     source = Source(str(item.get("name") or f"material_{index}"), item, textures, losses, tint)

@@ -96,10 +96,7 @@ class Textures:
     ) -> Texture | None:
         """Return a texture; None if it is missing, which is noted.
 
-        use : the JSON that names it
         channel : a method of `Channels` that returns its colours, or the numbers that it holds
-        placement : of the material's textures
-        lose : takes what is not simulated
         """
         image = self._read(use, channel)
         return None if image is None else self._place(Texture(image), use, placement, lose)

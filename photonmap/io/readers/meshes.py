@@ -153,7 +153,6 @@ def cut_polygons(
     vertices, normals, uv : as in `Part`
     corners : (C,) indices of vertices, one polygon after another; all of them valid
     sizes : (F,) corners of each polygon, up to `LARGEST_FACE`
-    losses : takes the polygons that are left out
     colors : as in `Part`, those of faces for each polygon
     """
     large = sizes >= 3
@@ -254,7 +253,6 @@ def vertex_normals(points: Floats, sizes: Ints, vertices: Ints, count: int) -> F
     points : (C, 3), the corners of all polygons
     sizes : (F,), corners of each polygon, three or more
     vertices : (C,), the vertex of each corner, below `count`
-    count : of vertices
     Returns (count, 3), of length 1; 0 where there is none
     """
     ends = np.cumsum(sizes)

@@ -58,7 +58,6 @@ def scaled_normal(factor: Any, normal: Any) -> Any:
 def coat_albedo(normal: float, alpha: float) -> float:
     """Return what a rough coat reflects of light from all around, here.
 
-    normal : its reflectance at normal incidence
     alpha : its roughness, 0 for a smooth one
     """
     if alpha == 0.0:
@@ -87,7 +86,6 @@ def plastic_albedo(
     """Return the function from an albedo in Mitsuba's plastics to that of a base here.
 
     index : of refraction, of the coat
-    alpha : its roughness, 0 for a smooth one
     nonlinear : whether Mitsuba adds the colours of what is reflected inwards
     normal : reflectance of the simulated coat at normal incidence
     """
@@ -113,8 +111,6 @@ def metal_reflectance(alpha: float) -> Callable[..., Any]:
     It gives the reflectances of a metal that reflects as much light here, where light that is
     scattered several times between facets is not lost (`kernels.bsdf.glossy`): of a number, 0 at
     normal incidence or 1 at 82°, the factor, and both in Mitsuba, whose ratio stays.
-
-    alpha : roughness of the metal
     """
     lost, kept = (
         [_mean_reflected(alpha, term, correlated) for term in _TERMS]

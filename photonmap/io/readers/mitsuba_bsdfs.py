@@ -327,7 +327,6 @@ def blended(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
     """Return a surface that is one to 1 - weight and another to weight, and what is lost of them.
 
     one, other : attributes of a `Material`; with a reflectance
-    weight : in [0, 1]
     """
     if weight in (0.0, 1.0):
         return (other if weight else one), []

@@ -45,7 +45,6 @@ def read_color(node: Node, kind: Kind) -> Color:
 
     A single number is grey, lights of which are D65; a curve is 0 beyond its ends.
 
-    node : <rgb>, <spectrum> or <float>
     kind : a reflectance lies in [0, 1], an emission or index above 0
     """
     color = _read_any(node, kind)

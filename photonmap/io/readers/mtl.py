@@ -82,7 +82,6 @@ def read_mtl(
     `Ka` is ignored: ambient light is not physical. Whatever else would change the picture is named
     in one warning.
 
-    path : the file
     missing_textures : "error", or "grey": with a warning, a texture that cannot be read is 0.5
         grey, and as opacity 1
     used : names of the materials that are needed, or None for all; of others, no statement is

@@ -38,8 +38,6 @@ def read(path: Path, options: ReadOptions) -> Scene:
     of its name, with a warning. Colours of vertices replace the reflectance of their material,
     unless it has a texture or is glass.
 
-    path : the file; its MTL files are looked up beside it
-    options : `missing_textures` applies to the MTL files
     Returns Scene, its meshes in the order of their first faces
     """
     source = read_source(path, "OBJ")

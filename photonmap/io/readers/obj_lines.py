@@ -72,7 +72,6 @@ class Source:
 def read_source(path: Path, kind: str) -> Source:
     """Read a text file whole.
 
-    path : the file
     kind : what it should be, for messages: "OBJ" or "MTL"
     """
     data = read_bytes(path)

@@ -128,7 +128,6 @@ def _find_colors(path: Path, lines: Sequence[_Line], sizes: Ints, losses: Losses
     """Return the colours of vertices, (V, 3), or else of faces, (F, 1, 3); None if there are none.
 
     lines : of vertices, then of faces
-    sizes : corners of each face
     """
     count = len(lines) - len(sizes)
     of_vertices = _read_colors(path, lines[:count], [3] * count, "vertices", losses)

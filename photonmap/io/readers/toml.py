@@ -106,11 +106,7 @@ class Toml:
 
 
 def parse_value(parameter: Parameter, value: Any, folder: Path) -> Any:
-    """Return what a TOML value stands for: a colour, an image, what a file holds, or a number.
-
-    parameter : what it describes
-    folder : where files are looked for
-    """
+    """Return what a TOML value stands for: a colour, an image, what a file holds, or a number."""
     if parameter.textured and isinstance(value, dict):
         return _parse_texture(parameter, value, folder)
     match parameter:

@@ -51,9 +51,6 @@ def write_gltf(scene: Scene, path: Path, assets: Assets) -> None:
     """Write a scene with faces as FILE.glb, or FILE.gltf and FILE.bin; and the rest as FILE.toml.
 
     What the TOML file has to say is found by reading materials, cameras and lights back.
-
-    path : FILE.glb or FILE.gltf
-    assets : takes the files that the TOML file names
     """
     scene = replace(scene, meshes=_with_white(scene.meshes))
     meshes = []

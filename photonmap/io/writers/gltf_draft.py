@@ -58,7 +58,6 @@ class Draft:
     def add_rows(self, rows: NDArray[Any], kind: str, limits: bool = False) -> int:
         """Append an array of one or two dimensions; return the index of its accessor.
 
-        kind : "<f4", "<u2" or "<u4"
         limits : whether the least and largest values are named too
         """
         table, is_float = rows.reshape(len(rows), -1).astype(kind), kind == "<f4"

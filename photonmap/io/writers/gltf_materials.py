@@ -121,7 +121,6 @@ def _base_color(
     """Return the JSON of a base colour and its opacity, and the mode in which that is used.
 
     texture, factor : its texture, or the colour where it has none
-    alpha : the opacity
     rest : divides the colour of a texture
     """
     surface: Json = {}

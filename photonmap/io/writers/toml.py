@@ -156,7 +156,6 @@ class Assets:
     def texture(self, texture: Texture, label: str, opacity: bool = False) -> str:
         """Write a texture times its factor; return its options and name, as MTL has them.
 
-        label : whose it is
         opacity : its luminance counts
         """
         key = id(texture), opacity
