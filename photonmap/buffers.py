@@ -328,6 +328,12 @@ def row_of(name: str) -> Buffer | None:
     return BY_NAME.get(split_name(name)[0])
 
 
+def is_banded(name: str) -> bool:
+    """Return whether a buffer has a channel a band; one that is not listed is taken to."""
+    row = row_of(name)
+    return row is None or row.is_banded
+
+
 def is_omitted(name: str) -> bool:
     """Return whether a buffer is left out of some renders that keep it, as it is 0 in them."""
     row = row_of(name)
@@ -350,8 +356,7 @@ def check_buffers(names: str | Iterable[str] | None) -> None:
 
     Raises
     ------
-    InputError
-        if there is no such buffer, or no name
+    InputError : there is no such buffer, or no name
     """
     if names is None:
         return

@@ -20,7 +20,7 @@ class InputError(ValueError):
     def __init__(
         self, message: str, path: str | PathLike[str] | None = None, line: int | None = None
     ) -> None:
-        self.has_place = path is not None
+        self.names_file = path is not None
         location = "" if path is None else f"{path}: " if line is None else f"{path}:{line}: "
         super().__init__(location + " ".join(message.split()))
 
@@ -42,7 +42,7 @@ def naming_file(path: str | PathLike[str] | None) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        if path is None or error.has_place:
+        if path is None or error.names_file:
             raise
         raise InputError(str(error), path) from None
 

@@ -10,6 +10,7 @@ import math
 import os
 import time
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any
@@ -29,31 +30,36 @@ from photonmap.compile.spectral_columns import (
 )
 from photonmap.errors import listening
 from photonmap.film.bias import BiasProbe
-from photonmap.film.empty_image import warn_of_empty_image
-from photonmap.film.goal import refuse_omitted
+from photonmap.film.budget import refuse_omitted
 from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.adaptive_sampling import AdaptiveSampling
 from photonmap.integrators.base import Integrator, PassSetup, stream_key
-from photonmap.integrators.choice import check_unbiased, make_integrator, warn_of_lost_caustics
+from photonmap.integrators.choice import check_unbiased, make_integrator
 from photonmap.integrators.first_hits import first_hit_buffers
 from photonmap.integrators.kernel_warmup import compile_kernels, is_compiled
-from photonmap.integrators.light_visibility import find_hidden_lights
 from photonmap.integrators.memory_estimate import Work
-from photonmap.integrators.path_truncation import warn_of_truncated_paths
-from photonmap.integrators.photon_mapping.photon_hit_rate import warn_of_few_photons
+from photonmap.integrators.missing_light import (
+    find_hidden_lights,
+    warn_of_empty_image,
+    warn_of_few_photons,
+    warn_of_lost_caustics,
+    warn_of_truncated_paths,
+)
 from photonmap.integrators.render_loop import RenderLoop
 from photonmap.io.scene_source import SceneSource
 from photonmap.kernels.core.passes import Film, View
 from photonmap.kernels.core.streams import Domain
-from photonmap.results.record import describe_measured_sets, describe_seconds, describe_versions
+from photonmap.results.record import (
+    Clock,
+    describe_measured_sets,
+    describe_seconds,
+    describe_versions,
+)
 from photonmap.results.result import Result
-from photonmap.results.watching import Watching
 from photonmap.runtime.checkpoint import Checkpoint
-from photonmap.runtime.clock import Clock
-from photonmap.runtime.memory import check_memory
 from photonmap.runtime.options import taking_keywords_of
-from photonmap.runtime.progress import Progress, Silent, ending
-from photonmap.runtime.storage import Storage
+from photonmap.runtime.progress import Progress, Silent, Watching
+from photonmap.runtime.storage import Storage, check_memory
 from photonmap.runtime.workers import Workers
 from photonmap.scene.scene import Scene, check_scene
 from photonmap.settings import Options, Settings
@@ -84,8 +90,8 @@ def render(scene: Scene | str | PathLike[str], options: Options) -> Result:
 
 def _render(scene: Scene, options: Options, announce: Announce | None = None) -> Result:
     settings, clock = Settings.of(options), Clock()
-    closing = settings.progress if options.progress is True else Silent()
-    with listening() as messages, Workers(settings.threads) as workers, ending(closing):
+    shown = settings.progress if options.progress is True else Silent()
+    with listening() as messages, Workers(settings.threads) as workers, closing(shown):
         plan = compile_and_plan(scene, settings)
         clock.lap("load")
         if announce is not None:
@@ -229,7 +235,9 @@ def compile_and_plan(scene: Scene, settings: Settings) -> RenderPlan:
     simulated = leave_out(compiled, effects)
     columns = choose_columns(simulated, effects.on("band_merging"), settings.per_light)
     pass_scene = carry(simulated, columns)
-    kept = settings.buffers or kept_in(effects.on("glossy"), _has_specular(simulated))
+    has_specular = simulated.specular is not None and simulated.specular.kind.any()
+    has_specular = bool(has_specular or simulated.is_thin.any())
+    kept = settings.buffers or kept_in(effects.on("glossy"), has_specular)
     work = replace(
         least,
         bands=columns.count + settings.per_light * columns.distinct,
@@ -245,12 +253,6 @@ def compile_and_plan(scene: Scene, settings: Settings) -> RenderPlan:
     if not pass_scene.has_residual:
         refuse_omitted(settings.budget.goal, kept)
     return RenderPlan(simulated, pass_scene, effects, columns, kept, storage, fingerprint)
-
-
-def _has_specular(scene: CompiledScene) -> bool:
-    """Return whether a surface is a mirror or glass."""
-    lobes = scene.specular is not None and scene.specular.kind.any()
-    return bool(lobes or scene.is_thin.any())
 
 
 def start_run(plan: RenderPlan, settings: Settings, workers: Workers) -> Run:

@@ -8,13 +8,15 @@ fingerprint of the run, and the table in docs/guide.md (`python tools/make_optio
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from importlib import import_module
 from numbers import Integral
+from operator import attrgetter
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from photonmap.buffers import DEFAULT
+from photonmap.buffers import DEFAULT, check_buffers
 from photonmap.errors import InputError
 from photonmap.film.budget import (
     CEILING,
@@ -22,10 +24,10 @@ from photonmap.film.budget import (
     ENOUGH_PHOTONS,
     LEAST_PHOTONS,
     Budget,
+    Goal,
     check_pass_samples,
     usual_photons,
 )
-from photonmap.film.goal import Goal
 from photonmap.integrators.choice import METHODS, choose_integrator
 from photonmap.runtime.options import (
     check_bytes,
@@ -62,10 +64,9 @@ GROUPS = {
 """Headings under which the command line lists the options, and what is said below them."""
 
 
-def _check_bands(bands: Bands | int | str) -> Bands:
-    from photonmap.spectra.bands import Bands
-
-    return Bands.parse(bands)
+def _check_by(module: str, function: str) -> Callable[[Any], Any]:
+    """Return a check whose module is imported when it is first needed."""
+    return lambda value: attrgetter(function)(import_module(f"photonmap.{module}"))(value)
 
 
 def _check_error(error: float | str) -> float | str:
@@ -73,245 +74,138 @@ def _check_error(error: float | str) -> float | str:
     return error
 
 
-def _check_effects(effects: str | Iterable[str]) -> str | frozenset[str]:
-    from photonmap.compile.effects import parse_effects
-
-    return parse_effects(effects)
-
-
 def _check_buffers(names: str | Iterable[str]) -> frozenset[str]:
-    from photonmap.buffers import check_buffers
-
     chosen = read_list(names)
     check_buffers(chosen)
     return frozenset(chosen)
-
-
-def _check_checkpoint(path: str | PathLike[str]) -> Path:
-    from photonmap.runtime.checkpoint import check_checkpoint
-
-    return check_checkpoint(path)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
     """The options of `photonmap.render`, as a user gives them: the one list of them."""
 
-    bands: Bands | int | str = field(
-        default=6,
-        metadata=option(
-            "spectral bands: N Gaussians, best:N, box:N, 400:700:10 for Gaussians at 400, 410 … "
-            "700 nm, FILE.csv of sensitivities, or the name of a camera or observer; rgb takes the "
-            "scene's RGB values as they are",
-            group="image",
-            metavar="BANDS",
-            read=str,
-            check=_check_bands,
-            commands=(RENDER, STUDY, DATASET, INFO),
-        ),
-    )
-    size: tuple[int, int] | int = field(
-        default=(512, 512),
-        metadata=option(
-            "width and height of the image, pixels; one number for a square",
-            group="image",
-            metavar="WxH",
-            read=read_size,
-            check=check_size,
-            commands=(RENDER, STUDY, DATASET),
-        ),
-    )
-    pixel: Pixel = field(
-        default="box",
-        metadata=option(
-            "box: samples cover the pixel; center: all pass through its centre",
-            group="image",
-            choices=("box", "center"),
-            decides=True,
-            commands=(RENDER, DATASET),
-        ),
-    )
-    passes: int | None = field(
-        default=None,
-        metadata=option("stop after this many passes", group="budget", metavar="N", read=int),
-    )
-    seconds: float | None = field(
-        default=None,
-        metadata=option(
-            "stop after so many seconds, at any error", group="budget", metavar="S", read=float
-        ),
-    )
-    error: float | str | None = field(
-        default=None,
-        metadata=option(
-            "stop at this relative error of radiance, bias included, as in 0.02; at this relative "
-            "standard error, without bias, of another buffer, as in indirect:0.02; or at a "
-            "percentile of that over pixels and bands, as in indirect:p95:0.02; "
-            f"gives up after {CEILING / 3600:g} hour, or the seconds given",
-            group="budget",
-            metavar="E",
-            read=str,
-            check=_check_error,
-            commands=(RENDER, DATASET),
-        ),
-    )
-    photons: int | None = field(
-        default=None,
-        metadata=option(
-            "photons emitted per pass",
-            default_text=f"4 per pixel from {LEAST_PHOTONS} to {ENOUGH_PHOTONS}; larger images: 1",
-            group="sampling",
-            metavar="N",
-            read=int,
-            whole=(1, MOST_PHOTONS),
-            decides=True,
-        ),
-    )
-    seed: int = field(
-        default=0,
-        metadata=option(
-            "seed of the random numbers; the same seed and number of passes give the same image, "
-            "bit for bit, with any number of threads",
-            group="sampling",
-            metavar="N",
-            read=int,
-            whole=(0, 2**63 - 1),
-            decides=True,
-            commands=(RENDER, STUDY),
-        ),
-    )
-    threads: int | None = field(
-        default=None,
-        metadata=option(
-            "number of threads",
-            default_text="one per processor",
-            group="resources",
-            metavar="N",
-            read=int,
-            whole=(1, MOST_THREADS),
-            commands=(RENDER, STUDY),
-        ),
-    )
-    method: str = field(
-        default="photon",
-        metadata=option(
-            "; ".join(f"{name}: {method.meaning}" for name, method in METHODS.items()),
-            group="sampling",
-            choices=tuple(METHODS),
-            decides=True,
-        ),
-    )
-    effects: str | Iterable[str] = field(
-        default="auto",
-        metadata=option(
-            "auto: simulate the effects that the scene calls for; all: every effect; or only those "
-            "listed, separated by commas",
-            group="sampling",
-            metavar="LIST",
-            read=str,
-            check=_check_effects,
-            decides=True,
-        ),
-    )
-    unbiased: bool = field(
-        default=False,
-        metadata=option(
-            "photon mapping without any bias, for scenes without mirrors and glass: paths correct "
-            "the cache, and pixels share indirect light by its differences",
-            group="sampling",
-            decides=True,
-        ),
-    )
-    per_light: bool = field(
-        default=False,
-        metadata=option(
-            "also split direct, indirect, caustics and shading by light group",
-            group="image",
-            decides=True,
-        ),
-    )
-    adaptive: bool = field(
-        default=True,
-        metadata=option(
-            "adaptive sampling: after 8 passes, more samples where the image is noisy and fewer "
-            "elsewhere",
-            group="sampling",
-            decides=True,
-        ),
-    )
-    pass_samples: float | None = field(
-        default=None,
-        metadata=option(
-            "samples of a pass, as a fraction of the usual: 1, 0.5 or 0.25",
-            default_text="1; less where a loose error is the goal, if that meets it sooner",
-            group="sampling",
-            metavar="F",
-            read=float,
-            check=check_pass_samples,
-        ),
-    )
-    buffers: str | Iterable[str] | None = field(
-        default=None,
-        metadata=option(
-            "keep only these buffers and their standard errors, which takes less memory",
-            written="their names, separated by commas",
-            default_text="all; those of gloss only if the scene has some",
-            group="files",
-            metavar="LIST",
-            read=read_list,
-            check=_check_buffers,
-        ),
-    )
-    memory: float | str | None = field(
-        default=None,
-        metadata=option(
-            "bytes of RAM to use, as in 512M or 4G, powers of 1024; a render that needs more keeps "
-            "its large arrays, including the result's, in scratch files in the temporary folder "
-            "(TMPDIR), and gives the same image",
-            default_text="no limit",
-            group="resources",
-            metavar="SIZE",
-            read=read_memory,
-            check=check_bytes,
-        ),
-    )
-    checkpoint: str | PathLike[str] | None = field(
-        default=None,
-        metadata=option(
-            "save the state of the render to this file every minute and at the end",
-            written="without FILE, to the output's name with the suffix .checkpoint",
-            group="files",
-            metavar="FILE",
-            read=str,
-            bare="",
-            check=_check_checkpoint,
-        ),
-    )
-    resume: bool = field(
-        default=False,
-        metadata=option(
-            "continue from the checkpoint as if never interrupted: the budget counts earlier "
-            "passes and seconds; start from scratch, with a warning, if there is none yet",
-            group="files",
-        ),
-    )
-    progress: Progress | bool | None = field(
-        default=None,
-        metadata=option(
-            "True shows it on stderr: a bar on a terminal, lines elsewhere; None says there only "
-            "that kernels are compiled, False nothing; or an object that is notified of every "
-            "stage and pass",
-            check=check_progress,
-        ),
-    )
-    watch: Callable[[Result], None] | None = field(
-        default=None,
-        metadata=option(
-            "called with the image so far, a `Result` without standard errors, now and then "
-            "between passes",
-            check=check_watch,
-        ),
-    )
+    bands: Bands | int | str = option(
+        6,
+        "spectral bands: N Gaussians, best:N, box:N, 400:700:10 for Gaussians at 400, 410 … "
+        "700 nm, FILE.csv of sensitivities, or the name of a camera or observer; rgb takes the "
+        "scene's RGB values as they are",
+        group="image", metavar="BANDS", read=str, check=_check_by("spectra.bands", "Bands.parse"),
+        commands=(RENDER, STUDY, DATASET, INFO),
+    )  # fmt: skip
+    size: tuple[int, int] | int = option(
+        (512, 512), "width and height of the image, pixels; one number for a square",
+        group="image", metavar="WxH", read=read_size, check=check_size,
+        commands=(RENDER, STUDY, DATASET),
+    )  # fmt: skip
+    pixel: Pixel = option(
+        "box", "box: samples cover the pixel; center: all pass through its centre",
+        group="image", choices=("box", "center"), decides=True, commands=(RENDER, DATASET),
+    )  # fmt: skip
+    passes: int | None = option(
+        None, "stop after this many passes",
+        group="budget", metavar="N", read=int,
+    )  # fmt: skip
+    seconds: float | None = option(
+        None, "stop after so many seconds, at any error",
+        group="budget", metavar="S", read=float,
+    )  # fmt: skip
+    error: float | str | None = option(
+        None,
+        "stop at this relative error of radiance, bias included, as in 0.02; at this relative "
+        "standard error, without bias, of another buffer, as in indirect:0.02; or at a "
+        "percentile of that over pixels and bands, as in indirect:p95:0.02; "
+        f"gives up after {CEILING / 3600:g} hour, or the seconds given",
+        group="budget", metavar="E", read=str, check=_check_error, commands=(RENDER, DATASET),
+    )  # fmt: skip
+    photons: int | None = option(
+        None, "photons emitted per pass",
+        default_text=f"4 per pixel from {LEAST_PHOTONS} to {ENOUGH_PHOTONS}; larger images: 1",
+        group="sampling", metavar="N", read=int, whole=(1, MOST_PHOTONS), decides=True,
+    )  # fmt: skip
+    seed: int = option(
+        0,
+        "seed of the random numbers; the same seed and number of passes give the same image, "
+        "bit for bit, with any number of threads",
+        group="sampling", metavar="N", read=int, whole=(0, 2**63 - 1), decides=True,
+        commands=(RENDER, STUDY),
+    )  # fmt: skip
+    threads: int | None = option(
+        None, "number of threads",
+        default_text="one per processor", group="resources", metavar="N", read=int,
+        whole=(1, MOST_THREADS), commands=(RENDER, STUDY),
+    )  # fmt: skip
+    method: str = option(
+        "photon",
+        "; ".join(f"{name}: {method.meaning}" for name, method in METHODS.items()),
+        group="sampling", choices=tuple(METHODS), decides=True,
+    )  # fmt: skip
+    effects: str | Iterable[str] = option(
+        "auto",
+        "auto: simulate the effects that the scene calls for; all: every effect; or only those "
+        "listed, separated by commas",
+        group="sampling", metavar="LIST", read=str, decides=True,
+        check=_check_by("compile.effects", "parse_effects"),
+    )  # fmt: skip
+    unbiased: bool = option(
+        False,
+        "photon mapping without any bias, for scenes without mirrors and glass: paths correct "
+        "the cache, and pixels share indirect light by its differences",
+        group="sampling", decides=True,
+    )  # fmt: skip
+    per_light: bool = option(
+        False, "also split direct, indirect, caustics and shading by light group",
+        group="image", decides=True,
+    )  # fmt: skip
+    adaptive: bool = option(
+        True,
+        "adaptive sampling: after 8 passes, more samples where the image is noisy and fewer "
+        "elsewhere",
+        group="sampling", decides=True,
+    )  # fmt: skip
+    pass_samples: float | None = option(
+        None, "samples of a pass, as a fraction of the usual: 1, 0.5 or 0.25",
+        default_text="1; less where a loose error is the goal, if that meets it sooner",
+        group="sampling", metavar="F", read=float, check=check_pass_samples,
+    )  # fmt: skip
+    buffers: str | Iterable[str] | None = option(
+        None, "keep only these buffers and their standard errors, which takes less memory",
+        written="their names, separated by commas",
+        default_text="all; those of gloss only if the scene has some", group="files",
+        metavar="LIST", read=read_list, check=_check_buffers,
+    )  # fmt: skip
+    memory: float | str | None = option(
+        None,
+        "bytes of RAM to use, as in 512M or 4G, powers of 1024; a render that needs more keeps "
+        "its large arrays, including the result's, in scratch files in the temporary folder "
+        "(TMPDIR), and gives the same image",
+        default_text="no limit", group="resources", metavar="SIZE", read=read_memory,
+        check=check_bytes,
+    )  # fmt: skip
+    checkpoint: str | PathLike[str] | None = option(
+        None, "save the state of the render to this file every minute and at the end",
+        written="without FILE, to the output's name with the suffix .checkpoint", group="files",
+        metavar="FILE", read=str, bare="",
+        check=_check_by("runtime.checkpoint", "check_checkpoint"),
+    )  # fmt: skip
+    resume: bool = option(
+        False,
+        "continue from the checkpoint as if never interrupted: the budget counts earlier "
+        "passes and seconds; start from scratch, with a warning, if there is none yet",
+        group="files",
+    )  # fmt: skip
+    progress: Progress | bool | None = option(
+        None,
+        "True shows it on stderr: a bar on a terminal, lines elsewhere; None says there only "
+        "that kernels are compiled, False nothing; or an object that is notified of every "
+        "stage and pass",
+        check=check_progress,
+    )  # fmt: skip
+    watch: Callable[[Result], None] | None = option(
+        None,
+        "called with the image so far, a `Result` without standard errors, now and then "
+        "between passes",
+        check=check_watch,
+    )  # fmt: skip
 
 
 OPTIONS = list_options(Options)

@@ -22,8 +22,7 @@ from benchmarks.harness import ours
 from benchmarks.harness.options import Options
 from benchmarks.harness.table import Cell, Table
 from photonmap.film.bias import is_repeated
-from photonmap.film.relative_error import relative_squares
-from photonmap.film.valid_pixels import valid_pixels
+from photonmap.film.relative_error import relative_squares, valid_pixels
 from photonmap.runtime.progress import Silent
 
 FEW = ((1, 0.25), (2, 0.25), (1, 1.0), (4, 1.0))

@@ -155,7 +155,7 @@ def is_valid(moments, lit, pixel):
     """Return whether a pixel is valid: covered by surfaces, none of which emits, and resolved.
 
     Where photons are stored (`lit`), gather rays must have met some of their light, or no surface
-    at all: a pixel is unresolved otherwise. `photonmap.film.valid_pixels` is the same for images.
+    at all: a pixel is unresolved otherwise. `relative_error.valid_pixels` does the same for images.
     """
     if lit and (moments.found[pixel] & (passes.EMPTY | passes.FOUND)) == passes.EMPTY:
         return False

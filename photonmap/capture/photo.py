@@ -20,7 +20,7 @@ from photonmap.io.png import encode_png
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.results.files import write_json
 from photonmap.results.preview import as_bytes
-from photonmap.runtime.file_checks import check_output_folder
+from photonmap.runtime.files import check_output_folder
 from photonmap.spectra.observer import observer
 
 Image = NDArray[np.float32]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +42,7 @@ def _camera(value: Any) -> Any:
 def _option(default: Any, group: str, metavar: str | None, text: str, **traits: Any) -> Any:
     """Return a field with its default, and what `photonmap.runtime.options.option` takes."""
     traits = {"read": float, "group": group, "metavar": metavar, **traits}
-    return field(default=default, metadata=option(text, **traits))
+    return option(default, text, **traits)
 
 
 @dataclass(frozen=True, kw_only=True)

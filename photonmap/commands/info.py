@@ -60,7 +60,7 @@ def _write_thumbnail(scene: Scene, path: Path) -> None:
 
 def _name_thumbnail(options: argparse.Namespace) -> Path | None:
     """Return where to write the picture, checked; None for none."""
-    from photonmap.runtime.file_checks import check_writable
+    from photonmap.runtime.files import check_writable
 
     if options.thumbnail is None:
         return None

@@ -30,7 +30,7 @@ def _split(text: str) -> list[str]:
 def run(options: argparse.Namespace) -> None:
     """Write the page."""
     from photonmap.errors import InputError
-    from photonmap.runtime.file_checks import check_writable
+    from photonmap.runtime.files import check_writable
     from photonmap.viewer.page import load_for_page, write_page
 
     page = Path(options.output or Path(options.file).with_suffix(".html"))

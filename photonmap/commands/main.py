@@ -16,8 +16,7 @@ from typing import Any, NoReturn
 
 from photonmap.commands import BAD_INPUT, INTERRUPTED
 from photonmap.errors import InputError, SceneWarning
-from photonmap.runtime.interrupts import end_by, other_signals_as_ctrl_c
-from photonmap.runtime.streams import tolerant, tolerant_output
+from photonmap.runtime.terminal import end_by, other_signals_as_ctrl_c, tolerant, tolerant_output
 from photonmap.runtime.wording import suggest
 
 DEFAULT = "render"

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from photonmap.commands import INTERRUPTED, shared
 from photonmap.io.scene_source import SceneSource
-from photonmap.runtime.interrupts import ignoring_interrupts
 from photonmap.runtime.progress import Progress, choose_progress
+from photonmap.runtime.terminal import ignoring_interrupts
 from photonmap.scene.camera import ALL
 from photonmap.version import __version__
 from photonmap.viewer.live import ADDRESS, Tev

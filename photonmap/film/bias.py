@@ -1,10 +1,10 @@
-"""How far supports that are still wide shift indirect light: the bias.
+"""How far supports shift indirect light: the bias.
 
-Some passes are repeated with the same random numbers and supports twice as wide: cells, footprints
-and the disks of caustics. The difference is once the narrower ones' bias if that grows with their
-width, and three times if it grows with the square: three quarters of the difference are taken,
-as measured. The passes form two halves, and the product of their mean differences has no noise in
-its mean; blocks of pixels keep its spread small.
+Supports are the cells, footprints and disks over which light is averaged; they narrow as passes add
+up. Some passes are repeated with the same random numbers and supports twice as wide. The difference
+is once the narrower ones' bias if that grows with their width, and three times if it grows with the
+square: three quarters of the difference are taken, as measured. The passes form two halves, and the
+product of their mean differences has no noise in its mean; blocks of pixels keep its spread small.
 """
 
 from __future__ import annotations
@@ -14,14 +14,25 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from photonmap.compile.spectral_columns import SpectralColumns
 from photonmap.film.blocks import block_counts, block_sums
 from photonmap.film.moments import Accumulator
 from photonmap.film.relative_error import relative_squares
-from photonmap.film.support_width import footprint_width
 from photonmap.kernels.core.passes import FIRST_CAUSTIC, VIA_CAUSTIC, VIA_INDIRECT, Estimate, Film
+
+FOOTPRINTS_HOLD = 64
+"""Passes after which sharing footprints begin to narrow; before, noise outweighs their bias."""
+
+
+def footprint_width(indices: ArrayLike) -> float:
+    """Return the mean width of the footprints of passes, in units of the first pass's.
+
+    They are the supports that narrow the slowest (Knaus and Zwicker 2011).
+    """
+    return float(np.mean((1.0 + np.asarray(indices) / FOOTPRINTS_HOLD) ** (-1.0 / 6.0)))
+
 
 FIRST, EVERY = 12, 32
 """Number of the first pass that is repeated, and after how many passes another one is. The pass
@@ -66,9 +77,9 @@ class BlockBias(NamedTuple):
     @classmethod
     def pool(cls, parts: list[BlockBias], counts: list[int]) -> BlockBias:
         """Return that of the mean of runs of so many passes."""
-        shares = [count / sum(counts) for count in counts]
-        value = sum(share * part.value for share, part in zip(shares, parts, strict=True))
-        square = sum((share * part.error) ** 2 for share, part in zip(shares, parts, strict=True))
+        pairs = [(count / sum(counts), part) for count, part in zip(counts, parts, strict=True)]
+        value = sum(weight * part.value for weight, part in pairs)
+        square = sum((weight * part.error) ** 2 for weight, part in pairs)
         return cls(np.asarray(value), np.sqrt(square), parts[0].side)
 
 

@@ -2,8 +2,8 @@
 
 import math
 
+from photonmap.film.bias import FOOTPRINTS_HOLD
 from photonmap.film.budget import LEAST_PASSES, Budget
-from photonmap.film.support_width import FOOTPRINTS_HOLD
 
 MOST_PASSES = 1e12
 STEPS = 64

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from photonmap.buffers import BY_NAME, group_name, names_where, split_name
 from photonmap.compile.spectral_columns import SpectralColumns, split_pixels
-from photonmap.film.block_errors import BlockMoments
+from photonmap.film.blocks import BlockMoments
 from photonmap.film.moments import ALL, Accumulator, Buffers
 from photonmap.kernels.core.passes import Film, Pixels
 from photonmap.runtime.storage import RAM, Storage, strips
@@ -96,8 +96,9 @@ class LightGroups:
                 buffers[name][:] = part if index == 0 else buffers[name] + part
                 buffers[group_name(name, group)] = part
             errors |= {group_name(name, group): spread for name, spread in spreads.items()}
-        if self._groups:
-            _add_up(buffers)
+        for rows in strips(len(buffers["radiance"]) if self._groups else 0):
+            light = buffers["emission"][rows] + buffers["direct"][rows]
+            buffers["radiance"][rows] = light + buffers["indirect"][rows]
         for name in list(buffers):
             row = BY_NAME[split_name(name)[0]]
             if row.omitted == "where it is 0 everywhere" and not buffers[name].any():
@@ -128,10 +129,3 @@ class LightGroups:
         for part in strips(len(image)):
             expanded[part] = image[part][:, of_band]
         return expanded
-
-
-def _add_up(buffers: Buffers) -> None:
-    """Make radiance the sum of its parts."""
-    for part in strips(len(buffers["radiance"])):
-        light = buffers["emission"][part] + buffers["direct"][part]
-        buffers["radiance"][part] = light + buffers["indirect"][part]

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.buffers import BY_NAME, names_where
-from photonmap.film.relative_error import dark_floor
-from photonmap.film.valid_pixels import Mask, valid_pixels
+from photonmap.film.relative_error import Mask, dark_floor, valid_pixels
 from photonmap.kernels.core.passes import EMPTY, FOUND, TRUNCATED, Pixels
 from photonmap.kernels.film.moments import (
     GOAL_BUFFERS,
@@ -295,4 +294,4 @@ class Accumulator:
         return np.maximum(count * (count - 1.0), 1.0)
 
     def _over_pixels(self, task: Callable[[int, int], Any]) -> list[Any]:
-        return self._workers.ranges(task, self._size, RANGE, whole=True)
+        return self._workers.ranges(task, self._size, RANGE, uninterrupted=True)

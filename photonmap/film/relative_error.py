@@ -1,4 +1,4 @@
-"""Relative errors of images, sqrt(mean(d² / (v² + 0.01 m²))) over pixels and bands.
+"""Relative errors of images, sqrt(mean(d² / (v² + 0.01 m²))) over valid pixels and bands.
 
 d is a deviation or a standard error, v the value that it is relative to and m the mean of v in a
 band, which keeps dark pixels from dominating.
@@ -35,3 +35,20 @@ def divide_by_norm(squares: Array, norm: Array) -> Array:
 def relative_squares(squares: Array, values: Array, mean: Any = None) -> Array:
     """Return d² / (v² + 0.01 m²) of squares d² and values v, (P, N); m as in `squared_norm`."""
     return divide_by_norm(squares, squared_norm(values, mean))
+
+
+Mask = NDArray[np.bool_]
+
+
+def valid_pixels(coverage: NDArray[Any], emission: NDArray[Any], unresolved: Mask) -> Mask:
+    """Return whether surfaces cover a pixel wholly, none of them emits, and it is resolved.
+
+    The one definition of valid pixels; `photonmap.kernels.film.moments.is_valid` is its kernel.
+
+    Parameters
+    ----------
+    coverage : (...) fraction of each pixel that shows a surface
+    emission : (..., N), in any unit
+    unresolved : (...) no photon was found for indirect light, although some were stored
+    """
+    return (coverage == 1.0) & ~emission.any(axis=-1) & ~unresolved

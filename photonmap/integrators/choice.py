@@ -8,11 +8,9 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, NamedTuple
 
-from photonmap.errors import InputError, warn
+from photonmap.errors import InputError
 
 if TYPE_CHECKING:
-    from photonmap.compile.effects import EffectPlan
-    from photonmap.compile.scene_arrays import CompiledScene
     from photonmap.integrators.base import Integrator, PassSetup
 
 
@@ -71,27 +69,6 @@ def check_unbiased(unbiased: bool, in_scene: bool, simulated: bool) -> None:
         raise InputError(
             "unbiased: the effects of mirrors and glass have a bias, and there are none; leave out "
             "effects"
-        )
-
-
-def warn_of_lost_caustics(method: str, compiled: CompiledScene, plan: EffectPlan) -> None:
-    """Warn where paths miss caustics: by smooth surfaces, of lights that no ray can hit."""
-    import numpy as np
-
-    from photonmap.kernels.core.records import GLASS, MIRROR
-    from photonmap.kernels.lights.kinds import numbers_where
-
-    specular = compiled.specular
-    if method != "path" or specular is None or not plan.on("caustics"):
-        return
-    is_smooth = np.isin(specular.kind, (MIRROR, GLASS))
-    if len(specular.alpha):
-        is_smooth &= specular.alpha == 0.0
-    can_be_hit = np.isin(compiled.lights.kind, numbers_where(has_area=True))
-    if is_smooth.any() and not can_be_hit.all():
-        warn(
-            "method path finds no caustics of points, spots and suns by mirrors or smooth glass: "
-            "they are missing; method photon has them"
         )
 
 

@@ -102,7 +102,7 @@ def _hits_of(compiled: CompiledScene, view: View, part: slice, workers: Workers)
         span = Span(part.start + first, part.start + last)
         find_first_hits(geometry, view, span, FirstHits(*(array[first:last] for array in hits)))
 
-    workers.ranges(find, count, TILE, whole=True)
+    workers.ranges(find, count, TILE, uninterrupted=True)
     return hits
 
 
@@ -163,8 +163,8 @@ def _specular_reflectance(surfaces: Surfaces) -> Array:
         of_pane = 2.0 * of_glass / (1.0 + of_glass)
         reflectance = np.where(surfaces.is_thin[:, None], of_pane[:, None], reflectance)
     if surfaces.coat is not None:
-        own, passed = surfaces.coat.over(reflectance, surfaces.coat.f0)
-        reflectance = own + passed * reflectance
+        own, transmitted = surfaces.coat.over(reflectance, surfaces.coat.f0)
+        reflectance = own + transmitted * reflectance
     return reflectance
 
 
@@ -195,8 +195,8 @@ def _metallic(surfaces: Surfaces) -> Array:
 def _diffuse_fraction(surfaces: Surfaces) -> Array:
     """Look up base / (base + lobe) of the hemispherical albedos; 1 for what is black."""
     base, specular = surfaces.reflectance.astype(float), surfaces.specular
-    share = surfaces.glass_share[:, None]
-    base /= np.maximum(1.0 - share, 1e-12)
+    glass = surfaces.glass_fraction[:, None]
+    base /= np.maximum(1.0 - glass, 1e-12)
     lobe, glossy = np.zeros_like(base), surfaces.is_glossy
     if glossy.any():
         lobe[glossy] = mean_albedo(
@@ -206,15 +206,15 @@ def _diffuse_fraction(surfaces: Surfaces) -> Array:
         )
         base *= (1.0 - lobe) ** 2 / np.maximum(1.0 - base * lobe, 1e-12)
     if surfaces.coat is not None:
-        own, passed = surfaces.coat.over(base + lobe, surfaces.coat.mean)
-        base, lobe = base * passed, lobe * passed + own
+        own, transmitted = surfaces.coat.over(base + lobe, surfaces.coat.mean)
+        base, lobe = base * transmitted, lobe * transmitted + own
     if surfaces.sheen is not None:
         own = surfaces.sheen.color * surfaces.sheen.albedo
         base, lobe = base * (1.0 - own), lobe * (1.0 - own) + own
     if specular is not None:
         lobe += np.where(surfaces.is_thin[:, None], 0.0, specular.mirror)
-    total = (1.0 - share) * (base + lobe) + share
-    fraction = (1.0 - share) * base
+    total = (1.0 - glass) * (base + lobe) + glass
+    fraction = (1.0 - glass) * base
     np.divide(fraction, total, out=fraction, where=total > 0.0)
     fraction[total == 0.0] = 1.0
     return fraction.astype(np.float32)

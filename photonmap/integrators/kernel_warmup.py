@@ -22,7 +22,7 @@ from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.base import PassSetup
 from photonmap.integrators.choice import make_integrator
 from photonmap.integrators.first_hits import first_hit_buffers
-from photonmap.integrators.light_visibility import find_hidden_lights
+from photonmap.integrators.missing_light import find_hidden_lights
 from photonmap.kernels.core.code_cache import CODE_FOLDER, SHIPPED_FOLDER, processors
 from photonmap.kernels.core.jit import CACHE_FOLDER
 from photonmap.kernels.core.passes import Film

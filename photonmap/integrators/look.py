@@ -1,4 +1,4 @@
-"""What cameras see of a scene, without rendering it."""
+"""What cameras and rays see of a scene, without rendering it."""
 
 from __future__ import annotations
 
@@ -7,13 +7,16 @@ from collections.abc import Container
 from dataclasses import replace
 from typing import Any
 
-from numpy.typing import NDArray
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from photonmap.buffers import DEFAULT
 from photonmap.compile.scene_arrays import compile_scene
 from photonmap.errors import SceneWarning
 from photonmap.integrators.first_hits import first_hit_buffers
 from photonmap.kernels.core.passes import Film
+from photonmap.kernels.geometry.embree import EmbreeScene
+from photonmap.kernels.geometry.ray import find_clear, first_hits
 from photonmap.runtime.workers import Workers
 from photonmap.scene.camera import Camera
 from photonmap.scene.scene import Scene
@@ -53,3 +56,48 @@ class Onlooker:
         with Workers(self._threads) as workers:
             rows = first_hit_buffers(compiled, Film(*size, False), workers, kept)
         return {name: row.reshape(size[1], size[0], *row.shape[1:]) for name, row in rows.items()}
+
+
+Floats = NDArray[np.float64]
+
+
+class RayCaster:
+    """Casts rays among triangles.
+
+    Parameters
+    ----------
+    vertices : (V, 3), metres
+    triangles : (T, 3) rows of vertices
+    """
+
+    def __init__(self, vertices: ArrayLike, triangles: ArrayLike) -> None:
+        self._scene = EmbreeScene(
+            np.asarray(vertices, np.float32), np.asarray(triangles, np.uint32)
+        )
+
+    def first_hits(self, origins: Floats, directions: Floats) -> tuple[NDArray[np.int64], Floats]:
+        """Return the triangle that each ray hits first, and the distance to it.
+
+        Parameters
+        ----------
+        origins, directions : (P, 3)
+
+        Returns
+        -------
+        (P,) rows of triangles, -1 where there is none; (P,) distances, in lengths of the directions
+        """
+        triangles, distances = np.empty(len(origins), np.int64), np.empty(len(origins))
+        first_hits(self._scene.address, origins, directions, triangles, distances)
+        return triangles, distances
+
+    def is_clear(self, starts: Floats, ends: Floats) -> NDArray[np.bool_]:
+        """Return whether nothing lies between points, (P, M), except close to the ends.
+
+        Parameters
+        ----------
+        starts : (P, 3), off any surface
+        ends : (M, 3), perhaps on a surface: the last thousandth of the way does not count
+        """
+        clear = np.empty((len(starts), len(ends)), np.bool_)
+        find_clear(self._scene.address, starts, ends, clear)
+        return clear

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from photonmap.buffers import DEFAULT, RENDERED
 from photonmap.film.moments import BYTES_PER_VALUE
 from photonmap.integrators.photon_mapping.cache_tracer import MOST_CELLS_PER_PHOTON, bundle_count
-from photonmap.runtime.memory import Need
+from photonmap.runtime.storage import Need
 
 PASS_BUFFERS = 7
 """Arrays of a pass with a value a pixel and band: those of `Pixels`, and shared irradiance."""
@@ -56,29 +56,18 @@ class Work:
     @property
     def need(self) -> Need:
         """Bytes that are never on disk, and those of the arrays that may be."""
-        return Need(self._always, self._arrays)
-
-    @property
-    def _kept_values(self) -> int:
-        """Values of 4 bytes in a pixel of all buffers that are kept, and of their errors."""
-        return sum(
+        passing = PASSING_BYTES_PER_PIXEL + PASSING_BYTES_PER_CAUSTIC * self.specular
+        passing += PASSING_BYTES_PER_SPLIT_VALUE * self.bands * self.per_light
+        always = BASE + BYTES_PER_TRIANGLE * self.triangles + passing * self.pixels
+        kept_values = sum(
             row.values_per_pixel(self.bands)
             for row in RENDERED
             if row.name in self.buffers
             and (self.specular or row.omitted != "without mirrors, glass or rough surfaces")
         )
-
-    @property
-    def _always(self) -> float:
-        passing = PASSING_BYTES_PER_PIXEL + PASSING_BYTES_PER_CAUSTIC * self.specular
-        passing += PASSING_BYTES_PER_SPLIT_VALUE * self.bands * self.per_light
-        return BASE + BYTES_PER_TRIANGLE * self.triangles + passing * self.pixels
-
-    @property
-    def _arrays(self) -> float:
         buffers = PASS_BUFFERS + UNBIASED_BUFFERS * self.unbiased
         per_value = BYTES_PER_VALUE + 4 * buffers + SPECULAR_BYTES_PER_VALUE * self.specular
-        per_pixel = BYTES_PER_PIXEL + self.bands * per_value + 4 * self._kept_values
+        per_pixel = BYTES_PER_PIXEL + self.bands * per_value + 4 * kept_values
         cells = 2.0 * self.photons * MOST_CELLS_PER_PHOTON
         caches = cells * self.bands * 4 * (bundle_count(self.photons) + 2)
-        return self.pixels * per_pixel + caches
+        return Need(always, self.pixels * per_pixel + caches)

@@ -13,7 +13,7 @@ from photonmap.integrators.base import (
     empty_estimate,
     leave_out,
 )
-from photonmap.integrators.path_truncation import truncated_fraction
+from photonmap.integrators.photon_mapping.pilot import truncated_fraction
 from photonmap.integrators.sampling_plan import SAMPLES, plan_sampling
 from photonmap.kernels.core.passes import (
     MAX_BOUNCES,

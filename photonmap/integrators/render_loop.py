@@ -12,9 +12,13 @@ from photonmap.film.bias import BiasProbe
 from photonmap.film.budget import LEAST_PASSES, Budget
 from photonmap.film.forecast import Forecast
 from photonmap.film.light_groups import LightGroups
-from photonmap.integrators.adaptive_sampling import AdaptiveSampling
+from photonmap.integrators.adaptive_sampling import (
+    PILOT_PASSES,
+    AdaptiveSampling,
+    choose_size,
+    first_size,
+)
 from photonmap.integrators.base import Integrator
-from photonmap.integrators.pass_samples import PILOT_PASSES, choose_size, first_size
 from photonmap.runtime.checkpoint import Checkpoint
 from photonmap.runtime.progress import Progress
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.compile.surfaces.glossy import TERMS, mean_albedo
 from photonmap.kernels.bsdf.models import GLOSSY
-from photonmap.kernels.core.records import GLASS, Coats, Scattering, Specular
+from photonmap.kernels.core.records import GLASS, Specular
 from photonmap.kernels.integrators.first_hits import FirstHits, SurfaceRows, describe_surfaces
 
 Array = NDArray[Any]
@@ -63,7 +63,7 @@ class Specularity(NamedTuple):
     """(R,)"""
     alpha: Array
     """(R,) 0 of what is smooth"""
-    share: Array
+    glass: Array
     """(R,) fraction that is glass, of glass"""
 
 
@@ -96,12 +96,12 @@ class Surfaces(NamedTuple):
         return np.asarray(self.model == GLOSSY)
 
     @property
-    def glass_share(self) -> Array:
+    def glass_fraction(self) -> Array:
         """Which fraction of each is glass that scatters, (R,)."""
         if self.specular is None:
             return np.zeros(len(self.model))
         is_glass = (self.specular.kind == GLASS) | self.is_thin
-        return np.where(is_glass, self.specular.share, 0.0)
+        return np.where(is_glass, self.specular.glass, 0.0)
 
 
 def has_textured_lobes(compiled: CompiledScene) -> bool:
@@ -131,7 +131,10 @@ def surfaces_of_materials(compiled: CompiledScene) -> Surfaces:
         lobes = np.column_stack([scattering.parameters[:, 0], means, scattering.parameters[:, 4]])
         dip = scattering.dip
         if scattering.coats is not None:
-            coat = _coat(scattering, scattering.coats)
+            coats = scattering.coats
+            albedos = scattering.albedos[np.maximum(coats.row, 0), :, -1]
+            coat_lobes = np.column_stack([coats.alpha, albedos, coats.mean_rise])
+            coat = Coat(coats.weight[:, None], coats.f0[:, None], coat_lobes)
         if (sheens := scattering.sheens) is not None:
             sheen = Sheen(sheens.color, sheens.albedo[sheens.row, -1:])
     specular = _specularity(compiled.specular)
@@ -150,7 +153,7 @@ def surfaces_at_hits(compiled: CompiledScene, hits: FirstHits) -> Surfaces:
         coat_lobes=no_table if seen.coat is None else seen.coat.lobes,
         sheen_color=no_table.astype(np.float32) if seen.sheen is None else seen.sheen.color,
         alpha=no_row if seen.specular is None else seen.specular.alpha,
-        share=no_row if seen.specular is None else seen.specular.share,
+        share=no_row if seen.specular is None else seen.specular.glass,
     )
     describe_surfaces(compiled.arrays, hits, rows)
     return seen
@@ -163,18 +166,11 @@ def _rows(table: Any, index: Array) -> Any:
     return table if table is None else np.ascontiguousarray(table[index])
 
 
-def _coat(scattering: Scattering, coats: Coats) -> Coat:
-    """Return the clear coats of materials."""
-    albedos = scattering.albedos[np.maximum(coats.row, 0), :, -1]
-    lobes = np.column_stack([coats.alpha, albedos, coats.mean_rise])
-    return Coat(coats.weight[:, None], coats.f0[:, None], lobes)
-
-
 def _specularity(specular: Specular | None) -> Specularity | None:
     """Return the specular lobes of materials, textures counting with their means."""
     if specular is None:
         return None
     ones = np.ones(len(specular.kind))
     alpha = specular.alpha if len(specular.alpha) else 0.0 * ones
-    share = ones if specular.share is None else specular.share.value
-    return Specularity(specular.kind, specular.mirror, specular.ior, alpha, share)
+    glass = ones if specular.share is None else specular.share.value
+    return Specularity(specular.kind, specular.mirror, specular.ior, alpha, glass)

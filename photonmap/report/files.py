@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 
 from photonmap.errors import InputError
-from photonmap.runtime.file_checks import check_writable
+from photonmap.runtime.files import check_writable
 
 
 def check_file(path: str | PathLike[str]) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from photonmap.buffers import row_of
 from photonmap.errors import InputError
-from photonmap.film.block_errors import SIDE
+from photonmap.film.blocks import SIDE
 from photonmap.runtime.wording import shown
 from photonmap.spectra.bands import Bands
 
@@ -26,8 +26,7 @@ def as_images(images: Mapping[str, Any], kind: str) -> Images:
 
     Raises
     ------
-    InputError
-        if they go by no names, or one is not numbers of shape (H, W) or (H, W, N)
+    InputError : they go by no names, or one is not numbers of shape (H, W) or (H, W, N)
     """
     if not isinstance(images, Mapping):
         raise InputError(f"{kind}s {shown(images)} go by no names; give arrays in a dictionary")
@@ -77,8 +76,7 @@ def as_record(value: Any) -> Any:
 
     Raises
     ------
-    InputError
-        if JSON cannot hold it
+    InputError : JSON cannot hold it
     """
     if value is None or type(value) in (str, int, float, bool):
         return value

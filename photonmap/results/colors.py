@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.buffers import names_where, row_of
+from photonmap.buffers import is_banded, names_where, row_of
 from photonmap.errors import InputError
 from photonmap.io.exr import Projector
-from photonmap.results.files import Preview
-from photonmap.results.preview import as_bytes, choose_exposure
+from photonmap.results.preview import Preview, as_bytes, choose_exposure
 from photonmap.runtime.wording import suggest
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.color_text import emission
@@ -56,8 +55,7 @@ class Colors:
 
         Raises
         ------
-        InputError
-            if there is no such buffer, or it has no bands; or no such method or white; or the
+        InputError : there is no such buffer, or it has no bands; or no such method or white; or the
             file is in another RGB than linear sRGB, as `rgb.exr` of data sets is
         """
         return np.stack([*self._projected(buffer, "rgb", method, white)])
@@ -79,8 +77,8 @@ class Colors:
 
         Raises
         ------
-        InputError
-            if there is no such buffer or method, or the buffer's unit is not that of a radiance
+        InputError : there is no such buffer or method, or the buffer's unit is not that of a
+            radiance
         """
         row = row_of(buffer)
         if row is not None and row.quantity != "radiance":
@@ -96,8 +94,7 @@ class Colors:
 
         Raises
         ------
-        InputError
-            as `luminance` does
+        InputError : as `luminance` does
         """
         return (np.float32(np.pi) * self.luminance("shading", method)).astype(np.float32)
 
@@ -116,8 +113,7 @@ class Colors:
 
         Raises
         ------
-        InputError
-            as `rgb` does; or if there are no such curves
+        InputError : as `rgb` does; or if there are no such curves
         """
         return np.stack([*self._projected(buffer, Bands.parse(curves), method)])
 
@@ -135,8 +131,7 @@ class Colors:
 
         Raises
         ------
-        InputError
-            if there is no such target or method
+        InputError : there is no such target or method
         """
         if method is None:
             spectra = self.record.get("scene", {}).get("spectra", False)
@@ -158,8 +153,7 @@ class Colors:
 
         Raises
         ------
-        InputError
-            if there is no such light
+        InputError : there is no such light
         """
         values = None
         if not isinstance(white, str):
@@ -217,7 +211,7 @@ class Colors:
         if buffer not in self.buffers:
             raise InputError(self._missing(buffer))
         image, row = self.buffers[buffer], row_of(buffer)
-        if image.ndim != 3 or (row is not None and not row.is_banded):
+        if image.ndim != 3 or not is_banded(buffer):
             raise InputError(f"{buffer!r} has no bands, and so no colour")
         if space := self.record.get("rgb_space"):
             raise InputError(

@@ -1,32 +1,108 @@
-"""The files of a render: the image, in one of several formats, a PNG to look at, a JSON record."""
+"""The files of a render: the image, a PNG to look at, a JSON record.
+
+The suffix of the image chooses its format: OpenEXR, netCDF and HDF5, ENVI. A netCDF-4 file is an
+HDF5 file, so FILE.nc and FILE.hdf5 hold the same; docs/guide.md describes it.
+"""
 
 from __future__ import annotations
 
 import json
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager, nullcontext
+from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from photonmap.buffers import check_buffers
 from photonmap.errors import InputError
-from photonmap.io.exr import Contents, Projector
+from photonmap.io.envi import write_envi
+from photonmap.io.exr import Contents, Images, Projector, name_errors, write_exr
 from photonmap.io.png import write_png
-from photonmap.results.formats import WRITERS, check_format
-from photonmap.runtime.file_checks import check_writable
+from photonmap.results.labels import describe_array, make_dataset
+from photonmap.results.preview import Preview
+from photonmap.runtime.files import check_writable
+
+Writer = Callable[[Contents, Path, Projector], list[Path]]
+"""Writes the contents to a file of its suffix, and perhaps to others beside it; returns them."""
 
 
-class Preview(NamedTuple):
-    """An 8-bit image and the exposure at which it shows radiance."""
+def _write_exr(contents: Contents, path: Path, to_rgb: Projector) -> list[Path]:
+    write_exr(contents, path, to_rgb)
+    return [path]
 
-    image: NDArray[np.uint8]
-    """(H, W, 3) sRGB"""
-    exposure: float
+
+def _write_netcdf(contents: Contents, path: Path, to_rgb: Projector) -> list[Path]:
+    """Write `Result.to_xarray`, with "/" in the names of light groups as "_"."""
+    arrays = {name.replace("/", "_"): image for name, image in _arrays(contents).items()}
+    data = make_dataset(arrays, contents.bands, contents.record)
+    packed = {"zlib": True, "complevel": 1, "shuffle": True}
+    encoding = {str(name): packed for name in data.data_vars}
+    with no_cluster():
+        data.to_netcdf(path, engine="h5netcdf", encoding=encoding)
+    return [path]
+
+
+def no_cluster() -> AbstractContextManager[object]:
+    """Keep xarray from locking a file through the cluster that Dask is, or was, connected to."""
+    dask = sys.modules.get("dask")
+    return nullcontext() if dask is None else dask.config.set(scheduler="synchronous")
+
+
+def _write_envi(contents: Contents, path: Path, to_rgb: Projector) -> list[Path]:
+    """Write FILE.hdr and FILE.img of the first buffer, FILE-NAME.hdr and so on of all others."""
+    arrays, bands, written = _arrays(contents), contents.bands, list[Path]()
+    for index, (name, image) in enumerate(arrays.items()):
+        stem = f"{path.stem}-{name.replace('/', '_')}" if index else path.stem
+        about = describe_array(name, image)
+        labels, wavelengths = ["value"], None
+        if about.dimensions[-1] == "band":
+            labels, wavelengths = list(bands.names), bands.centroids
+        elif image.ndim == 3:
+            labels = ["x", "y", "z"]
+        text = f"{name}: {about.meaning}; unit: {about.unit}"
+        header = path.with_name(f"{stem}.hdr")
+        written += write_envi(image, header, labels, wavelengths, text)
+    return written
+
+
+def _arrays(contents: Contents) -> Images:
+    """Return all arrays, radiance first and errors last."""
+    buffers = dict(sorted(contents.buffers.items(), key=lambda item: item[0] != "radiance"))
+    return buffers | name_errors(contents.errors, contents.block_errors)
+
+
+WRITERS: dict[str, Writer] = {
+    ".exr": _write_exr,
+    ".nc": _write_netcdf,
+    ".hdf5": _write_netcdf,
+    ".h5": _write_netcdf,
+    ".hdr": _write_envi,
+    ".img": _write_envi,
+}
+"""Writers by the suffix of the output."""
+
+
+def _check_format(path: Path) -> None:
+    """Check that a format goes by this suffix, and that what it needs is installed."""
+    writer = WRITERS.get(path.suffix.lower())
+    if writer is None:
+        *known, last = WRITERS
+        raise InputError(
+            f"the name of the output must end in {', '.join(known)} or {last}, as in image.exr",
+            path,
+        )
+    if writer is _write_netcdf:
+        missing = [name for name in ("xarray", "h5netcdf") if find_spec(name) is None]
+        if missing:
+            raise InputError(
+                f"files in {path.suffix} need {' and '.join(missing)}: "
+                "pip install 'photonmap[netcdf]'",
+                path,
+            )
 
 
 def check_output(path: str | PathLike[str], buffers: Iterable[str] | None = None) -> Path:
@@ -34,18 +110,17 @@ def check_output(path: str | PathLike[str], buffers: Iterable[str] | None = None
 
     Parameters
     ----------
-    path : FILE.exr, or a file of another of `photonmap.results.formats`
+    path : FILE.exr, or a file of another of the formats
     buffers : names of those to be written; None for all
 
     Raises
     ------
-    InputError
-        if there is no such format, it needs a package that is missing, the folder is not
+    InputError : there is no such format, it needs a package that is missing, the folder is not
         writable, or there is no such buffer
     """
     check_buffers(buffers)
     path = Path(path)
-    check_format(path)
+    _check_format(path)
     for file in (path, path.with_suffix(".png"), path.with_suffix(".json")):
         if file.is_dir():
             raise InputError("this is a folder; remove it or choose another name", file)
@@ -61,7 +136,7 @@ def save_all(
 ) -> None:
     """Write FILE.exr, FILE.png and FILE.json; none of them appears before all are complete.
 
-    The suffix chooses the format, as `photonmap.results.formats` lists them. The folder is made if
+    The suffix chooses the format, as `photonmap.results.files` lists them. The folder is made if
     it is missing.
 
     The JSON is the record, with the exposure of the PNG and the seconds that writing the images
@@ -76,10 +151,8 @@ def save_all(
 
     Raises
     ------
-    InputError
-        if such files cannot be written to `path`
-    OSError
-        if writing fails
+    InputError : such files cannot be written to `path`
+    OSError : writing fails
     """
     path = check_output(path)
     record, start = contents.record, time.perf_counter()

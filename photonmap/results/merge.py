@@ -7,15 +7,15 @@ within the runs and between them (Chan, Golub and LeVeque 1983).
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.buffers import group_name, in_order, names_where, row_of, split_name
 from photonmap.errors import InputError
-from photonmap.film.block_errors import BLOCKED, SIDE
-from photonmap.film.blocks import block_means, block_minima
+from photonmap.film.bias import BlockBias
+from photonmap.film.blocks import BLOCKED, SIDE, block_means, block_minima
 from photonmap.film.pooling import (
     error_of,
     pool_comoments,
@@ -26,10 +26,13 @@ from photonmap.film.pooling import (
     sum_counts,
     variance_divisor,
 )
-from photonmap.results.merged_record import merge_records, seeds_of
+from photonmap.film.relative_error import relative_squares, valid_pixels
 from photonmap.results.result import Result, check_result
 from photonmap.runtime.fingerprint import difference
 from photonmap.runtime.wording import listed
+
+if TYPE_CHECKING:
+    from photonmap.results.result import Result
 
 Array = NDArray[np.float64]
 
@@ -65,7 +68,7 @@ def merge(results: Iterable[Result], names: Sequence[str] | None = None) -> Resu
     if len(results) < 2:
         raise InputError("merging needs at least two results")
     for result, name in zip(results, names, strict=True):
-        _check_whole(result, name)
+        _check_complete(result, name)
     for result, name in zip(results[1:], names[1:], strict=True):
         _check_alike(results[0], result, names[0], name)
     _check_seeds(results, names)
@@ -112,20 +115,22 @@ def _merge_light(runs: list[_Run]) -> tuple[dict[str, Any], dict[str, Any]]:
             buffers[name], errors[name] = _pool(name, runs)
     for name in names_where(pooling="mean", per_light=True):
         if groups and name in buffers:
-            buffers[name] = _sum([buffers[group_name(name, group)] for group in groups])
+            buffers[name] = _sum_images([buffers[group_name(name, group)] for group in groups])
     buffers["radiance"] = (buffers["emission"] + buffers["direct"]) + buffers["indirect"]
     errors["radiance"] = _pool("radiance", runs)[1]
     for group in (*groups, ""):
         _merge_shading(group, runs, buffers, errors)
     if groups:
-        buffers["shading"] = _sum([buffers[group_name("shading", group)] for group in groups])
+        buffers["shading"] = _sum_images(
+            [buffers[group_name("shading", group)] for group in groups]
+        )
     return buffers, errors
 
 
 def _merge_rest(runs: list[_Run]) -> dict[str, NDArray[Any]]:
     """Return all buffers without errors that the runs have, as their rows say."""
     merged: dict[str, NDArray[Any]] = {}
-    counts = _counts(runs)
+    counts = [run.count for run in runs]
     taken = [count[..., 0] > 0.0 for count in counts]
     for name, image in runs[0].result.buffers.items():
         row, images = row_of(name), [run.result.buffers.get(name, image) for run in runs]
@@ -145,26 +150,18 @@ def _merge_rest(runs: list[_Run]) -> dict[str, NDArray[Any]]:
     return merged
 
 
-def _sum(images: list[NDArray[np.float32]]) -> NDArray[np.float32]:
+def _sum_images(images: list[NDArray[np.float32]]) -> NDArray[np.float32]:
     total = images[0].copy()
     for image in images[1:]:
         total += image
     return total
 
 
-def _counts(runs: list[_Run]) -> list[Array]:
-    return [run.count for run in runs]
-
-
-def _error(spread: Array, runs: list[_Run]) -> Array:
-    return error_of(spread, sum_counts(_counts(runs)))
-
-
 def _pool(name: str, runs: list[_Run]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return the mean and the standard error of a buffer."""
-    means, counts = [run.mean(name) for run in runs], _counts(runs)
+    means, counts = [run.mean(name) for run in runs], [run.count for run in runs]
     spreads = [run.spread(name) for run in runs]
-    error = _error(pool_comoments(counts, means, means, spreads), runs)
+    error = error_of(pool_comoments(counts, means, means, spreads), sum_counts(counts))
     return pool_means(counts, means).astype(np.float32), error.astype(np.float32)
 
 
@@ -193,7 +190,8 @@ def _merge_shading(
     shadings = [run.mean(name) for run in runs]
     albedos = [run.mean("reflectance") for run in runs]
     reflected = [s * r for s, r in zip(shadings, albedos, strict=True)]
-    light = pool_means(_counts(runs), reflected)
+    counts = [run.count for run in runs]
+    light, count = pool_means(counts, reflected), sum_counts(counts)
     plain = buffers.get("residual", np.zeros(1)) == 0.0
     direct, indirect = (buffers[group_name(part, group)] for part in ("direct", "indirect"))
     whole = direct.astype(np.float64) + indirect
@@ -201,22 +199,21 @@ def _merge_shading(
     divisor = np.where(known, buffers["reflectance"], 1.0).astype(np.float64)
     ratio = np.where(plain, whole, light) / divisor
     own = [run.mean(covariance_name) * run.scale for run in runs]
-    product = pool_comoments(_counts(runs), reflected, albedos, own)
+    product = pool_comoments(counts, reflected, albedos, own)
     spread = np.zeros_like(ratio)
     for run, s, r, comoment in zip(runs, shadings, albedos, own, strict=True):
         within = shift_ratio(r**2 * run.spread(name), comoment, run.spread("reflectance"), s, ratio)
         # Where this run saw no reflectance, its shading is of another kind, and nothing deviates.
         spread += np.where(r > 0.0, within, 0.0) + run.count * ((ratio - s) * r) ** 2
     buffers[name] = np.where(known, ratio, buffers[name]).astype(np.float32)
-    error = (_error(spread, runs) / divisor).astype(np.float32)
+    error = (error_of(spread, count) / divisor).astype(np.float32)
     errors[name] = np.where(known, error, errors[name])
-    count = sum_counts(_counts(runs))
     covariance = (product / np.maximum(variance_divisor(count), 1.0)).astype(np.float32)
     if covariance.any():
         buffers[covariance_name] = covariance
 
 
-def _check_whole(result: Result, name: str) -> None:
+def _check_complete(result: Result, name: str) -> None:
     """Raise InputError if a result lacks what merging takes."""
     if "fingerprint" not in result.record:
         raise InputError(f"{name}: its record lacks what merging needs; render it again")
@@ -244,7 +241,9 @@ def _check_alike(first: Result, other: Result, name: str, other_name: str) -> No
     if not reason and first.bands.describe() != other.bands.describe():
         counts = f"bands {first.bands.count} in {name}, {other.bands.count} in {other_name}"
         reason = counts if first.bands.count != other.bands.count else "other bands"
-    sets = [{n for n in r.buffers if not _may_be_zero(n)} for r in (first, other)]
+    # What is left out where it is 0 everywhere may be in one of the two alone.
+    zero = names_where(omitted="where it is 0 everywhere")
+    sets = [{n for n in r.buffers if split_name(n)[0] not in zero} for r in (first, other)]
     if not reason and sets[0] != sets[1]:
         reason = f"{listed(sorted(sets[0] ^ sets[1]))} in one of them alone"
     for buffer in (name for name in SAME if name in sets[0] and not reason):
@@ -255,12 +254,6 @@ def _check_alike(first: Result, other: Result, name: str, other_name: str) -> No
             f"{other_name} cannot be merged with {name}: {reason}; "
             "merge renders that differ in their seed, passes and threads alone"
         )
-
-
-def _may_be_zero(name: str) -> bool:
-    """Return whether a buffer may be in one of two runs alone, where it is 0 in the other."""
-    row = row_of(name)
-    return row is not None and row.omitted == "where it is 0 everywhere"
 
 
 def _check_seeds(results: list[Result], names: Sequence[str]) -> None:
@@ -274,3 +267,95 @@ def _check_seeds(results: list[Result], names: Sequence[str]) -> None:
                     f"render one of them with another seed"
                 )
             owner[seed] = name
+
+
+SUMS = ("passes", "photons", "photons_stored", "rays")
+
+
+def seeds_of(record: dict[str, Any]) -> list[int]:
+    """Return the seeds of a result: one, or those that were merged."""
+    return [run["seed"] for run in _runs_of(record)]
+
+
+def merge_records(records: list[dict[str, Any]], merged: Result) -> dict[str, Any]:
+    """Return the record of a merged result.
+
+    What the runs share stands as in theirs. `merged` lists the runs; passes, photons, rays and
+    seconds are sums, and `error` is computed again.
+    """
+    first = records[0]
+    runs = [run for record in records for run in _runs_of(record)]
+    seeds = [run["seed"] for run in runs]
+    sums = {name: sum(record[name] for record in records) for name in SUMS}
+    arguments = {
+        **first["arguments"],
+        "seed": seeds,
+        "budget": {"passes": sums["passes"]},
+        "threads": max(record["arguments"]["threads"] for record in records),
+    }
+    return {
+        **first,
+        "arguments": arguments,
+        "fingerprint": {**first["fingerprint"], "seed": seeds},
+        "merged": runs,
+        **sums,
+        "rays_by_kind": _sum_numbers([record.get("rays_by_kind", {}) for record in records]),
+        "pass_samples": min(record.get("pass_samples", 1.0) for record in records),
+        "error": relative_error(merged),
+        "goal": None,
+        "bias_blocks": _bias_blocks(records),
+        "unresolved": int(merged.unresolved.sum()),
+        "interrupted": any(record["interrupted"] for record in records),
+        "resumed": sum(record["resumed"] for record in records),
+        "predicted_seconds": [],
+        "effects": _effects([record["effects"] for record in records]),
+        "seconds": _sum_numbers([record["seconds"] for record in records]),
+        "warnings": list(
+            dict.fromkeys(message for record in records for message in record["warnings"])
+        ),
+    }
+
+
+def relative_error(result: Result) -> float | None:
+    """Return the relative standard error of radiance, as `Accumulator.error` defines it."""
+    if "radiance" not in result.errors:
+        return None
+    valid = valid_pixels(result.coverage, result.emission, result.unresolved)
+    if not valid.any():
+        return 0.0
+    value = result.radiance[valid].astype(np.float64)
+    variance = result.errors["radiance"][valid].astype(np.float64) ** 2
+    error = np.sqrt(relative_squares(variance, value).mean())
+    return float(error) if np.isfinite(error) else None
+
+
+def _bias_blocks(records: list[dict[str, Any]]) -> dict[str, Any] | None:
+    """Return the bias of blocks, if all runs know it."""
+    known = [record.get("bias_blocks") for record in records]
+    parts = [BlockBias.read(blocks) for blocks in known if blocks is not None]
+    if len(parts) < len(known):
+        return None
+    return BlockBias.pool(parts, [record["passes"] for record in records]).describe()
+
+
+def _runs_of(record: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the runs that a result is made of: one, or those that were merged."""
+    if "merged" in record:
+        return record["merged"]
+    run = {name: record[name] for name in ("passes", "photons", "rays", "error")}
+    return [{"seed": record["arguments"]["seed"], **run, "seconds": record["seconds"]["render"]}]
+
+
+def _sum_numbers(parts: list[dict[str, float]]) -> dict[str, float]:
+    names = dict.fromkeys(name for part in parts for name in part)
+    return {name: sum(part.get(name, 0) for part in parts) for name in names}
+
+
+def _effects(plans: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the plan of the first, with the seconds of all."""
+    merged = {}
+    for name, effect in plans[0].items():
+        spent = [plan[name]["seconds"] for plan in plans]
+        timed = [seconds for seconds in spent if seconds is not None]
+        merged[name] = {**effect, "seconds": sum(timed) if timed else None}
+    return merged

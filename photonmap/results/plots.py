@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.buffers import row_of
+from photonmap.buffers import is_banded, row_of
 from photonmap.errors import InputError
 from photonmap.results.colors import SCENE, Image, White
 from photonmap.results.labels import Labels
@@ -39,12 +39,11 @@ class Plots(Labels):
 
         Raises
         ------
-        InputError
-            if there is no such buffer, or matplotlib is not installed
+        InputError : there is no such buffer, or matplotlib is not installed
         """
         image, row = self._drawn(buffer), row_of(buffer)
         axes = axes or _new_axes()
-        if row is not None and not row.is_banded and image.ndim == 3:
+        if not is_banded(buffer) and image.ndim == 3:
             axes.imshow(0.5 + 0.5 * image)  # directions
         elif image.ndim == 3:
             is_light = row is None or row.quantity == "radiance"
@@ -70,12 +69,11 @@ class Plots(Labels):
 
         Raises
         ------
-        InputError
-            if there is no such pixel or buffer, the buffer has no bands, or matplotlib is not
+        InputError : there is no such pixel or buffer, the buffer has no bands, or matplotlib is not
             installed
         """
         image, row = self._drawn(buffer), row_of(buffer)
-        if image.ndim != 3 or (row is not None and not row.is_banded):
+        if image.ndim != 3 or not is_banded(buffer):
             raise InputError(f"{buffer!r} has no bands, and so no spectrum")
         height, width = image.shape[:2]
         whole = isinstance(x, Integral) and isinstance(y, Integral)
@@ -84,12 +82,12 @@ class Plots(Labels):
             raise InputError(f"there is no pixel {pixel} in an image of {width}x{height}")
         axes = axes or _new_axes()
         names = self.bands.names
-        places = np.arange(len(names)) if self.bands.is_rgb else self.wavelengths
+        positions = np.arange(len(names)) if self.bands.is_rgb else self.wavelengths
         spread = self.standard_error(buffer)[y, x] if f"{buffer}.error" in self else None
         label = f"{buffer} ({x}, {y})"
-        axes.errorbar(places, image[y, x], spread, marker="o", capsize=3, label=label)
+        axes.errorbar(positions, image[y, x], spread, marker="o", capsize=3, label=label)
         if self.bands.is_rgb:
-            axes.set_xticks(places, names)
+            axes.set_xticks(positions, names)
         else:
             axes.set_xlabel("wavelength (nm)")
         axes.set_ylabel("" if row is None else row.unit)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,14 @@ _KNEE, _BRIGHTEST = 0.5, 25.0
 """Where highlights begin to be compressed, and what is shown as 1, linear."""
 _STEEPNESS = 5.62216
 """Root a of a = ln(1 + a (`_BRIGHTEST` - `_KNEE`) / (1 - `_KNEE`)): the slope at the knee is 1."""
+
+
+class Preview(NamedTuple):
+    """An 8-bit image and the exposure at which it shows radiance."""
+
+    image: NDArray[np.uint8]
+    """(H, W, 3) sRGB"""
+    exposure: float
 
 
 def choose_exposure(lines: Iterable[NDArray[Any]], emission: NDArray[Any] | None) -> float:

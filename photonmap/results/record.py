@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import os
 import platform
+import time
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
-from typing import TYPE_CHECKING
 
 from photonmap.spectra.color_text import ILLUMINANTS
 from photonmap.spectra.munsell import VARIABLE as MUNSELL
-
-if TYPE_CHECKING:
-    pass
 
 PACKAGES = ("photonmap", "numpy", "numba", "embreex", "OpenImageIO", "colour-science")
 
@@ -40,6 +37,19 @@ def describe_code() -> dict[str, str]:
 def describe_measured_sets() -> dict[str, str | None]:
     """Return the files of measured spectra that colours may be named from; None without one."""
     return {"munsell": os.environ.get(MUNSELL), "illuminants": os.environ.get(ILLUMINANTS)}
+
+
+class Clock:
+    """Seconds of the stages of a render, by name."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, stage: str) -> None:
+        """End a stage, which began where the one before ended."""
+        now = time.perf_counter()
+        self.seconds[stage], self._last = now - self._last, now
 
 
 def describe_seconds(

@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.buffers import BUFFERS, BY_NAME, is_omitted, row_of, split_name
+from photonmap.buffers import BUFFERS, BY_NAME, is_banded, is_omitted, row_of, split_name
 from photonmap.errors import InputError
 from photonmap.film.bias import BlockBias
-from photonmap.film.block_errors import SIDE
-from photonmap.film.blocks import block_means, block_minima
+from photonmap.film.blocks import SIDE, block_means, block_minima
 from photonmap.film.variance_smoothing import (
     BLOCK_PRIOR,
     PRIOR,
@@ -85,8 +84,7 @@ class Result(Plots):
 
         Raises
         ------
-        AttributeError
-            if it was not kept
+        AttributeError : it was not kept
         """
         if name in self.buffers:
             return self.buffers[name]
@@ -153,8 +151,7 @@ class Result(Plots):
 
         Raises
         ------
-        InputError
-            if there is none, saying why
+        InputError : there is none, saying why
         """
         if name in self.errors:
             return self._smoothed_error(name)
@@ -182,8 +179,7 @@ class Result(Plots):
 
         Raises
         ------
-        InputError
-            if there is no such buffer
+        InputError : there is no such buffer
         """
         if name not in self.buffers:
             raise InputError(self._missing(name))
@@ -192,13 +188,12 @@ class Result(Plots):
     def block_error(self, name: str) -> Image:
         """Return the standard error of `block_mean`: (⌈H / 8⌉, ⌈W / 8⌉, N) float32.
 
-        Smoothed by the neighbours as `standard_error` is; `photonmap.film.block_errors` says of
+        Smoothed by the neighbours as `standard_error` is; `photonmap.film.blocks` says of
         which buffers, and why it does not follow from the errors of pixels.
 
         Raises
         ------
-        InputError
-            if there is none, saying why
+        InputError : there is none, saying why
         """
         if name in self.block_errors:
             counts = self.buffers.get("passes", np.array([[self.record.get("passes", 2)]]))
@@ -220,9 +215,8 @@ class Result(Plots):
 
         Raises
         ------
-        InputError
-            if it is another buffer than radiance, direct and indirect; or was not estimated, as of
-            renders that have none
+        InputError : it is another buffer than radiance, direct and indirect; or was not estimated,
+            as of renders that have none
         """
         if name not in ("radiance", "direct", "indirect"):
             raise InputError(f"the bias of {name!r} is not estimated; that of 'indirect' is")
@@ -247,8 +241,7 @@ class Result(Plots):
 
         Raises
         ------
-        InputError
-            if one of them is missing, or there is none
+        InputError : one of them is missing, or there is none
         """
         names = read_list(names)
         missing = [name for name in names if name not in self.buffers and not is_omitted(name)]
@@ -278,8 +271,7 @@ class Result(Plots):
 
         Raises
         ------
-        InputError
-            if lights were not split, there is no such group, or a gain is something else
+        InputError : lights were not split, there is no such group, or a gain is something else
         """
         from photonmap.results.relighting import relit
 
@@ -304,11 +296,9 @@ class Result(Plots):
 
         Raises
         ------
-        InputError
-            if such files cannot be written to `path`, a buffer is missing, or there is no such
-            white
-        OSError
-            if the disk is full or the like
+        InputError : such files cannot be written to `path`, a buffer is missing, or there is no
+            such white
+        OSError : the disk is full or the like
         """
         chosen = self if buffers is None else self.select(buffers)
         preview = partial(self.shown, white) if "radiance" in self.buffers else None
@@ -324,8 +314,7 @@ class Result(Plots):
 
         Raises
         ------
-        OSError
-            if writing fails
+        OSError : writing fails
         """
         Path(path).parent.mkdir(parents=True, exist_ok=True)
         write_exr(self._contents, path, self.projector(), halves)
@@ -343,14 +332,11 @@ class Result(Plots):
 
         Raises
         ------
-        InputError
-            if the suffix is another one, or there is no such white
-        OSError
-            if writing fails
+        InputError : the suffix is another one, or there is no such white
+        OSError : writing fails
         """
-        is_banded = {name: (row := row_of(name)) is None or row.is_banded for name in self.buffers}
-        colors = {name: self.rgb(name, white=white) for name in self.buffers if is_banded[name]}
-        others = {name: self.buffers[name] for name in self.buffers if not is_banded[name]}
+        colors = {name: self.rgb(name, white=white) for name in self.buffers if is_banded(name)}
+        others = {name: image for name, image in self.buffers.items() if not is_banded(name)}
         write_layers(colors, others, path)
 
     @property
@@ -386,8 +372,7 @@ def load_result(path: str | PathLike[str]) -> Result:
 
     Raises
     ------
-    InputError
-        if there is no such file, or it was not written by photonmap
+    InputError : there is no such file, or it was not written by photonmap
     """
     if not isinstance(path, str | PathLike):
         raise InputError(f"{shown(path)} is not the name of a file; give the FILE.exr of a render")

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, warn
-from photonmap.runtime.file_checks import check_writable
+from photonmap.runtime.files import check_writable
 from photonmap.runtime.fingerprint import difference
 from photonmap.runtime.wording import shown
 
@@ -40,9 +40,8 @@ def check_checkpoint(path: str | PathLike[str]) -> Path:
 
     Raises
     ------
-    InputError
-        if it is no name of a file, a folder, in a folder that is not writable, or another kind of
-        file
+    InputError : it is no name of a file, a folder, in a folder that is not writable, or another
+        kind of file
     """
     if not isinstance(path, str | PathLike):
         raise InputError(f"checkpoint {shown(path)} is not the name of a file")
@@ -82,8 +81,7 @@ class Checkpoint:
 
         Raises
         ------
-        InputError
-            if the file is damaged or of a different render
+        InputError : the file is damaged or of a different render
         """
         try:
             with self.path.open("rb") as file:

@@ -14,7 +14,7 @@ DIGESTS = ("band curves", "camera", "geometry", "materials", "lights", "kernels"
 
 
 def difference(
-    there: dict[str, Any], here: dict[str, Any], places: tuple[str, str] = ("there", "here")
+    there: dict[str, Any], here: dict[str, Any], owners: tuple[str, str] = ("there", "here")
 ) -> str:
     """Say in which entries two fingerprints differ, "seed 0 there, 1 here"; "" if in none.
 
@@ -22,13 +22,13 @@ def difference(
 
     Parameters
     ----------
-    places : what the two are called
+    owners : what the two are called
     """
     names = [name for name in {**here, **there} if there.get(name) != here.get(name)]
     arguments = [name for name in names if name not in DIGESTS]
     if arguments:
         return ", ".join(
-            f"{name} {there.get(name)} {places[0]}, {here.get(name)} {places[1]}"
+            f"{name} {there.get(name)} {owners[0]}, {here.get(name)} {owners[1]}"
             for name in arguments
         )
     return f"other {' and '.join(names)}" if names else ""

@@ -1,6 +1,6 @@
 """Lists of options: how each is documented, written on the command line, read and checked.
 
-A list of options is a frozen dataclass whose fields have `option(…)` as their metadata.
+A list of options is a frozen dataclass whose fields are `option(…)`.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import inspect
 import sys
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from numbers import Integral, Real
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
@@ -98,9 +98,9 @@ class Option:
         return value if self.check is None else self.check(value)
 
 
-def option(help: str, **traits: Any) -> Mapping[str, Option]:
-    """Return the metadata of a field that is an option; see `Option` for its traits."""
-    return {"option": Option(help=help, **traits)}
+def option(default: Any, help: str, **traits: Any) -> Any:
+    """Return the field of a dataclass that is an option; see `Option` for its traits."""
+    return field(default=default, metadata={"option": Option(help=help, **traits)})
 
 
 def list_options(options: Any) -> dict[str, Option]:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from photonmap.errors import InputError
-from photonmap.runtime.streams import tolerant
+from photonmap.runtime.terminal import tolerant
 from photonmap.runtime.wording import shown
 
 if TYPE_CHECKING:
@@ -26,6 +25,10 @@ STAGES = {
 }
 LINE_EVERY = 5.0
 """Seconds between plain lines."""
+_WATCH_EVERY = 0.5
+"""Least seconds between two images."""
+_WATCH_SHARE = 0.05
+"""The largest part of the time that showing images takes, after the first."""
 
 
 class Progress(Protocol):
@@ -35,7 +38,7 @@ class Progress(Protocol):
         """Begin one of `STAGES`."""
 
     def update(
-        self, passes: int, error: float, fraction: float, elapsed: float, rays: float
+        self, passes: int, error: float, fraction: float, elapsed: float, rays: float, /
     ) -> None:
         """Report a complete pass: the error so far, the part done, rays per second."""
 
@@ -49,9 +52,7 @@ class Silent:
     def stage(self, name: str) -> None:
         """Do nothing."""
 
-    def update(
-        self, passes: int, error: float, fraction: float, elapsed: float, rays: float
-    ) -> None:
+    def update(self, *state: float) -> None:
         """Do nothing."""
 
     def close(self) -> None:
@@ -67,7 +68,7 @@ class CompileNotice(Silent):
             _print(f"photonmap: {STAGES[name]}")
 
 
-class Lines:
+class Lines(Silent):
     """Plain lines on stderr, one a stage and one every few seconds."""
 
     def __init__(self) -> None:
@@ -78,16 +79,11 @@ class Lines:
         if name in ("first compile", "render", "interrupted"):
             _print(STAGES[name])
 
-    def update(
-        self, passes: int, error: float, fraction: float, elapsed: float, rays: float
-    ) -> None:
+    def update(self, *state: float) -> None:
         """Print a line if the last one is some seconds old."""
         if time.monotonic() - self._last >= LINE_EVERY:
             self._last = time.monotonic()
-            _print(_state(passes, error, fraction, elapsed, rays))
-
-    def close(self) -> None:
-        """Do nothing."""
+            _print(_describe(*state))
 
 
 class Bar:
@@ -113,25 +109,47 @@ class Bar:
         self._bar.start()
         self._bar.update(self._task, description=STAGES[name], total=None, state="")
 
-    def update(
-        self, passes: int, error: float, fraction: float, elapsed: float, rays: float
-    ) -> None:
+    def update(self, *state: float) -> None:
         """Move the bar."""
-        state = _state(passes, error, fraction, elapsed, rays)
-        self._bar.update(self._task, total=1.0, completed=fraction, state=state)
+        self._bar.update(self._task, total=1.0, completed=state[2], state=_describe(*state))
 
     def close(self) -> None:
         """Take the bar away."""
         self._bar.stop()
 
 
-@contextmanager
-def ending(progress: Progress) -> Iterator[None]:
-    """Close it at the end of this context."""
-    try:
-        yield
-    finally:
-        progress.close()
+class Watching:
+    """Progress that shows the image too.
+
+    Parameters
+    ----------
+    progress : gets all calls that this one gets
+    watch : shows an image
+    snapshot : number of passes → the image so far
+    """
+
+    def __init__(
+        self, progress: Progress, watch: Callable[[Any], None], snapshot: Callable[[int], Any]
+    ) -> None:
+        self._progress, self._watch, self._snapshot = progress, watch, snapshot
+        self._due = 0.0
+
+    def stage(self, name: str) -> None:
+        """Pass it on."""
+        self._progress.stage(name)
+
+    def update(self, passes: int, *state: float) -> None:
+        """Pass it on, and show the image if it is time."""
+        self._progress.update(passes, *state)
+        start = time.perf_counter()
+        if start >= self._due:
+            self._watch(self._snapshot(passes))
+            now = time.perf_counter()
+            self._due = now + max(_WATCH_EVERY, (now - start) / _WATCH_SHARE)
+
+    def close(self) -> None:
+        """Pass it on."""
+        self._progress.close()
 
 
 def choose_progress(quiet: bool) -> Progress:
@@ -172,7 +190,7 @@ def _print(line: str) -> None:
     print(line, file=tolerant(sys.stderr), flush=True)
 
 
-def _state(passes: int, error: float, fraction: float, elapsed: float, rays: float) -> str:
+def _describe(passes: float, error: float, fraction: float, elapsed: float, rays: float) -> str:
     left = elapsed * (1.0 - fraction) / fraction if fraction > 0.0 else math.inf
     known = f"error {error:.4f}" if math.isfinite(error) else "error unknown yet"
     return f"pass {passes}, {known}, {duration(left)} left, {rays / 1e6:.1f} Mrays/s"

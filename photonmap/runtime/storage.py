@@ -1,19 +1,21 @@
-"""Where the large arrays of a render lie: in RAM, or in scratch files mapped into memory.
+"""Where the large arrays of a render lie, and whether they fit: in RAM, or in scratch files.
 
-A mapped array is a plain array to NumPy and to the kernels. Its file has no name from the start
-(on Windows, it goes with the process), so nothing stays behind, whatever happens. Where the system
-can, its space is reserved at once, so a full disk is reported before the work begins.
+Scratch files are mapped into memory. A mapped array is a plain array to NumPy and to the kernels.
+Its file has no name from the start (on Windows, it goes with the process), so nothing stays behind,
+whatever happens. Where the system can, its space is reserved at once, so a full disk is reported
+before the work begins.
 """
 
 from __future__ import annotations
 
 import mmap
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import psutil
@@ -42,8 +44,7 @@ class Storage:
 
         Raises
         ------
-        InputError
-            if the disk has no room for it
+        InputError : the disk has no room for it
         """
         size = int(np.prod(shape, dtype=np.int64)) * np.dtype(dtype).itemsize
         if not self.mapped or size == 0:
@@ -59,8 +60,7 @@ def scratch_folder() -> Path:
 
     Raises
     ------
-    InputError
-        if no folder for temporary files can be written to
+    InputError : no folder for temporary files can be written to
     """
     try:
         return Path(tempfile.gettempdir())
@@ -97,3 +97,61 @@ def _map(size: int) -> mmap.mmap:
             f"cannot make a scratch file of {size / 1e9:.2f} GB in {folder} ({error.strerror}): "
             f"make room there, or set TMPDIR to a folder on another disk"
         ) from None
+
+
+class Need(NamedTuple):
+    """Bytes that a render needs."""
+
+    always: float
+    """of RAM: the interpreter, the scene and all that is never on disk"""
+    arrays: float
+    """of the large arrays, which may be on disk"""
+
+
+def free_memory() -> int:
+    """Return the bytes that this process may still take: of the machine, and of its own limits."""
+    free = int(psutil.virtual_memory().available)
+    try:
+        import resource
+    except ImportError:  # Windows has no such limits
+        return free
+    memory = psutil.Process().memory_info()
+    private = getattr(memory, "data", memory.rss)
+    for kind, taken in ((resource.RLIMIT_AS, memory.vms), (resource.RLIMIT_DATA, private)):
+        limit = resource.getrlimit(kind)[0]
+        if limit != resource.RLIM_INFINITY:
+            free = min(free, max(limit - int(taken), 0))
+    return free
+
+
+def check_memory(need: Need, limit: float | None = None) -> Storage:
+    """Return where the arrays of a render are to lie.
+
+    Parameters
+    ----------
+    need : bytes that it is estimated to take
+    limit : bytes of RAM above which its arrays go to disk; None for any number
+
+    Raises
+    ------
+    InputError : it needs more RAM, or more space on disk, than is free
+    """
+    total, free = need.always + need.arrays, free_memory()
+    if limit is None or total <= limit:
+        if total > free:
+            raise InputError(
+                f"this render needs about {total / 1e9:.1f} GB and {free / 1e9:.1f} GB are free: "
+                f"use a smaller size, fewer bands or fewer photons, or keep arrays on disk "
+                f"(--memory 2G, memory=2 << 30)"
+            )
+        return RAM
+    folder = scratch_folder()
+    space = shutil.disk_usage(folder).free
+    in_ram = need.always + (need.arrays if is_in_ram(folder) else 0.0)
+    for what, wanted, there in (("of RAM", in_ram, free), (f"in {folder}", need.arrays, space)):
+        if wanted > there:
+            raise InputError(
+                f"this render needs about {wanted / 1e9:.1f} GB {what} and {there / 1e9:.1f} GB "
+                f"are free: use a smaller size, fewer bands, fewer photons or fewer buffers"
+            )
+    return Storage(mapped=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import fields
 from typing import Any
 
@@ -68,26 +68,19 @@ def _nearest(name: str, candidates: Iterable[str]) -> str | None:
     Of several that are equally near, one with the same letters in another order, or else the last
     by the alphabet: for "D66" that is "D65", not "D60".
     """
-    for part, least in ((_whole, _NEAR), (str.split, _NEAR_WORD)):
+    for has_words, least in ((False, _NEAR), (True, _NEAR_WORD)):
+        parts = {each: each.split() if has_words else [each] for each in candidates}
         scores = {
-            candidate: max((_likeness(name, word) for word in part(candidate)), default=0.0)
-            for candidate in candidates
+            candidate: max((_likeness(name, word) for word in words), default=0.0)
+            for candidate, words in parts.items()
         }
         best = max(scores.values(), default=0.0)
         if best >= least:
             tied = [candidate for candidate, score in scores.items() if score == best]
-            return max(tied, key=lambda each: (_likeness(_sorted(name), _sorted(each)), each))
+            return max(tied, key=lambda each: (_likeness(sorted(name), sorted(each)), each))
     return None
 
 
-def _whole(text: str) -> list[str]:
-    return [text]
-
-
-def _sorted(text: str) -> str:
-    return "".join(sorted(text))
-
-
-def _likeness(one: str, other: str) -> float:
-    """Return the similarity of two texts, by `difflib`, from 0 to 1."""
+def _likeness(one: Sequence[str], other: Sequence[str]) -> float:
+    """Return the similarity of two texts or lists of letters, by `difflib`, from 0 to 1."""
     return difflib.SequenceMatcher(a=other, b=one).ratio()

@@ -64,7 +64,7 @@ class Workers:
         finally:
             signal.signal(signal.SIGINT, before)
 
-    def map(self, task: Callable[[int], Any], count: int, whole: bool = False) -> list[Any]:
+    def map(self, task: Callable[[int], Any], count: int, uninterrupted: bool = False) -> list[Any]:
         """Return [task(0), …, task(count - 1)].
 
         On an error or Ctrl-C, tasks that have not begun are dropped and the ones under way are
@@ -72,7 +72,7 @@ class Workers:
 
         Parameters
         ----------
-        whole : leave a held Ctrl-C to the next call
+        uninterrupted : leave a held Ctrl-C to the next call
 
         Raises
         ------
@@ -96,9 +96,9 @@ class Workers:
         try:
             for future in futures:
                 while not wait([future], POLL).done:
-                    self._check(whole)
+                    self._check(uninterrupted)
                 future.result()
-            self._check(whole)
+            self._check(uninterrupted)
             return results
         except BaseException:
             dropped.set()
@@ -108,7 +108,7 @@ class Workers:
             raise
 
     def ranges(
-        self, task: Callable[[int, int], Any], items: int, size: int, whole: bool = False
+        self, task: Callable[[int, int], Any], items: int, size: int, uninterrupted: bool = False
     ) -> list[Any]:
         """Return task(first, last) over consecutive ranges of at most `size` items, as `map`.
 
@@ -117,9 +117,9 @@ class Workers:
         return self.map(
             lambda index: task(index * size, min((index + 1) * size, items)),
             -(-items // size),
-            whole,
+            uninterrupted,
         )
 
-    def _check(self, whole: bool) -> None:
-        if self._stop.is_set() and not whole:
+    def _check(self, uninterrupted: bool) -> None:
+        if self._stop.is_set() and not uninterrupted:
             raise KeyboardInterrupt

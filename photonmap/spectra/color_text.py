@@ -19,7 +19,7 @@ from functools import cache
 from pathlib import Path
 
 from photonmap.errors import InputError, naming
-from photonmap.runtime.named_files import named_file
+from photonmap.runtime.files import named_file
 from photonmap.runtime.wording import shown, suggest
 from photonmap.spectra import names
 from photonmap.spectra.curves import (

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from photonmap.errors import InputError, naming
-from photonmap.runtime.named_files import named_file
+from photonmap.runtime.files import named_file
 from photonmap.runtime.wording import suggest
 from photonmap.spectra.curves import FILES, Floats, Spectrum
 from photonmap.spectra.tables import read_table

@@ -22,8 +22,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.film.relative_error import divide_by_norm, squared_norm
-from photonmap.film.valid_pixels import Mask, valid_pixels
+from photonmap.film.relative_error import Mask, divide_by_norm, squared_norm, valid_pixels
 from photonmap.report.pages import webp_uri
 from photonmap.results.result import Result
 from photonmap.spectra.color_difference import delta_e_2000

@@ -12,7 +12,7 @@ from photonmap.report.files import written_together
 from photonmap.report.pages import render_page
 from photonmap.report.plots import as_svg, save_figure
 from photonmap.report.tables import write_csv
-from photonmap.runtime.interrupts import ignoring_interrupts
+from photonmap.runtime.terminal import ignoring_interrupts
 from photonmap.study import convergence, measure
 from photonmap.study.convergence import BUFFER, PATH, TARGETS, Findings, Law, Power
 from photonmap.study.errors import BUFFERS, CAPTIONS, REFERENCE_BANDS, Kind, color_bar

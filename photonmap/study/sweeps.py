@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from photonmap.errors import InputError
 from photonmap.film.budget import usual_photons
 from photonmap.integrators.memory_estimate import Work
-from photonmap.runtime.memory import check_memory
+from photonmap.runtime.storage import check_memory
 from photonmap.spectra.bands import Bands
 from photonmap.study.errors import REFERENCE_BANDS, Reference, counted_pixels
 from photonmap.study.measure import Settings, Study

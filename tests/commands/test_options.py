@@ -4,7 +4,7 @@ import ast
 import inspect
 import re
 import runpy
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -101,7 +101,7 @@ def test_what_decides_the_arrays_is_recorded():
 
 @dataclass(frozen=True, kw_only=True)
 class Longer(Options):
-    bounces: int = field(default=5, metadata=option("longest path", whole=(1, 9)))
+    bounces: int = option(5, "longest path", whole=(1, 9))
 
 
 @taking_keywords_of(Longer)

@@ -26,8 +26,7 @@ from photonmap.evaluate.bench.images import (
 from photonmap.evaluate.bench.measure import Column, Measured, checked, choose_metrics, measure
 from photonmap.evaluate.bench.scores import MethodScores
 from photonmap.evaluate.experiments import degradations, paper_table
-from photonmap.evaluate.experiments.costs import cost_table
-from photonmap.evaluate.experiments.sample_size import sample_tables, scenes_needed
+from photonmap.evaluate.experiments.lmse import cost_table, sample_tables, scenes_needed
 
 
 def truth_of(reflectance, shading):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from photonmap import InputError, evaluate
-from photonmap.evaluate.metrics.scaled import SHARE
+from photonmap.evaluate.metrics.scaled import WINDOW_FRACTION
 from photonmap.spectra.color_difference import delta_e_2000
 from photonmap.spectra.observer import observer
 
@@ -72,7 +72,7 @@ def test_sintel_windows_are_those_of_the_protocol():
     for shape in ((47, 53, 3), (25, 30), (12, 9, 3)):
         truth, estimate, mask = noisy(shape)
         height, width = shape[:2]
-        side = math.floor(SHARE * max(shape) + 0.5)
+        side = math.floor(WINDOW_FRACTION * max(shape) + 0.5)
         step = math.floor(side / 2 + 0.5)
         errors = []
         for i in range(1, height - step + 1, step):

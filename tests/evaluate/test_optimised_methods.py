@@ -5,7 +5,7 @@ import pytest
 from helpers.mondrians import ALL, COLORS, errors, mondrian, run
 from scipy.optimize import check_grad
 
-from photonmap.evaluate.methods import bell, clusters, gehler, shen
+from photonmap.evaluate.methods import bell, gehler, shen
 from photonmap.evaluate.methods.bell import GaussianKernel, _corners
 
 BRIGHT = [(1.0, 0.5, 0.3), (0.1, 0.25, 0.15), (0.4, 0.3, 0.8)]
@@ -93,10 +93,10 @@ def test_gehlers_energy_by_hand():
 
 def test_gehlers_clusters():
     colors = np.repeat(COLORS, (5, 9, 30), axis=0)
-    means = clusters.first_means(colors, 10)
-    found = means[clusters.nearest_means(colors, means)]
+    means = gehler.first_means(colors, 10)
+    found = means[gehler.nearest_means(colors, means)]
     np.testing.assert_allclose(found, colors)
-    assert (clusters.means_of(colors, np.zeros(44, int), means)[1:] == means[1:]).all()
+    assert (gehler.means_of(colors, np.zeros(44, int), means)[1:] == means[1:]).all()
 
 
 def test_corners_surround_their_point():

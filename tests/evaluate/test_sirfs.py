@@ -5,11 +5,10 @@ import pytest
 from scipy.stats import norm
 
 from photonmap import evaluate
+from photonmap.evaluate.methods import sirfs_priors as priors
 from photonmap.evaluate.methods.method import View, find_method
-from photonmap.evaluate.methods.sirfs import priors
-from photonmap.evaluate.methods.sirfs.estimate import Objective, depth_of, pyramid
-from photonmap.evaluate.methods.sirfs.priors import as_json, load_priors, whitened
-from photonmap.evaluate.methods.sirfs.shape import Surface, harmonics
+from photonmap.evaluate.methods.sirfs import Objective, Surface, depth_of, harmonics, pyramid
+from photonmap.evaluate.methods.sirfs_priors import as_json, load_priors, whitened
 
 TERMS = ("smooth", "entropy", "absolute", "curvature", "facing", "light")
 SIZE = 12, 15

@@ -7,8 +7,7 @@ from helpers.scenes import balls_in_box
 from scipy import stats
 
 import photonmap as pm
-from photonmap.film.block_errors import SIDE, BlockMoments
-from photonmap.film.blocks import block_means, block_minima
+from photonmap.film.blocks import SIDE, BlockMoments, block_means, block_minima
 from photonmap.film.pooling import pool_errors
 from photonmap.kernels.core.passes import FIRST_CAUSTIC, VIA_CAUSTIC, VIA_INDIRECT, Film
 

@@ -3,8 +3,7 @@ import math
 import pytest
 
 from photonmap.errors import InputError
-from photonmap.film.budget import CEILING, DEFAULT_ERROR, LEAST_PASSES, Budget
-from photonmap.film.goal import BUFFERS, Goal
+from photonmap.film.budget import BUFFERS, CEILING, DEFAULT_ERROR, LEAST_PASSES, Budget, Goal
 from photonmap.kernels.film.moments import GOAL_BUFFERS
 
 

@@ -5,9 +5,9 @@ import math
 import pytest
 
 import photonmap as pm
+from photonmap.film.bias import FOOTPRINTS_HOLD
 from photonmap.film.budget import Budget
 from photonmap.film.forecast import Forecast
-from photonmap.film.support_width import FOOTPRINTS_HOLD
 
 
 def test_passes_at_an_even_pace_after_a_slow_start():

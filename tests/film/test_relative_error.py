@@ -7,11 +7,10 @@ from helpers.estimates import empty_pixels
 import photonmap as pm
 from photonmap.dataset.files.derived_buffers import with_derived
 from photonmap.film.moments import Accumulator
-from photonmap.film.relative_error import dark_floor, relative_squares, squared_norm
-from photonmap.film.valid_pixels import valid_pixels
+from photonmap.film.relative_error import dark_floor, relative_squares, squared_norm, valid_pixels
 from photonmap.kernels.core.passes import EMPTY, FOUND
 from photonmap.kernels.film.moments import is_valid
-from photonmap.results.merged_record import relative_error
+from photonmap.results.merge import relative_error
 from photonmap.runtime.workers import Workers
 from photonmap.study.errors import counted_pixels, stated_error
 

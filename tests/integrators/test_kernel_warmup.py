@@ -12,7 +12,7 @@ import trimesh
 import photonmap as pm
 from photonmap.compile.scene_arrays import VARIANTS, compile_scene, variant_of
 from photonmap.integrators.kernel_warmup import _setup, _smallest
-from photonmap.integrators.light_visibility import find_hidden_lights
+from photonmap.integrators.missing_light import find_hidden_lights
 from photonmap.integrators.photon_mapping.integrator import PhotonIntegrator
 from photonmap.kernels.core.streams import Domain
 from photonmap.runtime.workers import Workers

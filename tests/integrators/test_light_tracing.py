@@ -12,7 +12,7 @@ from scipy import stats
 
 import photonmap as pm
 from photonmap.compile.scene_arrays import compile_scene
-from photonmap.integrators.photon_mapping import caustics, light_tracing
+from photonmap.integrators.photon_mapping import caustics
 from photonmap.integrators.photon_mapping.integrator import PhotonIntegrator
 from photonmap.kernels.core.passes import CAUSTIC_IRRADIANCE, FIRST_CAUSTIC, VIA_CAUSTIC, Film, View
 from photonmap.runtime.workers import Workers
@@ -139,7 +139,7 @@ def test_large_disks_are_replaced_only_where_pixels_are_larger(monkeypatch):
 
 
 def test_any_number_of_threads_gives_the_same_bits(monkeypatch):
-    monkeypatch.setattr(light_tracing, "BUNDLE", 100)
+    monkeypatch.setattr(caustics, "CONNECTED_BUNDLE", 100)
     one, three = (passes(room(), 2, threads=threads) for threads in (1, 3))
     assert one.any()
     np.testing.assert_array_equal(one, three)
@@ -166,4 +166,4 @@ def view_of(camera, jitter=True):
     ids=["pinhole", "center", "lens", "ray map", "panorama"],
 )
 def test_photons_are_connected_where_points_have_one_film_point(camera, jitter, wanted):
-    assert light_tracing.can_connect(view_of(camera, jitter)) is wanted
+    assert caustics.can_connect(view_of(camera, jitter)) is wanted

@@ -10,9 +10,8 @@ import pytest
 from photonmap.errors import InputError
 from photonmap.integrators.memory_estimate import Work
 from photonmap.runtime import storage
-from photonmap.runtime.memory import check_memory
 from photonmap.runtime.options import read_memory
-from photonmap.runtime.storage import RAM, Storage
+from photonmap.runtime.storage import RAM, Storage, check_memory
 
 LEAST = Work(pixels=10, bands=1, photons=10, triangles=10)
 LARGE = Work(8192 * 8192, 31, 100_000, 36)
@@ -53,7 +52,7 @@ def test_above_the_limit_the_disk_is_asked(monkeypatch, tmp_path, room):
 
     monkeypatch.setattr("shutil.disk_usage", lambda folder: Disk)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    monkeypatch.setattr("photonmap.runtime.memory.is_in_ram", lambda folder: False)
+    monkeypatch.setattr("photonmap.runtime.storage.is_in_ram", lambda folder: False)
     small = replace(LARGE, pixels=4096**2)
     assert check_memory(LEAST.need, limit=1e9) == RAM
     if room > 1e12:
@@ -67,7 +66,7 @@ def test_above_the_limit_the_disk_is_asked(monkeypatch, tmp_path, room):
 
 @pytest.mark.usefixtures("two_gigabytes")
 def test_scratch_files_in_ram_count_as_ram(monkeypatch):
-    monkeypatch.setattr("photonmap.runtime.memory.is_in_ram", lambda folder: True)
+    monkeypatch.setattr("photonmap.runtime.storage.is_in_ram", lambda folder: True)
     with pytest.raises(InputError, match="GB of RAM"):
         check_memory(replace(LARGE, pixels=4096**2).need, limit=1e9)
 

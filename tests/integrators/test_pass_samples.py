@@ -7,9 +7,8 @@ import pytest
 from helpers.comparisons import assert_within
 
 import photonmap as pm
-from photonmap.film.budget import LEAST_PASSES, PASS_SAMPLES
-from photonmap.film.goal import Goal
-from photonmap.integrators.pass_samples import LOOSE, choose_size, first_size, resize
+from photonmap.film.budget import LEAST_PASSES, PASS_SAMPLES, Goal
+from photonmap.integrators.adaptive_sampling import LOOSE, choose_size, first_size, resize
 from photonmap.kernels.core.passes import SamplingPlan
 
 OPTIONS = {"bands": "rgb", "size": (48, 48)}

@@ -17,13 +17,13 @@ import photonmap as pm
 from photonmap.compile.scene_arrays import compile_scene
 from photonmap.integrators.base import PassSetup
 from photonmap.integrators.choice import make_integrator
-from photonmap.integrators.photon_mapping import caustics, exposed_fraction
+from photonmap.integrators.photon_mapping import cache_cells, caustics
 from photonmap.kernels.core.passes import Film
 from photonmap.kernels.geometry import ray
 from photonmap.runtime.workers import Workers
 from photonmap.spectra.bands import Bands
 
-caustics.PILOT = exposed_fraction.PILOT = 128
+caustics.PILOT = cache_cells.PILOT = 128
 calls = {"rtcIntersect1": 0, "rtcOccluded1": 0}
 
 

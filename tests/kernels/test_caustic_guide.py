@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from photonmap.integrators.photon_mapping.emission_guide import BOXES, PRIOR, even_guide, learn
+from photonmap.integrators.photon_mapping.caustics import BOXES, PRIOR, even_guide, learn
 from photonmap.kernels.caustics.photon_map import _guided
 from photonmap.kernels.core import rng
 from photonmap.kernels.core.jit import kernel

@@ -10,10 +10,10 @@ from helpers.passes import setup_of
 import photonmap as pm
 from photonmap.compile.geometry import triangle_areas
 from photonmap.compile.scene_arrays import compile_scene
-from photonmap.integrators.photon_mapping.cache_layout import lay_cells
-from photonmap.integrators.photon_mapping.exposed_fraction import (
+from photonmap.integrators.photon_mapping.cache_cells import (
     LEAST,
     find_lit_sides,
+    lay_cells,
     measure_exposed,
 )
 from photonmap.kernels.cache import exposed_fraction as exposure

@@ -9,7 +9,7 @@ from scipy import stats
 import photonmap as pm
 from photonmap.compile.lights.probabilities import EVEN
 from photonmap.compile.scene_arrays import compile_scene
-from photonmap.integrators.light_visibility import _only
+from photonmap.integrators.missing_light import _only
 from photonmap.kernels.core import rng, vec, warp
 from photonmap.kernels.core.jit import kernel
 from photonmap.kernels.lights.emission import emit_photon

@@ -8,7 +8,7 @@ from helpers.scenes import closed_box
 import photonmap as pm
 from photonmap.compile.geometry import triangle_areas
 from photonmap.compile.scene_arrays import compile_scene
-from photonmap.integrators.photon_mapping.cache_layout import (
+from photonmap.integrators.photon_mapping.cache_cells import (
     FINER,
     divide_cells,
     lay_cells,

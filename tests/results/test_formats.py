@@ -7,8 +7,7 @@ import pytest
 
 import photonmap as pm
 from photonmap.commands.main import main
-from photonmap.results.files import check_output
-from photonmap.results.formats import WRITERS
+from photonmap.results.files import WRITERS, check_output
 from photonmap.results.result import Result
 from photonmap.spectra.bands import Bands
 
@@ -124,7 +123,7 @@ def test_nothing_is_left_of_a_write_that_fails(tmp_path, monkeypatch, suffix):
 
 
 def test_a_missing_package_is_named_before_the_render(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("photonmap.results.formats.find_spec", lambda name: None)
+    monkeypatch.setattr("photonmap.results.files.find_spec", lambda name: None)
     with pytest.raises(pm.InputError, match=r"\.nc need xarray and h5netcdf: pip install 'photonm"):
         check_output(tmp_path / "a.nc")
     box = str(pm.scenes.FOLDER / "cornell_box.obj")

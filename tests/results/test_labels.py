@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import photonmap as pm
-from photonmap.results.formats import no_cluster
+from photonmap.results.files import no_cluster
 
 SIZE = (10, 9)
 

@@ -7,7 +7,7 @@ import photonmap as pm
 from photonmap.dataset.files.derived_buffers import with_derived
 from photonmap.dataset.scenes.build import build_scene
 from photonmap.dataset.scenes.illumination import Illumination
-from photonmap.results.light_shares import _covariances, share_errors, shares_of
+from photonmap.results.relighting import _covariances, share_errors, shares_of
 
 SEEDS, PASSES = 6, 16
 LIGHTS = ("planck:2700", "daylight:7000", "LED-B3")

@@ -8,7 +8,7 @@ import pytest
 import photonmap as pm
 from photonmap.commands.main import main
 from photonmap.io.png import write_png
-from photonmap.runtime.named_files import named_file
+from photonmap.runtime.files import named_file
 
 OBJ = "mtllib {}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n"
 MTL = "newmtl red\nKd .5 .1 .1\n"

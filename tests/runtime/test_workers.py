@@ -36,7 +36,7 @@ def test_an_error_is_raised_and_the_rest_dropped():
 def test_ctrl_c_is_held_until_a_call_that_may_stop():
     with Workers(2) as workers, workers.holding_interrupts():
         os.kill(os.getpid(), signal.SIGINT)
-        assert workers.map(lambda index: index, 3, whole=True) == [0, 1, 2]
+        assert workers.map(lambda index: index, 3, uninterrupted=True) == [0, 1, 2]
         with pytest.raises(KeyboardInterrupt):
             workers.map(lambda index: index, 3)
         assert threading.current_thread() is threading.main_thread()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from emitter_cases import EMITTERS, PHOTONS, compiled, emit
 
-from photonmap.integrators.photon_mapping.emission_guide import even_guide
+from photonmap.integrators.photon_mapping.caustics import even_guide
 from photonmap.kernels.caustics.aim import aim_photon
 from photonmap.kernels.core import rng
 from photonmap.kernels.core.jit import kernel

@@ -11,7 +11,7 @@ import pytest
 
 import photonmap as pm
 from photonmap.commands.main import main
-from photonmap.results import watching
+from photonmap.runtime import progress
 from photonmap.runtime.progress import Silent
 
 SMALL = {"bands": 3, "size": (12, 9), "passes": 3, "photons": 2000}
@@ -20,8 +20,8 @@ BOX = str(pm.scenes.FOLDER / "cornell_box.obj")
 
 @pytest.fixture(autouse=True)
 def every_pass(monkeypatch):
-    monkeypatch.setattr(watching, "_EVERY", 0.0)
-    monkeypatch.setattr(watching, "_SHARE", 1e9)
+    monkeypatch.setattr(progress, "_WATCH_EVERY", 0.0)
+    monkeypatch.setattr(progress, "_WATCH_SHARE", 1e9)
 
 
 def test_a_render_is_watched():
@@ -39,16 +39,16 @@ def test_a_render_is_watched():
 
 def test_showing_takes_a_small_part_of_the_time(monkeypatch):
     now = [0.0]
-    monkeypatch.setattr(watching, "_EVERY", 0.5)
-    monkeypatch.setattr(watching, "_SHARE", 0.05)
-    monkeypatch.setattr(watching.time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(progress, "_WATCH_EVERY", 0.5)
+    monkeypatch.setattr(progress, "_WATCH_SHARE", 0.05)
+    monkeypatch.setattr(progress.time, "perf_counter", lambda: now[0])
     shown = []
 
     def show(result):
         shown.append(now[0])
         now[0] += 1.0
 
-    watcher = watching.Watching(Silent(), show, lambda passes: passes)
+    watcher = progress.Watching(Silent(), show, lambda passes: passes)
     for second in range(100):
         now[0] = max(now[0], float(second))
         watcher.update(second + 1, 0.1, 0.5, float(second), 1e6)

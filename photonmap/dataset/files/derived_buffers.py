@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from photonmap.buffers import RENDERED, split_name
 from photonmap.errors import InputError
-from photonmap.film.valid_pixels import valid_pixels
+from photonmap.film.relative_error import valid_pixels
 from photonmap.integrators.look import Onlooker
 from photonmap.results.result import Result
 from photonmap.scene.daylight import SkyLight

@@ -15,7 +15,7 @@ from typing import Any
 
 from photonmap.errors import InputError, warn
 from photonmap.report.files import replacing
-from photonmap.runtime.file_checks import check_output_folder
+from photonmap.runtime.files import check_output_folder
 from photonmap.runtime.wording import enumerated
 from photonmap.spectra.curves import EXTRAPOLATE
 from photonmap.spectra.sensitivities import table_of

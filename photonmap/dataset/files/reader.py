@@ -139,20 +139,20 @@ class Image(Mapping[str, Array]):
         (H, W) float32 each, of the means over bands; they add up to 1, and are 0 where no light
         arrives. In a pixel that is not pure, they are shares of shading.
         """
-        from photonmap.results.light_shares import shares_of
+        from photonmap.results.relighting import shares_of
 
         return shares_of({light: self[f"shading@{light}"] for light in self.entry["lights"]})
 
     def light_share_errors(self) -> dict[str, Array]:
         """Return the standard errors of `light_shares` by light group, (H, W) float32 each.
 
-        `photonmap.results.light_shares` says how the covariance of lights enters them.
+        `photonmap.results.relighting` says how the covariance of lights enters them.
 
         Raises
         ------
         InputError : the files hold no errors of light groups, which those of `--full` do
         """
-        from photonmap.results.light_shares import share_errors
+        from photonmap.results.relighting import share_errors
 
         return share_errors(self.result, list(self.entry["lights"]))
 

@@ -33,7 +33,7 @@ from photonmap.dataset.publication.publish import (
 )
 from photonmap.errors import InputError
 from photonmap.io.png import encode_png
-from photonmap.runtime.file_checks import check_output_folder
+from photonmap.runtime.files import check_output_folder
 from photonmap.runtime.wording import suggest
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from photonmap.dataset.models.wall_objects import WINDOW
 from photonmap.dataset.scenes.illumination import MAIN_SHARE, Illumination, is_sky
 from photonmap.dataset.scenes.rooms.camera_search import directions
 from photonmap.errors import InputError
-from photonmap.integrators.ray_caster import RayCaster
+from photonmap.integrators.look import RayCaster
 from photonmap.scene.camera import Camera
 
 LEVEL = 1.0

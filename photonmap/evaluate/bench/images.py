@@ -236,7 +236,9 @@ def shots(images: Dataset, space: str, light: str = LIGHTS[0]) -> Iterator[Shot]
     """
     views: dict[Any, list[Image]] = {}
     for image in images:
-        views.setdefault(_view_of(image), []).append(image)
+        job = image.entry["job"]
+        view = image.geometry, job["seed"], *sorted(job["view"].items())
+        views.setdefault(view, []).append(image)
     for group in views.values():
         truths = [load_truth(image, space) for image in group]
         if light == "direct":
@@ -244,11 +246,5 @@ def shots(images: Dataset, space: str, light: str = LIGHTS[0]) -> Iterator[Shot]
             truths = [in_direct_light(image, truth, space) for image, truth in pairs]
         relit = tuple(np.where(truth.mask[..., None], truth.radiance, np.nan) for truth in truths)
         for image, truth in zip(group, truths, strict=True):
-            view = View(truth.name, truth.radiance, truth.mask, relit)
-            yield Shot(truth, view, kind_of(image))
-
-
-def _view_of(image: Image) -> tuple[Any, ...]:
-    """Return what images share that differ in light alone."""
-    job = image.entry["job"]
-    return image.geometry, job["seed"], *sorted(job["view"].items())
+            seen = View(truth.name, truth.radiance, truth.mask, relit)
+            yield Shot(truth, seen, kind_of(image))

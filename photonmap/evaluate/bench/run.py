@@ -50,6 +50,7 @@ def one_thread() -> AbstractContextManager[Any]:
 
 
 Settings = Mapping[str, float]
+_Scored = Sequence[tuple[Method, MethodScores]]
 _BY = METRICS["lmse"]
 """The metric that settings are chosen by."""
 
@@ -158,11 +159,12 @@ def evaluate_dataset(
     with one_thread():
         settings = tune(chosen, images.geometries, look, log)
         found = [MethodScores(method.name, settings=settings[method.name]) for method in chosen]
-        bench = _Bench(list(zip(chosen, found, strict=True)), measured_by, draws, watch)
+        scored = list(zip(chosen, found, strict=True))
         names, scenes, kinds = [], [], []
         for index, shot in enumerate(look()):
             began = time.perf_counter()
-            bench.score(shot, index)
+            noise = _draw(shot.truth, draws, index)
+            _score_image(shot, scored, measured_by, noise, watch)
             names.append(shot.truth.name)
             scenes.append(shot.truth.scene)
             kinds.append(shot.kind)
@@ -175,12 +177,7 @@ def evaluate_dataset(
 
 
 def _open(folder: Path, light: str) -> Dataset | MitSet:
-    """Open a data set of photonmap or MIT's.
-
-    Raises
-    ------
-    InputError : it is neither, not finished, or MIT's is to be seen in direct light alone
-    """
+    """Open a data set of photonmap or MIT's."""
     if not is_mit(folder):
         return open_finished(folder)
     if light != LIGHTS[0]:
@@ -189,12 +186,7 @@ def _open(folder: Path, light: str) -> Dataset | MitSet:
 
 
 def _choose_methods(methods: str | Method | Sequence[str | Method] | None) -> list[Method]:
-    """Return methods, each with a name of its own.
-
-    Raises
-    ------
-    InputError : there is none, none of such a name, or two have the same
-    """
+    """Return methods, each with a name of its own."""
     if methods is None:
         methods = method_names()
     wanted = read_list(methods) if isinstance(methods, Iterable) else [methods]
@@ -210,53 +202,33 @@ def _choose_methods(methods: str | Method | Sequence[str | Method] | None) -> li
     return chosen
 
 
-class _Bench:
-    """Scores one image after another by all methods."""
-
-    def __init__(
-        self,
-        methods: Sequence[tuple[Method, MethodScores]],
-        metrics: Sequence[Metric],
-        draws: int,
-        watch: Watch,
-    ) -> None:
-        self._methods, self._metrics, self._draws = methods, metrics, draws
-        self._watch = watch
-
-    def score(self, shot: Shot, index: int) -> None:
-        """Score an image by all methods; `index` decides the noise that is drawn."""
-        truth = shot.truth
-        layers = {}
-        for method, scores in self._methods:
-            began = time.perf_counter()
-            try:
-                estimate = method.estimate(shot.view.copy(), **scores.settings[truth.scene])
-                layers[method.name] = checked(estimate, truth)
-            except Exception as error:  # whatever a method raises is its failure, not the bench's
-                scores.failures[truth.name] = _reason(error)
-                continue
-            scores.seconds[truth.name] = time.perf_counter() - began
-            found = measure(layers[method.name], truth, self._metrics)
-            scores.measured[truth.name] = found
-            self._watch(truth, method.name, layers[method.name], found)
-        if truth.errors:
-            self._score_draws(truth, layers, index)
-
-    def _score_draws(
-        self, truth: Truth, layers: Mapping[str, dict[str, Floats]], index: int
-    ) -> None:
-        """Score the same estimates against the truth with noise added: the same for all methods."""
-        rng = np.random.Generator(np.random.PCG64(index))
-        for _ in range(self._draws):
-            noisy = truth.drawn(rng)
-            for method, scores in self._methods:
-                if method.name in layers:
-                    found = measure(layers[method.name], noisy, self._metrics).scores
-                    scores.draws.setdefault(truth.name, []).append(found)
+def _score_image(
+    shot: Shot, methods: _Scored, metrics: Sequence[Metric], noise: Iterable[Truth], watch: Watch
+) -> None:
+    """Score an image by all methods, and the same estimates against the truth with noise added."""
+    truth, layers = shot.truth, {}
+    for method, scores in methods:
+        began = time.perf_counter()
+        try:
+            estimate = method.estimate(shot.view.copy(), **scores.settings[truth.scene])
+            layers[method.name] = checked(estimate, truth)
+        except Exception as error:  # whatever a method raises is its failure, not the bench's
+            kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
+            scores.failures[truth.name] = " ".join(f"{kind}{error}".split())
+            continue
+        scores.seconds[truth.name] = time.perf_counter() - began
+        found = measure(layers[method.name], truth, metrics)
+        scores.measured[truth.name] = found
+        watch(truth, method.name, layers[method.name], found)
+    for noisy in noise:
+        for method, scores in methods:
+            if method.name in layers:
+                drawn = measure(layers[method.name], noisy, metrics).scores
+                scores.draws.setdefault(truth.name, []).append(drawn)
 
 
-def _reason(error: Exception) -> str:
-    """Describe an error in one line."""
-    if isinstance(error, InputError):
-        return str(error)
-    return " ".join(f"{type(error).__name__}: {error}".split())
+def _draw(truth: Truth, draws: int, seed: int) -> Iterator[Truth]:
+    """Yield the truth with the noise of its standard errors added; nothing if it has none."""
+    rng = np.random.Generator(np.random.PCG64(seed))
+    for _ in range(draws if truth.errors else 0):
+        yield truth.drawn(rng)

@@ -59,8 +59,8 @@ class MethodScores:
         """Return the scores against each draw, (D, K); none unless all images have all of them."""
         images = [name for name, found in self.measured.items() if column in found.scores]
         rows = [[draw.get(column, np.nan) for draw in self.draws.get(name, [])] for name in images]
-        whole = all(row and np.isfinite(row).all() for row in rows)
-        return np.array(rows).T if whole else np.empty((0, len(images)))
+        complete = all(row and np.isfinite(row).all() for row in rows)
+        return np.array(rows).T if complete else np.empty((0, len(images)))
 
 
 class Summary(NamedTuple):

@@ -49,18 +49,10 @@ def _blur(truth: Truth, layers: Layers, amount: float) -> Layers:
     return reflectance, shading
 
 
-def _bleed(truth: Truth, layers: Layers, amount: float) -> Layers:
-    return _moved(layers, np.maximum(to_grey(truth.shading), FLOOR)[..., None] ** (0.1 * amount))
-
-
-def _tint(truth: Truth, layers: Layers, amount: float) -> Layers:
-    return _moved(layers, np.linspace(1.0 + 0.1 * amount, 1.0, truth.shading.shape[2]))
-
-
 def _wrong_scale(truth: Truth, layers: Layers, amount: float) -> Layers:
-    numbers, place = np.unique(truth.regions, return_inverse=True)
+    numbers, region = np.unique(truth.regions, return_inverse=True)
     logs = np.random.Generator(np.random.PCG64(0)).standard_normal(len(numbers))
-    return _moved(layers, np.exp(0.1 * amount * logs)[place].reshape(*truth.regions.shape, 1))
+    return _moved(layers, np.exp(0.1 * amount * logs)[region].reshape(*truth.regions.shape, 1))
 
 
 def _moved(layers: Layers, factor: Floats) -> Layers:
@@ -70,8 +62,12 @@ def _moved(layers: Layers, factor: Floats) -> Layers:
 
 DEGRADATIONS: dict[str, Callable[[Truth, Layers, float], Layers]] = {
     "blur": _blur,
-    "bleed": _bleed,
-    "tint": _tint,
+    "bleed": lambda truth, layers, amount: _moved(
+        layers, np.maximum(to_grey(truth.shading), FLOOR)[..., None] ** (0.1 * amount)
+    ),
+    "tint": lambda truth, layers, amount: _moved(
+        layers, np.linspace(1.0 + 0.1 * amount, 1.0, truth.shading.shape[2])
+    ),
     "wrong scale": _wrong_scale,
 }
 """From a truth, layers and an amount to layers with that fault. The factors that it moves are those
@@ -158,8 +154,8 @@ def rightly(values: Sequence[float]) -> float:
 def _verdict(rows: Sequence[tuple[str, Sequence[Cell]]]) -> list[str]:
     """Return which metrics miss a degradation, and which come out best."""
     said = []
-    for place, name in enumerate(_COLUMNS):
-        blind = [metric for metric, cells in rows if (cells[place].value or 0.0) < 0.5]
+    for column, name in enumerate(_COLUMNS):
+        blind = [metric for metric, cells in rows if (cells[column].value or 0.0) < 0.5]
         if blind:
             said.append(
                 f"{name.capitalize()} is missed more often than seen by {', '.join(blind)}."

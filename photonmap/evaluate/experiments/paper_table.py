@@ -46,7 +46,7 @@ _TITLES = {
     ),
 }
 """Name, title and meaning of the table by each metric."""
-_PLACES = tuple((layer, Kind(content, light)) for layer in BOTH for content in CONTENTS
+_COLUMNS = tuple((layer, Kind(content, light)) for layer in BOTH for content in CONTENTS
                 for light in COLORS_OF_LIGHT)  # fmt: skip
 _PAPER = {
     "Barron and Malik 2012, in the paper": (
@@ -59,7 +59,7 @@ _PAPER = {
         0.063, 0.069, 0.076, 0.027, 0.041, 0.033, 0.021, 0.022, 0.025, 0.006, 0.006, 0.007,
     ),
 }  # fmt: skip
-"""In the order of `_PLACES`."""
+"""In the order of `_COLUMNS`."""
 SHARED = {"sirfs": 0, "gehler": 1, "serra": 2}
 """Rows of the paper's table for methods that are here too."""
 _SLIGHT = 0.5
@@ -73,12 +73,12 @@ def paper_tables(evaluation: Evaluation) -> list[Table]:
 
     Each figure is the mean over the images of a kind, with a 95% interval over scenes.
     """
-    places = [place for place in _PLACES if place[1] in evaluation.kinds]
+    columns = [column for column in _COLUMNS if column[1] in evaluation.kinds]
     tables = []
     for metric in _TITLES:
         methods = [m for m in evaluation.methods if Column(metric, REFLECTANCE) in m.columns]
-        if places and methods:
-            tables.append(_paper_table(evaluation, metric, methods, places))
+        if columns and methods:
+            tables.append(_paper_table(evaluation, metric, methods, columns))
     return tables
 
 
@@ -86,19 +86,20 @@ def _paper_table(
     evaluation: Evaluation,
     metric: str,
     methods: Sequence[MethodScores],
-    places: Sequence[tuple[str, Kind]],
+    columns: Sequence[tuple[str, Kind]],
 ) -> Table:
-    rows, means = [], {}
+    rows, means = [], dict[str, Row]()
     for method in methods:
         values = {layer: method.values(Column(metric, layer), evaluation.images) for layer in BOTH}
-        cells = [_cell(values[layer], kind, evaluation) for layer, kind in places]
-        means[method.name] = _row(places, cells)
+        cells = [_cell(values[layer], kind, evaluation) for layer, kind in columns]
+        known = zip(columns, cells, strict=True)
+        means[method.name] = {c: cell.value for c, cell in known if cell.value is not None}
         rows.append((method.name, cells))
     for name, figures in _PAPER.items():
-        of = dict(zip(_PLACES, figures, strict=True))
-        rows.append((name, [Cell(of[place]) for place in places]))
-    heads = ["method", *(f"{layer}, {kind.content}, {kind.light}" for layer, kind in places)]
-    findings = _findings(means) if len(places) == len(_PLACES) else ()
+        of = dict(zip(_COLUMNS, figures, strict=True))
+        rows.append((name, [Cell(of[column]) for column in columns]))
+    heads = ["method", *(f"{layer}, {kind.content}, {kind.light}" for layer, kind in columns)]
+    findings = _findings(means) if len(columns) == len(_COLUMNS) else ()
     return Table(*_TITLES[metric], heads, rows, findings)
 
 
@@ -111,16 +112,12 @@ def _cell(values: Floats, kind: Kind, evaluation: Evaluation) -> Cell:
     return Cell(float(np.concatenate(groups).mean()), interval(scene_interval(groups)))
 
 
-def _row(places: Sequence[tuple[str, Kind]], cells: Sequence[Cell]) -> Row:
-    return {p: cell.value for p, cell in zip(places, cells, strict=True) if cell.value is not None}
-
-
 def _findings(means: dict[str, Row]) -> list[str]:
     """Return in which of the paper's observations our scores agree with it."""
-    rows = {name: row for name, row in means.items() if len(row) == len(_PLACES)}
+    rows = {name: row for name, row in means.items() if len(row) == len(_COLUMNS)}
     if not rows:
         return []
-    paper = [dict(zip(_PLACES, figures, strict=True)) for figures in _PAPER.values()]
+    paper = [dict(zip(_COLUMNS, figures, strict=True)) for figures in _PAPER.values()]
     said = []
     for sentence, holds in _TRENDS:
         agree = [name for name, row in rows.items() if holds(row)]
@@ -177,8 +174,8 @@ def _rankings(rows: dict[str, Row], paper: Sequence[Row]) -> list[str]:
         for second in shared[index + 1 :]:
             one, two = paper[SHARED[first]], paper[SHARED[second]]
             same = sum(
-                (one[p] - two[p]) * (rows[first][p] - rows[second][p]) > 0.0 for p in _PLACES
+                (one[p] - two[p]) * (rows[first][p] - rows[second][p]) > 0.0 for p in _COLUMNS
             )
-            apart = sum(one[p] != two[p] for p in _PLACES)
+            apart = sum(one[p] != two[p] for p in _COLUMNS)
             said.append(f"{first} and {second} rank as in the paper in {same} of {apart} columns.")
     return said

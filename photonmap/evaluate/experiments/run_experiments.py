@@ -9,10 +9,9 @@ from photonmap.evaluate.bench.images import open_finished, shots
 from photonmap.evaluate.bench.measure import REFLECTANCE, Column, choose_metrics
 from photonmap.evaluate.bench.run import evaluate_dataset, one_thread
 from photonmap.evaluate.bench.scores import Evaluation
-from photonmap.evaluate.experiments.costs import cost_table
 from photonmap.evaluate.experiments.degradations import OrderTest
+from photonmap.evaluate.experiments.lmse import cost_table, sample_tables
 from photonmap.evaluate.experiments.paper_table import METRIC
-from photonmap.evaluate.experiments.sample_size import sample_tables
 from photonmap.evaluate.methods.method import Method
 from photonmap.evaluate.report.gallery import Disagreements
 from photonmap.evaluate.report.tables import Table

@@ -35,7 +35,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.evaluate.methods.clusters import first_means, means_of, nearest_means
+from photonmap.evaluate.methods.gehler import first_means, means_of, nearest_means
 from photonmap.evaluate.methods.method import FLOOR, Estimate, Method, View, with_grey_shading
 from photonmap.evaluate.methods.poisson import neighbours
 from photonmap.evaluate.metrics.arrays import Floats, Mask, blurred_within
@@ -56,13 +56,14 @@ class GaussianKernel:
         from scipy.sparse import csr_array
 
         points, dimensions = features.shape
-        corners, shares = _corners(features)
+        corners, weights = _corners(features)
         nodes, node_of = np.unique(_codes(corners), return_inverse=True)
         rows = np.repeat(np.arange(points), dimensions + 1)
-        entries = (shares.ravel(), (rows, node_of.ravel()))
+        entries = (weights.ravel(), (rows, node_of.ravel()))
         self._gather = csr_array(entries, shape=(points, len(nodes)))
         self._spread = csr_array(self._gather.T)
-        self._blurs = [_blur(nodes, step) for step in _codes(_directions(dimensions))]
+        ahead = (dimensions + 1) * np.eye(dimensions + 1, dimensions, dtype=np.int64) - 1
+        self._blurs = [_blur(nodes, step) for step in _codes(ahead)]
         self._scale = np.ones((points, 1))
         self._scale = 1.0 / np.sqrt(self.apply(self._scale))
 
@@ -75,7 +76,7 @@ class GaussianKernel:
 
 
 def _corners(features: Floats) -> tuple[_Keys, Floats]:
-    """Return the simplex around each point: corners (P, d + 1, d) and shares (P, d + 1).
+    """Return the simplex around each point: corners (P, d + 1, d) and weights (P, d + 1).
 
     Points are moved to the hyperplane Σ x = 0 in d + 1 dimensions, where corners have integer
     coordinates that all leave the same remainder by d + 1.
@@ -96,18 +97,13 @@ def _corners(features: Floats) -> tuple[_Keys, Floats]:
     rank += turns * (d + 1)
     origin += turns * (d + 1)
     sorted_rest = np.take_along_axis(raised - origin, np.argsort(rank, axis=1), axis=1) / (d + 1)
-    shares = np.empty((points, d + 1))
-    shares[:, 1:] = (sorted_rest[:, :-1] - sorted_rest[:, 1:])[:, ::-1]
-    shares[:, 0] = 1.0 - shares[:, 1:].sum(axis=1)
+    weights = np.empty((points, d + 1))
+    weights[:, 1:] = (sorted_rest[:, :-1] - sorted_rest[:, 1:])[:, ::-1]
+    weights[:, 0] = 1.0 - weights[:, 1:].sum(axis=1)
     remainder = np.arange(d + 1)[None, :, None]
     wraps = rank[:, None, :] > d - remainder
     corners = origin[:, None, :] + remainder - (d + 1) * wraps
-    return corners[..., :d], shares
-
-
-def _directions(d: int) -> _Keys:
-    """Return the steps from a node to its neighbours ahead, (d + 1, d)."""
-    return (d + 1) * np.eye(d + 1, d, dtype=np.int64) - 1
+    return corners[..., :d], weights
 
 
 def _codes(corners: _Keys) -> _Codes:
@@ -125,9 +121,9 @@ def _blur(nodes: _Codes, step: np.uint64) -> Any:
 
     count = len(nodes)
     wanted = nodes + step
-    place = np.minimum(np.searchsorted(nodes, wanted), count - 1)
-    there = np.flatnonzero(nodes[place] == wanted)
-    ahead = csr_array((np.full(len(there), 0.25), (there, place[there])), shape=(count, count))
+    index = np.minimum(np.searchsorted(nodes, wanted), count - 1)
+    there = np.flatnonzero(nodes[index] == wanted)
+    ahead = csr_array((np.full(len(there), 0.25), (there, index[there])), shape=(count, count))
     return csr_array(0.5 * eye_array(count) + ahead + ahead.T)
 
 
@@ -247,10 +243,10 @@ def estimate(view: View, rounds: float, pairwise: float, smooth: float, level: f
 def _features(image: Floats, mask: Mask) -> Floats:
     """Return f (P, 2 + C): position, intensity and all chromaticities but one."""
     height, width = mask.shape
-    place = np.argwhere(mask) / (_POSITION * np.hypot(height, width))
+    position = np.argwhere(mask) / (_POSITION * np.hypot(height, width))
     intensity = image.mean(axis=-1)[mask] / _INTENSITY
     chromaticity = _chromaticities(image[mask])[:, :-1] / _CHROMATICITY
-    return np.column_stack([place, intensity, chromaticity])
+    return np.column_stack([position, intensity, chromaticity])
 
 
 def _chromaticities(colors: Floats) -> Floats:
@@ -283,20 +279,16 @@ def _likely_labels(costs: Floats, distances: Floats, kernel: GaussianKernel) -> 
     costs : (P, L) of each label, without pairs
     distances : (L, L) costs of pairs of labels, times the kernel
     """
-    likely = _softmax(-costs)
+    from scipy.special import softmax
+
+    likely = softmax(-costs, axis=1)
     for _ in range(_STEPS):
-        moved = _softmax(-costs - kernel.apply(likely) @ distances)
+        moved = softmax(-costs - kernel.apply(likely) @ distances, axis=1)
         settled = np.abs(moved - likely).max() < _SETTLED
         likely = moved
         if settled:
             break
     return np.asarray(likely.argmax(axis=1), np.int64)
-
-
-def _softmax(logs: Floats) -> Floats:
-    """Return probabilities (P, L) whose logarithms differ from `logs` by a constant."""
-    powers = np.exp(logs - logs.max(axis=1, keepdims=True))
-    return np.asarray(powers / powers.sum(axis=1, keepdims=True))
 
 
 METHODS = (

@@ -21,12 +21,11 @@ the pixels again and again, where colours vary most.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.evaluate.methods.clusters import first_means, means_of, nearest_means
 from photonmap.evaluate.methods.method import FLOOR, Estimate, Method, View, with_grey_shading
 from photonmap.evaluate.methods.poisson import integrate, neighbours, steps_of
 from photonmap.evaluate.methods.retinex import edge_steps
@@ -61,9 +60,10 @@ def estimate(view: View, smooth: float, retinex: float, cluster: float, count: f
     length = np.linalg.norm(image, axis=-1)
     length /= length[view.mask].mean()
     down, right = edge_steps(image, np.log(length), _THRESHOLD, _THRESHOLD)
+    colors = image[view.mask]
     field = _Field(
         length[view.mask],
-        _unit(image[view.mask]),
+        colors / np.linalg.norm(colors, axis=-1, keepdims=True),
         neighbours(view.mask),
         steps_of(down, right, view.mask),
     )
@@ -78,11 +78,6 @@ def estimate(view: View, smooth: float, retinex: float, cluster: float, count: f
     shading = np.ones(view.mask.shape)
     shading[view.mask] = field.length / np.exp(best)
     return with_grey_shading(view, shading)
-
-
-def _unit(colors: Floats) -> Floats:
-    """Return colours (P, C) with a length of 1."""
-    return colors / np.linalg.norm(colors, axis=-1, keepdims=True)
 
 
 def _descend(
@@ -145,3 +140,37 @@ def _gathered(field: _Field, values: Floats) -> Floats:
 METHODS = (
     Method("gehler", estimate, {"smooth": 0.01, "retinex": 1.0, "cluster": 0.1, "count": 150.0}),
 )
+
+
+def first_means(colors: Floats, count: int) -> Floats:
+    """Split colours (P, C) at medians until there are `count` groups; return their means."""
+    groups = [colors]
+    spreads = [_spread(colors)]
+    while len(groups) < count and max(spreads) > 0.0:
+        widest = int(np.argmax(spreads))
+        group = groups[widest]
+        axis = int(np.argmax(group.var(axis=0)))
+        order = np.argsort(group[:, axis], kind="stable")
+        halves = [group[part] for part in np.array_split(order, 2)]
+        groups[widest : widest + 1] = halves
+        spreads[widest : widest + 1] = map(_spread, halves)
+    return np.stack([group.mean(axis=0) for group in groups])
+
+
+def _spread(colors: Floats) -> float:
+    """Return the sum of squared distances of colours (P, C) to their mean."""
+    return float(len(colors) * colors.var(axis=0).sum())
+
+
+def nearest_means(colors: Floats, means: Floats) -> NDArray[Any]:
+    """Return the nearest mean of each colour."""
+    from scipy.spatial import cKDTree
+
+    return np.asarray(cKDTree(means).query(colors)[1])
+
+
+def means_of(colors: Floats, nearest: NDArray[Any], means: Floats) -> Floats:
+    """Return the means of the colours of each cluster; clusters without any keep theirs."""
+    counts = np.bincount(nearest, minlength=len(means))
+    sums = np.stack([np.bincount(nearest, band, len(means)) for band in colors.T], axis=1)
+    return np.where(counts[:, None] > 0, sums / np.maximum(counts, 1)[:, None], means)

@@ -31,7 +31,7 @@ BUILT_IN = {
     "shen": "shen",
     "gehler": "gehler",
     "serra": "serra",
-    "sirfs": "sirfs.estimate",
+    "sirfs": "sirfs",
     "bell": "bell",
     "grey-world": "illuminants",
     "white-patch": "illuminants",

@@ -96,8 +96,8 @@ def memberships(colors: Floats) -> Floats:
         found[within, : len(CHROMATIC)] = _chromatic(lab[within, 1:], level)
     achromatic = np.maximum(1.0 - found.sum(axis=1), 0.0)
     black, white = (steep * (lab[:, 0] - middle) for middle, steep in (_BLACK, _WHITE))
-    shares = _sigmoid(-black), _sigmoid(black) * _sigmoid(-white), _sigmoid(white)
-    found[:, len(CHROMATIC) :] = achromatic[:, None] * np.stack(shares, axis=1)
+    grades = _sigmoid(-black), _sigmoid(black) * _sigmoid(-white), _sigmoid(white)
+    found[:, len(CHROMATIC) :] = achromatic[:, None] * np.stack(grades, axis=1)
     return found / found.sum(axis=1, keepdims=True)
 
 
@@ -171,8 +171,8 @@ def ridge_numbers(colors: Floats) -> NDArray[np.int64]:
     from scipy.ndimage import distance_transform_edt, gaussian_filter, label
 
     brightest = float(np.percentile(colors.max(axis=1), _BRIGHTEST))
-    places = np.sqrt(np.clip(colors / brightest, 0.0, 1.0)) * (_CELLS - 1)
-    cells = tuple(np.rint(places).astype(np.int64).T + _MARGIN)
+    coordinates = np.sqrt(np.clip(colors / brightest, 0.0, 1.0)) * (_CELLS - 1)
+    cells = tuple(np.rint(coordinates).astype(np.int64).T + _MARGIN)
     counts = np.zeros((_CELLS + 2 * _MARGIN,) * 3)
     np.add.at(counts, cells, 1.0)
     density = gaussian_filter(counts, _DIFFERENTIATION)

@@ -77,9 +77,8 @@ def _weights(image: Floats, mask: Mask) -> Floats:
     exponent = angle**2 / _variance(angle, known) + step**2 / _variance(step, known)
     exponent -= np.where(inside, exponent, np.inf).min(axis=0, initial=1e9)
     weights = np.where(inside, np.exp(-np.maximum(exponent, 0.0)), 0.0)
-    whole = weights.sum(axis=0)
-    alone = whole <= 0.0  # a pixel without neighbours keeps its value
-    return weights / np.where(alone, 1.0, whole)
+    total = weights.sum(axis=0)
+    return weights / np.where(total > 0.0, total, 1.0)  # without neighbours, a pixel stays the same
 
 
 def _variance(values: Floats, known: Floats) -> Floats:

@@ -99,16 +99,11 @@ def albedo_texture(truth: Any, estimate: Any, regions: Any, mask: Any = None) ->
     InputError : as `albedo_intensity` does
     """
     found = _by_region(truth, estimate, regions, mask)
-    true, made = (
-        _over_mean(pixels.mean(axis=1), means.mean(axis=1)[found.labels])
-        for pixels, means in zip(found.pixels, (found.truth, found.estimate), strict=True)
-    )
-    return float(np.sqrt(np.mean((true - made) ** 2)))
-
-
-def _over_mean(values: Floats, means: Floats) -> Floats:
-    """Return values over means; 1, no texture, where the mean is 0."""
-    return np.divide(values, means, where=means != 0.0, out=np.ones_like(values))
+    textures = []
+    for pixels, means in zip(found.pixels, (found.truth, found.estimate), strict=True):
+        grey, mean = pixels.mean(axis=1), means.mean(axis=1)[found.labels]
+        textures.append(np.divide(grey, mean, where=mean != 0.0, out=np.ones_like(grey)))
+    return float(np.sqrt(np.mean((textures[0] - textures[1]) ** 2)))
 
 
 def _by_region(truth: Any, estimate: Any, regions: Any, mask: Any) -> _Regions:

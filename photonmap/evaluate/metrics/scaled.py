@@ -10,7 +10,6 @@ those of images in [0, 1], so the truth should be of that range; the estimate ma
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -50,8 +49,7 @@ def lmse(truth: Any, estimate: Any, mask: Any = None, window: int = WINDOW) -> f
     ------
     InputError : no window fits into the image, the truth is black, or as `arrays.paired` says
     """
-    errors, energies = _window_sums(truth, estimate, mask, window)
-    return _ratio(errors, energies)
+    return _ratio(*_window_sums(truth, estimate, mask, window))
 
 
 def lmse_mit(truth: Any, estimate: Any, mask: Any = None, window: int = WINDOW) -> float:
@@ -73,10 +71,10 @@ def lmse_mit(truth: Any, estimate: Any, mask: Any = None, window: int = WINDOW) 
 
 
 def _ratio(errors: Floats, energies: Floats) -> float:
-    whole = float(energies.sum())
-    if whole <= 0.0:
+    energy = float(energies.sum())
+    if energy <= 0.0:
         raise InputError("the truth is black in all windows, so there is nothing to compare")
-    return float(errors.sum()) / whole
+    return float(errors.sum()) / energy
 
 
 def _window_sums(truth: Any, estimate: Any, mask: Any, window: int) -> tuple[Floats, Floats]:
@@ -89,19 +87,18 @@ def _window_sums(truth: Any, estimate: Any, mask: Any, window: int) -> tuple[Flo
             "2 or more pixels, and no more than the image has"
         )
     products = (pair.truth**2, pair.truth * pair.estimate, pair.estimate**2)
-    cc, ce, ee = (_sums(product.sum(axis=-1), window) for product in products)
+    step = window // 2
+    cc, ce, ee = (
+        np.lib.stride_tricks.sliding_window_view(product.sum(axis=-1), (window, window))[
+            ::step, ::step
+        ].sum(axis=(-1, -2))
+        for product in products
+    )
     factor = np.divide(ce, ee, where=ee > LEAST_ENERGY, out=np.zeros_like(ee))
     return np.maximum(cc - 2.0 * factor * ce + factor**2 * ee, 0.0), cc
 
 
-def _sums(values: Floats, window: int) -> Floats:
-    """Return the sums of (H, W) over windows."""
-    windows = np.lib.stride_tricks.sliding_window_view(values, (window, window))
-    step = window // 2
-    return windows[::step, ::step].sum(axis=(-1, -2))
-
-
-SHARE = 0.1
+WINDOW_FRACTION = 0.1
 """Side of a window over the longer side of the image."""
 _RADIUS, _SIGMA = 5, 1.5
 """Of the Gaussian window of SSIM, pixels."""
@@ -141,28 +138,22 @@ def si_lmse(truth: Any, estimate: Any, mask: Any = None) -> float:
     InputError : the image is so small that windows have no side, or as `arrays.paired` says
     """
     pair = paired(truth, estimate, mask)
-    side = round_half_up(SHARE * max(pair.truth.shape))
+    side = round_half_up(WINDOW_FRACTION * max(pair.truth.shape))
     if side < 1:
         raise InputError(
             "the image is too small for windows of a tenth of it; use 5 pixels or more"
         )
-    count = pair.truth.shape[2]
-    errors = []
-    for rows, columns in _windows(pair.mask, side):
-        pixels = int(pair.mask[rows, columns].sum())
-        if pixels:
-            error = _scaled_error(pair.truth[rows, columns], pair.estimate[rows, columns])
-            errors.append(error / (pixels * count))
-    return float(np.mean(errors))
-
-
-def _windows(mask: Mask, side: int) -> Iterator[tuple[slice, slice]]:
-    """Yield the rows and columns of windows."""
     step = round_half_up(side / 2.0)
-    height, width = mask.shape
+    height, width, count = pair.truth.shape
+    errors = []
     for top in range(0, height - step, step):
         for left in range(0, width - step, step):
-            yield slice(top, top + side), slice(left, left + side)
+            window = slice(top, top + side), slice(left, left + side)
+            pixels = int(pair.mask[window].sum())
+            if pixels:
+                error = _scaled_error(pair.truth[window], pair.estimate[window])
+                errors.append(error / (pixels * count))
+    return float(np.mean(errors))
 
 
 def _scaled_error(truth: Floats, estimate: Floats) -> float:
@@ -189,7 +180,7 @@ def dssim(truth: Any, estimate: Any, mask: Any = None, peak: float = 1.0) -> flo
     InputError : no window of 11×11 pixels is valid, or as `arrays.paired` says
     """
     pair = paired(truth, estimate, mask)
-    similarity = _Similarity(pair.truth, pair.estimate, _whole_windows(pair.mask), peak)
+    similarity = _Similarity(pair.truth, pair.estimate, _valid_windows(pair.mask), peak)
     factor = least_squares_factor(pair.truth, pair.estimate)
     best = similarity.at(factor)
     for power in _STEPS:
@@ -206,8 +197,11 @@ class _Similarity:
     """SSIM of a truth and multiples of an estimate, (H, W, C) each, at the centres of windows."""
 
     def __init__(self, truth: Floats, estimate: Floats, centres: Mask, peak: float) -> None:
+        from scipy.ndimage import gaussian_filter
+
         def mean(image: Floats) -> Floats:
-            return _blur(image)[centres]
+            window = {"axes": (0, 1), "radius": _RADIUS, "mode": "constant"}
+            return gaussian_filter(image, _SIGMA, **window)[centres]
 
         self._truth, self._estimate = mean(truth), mean(estimate)
         self._truth_variance = mean(truth * truth) - self._truth**2
@@ -227,19 +221,12 @@ class _Similarity:
         return float((means * spreads).mean())
 
 
-def _blur(image: Floats) -> Floats:
-    """Return the Gaussian means around each pixel of (H, W, C)."""
-    from scipy.ndimage import gaussian_filter
-
-    return gaussian_filter(image, _SIGMA, axes=(0, 1), radius=_RADIUS, mode="constant")
-
-
-def _whole_windows(mask: Mask) -> Mask:
+def _valid_windows(mask: Mask) -> Mask:
     """Return the pixels whose windows are wholly valid, and within the image."""
     from scipy.ndimage import minimum_filter
 
     side = 2 * _RADIUS + 1
-    whole = minimum_filter(mask, size=side, mode="constant", cval=False)
-    if not whole.any():
+    centres = minimum_filter(mask, size=side, mode="constant", cval=False)
+    if not centres.any():
         raise InputError(f"no window of {side}×{side} pixels is entirely valid; use larger images")
-    return whole
+    return centres

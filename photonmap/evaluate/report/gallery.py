@@ -239,25 +239,20 @@ class Gallery:
             return
         self.disagreements.keep(truth, Rated(method, layers, measured.scores))
         kept = self.cases.setdefault(method, {})
-        column = kept["best"].column if kept else _headline(measured)
+        first = next(iter(measured.scores)).metric
+        of_first = [column for column in measured.scores if column.metric == first]
+        column = kept["best"].column if kept else of_first[-1]  # the mean over layers comes last
         if column not in measured.scores:
             return
         score = measured.scores[column]
         for title, beats in (("best", operator.lt), ("worst", operator.gt)):
             if title not in kept or beats(score, kept[title].score):
-                kept[title] = _case(truth, layers, column, score)
-
-
-def _headline(measured: Measured) -> Column:
-    """Return the last column of the first metric: the mean over layers if there is one."""
-    first = next(iter(measured.scores)).metric
-    return [column for column in measured.scores if column.metric == first][-1]
-
-
-def _case(truth: Truth, layers: Mapping[str, Floats], column: Column, score: float) -> Case:
-    """Draw the pictures of an estimate."""
-    pictures = [
-        (layer, *(layer_picture(truth, layer, v) for v in (true_layer(truth, layer), values)))
-        for layer, values in layers.items()
-    ]
-    return Case(truth.name, column, score, picture(truth, truth.radiance), pictures)
+                pictures = [
+                    (
+                        name,
+                        *(layer_picture(truth, name, v) for v in (true_layer(truth, name), made)),
+                    )
+                    for name, made in layers.items()
+                ]
+                seen = picture(truth, truth.radiance)
+                kept[title] = Case(truth.name, column, score, seen, pictures)

@@ -65,17 +65,16 @@ _SPECIAL = {character: f"\\{character}" for character in "#$%&_{}"} | {
 }  # fmt: skip
 
 
-def title_of(summary: Summary) -> str:
-    """Return what a summary stands under: its layer, or its figure for an illuminant."""
-    return summary.figure if summary.column.layer == ILLUMINANT else summary.column.layer
-
-
 def by_metric(summaries: Iterable[Summary]) -> dict[str, dict[str, dict[str, Summary]]]:
-    """Return summaries by metric, then method, then title."""
+    """Return summaries by metric, then method, then title: the layer; of an illuminant, the figure.
+
+    Titles head the columns of a metric's table.
+    """
     found: dict[str, dict[str, dict[str, Summary]]] = {}
     for summary in summaries:
-        rows = found.setdefault(summary.column.metric, {})
-        rows.setdefault(summary.method, {})[title_of(summary)] = summary
+        metric, layer = summary.column
+        title = summary.figure if layer == ILLUMINANT else layer
+        found.setdefault(metric, {}).setdefault(summary.method, {})[title] = summary
     return found
 
 
@@ -93,7 +92,8 @@ def as_text(evaluation: Evaluation, summaries: Sequence[Summary]) -> str:
         for method, cells in methods.items():
             most = max(cells.values(), key=lambda cell: cell.scored)
             shown = [_with_notes(cells.get(head), most.scored) for head in heads]
-            rows.append([method, *shown, _counted(most, evaluation)])
+            failed = f", {most.failed} failed" if most.failed else ""
+            rows.append([method, *shown, f"{most.scored} of {len(evaluation.images)}{failed}"])
         blocks.append("\n".join(aligned(rows)))
     return "\n\n".join(blocks)
 
@@ -110,25 +110,15 @@ def _with_notes(summary: Summary | None, most: int) -> str:
     return f"{number(summary.value)} {notes_of(summary, most)}".rstrip()
 
 
-def _counted(summary: Summary, evaluation: Evaluation) -> str:
-    """Return how many images have a score, and on how many the method failed."""
-    failed = f", {summary.failed} failed" if summary.failed else ""
-    return f"{summary.scored} of {len(evaluation.images)}{failed}"
-
-
 def write_summary(path: Path, summaries: Sequence[Summary]) -> None:
     """Write all figures with their intervals over scenes and over the truth, a row each."""
-    write_csv(path, _SUMMARY, map(_summary_row, summaries))
-
-
-def _summary_row(summary: Summary) -> list[Any]:
-    ends = [
-        end
-        for found in (summary.over_scenes, summary.over_truth)
-        for end in (found if found is not None else ("", ""))
-    ]
-    column = [*summary.column, summary.figure]
-    return [summary.method, *column, summary.value, *ends, summary.scored, summary.failed]
+    none = ("", "")
+    rows = [
+        [s.method, *s.column, s.figure, s.value, *(s.over_scenes or none), *(s.over_truth or none),
+         s.scored, s.failed]
+        for s in summaries
+    ]  # fmt: skip
+    write_csv(path, _SUMMARY, rows)
 
 
 def write_scores(path: Path, evaluation: Evaluation) -> None:
@@ -169,17 +159,14 @@ def _tabular(summaries: Sequence[Summary]) -> str:
     columns = list(dict.fromkeys((s.column, s.figure) for s in summaries))
     cells = {(s.method, s.column, s.figure): s for s in summaries}
     best = {key: min(s.value for s in summaries if (s.column, s.figure) == key) for key in columns}
-    lines = [f"\\begin{{tabular}}{{l{'r' * len(columns)}}}", "\\toprule"]
     heads = [c.metric if c.layer != ILLUMINANT else f"{c.metric}, {f}" for c, f in columns]
-    lines.append(" & ".join(["", *map(escaped, heads)]) + r" \\")
-    lines.append("\\midrule")
+    rows = []
     for method in dict.fromkeys(s.method for s in summaries):
         found = [cells.get((method, *key)) for key in columns]
         values = [_latex_value(s, best) for s in found]
-        lines.append(" & ".join([escaped(method), *values]) + r" \\")
         ends = [f"\\scriptsize {interval(s.over_scenes)}" if s else "" for s in found]
-        lines.append(" & ".join(["", *ends]) + r" \\")
-    return "\n".join([*lines, "\\bottomrule", "\\end{tabular}", ""])
+        rows += [[escaped(method), *values], ["", *ends]]
+    return _booktabs(["", *heads], rows)
 
 
 def _latex_value(summary: Summary | None, best: dict[tuple[Column, str], float]) -> str:
@@ -211,12 +198,16 @@ def write_table(path: Path, table: Table) -> None:
 
 def as_tabular(table: Table) -> str:
     """Return a tabular for LaTeX with the package booktabs; small print is left out."""
-    lines = [f"% {table.title}", f"\\begin{{tabular}}{{l{'r' * (len(table.heads) - 1)}}}"]
-    lines += ["\\toprule", " & ".join(map(escaped, table.heads)) + r" \\", "\\midrule"]
-    for name, cells in table.rows:
-        lines.append(" & ".join([escaped(name), *map(_value, cells)]) + r" \\")
-    return "\n".join([*lines, "\\bottomrule", "\\end{tabular}", ""])
+    rows = [
+        [escaped(name), *("--" if c.value is None else f"${number(c.value)}$" for c in cells)]
+        for name, cells in table.rows
+    ]
+    return f"% {table.title}\n{_booktabs(table.heads, rows)}"
 
 
-def _value(cell: Cell) -> str:
-    return "--" if cell.value is None else f"${number(cell.value)}$"
+def _booktabs(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a tabular of rows that LaTeX can read, below heads that are escaped here."""
+    head, *lines = (" & ".join(row) + r" \\" for row in (map(escaped, heads), *rows))
+    begin = f"\\begin{{tabular}}{{l{'r' * (len(heads) - 1)}}}"
+    end = ["\\bottomrule", "\\end{tabular}", ""]
+    return "\n".join([begin, "\\toprule", head, "\\midrule", *lines, *end])

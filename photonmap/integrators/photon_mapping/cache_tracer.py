@@ -11,17 +11,15 @@ from numpy.typing import NDArray
 
 from photonmap.compile.geometry import triangle_areas
 from photonmap.integrators.base import Counters, PassSetup
-from photonmap.integrators.photon_mapping.cache_layout import (
+from photonmap.integrators.photon_mapping.cache_cells import (
+    Exposed,
     divide_cells,
+    find_lit_sides,
     lay_cells,
+    measure_exposed,
     measure_surface_fraction,
 )
-from photonmap.integrators.photon_mapping.exposed_fraction import (
-    Exposed,
-    find_lit_sides,
-    measure_exposed,
-)
-from photonmap.integrators.photon_mapping.photon_hit_rate import stores_per_photon
+from photonmap.integrators.photon_mapping.pilot import stores_per_photon
 from photonmap.kernels.cache.radiosity_cache import sum_bundles
 from photonmap.kernels.core.passes import MAX_BOUNCES, CacheCells, RadiosityCache, Span
 from photonmap.kernels.core.streams import Domain
@@ -126,10 +124,10 @@ class CacheTracer:
         """Divide the cells that are exposed in part, and measure the exposed surface of all."""
         part, cluttered = self._measure_exposed(cells, count)
         cells, count = divide_cells(cells, part[:, 0] < 1.0)
-        if (whole := len(part)) < count:
+        if (laid := len(part)) < count:
             divided = self._measure_exposed(cells, count)
-            part = np.concatenate([part, divided.fraction[whole:] / np.float32(cells.finer**2)])
-            cluttered = np.concatenate([cluttered, divided.cluttered[whole:]])
+            part = np.concatenate([part, divided.fraction[laid:] / np.float32(cells.finer**2)])
+            cluttered = np.concatenate([cluttered, divided.cluttered[laid:]])
         cells = cells._replace(cluttered=cluttered)
         surface = measure_surface_fraction(self._setup.scene(0).geometry, self._areas, cells, count)
         return Layout(cells, count, part if surface is None else part * surface)

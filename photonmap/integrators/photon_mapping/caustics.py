@@ -1,23 +1,89 @@
-"""Caustic photons of each pass: guided to specular surfaces, and counted over shrinking disks."""
+"""Caustic photons of each pass: guided to specular surfaces, and counted over shrinking disks.
+
+A pilot run suggests where they leave emitters. Where pixels are large against the disks, photons
+are connected to the camera instead, and sorted by pixel: light tracing.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.compile.lights.probabilities import make_cdf
 from photonmap.integrators.base import PassSetup
-from photonmap.integrators.path_truncation import fraction_going_on
-from photonmap.integrators.photon_mapping.emission_guide import even_guide, learn
-from photonmap.integrators.photon_mapping.light_tracing import can_connect, densest_connected
+from photonmap.integrators.photon_mapping.pilot import fraction_going_on
 from photonmap.integrators.photon_mapping.specular_bounds import bound_specular_surfaces
 from photonmap.kernels.bsdf.models import LAMBERTIAN
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN
+from photonmap.kernels.camera.cameras import WITHOUT_FILM_POINTS, has_open_lens
+from photonmap.kernels.caustics.light_tracing import add_connected, connect_photons
 from photonmap.kernels.caustics.photon_map import fill_buckets, sort_by_key, trace_caustics
-from photonmap.kernels.core.passes import CausticMap, CausticPhotons, Span
+from photonmap.kernels.core.passes import (
+    CameraPass,
+    CausticMap,
+    CausticPhotons,
+    Connections,
+    EmissionGuide,
+    Estimate,
+    Span,
+    View,
+)
 from photonmap.kernels.core.records import SceneArrays
 from photonmap.kernels.core.streams import Domain
+
+Floats = NDArray[np.float64]
+
+BOXES = 32
+"""Of a guide, along each side of a unit square."""
+PRIOR = 8
+"""Photons by which a box or sphere is taken to be like all others, beside those it sent."""
+DARK = 0.05
+"""Least flux that a box is taken to emit, in means over the boxes."""
+
+
+def even_guide(spheres: Floats) -> EmissionGuide:
+    """Return a guide that prefers no position, for spheres, (K, 4), to aim at."""
+    even = _tables(np.ones(BOXES**2))
+    return EmissionGuide(*even, *even, spheres, np.ones(len(spheres)))
+
+
+def learn(guide: EmissionGuide, pilot: CausticPhotons) -> EmissionGuide:
+    """Return a guide by photons traced with an even one.
+
+    The variance is least where the density follows the root of the mean square: of photons that
+    arrive with the flux they left with, this is their flux times the root of their fraction.
+    """
+    boxes = np.minimum((pilot.origins[:, :4] * BOXES).astype(int), BOXES - 1)
+    squares = (_density(boxes[:, axes] @ [BOXES, 1], pilot) for axes in ([0, 1], [2, 3]))
+    spheres = pilot.origins[:, 4].astype(int)
+    importance = _arriving(spheres, pilot.arrived, len(guide.spheres))
+    position, aim = map(_tables, squares)
+    return EmissionGuide(*position, *aim, guide.spheres, importance / importance.max())
+
+
+def _density(box: NDArray[np.int64], pilot: CausticPhotons) -> Floats:
+    """Return how densely photons should leave, by boxes, (B²,)."""
+    counts = np.maximum(np.bincount(box, minlength=BOXES**2), 1)
+    sent = np.bincount(box, pilot.emitted, BOXES**2) / counts
+    density = np.maximum(sent, DARK * sent.mean()) * _arriving(box, pilot.arrived, BOXES**2)
+    return density if density.any() else np.ones_like(density)
+
+
+def _arriving(groups: NDArray[np.int64], arrived: NDArray[np.bool_], size: int) -> Floats:
+    """Return the root of the fraction of photons that arrive, by groups."""
+    all_of_them = (arrived.sum() + 1) / (len(arrived) + 1)
+    came = np.bincount(groups, arrived, size) + PRIOR * all_of_them
+    return np.sqrt(came / (np.bincount(groups, minlength=size) + PRIOR))
+
+
+def _tables(density: Floats) -> tuple[Floats, Floats]:
+    """Return the CDF of rows, and of boxes within each row."""
+    square = density.reshape(BOXES, BOXES)
+    return make_cdf(square.sum(axis=1)), make_cdf(square)
+
 
 BUNDLE = 8192
 """Photons that are traced at a time."""
@@ -146,10 +212,10 @@ def _lingering_fraction(scene: SceneArrays, bands: int, key: np.uint64) -> float
         grazing=np.zeros_like(specular.grazing),
     )
     black = materials._replace(reflectance=np.zeros_like(materials.reflectance))
-    specular_alone = scene._replace(
+    specular_only = scene._replace(
         specular=lossless, textures=textures, materials=black, scattering=scattering
     )
-    return fraction_going_on(specular_alone, bands, LINGER_PILOT_PHOTONS, LINGER_REFLECTIONS, key)
+    return fraction_going_on(specular_only, bands, LINGER_PILOT_PHOTONS, LINGER_REFLECTIONS, key)
 
 
 def _pilot_size(lingering: float) -> int:
@@ -181,3 +247,49 @@ def _sort(photons: CausticPhotons, radius: float, connected: float) -> CausticMa
     rows = {name: getattr(photons, name) for name in _OF_ARRIVALS}
     by_bucket = {name: row[order] if len(row) else row for name, row in rows.items()}
     return _map_of(photons._replace(**by_bucket), starts[:-1], radius, connected)
+
+
+CONNECTED_BUNDLE = 4096
+"""Photons that are connected at a time."""
+LARGER_DISKS = 4.0
+"""How many times the variance of disks photons may have where they are connected: disks so much
+larger than a pixel have a bias that weighs more."""
+
+
+def can_connect(view: View) -> bool:
+    """Return whether each point in view has one film point, and pixels have an area."""
+    camera = view.camera
+    is_sharp = not has_open_lens(camera.optics)
+    return view.film.jitter and is_sharp and camera.kind not in WITHOUT_FILM_POINTS
+
+
+def densest_connected(radius: float) -> float:
+    """Return how many pixels see a unit of area, at most, where photons are connected.
+
+    There, of pixels with one camera sample. A parabolic disk has the variance of 3/4 of its area.
+    """
+    return LARGER_DISKS / (0.75 * math.pi * radius * radius)
+
+
+def connect(setup: PassSetup, job: CameraPass, estimate: Estimate) -> int:
+    """Add the photons that the camera sees to the estimate of a pass; return the rays cast."""
+    caustics = job.maps.caustics
+    assert caustics is not None
+    photons = len(caustics.positions)
+    pixels, order = np.empty((2, photons), np.int32)
+    weights = np.empty(photons, np.float32)
+    bundles = max(-(-photons // CONNECTED_BUNDLE), 1)
+
+    def look_back(bundle: int) -> int:
+        span = Span(bundle * photons // bundles, (bundle + 1) * photons // bundles)
+        rays: int = connect_photons(job, caustics, span, pixels, weights)
+        return rays
+
+    rays = sum(setup.workers.map(look_back, bundles))
+    starts = np.zeros(setup.pixels + 2, np.int32)
+    sort_by_key(pixels, starts, order)
+    connections = Connections(starts, order, weights)
+    setup.render_pixels(
+        lambda span, own: add_connected(job, caustics, connections, span, own, estimate)
+    )
+    return rays

@@ -14,8 +14,8 @@ from functools import cached_property
 
 import numpy as np
 
-from photonmap.film.support_width import footprint_width
-from photonmap.integrators.adaptive_sampling import WARM_UP_PASSES, scale_plan
+from photonmap.film.bias import footprint_width
+from photonmap.integrators.adaptive_sampling import WARM_UP_PASSES, resize, scale_plan
 from photonmap.integrators.base import (
     Counters,
     PassSetup,
@@ -23,11 +23,9 @@ from photonmap.integrators.base import (
     empty_estimate,
     leave_out,
 )
-from photonmap.integrators.pass_samples import resize
 from photonmap.integrators.photon_mapping.cache_tracer import CacheTracer
-from photonmap.integrators.photon_mapping.caustics import CausticTracer, no_caustics
-from photonmap.integrators.photon_mapping.light_tracing import connect
-from photonmap.integrators.photon_mapping.photon_hit_rate import do_photons_hit
+from photonmap.integrators.photon_mapping.caustics import CausticTracer, connect, no_caustics
+from photonmap.integrators.photon_mapping.pilot import do_photons_hit
 from photonmap.integrators.sampling_plan import (
     FOOTPRINT_PIXELS,
     FOOTPRINT_TURN,

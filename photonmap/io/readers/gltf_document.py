@@ -18,7 +18,7 @@ from photonmap.io.readers.decoding import Ints, Note
 from photonmap.io.readers.gltf_textures import UNMOVED, Json, Placement
 from photonmap.io.readers.meshes import Part, unit_rows
 from photonmap.io.readers.registry import extended
-from photonmap.runtime.named_files import named_file
+from photonmap.runtime.files import named_file
 from photonmap.runtime.wording import shown
 from photonmap.spectra.curves import Floats
 from photonmap.spectra.tables import read_bytes

@@ -15,7 +15,7 @@ import numpy as np
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Note, read_embedded
 from photonmap.io.readers.registry import OR_WITHOUT, MissingTextures, extended
-from photonmap.runtime.named_files import named_image
+from photonmap.runtime.files import named_image
 from photonmap.scene.images import Channels, Image, read_channels
 from photonmap.scene.textures import Texture
 from photonmap.spectra.curves import Floats

@@ -18,7 +18,7 @@ from photonmap.io.readers.mitsuba_colors import combined, read_plain
 from photonmap.io.readers.mitsuba_nodes import Context, Node, load_nodes
 from photonmap.io.readers.mitsuba_shapes import read_shapes
 from photonmap.io.readers.registry import ReadOptions
-from photonmap.runtime.named_files import allowed_folder
+from photonmap.runtime.files import allowed_folder
 from photonmap.runtime.wording import shown, suggest
 from photonmap.scene.camera import NOT_IN_FILES, Camera, Lens, check_camera
 from photonmap.scene.lights import (

@@ -17,7 +17,7 @@ from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Losses, note_loss, unused_name
 from photonmap.io.readers.meshes import side_axes
 from photonmap.io.readers.registry import MissingTextures
-from photonmap.runtime.named_files import is_below, outside
+from photonmap.runtime.files import is_below, outside
 from photonmap.runtime.wording import listed, shown, suggest
 from photonmap.scene.parameters import Vector, unit
 from photonmap.spectra.curves import Floats

@@ -15,7 +15,7 @@ from photonmap.io.readers.decoding import SHEEN
 from photonmap.io.readers.mtl_models import NUMBERS, Draft, has_exponent, make_material
 from photonmap.io.readers.obj_lines import Source, read_source
 from photonmap.io.readers.registry import OR_WITHOUT, MissingTextures
-from photonmap.runtime.named_files import named_image
+from photonmap.runtime.files import named_image
 from photonmap.runtime.wording import enumerated, listed, shown, suggest
 from photonmap.scene.material import Material
 from photonmap.scene.parameters import Colored, Emission, Number, Parameter, Part, parameters_of

@@ -15,7 +15,7 @@ from photonmap.io.readers.meshes import triangulate, vertex_normals
 from photonmap.io.readers.mtl import read_mtl
 from photonmap.io.readers.obj_lines import ObjLines, Source, parse_lines, read_source
 from photonmap.io.readers.registry import GREY, MissingTextures, ReadOptions
-from photonmap.runtime.named_files import named_file
+from photonmap.runtime.files import named_file
 from photonmap.runtime.wording import listed, shown, suggest
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh

@@ -44,7 +44,7 @@ class ReadOptions:
 def extended(error: InputError, more: str) -> InputError:
     """Return an error with more behind its text, which names a file if it did."""
     longer = InputError(f"{error}{more}")
-    longer.has_place = error.has_place
+    longer.names_file = error.names_file
     return longer
 
 
@@ -78,7 +78,7 @@ def read_file(path: str | PathLike[str], options: ReadOptions | None = None) -> 
     try:
         return read(path, options or ReadOptions())
     except ValueError as error:
-        if isinstance(error, InputError) and error.has_place:
+        if isinstance(error, InputError) and error.names_file:
             raise
         raise InputError(str(error), path, getattr(error, "lineno", None)) from error
 

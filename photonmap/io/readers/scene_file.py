@@ -18,7 +18,7 @@ from photonmap.io.readers.registry import (
     read_file,
 )
 from photonmap.io.readers.toml import Toml, parse_value, read_toml
-from photonmap.runtime.named_files import named_file, reading_below
+from photonmap.runtime.files import named_file, reading_below
 from photonmap.runtime.wording import listed, shown, suggest
 from photonmap.scene.camera import Camera, check_camera
 from photonmap.scene.lights import LIGHTS, Light, check_light

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from photonmap.errors import InputError
-from photonmap.runtime.named_files import named_file
+from photonmap.runtime.files import named_file
 from photonmap.runtime.wording import listed, shown, suggest
 from photonmap.scene.parameters import (
     Colored,

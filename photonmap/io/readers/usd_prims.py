@@ -16,7 +16,7 @@ from photonmap.io.readers import meshes
 from photonmap.io.readers.decoding import Ints, plain, point_ahead
 from photonmap.io.readers.environment_maps import turned_map
 from photonmap.io.readers.usd_stage import Materials, Stage, radiance_of
-from photonmap.runtime.named_files import named_image
+from photonmap.runtime.files import named_image
 from photonmap.scene.camera import Camera, Lens, check_camera
 from photonmap.scene.lights import DirectionalLight, DomeLight, Light, PointLight, SpotLight
 from photonmap.scene.material import Material

@@ -14,7 +14,7 @@ from pxr import Ar, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdShade
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Losses, note_loss, read_embedded
 from photonmap.io.readers.registry import GREY, OR_WITHOUT, ReadOptions, extended
-from photonmap.runtime.named_files import named_file, named_image
+from photonmap.runtime.files import named_file, named_image
 from photonmap.runtime.wording import shown
 from photonmap.scene.images import Channels, Image, read_channels
 from photonmap.scene.material import Material

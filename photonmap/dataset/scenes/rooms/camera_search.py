@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from photonmap.dataset.models.scene_object import SceneObject
 from photonmap.dataset.models.shapes import Floats, Random, area_vectors, joined, normalised
 from photonmap.dataset.models.wall_objects import WINDOW
-from photonmap.integrators.ray_caster import RayCaster
+from photonmap.integrators.look import RayCaster
 from photonmap.scene.camera import Camera
 
 _CANDIDATES = 150  # cameras that are compared

@@ -1,8 +1,9 @@
-"""Files that scenes name: those outside of a scene's folder are not opened unless asked for."""
+"""Which files may be opened, those that scenes name, and which can be written."""
 
 from __future__ import annotations
 
 import os.path
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -76,8 +77,8 @@ def named_image(folder: Path, name: str) -> Path:
 
 def is_below(path: Path, root: Path) -> bool:
     """Return whether a path lies in a folder by its name; links may lead elsewhere."""
-    normal, base = (Path(os.path.normpath(each.absolute())) for each in (path, root))
-    return normal.is_relative_to(base)
+    normal, folder = (Path(os.path.normpath(each.absolute())) for each in (path, root))
+    return normal.is_relative_to(folder)
 
 
 def outside(root: Path) -> str:
@@ -86,3 +87,42 @@ def outside(root: Path) -> str:
         f"lies outside of the folder {root}; "
         "copy it there, or name a folder that holds all files by --root (root=...)"
     )
+
+
+FULL = ("No space left", "MB are free there", "quota exceeded")
+"""What the messages of a full disk have in them, OpenEXR's among them."""
+
+
+def check_writable(folder: Path, wanted: Path) -> None:
+    """Check that a folder can be written to, or made; the error names the wanted file.
+
+    Raises
+    ------
+    InputError : it cannot
+    """
+    nearest = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+    try:
+        with tempfile.TemporaryFile(dir=nearest):  # permissions alone do not suffice
+            pass
+    except OSError as error:
+        reason = error.strerror or error
+        message = f"cannot write to the folder {nearest} ({reason}); choose another"
+        raise InputError(message, wanted) from None
+
+
+def check_output_folder(path: str | PathLike[str], contents: str) -> Path:
+    """Check that a folder can be written to, or made; return its path.
+
+    Parameters
+    ----------
+    contents : what the folder is for, as in "the data set"
+
+    Raises
+    ------
+    InputError : it is a file, or it cannot be written to
+    """
+    folder = Path(path)
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"this is a file; choose a folder for {contents}", folder)
+    check_writable(folder, folder)
+    return folder

@@ -1,6 +1,6 @@
-"""Learn the priors of SIRFS from a data set: python -m photonmap.evaluate.methods.sirfs.learn SET.
+"""Learn the priors of SIRFS from a data set: python -m photonmap.evaluate.methods.sirfs_learn SET.
 
-Prints what `priors.json` holds. The set must not share a scene with those that are evaluated.
+Prints what `sirfs_priors.json` holds. The set must not share a scene with those that are evaluated.
 """
 
 from __future__ import annotations
@@ -13,15 +13,14 @@ import numpy as np
 from photonmap.dataset.files.reader import Image
 from photonmap.evaluate.bench.images import load_truth, open_finished
 from photonmap.evaluate.methods.method import FLOOR
-from photonmap.evaluate.methods.sirfs.estimate import BEND
-from photonmap.evaluate.methods.sirfs.priors import (
+from photonmap.evaluate.methods.sirfs import BEND, Surface, harmonics
+from photonmap.evaluate.methods.sirfs_priors import (
     Priors,
     as_json,
     learn_mixture,
     whitened,
     windows,
 )
-from photonmap.evaluate.methods.sirfs.shape import Surface, harmonics
 from photonmap.evaluate.metrics.arrays import Floats, Mask
 
 _EVERY = 7
@@ -51,13 +50,15 @@ def learn_priors(folder: Path) -> Priors:
         lights.append(np.linalg.lstsq(basis, shading)[0])
     edges = np.concatenate(steps)
     spread = _spread(edges)
+    values = np.concatenate(colors)
+    brightness = values.mean(axis=1, keepdims=True)
     edge_weights = learn_mixture((whitened(edges, spread) ** 2).sum(axis=1), edges.shape[1])
     bend_weights = learn_mixture(np.concatenate(bends) ** 2, 1)
     return Priors(
         edge_weights.tolist(),
         bend_weights.tolist(),
         list(spread),
-        _values(np.concatenate(colors)),
+        [float(brightness.mean()), *_spread(values)],
         *_light(np.array(lights)),
     )
 
@@ -68,16 +69,10 @@ def _differences(image: Floats, mask: Mask) -> Floats:
     return np.asarray(np.concatenate(found)[::_EVERY])
 
 
-def _spread(differences: Floats) -> tuple[float, float]:
-    """Return the standard deviations of brightness and of deviations, a band each."""
-    mean = differences.mean(axis=1, keepdims=True)
-    return float(mean.std()), float((differences - mean).std())
-
-
-def _values(colors: Floats) -> list[float]:
-    """Return mean and standard deviation of brightness, and that of deviations."""
+def _spread(colors: Floats) -> tuple[float, float]:
+    """Return the standard deviations of brightness and of deviations from it, (K, C)."""
     mean = colors.mean(axis=1, keepdims=True)
-    return [float(mean.mean()), float(mean.std()), float((colors - mean).std())]
+    return float(mean.std()), float((colors - mean).std())
 
 
 def _light(lights: Floats) -> tuple[list[float], list[list[float]], list[float]]:

@@ -1,14 +1,23 @@
-"""Name lights that send nothing into the view: wound the wrong way, or inside a wall."""
+"""Warnings where light is missing: hidden lights, truncated paths, few photons, nothing in view."""
+
+from __future__ import annotations
 
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from photonmap.compile.effects import EffectPlan
 from photonmap.compile.lights.probabilities import make_cdf, probabilities_of
 from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.errors import warn
-from photonmap.kernels.core.passes import View
-from photonmap.kernels.core.records import Lights
+from photonmap.film.budget import LEAST_PASSES
+from photonmap.film.moments import Accumulator
+from photonmap.integrators.base import Integrator
+from photonmap.integrators.photon_mapping.pilot import SMALLEST_FRACTION
+from photonmap.kernels.bsdf.specular import LONGEST_CHAIN
+from photonmap.kernels.core.passes import MAX_BOUNCES, View
+from photonmap.kernels.core.records import GLASS, MIRROR, Lights
 from photonmap.kernels.integrators.light_visibility import find_view_points, reaches_view
 from photonmap.kernels.lights.kinds import NUMBERS, numbers_where
 from photonmap.kernels.lights.selection import SCRATCH
@@ -18,6 +27,11 @@ POINTS = 64
 PATHS, FEWEST_PATHS, MOST_PATHS = 256, 16, 1 << 14
 """From a light; where there are many, as few as this; and from all, about."""
 BOUNCES = 8
+MANY = 0.9
+"""Fraction of the pixels that may be unresolved before a warning is due."""
+TOLERATED_CHAINS = 1e-3
+"""Fraction of pixels that may show a truncated specular chain every `LEAST_PASSES` passes without a
+warning: from balls of glass whose normals are interpolated, a few rays never leave."""
 _OR_CAMERA = "; or the camera is inside or behind an object"
 """What may keep all light from the view"""
 
@@ -106,3 +120,76 @@ def _only(lights: Lights, members: np.ndarray) -> Lights:
         tree=None,
         portals=portals,
     )
+
+
+def warn_of_empty_image(moments: Accumulator, expects_light: bool) -> None:
+    """Warn where the camera sees nothing, or only surfaces to which no light comes.
+
+    Parameters
+    ----------
+    moments : of a whole render
+    expects_light : whether direct light is simulated, and a light seems to reach the view
+    """
+    if moments.shows_nothing():
+        warn("the camera sees nothing; check its origin and target, or give no camera")
+    elif expects_light and moments.is_unlit():
+        warn(
+            "no light reaches what the camera sees: direct and indirect light are 0 everywhere; "
+            "check the winding of area lights, where other lights shine, and that the camera is "
+            "not inside an object"
+        )
+
+
+def warn_of_few_photons(unresolved: NDArray[np.bool_]) -> None:
+    """Warn where photons say nothing about indirect light.
+
+    Parameters
+    ----------
+    unresolved : (P,) pixels in which gather rays found no photon, although some were stored
+    """
+    if unresolved.mean() > MANY:
+        warn(
+            f"no photon was found for the indirect light of {unresolved.sum()} pixels "
+            f"(unresolved): the little light that arrives there is missing; use more photons"
+        )
+
+
+def warn_of_truncated_paths(integrator: Integrator, moments: Accumulator) -> None:
+    """Warn where light is missing from the passes so far, because paths were truncated."""
+    missing = "surfaces reflect nearly everything, and light is missing from indirect"
+    truncated, photons = integrator.counters.truncated, integrator.counters.photons
+    if truncated > SMALLEST_FRACTION * photons:
+        warn(
+            f"{truncated} of {photons} photons were truncated after {MAX_BOUNCES} bounces: "
+            f"{missing}"
+        )
+    fraction = integrator.truncated_fraction()
+    if fraction > SMALLEST_FRACTION:
+        warn(
+            f"about {100 * fraction:.2g}% of paths are truncated after {MAX_BOUNCES} bounces: "
+            f"{missing}"
+        )
+    chains = moments.truncated()
+    if chains > TOLERATED_CHAINS * len(moments.counts) * max(moments.count / LEAST_PASSES, 1.0):
+        warn(
+            f"{chains} pixel{'s show' if chains > 1 else ' shows'} more than {LONGEST_CHAIN} "
+            "successive reflections, as between facing mirrors or in round glass of few triangles; "
+            "the light at their ends is missing; give such glass vertex normals, or divide it "
+            "more finely"
+        )
+
+
+def warn_of_lost_caustics(method: str, compiled: CompiledScene, plan: EffectPlan) -> None:
+    """Warn where paths miss caustics: by smooth surfaces, of lights that no ray can hit."""
+    specular = compiled.specular
+    if method != "path" or specular is None or not plan.on("caustics"):
+        return
+    is_smooth = np.isin(specular.kind, (MIRROR, GLASS))
+    if len(specular.alpha):
+        is_smooth &= specular.alpha == 0.0
+    can_be_hit = np.isin(compiled.lights.kind, numbers_where(has_area=True))
+    if is_smooth.any() and not can_be_hit.all():
+        warn(
+            "method path finds no caustics of points, spots and suns by mirrors or smooth glass: "
+            "they are missing; method photon has them"
+        )

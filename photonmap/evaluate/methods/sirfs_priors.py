@@ -49,8 +49,8 @@ def learn_mixture(squared: Floats, dimensions: int) -> Floats:
     logs -= logs.max(axis=1, keepdims=True)
     parts = np.exp(logs)
     for _ in range(_ROUNDS):
-        shares = parts * weights
-        weights = (shares / shares.sum(axis=1, keepdims=True)).mean(axis=0)
+        joint = parts * weights
+        weights = (joint / joint.sum(axis=1, keepdims=True)).mean(axis=0)
     return np.where(weights > _NEGLIGIBLE, weights, 0.0)
 
 
@@ -125,10 +125,10 @@ def _add_pairs(images: Any, masks: Any, table: Floats, gradients: Any) -> tuple[
             for band in range(images[0].shape[2]):
                 squared += (images[1][y, x, band] - images[0][y, x, band]) ** 2
             kept = squared + _NEAR
-            place = min(max((np.log(kept) - _LEAST) / _STEP, 0.0), _STEPS - 1.001)
-            index = int(place)
+            position = min(max((np.log(kept) - _LEAST) / _STEP, 0.0), _STEPS - 1.001)
+            index = int(position)
             rise = table[index + 1] - table[index]
-            total += table[index] + rise * (place - index)
+            total += table[index] + rise * (position - index)
             count += 1
             pull = 2.0 * rise / (_STEP * kept)
             for band in range(images[0].shape[2]):
@@ -138,7 +138,7 @@ def _add_pairs(images: Any, masks: Any, table: Floats, gradients: Any) -> tuple[
     return total, count
 
 
-FILE = "priors.json"
+FILE = "sirfs_priors.json"
 
 
 @dataclass(frozen=True)
@@ -167,13 +167,14 @@ class Priors:
 
 def load_priors() -> Priors:
     """Return the priors that the package comes with."""
-    text = files("photonmap.evaluate.methods.sirfs").joinpath(FILE).read_text(encoding="utf-8")
+    text = files(__package__).joinpath(FILE).read_text(encoding="utf-8")
     return Priors(**json.loads(text))
 
 
 def as_json(priors: Priors) -> str:
-    """Return priors as text."""
-    return json.dumps({name: _rounded(value) for name, value in asdict(priors).items()}, indent=1)
+    """Return priors as text, a line each."""
+    rows = (f" {json.dumps(name)}: {json.dumps(_rounded(v))}" for name, v in asdict(priors).items())
+    return "{\n" + ",\n".join(rows) + "\n}"
 
 
 def _rounded(value: Any) -> Any:
