@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from photonmap.scene.scene import Scene
     from photonmap.scene.surfaces.dispersion import Cauchy, NamedGlass, Sellmeier
     from photonmap.scene.surfaces.relief import AnisotropyMap, BumpMap, NoRelief, NormalMap
+    from photonmap.scene.surfaces.spectral_texture import SpectralTexture
     from photonmap.scene.textures import Texture
     from photonmap.spectra.bands import Bands
     from photonmap.spectra.color_text import emission, reflectance

@@ -153,6 +153,9 @@ def test_public_names():
 
     parts = {"__version__", *photonmap._PARTS}
     assert sorted(photonmap.__all__) == sorted({*photonmap._HOMES, *parts})
+    assert {*photonmap._HOMES} <= {
+        name.rpartition(".")[2] for name in imports(modules()["photonmap"])
+    }
     for name in photonmap.__all__:
         assert getattr(photonmap, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'Sceen'"):
