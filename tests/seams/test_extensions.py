@@ -135,7 +135,7 @@ PLACES = {
         ("kernels/lights/kinds.py", "photometric, point, spot", "lantern, "),
         (
             "kernels/lights/kinds.py",
-            '}\n"""By the names that lights give them',
+            "}  # By the names that lights give them",
             '    "lantern": Kind(lantern, has_place=True, has_area=False),\n',
         ),
         (
