@@ -250,7 +250,7 @@ def test_verify_draws_another_sample_each_time(tmp_path, monkeypatch):
     preset.write_text('scenes = ["jug", "bowl"]\nilluminations = ["white"]')
     assert main(["dataset", str(tmp_path / "set"), "--preset", str(preset), *SIZE]) == 0
     drawn = []
-    monkeypatch.setattr(verify_module, "_faults", lambda image, log, find: [])
+    monkeypatch.setattr(verify_module, "_faults", lambda image, head, log, find: [])
     monkeypatch.setattr(
         verify_module, "_render_again", lambda image, log, find: drawn.append(image.name) or []
     )

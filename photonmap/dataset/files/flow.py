@@ -35,14 +35,23 @@ class Eye:
 
     @classmethod
     def of(cls, camera: Mapping[str, Any], size: Sequence[int]) -> Eye:
-        """Return the eye of a camera's record."""
+        """Return the eye of a camera's record; `size` is the width and height of its image."""
         if camera.get("kind") not in _KINDS or any(camera.get("distortion") or ()):
             kind = camera.get("kind")
             problem = "flow is between images of pinholes without distortion"
             raise InputError(f"{problem}, and one is of the kind {kind}")
-        pose = np.array(camera["camera_to_world_opencv"])
+        names = ("camera_to_world_opencv", "intrinsics")
+        try:
+            pose, matrix = (np.array(camera[name], np.float64) for name in names)
+        except (KeyError, TypeError, ValueError):
+            pose = matrix = np.zeros(0)
+        finite = np.isfinite(pose).all() and np.isfinite(matrix).all()
+        if (pose.shape, matrix.shape) != ((4, 4), (3, 3)) or not finite:
+            raise InputError(
+                f"a camera lacks {' and '.join(names)} of finite numbers; verify the set"
+            )
         width, height = size
-        return cls(pose[:3, 3], pose[:3, :3].T, np.array(camera["intrinsics"]), (width, height))
+        return cls(pose[:3, 3], pose[:3, :3].T, matrix, (width, height))
 
     @property
     def centers(self) -> Floats:

@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.dataset.files.derived_buffers import as_rgb
+from photonmap.dataset.files.inside import inside
 from photonmap.dataset.files.lean import RGB, as_lean, held_in, restored
 from photonmap.errors import InputError
-from photonmap.io.exr import current_name, read_exr, sort_parts
+from photonmap.io.exr import current_name, list_parts, read_exr, sort_parts
 from photonmap.io.png import write_png
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.results.preview import as_bytes, with_highlights
@@ -220,11 +221,6 @@ def read_image(folder: Path) -> Result:
     raise InputError(f"has neither {BANDS_EXR} nor {BANDS_HDF5}; {_AGAIN}", folder)
 
 
-def read_rgb(folder: Path, space: str) -> dict[str, NDArray[Any]]:
-    """Return the buffers of an image in an RGB space, computed from its bands, by name."""
-    return as_rgb(read_image(folder), space).buffers
-
-
 def read_hdf5(path: Path) -> Result:
     """Read the buffers of an image from the HDF5 file of its bands."""
     check_h5py()
@@ -252,6 +248,13 @@ def hdf5_halves(path: Path) -> tuple[list[str], list[str]]:
         return [current_name(name) for name in file], halves
 
 
+def list_arrays(folder: Path) -> list[str]:
+    """Return the names of the arrays in the file that `read_image` reads; no image is read."""
+    if (folder / BANDS_EXR).is_file():
+        return [current_name(name) for name in list_parts(folder / BANDS_EXR)]
+    return hdf5_halves(folder / BANDS_HDF5)[0]
+
+
 def list_files(folder: Path) -> list[str]:
     """Return the paths of all files in a folder, relative to it."""
     files = sorted(path for path in folder.rglob("*") if path.is_file())
@@ -259,8 +262,13 @@ def list_files(folder: Path) -> list[str]:
 
 
 def hash_files(folder: Path, names: Iterable[str]) -> dict[str, str]:
-    """Return the SHA-256 of files by their paths relative to a folder; "" for missing ones."""
-    files = {name: folder / name for name in names}
+    """Return the SHA-256 of files by their paths relative to a folder; "" for missing ones.
+
+    Raises
+    ------
+    InputError : a path is not one that `inside` follows
+    """
+    files = {name: inside(folder, name) for name in names}
     return {name: _sha256(path) if path.is_file() else "" for name, path in files.items()}
 
 
@@ -271,6 +279,8 @@ def _sha256(path: Path) -> str:
 
 PHOTO = "photo"
 """Folder of an image that holds its photo."""
+READ_FOLDERS = (f"{PHOTO}/", f"{_FINAL}/", f"{_GEOMETRY}/")
+"""What the paths of the files begin with that are read by what is in their folder."""
 _TOLD = ("time_s", "saturated", "negative")  # what the manifest says of a photo
 
 
@@ -301,4 +311,9 @@ def add_photo(
     photo = expose(seen if full else as_lean(seen)[0], sensor, seed)
     (folder / PHOTO).mkdir()
     write_photo(photo, folder / PHOTO)
-    return {name: photo.record[name] for name in _TOLD}
+    return describe_photo(photo.record)
+
+
+def describe_photo(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what the manifest says of a photo, from its record."""
+    return {name: record[name] for name in _TOLD}

@@ -13,10 +13,12 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from photonmap.dataset.files.inside import check_inside
+from photonmap.dataset.files.schema import HEAD_KINDS, misfits
 from photonmap.errors import InputError, warn
 from photonmap.report.files import replacing
 from photonmap.runtime.files import check_output_folder
-from photonmap.runtime.wording import enumerated
+from photonmap.runtime.wording import enumerated, shown
 from photonmap.spectra.curves import EXTRAPOLATE
 from photonmap.spectra.sensitivities import table_of
 
@@ -33,6 +35,14 @@ _SHARED = ("bands", "size", "pixel", "error", "rgb")
 _NOT_COMPARED = ("munsell", "illuminants", "identity", "inputs")
 """Names of files, what identifies them, and the digest of what is in them, which has words."""
 _KEYS = {"name", "geometry", "job", "files"}  # some of the keys that the entry of every image has
+
+
+def _refuse_constant(name: str) -> None:
+    raise ValueError(f"{name} is no number of JSON")
+
+
+_JSON = json.JSONDecoder(parse_constant=_refuse_constant)
+_AGAIN = "run the data set again with --resume"
 
 Pairs = dict[str, tuple[Any, Any]]
 Head = dict[str, Any]
@@ -144,10 +154,14 @@ def read_head(folder: str | PathLike[str]) -> dict[str, Any]:
         head = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise InputError("does not hold a data set; choose a folder that does", folder) from None
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"is damaged and cannot be read ({error})", path) from None
     if not isinstance(head, dict) or head.get("format") not in READABLE:
         raise InputError("does not describe a data set of this version", path)
+    if fault := next(misfits(head, HEAD_KINDS), ""):
+        raise InputError(f"is damaged: {fault}; {_AGAIN}", path)
+    for name in head["images"]:
+        check_inside(name, path, is_part=True)
     return head
 
 
@@ -176,21 +190,43 @@ def read_lines(folder: str | PathLike[str]) -> list[dict[str, Any]]:
     """Return the entries of all images, in the order of the manifest."""
     path = Path(folder) / LINES
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-        entries = [json.loads(line) for line in lines]
+        lines = path.read_text(encoding="utf-8").removesuffix("\n").split("\n")
+        entries = [_JSON.decode(line) for line in lines if lines != [""]]
         if any(not isinstance(entry, dict) or not entry.keys() >= _KEYS for entry in entries):
             raise ValueError("a line does not describe an image")
-    except (OSError, ValueError) as error:
-        remedy = "run the data set again with --resume"
-        raise InputError(f"cannot be read ({error}); {remedy}", path) from None
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(f"cannot be read ({error}); {_AGAIN}", path) from None
+    names = set[str]()
+    for number, entry in enumerate(entries, start=1):
+        check_names(entry, f"{path}:{number}")
+        if entry["name"] in names:
+            raise InputError(f"has the image {shown(entry['name'])} twice; {_AGAIN}", path, number)
+        names.add(entry["name"])
     return entries
+
+
+def check_names(entry: Mapping[str, Any], place: str) -> None:
+    """Check that the image of an entry, and its files, are inside the set; `place` has the entry.
+
+    Raises
+    ------
+    InputError : one is not
+    """
+    name = check_inside(entry["name"], place, is_part=True)
+    if not isinstance(entry["files"], dict):
+        raise InputError(f"{name}: files {shown(entry['files'])} must be a table; {_AGAIN}", place)
+    for each in entry["files"]:
+        check_inside(each, f"{place}: {name}")
 
 
 def write_head(folder: Path, head: dict[str, Any], finished: Container[str]) -> None:
     """Write the head atomically; it lists what is asked for, and what an earlier run finished."""
     if (folder / HEAD).is_file():
         asked = head["images"]
-        listed = [name for name in read_head(folder)["images"] if name in finished or name in asked]
+        there = read_head(folder)
+        listed = [name for name in there["images"] if name in finished or name in asked]
+        sizes = there.get("split_sizes", {}) | head.get("split_sizes", {})
+        head = {**head, "split_sizes": sizes} if sizes else head
         head = {**head, "images": list(dict.fromkeys([*listed, *asked]))}
     _write_atomically(folder / HEAD, json.dumps(head, indent=2, ensure_ascii=False) + "\n")
 

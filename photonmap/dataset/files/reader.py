@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.buffers import row_of
+from photonmap.dataset.files.inside import inside
 from photonmap.dataset.files.lean import DROPPED, OFTEN_ZERO, Arrays, Parts, exact_halves, lacking
 from photonmap.dataset.files.manifest import read_head, read_lines, with_table
 from photonmap.dataset.files.splits import FRACTIONS, LAYOUT, split_scenes
@@ -43,7 +44,7 @@ class Image(Mapping[str, Array]):
     """
 
     def __init__(self, folder: Path, entry: dict[str, Any]):
-        self.folder, self.entry = folder / entry["name"], entry
+        self.folder, self.entry = inside(folder, entry["name"], is_part=True), entry
 
     def __repr__(self) -> str:
         return f"<Image {self.name}>"
@@ -72,26 +73,29 @@ class Image(Mapping[str, Array]):
         ------
         InputError : its files are missing or damaged
         """
-        from photonmap.dataset.files.image_files import read_image
+        from photonmap.dataset.files.image_files import BANDS_EXR, BANDS_HDF5, read_image
 
+        for name in (BANDS_EXR, BANDS_HDF5):
+            inside(self.folder, name)
         return read_image(self.folder)
 
     @cached_property
     def rgb(self) -> Mapping[str, Array]:
         """Arrays in the set's RGB by name, as `derived_buffers.as_rgb` makes them."""
-        from photonmap.dataset.files.image_files import RGB_EXR, read_rgb
+        from photonmap.dataset.files.derived_buffers import as_rgb
+        from photonmap.dataset.files.image_files import RGB_EXR
 
-        path = self.folder / RGB_EXR
+        path = inside(self.folder, RGB_EXR)
         if path.is_file():
             return Parts(path)
-        return Arrays(read_rgb(self.folder, with_table(self._space, self._locate)))
+        return Arrays(as_rgb(self.result, with_table(self._space, self._locate)).buffers)
 
     @cached_property
     def srgb(self) -> Mapping[str, Array]:
         """Arrays in linear sRGB by name, whatever the set's RGB."""
-        from photonmap.dataset.files.image_files import read_rgb
+        from photonmap.dataset.files.derived_buffers import as_rgb
 
-        return self.rgb if self._space == SRGB else Arrays(read_rgb(self.folder, SRGB))
+        return self.rgb if self._space == SRGB else Arrays(as_rgb(self.result, SRGB).buffers)
 
     @property
     def _space(self) -> str:
@@ -99,7 +103,7 @@ class Image(Mapping[str, Array]):
         return self.entry.get("rgb", {}).get("space", SRGB)
 
     def _locate(self, path: Path) -> str:
-        return str(self.folder.parent / path)
+        return str(inside(self.folder.parent, path.as_posix()))
 
     @cached_property
     def photo(self) -> Photo:
@@ -110,9 +114,12 @@ class Image(Mapping[str, Array]):
         InputError : the set was made without `--sensor`, or the photo is damaged
         """
         from photonmap.capture.photo import load_photo
-        from photonmap.dataset.files.image_files import PHOTO
+        from photonmap.dataset.files.image_files import PHOTO, list_files
 
-        return load_photo(self.folder / PHOTO)
+        folder = inside(self.folder, PHOTO, is_part=True)
+        for name in list_files(folder):
+            inside(folder, name)
+        return load_photo(folder)
 
     def flow_to(self, other: Image) -> Flow:
         """Return where the points of this image are in another view of the same scene.
@@ -128,7 +135,9 @@ class Image(Mapping[str, Array]):
 
         if other.geometry != self.geometry:
             raise InputError(f"{self.name} and {other.name} show two scenes; flow is within one")
-        here, there = (Eye.of(each.entry["camera"], each.entry["size"]) for each in (self, other))
+        here, there = (
+            Eye.of(each.entry["camera"], each["distance"].shape[::-1]) for each in (self, other)
+        )
         target = find_targets(here, there, self["distance"])
         visible = compare_surfaces(target, self["object_id"], there, other)
         return flow_of(here, there, target, visible)
@@ -160,7 +169,7 @@ class Image(Mapping[str, Array]):
     def _arrays(self) -> Mapping[str, Array]:
         from photonmap.dataset.files.image_files import BANDS_EXR
 
-        path = self.folder / BANDS_EXR
+        path = inside(self.folder, BANDS_EXR)
         return Parts(path) if path.is_file() else self.result.arrays
 
     @property
@@ -188,8 +197,7 @@ class Image(Mapping[str, Array]):
         if name in self._arrays:
             return self._arrays[name]
         if name in OFTEN_ZERO and (self.chosen is None or name in self.chosen):
-            width, height = self.entry["size"]
-            return np.zeros((height, width, self.entry["bands"]), np.float32)
+            return np.zeros_like(self["shading"])
         raise lacking(name, self._arrays, self._how_to_have(name))
 
     def _how_to_have(self, name: str) -> str:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from photonmap.dataset.files.flow import Eye, Flow, Target, find_targets, flow_of
+from photonmap.dataset.files.inside import inside
 from photonmap.dataset.files.manifest import locked
 from photonmap.dataset.files.reader import Dataset, Image, open_dataset
 from photonmap.dataset.jobs.job_scene import input_finder, make_scene
@@ -58,7 +59,7 @@ def write_flows(
         raise InputError(f"has no stereo pairs and no trajectories; {remedy}", folder)
     if any("distance" not in image for pair in pairs.values() for image in pair):
         raise InputError("holds no distance, which flow needs; add it to --buffers", folder)
-    place, find = Path(folder) / FOLDER, input_finder(Path(folder), scenes)
+    place, find = inside(folder, FOLDER), input_finder(Path(folder), scenes)
     written = []
     with locked(Path(folder)):
         place.mkdir(exist_ok=True)
@@ -68,7 +69,7 @@ def write_flows(
                 job = find(Job.from_description(second.entry["job"]))
                 select_measured_sets(job)
                 known = {first.geometry: Onlooker(make_scene(job))}
-            written.append(place / f"{name}.npz")
+            written.append(inside(place, f"{name}.npz", is_part=True))
             _save(flow_by_rays(first, second, known[first.geometry]), written[-1])
             log(f"{len(written)}/{len(pairs)} {name}")
     return written
@@ -100,7 +101,9 @@ def _partners(view: View) -> Iterator[View]:
 
 def flow_by_rays(first: Image, second: Image, onlooker: Onlooker) -> Flow:
     """Return the flow between two images of an onlooker's scene; rays test what hides."""
-    here, there = (Eye.of(each.entry["camera"], each.entry["size"]) for each in (first, second))
+    here, there = (
+        Eye.of(each.entry["camera"], each["distance"].shape[::-1]) for each in (first, second)
+    )
     target = find_targets(here, there, first["distance"])
     return flow_of(here, there, target, find_visible(target, here, there, onlooker))
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from photonmap.capture.sensor import Sensor
 from photonmap.dataset.files.derived_buffers import Mask, one_piece
+from photonmap.dataset.files.inside import inside
 from photonmap.dataset.files.manifest import CURVES, SENSOR, kept_as, reason_of, role_of_light
 from photonmap.dataset.jobs.plan import CommonSettings, Job, UserScene
 from photonmap.dataset.scenes.build import build_unlit_scene
@@ -177,7 +178,7 @@ def copy_inputs(folder: Path, jobs: Sequence[Job], sensor: Sensor | None) -> Non
         texts.add((SENSOR, sensor.camera))
     for role, text in sorted(texts):
         if (path := table_of(text)) is not None:
-            target = folder / kept_as(role, path)
+            target = inside(folder, kept_as(role, path))
             target.parent.mkdir(parents=True, exist_ok=True)
             if not target.is_file() or target.read_bytes() != path.read_bytes():
                 shutil.copyfile(path, target)

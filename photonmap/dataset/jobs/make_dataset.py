@@ -11,6 +11,7 @@ from typing import Any
 
 from photonmap.capture.sensor import Sensor
 from photonmap.dataset.files import manifest
+from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.costs import Agenda
 from photonmap.dataset.jobs.job_scene import copy_inputs
 from photonmap.dataset.jobs.plan import CONTENT, TEXT, CommonSettings, Job
@@ -56,22 +57,30 @@ def describe_dataset(
     """Return the head of a data set: settings, versions, and the names of its images and files."""
     from photonmap.results.record import describe_code
 
-    settings = asdict(common.with_curves(lambda _, path: path.name))
-    for name in ("munsell", "illuminants"):
-        settings[name] = Path(settings[name]).name if settings[name] else None
-    if not common.is_by_content:
-        del settings["identity"]
+    sizes = {part_of(job.geometry): list(job.common.size) for job in jobs}
+    apart = {part: size for part, size in sizes.items() if size != list(common.size)}
     return {
         "format": manifest.FORMAT,
         "preset": Path(preset).name,
-        "common": json.loads(json.dumps(settings)),
+        "common": describe_common(common),
         "formats": sorted(formats),
         "full": full,
         "sensor": sensor,
         "buffers": buffers and list(buffers),
         "versions": describe_code(),
         "images": [job.name for job in jobs],
+        **({"split_sizes": apart} if apart else {}),
     }
+
+
+def describe_common(common: CommonSettings) -> dict[str, Any]:
+    """Return what a head says of the settings of all images: of files, their names alone."""
+    settings = asdict(common.with_curves(lambda _, path: path.name))
+    for name in ("munsell", "illuminants"):
+        settings[name] = Path(settings[name]).name if settings[name] else None
+    if not common.is_by_content:
+        del settings["identity"]
+    return json.loads(json.dumps(settings))
 
 
 def read_identity(folder: Path) -> str:

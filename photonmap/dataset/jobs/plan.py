@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from photonmap.dataset.files.inside import fault_of, inside
 from photonmap.dataset.files.manifest import CURVES, kept_as, role_of_light, seen_from, with_table
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.presets import Preset
@@ -21,6 +22,7 @@ from photonmap.dataset.scenes.illumination import digest_of_light, light_spectru
 from photonmap.dataset.scenes.views import View
 from photonmap.errors import InputError, warn
 from photonmap.report.tables import aligned
+from photonmap.runtime.wording import shown
 from photonmap.spectra.projection import REC2020
 
 MAX_IMAGES = 1_000_000
@@ -163,11 +165,16 @@ class Job:
     def located(self, folder: Path) -> Job:
         """Return the job whose files are named as `relative_to` does, with the places they have."""
 
-        def locate(path: str | Path) -> str:
-            return os.path.normpath(folder.resolve() / path)
+        def beside(path: str) -> str:
+            below = path.removeprefix("../")  # as `seen_from` names it; others are named alone
+            near = path if fault_of(below) == "" else Path(path).name
+            return os.path.normpath(folder.resolve() / near)
 
-        job = self._with_files(locate)._with_lights(lambda _, path: locate(path))
-        return replace(job, common=job.common.with_curves(lambda _, path: locate(path)))
+        def kept(path: Path) -> str:
+            return os.path.normpath(inside(folder.resolve(), path.as_posix()))
+
+        job = self._with_files(beside)._with_lights(lambda _, path: kept(path))
+        return replace(job, common=job.common.with_curves(lambda _, path: kept(path)))
 
     def light_files(self) -> list[tuple[str, str]]:
         """Return the lights that are files, each with its digest."""
@@ -196,12 +203,16 @@ class Job:
 
     @classmethod
     def from_description(cls, description: dict[str, Any]) -> Job:
-        """Return the job that `describe` returned a description of."""
-        given = description["common"]
-        lists = {name: tuple(description.get(name, ())) for name in ("colors", "shares", "spectra")}
-        common = {"identity": TEXT, **given, "size": tuple(given["size"])}
-        parts = {"view": View(**description["view"]), "common": CommonSettings(**common)}
-        return cls(**{**description, **lists, **parts})
+        """Return the job that `describe` described; raise `InputError` if that is damaged."""
+        lists = ("colors", "shares", "spectra")
+        try:
+            given = description["common"]
+            common = {"identity": TEXT, **given, "size": tuple(given["size"])}
+            parts = {name: tuple(description.get(name, ())) for name in lists}
+            parts |= {"view": View(**description["view"]), "common": CommonSettings(**common)}
+            return cls(**{**description, **parts})
+        except (KeyError, TypeError) as error:
+            raise InputError(f"does not describe a job ({error}); see `dataset verify`") from None
 
 
 @dataclass(frozen=True)
@@ -296,7 +307,11 @@ def _warn_of_unused(preset: Preset, jobs: Sequence[Job]) -> None:
 
 
 def _check(jobs: Sequence[Job]) -> None:
-    """Reject unknown lights, and images of equal names."""
+    """Reject unknown lights, images of equal names, and names that folders cannot have."""
+    for job in jobs:
+        if why := fault_of(job.name, is_part=True):
+            problem = f"the image {shown(job.name)} cannot have a folder, as its name {why}"
+            raise InputError(f"{problem}; rename the scene file")
     for color in {color for job in jobs for color in job.colors}:
         light_spectrum(color)
     names, counts = np.unique([job.name for job in jobs], return_counts=True)

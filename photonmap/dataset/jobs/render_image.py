@@ -156,7 +156,7 @@ def _replace_folder(folder: Path, new: Path, spare: Path) -> None:
     Files of the old one that the data set does not write, such as notes, go over to the new one.
     """
     if folder.exists():
-        written = {*list_files(new), *(_load_entry(folder) or {"files": ()})["files"]}
+        written = {*list_files(new), *(load_entry(folder) or {"files": ()})["files"]}
         folder.rename(spare / "before")
         for name in set(list_files(spare / "before")) - written:
             (new / name).parent.mkdir(parents=True, exist_ok=True)
@@ -167,6 +167,22 @@ def _replace_folder(folder: Path, new: Path, spare: Path) -> None:
 
 def _describe(job: Job, scene: Scene, result: Result, rgb: Result) -> dict[str, Any]:
     """Return the entry of an image in the manifest, but for files and seconds."""
+    described = describe_render(job, result)
+    described["rgb"] |= {
+        "residual": derived_buffers.rgb_residual(rgb),
+        "negative": derived_buffers.negative_share(rgb, result.buffers["valid"]),
+    }
+    described["lights"] = describe_lights(scene, result)
+    described["reflectances"] = describe_reflectances(scene, result.bands)
+    described["statistics"] = summarise(result, derived_buffers.as_rgb(result))
+    return described
+
+
+def describe_render(job: Job, result: Result) -> dict[str, Any]:
+    """Return what an entry says that follows from its job and the record in the image's files.
+
+    What is None follows from the scene or from the arrays.
+    """
     record = result.record
     method = derived_buffers.rgb_method(result.bands)
     goal = record["goal"]
@@ -178,8 +194,10 @@ def _describe(job: Job, scene: Scene, result: Result, rgb: Result) -> dict[str, 
         "geometry": job.geometry,
         "split": part_of(job.geometry),
         "render_seed": job.render_seed,
-        "lights": _lights(scene, record, result.bands),
-        **_surfaces(scene, result.bands),
+        "lights": None,
+        "objects": record["objects"],
+        "materials": record["materials"],
+        "reflectances": None,
         "camera": record["camera"],
         "size": list(result.size),
         "bands": result.bands.count,
@@ -190,41 +208,35 @@ def _describe(job: Job, scene: Scene, result: Result, rgb: Result) -> dict[str, 
             "space": job.common.rgb,
             "method": method or "as they stand",
             "fit_residual": result.projection("rgb", method).residual,
-            "residual": derived_buffers.rgb_residual(rgb),
-            "negative": derived_buffers.negative_share(rgb, result.buffers["valid"]),
         },
-        "statistics": summarise(result, derived_buffers.as_rgb(result)),
+        "statistics": None,
         **{name: record[name] for name in ("unresolved", "versions", "fingerprint", "warnings")},
     }
 
 
-def _lights(scene: Scene, record: dict[str, Any], bands: Bands) -> dict[str, Any]:
+def describe_lights(scene: Scene, result: Result) -> dict[str, Any]:
     """Return the emission of each light group in bands, None for textures."""
+    bands = result.bands
     emitted: dict[str, Paint] = {m.material.name: m.material.emission for m in scene.meshes}
     emitted |= {each.group or each.name or each.kind: each.color for each in scene.lights}
-    paints = {group: emitted[group] for group in record["light_groups"] if group in emitted}
+    paints = {group: emitted[group] for group in result.record["light_groups"] if group in emitted}
     return {
         group: None if isinstance(paint, Texture) else _bands(bands.emission(paint))
         for group, paint in paints.items()
     }
 
 
-def _surfaces(scene: Scene, bands: Bands) -> dict[str, Any]:
-    """Return objects and materials by their ids, from 1, and reflectances, None where they vary."""
+def describe_reflectances(scene: Scene, bands: Bands) -> dict[str, Any]:
+    """Return the reflectances of materials in bands, None where they vary."""
     meshes = [mesh for mesh in scene.meshes if len(mesh.faces)]
-    materials = list({id(mesh.material): mesh.material for mesh in meshes}.values())
     colored = {id(mesh.material) for mesh in meshes if mesh.colors is not None}
     reflectances = {}
-    for material in materials:
+    for material in {id(mesh.material): mesh.material for mesh in meshes}.values():
         paint = material.reflectance
         varies = isinstance(paint, Texture) or id(material) in colored
         mean = None if varies else _bands(bands.reflectance(mean_color(paint)))
         reflectances[material.name] = mean
-    return {
-        "objects": list(dict.fromkeys(mesh.name for mesh in meshes)),
-        "materials": [material.name for material in materials],
-        "reflectances": reflectances,
-    }
+    return reflectances
 
 
 def _bands(values: Any) -> list[float]:
@@ -233,14 +245,18 @@ def _bands(values: Any) -> list[float]:
 
 def read_entry(folder: Path) -> dict[str, Any] | None:
     """Return an image's entry if its files have the hashes in it; other files do not matter."""
-    entry = _load_entry(folder)
-    with suppress(OSError):
-        if entry and entry["files"] == hash_files(folder, entry["files"]):
+    entry = load_entry(folder)
+    with suppress(OSError, InputError):  # such as a file outside the folder
+        if (
+            entry
+            and entry.get("name") == folder.name
+            and entry["files"] == hash_files(folder, entry["files"])
+        ):
             return entry
     return None
 
 
-def _load_entry(folder: Path) -> dict[str, Any] | None:
+def load_entry(folder: Path) -> dict[str, Any] | None:
     """Return the entry in the folder of an image; None where it is missing or damaged."""
     try:
         entry = json.loads((folder / ENTRY).read_text(encoding="utf-8"))

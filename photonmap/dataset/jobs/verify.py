@@ -13,9 +13,23 @@ from numpy.typing import NDArray
 from photonmap.buffers import names_where
 from photonmap.dataset.files import image_files
 from photonmap.dataset.files.lean import as_lean, fits_half, held_in, restored, to_half
-from photonmap.dataset.files.manifest import SENSOR, describe_differences, kept_as, warn_of_left_out
+from photonmap.dataset.files.manifest import (
+    HEAD,
+    SENSOR,
+    Head,
+    describe_differences,
+    kept_as,
+    warn_of_left_out,
+)
 from photonmap.dataset.files.reader import Image, open_dataset
 from photonmap.dataset.jobs.job_scene import Find, input_finder, make_scene
+from photonmap.dataset.jobs.manifest_checks import (
+    check_entry,
+    check_files,
+    check_head,
+    check_scene,
+    faults_of_form,
+)
 from photonmap.dataset.jobs.plan import Job
 from photonmap.dataset.jobs.render_image import ENTRY, render_job, select_measured_sets
 from photonmap.errors import InputError
@@ -62,30 +76,39 @@ def verify(
     find = input_finder(images.folder, scenes)
     names = {image.name for image in images}
     faults = [f"{name}: is missing" for name in images.head["images"] if name not in names]
+    sound = set()
     for image in images:
-        found = [*_faults(image, log, find), *_version_faults(image.entry, images.head["versions"])]
+        if found := faults_of_form(image.entry, images.head):
+            faults += [f"{image.name}: {fault}" for fault in found]
+            continue
+        sound.add(image.name)
+        found = [*_faults(image, images.head, log, find)]
+        found += version_faults(image.entry, images.head["versions"])
         faults += [f"{image.name}: {fault}" for fault in found]
+    faults += [f"{HEAD}: {fault}" for fault in check_head(images, sound)]
     rng = np.random.Generator(np.random.PCG64(seed))
     chosen = rng.choice(len(images), min(sample, len(images)), replace=False)
     for index in sorted(chosen.tolist()):
         image = images[index]
-        faults += [f"{image.name}: {fault}" for fault in _render_again(image, log, find)]
+        if image.name in sound:
+            faults += [f"{image.name}: {fault}" for fault in _render_again(image, log, find)]
     count = "1 fault" if len(faults) == 1 else f"{len(faults) or 'no'} faults"
     checked = "files, numbers, identities, geometry and errors checked"
     log(f"{len(images)} images: {checked}, {count}")
     return faults
 
 
-def _faults(image: Image, log: Log, find: Find) -> Iterator[str]:
+def _faults(image: Image, head: Head, log: Log, find: Find) -> Iterator[str]:
     """Yield the faults of an image that show without rendering it."""
     wanted = image.entry["files"]
     if others := sorted(set(image_files.list_files(image.folder)) - {*wanted, ENTRY}):
         log(f"{image.name}: other files are left alone: {', '.join(others)}")
-    found = image_files.hash_files(image.folder, wanted)
-    if changed := [name for name in wanted if wanted[name] != found[name]]:
-        yield f"missing or changed files: {', '.join(changed)}"
-        return
     try:
+        found = image_files.hash_files(image.folder, wanted)
+        if changed := [name for name in wanted if wanted[name] != found[name]]:
+            yield f"missing or changed files: {', '.join(changed)}"
+            return
+        yield from check_files(image, head)
         result = image.result
         yield from check_numbers(result)
         yield from check_digests(image)
@@ -93,7 +116,8 @@ def _faults(image: Image, log: Log, find: Find) -> Iterator[str]:
         yield from check_rgb(image)
         yield from check_formats_agree(image)
         yield from check_photo(image)
-        yield from _geometry_faults(image, find)
+        yield from check_entry(image, head)
+        yield from _scene_faults(image, find)
     except InputError as error:
         yield str(error)
         return
@@ -103,19 +127,24 @@ def _faults(image: Image, log: Log, find: Find) -> Iterator[str]:
         yield f"the error {goal['limit']} was not reached{but}"
 
 
-def _geometry_faults(image: Image, find: Find) -> Iterator[str]:
-    """Yield buffers that rays traced again do not give; none where other versions traced them."""
-    if image.entry["versions"] == describe_versions():
-        job = find(Job.from_description(image.entry["job"]))
+def _scene_faults(image: Image, find: Find) -> Iterator[str]:
+    """Yield what the scene built again does not give; nothing where other versions rendered it."""
+    told = Job.from_description(image.entry["job"])
+    is_sound = told.name == image.name and told.common.size == image.result.size
+    if is_sound and image.entry["versions"] == describe_versions():
+        job = find(told)
         select_measured_sets(job)
-        yield from check_geometry(image.result, make_scene(job), is_full(image))
+        scene = make_scene(job)
+        yield from check_geometry(image.result, scene, is_full(image))
+        yield from check_scene(image, scene)
 
 
-def _version_faults(entry: dict[str, Any], wanted: dict[str, str]) -> Iterator[str]:
+def version_faults(entry: dict[str, Any], wanted: dict[str, str]) -> Iterator[str]:
     """Yield the versions that rendered an image if they are not those of the data set."""
     kernels = entry["fingerprint"]["kernels"].removeprefix("kernels-")
     here = {**entry["versions"], "kernels": kernels}
-    if differences := describe_differences({n: (wanted[n], here.get(n)) for n in wanted}):
+    pairs = {name: (wanted.get(name), here.get(name)) for name in {**wanted, **here}}
+    if differences := describe_differences(pairs):
         yield f"was rendered by other versions than the data set's: {differences}"
 
 

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from photonmap.dataset.files.derived_buffers import as_rgb
 from photonmap.dataset.files.image_files import PREVIEWED, hash_files, previews
+from photonmap.dataset.files.inside import inside
 from photonmap.dataset.files.manifest import warn_of_left_out
 from photonmap.dataset.files.reader import Image, open_dataset
 from photonmap.dataset.publication.card import find_license, write_card
@@ -193,7 +194,7 @@ def members_of(
 
 def pictures_of(image: Image) -> dict[str, bytes]:
     """Return the 8-bit sRGB pictures of an image as PNG files, by the names of their buffers."""
-    files = {name: image.folder / f"{name}.png" for name in PREVIEWED}
+    files = {name: inside(image.folder, f"{name}.png") for name in PREVIEWED}
     if all(path.is_file() for path in files.values()):
         return {name: path.read_bytes() for name, path in files.items()}
     shown = previews(image.result, as_rgb(image.result))

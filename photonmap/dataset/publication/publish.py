@@ -12,6 +12,7 @@ from typing import Any
 from photonmap.dataset.files.image_files import hash_files, list_files
 from photonmap.dataset.files.manifest import HEAD, INPUTS, LINES, locked, warn_of_left_out
 from photonmap.dataset.files.reader import Dataset, Image, open_dataset
+from photonmap.dataset.files.schema import ENTRY_KINDS, misfits
 from photonmap.dataset.files.splits import PARTS, part_of
 from photonmap.dataset.publication.card import describe_reading, find_license, write_card
 from photonmap.dataset.publication.metadata import (
@@ -73,13 +74,17 @@ def publish(folder: str | PathLike[str], license_name: str) -> list[Path]:
 
 
 def check_complete(images: Dataset) -> None:
-    """Raise `InputError` if images of a data set are missing, or it has none."""
+    """Raise `InputError` if images of a data set are missing, damaged in the manifest, or none."""
     there = {image.name for image in images}
     if missing := [name for name in images.head["images"] if name not in there]:
         names, remedy = listed(missing, 3), "run the data set again with --resume"
         raise InputError(f"{len(missing)} images are missing ({names}); {remedy}", images.folder)
     if not there:
         raise InputError("the data set has no images; run it again with --resume", images.folder)
+    for number, entry in enumerate(images.entries, start=1):
+        if fault := next(misfits(entry, ENTRY_KINDS), ""):
+            problem = f"{entry['name']}: {fault}; see what `dataset verify` finds"
+            raise InputError(problem, images.folder / LINES, number)
 
 
 def by_split(images: Dataset) -> dict[str, list[Image]]:

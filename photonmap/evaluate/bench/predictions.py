@@ -15,6 +15,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from photonmap.dataset.files.inside import inside
 from photonmap.errors import InputError, naming_file, warn
 from photonmap.evaluate.bench.measure import LAYERS
 from photonmap.evaluate.methods.method import Estimate, Method, View
@@ -69,11 +70,11 @@ def predictions(
 
 def _read(root: Path, encoding: str, view: View) -> Estimate:
     """Read the layers of an image."""
-    arrays = root / f"{view.name}{_ARRAYS}"
+    arrays = inside(root, f"{view.name}{_ARRAYS}", is_part=True)
     layers = _read_arrays(arrays) if arrays.is_file() else {}
     for layer in LAYERS:
         for suffix in _SUFFIXES:
-            path = root / view.name / f"{layer}{suffix}"
+            path = inside(root, f"{view.name}/{layer}{suffix}")
             if path.is_file():
                 if layer in layers:
                     raise InputError(f"there is more than one {layer}; keep one of them", path)
