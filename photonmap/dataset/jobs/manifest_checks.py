@@ -176,7 +176,7 @@ def _photo_faults(image: Image, head: Mapping[str, Any]) -> Iterator[str]:
     sensor, told = head.get("sensor"), image.entry.get("photo")
     if (sensor is None) != (told is None):
         yield f"photo is {shown(told)}, but the set's sensor is {shown(sensor)}"
-    elif sensor is not None:
+    elif sensor is not None and told is not None:
         record = image.photo.record
         yield from _differences(told, image_files.describe_photo(record), "in its file", "photo.")
         curves = json.dumps(record["sensitivities"])

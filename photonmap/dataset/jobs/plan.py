@@ -208,7 +208,7 @@ class Job:
         try:
             given = description["common"]
             common = {"identity": TEXT, **given, "size": tuple(given["size"])}
-            parts = {name: tuple(description.get(name, ())) for name in lists}
+            parts: dict[str, Any] = {name: tuple(description.get(name, ())) for name in lists}
             parts |= {"view": View(**description["view"]), "common": CommonSettings(**common)}
             return cls(**{**description, **parts})
         except (KeyError, TypeError) as error:
