@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 from helpers.mondrians import ALL, SIZE, run, stripes
 
 from photonmap import InputError, evaluate
@@ -158,7 +159,7 @@ def test_grey_edge_ignores_flat_colour():
     assert edge < 0.5 * world
 
 
-@pytest.mark.parametrize("name", BUILT_IN)
+@pytest.mark.parametrize("name", [*(name for name in BUILT_IN if name != "sirfs"), *slow("sirfs")])
 def test_methods_are_deterministic_and_unbothered_by_scale(name):
     image = np.random.default_rng(3).uniform(0.3, 1.0, (*SIZE, 3))
     relit = (image, image**1.2)

@@ -89,7 +89,9 @@ def functions(path: Path) -> Iterator[tuple[str, Function]]:
 
 def lines_of_code(path: Path, function: Function) -> int:
     """Count the lines of a function's body without its docstring, comments and empty lines."""
-    body = function.body[1:] if ast.get_docstring(function) is not None else function.body
+    body = (
+        function.body[1:] if ast.get_docstring(function, clean=False) is not None else function.body
+    )
     if not body:
         return 0
     text = lines(path)[body[0].lineno - 1 : body[-1].end_lineno]

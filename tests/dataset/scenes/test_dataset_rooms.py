@@ -29,6 +29,7 @@ def block(wide, tall, deep):
     return single_part("block", box(wide, tall, deep), Material())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["depth", "reflectance"])
 def test_seeds_differ_as_much_as_kinds_of_rooms(what):
     seeds = [getattr(appearance("kitchen", seed), what) for seed in SEEDS]
