@@ -13,6 +13,8 @@ from photonmap.runtime.wording import shown
 
 _LONGEST, _LONGEST_PART = 1024, 255
 """Bytes of a path, and of a name in it, that file systems take."""
+_PLAIN = re.compile(r"[\w@-]{1,64}(\.[\w@-]{1,64}){0,2}", re.ASCII)
+"""Names of files as sets have them, which are decided at once unless they are devices."""
 _DEVICES = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[0-9¹²³]) *(\..*)?", re.I)
 """Names that are devices in Windows, whatever their suffix."""
 _UNSEEN = {"Cc", "Cs", "Zl", "Zp"}
@@ -51,11 +53,10 @@ def inside(folder: str | PathLike[str], name: object, is_part: bool = False) -> 
 def check_inside(name: object, place: str | PathLike[str], is_part: bool = False) -> str:
     """Return a name if `inside` may follow it, links left aside; else name the place it is in."""
     why = fault_of(name, is_part) if isinstance(name, str) else "is not a text"
-    if why:
-        problem = f"{shown(name)} is no path inside a set, as it {why}"
-        raise InputError(f"{problem}; get the set again from where it was made", place)
-    assert isinstance(name, str)
-    return name
+    if isinstance(name, str) and not why:
+        return name
+    problem = f"{shown(name)} is no path inside a set, as it {why}"
+    raise InputError(f"{problem}; get the set again from where it was made", place)
 
 
 @lru_cache(maxsize=2**14)
@@ -65,6 +66,8 @@ def fault_of(name: str, is_part: bool = False) -> str:
     >>> fault_of("../a"), fault_of("a/b"), fault_of("a/b", is_part=True)
     ('has a part ".."', '', 'has several parts')
     """
+    if _PLAIN.fullmatch(name) and not _DEVICES.fullmatch(name):
+        return ""
     parts = name.split("/")
     unseen = [each for each in name if unicodedata.category(each) in _UNSEEN]
     device = next(filter(_DEVICES.fullmatch, parts), "")

@@ -212,11 +212,11 @@ def check_names(entry: Mapping[str, Any], place: str) -> None:
     ------
     InputError : one is not
     """
-    name = check_inside(entry["name"], place, is_part=True)
+    owner = f"{place}: {check_inside(entry['name'], place, is_part=True)}"
     if not isinstance(entry["files"], dict):
-        raise InputError(f"{name}: files {shown(entry['files'])} must be a table; {_AGAIN}", place)
+        raise InputError(f"files {shown(entry['files'])} must be a table; {_AGAIN}", owner)
     for each in entry["files"]:
-        check_inside(each, f"{place}: {name}")
+        check_inside(each, owner)
 
 
 def write_head(folder: Path, head: dict[str, Any], finished: Container[str]) -> None:
