@@ -20,7 +20,7 @@ from photonmap import dataset
 from photonmap.commands.main import main
 from photonmap.dataset.files.image_files import hash_files
 from photonmap.dataset.files.inside import fault_of, inside
-from photonmap.dataset.files.schema import HEAD_KINDS, misfits
+from photonmap.dataset.files.schema import GROWN_HEAD_KINDS, faults_of_entry, misfits
 from photonmap.dataset.jobs.flows import write_flows
 from photonmap.dataset.jobs.job_scene import make_scene
 from photonmap.dataset.jobs.manifest_checks import (
@@ -28,7 +28,6 @@ from photonmap.dataset.jobs.manifest_checks import (
     check_files,
     check_head,
     check_scene,
-    faults_of_form,
 )
 from photonmap.dataset.jobs.plan import Job
 from photonmap.dataset.jobs.render_image import ENTRY
@@ -300,7 +299,7 @@ def is_believed(place, there, value):
 def faults_in(images, image, scene):
     """Return what is found without rendering and without reading all files again."""
     entry, head = image.entry, images.head
-    found = list(misfits(head, HEAD_KINDS)) or faults_of_form(entry, head)
+    found = list(misfits(head, GROWN_HEAD_KINDS)) or faults_of_entry(entry, False)
     try:
         found = found or [*check_head(images, {image.name}), *check_files(image, head)]
         found = found or [*check_entry(image, head), *version_faults(entry, head["versions"])]

@@ -13,8 +13,8 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from photonmap.dataset.files.inside import check_inside
-from photonmap.dataset.files.schema import HEAD_KINDS, misfits
+from photonmap.dataset.files.inside import check_inside, inside
+from photonmap.dataset.files.schema import GROWN_HEAD_KINDS, HEAD_KINDS, misfits
 from photonmap.errors import InputError, warn
 from photonmap.report.files import replacing
 from photonmap.runtime.files import check_output_folder
@@ -66,7 +66,7 @@ def check_dataset_folder(path: str | PathLike[str], head: dict[str, Any], resume
         return folder
     if not (folder / HEAD).is_file():
         raise InputError("holds other files; choose a new or an empty folder", folder)
-    there = read_head(folder)
+    there = read_head(folder, GROWN_HEAD_KINDS)
     if not resume:
         raise InputError("holds a data set already; add --resume, or choose another folder", folder)
     if difference := _difference(there, head):
@@ -147,8 +147,8 @@ def _typed(value: Any, option: str = "") -> str:
     return "none" if value is None else str(value)
 
 
-def read_head(folder: str | PathLike[str]) -> dict[str, Any]:
-    """Return the head of a data set."""
+def read_head(folder: str | PathLike[str], kinds: Any = HEAD_KINDS) -> dict[str, Any]:
+    """Return the head of a data set, in which values of some kinds must be."""
     path = Path(folder) / HEAD
     try:
         head = json.loads(path.read_text(encoding="utf-8"))
@@ -158,7 +158,7 @@ def read_head(folder: str | PathLike[str]) -> dict[str, Any]:
         raise InputError(f"is damaged and cannot be read ({error})", path) from None
     if not isinstance(head, dict) or head.get("format") not in READABLE:
         raise InputError("does not describe a data set of this version", path)
-    if fault := next(misfits(head, HEAD_KINDS), ""):
+    if fault := next(misfits(head, kinds), ""):
         raise InputError(f"is damaged: {fault}; {_AGAIN}", path)
     for name in head["images"]:
         check_inside(name, path, is_part=True)
@@ -171,7 +171,7 @@ def read_options(folder: Path) -> dict[str, Any]:
     Curves are those that the set keeps; a preset of one's own is a name alone. Measured sets and
     the sensor are left out, and so is what the heads of older sets lack.
     """
-    head = read_head(folder)
+    head = read_head(folder, GROWN_HEAD_KINDS)
     common = {name: head["common"].get(name) for name in _SHARED}
     common["size"] = tuple(head["common"]["size"])
     for role in CURVES:
@@ -183,7 +183,7 @@ def read_options(folder: Path) -> dict[str, Any]:
 
 
 def _kept(folder: Path, role: str, path: Path) -> str:
-    return str(folder / kept_as(role, path))
+    return str(inside(folder, kept_as(role, path)))
 
 
 def read_lines(folder: str | PathLike[str]) -> list[dict[str, Any]]:

@@ -78,7 +78,7 @@ _SIZE = [whole(1, 2**20)] * 2
 _BANDS = Maybe([_NUMBER, ...])
 _MATRIX = [[_NUMBER, ...], ...]
 _NAMES = [TEXT, ...]
-_HISTOGRAM = [whole(), ...]
+_HISTOGRAM = [whole()] * 20  # bins, of `photonmap.dataset.report.page.BINS`
 _COMMON = {
     "size": _SIZE, "bands": TEXT, "error": TEXT, "pixel": TEXT, "rgb": TEXT, "materials": TEXT,
     "lightness": Later(Maybe(_NUMBER)), "scale": Later(_NUMBER), "recolor": FLAG,
@@ -113,12 +113,14 @@ ENTRY_KINDS = {
     "seconds": dict.fromkeys(("build", "compile", "render", "write"), _LENGTH),
 }  # fmt: skip
 """Of an image; `dataset verify` compares the values."""
-HEAD_KINDS = {
-    "format": TEXT, "preset": TEXT, "common": {"size": _SIZE, "bands": TEXT, "error": TEXT},
-    "formats": _NAMES, "versions": Table(TEXT), "images": _NAMES,
-}  # fmt: skip
+HEAD_KINDS = {"format": TEXT, "images": _NAMES}
 """What readers need of the head."""
-WHOLE_HEAD_KINDS = HEAD_KINDS | {
+GROWN_HEAD_KINDS = HEAD_KINDS | {
+    "preset": TEXT, "common": {"size": _SIZE, "bands": TEXT, "error": TEXT}, "formats": _NAMES,
+    "versions": Table(TEXT),
+}  # fmt: skip
+"""What is needed to add images."""
+WHOLE_HEAD_KINDS = GROWN_HEAD_KINDS | {
     "format": one_of("photonmap data set 1", "photonmap data set 2"), "common": _COMMON,
     "full": Later(FLAG), "buffers": Later(Maybe(_NAMES)),
     "sensor": Later(Maybe({"camera": TEXT, "sensitivities": digest(16)})),
@@ -129,6 +131,19 @@ WHOLE_HEAD_KINDS = HEAD_KINDS | {
     "split_sizes": Later(Table(_SIZE)),
 }  # fmt: skip
 """All that a head has."""
+
+
+def faults_of_entry(entry: Mapping[str, Any], is_old: bool) -> list[str]:
+    """Return the values of an entry that are missing, of another kind, or out of range.
+
+    Entries of the first format, which `is_old`, have fewer keys.
+    """
+    found = list(misfits(entry, ENTRY_KINDS))
+    if not found:
+        job, count = entry["job"], len(entry["job"]["colors"])
+        uneven = [n for n in ("shares", "spectra") if len(job.get(n) or job["colors"]) != count]
+        found = [f"job.{name} are not as many as job.colors" for name in uneven]
+    return [fault for fault in found if not (is_old and fault.endswith(" is missing"))]
 
 
 def misfits(value: Any, kind: Any, place: str = "") -> Iterator[str]:

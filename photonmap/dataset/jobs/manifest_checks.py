@@ -18,11 +18,7 @@ from photonmap.dataset.files.image_files import BANDS_EXR, BANDS_HDF5, RGB_EXR
 from photonmap.dataset.files.inside import fault_of
 from photonmap.dataset.files.manifest import FORMAT
 from photonmap.dataset.files.reader import Dataset, Image
-from photonmap.dataset.files.schema import (
-    ENTRY_KINDS,
-    WHOLE_HEAD_KINDS,
-    misfits,
-)
+from photonmap.dataset.files.schema import WHOLE_HEAD_KINDS, misfits
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.make_dataset import describe_common
 from photonmap.dataset.jobs.plan import TEXT, Job
@@ -50,17 +46,6 @@ _DEFAULTS = {"lightness": None, "scale": 1.0, "identity": TEXT}
 """Values of common settings that earlier heads lack."""
 _COPIED = {"full": True, "buffers": None}
 """Keys of the head that entries repeat, and their values where earlier sets lack them."""
-
-
-def faults_of_form(entry: Mapping[str, Any], head: Mapping[str, Any]) -> list[str]:
-    """Return the values of an entry that are missing, of another kind, or out of range."""
-    found = list(misfits(entry, ENTRY_KINDS))
-    if not found:
-        job, count = entry["job"], len(entry["job"]["colors"])
-        uneven = [n for n in ("shares", "spectra") if len(job.get(n) or job["colors"]) != count]
-        found = [f"job.{name} are not as many as job.colors" for name in uneven]
-    is_old = head["format"] != FORMAT  # whose entries have fewer keys
-    return [fault for fault in found if not (is_old and fault.endswith(" is missing"))]
 
 
 def check_head(images: Dataset, sound: Collection[str]) -> Iterator[str]:

@@ -14,21 +14,23 @@ from photonmap.buffers import names_where
 from photonmap.dataset.files import image_files
 from photonmap.dataset.files.lean import as_lean, fits_half, held_in, restored, to_half
 from photonmap.dataset.files.manifest import (
+    FORMAT,
     HEAD,
     SENSOR,
     Head,
     describe_differences,
     kept_as,
+    read_head,
     warn_of_left_out,
 )
 from photonmap.dataset.files.reader import Image, open_dataset
+from photonmap.dataset.files.schema import GROWN_HEAD_KINDS, faults_of_entry
 from photonmap.dataset.jobs.job_scene import Find, input_finder, make_scene
 from photonmap.dataset.jobs.manifest_checks import (
     check_entry,
     check_files,
     check_head,
     check_scene,
-    faults_of_form,
 )
 from photonmap.dataset.jobs.plan import Job
 from photonmap.dataset.jobs.render_image import ENTRY, render_job, select_measured_sets
@@ -72,13 +74,14 @@ def verify(
         raise InputError(f"sample {sample} must be a number of images, 0 or more")
     log = log or (lambda line: None)
     images = open_dataset(folder)
+    read_head(folder, GROWN_HEAD_KINDS)
     warn_of_left_out(images.head)
     find = input_finder(images.folder, scenes)
     names = {image.name for image in images}
     faults = [f"{name}: is missing" for name in images.head["images"] if name not in names]
     sound = set()
     for image in images:
-        if found := faults_of_form(image.entry, images.head):
+        if found := faults_of_entry(image.entry, images.head["format"] != FORMAT):
             faults += [f"{image.name}: {fault}" for fault in found]
             continue
         sound.add(image.name)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from photonmap.dataset.files.manifest import LINES
 from photonmap.dataset.files.reader import Dataset, Image
 from photonmap.dataset.publication.card import License
+from photonmap.errors import InputError
 
 FIRST_OWN = 1001
 """Number of the first kind of objects that is not in the table, such as those of users' scenes."""
@@ -155,7 +156,10 @@ def describe_coco(images: Dataset, license_: License) -> dict[str, Any]:
 
 
 def _objects(image: Image, categories: dict[str, Category]) -> Iterable[dict[str, Any]]:
-    ids = image["object_id"]
+    ids, (width, height) = image["object_id"], image.entry["size"]
+    if ids.shape != (height, width) or ids.max(initial=0) > len(image.entry["objects"]):
+        problem = f"{image.name}: its size and objects are not those of its files"
+        raise InputError(f"{problem}; see what `dataset verify` finds", image.folder)
     for number in np.unique(ids[ids > 0]).tolist():
         mask, name = ids == number, image.entry["objects"][number - 1]
         rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))

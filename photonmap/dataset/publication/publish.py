@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from photonmap.dataset.files.image_files import hash_files, list_files
-from photonmap.dataset.files.manifest import HEAD, INPUTS, LINES, locked, warn_of_left_out
+from photonmap.dataset.files.manifest import FORMAT, HEAD, INPUTS, LINES, locked, warn_of_left_out
 from photonmap.dataset.files.reader import Dataset, Image, open_dataset
-from photonmap.dataset.files.schema import ENTRY_KINDS, misfits
+from photonmap.dataset.files.schema import GROWN_HEAD_KINDS, faults_of_entry, misfits
 from photonmap.dataset.files.splits import PARTS, part_of
 from photonmap.dataset.publication.card import describe_reading, find_license, write_card
 from photonmap.dataset.publication.metadata import (
@@ -81,9 +81,12 @@ def check_complete(images: Dataset) -> None:
         raise InputError(f"{len(missing)} images are missing ({names}); {remedy}", images.folder)
     if not there:
         raise InputError("the data set has no images; run it again with --resume", images.folder)
+    is_old = images.head["format"] != FORMAT
+    if fault := next(misfits(images.head, GROWN_HEAD_KINDS), ""):
+        raise InputError(f"{fault}; see what `dataset verify` finds", images.folder / HEAD)
     for number, entry in enumerate(images.entries, start=1):
-        if fault := next(misfits(entry, ENTRY_KINDS), ""):
-            problem = f"{entry['name']}: {fault}; see what `dataset verify` finds"
+        if faults := faults_of_entry(entry, is_old):
+            problem = f"{entry['name']}: {faults[0]}; see what `dataset verify` finds"
             raise InputError(problem, images.folder / LINES, number)
 
 
