@@ -166,7 +166,14 @@ def _fit_planes(mosaic: Floats, known: NDArray[np.bool_], period: tuple[int, ...
     """Return at each pixel the weighted least-squares plane through known values around it."""
     from scipy.ndimage import correlate1d
 
-    rows, columns = (_kernels(side) for side in period)
+    rows, columns = (
+        [
+            [(1.0 - np.abs(at) / reach) * at**power for power in range(3)]
+            for reach in (side, 2 * side)
+            for at in [np.arange(-reach, reach + 1)]
+        ]
+        for side in period
+    )  # of weight · distanceⁱ for i = 0, 1, 2, over a period and over two
 
     def moment(image: Floats, i: int, j: int) -> Floats:
         """Return the sum over neighbours of weight · dyⁱ · dxʲ · image."""
@@ -190,16 +197,6 @@ def _fit_planes(mosaic: Floats, known: NDArray[np.bool_], period: tuple[int, ...
     safe = np.where(solid, det, 1.0)
     down, across = (cy * cxx - cx * cxy) / safe, (cx * cyy - cy * cxy) / safe
     return v / some - np.where(solid, down * sy / some + across * sx / some, 0.0)
-
-
-def _kernels(period: int) -> tuple[list[Floats], list[Floats]]:
-    """Return kernels of weight · distanceⁱ for i = 0, 1, 2, over a period and over two."""
-    found = []
-    for reach in (period, 2 * period):
-        at = np.arange(-reach, reach + 1)
-        tent = 1.0 - np.abs(at) / reach
-        found.append([tent * at**power for power in range(3)])
-    return found[0], found[1]
 
 
 _CROSS = np.array([[0, 0, -1, 0, 0],

@@ -21,6 +21,7 @@ from photonmap.kernels.core.color import LUMINANCE
 from photonmap.results.files import write_json
 from photonmap.results.preview import as_bytes
 from photonmap.runtime.files import check_output_folder
+from photonmap.scene.images import write_image
 from photonmap.spectra.observer import observer
 
 Image = NDArray[np.float32]
@@ -138,8 +139,10 @@ def save_photo(photo: Photo, folder: str | PathLike[str]) -> list[Path]:
 def write_photo(photo: Photo, folder: Path) -> None:
     """Write the files of a photo into a folder that is there."""
     record = dict(photo.record)
-    demosaiced, levels = _as_numbers(photo)
-    record["demosaiced"] = levels
+    black = record["black"] * (_FULL / record["white"])
+    scaled = black + photo.demosaiced * (_FULL - black)
+    demosaiced = np.clip(np.rint(scaled), 0, _FULL).astype(np.uint16)
+    record["demosaiced"] = {"black": black, "white": float(_FULL)}
     record["files"] = {
         RAW: _write(photo.raw, folder / RAW),
         DEMOSAICED: _write(demosaiced, folder / DEMOSAICED),
@@ -151,31 +154,14 @@ def write_photo(photo: Photo, folder: Path) -> None:
     write_json(record, folder / RECORD)
 
 
-def _as_numbers(photo: Photo) -> tuple[NDArray[np.uint16], dict[str, float]]:
-    """Return the demosaiced image in 16 bits, and the black and white levels in it."""
-    factor = _FULL / photo.record["white"]
-    levels = {"black": photo.record["black"] * factor, "white": float(_FULL)}
-    scaled = levels["black"] + photo.demosaiced * (levels["white"] - levels["black"])
-    return np.clip(np.rint(scaled), 0, _FULL).astype(np.uint16), levels
-
-
 def _write(image: NDArray[np.uint16], stem: Path) -> str:
     """Write an image as PNG, or as TIFF where that cannot hold its channels; return its name."""
     if image.ndim == 2 or image.shape[2] in (1, 3):
         path = stem.with_suffix(".png")
         path.write_bytes(encode_png(image, linear=True))
         return path.name
-    import OpenImageIO
-
     path = stem.with_suffix(".tif")
-    height, width, channels = image.shape
-    spec = OpenImageIO.ImageSpec(width, height, channels, OpenImageIO.UINT16)
-    spec.attribute("DateTime", "")
-    file = OpenImageIO.ImageOutput.create("tiff")
-    assert file is not None
-    done = file.open(str(path), spec) and file.write_image(np.ascontiguousarray(image))
-    if not (done and file.close()):
-        raise OSError(f"cannot write {path.name}: {file.geterror()}")
+    write_image(image, path)
     return path.name
 
 
@@ -199,7 +185,9 @@ def _negative(photo: Photo) -> Negative | None:
         to_camera / (to_camera @ white / white[1]).max(),
         neutral.tolist(),
         Path(sensor["camera"]).name,
-        {"seconds": record["time_s"], "f_number": sensor["aperture"], "iso": sensor["iso"]},
+        record["time_s"],
+        sensor["aperture"],
+        sensor["iso"],
     )
 
 

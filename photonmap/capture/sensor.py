@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -170,8 +170,7 @@ def load_sensor(text: str) -> Sensor:
     if not path.is_file():
         raise InputError("cannot be read (no such file); check the name", path)
     toml = read_toml(path)
-    known = [each.name for each in fields(Sensor)]
-    toml.check_known(known, "key")
+    toml.check_known(OPTIONS, "key")
     values = dict(toml.sections)
     for name, value in values.items():
         if OPTIONS[name].read is float and isinstance(value, int) and not isinstance(value, bool):

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
 _BYTE, _ASCII, _SHORT, _LONG, _RATIONAL, _SIGNED = 1, 2, 3, 4, 5, 10
-_FORMATS = {_BYTE: "B", _SHORT: "H", _LONG: "I", _RATIONAL: "I", _SIGNED: "i"}
+_FORMATS = {_BYTE: "u1", _SHORT: "<u2", _LONG: "<u4", _RATIONAL: "<u4", _SIGNED: "<i4"}
 _CFA, _D65 = 32803, 21
 _MOST = 1_000_000  # Largest denominator of a fraction
 _LARGEST = 2**31 - 1
@@ -28,7 +28,9 @@ class Negative:
     color_matrix: NDArray[np.float64]  # (3, 3) from XYZ to the camera's colours, under D65
     neutral: Sequence[float]  # (3,) a white in the camera's colours, at most 1
     model: str  # name of the camera
-    exposure: dict[str, float] = field(default_factory=dict)  # seconds, f_number, iso
+    seconds: float  # of the exposure
+    f_number: float
+    iso: float
 
 
 def encode_dng(negative: Negative) -> bytes:
@@ -36,6 +38,7 @@ def encode_dng(negative: Negative) -> bytes:
     height, width = negative.raw.shape
     rows, columns = negative.pattern.shape
     pixels = np.ascontiguousarray(negative.raw, "<u2").tobytes()
+    model = negative.model.encode("ascii", "replace") + b"\0"
     tags: dict[int, tuple[int, Sequence[float] | bytes]] = {
         254: (_LONG, [0]),  # the full image
         256: (_LONG, [width]),
@@ -44,7 +47,7 @@ def encode_dng(negative: Negative) -> bytes:
         259: (_SHORT, [1]),  # no compression
         262: (_SHORT, [_CFA]),
         271: (_ASCII, b"photonmap\0"),
-        272: (_ASCII, _text(negative.model)),
+        272: (_ASCII, model),
         273: (_LONG, [8]),  # where the strip is
         274: (_SHORT, [1]),  # upright
         277: (_SHORT, [1]),
@@ -55,7 +58,7 @@ def encode_dng(negative: Negative) -> bytes:
         33422: (_BYTE, negative.pattern.ravel().tolist()),
         50706: (_BYTE, [1, 4, 0, 0]),  # version
         50707: (_BYTE, [1, 1, 0, 0]),  # of readers, at least
-        50708: (_ASCII, _text(negative.model)),
+        50708: (_ASCII, model),
         50710: (_BYTE, [0, 1, 2]),
         50711: (_SHORT, [1]),  # a rectangular layout
         50714: (_RATIONAL, [negative.black]),
@@ -63,28 +66,12 @@ def encode_dng(negative: Negative) -> bytes:
         50721: (_SIGNED, negative.color_matrix.ravel().tolist()),
         50728: (_RATIONAL, list(negative.neutral)),
         50778: (_SHORT, [_D65]),
-        **_exposure(negative.exposure),
+        33434: (_RATIONAL, [negative.seconds]),
+        33437: (_RATIONAL, [negative.f_number]),
+        34855: (_SHORT, [min(round(negative.iso), 65535)]),
     }
-    return (
-        struct.pack("<2sHI", b"II", 42, 8 + len(pixels))
-        + pixels
-        + _directory(tags, 8 + len(pixels))
-    )
-
-
-def _exposure(known: dict[str, float]) -> dict[int, tuple[int, Sequence[float]]]:
-    tags: dict[int, tuple[int, Sequence[float]]] = {}
-    if "seconds" in known:
-        tags[33434] = (_RATIONAL, [known["seconds"]])
-    if "f_number" in known:
-        tags[33437] = (_RATIONAL, [known["f_number"]])
-    if "iso" in known:
-        tags[34855] = (_SHORT, [min(round(known["iso"]), 65535)])
-    return tags
-
-
-def _text(text: str) -> bytes:
-    return text.encode("ascii", "replace") + b"\0"
+    end = 8 + len(pixels)
+    return struct.pack("<2sHI", b"II", 42, end) + pixels + _directory(tags, end)
 
 
 def _directory(tags: dict[int, tuple[int, Sequence[float] | bytes]], start: int) -> bytes:
@@ -105,13 +92,9 @@ def _directory(tags: dict[int, tuple[int, Sequence[float] | bytes]], start: int)
 
 def _pack(kind: int, numbers: Sequence[float]) -> bytes:
     """Return numbers of a kind; fractions as numerator and denominator."""
-    flat: list[int] = []
-    for number in numbers:
-        if kind in (_RATIONAL, _SIGNED):
-            flat += _fraction(number)
-        else:
-            flat.append(int(number))
-    return struct.pack(f"<{len(flat)}{_FORMATS[kind]}", *flat)
+    is_fraction = kind in (_RATIONAL, _SIGNED)
+    flat = [part for each in numbers for part in _fraction(each)] if is_fraction else numbers
+    return np.array(flat, _FORMATS[kind]).tobytes()
 
 
 def _fraction(number: float) -> tuple[int, int]:

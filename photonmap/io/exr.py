@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from photonmap.buffers import ERROR_ENDINGS, Buffer, row_of
 from photonmap.errors import InputError
+from photonmap.scene.images import write_image
 from photonmap.spectra.bands import Bands
 
 if TYPE_CHECKING:
@@ -182,8 +183,8 @@ def read_exr(path: str | PathLike[str], names: Collection[str] | None = None) ->
             bands = Bands.from_description(json.loads(head.get_string_attribute(_BANDS)))
             parts = dict(
                 _read_part(file, index, bands)
-                for index, name in enumerate(_part_names(file))
-                if names is None or name in names
+                for index, spec in enumerate(_specs(file))
+                if names is None or _part_name(spec) in names
             )
         except ValueError as error:
             raise InputError(f"this is damaged: {error}", path) from None
@@ -213,15 +214,13 @@ def _open(path: str | PathLike[str]) -> OpenImageIO.ImageInput:
 def list_parts(path: str | PathLike[str], half: bool = False) -> list[str]:
     """Return the names of a file's parts, or of those in half precision; no image is read."""
     with closing(_open(path)) as file:
-        names = _part_names(file)
-        if not half:
-            return names
-        return [name for i, name in enumerate(names) if str(file.spec(i).format) == "half"]
+        kept = [spec for spec in _specs(file) if not half or str(spec.format) == "half"]
+        return [_part_name(spec) for spec in kept]
 
 
-def _part_names(file: OpenImageIO.ImageInput) -> list[str]:
+def _specs(file: OpenImageIO.ImageInput) -> list[OpenImageIO.ImageSpec]:
     count = file.spec().get_int_attribute("oiio:subimages", 1)
-    return [_part_name(file.spec(i)) for i in range(count)]
+    return [file.spec(i) for i in range(count)]
 
 
 def _part_name(spec: OpenImageIO.ImageSpec) -> str:
@@ -315,8 +314,6 @@ def write_layers(
     colors : buffers in linear sRGB, (H, W, 3)
     others : buffers without a colour, (H, W) or (H, W, 3)
     """
-    import OpenImageIO
-
     path = Path(path)
     if path.suffix.lower() != ".exr":
         raise InputError("layers are written as OpenEXR; write FILE.exr", path)
@@ -329,14 +326,6 @@ def write_layers(
             channels[f"{LAYER}.{layer}.{letter}"] = plane
     if "radiance" in colors and "coverage" in others:
         channels[f"{LAYER}.{COMBINED}.A"] = others["coverage"]
-    height, width = next(iter(channels.values())).shape
-    spec = OpenImageIO.ImageSpec(width, height, len(channels), OpenImageIO.FLOAT)
-    spec.channelnames = tuple(channels)
-    spec.attribute("compression", "zip")
     path.parent.mkdir(parents=True, exist_ok=True)
-    file = OpenImageIO.ImageOutput.create("exr")
-    assert file is not None
     pixels = np.stack([plane.astype(np.float32) for plane in channels.values()], axis=-1)
-    done = file.open(str(path), spec) and file.write_image(pixels)
-    if not (done and file.close()):
-        raise OSError(f"cannot write {path.name}: {file.geterror()}")
+    write_image(pixels, path, tuple(channels))

@@ -50,13 +50,22 @@ class SceneSource:
             target alone
         """
         from photonmap.io.readers.scene_file import load_scene
+        from photonmap.scene.camera import Camera
 
         use_measured_sets(self.munsell, self.illuminants)
         with refusing_warnings() if self.strict else nullcontext():
             scene = load_scene(self.path, self.missing_textures, self.root)
         if self.view is not None:
             scene = scene.seen_by(self.view)
-        self._choose_camera(scene)
+        if scene.camera is not None:
+            scene.camera = scene.camera.changed(**self.camera)
+        elif "origin" in self.camera:
+            scene.camera = Camera(**{"target": scene.middle, **self.camera})
+        elif "target" in self.camera:
+            raise InputError("the scene has no camera, so --target needs --origin too")
+        else:
+            for name, value in self.camera.items():
+                setattr(scene, name, value)
         return scene
 
     def views(self, size: tuple[int, int]) -> list[SceneSource]:
@@ -76,19 +85,6 @@ class SceneSource:
         for camera in cameras:
             check_image_size(camera.changed(**self.camera), size)
         return [replace(self, view=camera.name) for camera in cameras] or [self]
-
-    def _choose_camera(self, scene: Scene) -> None:
-        from photonmap.scene.camera import Camera
-
-        if scene.camera is not None:
-            scene.camera = scene.camera.changed(**self.camera)
-        elif "origin" in self.camera:
-            scene.camera = Camera(**{"target": scene.middle, **self.camera})
-        elif "target" in self.camera:
-            raise InputError("the scene has no camera, so --target needs --origin too")
-        else:
-            for name, value in self.camera.items():
-                setattr(scene, name, value)
 
 
 @contextmanager

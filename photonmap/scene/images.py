@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -122,18 +123,29 @@ def read_mask(path: str | PathLike[str], linear: bool = False) -> NDArray[np.flo
     return alpha
 
 
-def write_image(texels: NDArray[Any], path: str | PathLike[str]) -> None:
-    """Write linear RGB, (H, W, 3), as an OpenEXR file of 32-bit floats, or raise `OSError`."""
+def write_image(pixels: NDArray[Any], path: str | PathLike[str], names: Sequence[str] = ()) -> None:
+    """Write (H, W, C) uint16, or as 32-bit floats, in the format of the suffix; or `OSError`.
+
+    Floats are linear. Equal images are equal files, for their date is left out.
+
+    names : of the channels; "R", "G", "B" and so on by default
+    """
     import OpenImageIO
 
-    height, width, channels = texels.shape
-    spec = OpenImageIO.ImageSpec(width, height, channels, OpenImageIO.FLOAT)
+    height, width, channels = pixels.shape
+    kind = np.uint16 if pixels.dtype == np.uint16 else np.float32
+    written = OpenImageIO.UINT16 if kind == np.uint16 else OpenImageIO.FLOAT
+    spec = OpenImageIO.ImageSpec(width, height, channels, written)
+    if names:
+        spec.channelnames = tuple(names)
     spec.attribute("compression", "zip")
+    spec.attribute("DateTime", "")
     file = OpenImageIO.ImageOutput.create(str(path))
     opened = file and file.open(str(path), spec)
-    pixels = np.ascontiguousarray(texels, np.float32)
-    if not (file and opened and file.write_image(pixels) and file.close()):
-        raise OSError(f"{path}: cannot be written ({OpenImageIO.geterror()})")
+    texels = np.ascontiguousarray(pixels, kind)
+    if not (file and opened and file.write_image(texels) and file.close()):
+        reason = file.geterror() if file else OpenImageIO.geterror()
+        raise OSError(f"cannot write {Path(path).name}: {reason}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -302,8 +302,8 @@ def test_stages_with_changed_digits_are_read_or_refused_in_one_line(load):
 
 
 def test_without_pxr_the_remedy_is_named(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pxr", None)
     monkeypatch.setattr("photonmap.io.readers.usd.find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "pxr", None)
     (tmp_path / "a.usda").write_text("#usda 1.0\n")
     with pytest.raises(pm.InputError, match=r"needs usd-core: pip install 'photonmap\[usd\]'"):
         pm.load_scene(tmp_path / "a.usda")

@@ -5,8 +5,7 @@ from __future__ import annotations
 import logging
 import tempfile
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,37 +32,22 @@ Losses = dict[str, dict[str, None]]
 SHEEN = "sheen (which brightens cloth where it is seen at grazing angles)"
 """What is left out of cloth, in whatever format"""
 Note = Callable[[str], None]  # Takes what is not simulated
-Decoder = Callable[[Path, bytes, Losses], Scene]
-"""From a file's path and content to its scene; the losses are noted in the third argument."""
 
 
-def decode_file(path: Path, decode: Decoder) -> Scene:
-    """Read a file whole, and name what is lost in one warning; in another, meshes far away."""
+def decode_file(path: Path, decode: Callable[[Path, bytes, Losses], Scene]) -> Scene:
+    """Read a file whole, and name what is lost in one warning; in another, meshes far away.
+
+    decode : from a file's path and content to its scene; losses are noted in the third argument
+    """
     data = read_bytes(path)
     losses: Losses = {}
-    with _reporting_damage(path):
-        scene = decode(path, data, losses)
-    if not any(len(mesh.faces) for mesh in scene.meshes):
-        raise InputError("has no triangles; export the surfaces as polygons", path)
-    warn_of_rounding(path, scene.meshes)
-    if losses:
-        named = [
-            f"{what} of {listed(owners)}" if owners else what for what, owners in losses.items()
-        ]
-        warn(f"{path}: not simulated: {'; '.join(named)}")
-    return scene
-
-
-@contextmanager
-def _reporting_damage(path: Path) -> Iterator[None]:
-    """Turn whatever damaged data raises into an `InputError`, and keep trimesh quiet."""
     log = logging.getLogger("trimesh")
     level = log.level
     log.setLevel(logging.CRITICAL + 1)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            yield
+            scene = decode(path, data, losses)
     except InputError:
         raise
     except Exception as error:  # what a damaged file raises is not documented
@@ -74,6 +58,15 @@ def _reporting_damage(path: Path) -> Iterator[None]:
         raise InputError(message, path) from None
     finally:
         log.setLevel(level)
+    if not any(len(mesh.faces) for mesh in scene.meshes):
+        raise InputError("has no triangles; export the surfaces as polygons", path)
+    warn_of_rounding(path, scene.meshes)
+    if losses:
+        named = [
+            f"{what} of {listed(owners)}" if owners else what for what, owners in losses.items()
+        ]
+        warn(f"{path}: not simulated: {'; '.join(named)}")
+    return scene
 
 
 def note_loss(losses: Losses, what: str, owner: str = "") -> None:
@@ -116,7 +109,7 @@ def read_embedded(data: bytes | memoryview, name: str) -> Channels:
 
 
 def plain(row: Any) -> Vector:
-    """Return three numbers of an array as floats."""
+    """Return three numbers of an array, or of other values in a row, as floats."""
     x, y, z = map(float, row)
     return x, y, z
 

@@ -6,7 +6,7 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -15,38 +15,13 @@ from typing import Any
 import numpy as np
 
 from photonmap.errors import InputError
-from photonmap.io.readers.decoding import (
-    Losses,
-    decode_file,
-    note_loss,
-    plain,
-    point_ahead,
-    unused_name,
-)
-from photonmap.io.readers.gltf_document import (
-    MODES,
-    TRIANGLES,
-    Document,
-    find_pose,
-    place_nodes,
-    read_primitive,
-    split_glb,
-    strike_pose,
-)
-from photonmap.io.readers.gltf_materials import LOBES, METAL_COLORS, WHITE, Tint, read_material
-from photonmap.io.readers.gltf_textures import Textures, find_placement
-from photonmap.io.readers.meshes import Part, build_mesh, is_closed, move
+from photonmap.io.readers import decoding, gltf_document, gltf_materials, meshes
+from photonmap.io.readers.gltf_materials import Textures, Tint, find_placement, read_material
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.wording import listed, shown
+from photonmap.scene import lights
 from photonmap.scene.camera import ALL, NOT_IN_FILES, Camera, check_camera
-from photonmap.scene.lights import (
-    NARROWEST,
-    DirectionalLight,
-    Light,
-    PointLight,
-    SpotLight,
-    check_light,
-)
+from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import Vector
@@ -78,35 +53,35 @@ _IMAGES_OF_DIRECTIONS = {
     "anisotropy_map": "anisotropyTexture",
 }
 """Keys of glTF, by the attributes of `Material` that they give"""
-_Primitive = tuple[Part, dict[str, Any]]  # Triangles, and the JSON that describes them
+_Primitive = tuple[meshes.Part, dict[str, Any]]  # Triangles, and the JSON that describes them
 
 
 @dataclass
-class Gltf(Document):
+class Gltf(gltf_document.Document):
     """A glTF file, and what is read from it."""
 
     options: ReadOptions = field(kw_only=True)  # a user's choices
-    losses: Losses = field(kw_only=True)  # what is not simulated
+    losses: decoding.Losses = field(kw_only=True)  # what is not simulated
     _materials: dict[tuple[int | None, Tint | None], Material] = field(default_factory=dict)
-    _even: dict[int, Material] = field(default_factory=dict)
+    even: dict[int, Material] = field(default_factory=dict)  # without images, by what has them
     _shared: dict[int, list[_Primitive]] = field(default_factory=dict)
 
     def node_item(self, index: int, item: dict[str, Any]) -> NodeItem:
         """Return a camera or a light where a node puts it."""
         wanted = self.item("nodes", index).get("name") or item.get("name") or f"node_{index}"
         plain = re.sub(f"[{re.escape(NOT_IN_FILES)}]", "_", str(wanted))
-        name = unused_name(plain, index, self.names)
-        return NodeItem(self.path, item, name, self.placed[index], self.losses)
+        name = decoding.unused_name(plain, index, self.names)
+        return NodeItem(self.path, name, item, self.losses, self.placed[index])
 
     @cached_property
     def placed(self) -> dict[int, Floats]:
         """The nodes that belong to the scene in ascending order, and their matrices."""
-        return dict(sorted(place_nodes(self, _roots(self)).items()))
+        return dict(sorted(gltf_document.place_nodes(self, _roots(self)).items()))
 
     @cached_property
     def _all_placed(self) -> dict[int, Floats]:
         """All nodes and their matrices: bones may stand beside the scene."""
-        return place_nodes(self, _tops(self))
+        return gltf_document.place_nodes(self, _tops(self))
 
     def matrix(self, index: int) -> Floats:
         """Return the matrix of any node, from its coordinates to the scene's."""
@@ -133,10 +108,6 @@ class Gltf(Document):
                 material = read_material(index, item, self.textures, self.losses, tint)
             self._materials[key] = material
         return self._materials[key]
-
-    def without_textures(self, material: Material) -> Material:
-        """Return a material of an even glossy lobe, without relief, the same one each time."""
-        return self._even.setdefault(id(material), without_images(material))
 
     @cached_property
     def _uses(self) -> Counter[int]:
@@ -183,24 +154,26 @@ def read(path: Path, options: ReadOptions) -> Scene:
     Each node that shows a mesh becomes one or more meshes of the node's name. Buffers and images
     that a file names are looked up beside it.
     """
-    return decode_file(path, partial(_decode, options))
+    return decoding.decode_file(path, partial(_decode, options))
 
 
-def _decode(options: ReadOptions, path: Path, data: bytes, losses: Losses) -> Scene:
+def _decode(options: ReadOptions, path: Path, data: bytes, losses: decoding.Losses) -> Scene:
     is_glb = path.suffix.lower() == ".glb"
-    tree, binary = split_glb(path, data) if is_glb else (data, None)
+    tree, binary = gltf_document.split_glb(path, data) if is_glb else (data, None)
     text = bytes(tree).decode("utf-8-sig")
     gltf = Gltf(path, json.loads(text), binary, options=options, losses=losses)
     _check_gltf(gltf)
     _note_gltf(gltf)
     meshes = list(_instances(gltf))
     for name in gltf.textures.lost:
-        note_loss(losses, "unreadable textures, with grey in their place,", name)
+        decoding.note_loss(losses, "unreadable textures, with grey in their place,", name)
     cameras, lights = gltf.cameras(), gltf.lights()
-    if str(gltf.tree["asset"].get("generator")).startswith(_BLENDER) and are_photometric(lights):
+    amounts = (getattr(each, "intensity", getattr(each, "irradiance", 0.0)) for each in lights)
+    are_photometric = max(map(np.max, amounts), default=0.0) >= _BRIGHT
+    if str(gltf.tree["asset"].get("generator")).startswith(_BLENDER) and are_photometric:
         for mesh in meshes:
             if not is_black(mesh.material.emission):
-                note_loss(losses, _DIM, mesh.material.name)
+                decoding.note_loss(losses, _DIM, mesh.material.name)
     return Scene(meshes, name=path.stem, cameras=cameras, lights=lights)
 
 
@@ -240,11 +213,11 @@ def _tops(gltf: Gltf) -> list[int]:
 
 def _parts(gltf: Gltf, mesh: dict[str, Any]) -> Iterator[_Primitive]:
     for primitive in mesh["primitives"]:
-        if primitive.get("mode", TRIANGLES) in MODES:
+        if primitive.get("mode", gltf_document.TRIANGLES) in gltf_document.MODES:
             material = primitive.get("material")
             item = {} if material is None else gltf.item("materials", material)
-            lose = partial(note_loss, gltf.losses)
-            part = read_primitive(gltf, primitive, find_placement(item), lose)
+            lose = partial(decoding.note_loss, gltf.losses)
+            part = gltf_document.read_primitive(gltf, primitive, find_placement(item), lose)
             if len(part.faces):
                 yield part, primitive
 
@@ -257,24 +230,24 @@ def _instances(gltf: Gltf) -> Iterator[Mesh]:
             continue
         mesh = gltf.item("meshes", node["mesh"])
         wanted = node.get("name") or mesh.get("name") or "node"
-        name = unused_name(str(wanted), index, names)
-        pose = find_pose(gltf, node, gltf.matrix)
+        name = decoding.unused_name(str(wanted), index, names)
+        pose = gltf_document.find_pose(gltf, node, gltf.matrix)
         for part, primitive in gltf.parts(node["mesh"]):
-            part, is_placed = strike_pose(gltf, part, primitive, pose)
+            part, is_placed = gltf_document.strike_pose(gltf, part, primitive, pose)
             part, material = _paint(gltf, part, primitive.get("material"))
             _note_backs(gltf, part, primitive.get("material"), material)
-            placed = part if is_placed else move(part, matrix)
-            yield build_mesh(gltf.path, placed, material, name)
+            placed = part if is_placed else meshes.move(part, matrix)
+            yield meshes.build_mesh(gltf.path, placed, material, name)
 
 
-def _note_backs(gltf: Gltf, part: Part, index: int | None, material: Material) -> None:
+def _note_backs(gltf: Gltf, part: meshes.Part, index: int | None, material: Material) -> None:
     """Note an open surface that should emit from both of its sides."""
     item = {} if index is None else gltf.item("materials", index)
-    if item.get("doubleSided") and not is_black(material.emission) and not is_closed(part):
-        note_loss(gltf.losses, "emission from the back (doubleSided)", material.name)
+    if item.get("doubleSided") and not is_black(material.emission) and not meshes.is_closed(part):
+        decoding.note_loss(gltf.losses, "emission from the back (doubleSided)", material.name)
 
 
-def _paint(gltf: Gltf, part: Part, index: int | None) -> tuple[Part, Material]:
+def _paint(gltf: Gltf, part: meshes.Part, index: int | None) -> tuple[meshes.Part, Material]:
     """Multiply the base colour of a material by the colours of vertices.
 
     Where it has textures, is glass, or for its gloss, they count with their mean.
@@ -287,21 +260,21 @@ def _paint(gltf: Gltf, part: Part, index: int | None) -> tuple[Part, Material]:
     material = gltf.material(index, (red, green, blue, alpha))
     varies = (colors != colors[0, 0]).any(axis=(0, 1))
     if varies[3] and material.alpha != 1.0:
-        note_loss(gltf.losses, "variation of opacity of vertices", material.name)
+        decoding.note_loss(gltf.losses, "variation of opacity of vertices", material.name)
     if not varies[:3].any():
         return plain, material
-    white = gltf.material(index, WHITE)
+    white = gltf.material(index, gltf_materials.WHITE)
     if not isinstance(material.reflectance, Texture):
         if material.has_textured_lobe:
-            note_loss(gltf.losses, LOBES, material.name)
+            decoding.note_loss(gltf.losses, gltf_materials.LOBES, material.name)
         for image, lost in _IMAGES_OF_DIRECTIONS.items():
             if getattr(getattr(material, image), "texture", None) is not None:
-                note_loss(gltf.losses, lost, material.name)
-        material = gltf.without_textures(material)
+                decoding.note_loss(gltf.losses, lost, material.name)
+        material = gltf.even.setdefault(id(material), without_images(material))
     if mean_color(white.glossy) != mean_color(material.glossy):
-        note_loss(gltf.losses, METAL_COLORS, material.name)
+        decoding.note_loss(gltf.losses, gltf_materials.METAL_COLORS, material.name)
     if material.is_textured or material.ior is not None:
-        note_loss(gltf.losses, "variation of colours of vertices", material.name)
+        decoding.note_loss(gltf.losses, "variation of colours of vertices", material.name)
         return plain, material
     factor = np.asarray(white.reflectance, np.float64)
     return replace(part, colors=part.colors[:, :3] * factor), material
@@ -309,31 +282,28 @@ def _paint(gltf: Gltf, part: Part, index: int | None) -> tuple[Part, Material]:
 
 def _note_gltf(gltf: Gltf) -> None:
     if gltf.tree.get("animations"):
-        note_loss(gltf.losses, "animations")
+        decoding.note_loss(gltf.losses, "animations")
     for node in gltf.tree.get("nodes", []):
         for name in node.get("extensions", ()):
             if name != _LIGHTS:
-                note_loss(gltf.losses, name)
+                decoding.note_loss(gltf.losses, name)
     for mesh in gltf.tree.get("meshes", []):
         for primitive in mesh["primitives"]:
-            if primitive.get("mode", TRIANGLES) not in MODES:
-                note_loss(gltf.losses, "points and lines")
+            if primitive.get("mode", gltf_document.TRIANGLES) not in gltf_document.MODES:
+                decoding.note_loss(gltf.losses, "points and lines")
 
 
 @dataclass(frozen=True)
-class NodeItem:
+class NodeItem(gltf_materials.Described):
     """A camera or a light, where a node puts it."""
 
-    path: Path  # the file, for messages
-    item: Mapping[str, Any]  # its JSON
-    name: str  # its own in the scene
+    kind = "node"
     matrix: Floats  # from the node's coordinates to the scene's, 4×4
-    losses: Losses  # takes what is not simulated
 
     @property
     def origin(self) -> Vector:
         """Where the node stands, scene units."""
-        return plain(self.matrix[:3, 3])
+        return decoding.plain(self.matrix[:3, 3])
 
     @property
     def ahead(self) -> Vector:
@@ -348,29 +318,14 @@ class NodeItem:
     @property
     def target(self) -> Vector:
         """A point ahead, so far away that rounding does not turn the view."""
-        return point_ahead(self.matrix[:3, 3], np.array(self.ahead))
-
-    def number(self, key: str, default: float | None, values: Mapping[str, Any]) -> float:
-        """Return a finite number of at least 0; `default` where it is not given."""
-        value = values.get(key, default)
-        if type(value) not in (int, float) or not 0.0 <= value < math.inf:
-            raise self.error(f"{key} {shown(value)} is not a number of at least 0; correct it")
-        return float(value)
-
-    def lose(self, what: str) -> None:
-        """Note what is not simulated."""
-        note_loss(self.losses, what, self.name)
-
-    def error(self, message: str) -> InputError:
-        """Return an error about this item."""
-        return InputError(f"node {shown(self.name)}: {message}", self.path)
+        return decoding.point_ahead(self.matrix[:3, 3], np.array(self.ahead))
 
     def _axis(self, column: int, sign: float) -> Vector:
         axis = self.matrix[:3, column]
         length = float(np.linalg.norm(axis))
         if not 0.0 < length < math.inf:
             raise self.error("its scale is 0, so it has no direction; correct the scale")
-        return plain(sign / length * axis)
+        return decoding.plain(sign / length * axis)
 
 
 def read_camera(node: NodeItem) -> Camera:
@@ -381,10 +336,10 @@ def read_camera(node: NodeItem) -> Camera:
     lens = node.item[kind]
     look: dict[str, Any] = {}
     if kind == "perspective":
-        look["fov"] = math.degrees(node.number("yfov", None, lens))
+        look["fov"] = math.degrees(node.number(lens, "yfov", None))
     else:
         scale = float(np.linalg.norm(node.matrix[:3, 1]))
-        look["height"] = 2.0 * scale * node.number("ymag", None, lens)
+        look["height"] = 2.0 * scale * node.number(lens, "ymag", None)
     if np.linalg.det(node.matrix[:3, :3]) < 0.0:
         node.lose("mirrored view")
     try:
@@ -401,37 +356,31 @@ def read_light(node: NodeItem) -> Light:
     light: Light
     match item.get("type"):
         case "point":
-            light = PointLight(node.origin, amount, name=node.name)
+            light = lights.PointLight(node.origin, amount, name=node.name)
         case "directional":
-            light = DirectionalLight(node.ahead, amount, name=node.name)
+            light = lights.DirectionalLight(node.ahead, amount, name=node.name)
         case "spot":
             inner, outer = _cone(node)
-            light = SpotLight(node.origin, node.target, amount, inner, outer, name=node.name)
+            light = lights.SpotLight(node.origin, node.target, amount, inner, outer, name=node.name)
         case unknown:
             raise node.error(f"a light of type {shown(unknown)} is unknown; export it again")
-    return check_light(light, node.path)
-
-
-def are_photometric(lights: Sequence[Light]) -> bool:
-    """Return whether Blender's lights are in candela and lux, as by default, not in W·sr⁻¹."""
-    colors = (getattr(light, "intensity", getattr(light, "irradiance", 0.0)) for light in lights)
-    return max(map(np.max, colors), default=0.0) >= _BRIGHT
+    return lights.check_light(light, node.path)
 
 
 def _cone(node: NodeItem) -> tuple[float, float]:
     """Return the half-angles of a spot, degrees, the inner lowered to the outer with a warning."""
     spot = node.item.get("spot") or {}
-    inner = math.degrees(node.number("innerConeAngle", 0.0, spot))
-    outer = max(math.degrees(node.number("outerConeAngle", _WIDEST, spot)), NARROWEST)
+    inner = math.degrees(node.number(spot, "innerConeAngle", 0.0))
+    outer = max(math.degrees(node.number(spot, "outerConeAngle", _WIDEST)), lights.NARROWEST)
     if inner > outer * _ROUNDING:
         node.lose("innerConeAngle above outerConeAngle")
     return min(inner, outer), outer
 
 
 def _amount(node: NodeItem) -> Vector:
-    intensity = node.number("intensity", 1.0, node.item)
+    intensity = node.number(node.item, "intensity", 1.0)
     color = node.item.get("color", [1.0, 1.0, 1.0])
     if not isinstance(color, list) or len(color) != 3:
-        raise node.error(f"color {shown(color)} is not three numbers; correct it")
-    red, green, blue = (node.number("color", None, {"color": part}) for part in color)
+        raise node.wrong("color", color, "three numbers")
+    red, green, blue = (node.number({"color": part}, "color", None) for part in color)
     return red * intensity, green * intensity, blue * intensity

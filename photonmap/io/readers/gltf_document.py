@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Ints, Note
-from photonmap.io.readers.gltf_textures import UNMOVED, Json, Placement
+from photonmap.io.readers.gltf_materials import Json, Placement
 from photonmap.io.readers.meshes import Part, unit_rows
 from photonmap.io.readers.registry import extended
 from photonmap.runtime.files import named_file
@@ -175,29 +175,28 @@ Place = Callable[[int], Floats]
 """Returns the matrix of a node, from its coordinates to the scene's."""
 
 
-def read_primitive(
-    document: Document,
-    primitive: Json,
-    placement: Placement = UNMOVED,
-    lose: Note = lambda what: None,
-) -> Part:
+def read_primitive(document: Document, primitive: Json, placement: Placement, lose: Note) -> Part:
     """Return the triangles of a primitive; v increases upwards, as in OBJ."""
     attributes = primitive["attributes"]
-    columns_of = {"POSITION": 3, "NORMAL": 3, f"TEXCOORD_{placement.coordinates}": 2}
     count = document.item("accessors", attributes["POSITION"])["count"]
-    vertices, normals, uv = (
-        np.array(_rows(document, attributes[name], (count, columns), name), np.float64)
-        if name in attributes
-        else None
-        for name, columns in columns_of.items()
-    )
+
+    def rows(name: str, *columns: int) -> Floats | None:
+        if name not in attributes:
+            return None
+        found = document.rows(attributes[name])
+        if found.shape not in [(count, number) for number in columns]:
+            raise ValueError(f"{name} has the wrong shape")
+        return np.array(found, np.float64)
+
+    vertices, normals = rows("POSITION", 3), rows("NORMAL", 3)
     assert vertices is not None
+    uv, colors = rows(f"TEXCOORD_{placement.coordinates}", 2), rows("COLOR_0", 3, 4)
     if uv is not None:
         uv[:, 1] = 1.0 - uv[:, 1]
         uv = placement.turn(uv)
-    colors = None
-    if "COLOR_0" in attributes:
-        colors = _read_colors(document, attributes["COLOR_0"], count)
+    if colors is not None:  # linear
+        opaque = np.ones((count, 4 - colors.shape[1]))
+        colors = np.column_stack([np.clip(colors, 0.0, 1.0), opaque])
     if "indices" in primitive:
         corners = document.rows(primitive["indices"])[:, 0].astype(np.int64)
     else:
@@ -214,23 +213,6 @@ def read_primitive(
             lose("tangents of another shape than (x, y, z, w)")
             tangents = None
     return Part(vertices, faces, normals, uv, colors, tangents)
-
-
-def _read_colors(document: Document, accessor: int, count: int) -> Floats:
-    """Return linear RGBA of vertices, (V, 4), in [0, 1]."""
-    colors = document.rows(accessor)
-    if colors.shape not in ((count, 3), (count, 4)):
-        raise ValueError("COLOR_0 has the wrong shape")
-    rgba = np.ones((count, 4))
-    rgba[:, : colors.shape[1]] = np.clip(colors, 0.0, 1.0)
-    return rgba
-
-
-def _rows(document: Document, accessor: int, shape: tuple[int, int], name: str) -> NDArray[Any]:
-    rows = document.rows(accessor)
-    if rows.shape != shape:
-        raise ValueError(f"{name} has the wrong shape")
-    return rows
 
 
 def _triangles(corners: Ints, mode: int) -> Ints:
@@ -337,17 +319,15 @@ def strike_pose(document: Document, part: Part, primitive: Json, pose: Pose) -> 
 
 def _morphed(document: Document, part: Part, primitive: Json, weights: Sequence[float]) -> Part:
     """Add what morph targets add, times their weights."""
-    vertices, normals, tangents = part.vertices, part.normals, part.tangents
+    moved: dict[str, Any] = {
+        "POSITION": part.vertices, "NORMAL": part.normals, "TANGENT": part.tangents
+    }  # fmt: skip
     for target, weight in zip(primitive.get("targets", ()), weights, strict=False):
-        if weight == 0.0:
-            continue
-        if "POSITION" in target:
-            vertices = vertices + weight * document.rows(target["POSITION"])
-        if "NORMAL" in target and normals is not None:
-            normals = normals + weight * document.rows(target["NORMAL"])
-        if "TANGENT" in target and tangents is not None:
-            along = tangents[:, :3] + weight * document.rows(target["TANGENT"])
-            tangents = np.column_stack([along, tangents[:, 3]])
-    if normals is not None and normals is not part.normals:
+        for name, rows in moved.items():
+            if weight != 0.0 and name in target and rows is not None:
+                along = rows[:, :3] + weight * document.rows(target[name])
+                moved[name] = np.column_stack([along, rows[:, 3:]])
+    vertices, normals, tangents = moved.values()
+    if normals is not part.normals:
         normals = unit_rows(normals)
     return replace(part, vertices=vertices, normals=normals, tangents=tangents)

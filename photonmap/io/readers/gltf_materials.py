@@ -1,18 +1,23 @@
-"""Read the materials of glTF files."""
+"""Read the materials of glTF files, and their textures: in files, in buffers and data URIs."""
 
 from __future__ import annotations
 
+import base64
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, ClassVar
+from urllib.parse import unquote
+
+import numpy as np
 
 from photonmap.errors import InputError
-from photonmap.io.readers.decoding import SHEEN, Losses, note_loss
-from photonmap.io.readers.gltf_textures import Json, Textures, find_placement
-from photonmap.io.readers.registry import GREY
+from photonmap.io.readers.decoding import SHEEN, Losses, Note, note_loss, plain, read_embedded
+from photonmap.io.readers.registry import GREY, OR_WITHOUT, MissingTextures, extended
+from photonmap.runtime.files import named_image
 from photonmap.runtime.wording import shown
-from photonmap.scene.images import Channels, Image
+from photonmap.scene.images import Channels, Image, read_channels
 from photonmap.scene.material import Material
 from photonmap.scene.surfaces.fresnel import normal_reflectance
 from photonmap.scene.surfaces.metallic import (
@@ -24,7 +29,7 @@ from photonmap.scene.surfaces.metallic import (
 )
 from photonmap.scene.surfaces.relief import STEEPEST, AnisotropyMap, NoRelief, NormalMap
 from photonmap.scene.textures import Paint, Texture, Triple, lie_alike, mean_number
-from photonmap.spectra.curves import LARGEST_REFLECTANCE
+from photonmap.spectra.curves import LARGEST_REFLECTANCE, Floats
 
 METALLIC_TEXTURE = "metallicRoughnessTexture"
 Channel = Callable[[Channels], Image]
@@ -55,7 +60,8 @@ def read_material(
     index : of the material in the file; it names what has no name
     tint : linear RGBA that multiplies the base colour, such as that of vertices
     """
-    source = Source(str(item.get("name") or f"material_{index}"), item, textures, losses, tint)
+    name = str(item.get("name") or f"material_{index}")
+    source = Source(textures.path, name, item, losses, textures, tint)
     for key in (*item, *source.surface):
         if key.endswith("Texture") and key not in (*_TEXTURES, _NORMALS, _HARMLESS):
             source.lose(key)
@@ -99,11 +105,9 @@ def _coat(source: Source, base: object) -> Paint:
     once = normal_reflectance(max(index, 1.0)) if index > 0.0 else 1.0
     amount = source.number(specular, "specularFactor", 1.0)
     tint = source.color(specular, "specularColorFactor", 1e30)
-    red, green, blue = (min(once * part, 1.0) * amount for part in tint)
-    even: Triple = (red, green, blue)
-    use = specular.get("specularColorTexture")
+    even = plain(min(once * part, 1.0) * amount for part in tint)
     images = {
-        "specularColorTexture": None if use is None else source.texture(use),
+        "specularColorTexture": source.texture(specular.get("specularColorTexture")),
         "specularTexture": source.times(1.0, specular.get("specularTexture"), Channels.opacity),
     }
     kept = []
@@ -140,21 +144,20 @@ def _anisotropy(source: Source) -> dict[str, Any]:
         return {}
     angle = extension.get("anisotropyRotation", 0.0)
     if type(angle) not in (int, float) or not math.isfinite(angle):
-        raise source.error("anisotropyRotation", angle, "a finite number")
+        raise source.wrong("anisotropyRotation", angle, "a finite number")
     turns = math.remainder(angle / (2.0 * math.pi), 1.0)
     stretch: dict[str, Any] = {"anisotropy": strength, "anisotropy_rotation": turns}
-    use = extension.get("anisotropyTexture")
-    image = None if use is None else source.texture(use, Channels.data)
+    image = source.texture(extension.get("anisotropyTexture"), Channels.data)
     return stretch if image is None else stretch | {"anisotropy_map": AnisotropyMap(image)}
 
 
 def _base(source: Source) -> Triple | Texture:
-    red, green, blue = factor = source.base_color()
+    factor = source.base_color()
     if "baseColorTexture" not in source.surface:
         return factor
     texture = source.texture(source.surface["baseColorTexture"])
     if texture is None:
-        return red * GREY, green * GREY, blue * GREY
+        return plain(part * GREY for part in factor)
     return replace(texture, factor=factor)
 
 
@@ -187,8 +190,7 @@ def _sheen(source: Source) -> dict[str, Any]:
     if not any(extension.get("sheenColorFactor", ())):
         return {}
     factor = source.color(extension, "sheenColorFactor")
-    use = extension.get("sheenColorTexture")
-    texture = None if use is None else source.texture(use)
+    texture = source.texture(extension.get("sheenColorTexture"))
     color = factor if texture is None else replace(texture, factor=factor)
     if "sheenRoughnessTexture" in extension:
         source.lose("sheenRoughnessTexture")
@@ -212,13 +214,12 @@ def _glass(source: Source) -> dict[str, Any] | None:
         metallic = mean_number(metallic)
     base, index = _base(source), _index(source)
     if index == 0.0:
-        raise source.error("ior", index, "an index of refraction above 0, which glass needs")
+        raise source.wrong("ior", index, "an index of refraction above 0, which glass needs")
     if isinstance(share, Texture) and not lie_alike(base, share):
         source.lose("variation of transmission")
         share = mean_number(share)
     if isinstance(share, Texture):
-        red, green, blue = ((1.0 - metallic) * part for part in share.factor)
-        share = replace(share, factor=(red, green, blue))
+        share = replace(share, factor=plain((1.0 - metallic) * part for part in share.factor))
     else:
         share *= 1.0 - metallic
     look: dict[str, Any] = {"reflectance": 0.0, "ior": index, "tint": base}
@@ -243,7 +244,7 @@ def _attenuation(source: Source) -> dict[str, Any]:
         return {}
     distance = source.number(volume, "attenuationDistance", math.inf, 1e30)
     if distance == 0.0:
-        raise source.error("attenuationDistance", 0, "a number above 0")
+        raise source.wrong("attenuationDistance", 0, "a number above 0")
     return {"attenuation_color": color, "attenuation_distance": distance}
 
 
@@ -254,7 +255,7 @@ def _normal_map(source: Source, holder: Json, key: str) -> NormalMap | None:
     directions = source.texture(use, Channels.data)
     scale = use.get("scale", 1.0)
     if type(scale) not in (int, float) or not abs(scale) <= STEEPEST:
-        raise source.error(f"scale of {key}", scale, f"a number up to {STEEPEST:g}")
+        raise source.wrong(f"scale of {key}", scale, f"a number up to {STEEPEST:g}")
     return None if directions is None or scale == 0.0 else NormalMap(directions, float(scale))
 
 
@@ -277,9 +278,9 @@ def _emission(source: Source) -> Paint | None:
     item = source.item
     if not any(item.get("emissiveFactor", ())):
         return None
-    red, green, blue = source.color(item, "emissiveFactor")
+    color = source.color(item, "emissiveFactor")
     strength = source.number(source.extension("emissive_strength"), "emissiveStrength", 1.0, 1e30)
-    factor = red * strength, green * strength, blue * strength
+    factor = plain(part * strength for part in color)
     if "emissiveTexture" not in item:
         return factor
     texture = source.texture(item["emissiveTexture"])
@@ -287,13 +288,45 @@ def _emission(source: Source) -> Paint | None:
 
 
 @dataclass(frozen=True)
-class Source:
-    """A material: its JSON, and where what is wrong or not simulated is said."""
+class Described:
+    """What JSON describes, and where what is wrong or not simulated is said."""
 
-    name: str  # of the material
+    kind: ClassVar[str]
+    largest: ClassVar[float] = float(np.finfo(np.float64).max)  # Of numbers without other limits
+    path: Path  # the file, for messages
+    name: str  # its own in the scene
     item: Json  # its JSON
-    textures: Textures  # those of the file
     losses: Losses  # takes what is not simulated
+
+    def lose(self, what: str) -> None:
+        """Note what is not simulated."""
+        note_loss(self.losses, what, self.name)
+
+    def number(
+        self, values: Json, key: str, default: float | None, largest: float | None = None
+    ) -> float:
+        """Return a number from 0 to `largest`; `default` where it is not given."""
+        value, most = values.get(key, default), self.largest if largest is None else largest
+        if type(value) not in (int, float) or not 0.0 <= value <= most:
+            limits = "of at least 0" if most == Described.largest else f"from 0 to {most:g}"
+            raise self.wrong(key, value, f"a number {limits}")
+        return float(value)
+
+    def wrong(self, key: str, value: Any, wanted: str) -> InputError:
+        """Return the error that a value is not what is wanted."""
+        return self.error(f"{key} {shown(value)} is not {wanted}; correct it")
+
+    def error(self, message: str) -> InputError:
+        """Return an error about it."""
+        return InputError(f"{self.kind} {shown(self.name)}: {message}", self.path)
+
+
+@dataclass(frozen=True)
+class Source(Described):
+    """A material."""
+
+    kind, largest = "material", 1.0
+    textures: Textures  # those of the file
     tint: Tint | None = None  # RGBA that multiplies the base colour; None for none
 
     @property
@@ -306,17 +339,6 @@ class Source:
         found: Json = self.item.get("extensions", {}).get(f"KHR_materials_{name}") or {}
         return found
 
-    def lose(self, what: str) -> None:
-        """Note what is not simulated."""
-        note_loss(self.losses, what, self.name)
-
-    def number(self, values: Json, key: str, default: float, largest: float = 1.0) -> float:
-        """Return a factor from 0 to `largest`."""
-        value = values.get(key, default)
-        if type(value) not in (int, float) or not 0.0 <= value <= largest:
-            raise self.error(key, value, f"a number from 0 to {largest:g}")
-        return float(value)
-
     def color(self, values: Json, key: str, largest: float = 1.0) -> tuple[float, float, float]:
         """Return three factors, each from 0 to `largest`."""
         value = values.get(key, [1, 1, 1])[:3]
@@ -324,12 +346,13 @@ class Source:
         if len(value) < 3 or not all(
             type(part) in (int, float) and 0 <= part <= most for part in value
         ):
-            raise self.error(key, value, f"three numbers within [0, {largest:g}]")
-        red, green, blue = (min(float(part), largest) for part in value)
-        return red, green, blue
+            raise self.wrong(key, value, f"three numbers within [0, {largest:g}]")
+        return plain(min(float(part), largest) for part in value)
 
-    def texture(self, use: Json, channel: Channel = Channels.image) -> Texture | None:
-        """Return a texture, of colours by default; None if it is missing."""
+    def texture(self, use: Json | None, channel: Channel = Channels.image) -> Texture | None:
+        """Return a texture, of colours by default; None if it is missing, or there is none."""
+        if use is None:
+            return None
         return self.textures.texture(use, channel, find_placement(self.item), self.lose)
 
     def data(self, factor: str, channel: Channel) -> float | Texture:
@@ -339,9 +362,7 @@ class Source:
 
     def times(self, number: float, use: Json | None, channel: Channel) -> float | Texture:
         """Return a number times a channel of a texture, if there is one."""
-        if use is None or number == 0.0:
-            return number
-        texture = self.texture(use, channel)
+        texture = None if number == 0.0 else self.texture(use, channel)
         if texture is None:
             return number
         texture = replace(texture, factor=(number,) * 3)
@@ -353,7 +374,160 @@ class Source:
         r, g, b, _ = self.tint or WHITE
         return r * red, g * green, b * blue
 
-    def error(self, key: str, value: Any, wanted: str) -> InputError:
-        """Return the error that a value is not what is wanted."""
-        message = f"material {shown(self.name)}: {key} {shown(value)} is not {wanted}"
-        return InputError(f"{message}; correct it", self.textures.path)
+
+CLAMP, MIRROR = 33071, 33648  # Values of a sampler's wrapS and wrapT; they repeat by default
+_TRANSFORM = "KHR_texture_transform"
+_EMBEDDED = "photonmap_image_"  # How the names of files begin that embedded images are decoded from
+Json = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Placement:
+    """How a texture lies on a surface: the set of coordinates, and what becomes of them.
+
+    They are scaled, rotated about the origin, and moved, v counting downwards; the rotation, in
+    radians, turns u towards -v.
+    """
+
+    coordinates: int = 0
+    scale: tuple[float, float] = (1.0, 1.0)
+    rotation: float = 0.0
+    offset: tuple[float, float] = (0.0, 0.0)
+
+    @classmethod
+    def of(cls, use: Json) -> Placement:
+        """Return the placement of a texture by the JSON that names it."""
+        transform = use.get("extensions", {}).get(_TRANSFORM, {})
+        s, t = transform.get("scale", (1.0, 1.0))
+        u, v = transform.get("offset", (0.0, 0.0))
+        coordinates = transform.get("texCoord", use.get("texCoord", 0))
+        return cls(coordinates, (s, t), transform.get("rotation", 0.0), (u, v))
+
+    @property
+    def matrix(self) -> Floats:
+        """The same of coordinates whose v counts upwards, (2, 3)."""
+        (s, t), (u, v) = self.scale, self.offset
+        cosine, sine = math.cos(self.rotation), math.sin(self.rotation)
+        return np.array(
+            [[s * cosine, -t * sine, u + t * sine], [s * sine, t * cosine, 1.0 - v - t * cosine]]
+        )
+
+    def turn(self, uv: Floats) -> Floats:
+        """Return coordinates of vertices, (V, 2), v upwards, as the textures of a mesh use them.
+
+        Textures themselves scale and move, but do not rotate.
+        """
+        return uv @ self.matrix[:, :2].T + self.matrix[:, 2] if self.rotation else uv
+
+
+def find_placement(material: Json) -> Placement:
+    """Return the placement of a material: of the texture of its colour, light or gloss."""
+    surface = material.get("pbrMetallicRoughness") or {}
+    older = material.get("extensions", {}).get("KHR_materials_pbrSpecularGlossiness") or {}
+    found = older.get("diffuseTexture") or surface.get("baseColorTexture")
+    found = found or material.get("emissiveTexture")
+    found = found or surface.get("metallicRoughnessTexture") or material.get("normalTexture")
+    return Placement.of(found or {})
+
+
+@dataclass
+class Textures:
+    """The textures of a file."""
+
+    path: Path  # the file
+    item: Callable[
+        [str, int], dict[str, Any]
+    ]  # returns an item of a top-level array, by its name and index
+    view: Callable[[int], bytes | memoryview]  # returns the bytes of a buffer view
+    missing: MissingTextures  # what becomes of an image that cannot be read
+    lost: list[str] = field(default_factory=list)  # images that could not be read
+    _known: dict[tuple[int, Callable[[Channels], Any]], Any] = field(default_factory=dict)
+    _last: tuple[int, Channels] | None = None
+
+    def texture(
+        self, use: Json, channel: Channel, placement: Placement, lose: Note
+    ) -> Texture | None:
+        """Return a texture; None if it is missing, which is noted.
+
+        channel : a method of `Channels` that returns its colours, or the numbers that it holds
+        """
+        image = self._read(use, channel)
+        return None if image is None else self._place(Texture(image), use, placement, lose)
+
+    def opacity(self, use: Json, factor: float, cutoff: float | None) -> Texture | float:
+        """Return a texture's alpha times a factor, or 0 and 1 below and above a cutoff."""
+        mask = self._read(use, Channels.alpha)
+        values = np.float32(factor) * (np.ones((1, 1), np.float32) if mask is None else mask)
+        if cutoff is not None:
+            values = (values >= cutoff).astype(np.float32)
+        if (values == values[0, 0]).all():
+            return float(values[0, 0])
+        texture = Texture.of(values[..., None])
+        return self._place(texture, use, Placement.of(use), lambda _: None)
+
+    def _read(self, use: Json, make: Callable[[Channels], Any]) -> Any:
+        """Return what a function makes of the image, once; None if the image is missing."""
+        texture = self.item("textures", use["index"])
+        index = texture.get("source")
+        if index is None:
+            problem = f"texture {use['index']} is neither PNG nor JPEG; export it as one of them"
+            if self.missing == "error":
+                raise InputError(f"{problem}{OR_WITHOUT}", self.path)
+            self.lost.append(f"texture {use['index']}")
+            return None
+        if (index, make) not in self._known:
+            try:
+                made = make(self._channels(index))
+            except InputError as error:
+                if self.missing == "error":
+                    raise self._name(index, error) from None
+                self.lost.append(self.item("images", index).get("uri", f"image {index}")[:80])
+                made = None
+            self._known[index, make] = made
+        return self._known[index, make]
+
+    def _channels(self, index: int) -> Channels:
+        """Read an image, unless it was the last one that was read."""
+        if self._last is None or self._last[0] != index:
+            self._last = index, self._read_image(index, self.item("images", index))
+        return self._last[1]
+
+    def _read_image(self, index: int, image: dict[str, Any]) -> Channels:
+        if not _is_embedded(image):
+            return read_channels(named_image(self.path.parent, unquote(image["uri"])))
+        data: bytes | memoryview
+        if "uri" in image:
+            data = base64.b64decode(image["uri"].partition(",")[2], validate=True)
+        else:
+            data = self.view(image["bufferView"])
+        kind = image.get("mimeType", "image/png")[6:]
+        return read_embedded(data, f"{_EMBEDDED}{index}.{kind}")
+
+    def _name(self, index: int, error: InputError) -> InputError:
+        """Return an error about an image that names the file, where the image is part of it."""
+        if not _is_embedded(self.item("images", index)):
+            return extended(error, f"; {self.path.name} names it{OR_WITHOUT}")
+        _, _, reason = str(error).partition(f"{_EMBEDDED}{index}.")
+        return InputError(f"image {index} {reason.partition(': ')[2]}", self.path)
+
+    def _place(self, texture: Texture, use: Json, placement: Placement, lose: Note) -> Texture:
+        """Return a texture as it lies on a surface, whose coordinates have been turned."""
+        sampler = self.item("textures", use["index"]).get("sampler")
+        sampler = {} if sampler is None else self.item("samplers", sampler)
+        wraps = sampler.get("wrapS"), sampler.get("wrapT")
+        if wraps.count(CLAMP) == 1:
+            lose("textures that are clamped in one direction")
+        own = Placement.of(use)
+        if own != placement and (
+            own.coordinates != placement.coordinates or own.rotation or placement.rotation
+        ):
+            lose("texture coordinates of a further texture")
+        if not placement.rotation:
+            (s, _, u), (_, t, v) = replace(own, rotation=0.0).matrix.tolist()
+            texture = replace(texture, scale=(s, t), offset=(u, v))
+        texture = replace(texture, clamp=wraps.count(CLAMP) == 2)
+        return texture.mirrored(wraps[0] == MIRROR, wraps[1] == MIRROR)
+
+
+def _is_embedded(image: Json) -> bool:
+    return "uri" not in image or bool(image["uri"].startswith("data:"))

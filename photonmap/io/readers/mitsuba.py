@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable
+import struct
+import zlib
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,29 +15,24 @@ from typing import Any
 import numpy as np
 
 from photonmap.errors import InputError
+from photonmap.io.readers import meshes, obj, ply
 from photonmap.io.readers.decoding import Losses, decode_file, plain, point_ahead
 from photonmap.io.readers.environment_maps import turned_map
-from photonmap.io.readers.mitsuba_colors import combined, read_plain
-from photonmap.io.readers.mitsuba_nodes import Context, Node, load_nodes
-from photonmap.io.readers.mitsuba_shapes import read_shapes
+from photonmap.io.readers.mitsuba_bsdfs import is_one_sided, read_material
+from photonmap.io.readers.mitsuba_colors import combined, read_paint, read_plain
+from photonmap.io.readers.mitsuba_nodes import Context, Node, load_nodes, once
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.files import allowed_folder
 from photonmap.runtime.wording import shown, suggest
+from photonmap.scene import lights
 from photonmap.scene.camera import NOT_IN_FILES, Camera, Lens, check_camera
-from photonmap.scene.lights import (
-    DirectionalLight,
-    DomeLight,
-    EnvironmentLight,
-    Light,
-    PhotometricLight,
-    PointLight,
-    SpotLight,
-    check_light,
-)
+from photonmap.scene.material import Material
+from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import unit
 from photonmap.scene.projections import Intrinsics
 from photonmap.scene.scene import Scene
-from photonmap.spectra.curves import Color
+from photonmap.spectra.curves import Color, Floats
+from photonmap.spectra.tables import read_bytes
 
 SUFFIXES = (".xml",)
 
@@ -58,15 +56,15 @@ def read(path: Path, options: ReadOptions) -> Scene:
 def _decode(options: ReadOptions, path: Path, data: bytes, losses: Losses) -> Scene:
     context = Context(path, allowed_folder(path), options.missing_textures, losses)
     scene = load_nodes(path, data, context)
-    meshes = [mesh for shape in scene.parts("shape") for mesh in read_shapes(shape)]
-    lights = read_emitters(scene.parts("emitter"))
+    shapes = [mesh for shape in scene.parts("shape") for mesh in read_shapes(shape)]
+    shining = read_emitters(scene.parts("emitter"))
     cameras = [read_sensor(sensor) for sensor in scene.parts("sensor")]
-    return Scene(meshes, lights, name=path.stem, cameras=cameras)
+    return Scene(shapes, shining, name=path.stem, cameras=cameras)
 
 
-def read_emitters(nodes: Iterable[Node]) -> list[Light]:
+def read_emitters(nodes: Iterable[Node]) -> list[lights.Light]:
     """Return the lights of emitters."""
-    lights, around = [], None
+    found, around = [], None
     for node in nodes:
         if node.type in _AROUND:
             if around is not None:
@@ -74,16 +72,16 @@ def read_emitters(nodes: Iterable[Node]) -> list[Light]:
                 problem = f"the scene has an environment already, in {place}"
                 raise node.error(f"{problem}; remove one of them")
             around = node
-        lights.append(_read_emitter(node))
-    return lights
+        found.append(_read_emitter(node))
+    return found
 
 
-def _read_emitter(node: Node) -> Light:
+def _read_emitter(node: Node) -> lights.Light:
     if node.type not in _EMITTERS:
         raise node.unknown(_EMITTERS)
     name = node.unique_name("light") if node.id else ""
     try:
-        light = check_light(_EMITTERS[node.type](node, name))
+        light = lights.check_light(_EMITTERS[node.type](node, name))
     except InputError as invalid:
         raise node.error(str(invalid)) from None
     node.read.add("sampling_weight")
@@ -95,12 +93,12 @@ def _amount(node: Node, name: str) -> Color:
     return read_plain(node, name, (1.0, 1.0, 1.0), "emission")
 
 
-def _point(node: Node, name: str) -> Light:
+def _point(node: Node, name: str) -> lights.Light:
     place = node.vector("position", plain(node.transform()[:3, 3]))
-    return PointLight(place, _amount(node, "intensity"), name)
+    return lights.PointLight(place, _amount(node, "intensity"), name)
 
 
-def _spot(node: Node, name: str) -> Light:
+def _spot(node: Node, name: str) -> lights.Light:
     """Return a spot, whose intensity falls linearly with the angle between its beam and its edge.
 
     As photonmap's own spots fall in another way, it is a table unless that range is narrow.
@@ -111,31 +109,31 @@ def _spot(node: Node, name: str) -> Light:
     edge = node.number("cutoff_angle", 20.0)
     beam = node.number("beam_width", 0.75 * edge)
     if edge - beam < _NARROW:
-        return SpotLight(origin, target, intensity, beam, edge, name=name)
+        return lights.SpotLight(origin, target, intensity, beam, edge, name=name)
     angles = np.linspace(0.0, 180.0, 181)
     falloff = np.clip((edge - angles) / (edge - beam), 0.0, 1.0)
     mean = float(np.average(falloff, weights=np.sin(np.radians(angles))))
     mean_intensity = combined(lambda value: mean * value, intensity)
     direction, side = plain(matrix[:3, 2]), plain(matrix[:3, 0])
     table = np.stack([falloff, falloff], axis=1)
-    return PhotometricLight(origin, table, mean_intensity, direction, side, name)
+    return lights.PhotometricLight(origin, table, mean_intensity, direction, side, name)
 
 
-def _directional(node: Node, name: str) -> Light:
+def _directional(node: Node, name: str) -> lights.Light:
     ahead = node.vector("direction", plain(node.transform()[:3, 2]))
-    return DirectionalLight(ahead, _amount(node, "irradiance"), name)
+    return lights.DirectionalLight(ahead, _amount(node, "irradiance"), name)
 
 
-def _environment(node: Node, name: str) -> EnvironmentLight:
+def _environment(node: Node, name: str) -> lights.EnvironmentLight:
     scale = node.number("scale", 1.0)
     return turned_map(node.file(), node.transform()[:3, :3], scale, name)
 
 
-_EMITTERS: dict[str, Callable[[Node, str], Light]] = {
+_EMITTERS: dict[str, Callable[[Node, str], lights.Light]] = {
     "point": _point,
     "spot": _spot,
     "directional": _directional,
-    "constant": lambda node, name: DomeLight(_amount(node, "radiance"), name),
+    "constant": lambda node, name: lights.DomeLight(_amount(node, "radiance"), name),
     "envmap": _environment,
 }
 
@@ -204,3 +202,181 @@ def _perspective(node: Node, size: tuple[int, int]) -> dict[str, Any]:
         return {"fov": 2.0 * math.degrees(math.atan(0.5 * height / focal))}
     center = (0.5 - right) * width, (0.5 - down) * height
     return {"projection": Intrinsics(focal, size, cx=center[0], cy=center[1])}
+
+
+_MAGIC = 0x041C
+_OFFSETS = {3: "<I", 4: "<Q"}  # How versions store where each mesh begins
+_FLAT, _DOUBLE = 0x10, 0x2000  # Flags of a mesh
+_TABLES = {0x1: 3, 0x2: 2, 0x8: 3}
+"""Flags of meshes that have normals, texture coordinates and colours: columns of their tables"""
+_LONGEST_NAME = 4096
+_HEADER = 4  # Bytes before the compressed data
+_MOST = 1100  # Bytes that zlib can pack into one: 1032, and a little more
+_CLOSED = ("sphere", "cube")
+_GROUP, _INSTANCE = "shapegroup", "instance"
+
+
+def read_shapes(node: Node) -> Iterator[Mesh]:
+    """Return the meshes of a shape, none of a group, which only its instances show."""
+    if node.type == _INSTANCE:
+        groups = [part for part in node.parts("shape") if part.type == _GROUP]
+        if len(groups) != 1:
+            raise node.error("an instance shows one shapegroup; give it a <ref> to that")
+        matrix = node.transform()
+        for shape in groups[0].parts("shape"):
+            yield _mesh(shape, node.unique_name("mesh"), matrix)
+        node.lose_unread()
+    elif node.type != _GROUP:
+        yield _mesh(node, node.unique_name("mesh"), np.eye(4))
+
+
+@once
+def _part(node: Node) -> meshes.Part:
+    """Return the geometry of a shape in its own coordinates."""
+    if node.type not in _SHAPES:
+        raise node.unknown(_SHAPES)
+    return _SHAPES[node.type](node)
+
+
+def _mesh(node: Node, name: str, outer: Floats) -> Mesh:
+    part = meshes.move(_part(node), outer @ node.transform())
+    if node.type in _FILES:
+        part = _with_normals(node, part)
+    if node.flag("flip_normals", False):
+        normals = None if part.normals is None else -part.normals
+        part = replace(part, faces=part.faces[:, ::-1], normals=normals)
+    mesh = meshes.build_mesh(node.element.path, part, _material(node), name)
+    node.lose_unread()
+    return mesh
+
+
+def _material(node: Node) -> Material:
+    """Return the material of a shape; without a bsdf it is grey, or black if it emits."""
+    bsdfs, emitters = node.parts("bsdf"), node.parts("emitter")
+    material = read_material(bsdfs[-1]) if bsdfs else Material("default")
+    if bsdfs and node.type not in _CLOSED and is_one_sided(bsdfs[-1]):
+        node.lose("black backs of one-sided surfaces")
+    if not emitters:
+        return material
+    emitter = emitters[-1]
+    if emitter.type != "area":
+        raise emitter.error(f"a shape has an emitter of type {shown(emitter.type)}; give area")
+    radiance = read_paint(emitter, "radiance", (1.0, 1.0, 1.0), "emission")
+    emitter.lose_unread()
+    name = (emitter if emitter.id else node).unique_name("material")
+    if not bsdfs:
+        return Material(name, 0.0, radiance)
+    return replace(material, name=name, emission=radiance)
+
+
+def _sphere(node: Node) -> meshes.Part:
+    return meshes.sphere(np.array(node.vector("center", (0.0, 0.0, 0.0))), _radius(node))
+
+
+def _cylinder(node: Node) -> meshes.Part:
+    start = np.array(node.vector("p0", (0.0, 0.0, 0.0)))
+    end = np.array(node.vector("p1", (0.0, 0.0, 1.0)))
+    if (start == end).all():
+        raise node.error("both ends of a cylinder are the same; move p0 or p1")
+    return meshes.cylinder(start, end, _radius(node))
+
+
+def _radius(node: Node) -> float:
+    radius = node.number("radius", 1.0)
+    if radius <= 0.0:
+        raise node.error(f"radius {radius:g} is not above 0; correct it")
+    return radius
+
+
+def _of_file(node: Node, mesh: Mesh, is_upright: bool) -> meshes.Part:
+    """Return a mesh of a file; by default, its v counts upwards if it `is_upright`."""
+    part = meshes.Part(mesh.vertices, mesh.faces, mesh.normals, mesh.uv)
+    return part if node.flag("flip_tex_coords", is_upright) else _turned(part)
+
+
+def _turned(part: meshes.Part) -> meshes.Part:
+    """Return a part whose v counts upwards instead of downwards, or the other way round."""
+    return part if part.uv is None else replace(part, uv=part.uv * [1.0, -1.0] + [0.0, 1.0])
+
+
+def _with_normals(node: Node, part: meshes.Part) -> meshes.Part:
+    if node.flag("face_normals", False):
+        return replace(part, normals=None)
+    if part.normals is not None:
+        return part
+    sizes, at = np.full(len(part.faces), 3), part.faces.ravel()
+    normals = meshes.vertex_normals(part.vertices[at], sizes, at, len(part.vertices))
+    return replace(part, normals=normals)
+
+
+def read_serialized(path: Path, index: int) -> meshes.Part:
+    """Return one of the meshes of a file, without normals if it is to be flat."""
+    data = read_bytes(path)
+    try:
+        magic, version = struct.unpack_from("<HH", data)
+        if magic != _MAGIC or version not in _OFFSETS:
+            raise InputError("is not a .serialized file of version 3 or 4; export it again", path)
+        start = _begin(path, data, version, index) if index else 0
+        return _unpack(data[start + _HEADER :], is_named=version > min(_OFFSETS))
+    except InputError:
+        raise
+    except (struct.error, zlib.error, ValueError):
+        message = "is damaged: its meshes are not complete; export it again"
+        raise InputError(message, path) from None
+
+
+def _unpack(packed: bytes, is_named: bool) -> meshes.Part:
+    """Return a mesh that is compressed, of which no more is unpacked than it has to have."""
+    stream = zlib.decompressobj()
+    data = stream.decompress(packed, 4 + _LONGEST_NAME + 16)
+    (flags,) = struct.unpack_from("<I", data)
+    at = data.index(b"\0", 4, 4 + _LONGEST_NAME) + 1 if is_named else 4
+    vertices, triangles = struct.unpack_from("<QQ", data, at)
+    real = np.dtype("<f8" if flags & _DOUBLE else "<f4")
+    whole = np.dtype("<u8" if vertices > 0xFFFFFFFF else "<u4")
+    widths = [3, *(width * bool(flags & flag) for flag, width in _TABLES.items())]
+    corners_at = at + 16 + vertices * sum(widths) * real.itemsize
+    more = corners_at + 3 * triangles * whole.itemsize - len(data)
+    if more > _MOST * len(packed):
+        raise ValueError
+    if more > 0:
+        data += stream.decompress(stream.unconsumed_tail, more)
+    values = np.frombuffer(data, real, vertices * sum(widths), at + 16)
+    places, normals, uv, _ = (
+        rows.reshape(-1, width).astype(np.float64) if width else None
+        for rows, width in zip(
+            np.split(values, vertices * np.cumsum(widths[:-1])), widths, strict=True
+        )
+    )
+    assert places is not None
+    faces = np.frombuffer(data, whole, 3 * triangles, corners_at).reshape(-1, 3).astype(np.int64)
+    return meshes.Part(places, faces, np.zeros_like(places) if flags & _FLAT else normals, uv)
+
+
+def _begin(path: Path, data: bytes, version: int, index: int) -> int:
+    """Return where a mesh begins, from the table at the end of the file."""
+    (count,) = struct.unpack_from("<I", data, len(data) - 4)
+    if index >= count:
+        message = f"has {count} meshes, counted from 0, and not number {index}"
+        raise InputError(f"{message}; correct shape_index", path)
+    kind = _OFFSETS[version]
+    at = len(data) - 4 - struct.calcsize(kind) * (count - index)
+    if at < 0:
+        raise ValueError
+    start: int = struct.unpack_from(kind, data, at)[0]
+    return start
+
+
+_FILES: dict[str, Callable[[Node], meshes.Part]] = {
+    "obj": lambda node: _of_file(node, obj.read_shape(node.file()), True),
+    "ply": lambda node: _of_file(node, ply.read(node.file(), ReadOptions()).meshes[0], False),
+    "serialized": lambda node: _turned(read_serialized(node.file(), node.whole("shape_index", 0))),
+}
+_SHAPES: dict[str, Callable[[Node], meshes.Part]] = {
+    "rectangle": lambda node: meshes.rectangle(),
+    "cube": lambda node: meshes.cube(),
+    "sphere": _sphere,
+    "disk": lambda node: meshes.disk(),
+    "cylinder": _cylinder,
+    **_FILES,
+}

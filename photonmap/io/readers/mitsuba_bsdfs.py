@@ -10,18 +10,8 @@ from typing import Any
 import numpy as np
 
 from photonmap.io.readers import mitsuba_albedos as albedos
-from photonmap.io.readers.decoding import SHEEN
-from photonmap.io.readers.mitsuba_colors import (
-    as_rgb,
-    changed,
-    combined,
-    index_of,
-    metal_reflectances,
-    read_paint,
-    read_plain,
-    read_scalar,
-    read_texture,
-)
+from photonmap.io.readers import mitsuba_colors as colors
+from photonmap.io.readers.decoding import SHEEN, plain
 from photonmap.io.readers.mitsuba_nodes import Node, once
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.runtime.wording import shown
@@ -82,27 +72,27 @@ def _inner(node: Node, count: int = 1) -> list[Look]:
 
 def _diffuse(node: Node) -> Look:
     name = "diffuse_reflectance" if node.find("diffuse_reflectance") else "reflectance"
-    return {"reflectance": read_paint(node, name, 0.5)}
+    return {"reflectance": colors.read_paint(node, name, 0.5)}
 
 
 def _conductor(node: Node) -> Look:
-    specular = read_plain(node, "specular_reflectance", 1.0)
-    metal = metal_reflectances(node)
+    specular = colors.read_plain(node, "specular_reflectance", 1.0)
+    metal = colors.metal_reflectances(node)
     if node.type == "conductor":
-        glossy, edge = (combined(np.multiply, specular, part) for part in metal)
+        glossy, edge = (colors.combined(np.multiply, specular, part) for part in metal)
         if metal[0] == 1.0:
             return {"reflectance": 0.0, "mirror": glossy}
         return {"reflectance": 0.0, "glossy": glossy, "glossy_edge": edge, "roughness": 0.0}
     roughness = _roughness_map(node)
     convert = albedos.metal_reflectance(mean_number(roughness) ** 2)
-    glossy, edge = (combined(partial(convert, part), specular, *metal) for part in (0, 1))
+    glossy, edge = (colors.combined(partial(convert, part), specular, *metal) for part in (0, 1))
     look = {"reflectance": 0.0, "glossy": glossy, "glossy_edge": edge, "roughness": roughness}
     return look | _stretch(node)
 
 
 def _alphas(node: Node) -> list[float]:
-    alpha = read_scalar(node, "alpha", 0.1)
-    return [read_scalar(node, f"alpha_{axis}", alpha) for axis in "uv"]
+    alpha = colors.read_scalar(node, "alpha", 0.1)
+    return [colors.read_scalar(node, f"alpha_{axis}", alpha) for axis in "uv"]
 
 
 def _stretch(node: Node) -> Look:
@@ -126,11 +116,11 @@ def _stretched(along: float, across: float) -> Look:
 
 def _roughness_map(node: Node) -> float | Texture:
     """Return the square root of α, of each texel of a texture; of two α, as `_roughness`."""
-    paint = None if node.find("alpha_u") else read_paint(node, "alpha", 0.1, "index")
+    paint = None if node.find("alpha_u") else colors.read_paint(node, "alpha", 0.1, "index")
     if not isinstance(paint, Texture) or paint.largest > 1.0:
         return _roughness(node)
     _note_distribution(node)
-    texture = changed(paint, np.sqrt)
+    texture = colors.changed(paint, np.sqrt)
     assert isinstance(texture, Texture)
     return texture
 
@@ -147,35 +137,32 @@ def _roughness(node: Node) -> float:
     if along != across and node.type not in ("roughconductor", "roughdielectric"):
         node.lose("anisotropy")
     if min(along, across) < 0.0 or along * across > 1.0:
-        alpha = read_scalar(node, "alpha", 0.1)
+        alpha = colors.read_scalar(node, "alpha", 0.1)
         raise node.error(f"alpha {shown(alpha)} is not a roughness from 0 to 1; correct it")
     return float((along * across) ** 0.25)
 
 
 def _dielectric(node: Node) -> Look:
-    tint = read_plain(node, "specular_transmittance", 1.0)
-    look = {"reflectance": 0.0, **_indices(node), "tint": tint}
+    tint = colors.read_plain(node, "specular_transmittance", 1.0)
+    inside = colors.index_of(node, "int_ior", "bk7")
+    outside = colors.index_of(node, "ext_ior", "air")
+    if abs(outside - 1.0) < LIKE_AIR:
+        look: Look = {"reflectance": 0.0, "ior": inside / outside, "tint": tint}
+    else:
+        look = {"reflectance": 0.0, "ior": inside, "outside": outside, "tint": tint}
     if node.type == "roughdielectric":
         look["roughness"] = _roughness(node)
         look |= _stretch(node)
     return look
 
 
-def _indices(node: Node) -> Look:
-    """Return the index inside, relative to air, and outside unless that is air."""
-    inside, outside = index_of(node, "int_ior", "bk7"), index_of(node, "ext_ior", "air")
-    if abs(outside - 1.0) < LIKE_AIR:
-        return {"ior": inside / outside}
-    return {"ior": inside, "outside": outside}
-
-
 def _relative_index(node: Node, inside: str) -> float:
-    return index_of(node, "int_ior", inside) / index_of(node, "ext_ior", "air")
+    return colors.index_of(node, "int_ior", inside) / colors.index_of(node, "ext_ior", "air")
 
 
 def _thin(node: Node) -> Look:
-    tint = read_plain(node, "specular_transmittance", 1.0)
-    if read_plain(node, "specular_reflectance", 1.0) != 1.0:
+    tint = colors.read_plain(node, "specular_transmittance", 1.0)
+    if colors.read_plain(node, "specular_reflectance", 1.0) != 1.0:
         node.lose("specular_reflectance of thin glass")
     index = _relative_index(node, "bk7")
     return {"reflectance": 0.0, "ior": index, "tint": tint, "thin": True}
@@ -183,24 +170,24 @@ def _thin(node: Node) -> Look:
 
 def _plastic(node: Node) -> Look:
     index = _relative_index(node, "polypropylene")
-    specular = read_plain(node, "specular_reflectance", 1.0)
-    glossy = combined(albedos.scaled_normal, specular, normal_reflectance(index))
+    specular = colors.read_plain(node, "specular_reflectance", 1.0)
+    glossy = colors.combined(albedos.scaled_normal, specular, normal_reflectance(index))
     rough = _roughness_map(node) if node.type == "roughplastic" else 0.0
-    normal = float(np.mean(as_rgb(glossy)))
+    normal = float(np.mean(colors.as_rgb(glossy)))
     base = albedos.plastic_albedo(
         index, mean_number(rough) ** 2, node.flag("nonlinear", False), normal
     )
-    diffuse = read_paint(node, "diffuse_reflectance", 0.5)
-    return {"reflectance": changed(diffuse, base), "glossy": glossy, "roughness": rough}
+    diffuse = colors.read_paint(node, "diffuse_reflectance", 0.5)
+    return {"reflectance": colors.changed(diffuse, base), "glossy": glossy, "roughness": rough}
 
 
 def _principled(node: Node) -> Look:
-    paint = read_paint(node, "base_color", 0.5)
+    paint = colors.read_paint(node, "base_color", 0.5)
     transmission = _fraction(node, "spec_trans", 0.0)
     metallic = _fraction_map(node, "metallic", 0.0)
     roughness = _fraction_map(node, "roughness", 0.5)
     for name in _LOBES:
-        if read_scalar(node, name, 0.0) != 0.0:
+        if colors.read_scalar(node, name, 0.0) != 0.0:
             node.lose(name)
     layer, sheen = _clear_coat(node), _sheen(node, paint, metallic)
     if sheen and (layer or transmission > 0.0):
@@ -209,7 +196,7 @@ def _principled(node: Node) -> Look:
         layer = sheen
     coat = 0.08 * _fraction(node, "specular", 0.5)
     if node.find("eta"):
-        coat = normal_reflectance(max(index_of(node, "eta", "bk7"), 1.0))
+        coat = normal_reflectance(max(colors.index_of(node, "eta", "bk7"), 1.0))
     share = transmission * (1.0 - mean_number(metallic))
     glass: Look = {}
     if share > 0.0:
@@ -217,7 +204,7 @@ def _principled(node: Node) -> Look:
             node.lose("clearcoat")
         if isinstance(metallic, Texture):
             node.lose("texture of metallic")
-        tint = changed(paint, np.sqrt)
+        tint = colors.changed(paint, np.sqrt)
         index = (1.0 + coat**0.5) / (1.0 - coat**0.5)
         glass = {"ior": index, "tint": tint, "roughness": roughness, "transmission": share}
         if share == 1.0:
@@ -226,9 +213,9 @@ def _principled(node: Node) -> Look:
     if not lie_alike(paint, metallic):
         node.lose("texture of metallic")
     gloss = metallic_gloss(paint, metallic, coat, roughness)
-    normal = float(np.mean(as_rgb(mean_color(gloss.glossy))))
+    normal = float(np.mean(colors.as_rgb(mean_color(gloss.glossy))))
     outside = albedos.coat_albedo(normal, mean_number(roughness) ** 2)
-    base = changed(gloss.reflectance, lambda albedo: albedos.base_albedo(albedo, outside))
+    base = colors.changed(gloss.reflectance, lambda albedo: albedos.base_albedo(albedo, outside))
     look = gloss._replace(reflectance=base)._asdict() | layer | glass
     return look | _brush(node, roughness)
 
@@ -259,22 +246,22 @@ def _sheen(node: Node, base: Paint, metallic: float | Texture) -> Look:
     tint = _fraction(node, "sheen_tint", 0.0)
     if amount == 0.0:
         return {}
-    color = np.asarray(as_rgb(mean_color(base)), float)
+    color = np.asarray(colors.as_rgb(mean_color(base)), float)
     level = float(color @ np.array(LUMINANCE))
     hue = color / level if level > 0.0 else np.ones(3)
-    red, green, blue = np.clip(_SHEEN * amount * (1.0 + tint * (hue - 1.0)), 0.0, 1.0).tolist()
-    return {"sheen": (red, green, blue), "sheen_roughness": _SHEEN_ROUGHNESS}
+    sheen = plain(np.clip(_SHEEN * amount * (1.0 + tint * (hue - 1.0)), 0.0, 1.0))
+    return {"sheen": sheen, "sheen_roughness": _SHEEN_ROUGHNESS}
 
 
 def _fraction(node: Node, name: str, default: float) -> float:
-    value = read_scalar(node, name, default)
+    value = colors.read_scalar(node, name, default)
     if not 0.0 <= value <= 1.0:
         raise node.error(f"{name} {value:g} is not within [0, 1]; correct it")
     return value
 
 
 def _fraction_map(node: Node, name: str, default: float) -> float | Texture:
-    paint = read_paint(node, name, default, "index")
+    paint = colors.read_paint(node, name, default, "index")
     if isinstance(paint, Texture) and paint.largest <= 1.0:
         return paint
     return _fraction(node, name, default)
@@ -289,12 +276,12 @@ def _two_sided(node: Node) -> Look:
 
 
 def _mask(node: Node) -> Look:
-    opacity = read_paint(node, "opacity", 0.5)
+    opacity = colors.read_paint(node, "opacity", 0.5)
     look = _inner(node)[0]
     if "alpha" in look:
         node.lose("opacity of what a mask contains")
     if not isinstance(opacity, Texture):
-        opacity = read_scalar(node, "opacity", 0.5)
+        opacity = colors.read_scalar(node, "opacity", 0.5)
     return look | {"alpha": opacity}
 
 
@@ -303,7 +290,7 @@ def _relief(node: Node) -> Look:
     look = _inner(node)[0]
     if len(found) != 1:
         raise node.error(f"a {node.type} has {len(found)} textures in it; give it one")
-    image = read_texture(found[0], "index")
+    image = colors.read_texture(found[0], "index")
     if not isinstance(image, Texture) or factor == 0.0:
         return look
     if "relief" in look:
@@ -409,12 +396,11 @@ def _mixed_paint(one: Paint, other: Paint, weight: float, lost: list[str]) -> Pa
     """Return a mixture of colours, or of one texture and black; of means otherwise."""
     for texture, color, part in ((one, other, 1.0 - weight), (other, one, weight)):
         if isinstance(texture, Texture) and color in (0.0, (0.0, 0.0, 0.0)):
-            red, green, blue = (part * factor for factor in texture.factor)
-            return replace(texture, factor=(red, green, blue))
+            return replace(texture, factor=plain(part * factor for factor in texture.factor))
     if isinstance(one, Texture) or isinstance(other, Texture):
         lost.append("textures of a blend")
     means = mean_color(one), mean_color(other)
-    return combined(lambda a, b: (1.0 - weight) * a + weight * b, *means)
+    return colors.combined(lambda a, b: (1.0 - weight) * a + weight * b, *means)
 
 
 _TYPES: dict[str, Callable[[Node], Look]] = {

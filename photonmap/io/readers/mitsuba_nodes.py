@@ -26,7 +26,6 @@ from photonmap.spectra.tables import read_bytes
 DEEPEST = 100  # Levels of elements within each other, at most
 _SEPARATORS = re.compile(r"[\s,]+")
 T = TypeVar("T")
-Matrix = Floats
 _FLATTEST = 1e-30  # Least determinant of the linear part
 
 
@@ -125,7 +124,7 @@ def _without_comments(data: bytes) -> bytes:
     return b"".join([*kept, data[begin:]])
 
 
-def read_transform(element: Element) -> Matrix:
+def read_transform(element: Element) -> Floats:
     """Return the 4×4 matrix of a `<transform>`, whose steps are applied in their order."""
     matrix = np.eye(4)
     for step in element.children:
@@ -141,17 +140,17 @@ def read_transform(element: Element) -> Matrix:
     return matrix
 
 
-def _translate(step: Element) -> Matrix:
+def _translate(step: Element) -> Floats:
     matrix = np.eye(4)
     matrix[:3, 3] = step.vector(0.0)
     return matrix
 
 
-def _scale(step: Element) -> Matrix:
+def _scale(step: Element) -> Floats:
     return np.diag([*step.vector(1.0), 1.0])
 
 
-def _rotate(step: Element) -> Matrix:
+def _rotate(step: Element) -> Floats:
     """Return a turn about an axis by degrees: Rodrigues' formula."""
     axis = unit(np.array(step.vector(0.0)))
     if axis is None:
@@ -164,7 +163,7 @@ def _rotate(step: Element) -> Matrix:
     return matrix
 
 
-def _look_at(step: Element) -> Matrix:
+def _look_at(step: Element) -> Floats:
     """Return a frame at the origin whose z leads to the target, and whose y is nearest to up."""
     origin, target = np.array(step.triple("origin")), np.array(step.triple("target"))
     view = unit(target / 2 - origin / 2)
@@ -181,7 +180,7 @@ def _look_at(step: Element) -> Matrix:
     return matrix
 
 
-def _matrix(step: Element) -> Matrix:
+def _matrix(step: Element) -> Floats:
     """Return a matrix, row by row: all 16 numbers, or the 9 of its linear part."""
     values = step.numbers(step.attribute("value"))
     if len(values) not in (9, 16):
@@ -192,7 +191,7 @@ def _matrix(step: Element) -> Matrix:
     return matrix
 
 
-_STEPS: dict[str, Callable[[Element], Matrix]] = {
+_STEPS: dict[str, Callable[[Element], Floats]] = {
     "translate": _translate,
     "rotate": _rotate,
     "scale": _scale,

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from photonmap.errors import InputError, naming, warn
-from photonmap.io.readers.decoding import SHEEN
+from photonmap.io.readers.decoding import SHEEN, plain
 from photonmap.io.readers.mtl_models import NUMBERS, Draft, has_exponent, make_material
 from photonmap.io.readers.obj_lines import Source, read_source
 from photonmap.io.readers.registry import OR_WITHOUT, MissingTextures
@@ -20,10 +20,8 @@ from photonmap.runtime.wording import enumerated, listed, shown, suggest
 from photonmap.scene.material import Material
 from photonmap.scene.parameters import Colored, Emission, Number, Parameter, Part, parameters_of
 from photonmap.scene.surfaces.relief import BumpMap, NormalMap
-from photonmap.scene.textures import Texture, check_texture, mean_number, shared_image
+from photonmap.scene.textures import Texture, Triple, check_texture, mean_number, shared_image
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Color
-
-Triple = tuple[float, float, float]
 
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 _NUMBERS = {
@@ -58,13 +56,10 @@ _PHONG = ("map_Ks", "map_Ns")
 _RELIEFS = ("norm", "bump", "map_bump", "map_Bump")
 _FLAT, _NEAR_FLAT = (0.5, 0.5, 0.9), 0.15
 """Mean of images that hold normals, and by how much it may differ"""
-_AMBIENT = ("Ka", "map_Ka")
 _OPACITIES = ("d", "Tr")
-_MODEL = "illum"
 _OFTEN_WRONG = ("Ni", "Ns")  # Statements that exporters without a value for them write as -1, or 0
 _MEANING = {"Ps": f": {SHEEN}", "map_Ps": f": {SHEEN}"}
 """Of statements that are not simulated, what they would do"""
-_NEUTRAL = {"d": 1.0}  # Numbers that change nothing, of statements that are not simulated
 
 
 def read_mtl(
@@ -178,7 +173,7 @@ def _read_statement(line: _Statement, draft: Draft, textures: _Textures) -> None
         _read_relief(line, draft, textures)
     elif keyword in _OPACITIES and not line.rest.startswith("-halo"):
         draft.numbers[keyword] = _read_opacity(line)
-    elif keyword == _MODEL or (isinstance(parameter, Number) and keyword not in _OPACITIES):
+    elif keyword == "illum" or (isinstance(parameter, Number) and keyword not in _OPACITIES):
         number = _read_number(line, None if keyword in _OFTEN_WRONG else parameter)
         if (keyword in _OFTEN_WRONG and number < 0.0) or (keyword, number) == ("Ni", 0.0):
             draft.ignored.append(f"{keyword} {line.rest}")
@@ -187,7 +182,7 @@ def _read_statement(line: _Statement, draft: Draft, textures: _Textures) -> None
     elif keyword == "Ka" and draft.blender:
         numbers = line.numbers()
         draft.numbers[keyword] = numbers[0] if numbers and 0.0 <= numbers[0] <= 1.0 else 0.0
-    elif keyword not in _AMBIENT and not _is_neutral(line):
+    elif keyword not in ("Ka", "map_Ka") and not _is_neutral(line):
         halo = " -halo" if keyword == "d" else ""
         draft.ignored.append(keyword + halo)
 
@@ -197,8 +192,7 @@ def _read_color(line: _Statement, parameter: Colored, draft: Draft) -> None:
     color = _parse_color(line, parameter)
     if isinstance(color, tuple) and max(color) > parameter.largest:
         draft.clamped.append(line.keyword)
-        red, green, blue = (min(value, parameter.largest) for value in color)
-        color = red, green, blue
+        color = plain(min(value, parameter.largest) for value in color)
     draft.colors[line.keyword] = color
 
 
@@ -332,12 +326,12 @@ def _read_number(line: _Statement, parameter: Parameter | None) -> float:
 
 def _is_neutral(line: _Statement) -> bool:
     """Return whether a statement that is not simulated has the value at which it does nothing."""
-    if line.keyword not in _NEUTRAL:
+    if line.keyword != "d":
         return False
     numbers = line.numbers(line.rest.removeprefix("-halo").split())
     if not numbers or not all(map(math.isfinite, numbers)):
         raise line.error(f"{line.keyword} {shown(line.rest)}; write finite numbers")
-    return all(number == _NEUTRAL[line.keyword] for number in numbers)
+    return all(number == 1.0 for number in numbers)
 
 
 def _warn_of_changes(source: Source, drafts: dict[str, Draft], repeated: list[str]) -> None:

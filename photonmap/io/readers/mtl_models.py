@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.io.readers.decoding import plain
 from photonmap.io.readers.registry import GREY
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.scene.material import Material
@@ -254,8 +255,7 @@ def _restate_blender_glass(draft: Draft) -> bool:
     share = float(np.max(as_triple(colors.pop("Tf", 0.0)))) * (1.0 - numbers.get("Pm", 0.0))
     if share == 0.0:
         return False
-    red, green, blue = np.sqrt(as_triple(colors.get("Kd", 1.0))).tolist()
-    colors["Tf"] = red, green, blue
+    colors["Tf"] = plain(np.sqrt(as_triple(colors.get("Kd", 1.0))))
     colors.pop("Ks", None)
     for key in ("Ns", "Pm"):
         numbers.pop(key, None)
@@ -311,10 +311,7 @@ def _color_or_texture(draft: Draft, keyword: str, default: Color) -> Paint:
         rgb = np.clip(seen, 0.0, np.inf if keyword == "Ke" else 1.0)
     elif color is not None:
         rgb = rgb * np.asarray(color, np.float64)
-    red, green, blue = rgb.tolist()
-    if texture is None:
-        return red * GREY, green * GREY, blue * GREY
-    return replace(texture, factor=(red, green, blue))
+    return plain(rgb * GREY) if texture is None else replace(texture, factor=plain(rgb))
 
 
 def _alpha(draft: Draft) -> float | Texture:

@@ -80,15 +80,19 @@ def _divide(lines: ObjLines, stem: str) -> tuple[list[tuple[str, str]], Ints]:
     """Return the pairs of object and material, and the pair that each face belongs to."""
     current = {"o": "", "g": "", "usemtl": ""}
     parts = {(stem, ""): 0}
-    offsets, numbers = [0], [0]
+    marks = [(0, 0)]
     for offset, keyword, name in lines.states:
         if keyword in current:
             current[keyword] = name
             part = (current["o"] or current["g"] or stem, current["usemtl"])
-            offsets.append(offset)
-            numbers.append(parts.setdefault(part, len(parts)))
-    at = np.searchsorted(offsets, lines.offsets, "right") - 1
-    return list(parts), np.array(numbers)[at]
+            marks.append((offset, parts.setdefault(part, len(parts))))
+    return list(parts), _spread(lines, marks)
+
+
+def _spread(lines: ObjLines, marks: list[tuple[int, int]]) -> Ints:
+    """Return for each face, (F,), the number of the last mark before it: (offset, number)."""
+    offsets, numbers = np.array(marks).T
+    return numbers[np.searchsorted(offsets, lines.offsets, "right") - 1]
 
 
 def _build_mesh(lines: ObjLines, corners: NDArray[np.int32], name: str, material: Material) -> Mesh:
@@ -212,7 +216,10 @@ def smooth(lines: ObjLines) -> ObjLines:
 
     Faces that have normals keep them.
     """
-    groups = _group_faces(lines)
+    known = dict.fromkeys(_OFF, 0)
+    states = [(at, name.lower()) for at, keyword, name in lines.states if keyword == _KEYWORD]
+    marks = [(at, known.setdefault(name, len(known))) for at, name in states]
+    groups = _spread(lines, [(0, 0), *marks])  # 0 where faces are flat
     begins = np.cumsum(lines.sizes) - lines.sizes
     groups[np.maximum.reduceat(lines.corners[:, 2], begins) > 0] = 0
     by_corner = np.repeat(groups, lines.sizes)
@@ -227,13 +234,3 @@ def smooth(lines: ObjLines) -> ObjLines:
     corners = lines.corners.copy()
     corners[chosen, 2] = len(lines.normals) + 1 + which
     return replace(lines, corners=corners, normals=np.vstack([lines.normals, normals]))
-
-
-def _group_faces(lines: ObjLines) -> Ints:
-    """Return the smoothing group of each face, (F,); 0 where it is flat."""
-    offsets, numbers, known = [0], [0], dict.fromkeys(_OFF, 0)
-    for offset, keyword, name in lines.states:
-        if keyword == _KEYWORD:
-            offsets.append(offset)
-            numbers.append(known.setdefault(name.lower(), len(known)))
-    return np.array(numbers)[np.searchsorted(offsets, lines.offsets, "right") - 1]

@@ -12,22 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, naming
-from photonmap.io.readers.decoding import (
-    Ints,
-    Losses,
-    decode_colors,
-    decode_file,
-    note_loss,
-    parse_floats,
-)
-from photonmap.io.readers.meshes import (
-    LARGEST_FACE,
-    Part,
-    build_mesh,
-    check_indices,
-    check_rows,
-    cut_polygons,
-)
+from photonmap.io.readers import decoding, meshes
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material
@@ -43,7 +28,7 @@ _TYPES = {
     "int32": "i4", "uint32": "u4", "float32": "f4", "float64": "f8",
 }  # fmt: skip
 _ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
-Layout = tuple[dict[str, Ints], dict[str, Ints]]
+Layout = tuple[dict[str, decoding.Ints], dict[str, decoding.Ints]]
 """Where the value of each row begins, and how long its list is, by the names of columns."""
 _COLORS = (
     ("red", "green", "blue"),
@@ -62,28 +47,28 @@ def read(path: Path, options: ReadOptions) -> Scene:
     Polygons are cut into triangles. Normals, texture coordinates, and colours of vertices or else
     of faces are those of the file.
     """
-    return decode_file(path, _decode)
+    return decoding.decode_file(path, _decode)
 
 
-def _decode(path: Path, data: bytes, losses: Losses) -> Scene:
+def _decode(path: Path, data: bytes, losses: decoding.Losses) -> Scene:
     if not data.startswith(b"ply"):
         raise InputError("is not a PLY file; name one that begins with 'ply'", path)
     elements, comments, rest = read_elements(data)
     _note_ply(elements, comments, losses)
     if rest:
-        note_loss(losses, f"{rest} values behind the last element")
+        decoding.note_loss(losses, f"{rest} values behind the last element")
     none = Element(0)
     vertex, face = (elements.get(name, none) for name in ("vertex", "face"))
     if not (vertex.rows and face.rows):
         return Scene()
     part = _ply_part(path, vertex, face, losses)
-    mesh = build_mesh(path, part, Material("default"), path.stem)
+    mesh = meshes.build_mesh(path, part, Material("default"), path.stem)
     if spare := len(part.vertices) - len(mesh.vertices):
-        note_loss(losses, f"{spare} vertices in no face")
+        decoding.note_loss(losses, f"{spare} vertices in no face")
     return Scene([mesh], name=path.stem)
 
 
-def _ply_part(path: Path, vertex: Element, face: Element, losses: Losses) -> Part:
+def _ply_part(path: Path, vertex: Element, face: Element, losses: decoding.Losses) -> meshes.Part:
     """Triangulate the faces; vertices are split where each corner has texture coordinates."""
     vertices, normals = _columns(vertex, tuple("xyz")), _columns(vertex, ("nx", "ny", "nz"))
     if vertices is None:
@@ -93,17 +78,17 @@ def _ply_part(path: Path, vertex: Element, face: Element, losses: Losses) -> Par
     if name is None:
         raise ValueError(f"faces lack {_INDICES[0]}")
     corners, sizes = face.lists[name][0].astype(np.int64), face.lists[name][1]
-    if sizes.max() > LARGEST_FACE:
+    if sizes.max() > meshes.LARGEST_FACE:
         row = int(np.argmax(sizes))
         message = f"face {row} has {sizes[row]} corners; export it with triangles only"
         raise InputError(message, path)
     with naming(f"mesh {shown(path.stem)}", path):
-        check_indices(corners, len(vertices))
-        check_rows("vertex", vertices)
+        meshes.check_indices(corners, len(vertices))
+        meshes.check_rows("vertex", vertices)
     colors = _colors(vertex, "vertices", losses)
     of_faces = _colors(face, "faces", losses)
     if colors is not None and of_faces is not None:
-        note_loss(losses, "colours of faces beside those of vertices")
+        decoding.note_loss(losses, "colours of faces beside those of vertices")
     elif of_faces is not None:
         colors = of_faces[:, None]
     if "texcoord" in face.lists:
@@ -115,10 +100,10 @@ def _ply_part(path: Path, vertex: Element, face: Element, losses: Losses) -> Par
         if colors is not None and colors.ndim == 2:
             colors = colors[corners]
         corners = np.arange(len(corners))
-    return cut_polygons(vertices, corners, sizes, losses, normals, uv, colors)
+    return meshes.cut_polygons(vertices, corners, sizes, losses, normals, uv, colors)
 
 
-def _colors(element: Element, owners: str, losses: Losses) -> Floats | None:
+def _colors(element: Element, owners: str, losses: decoding.Losses) -> Floats | None:
     """Return the colours of an element's rows, (n, 3), linear; None where it has none."""
     columns = element.columns
     found = next((names for names in _COLORS if set(names) <= set(columns)), None)
@@ -126,7 +111,7 @@ def _colors(element: Element, owners: str, losses: Losses) -> Floats | None:
         return None
     names = [*found, _ALPHA] if _ALPHA in columns else found
     rows = np.column_stack([columns[name] for name in names])
-    return decode_colors(rows, partial(note_loss, losses), owners)
+    return decoding.decode_colors(rows, partial(decoding.note_loss, losses), owners)
 
 
 def _columns(element: Element, names: tuple[str, ...]) -> Floats | None:
@@ -136,10 +121,10 @@ def _columns(element: Element, names: tuple[str, ...]) -> Floats | None:
     return np.column_stack([element.columns[name].astype(np.float64) for name in names])
 
 
-def _note_ply(elements: dict[str, Element], comments: list[str], losses: Losses) -> None:
+def _note_ply(elements: dict[str, Element], comments: list[str], losses: decoding.Losses) -> None:
     for comment in comments:
         if found := re.match(r"(?i)\s*comment\s+texturefile\s+(.*?)\s*$", comment):
-            note_loss(losses, "texture", found[1])
+            decoding.note_loss(losses, "texture", found[1])
     known = {
         "vertex": {"x", "y", "z", "nx", "ny", "nz", _ALPHA}.union(*_UV, *_COLORS),
         "face": {*_INDICES, *_WEDGES, _ALPHA}.union(*_COLORS),
@@ -148,9 +133,9 @@ def _note_ply(elements: dict[str, Element], comments: list[str], losses: Losses)
         if name in known:
             for other in element.kinds:
                 if other not in known[name]:
-                    note_loss(losses, f"{name} property", other)
+                    decoding.note_loss(losses, f"{name} property", other)
         elif element.rows:
-            note_loss(losses, "element", name)
+            decoding.note_loss(losses, "element", name)
 
 
 @dataclass
@@ -161,7 +146,7 @@ class Element:
     kinds: dict[str, tuple[Kind, ...]] = field(default_factory=dict)  # of lists: length, item
     columns: dict[str, NDArray[Any]] = field(default_factory=dict)  # (rows,) numbers by name
     # all numbers of lists one after another, and the length of each, (rows,), by name
-    lists: dict[str, tuple[NDArray[Any], Ints]] = field(default_factory=dict)
+    lists: dict[str, tuple[NDArray[Any], decoding.Ints]] = field(default_factory=dict)
 
 
 @dataclass
@@ -175,7 +160,7 @@ class _Stream:
         """Return how many items a number takes."""
         return kind.itemsize if self.items.dtype == np.uint8 else 1
 
-    def take(self, places: Ints, kind: Kind) -> NDArray[Any]:
+    def take(self, places: decoding.Ints, kind: Kind) -> NDArray[Any]:
         """Return the numbers that begin at these items."""
         if self.items.dtype != np.uint8:
             with np.errstate(invalid="ignore"):
@@ -199,7 +184,7 @@ def read_elements(data: bytes) -> tuple[dict[str, Element], list[str], int]:
     elements = _read_header(words, order)
     items: NDArray[Any] = np.frombuffer(data, np.uint8, offset=begin)
     if order == "=":
-        numbers = parse_floats(np.frombuffer(b"\n" + data[begin:] + b"\n", np.uint8))
+        numbers = decoding.parse_floats(np.frombuffer(b"\n" + data[begin:] + b"\n", np.uint8))
         if numbers is None:
             raise ValueError("a number is malformed")
         items = numbers

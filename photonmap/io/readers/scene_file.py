@@ -9,14 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from photonmap.errors import InputError, naming, warn
-from photonmap.io.readers.registry import (
-    SCENE_SUFFIX,
-    MissingTextures,
-    ReadOptions,
-    find_reader,
-    mesh_suffixes,
-    read_file,
-)
+from photonmap.io.readers import registry
 from photonmap.io.readers.toml import Toml, parse_value, read_toml
 from photonmap.runtime.files import named_file, reading_below
 from photonmap.runtime.wording import listed, shown, suggest
@@ -53,7 +46,7 @@ _SECTIONS = (_MESH, _CAMERA, _MATERIAL, _OBJECT, _LIGHT)
 
 def load_scene(
     path: str | PathLike[str],
-    missing_textures: MissingTextures = "error",
+    missing_textures: registry.MissingTextures = "error",
     root: str | PathLike[str] | None = None,
 ) -> Scene:
     """Load a scene file.
@@ -91,19 +84,19 @@ def load_scene(
     """
     path = Path(path)
     with reading_below(root, path):
-        return read(path, ReadOptions(missing_textures))
+        return read(path, registry.ReadOptions(missing_textures))
 
 
-def read(path: Path, options: ReadOptions) -> Scene:
+def read(path: Path, options: registry.ReadOptions) -> Scene:
     """Read a TOML scene with its mesh, or a mesh with the TOML file beside it if there is one."""
     _check_name(path)
-    toml = read_toml(path.with_suffix(SCENE_SUFFIX))
+    toml = read_toml(path.with_suffix(registry.SCENE_SUFFIX))
     toml.check_known(_SECTIONS, "section")
     mesh = _mesh_path(path, toml)
-    find_reader(mesh)  # refuses a file of an unknown kind before all else
+    registry.find_reader(mesh)  # refuses a file of an unknown kind before all else
     cameras = read_cameras(toml)
     try:
-        bare = read_file(mesh, options)
+        bare = registry.read_file(mesh, options)
     except InputError as error:
         if _MESH not in toml.sections or mesh.is_file():
             raise
@@ -123,7 +116,7 @@ def scene_files(path: str | PathLike[str]) -> list[Path]:
     """Return the files that describe a scene: that of its mesh, and its TOML file if any."""
     path = Path(path)
     _check_name(path)
-    toml = read_toml(path.with_suffix(SCENE_SUFFIX))
+    toml = read_toml(path.with_suffix(registry.SCENE_SUFFIX))
     mesh = _mesh_path(path, toml)
     return [mesh, toml.path] if toml.path.is_file() else [mesh]
 
@@ -131,21 +124,21 @@ def scene_files(path: str | PathLike[str]) -> list[Path]:
 def _check_name(path: Path) -> None:
     if path.is_dir():
         raise InputError("is a folder; name a file in it", path)
-    if path.suffix.lower() == SCENE_SUFFIX and not path.is_file():
+    if path.suffix.lower() == registry.SCENE_SUFFIX and not path.is_file():
         raise InputError("cannot be read (no such file); check the name", path)
 
 
 def _mesh_path(path: Path, toml: Toml) -> Path:
     named = toml.sections.get(_MESH)
     if named is None:
-        return _mesh_beside(path) if path.suffix.lower() == SCENE_SUFFIX else path
+        return _mesh_beside(path) if path.suffix.lower() == registry.SCENE_SUFFIX else path
     if not isinstance(named, str):
         raise toml.error(f'mesh {shown(named)} is not a name; write mesh = "FILE.obj"', _MESH)
     with naming(_MESH, toml.path, toml.line(_MESH)):
         mesh = named_file(toml.path.parent, named)
-    if mesh.suffix.lower() == SCENE_SUFFIX:
+    if mesh.suffix.lower() == registry.SCENE_SUFFIX:
         raise toml.error(f"mesh {shown(named)} is a scene file; name the file of its mesh", _MESH)
-    if path.suffix.lower() != SCENE_SUFFIX and mesh.resolve() != path.resolve():
+    if path.suffix.lower() != registry.SCENE_SUFFIX and mesh.resolve() != path.resolve():
         raise toml.error(f"names another mesh than {path.name}; render {toml.path.name}", _MESH)
     return mesh
 
@@ -153,7 +146,7 @@ def _mesh_path(path: Path, toml: Toml) -> Path:
 def _mesh_beside(path: Path) -> Path:
     """Return the one mesh file that has the stem of a TOML file, and lies beside it."""
     others = sorted(path.parent.glob(f"{escape(path.stem)}.*"))
-    found = [other for other in others if other.suffix.lower() in mesh_suffixes()]
+    found = [other for other in others if other.suffix.lower() in registry.mesh_suffixes()]
     if len(found) != 1:
         names = f", and beside it are {listed(each.name for each in found)}" if found else ""
         raise InputError(f'names no mesh{names}; add mesh = "FILE.obj" at the top', path)

@@ -43,27 +43,23 @@ def _decode(path: Path, data: bytes, losses: Losses) -> Scene:
     solids = loaded.get("geometry", {"": loaded})
     colors = None
     if attributes is None:
-        _check_ascii_stl(path, data, sum(len(solid["faces"]) for solid in solids.values()))
+        faces = sum(len(solid["faces"]) for solid in solids.values())
+        facets = len(re.findall(rb"(?i)\bfacet\s+normal\b", data))
+        vertices = len(re.findall(rb"(?i)\bvertex[ \t]+[-+.\dni]", data))
+        if (facets, vertices) != (faces, 3 * faces):  # some were skipped
+            message = f"is damaged: {faces} of {facets} facets ({vertices} vertices) are complete"
+            raise InputError(f"{message}; export it again", path)
     else:
         colors = _facet_colors(data[:80], attributes, losses)
     names = re.findall(rb"(?im)^[ \t]*solid\b[ \t]*(.*?)\s*$", data) if attributes is None else []
     if len(names) != len(solids):
         names = [b""] * len(solids)
-    default = Material("default")
-    meshes = [
-        build_mesh(
-            path,
-            Part(
-                np.asarray(solid["vertices"], np.float64),
-                np.asarray(solid["faces"], np.int64),
-                colors=colors,
-            ),
-            default,
-            name.decode() or path.stem,
-        )
-        for name, solid in zip(names, solids.values(), strict=True)
-    ]
-    return Scene(meshes, name=path.stem)
+    default, scene = Material("default"), Scene(name=path.stem)
+    for name, solid in zip(names, solids.values(), strict=True):
+        corners = np.asarray(solid["faces"], np.int64)
+        part = Part(np.asarray(solid["vertices"], np.float64), corners, colors=colors)
+        scene.meshes.append(build_mesh(path, part, default, name.decode() or path.stem))
+    return scene
 
 
 def _facet_colors(
@@ -91,12 +87,3 @@ def _facet_colors(
     if not by_magics:
         linear[~colored] = GREY
     return linear[:, None]
-
-
-def _check_ascii_stl(path: Path, data: bytes, faces: int) -> None:
-    """Refuse text of which some facets were skipped."""
-    facets = len(re.findall(rb"(?i)\bfacet\s+normal\b", data))
-    vertices = len(re.findall(rb"(?i)\bvertex[ \t]+[-+.\dni]", data))
-    if (facets, vertices) != (faces, 3 * faces):
-        message = f"is damaged: {faces} of {facets} facets ({vertices} vertices) are complete"
-        raise InputError(f"{message}; export it again", path)

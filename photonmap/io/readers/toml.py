@@ -14,16 +14,8 @@ from typing import Any
 from photonmap.errors import InputError
 from photonmap.runtime.files import named_file
 from photonmap.runtime.wording import listed, shown, suggest
-from photonmap.scene.parameters import (
-    Colored,
-    Emission,
-    File,
-    Parameter,
-    Part,
-    Reflectance,
-    finite,
-    parameters_of,
-)
+from photonmap.scene import parameters
+from photonmap.scene.parameters import Parameter, Part, parameters_of
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture, is_spectral
 from photonmap.scene.textures import Texture, check_texture, shared_image
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
@@ -110,9 +102,9 @@ def parse_value(parameter: Parameter, value: Any, folder: Path) -> Any:
     if parameter.textured and isinstance(value, dict):
         return _parse_texture(parameter, value, folder)
     match parameter:
-        case Colored():
+        case parameters.Colored():
             return parameter.parse(_color_text(value), folder)
-        case File():
+        case parameters.File():
             if not isinstance(value, str):
                 example = f"{parameter.key} = {parameter.example}"
                 raise InputError(f"{shown(value)} is not a file name; write {example}")
@@ -135,13 +127,14 @@ def _parse_texture(parameter: Parameter, table: dict[str, Any], folder: Path) ->
     red, green, blue = _numbers(table, "factor", [1, 1, 1])
     image = shared_image(path, linear=linear, mask=is_mask)
     texture = Texture(image, **placed, factor=(red, green, blue))
-    check_texture(texture, math.inf if isinstance(parameter, Emission) else LARGEST_REFLECTANCE)
+    is_light = isinstance(parameter, parameters.Emission)
+    check_texture(texture, math.inf if is_light else LARGEST_REFLECTANCE)
     return texture
 
 
 def _parse_spectral(parameter: Parameter, table: dict[str, Any], path: Path) -> Texture:
     """Return a texture of spectra: a hyperspectral image, or indices into a palette."""
-    if not isinstance(parameter, Reflectance) or parameter.mtl != "Kd":
+    if not isinstance(parameter, parameters.Reflectance) or parameter.mtl != "Kd":
         raise InputError("spectra on a surface are for its reflectance; give an image here")
     if "palette" not in table:
         _check_keys(table, ("file", *_PLACED, "factor", "extrapolate"))
@@ -177,7 +170,7 @@ def _numbers(table: dict[str, Any], key: str, default: list[int]) -> list[float]
     """Return as many numbers as the default has; one stands for all."""
     value = table.get(key, default)
     numbers = value if isinstance(value, list) else [value] * len(default)
-    if len(numbers) != len(default) or any(finite(number) is None for number in numbers):
+    if len(numbers) != len(default) or any(parameters.finite(number) is None for number in numbers):
         raise InputError(f"{key} {shown(value)}; write {len(default)} numbers, or one for all")
     return [float(number) for number in numbers]
 
@@ -193,15 +186,13 @@ def _parse_part(part: Part, table: Any, folder: Path) -> Any:
         raise InputError(f"type {shown(kind)} is not known; {suggest(str(kind), kinds)}")
     described: Any = kinds[kind]
     keys = {declared.key or name: name for name, declared in parameters_of(described).items()}
-    for key in table:
-        if key not in ("type", *keys):
-            raise InputError(f"key {shown(key)} is not known; {suggest(key, ('type', *keys))}")
+    _check_keys(table, ("type", *keys))
     required = {each.name for each in fields(described) if each.default is MISSING}
     values = {}
     for key, name in keys.items():
         declared = parameters_of(described)[name]
         if key in table:
-            is_file = isinstance(declared, File)
+            is_file = isinstance(declared, parameters.File)
             values[name] = parse_value(declared, table[key], folder) if is_file else table[key]
         elif name in required:
             raise InputError(f"lacks {key}; add {key} = {declared.example}")
@@ -221,15 +212,23 @@ def _color_text(value: Any) -> str:
 
 def read_toml(path: Path) -> Toml:
     """Read a TOML file; a missing one counts as empty."""
-    text = _read_text(path)
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        text = ""
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror}); check the file", path) from None
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        raise InputError("is not in UTF-8; save it in that encoding", path, line) from None
     try:
         return Toml(path, text, tomllib.loads(text))
     except (ValueError, RecursionError) as error:
         reason, _, at = str(error).partition(" (at ")
         found = re.match(r"line (\d+)", at)
-        line = int(found[1]) if found else len(text.splitlines()) if at else None
+        last = int(found[1]) if found else len(text.splitlines()) if at else None
         reason = _why_twice(text) or f"is not valid TOML: {reason}; correct it"
-        raise InputError(reason, path, line) from None
+        raise InputError(reason, path, last) from None
 
 
 def _why_twice(text: str) -> str | None:
@@ -242,15 +241,3 @@ def _why_twice(text: str) -> str | None:
             written = f"both [{name}] and [[{name}]]" if both else f"[{name}] {count} times"
             return f"has {written}; write [[{name}]] above each of several, or remove all but one"
     return None
-
-
-def _read_text(path: Path) -> str:
-    try:
-        return path.read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        return ""
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror}); check the file", path) from None
-    except UnicodeDecodeError as error:
-        line = error.object.count(b"\n", 0, error.start) + 1
-        raise InputError("is not in UTF-8; save it in that encoding", path, line) from None

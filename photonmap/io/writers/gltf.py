@@ -15,20 +15,11 @@ import numpy as np
 from photonmap.io.readers.gltf import Gltf
 from photonmap.io.readers.meshes import Part, build_mesh, side_axes
 from photonmap.io.readers.registry import ReadOptions
-from photonmap.io.writers.gltf_draft import Draft, Json, TextureWriter, pack_glb
-from photonmap.io.writers.gltf_materials import rgb_emission, split_exactly, write_material
-from photonmap.io.writers.obj import name_materials
-from photonmap.io.writers.toml import Assets, write_cameras, write_lights, write_materials
+from photonmap.io.writers import gltf_draft
+from photonmap.io.writers.gltf_draft import Draft, Json
+from photonmap.io.writers.toml import Assets, name_materials, write_scene
+from photonmap.scene import lights
 from photonmap.scene.camera import ALL, NOT_IN_FILES, Camera, check_camera, frame_of
-from photonmap.scene.lights import (
-    DirectionalLight,
-    Light,
-    PhotometricLight,
-    PointLight,
-    SpotLight,
-    check_light,
-    name_lights,
-)
 from photonmap.scene.material import LOBES, Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import Emission, Parameter, Reflectance, Text, parameters_of
@@ -61,9 +52,9 @@ def write_gltf(scene: Scene, path: Path, assets: Assets) -> None:
             meshes.append(build_mesh(Path(path.name), part, mesh.material, mesh.name))
     draft, named = Draft(), name_materials(scene)
     scene = _with_names(scene, named)
-    textures = TextureWriter(draft)
+    textures = gltf_draft.TextureWriter(draft)
     for name, material in named.items():
-        draft.add("materials", write_material(material, name, draft, textures))
+        draft.add("materials", gltf_draft.MaterialWriter(material, name, textures).write())
     low = np.min([mesh.vertices.min(axis=0) for mesh in meshes], axis=0)
     high = np.max([mesh.vertices.max(axis=0) for mesh in meshes], axis=0)
     nodes = _add_meshes(draft, meshes, named, 0.5 * low + 0.5 * high)
@@ -74,7 +65,7 @@ def write_gltf(scene: Scene, path: Path, assets: Assets) -> None:
     is_glb = path.suffix.lower() == ".glb"
     tree, data = draft.finish(None if is_glb else quote(f"{path.stem}.bin"))
     if is_glb:
-        path.write_bytes(pack_glb(tree, data))
+        path.write_bytes(gltf_draft.pack_glb(tree, data))
     else:
         path.with_suffix(".bin").write_bytes(data)
         path.write_text(json.dumps(tree, indent=1, ensure_ascii=False), "utf-8")
@@ -110,19 +101,15 @@ def _find_differences(
     views, lamps = read.cameras(), {light.name: light for light in read.lights()}
     same = [is_same_view(*pair) for pair in zip(scene.cameras, views, strict=False)]
     cameras = scene.cameras if sum(same) < len(scene.cameras) else []
-    lights = [each for each in scene.lights if not is_same_light(each, lamps.get(each.name))]
-    return [
-        *write_materials(changes, assets),
-        *write_cameras(cameras, assets),
-        *write_lights(lights, assets),
-    ]
+    others = [each for each in scene.lights if not is_same_light(each, lamps.get(each.name))]
+    return write_scene(changes, cameras, others, assets)
 
 
 def _with_names(scene: Scene, named: Mapping[str, Material]) -> Scene:
     cameras = [check_camera(camera) for camera in scene.every_camera]
     emitting = [name for name, material in named.items() if not is_black(material.emission)]
-    lights = name_lights([check_light(light) for light in scene.lights], emitting)
-    return Scene(scene.meshes, lights, name=scene.name, cameras=cameras)
+    named_lights = lights.name_lights([*map(lights.check_light, scene.lights)], emitting)
+    return Scene(scene.meshes, named_lights, name=scene.name, cameras=cameras)
 
 
 def _add_meshes(
@@ -153,15 +140,11 @@ def _add_meshes(
 
 def _add_primitive(draft: Draft, mesh: Mesh, origin: Floats, material: int) -> Json:
     attributes = {"POSITION": draft.add_rows(mesh.vertices - origin, "<f4", limits=True)}
-    if mesh.normals is not None:
-        attributes["NORMAL"] = draft.add_rows(mesh.normals, "<f4")
-    if mesh.uv is not None:
-        uv = np.stack([mesh.uv[:, 0], 1.0 - mesh.uv[:, 1]], axis=1)
-        attributes["TEXCOORD_0"] = draft.add_rows(uv, "<f4")
-    if mesh.tangents is not None:
-        attributes["TANGENT"] = draft.add_rows(mesh.tangents, "<f4")
-    if mesh.colors is not None:
-        attributes["COLOR_0"] = draft.add_rows(mesh.colors, "<f4")
+    uv = None if mesh.uv is None else np.stack([mesh.uv[:, 0], 1.0 - mesh.uv[:, 1]], axis=1)
+    tables = {"NORMAL": mesh.normals, "TEXCOORD_0": uv}
+    for name, rows in {**tables, "TANGENT": mesh.tangents, "COLOR_0": mesh.colors}.items():
+        if rows is not None:
+            attributes[name] = draft.add_rows(rows, "<f4")
     kind = "<u2" if len(mesh.vertices) < _SMALL else "<u4"
     indices = draft.add_rows(mesh.faces.ravel(), kind)
     return {"attributes": attributes, "indices": indices, "material": material}
@@ -195,7 +178,7 @@ def add_cameras(draft: Draft, cameras: Sequence[Camera], size: float) -> list[in
     return nodes
 
 
-def add_lights(draft: Draft, lights: Sequence[Light], taken: Collection[str]) -> list[int]:
+def add_lights(draft: Draft, lights: Sequence[lights.Light], taken: Collection[str]) -> list[int]:
     """Add the lights that glTF knows under names that its reader keeps; return their nodes.
 
     lights : with names; a photometric light is written as a point
@@ -210,7 +193,7 @@ def add_lights(draft: Draft, lights: Sequence[Light], taken: Collection[str]) ->
         item, axis, position = described
         z = -np.array(axis, np.float64)
         x, y = side_axes(z)
-        color, intensity = split_exactly(rgb_emission(light.color))
+        color, intensity = gltf_draft.split_exactly(gltf_draft.rgb_emission(light.color))
         node = {
             "name": light.name,
             "extensions": draft.use(_LIGHTS, {"light": len(items)}),
@@ -223,14 +206,14 @@ def add_lights(draft: Draft, lights: Sequence[Light], taken: Collection[str]) ->
     return nodes
 
 
-def _describe(light: Light) -> tuple[Json, Any, Any] | None:
+def _describe(light: lights.Light) -> tuple[Json, Any, Any] | None:
     """Return the JSON of a light without its colour, its axis and position; None if unknown."""
     match light:
-        case PointLight() | PhotometricLight():
+        case lights.PointLight() | lights.PhotometricLight():
             return {"type": "point"}, (0.0, 0.0, -1.0), light.position
-        case DirectionalLight():
+        case lights.DirectionalLight():
             return {"type": "directional"}, light.emitter().axis, (0.0, 0.0, 0.0)
-        case SpotLight(outer=outer) if outer <= 90.0:
+        case lights.SpotLight(outer=outer) if outer <= 90.0:
             angles = {
                 "innerConeAngle": math.radians(light.inner),
                 "outerConeAngle": math.radians(outer),
@@ -305,7 +288,7 @@ def is_same_view(wanted: Camera, read: Camera) -> bool:
     return same_place and same_size and (wanted.name or "camera") == read.name
 
 
-def is_same_light(wanted: Light, read: Light | None) -> bool:
+def is_same_light(wanted: lights.Light, read: lights.Light | None) -> bool:
     """Return whether a light was read as it was, up to rounding; `read` is None where it was not.
 
     The target of a spot only gives a direction, as does the length of a direction.
@@ -319,7 +302,7 @@ def is_same_light(wanted: Light, read: Light | None) -> bool:
     return _close(_shape(wanted), _shape(read))
 
 
-def _shape(light: Light) -> list[float]:
+def _shape(light: lights.Light) -> list[float]:
     """Return where a light stands and how it shines."""
     emitter = light.emitter()
     return [*(emitter.position or ()), *emitter.axis, *emitter.parameters.values(), emitter.cone]

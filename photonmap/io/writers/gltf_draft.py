@@ -1,23 +1,40 @@
-"""A glTF file under construction: its JSON, its buffer and its textures, sRGB in PNG."""
+"""A glTF file under construction: JSON, buffer, textures (sRGB in PNG) and materials."""
 
 from __future__ import annotations
 
 import json
+import math
 import struct
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, warn
 from photonmap.io.png import encode_png
-from photonmap.io.readers.gltf_textures import CLAMP
+from photonmap.io.readers.decoding import plain
+from photonmap.io.readers.gltf_materials import CLAMP, METALLIC_TEXTURE
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.runtime.wording import listed
 from photonmap.scene.images import Image, encode_srgb
+from photonmap.scene.material import Material
+from photonmap.scene.parameters import Colored, parameters_of
+from photonmap.scene.surfaces.fresnel import normal_reflectance
+from photonmap.scene.surfaces.metallic import USUAL_COAT, USUAL_INDEX, as_triple, metallic_fraction
+from photonmap.scene.surfaces.relief import NormalMap
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
-from photonmap.scene.textures import Texture, Triple, mean_number
+from photonmap.scene.textures import (
+    Texture,
+    Triple,
+    is_black,
+    lie_alike,
+    mean_color,
+    mean_number,
+    resized,
+)
+from photonmap.spectra.bands import Bands
+from photonmap.spectra.curves import Color, Floats
 
 Json = dict[str, Any]
 _TYPES = {"<f4": 5126, "<u2": 5123, "<u4": 5125}
@@ -111,7 +128,7 @@ def pack_glb(tree: Json, data: bytes) -> bytes:
 
 _ROUNDED = "textures of floating-point numbers are rounded to 16 bits in sRGB"
 _SPECTRA = "the spectra of textures become their colours under D65"
-_APART = "opacities that lie otherwise than the colour become their mean"
+_OPACITY_APART = "opacities that lie otherwise than the colour become their mean"
 _RESIZED = "textures are enlarged to the size of another one in the same image"
 _WHOLE = slice(None), slice(None)
 _WHITE = Image(np.full((1, 1, 3), 255, np.uint8), True)
@@ -143,7 +160,7 @@ class TextureWriter:
         if color is None:
             color = replace(mask, image=_WHITE, factor=(1.0, 1.0, 1.0))
         elif _placement(color) != _placement(mask):
-            self.draft.note(_APART, owner)
+            self.draft.note(_OPACITY_APART, owner)
             return *self.color(color, owner), mean_number(mask)
         image, factor = self._image(color, mask, owner)
         return self._use(image, color), factor, 1.0
@@ -234,3 +251,294 @@ def _enlarge(texels: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
         for wanted, there in zip(shape, texels.shape, strict=False)
     )
     return texels[rows[:, None], columns]
+
+
+_GLOSS_APART = "textures of gloss that lie otherwise than another one become their mean"
+_COATS = "textures of glossy reflectances take the coat of a usual dielectric"
+_RGB = Bands.rgb()
+_LARGEST_COAT = normal_reflectance(1e3)  # Of the largest index that the reader takes
+_EXTENSIONS = {
+    "coat": ("clearcoat", {"coat": "clearcoat", "coat_roughness": "clearcoatRoughness"}),
+    "sheen": ("sheen", {"sheen": "sheenColor", "sheen_roughness": "sheenRoughness"}),
+}
+"""Of lobes over others: the extension, and how its keys of a factor and a texture begin, by
+attribute; other lobes are left to TOML"""
+_ONE_COLOR = "what is glass in part takes the colour of the rest"
+
+
+@dataclass
+class MaterialWriter:
+    """Describes a material by the one of glTF that comes nearest.
+
+    Spectra become linear sRGB, mirrors metals of roughness 0, and rough diffuse surfaces smooth.
+    """
+
+    material: Material
+    name: str  # in the file
+    textures: TextureWriter
+    extensions: Json = field(default_factory=dict)  # what they hold
+
+    def use(self, extension: str, content: Json) -> None:
+        """Add an extension."""
+        self.extensions |= self.textures.draft.use(f"KHR_materials_{extension}", content)
+
+    def note(self, what: str) -> None:
+        """Note what is written differently."""
+        self.textures.draft.note(what, self.name)
+
+    def write(self) -> Json:
+        """Return the JSON of the material."""
+        material = self.material
+        item = self.opaque() if material.ior is None else self.glass()
+        if isinstance(material.relief, NormalMap):
+            item["normalTexture"] = self.normal_map(material.relief)
+        coat = self.extensions.get("KHR_materials_clearcoat", {})
+        if isinstance(material.own_coat_relief, NormalMap):
+            coat["clearcoatNormalTexture"] = self.normal_map(material.own_coat_relief)
+        elif material.own_coat_relief is None and "normalTexture" in item:
+            coat["clearcoatNormalTexture"] = item["normalTexture"]
+        item |= self.emission()
+        extensions = {"extensions": self.extensions} if self.extensions else {}
+        return {"name": self.name, **item, **extensions}
+
+    def normal_map(self, relief: NormalMap) -> Json:
+        """Return the JSON that names a map of normals."""
+        return self.textures.data(_multiplied(relief.texture)) | {"scale": relief.strength}
+
+    def glass(self) -> Json:
+        """Return the JSON of glass; where only a part is glass, its colour is that of the rest."""
+        material = self.material
+        color = material.tint
+        if not material.is_all_glass:
+            color = material.reflectance
+            if color != material.tint:
+                self.note(_ONE_COLOR)
+        texture = color if isinstance(color, Texture) else None
+        surface, mode = self.base_color(texture, _RGB.reflectance(mean_color(color)).tolist())
+        surface["metallicFactor"] = 0.0
+        surface |= self.scalar(material.roughness, "roughnessFactor", METALLIC_TEXTURE)
+        share = self.scalar(material.transmission, "transmissionFactor", "transmissionTexture")
+        self.use("transmission", share)
+        self.use("ior", {"ior": material.ior})
+        if not material.thin:
+            volume: Json = {"thicknessFactor": 1.0}
+            if material.attenuation_distance is not None:
+                volume["attenuationColor"] = _RGB.reflectance(material.attenuation_color).tolist()
+                volume["attenuationDistance"] = material.attenuation_distance
+            self.use("volume", volume)
+            if (abbe := material.nearest_abbe) is not None:
+                self.use("dispersion", {"dispersion": 20.0 / abbe})
+        self.add_stretch()
+        return {"pbrMetallicRoughness": surface, **mode}
+
+    def scalar(self, value: float | Texture, factor: str, use: str) -> Json:
+        """Return a number as a factor, or a texture of numbers beside a factor of 1.
+
+        factor, use : keys of the factor and of the texture
+        """
+        if not isinstance(value, Texture):
+            return {factor: value}
+        return {factor: 1.0, use: self.textures.data(_multiplied(value))}
+
+    def base_color(
+        self, texture: Texture | None, factor: list[float], rest: float = 1.0
+    ) -> tuple[Json, dict[str, str]]:
+        """Return the JSON of a base colour and its opacity, and the mode in which that is used.
+
+        texture, factor : its texture, or the colour where it has none
+        rest : divides the colour of a texture
+        """
+        surface: Json = {}
+        alpha, scale = self.material.alpha, (1.0, 1.0, 1.0)
+        opacity = alpha
+        if isinstance(alpha, Texture):
+            masked = self.textures.masked(texture, alpha, self.name)
+            surface["baseColorTexture"], scale, opacity = masked
+        elif texture is not None:
+            surface["baseColorTexture"], scale = self.textures.color(texture, self.name)
+        if texture is not None:
+            factor = [min(part / rest, 1.0) for part in scale]
+        surface["baseColorFactor"] = [*factor, opacity]
+        return surface, ({} if alpha == 1.0 else {"alphaMode": "BLEND"})
+
+    def opaque(self) -> Json:
+        """Return the JSON of what is not glass."""
+        material, textured = self.material, self.split_lobe()
+        gloss, roughness = _lobe(material)
+        base = _RGB.reflectance(mean_color(material.reflectance))
+        whole, metallic, coat = split_metal(base, gloss)
+        painted = material.reflectance
+        if textured is not None:
+            roughness = 1.0
+            if textured.color is not None:
+                whole, metallic, coat = np.ones(3), 1.0, USUAL_COAT
+                painted = textured.color
+        surface: Json = {"metallicFactor": metallic, "roughnessFactor": roughness}
+        if textured is not None:
+            surface[METALLIC_TEXTURE] = self.textures.data(textured.data)
+        if metallic != 1.0 or textured is not None:
+            self.add_coat(coat)
+        self.add_stretch()
+        self.add_covers()
+        color = painted if isinstance(painted, Texture) else None
+        color = color if base.any() or textured is not None else None
+        rest = 1.0 if textured and textured.color else 1.0 - metallic
+        colored, mode = self.base_color(color, whole.tolist(), rest)
+        # surfaces emit from their front alone
+        sides = {"doubleSided": is_black(material.emission)}
+        return {"pbrMetallicRoughness": surface | colored, **sides, **mode}
+
+    def add_stretch(self) -> None:
+        """Say how a material differs along the surface, if it does."""
+        material = self.material
+        if not material.is_anisotropic:
+            return
+        stretch: Json = {
+            "anisotropyStrength": material.anisotropy,
+            "anisotropyRotation": 2.0 * np.pi * material.anisotropy_rotation,
+        }
+        if material.anisotropy_map is not None:
+            stretch["anisotropyTexture"] = self.textures.data(material.anisotropy_map.texture)
+        self.use("anisotropy", stretch)
+
+    def add_covers(self) -> None:
+        """Add the lobes that a material has over others, as glTF knows them."""
+        for lobe, (extension, keys) in _EXTENSIONS.items():
+            if not self.material.has(lobe):
+                continue
+            content: Json = {}
+            for attribute, key in keys.items():
+                value = getattr(self.material, attribute)
+                factor, use = f"{key}Factor", f"{key}Texture"
+                if not isinstance(parameters_of(Material)[attribute], Colored):
+                    content |= self.scalar(value, factor, use)
+                elif isinstance(value, Texture):
+                    content[use], scale = self.textures.color(value, f"{self.name} {attribute}")
+                    content[factor] = list(scale)
+                else:
+                    content[factor] = _RGB.reflectance(value).tolist()
+            self.use(extension, content)
+
+    def add_coat(self, coat: float) -> None:
+        """Say that a coat reflects so much at normal incidence."""
+        if coat == 0.0:
+            self.use("specular", {"specularFactor": 0.0})
+        elif coat > _LARGEST_COAT:
+            self.use("ior", {"ior": 0.0})
+            self.use("specular", {"specularFactor": coat})
+        elif not math.isclose(coat, normal_reflectance(USUAL_INDEX), rel_tol=1e-12):
+            root = math.sqrt(coat)
+            self.use("ior", {"ior": (1.0 + root) / (1.0 - root)})
+
+    def emission(self) -> Json:
+        """Return the JSON of the emission."""
+        emission = self.material.emission
+        item: Json = {}
+        if isinstance(emission, Texture):
+            item["emissiveTexture"], factor = self.textures.color(emission, self.name, math.inf)
+        else:
+            factor = rgb_emission(emission)
+        if any(factor):
+            item["emissiveFactor"], strength = split_exactly(factor)
+            if strength != 1.0:
+                self.use("emissive_strength", {"emissiveStrength": strength})
+        return item
+
+    def split_lobe(self) -> Lobe | None:
+        """Return what textures of a glossy lobe become; None where it has none.
+
+        The metallic part of each texel is that of a surface whose coat reflects `USUAL_COAT`.
+        """
+        material = self.aligned()
+        if not material.has_textured_lobe:
+            return None
+        paints = material.reflectance, material.glossy, material.roughness
+        found = [paint for paint in paints if isinstance(paint, Texture)]
+        shape = np.max([texture.image.texels.shape[:2] for texture in found], axis=0).tolist()
+        lying = replace(found[-1], factor=(1.0, 1.0, 1.0))
+        data = np.ones((*shape, 3), np.float32)
+        data[..., 1] = _texels(material.roughness, shape) @ np.array(LUMINANCE, np.float32)
+        if not isinstance(material.glossy, Texture):
+            return Lobe(None, replace(lying, image=Texture.of(data).image))
+        self.note(_COATS)
+        base, glossy = _texels(material.reflectance, shape), _texels(material.glossy, shape)
+        data[..., 2] = metallic_fraction(base.mean(axis=2), glossy.mean(axis=2))
+        color = base + glossy - (1.0 - data[..., 2:]) * np.float32(USUAL_COAT)
+        image = Texture.of(np.clip(color, 0.0, 1.0)).image
+        return Lobe(replace(lying, image=image), replace(lying, image=Texture.of(data).image))
+
+    def aligned(self) -> Material:
+        """Return a material whose textures of the lobe lie alike; others become their mean."""
+        material = self.material
+        paints = (material.reflectance, material.glossy, material.roughness)
+        first = next((paint for paint in paints if isinstance(paint, Texture)), None)
+        if not lie_alike(first, material.glossy):
+            self.note(_GLOSS_APART)
+            material = replace(material, glossy=mean_color(material.glossy))
+        if not lie_alike(first, material.roughness):
+            self.note(_GLOSS_APART)
+            material = replace(material, roughness=mean_number(material.roughness))
+        return material
+
+
+def _multiplied(texture: Texture) -> Texture:
+    if texture.factor == (1.0, 1.0, 1.0):
+        return texture
+    texels = texture.image.linear(*_WHOLE) * np.array(texture.factor)
+    return replace(texture, image=Texture.of(texels).image, factor=(1.0, 1.0, 1.0))
+
+
+def _lobe(material: Material) -> tuple[Floats, float]:
+    """Return what reflects besides the diffuse base, (3,), and its roughness; 1 where none does."""
+    if material.is_glossy:
+        return _RGB.reflectance(mean_color(material.glossy)), mean_number(material.roughness)
+    mirror = _RGB.reflectance(material.mirror)
+    return mirror, 0.0 if mirror.any() else 1.0
+
+
+def split_metal(base: Floats, gloss: Floats) -> tuple[Floats, float, float]:
+    """Return colour, metallic fraction and coat of which the reader makes a base and a gloss.
+
+    With a colour c, a metallic fraction m and a coat k, the base is (1 - m) c and the gloss
+    m c + (1 - m) k, which is linear in the base: of the slope m / (1 - m). What is not so gets a
+    grey coat.
+
+    base, gloss : (3,) diffuse reflectance, and reflectance at normal incidence
+    """
+    if not base.any() and gloss.any():
+        return gloss, 1.0, 0.0
+    most, least = int(base.argmax()), int(base.argmin())
+    spread = base[most] - base[least]
+    slope = float((gloss[most] - gloss[least]) / spread) if spread > 0.0 else 0.0
+    level = float(gloss[least] - slope * base[least])
+    whole, coat = (1.0 + slope) * base, (1.0 + slope) * level
+    is_linear = np.allclose(slope * base + level, gloss, rtol=1e-9, atol=1e-12)
+    if is_linear and slope >= 0.0 and whole.max() <= 1.0 + 1e-12 and -1e-12 <= coat <= 1.0:
+        return np.minimum(whole, 1.0), slope / (1.0 + slope), max(coat, 0.0)
+    return base, 0.0, float(gloss @ np.array(LUMINANCE))
+
+
+def rgb_emission(color: Color) -> tuple[float, float, float]:
+    """Return the linear sRGB of an amount of light."""
+    return plain(_RGB.emission(color))
+
+
+def split_exactly(color: tuple[float, float, float]) -> tuple[list[float], float]:
+    """Return three factors within [0, 1] and a power of two, whose products are the colour."""
+    mantissa, exponent = math.frexp(max(color))
+    strength = 2.0 ** max(exponent - (mantissa == 0.5), 0)
+    return [part / strength for part in color], strength
+
+
+class Lobe(NamedTuple):
+    """A glossy lobe as glTF has it."""
+
+    color: Texture | None  # base colour, where a texture gives the reflectance of the lobe
+    data: Texture  # what the texture of the metallic part and of roughness holds, in blue and green
+
+
+def _texels(paint: object, shape: list[int]) -> NDArray[np.float32]:
+    if isinstance(paint, Texture):
+        return np.broadcast_to(resized(paint, shape), (*shape, 3))
+    color = np.array(as_triple(paint), np.float32)  # type: ignore[arg-type]
+    return np.broadcast_to(color, (*shape, 3))

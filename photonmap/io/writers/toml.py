@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,68 +18,65 @@ from photonmap.scene.images import write_image
 from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
 from photonmap.scene.parameters import Colored, File, Numbers, Parameter, Part, Whole, parameters_of
-from photonmap.scene.scene import check_names
+from photonmap.scene.scene import Scene, check_names
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Texture
 from photonmap.spectra.curves import EXTRAPOLATE, Color, Spectrum
 
 
-def write_materials(changes: Mapping[str, Mapping[str, Any]], assets: Assets) -> Iterator[str]:
-    """Yield the lines that give materials attributes.
+def write_scene(
+    changes: Mapping[str, Mapping[str, Any]],
+    cameras: Sequence[Camera],
+    lights: Iterable[Light],
+    assets: Assets,
+) -> list[str]:
+    """Return the lines that give materials attributes, and describe cameras and lights.
 
     changes : by the name of a material, values by attribute
     """
-    parameters = parameters_of(Material)
-    for name, values in changes.items():
-        yield f"[material.{_text(name)}]"
-        for attribute, value in values.items():
-            parameter = parameters[attribute]
-            text = _value(parameter, value, assets, f"{name} {attribute}")
-            yield f"{parameter.key or attribute} = {text}"
-        yield ""
-
-
-def write_cameras(cameras: Sequence[Camera], assets: Assets) -> Iterator[str]:
-    """Yield the lines that describe cameras."""
+    lines: list[str] = []
+    for name, given in changes.items():
+        labels = {attribute: f"{name} {attribute}" for attribute in given}
+        lines += [f"[material.{_text(name)}]", *_keys(Material, given, assets, labels), ""]
     if len(cameras) > 1:
         check_names(cameras)
     for camera in cameras:
-        yield "[camera]" if len(cameras) == 1 else "[[camera]]"
-        yield from _camera_keys(camera, assets)
-        yield ""
-
-
-def write_lights(lights: Sequence[Light], assets: Assets) -> Iterator[str]:
-    """Yield the lines that describe lights."""
+        has_fov = camera.projection is None and camera.height is None
+        values = vars(camera) | ({} if has_fov else {"fov": None})
+        labels = {attribute: camera.name or attribute for attribute in values}
+        header = "[camera]" if len(cameras) == 1 else "[[camera]]"
+        lines += [header, *_keys(Camera, values, assets, labels), ""]
     for light in lights:
-        yield "[[light]]"
-        yield f'type = "{light.kind}"'
-        yield from _light_keys(light, assets)
-        yield ""
+        values = vars(light)
+        labels = dict.fromkeys(values, light.name or light.kind)
+        labels[light.color_attribute or ""] = f"light {light.name!r}"
+        header = f'[[light]]\ntype = "{light.kind}"'
+        lines += [header, *_keys(type(light), values, assets, labels), ""]
+    return lines
 
 
-def _camera_keys(camera: Camera, assets: Assets) -> Iterator[str]:
-    is_pinhole = camera.projection is None and camera.height is None
-    for attribute, parameter in parameters_of(Camera).items():
-        value = getattr(camera, attribute)
-        if value not in (None, "") and (attribute != "fov" or is_pinhole):
-            text = _value(parameter, value, assets, camera.name or attribute)
-            yield f"{attribute} = {text}"
+def _keys(
+    described: Any, values: Mapping[str, Any], assets: Assets, labels: Mapping[str, str]
+) -> Iterator[str]:
+    """Yield the lines of all attributes but those that are None, or an empty text, for none.
 
-
-def _table(part: Part, value: Any, assets: Assets, label: str) -> str:
-    pairs = [f"type = {_text(value.kind)}"] * (len(part.kinds) > 1)
-    for attribute, parameter in parameters_of(type(value)).items():
-        if (held := getattr(value, attribute)) is not None:
-            text = _value(parameter, held, assets, label)
-            pairs.append(f"{parameter.key or attribute} = {text}")
-    return f"{{ {', '.join(pairs)} }}"
+    labels : whose each attribute is, after which files are named
+    """
+    for attribute, parameter in parameters_of(described).items():
+        value = values.get(attribute)
+        is_empty = isinstance(value, str) and not value and not isinstance(parameter, File)
+        if value is not None and not is_empty:
+            text = _value(parameter, value, assets, labels[attribute])
+            yield f"{parameter.key or attribute} = {text}"
 
 
 def _value(parameter: Parameter, value: Any, assets: Assets, label: str) -> str:
     match parameter:
         case Part():
-            return _table(parameter, value, assets, label)
+            pairs = [f"type = {_text(value.kind)}"] * (len(parameter.kinds) > 1)
+            held = vars(value)
+            pairs += _keys(type(value), held, assets, dict.fromkeys(held, label))
+            return f"{{ {', '.join(pairs)} }}"
         case Colored():
             return _text(assets.color(value, label))
         case File():
@@ -87,15 +84,6 @@ def _value(parameter: Parameter, value: Any, assets: Assets, label: str) -> str:
         case Whole() | Numbers(each=Whole()):
             return json.dumps(value)
     return _text(value)
-
-
-def _light_keys(light: Light, assets: Assets) -> Iterator[str]:
-    for attribute, parameter in parameters_of(type(light)).items():
-        value = getattr(light, attribute)
-        if isinstance(parameter, Colored | File) or value != "":
-            is_color = isinstance(parameter, Colored)
-            label = f"light {light.name!r}" if is_color else light.name or light.kind
-            yield f"{parameter.key or attribute} = {_value(parameter, value, assets, label)}"
 
 
 def _text(value: Any) -> str:
@@ -113,6 +101,20 @@ def check_name(name: str) -> None:
     """Refuse names that OBJ and MTL files cannot hold."""
     if name != " ".join(name.split()) or not name.isprintable() or re.search(r" #|^#|\\", name):
         raise InputError(f"the name {shown(name)} cannot be written; use letters and digits")
+
+
+def name_materials(scene: Scene) -> dict[str, Material]:
+    """Return all materials that faces use under names that differ: the second is "wall 2"."""
+    used = {id(mesh.material): mesh.material for mesh in scene.meshes if len(mesh.faces)}
+    named: dict[str, Material] = {}
+    for material in used.values():
+        wanted = name = material.name or "material"
+        count = 1
+        while name in named:
+            count += 1
+            name = f"{wanted} {count}"
+        named[name] = material
+    return named
 
 
 class Assets:

@@ -12,7 +12,7 @@ import photonmap as pm
 from photonmap.compile.scene_arrays import compile_arrays
 from photonmap.errors import InputError, SceneWarning
 from photonmap.io.readers.registry import read_file
-from photonmap.io.writers.gltf_materials import split_metal
+from photonmap.io.writers.gltf_draft import split_metal
 
 from helpers.scenes import quad, sky  # isort: skip
 
