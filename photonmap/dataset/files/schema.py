@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 from photonmap.dataset.files.splits import PARTS
 from photonmap.runtime.wording import shown
 
-LARGEST = 2**53
-"""Largest whole number that every reader of JSON knows exactly."""
+LARGEST = 2**63 - 1
+"""Largest whole number, which a seed may be."""
 
 
 class Kind(NamedTuple):
@@ -101,9 +101,9 @@ ENTRY_KINDS = {
     "goal": Maybe({"limit": _LENGTH, "buffer": TEXT, "percentile": Maybe(number(0.0, 100.0)),
                    "reached": Maybe(_LENGTH)}),
     "reached": FLAG, "effects": Table([FLAG, TEXT]),
-    "rgb": {"space": TEXT, "method": TEXT, "fit_residual": [_LENGTH, ...], "residual": _LENGTH,
-            "negative": Later(Maybe(_SHARE))},
-    "statistics": {"direct_share": Maybe(_SHARE), "valid": _SHARE, "reflectance": _HISTOGRAM,
+    "rgb": {"space": TEXT, "method": TEXT, "fit_residual": Maybe([_LENGTH, ...]),
+            "residual": _LENGTH, "negative": Later(Maybe(_SHARE))},
+    "statistics": {"direct_share": Maybe(_LENGTH), "valid": _SHARE, "reflectance": _HISTOGRAM,
                    "illuminant_red": _HISTOGRAM, "illuminant_blue": _HISTOGRAM},
     "unresolved": whole(), "versions": Table(TEXT), "fingerprint": {"kernels": TEXT},
     "warnings": _NAMES, "full": Later(FLAG), "buffers": Later(Maybe(_NAMES)),
