@@ -362,6 +362,18 @@ def test_a_manifest_that_is_not_so_is_a_fault(copied, capsys, change, message):
     assert re.search(rf"jug-0-white-\w+: {message}", capsys.readouterr().err)
 
 
+def test_sets_of_hdf5_alone_are_sound(copied):
+    """Their RGB is projected from bands that were rounded, and Hypersim's before that."""
+    [image] = dataset.open(copied)
+    for name in ("bands.exr", "rgb.exr"):
+        (image.folder / name).unlink()
+        rewrite(copied, lambda line, name=name: line["files"].pop(name))
+    (image.folder / ENTRY).unlink()
+    head = json.loads((copied / "manifest.json").read_text())
+    (copied / "manifest.json").write_text(json.dumps(head | {"formats": ["hdf5", "png"]}))
+    assert verify(copied, sample=0) == []
+
+
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999"])
 def test_numbers_that_are_not_finite(copied, number):
     path = copied / "manifest.jsonl"

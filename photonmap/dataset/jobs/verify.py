@@ -185,6 +185,8 @@ def _render_again(image: Image, log: Log, find: Find) -> Iterator[str]:
 
 ULPS, HALF_ULPS = 8, 2
 """Rounding errors of float32, and of half precision, by which sums and products may differ."""
+_PROJECTED = 8
+"""By how much projection to RGB may enlarge rounding, relative to the largest value."""
 _AT_CENTRE = ("depth", "distance", "normal", "object_id", "material_id")
 
 
@@ -265,7 +267,16 @@ def check_formats_agree(image: Image) -> Iterator[str]:
     here = image.result.arrays
     if differ := _differing(here, there):
         yield f"{image_files.BANDS_HDF5} has other arrays than the image: {', '.join(differ)}"
-    if differ := _differing(image_files.hypersim_images(image.result, image.rgb), frames):
+    wanted = image_files.hypersim_images(image.result, image.rgb)
+    if not is_full(image) and not (image.folder / image_files.RGB_EXR).is_file():
+        colors = (frames[n] for n in frames if n.endswith("color.hdf5"))
+        light = max((float(np.abs(color).max()) for color in colors), default=0.0)
+        wanted |= {
+            n: frames[n]
+            for n in wanted
+            if n in frames and _rounded(wanted[n], frames[n], light if "residual" in n else 0.0)
+        }
+    if differ := _differing(wanted, frames):
         yield f"Hypersim's files have other arrays than the image: {', '.join(differ)}"
 
 
@@ -284,6 +295,17 @@ def check_geometry(result: Result, scene: Scene, full: bool = True) -> Iterator[
 
 def _differing(here: dict[str, NDArray[Any]], there: dict[str, NDArray[Any]]) -> list[str]:
     return [name for name in {**here, **there} if not _equal(here.get(name), there.get(name))]
+
+
+def _rounded(one: NDArray[Any], other: NDArray[Any], scale: float) -> bool:
+    """Return whether RGB images agree of which one was projected after its bands were rounded.
+
+    `scale` is the largest value of what a difference was made from.
+    """
+    if one.shape != other.shape or one.dtype.kind != "f":
+        return False
+    allowed = _PROJECTED * float(np.finfo(np.float16).eps) * max(scale, float(np.abs(other).max()))
+    return bool((np.abs(one - other) <= allowed).all())
 
 
 def _equal(one: NDArray[Any] | None, other: NDArray[Any] | None) -> bool:
