@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     from photonmap.render import render
     from photonmap.results.merge import merge
     from photonmap.results.result import Result, load_result
-    from photonmap.scene.area_light import AreaLight
     from photonmap.scene.camera import Camera, Lens
     from photonmap.scene.daylight import OvercastLight, SkyLight, SunLight
     from photonmap.scene.lights import (
+        AreaLight,
         DirectionalLight,
         DomeLight,
         EnvironmentLight,
@@ -84,11 +84,10 @@ _NAMES_BY_MODULE = {
     "render": "render",
     "results.merge": "merge",
     "results.result": "Result load_result",
-    "scene.area_light": "AreaLight",
     "scene.camera": "Camera Lens",
     "scene.daylight": "OvercastLight SkyLight SunLight",
-    "scene.lights": "DirectionalLight DomeLight EnvironmentLight Light PhotometricLight PointLight "
-    "SpotLight",
+    "scene.lights": "AreaLight DirectionalLight DomeLight EnvironmentLight Light PhotometricLight "
+    "PointLight SpotLight",
     "scene.material": "Material",
     "scene.mesh": "Mesh",
     "scene.projections": "Fisheye FisheyeIntrinsics Intrinsics Panorama RayMap",

@@ -5,38 +5,19 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.compile.frame import Frame
 from photonmap.errors import InputError
-from photonmap.kernels.camera.cameras import (
-    DISTORTED,
-    FISHEYE,
-    ORTHOGRAPHIC,
-    PANORAMA,
-    PINHOLE,
-    RAY_MAP,
-    fill_rays,
-)
+from photonmap.kernels.camera import cameras
 from photonmap.kernels.core import passes
 from photonmap.runtime.options import check_size
 from photonmap.runtime.wording import shown
+from photonmap.scene import projections
 from photonmap.scene.camera import FOV, Camera, Lens, check_camera, check_image_size, frame_of
-from photonmap.scene.distortion import undistorted_grid, widest_angle
 from photonmap.scene.parameters import Vector, parameters_of, unit, vector
-from photonmap.scene.projections import (
-    Fisheye,
-    FisheyeIntrinsics,
-    Intrinsics,
-    Orthographic,
-    Panorama,
-    Pinhole,
-    Projection,
-    RayMap,
-)
+from photonmap.spectra.curves import Floats
 
-_NODES = 33
-"""Rows and columns of the table of undistorted points from which distortion is inverted."""
+_NODES = 33  # Rows and columns of the table of undistorted points from which distortion is inverted
 _NOTHING = np.zeros(3)
 _NO_TABLE = np.zeros((1, 1, 1))
 _NO_LENS = passes.Lens(False, (0.0,) * 3, (0.0,) * 3, 0.0, 0)
@@ -48,7 +29,7 @@ _AZIMUTH, _ELEVATION = math.radians(30.0), math.radians(25.0)
 """Of the camera, to the right of the front and above it."""
 
 
-def camera_rays(camera: Camera, size: tuple[int, int]) -> NDArray[np.float64]:
+def camera_rays(camera: Camera, size: tuple[int, int]) -> Floats:
     """Return the rays through the centres of all pixels, and of the lens: (H, W, 6), scene units.
 
     Of each, the origin and a direction of any length, in world space; (0, 0, 0) where a fisheye
@@ -66,7 +47,7 @@ def camera_rays(camera: Camera, size: tuple[int, int]) -> NDArray[np.float64]:
     record = compile_camera(checked, Frame(np.zeros(3), 1.0), (width, height))
     y, x = np.mgrid[:height, :width] + 0.5
     rays = np.empty((width * height, 6))
-    fill_rays(record, x.ravel(), y.ravel(), rays)
+    cameras.fill_rays(record, x.ravel(), y.ravel(), rays)
     return rays.reshape(height, width, 6)
 
 
@@ -80,18 +61,18 @@ def compile_camera(camera: Camera, frame: Frame, size: tuple[int, int]) -> passe
     origin = frame.into(np.array(camera.origin))
     view, right, up = frame_of(camera)
     match camera.model:
-        case Pinhole(fov):
+        case projections.Pinhole(fov):
             pixel = 2.0 * np.tan(np.radians(fov) / 2.0) / height
             corner = view + pixel * (0.5 * height * up - 0.5 * width * right)
-            record = _record(PINHOLE, origin, corner, pixel * right, -pixel * up)
-        case Orthographic(tall):
+            record = _record(cameras.PINHOLE, origin, corner, pixel * right, -pixel * up)
+        case projections.Orthographic(tall):
             pixel = tall / frame.size / height
             corner = origin + pixel * (0.5 * height * up - 0.5 * width * right)
-            record = _record(ORTHOGRAPHIC, view, corner, pixel * right, -pixel * up)
-        case Intrinsics() as model if not any(model.distortion):
+            record = _record(cameras.ORTHOGRAPHIC, view, corner, pixel * right, -pixel * up)
+        case projections.Intrinsics() as model if not any(model.distortion):
             (fx, _, cx), (_, fy, cy), _ = model.matrix(width, height)
             corner = view + cy / fy * up - cx / fx * right
-            record = _record(PINHOLE, origin, corner, right / fx, -up / fy)
+            record = _record(cameras.PINHOLE, origin, corner, right / fx, -up / fy)
         case model:
             kind, projection = _project(model, frame, size)
             optics = passes.Optics(_NO_LENS, projection)
@@ -106,7 +87,7 @@ def compile_camera(camera: Camera, frame: Frame, size: tuple[int, int]) -> passe
 
 
 def _project(
-    model: Projection, frame: Frame, size: tuple[int, int]
+    model: projections.Projection, frame: Frame, size: tuple[int, int]
 ) -> tuple[int, passes.Projection]:
     """Return the kind and the record of a projection that is not linear."""
     matrix = model.matrix(*size)
@@ -115,27 +96,31 @@ def _project(
         (fx, _, cx), (_, fy, cy), _ = matrix.tolist()
         plain = _LINEAR._replace(focal=(fx, fy), center=(cx, cy))
     match model:
-        case Panorama():
+        case projections.Panorama():
             width, height = size
-            return PANORAMA, _LINEAR._replace(
+            return cameras.PANORAMA, _LINEAR._replace(
                 focal=(0.5 * width / math.pi, height / math.pi), center=(0.5 * width, 0.5 * height)
             )
-        case RayMap():
+        case projections.RayMap():
             rays = np.array(model.array)
             rays[..., :3] = frame.into(rays[..., :3])
-            return RAY_MAP, _LINEAR._replace(table=rays)
-        case Fisheye(fov):
+            return cameras.RAY_MAP, _LINEAR._replace(table=rays)
+        case projections.Fisheye(fov):
             widest = math.radians(fov) / 2.0
-            return FISHEYE, plain._replace(reach=(widest, widest))
-        case FisheyeIntrinsics():
-            widest, radius = widest_angle(model.coefficients)
-            return FISHEYE, plain._replace(
+            return cameras.FISHEYE, plain._replace(reach=(widest, widest))
+        case projections.FisheyeIntrinsics():
+            widest, radius = projections.widest_angle(model.coefficients)
+            return cameras.FISHEYE, plain._replace(
                 distortion=(*model.coefficients, 0.0), reach=(radius, widest)
             )
-        case Intrinsics():
-            grid = undistorted_grid(model.coefficients, model.normalized_corners, _NODES)
+        case projections.Intrinsics():
+            grid = projections.undistorted_grid(
+                model.coefficients, model.normalized_corners, _NODES
+            )
             reach = float(size[0]), float(size[1])
-            return DISTORTED, plain._replace(distortion=model.coefficients, reach=reach, table=grid)
+            return cameras.DISTORTED, plain._replace(
+                distortion=model.coefficients, reach=reach, table=grid
+            )
     raise AssertionError(model)
 
 
@@ -160,10 +145,7 @@ def _plain(vector: np.ndarray) -> Vector:
 
 
 def frame_scene(
-    vertices: NDArray[np.float64],
-    aspect: float = 1.0,
-    up: Vector = (0.0, 1.0, 0.0),
-    fov: float = FOV,
+    vertices: Floats, aspect: float = 1.0, up: Vector = (0.0, 1.0, 0.0), fov: float = FOV
 ) -> Camera:
     """Look at a scene from the front, right and above, so that it fits the image with a margin.
 
@@ -171,12 +153,15 @@ def frame_scene(
     `aspect` is width / height, `fov` the full vertical angle, degrees. An `InputError` says that
     `up` is no direction, or `fov` no angle.
     """
-    checked = vector(up)
-    upright = None if checked is None else unit(np.array(checked))
-    if upright is None:
+    upright = unit(np.array(vector(up) or (0.0, 0.0, 0.0)))
+    if not upright.any():
         raise InputError(f"up {shown(up)} is not a direction; give three numbers, as in (0, 0, 1)")
     angle = parameters_of(Camera)["fov"].check(fov)
-    toward = _three_quarters(upright)
+    front = np.array([0.0, 0.0, 1.0] if abs(upright[2]) < 0.9 else [0.0, -1.0, 0.0])
+    front -= (front @ upright) * upright
+    front /= np.linalg.norm(front)
+    side = math.cos(_AZIMUTH) * front + math.sin(_AZIMUTH) * np.cross(upright, front)
+    toward = math.cos(_ELEVATION) * side + math.sin(_ELEVATION) * upright
     right = np.cross(upright, toward)
     right /= np.linalg.norm(right)
     center = 0.5 * vertices.min(axis=0) + 0.5 * vertices.max(axis=0)
@@ -190,9 +175,7 @@ def frame_scene(
     return Camera(_plain(origin), _plain(target), _plain(upright), angle)
 
 
-def _fit(
-    across: NDArray[np.float64], depths: NDArray[np.float64], slope: float
-) -> tuple[float, float]:
+def _fit(across: Floats, depths: Floats, slope: float) -> tuple[float, float]:
     """Return where two planes that touch all points from both sides meet, across and in depth.
 
     Depths of the points, (V,), increase towards the camera; the slope of the planes is half their
@@ -200,12 +183,3 @@ def _fit(
     """
     one, other = (slope * depths + across).max(), (slope * depths - across).max()
     return float(one - other) / 2.0, float(one + other) / (2.0 * slope)
-
-
-def _three_quarters(up: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the direction towards the camera."""
-    front = np.array([0.0, 0.0, 1.0] if abs(up[2]) < 0.9 else [0.0, -1.0, 0.0])
-    front -= (front @ up) * up
-    front /= np.linalg.norm(front)
-    side = math.cos(_AZIMUTH) * front + math.sin(_AZIMUTH) * np.cross(up, front)
-    return math.cos(_ELEVATION) * side + math.sin(_ELEVATION) * up

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,39 +12,45 @@ from numpy.typing import NDArray
 from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.errors import InputError
 from photonmap.kernels.bsdf.models import LAMBERTIAN, NARROW
-from photonmap.kernels.core.records import (
-    GLASS,
-    METAL,
-    MIRROR,
-    Alpha,
-    Geometry,
-    GlassShare,
-    Media,
-    Scattering,
-    Specular,
-)
+from photonmap.kernels.core import records
 from photonmap.kernels.lights.kinds import numbers_where
 from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import suggest
+from photonmap.spectra.curves import Floats
 
-EFFECTS = (
-    "emission",
-    "direct",
-    "soft_shadows",
-    "indirect",
-    "caustics",
-    "specular",
-    "glossy",
-    "non_lambertian",
-    "transmission",
-    "media",
-    "dispersion",
-    "alpha",
-    "environment",
-    "textures",
-    "relief",
-    "band_merging",
-)
+_REASONS = {
+    "emission": ("area lights or a sky can be seen", "no area light or sky can be seen"),
+    "direct": ("there are lights", ""),
+    "soft_shadows": ("lights have an area", "all lights are points or suns: shadows are sharp"),
+    "indirect": ("surfaces may see each other", ""),
+    "caustics": (
+        "mirrors, glass or metal send light to diffuse surfaces", "no surface is diffuse",
+    ),
+    "specular": ("there are mirrors or glass", "there is no mirror or glass"),
+    "glossy": ("some surfaces are glossy, or have a sheen", "no surface is glossy"),
+    "non_lambertian": (
+        "some diffuse surfaces do not obey Lambert's law",
+        "all diffuse reflection obeys Lambert's law",
+    ),
+    "transmission": ("there is glass", "there is no glass"),
+    "media": (
+        "glass absorbs light inside, or lies beside other glass",
+        "all glass is clear and lies in air",
+    ),
+    "dispersion": (
+        "the index of glass depends on wavelength", "no index depends on wavelength",
+    ),
+    "alpha": ("surfaces have holes or are partly transparent", "no surface is cut out"),
+    "environment": ("the sky is a map", "the sky is not a map"),
+    "textures": ("surfaces have textures", "no surface has a texture"),
+    "relief": ("normal maps or bump maps turn normals", "no image turns normals"),
+    "band_merging": ("{bands} bands have {distinct} different spectra", "all bands differ"),
+}  # fmt: skip
+"""Why each effect is on, and why it is off"""
+EFFECTS = tuple(_REASONS)
+_NEVER_FORCED = (
+    "media", "dispersion", "alpha", "environment", "textures", "relief", "glossy", "non_lambertian",
+)  # fmt: skip
 
 MOST_CHECKS = 1 << 28
 """Products of vertices and planes, beyond which a scene is not checked for being convex."""
@@ -59,82 +66,54 @@ class Effect:
 
 def called_for(compiled: CompiledScene, distinct: int, bands: int) -> dict[str, Effect]:
     """Return what a scene calls for, in the order of `EFFECTS`."""
-    merged = f"{bands} bands have {distinct} different spectra"
+    calls = {**_of_lights(compiled), **_of_surfaces(compiled), **_of_images(compiled)}
+    calls |= {"direct": True, "indirect": True, "band_merging": distinct < bands}
     called = {
-        **_of_lights(compiled),
-        **_of_surfaces(compiled),
-        **_of_transparency(compiled),
-        **_of_images(compiled),
-        "direct": Effect(True, "there are lights"),
-        "indirect": _indirect(compiled),
-        "band_merging": _if(distinct < bands, merged, "all bands differ"),
+        name: Effect(bool(calls[name]), reasons[0 if calls[name] else 1])
+        for name, reasons in _REASONS.items()
     }
-    return {name: called[name] for name in EFFECTS}
+    merging = called["band_merging"]
+    why = merging.why.format(bands=bands, distinct=distinct)
+    called |= {"indirect": _indirect(compiled), "band_merging": replace(merging, why=why)}
+    if not _kinds(compiled).any():
+        called["caustics"] = Effect(False, _REASONS["specular"][1])
+    return called
 
 
-def _of_lights(compiled: CompiledScene) -> dict[str, Effect]:
-    kinds = compiled.lights.kind
-    have_area = np.isin(kinds, numbers_where(has_area=True)).any()
-    sky = compiled.lights.environment is not None
-    sharp = "all lights are points or suns: shadows are sharp"
+def _part(record: object, *names: str) -> Any:
+    """Return a part of a record, or a part of that; None where one is missing."""
+    for name in names:
+        record = getattr(record, name, None)
+    return record
+
+
+def _of_lights(compiled: CompiledScene) -> dict[str, object]:
+    has_area = np.isin(compiled.lights.kind, numbers_where(has_area=True)).any()
+    is_map = compiled.lights.environment is not None
+    return {"emission": has_area, "soft_shadows": has_area, "environment": is_map}
+
+
+def _of_surfaces(compiled: CompiledScene) -> dict[str, object]:
+    kinds, alpha = _kinds(compiled), _part(compiled, "specular", "alpha")
+    models, below = (_part(compiled, "scattering", name) for name in ("model", "below"))
+    media = _part(compiled, "specular", "media")
+    is_narrow = models is not None and np.isin(models, NARROW).any()
+    is_lambertian = below is None or np.isin(below, (LAMBERTIAN, *NARROW)).all()
+    is_mixed = media is not None and (media.of_side != sides_in_air(compiled)).any()
     return {
-        "emission": _if(
-            have_area, "area lights or a sky can be seen", "no area light or sky can be seen"
-        ),
-        "soft_shadows": _if(have_area, "lights have an area", sharp),
-        "environment": _if(sky, "the sky is a map", "the sky is not a map"),
+        "caustics": kinds.any() and _is_rough(compiled),
+        "specular": ((kinds != 0) & (kinds != records.METAL)).any(),
+        "glossy": is_narrow or (alpha is not None and alpha.any()),
+        "non_lambertian": not is_lambertian,
+        "transmission": compiled.is_thin.any() or (kinds == records.GLASS).any(),
+        "media": is_mixed or (media is not None and len(media.absorption) > 0),
+        "dispersion": _part(media, "dispersion") is not None,
     }
 
 
-def _of_surfaces(compiled: CompiledScene) -> dict[str, Effect]:
-    specular = compiled.specular
-    kinds = np.zeros(0, np.uint8) if specular is None else specular.kind
-    scattering = compiled.scattering
-    models = np.zeros(0, np.uint8) if scattering is None else scattering.model
-    diffuse = _is_rough(compiled)
-    no_specular = "there is no mirror or glass"
-    return {
-        "caustics": _if(
-            kinds.any() and diffuse,
-            "mirrors, glass or metal send light to diffuse surfaces",
-            no_specular if not kinds.any() else "no surface is diffuse",
-        ),
-        "specular": _if(
-            ((kinds != 0) & (kinds != METAL)).any(), "there are mirrors or glass", no_specular
-        ),
-        "glossy": _if(
-            np.isin(models, NARROW).any() or (specular is not None and specular.alpha.any()),
-            "some surfaces are glossy, or have a sheen",
-            "no surface is glossy",
-        ),
-        "non_lambertian": _if(
-            scattering is not None and not np.isin(scattering.below, (LAMBERTIAN, *NARROW)).all(),
-            "some diffuse surfaces do not obey Lambert's law",
-            "all diffuse reflection obeys Lambert's law",
-        ),
-    }
-
-
-def _of_transparency(compiled: CompiledScene) -> dict[str, Effect]:
-    specular = compiled.specular
-    is_glass = compiled.is_thin
-    media = None if specular is None else specular.media
-    if specular is not None:
-        is_glass = is_glass | (specular.kind == GLASS)
-    return {
-        "transmission": _if(is_glass.any(), "there is glass", "there is no glass"),
-        "media": _if(
-            media is not None
-            and (len(media.absorption) > 0 or (media.of_side != sides_in_air(compiled)).any()),
-            "glass absorbs light inside, or lies beside other glass",
-            "all glass is clear and lies in air",
-        ),
-        "dispersion": _if(
-            media is not None and media.dispersion is not None,
-            "the index of glass depends on wavelength",
-            "no index depends on wavelength",
-        ),
-    }
+def _kinds(compiled: CompiledScene) -> NDArray[np.uint8]:
+    """Return which specular lobe each material has; none without any."""
+    return np.zeros(0, np.uint8) if compiled.specular is None else compiled.specular.kind
 
 
 def sides_in_air(compiled: CompiledScene) -> NDArray[np.int32]:
@@ -142,35 +121,22 @@ def sides_in_air(compiled: CompiledScene) -> NDArray[np.int32]:
     geometry, specular = compiled.geometry, compiled.specular
     of_side = np.full((len(geometry.material), 2), -1, np.int32)
     if specular is not None:
-        glass = specular.kind[geometry.material] == GLASS
+        glass = specular.kind[geometry.material] == records.GLASS
         of_side[glass, 1] = geometry.material[glass]
     return of_side
 
 
-def _of_images(compiled: CompiledScene) -> dict[str, Effect]:
-    alpha, scattering = compiled.geometry.alpha, compiled.scattering
-    lobes = None if scattering is None else scattering.maps
-    coats = None if scattering is None else scattering.coats
-    sheens = getattr(getattr(scattering, "sheens", None), "maps", None)
-    of_light, specular = compiled.lights.emission_textures, compiled.specular
-    glass = None if specular is None else specular.maps
-    share = None if specular is None or specular.share is None else specular.share.maps
-    textures = any(
-        maps is not None for maps in (compiled.textures, of_light, lobes, sheens, glass, share)
-    )
+def _of_images(compiled: CompiledScene) -> dict[str, object]:
+    alpha = compiled.geometry.alpha
+    textures = (
+        ("textures",), ("lights", "emission_textures"), ("scattering", "maps"),
+        ("scattering", "sheens", "maps"), ("specular", "maps"), ("specular", "share", "maps"),
+    )  # fmt: skip
+    reliefs = ("geometry", "relief"), ("scattering", "coats", "relief")
     return {
-        "alpha": _if(
-            alpha is not None and ((alpha.value < 1.0) | (alpha.image >= 0)).any(),
-            "surfaces have holes or are partly transparent",
-            "no surface is cut out",
-        ),
-        "textures": _if(textures, "surfaces have textures", "no surface has a texture"),
-        "relief": _if(
-            compiled.geometry.relief is not None
-            or (coats is not None and coats.relief is not None),
-            "normal maps or bump maps turn normals",
-            "no image turns normals",
-        ),
+        "alpha": alpha is not None and ((alpha.value < 1.0) | (alpha.image >= 0)).any(),
+        "textures": any(_part(compiled, *names) is not None for names in textures),
+        "relief": any(_part(compiled, *names) is not None for names in reliefs),
     }
 
 
@@ -179,10 +145,6 @@ def _is_rough(compiled: CompiledScene) -> bool:
     scattering = compiled.scattering
     glossy = scattering is not None and np.isin(scattering.model, NARROW).any()
     return bool(glossy or compiled.materials.reflectance.any())
-
-
-def _if(condition: object, yes: str, no: str) -> Effect:
-    return Effect(bool(condition), yes if condition else no)
 
 
 def _indirect(compiled: CompiledScene) -> Effect:
@@ -198,10 +160,10 @@ def _indirect(compiled: CompiledScene) -> Effect:
     whole = specular is None and compiled.geometry.alpha is None
     if whole and _is_closed_and_convex(compiled.geometry) and not _lit_inside(compiled):
         return Effect(False, "one closed convex body: no surface sees another from outside")
-    return Effect(True, "surfaces may see each other")
+    return Effect(True, _REASONS["indirect"][0])
 
 
-def _is_flat(geometry: Geometry) -> bool:
+def _is_flat(geometry: records.Geometry) -> bool:
     """Return whether all vertices lie in the plane of the first triangle, to the last digit.
 
     And all triangles: what stands on it may be lower than a digit of the scene's size.
@@ -213,7 +175,7 @@ def _is_flat(geometry: Geometry) -> bool:
     return bool(np.abs(heights).max() <= 1e-7 and parallel.all())
 
 
-def _heights(geometry: Geometry, points: NDArray[np.float32]) -> NDArray[np.float64]:
+def _heights(geometry: records.Geometry, points: NDArray[np.float32]) -> Floats:
     """Return the heights of points over each triangle's plane, at most over triangles: (P,)."""
     corners = geometry.vertices[geometry.triangles[:, 0]].astype(np.float64)
     normals = geometry.normals.astype(np.float64)
@@ -225,7 +187,7 @@ def _heights(geometry: Geometry, points: NDArray[np.float32]) -> NDArray[np.floa
     return most
 
 
-def _is_closed_and_convex(geometry: Geometry) -> bool:
+def _is_closed_and_convex(geometry: records.Geometry) -> bool:
     """Return whether two triangles pass every edge in opposite directions, and no plane cuts it."""
     _, same = np.unique(geometry.vertices, axis=0, return_inverse=True)
     corners = same.ravel()[geometry.triangles].astype(np.int64)
@@ -291,21 +253,10 @@ def plan_effects(
         return EffectPlan(called)
     if wanted == "all":
         forced = {
-            name: Effect(True, effect.why if effect.on else f"forced, though {effect.why}")
+            name: effect if effect.on else Effect(True, f"forced, though {effect.why}")
             for name, effect in called.items()
         }
-        for name in (
-            "media",
-            "dispersion",
-            "alpha",
-            "environment",
-            "textures",
-            "relief",
-            "glossy",
-            "non_lambertian",
-        ):
-            if not called[name].on:
-                forced[name] = called[name]
+        forced |= {name: called[name] for name in _NEVER_FORCED}
         forced["band_merging"] = Effect(False, "every band is traced on its own")
         return EffectPlan(forced)
     assert not isinstance(wanted, str)
@@ -347,7 +298,7 @@ def leave_out(compiled: CompiledScene, plan: EffectPlan) -> CompiledScene:
     )
 
 
-def _leave_out_holes(alpha: Alpha | None, plan: EffectPlan) -> Alpha | None:
+def _leave_out_holes(alpha: records.Alpha | None, plan: EffectPlan) -> records.Alpha | None:
     """Return the opacities that are simulated; None where all surfaces are opaque."""
     if alpha is None:
         return None
@@ -362,7 +313,7 @@ def _leave_out_holes(alpha: Alpha | None, plan: EffectPlan) -> Alpha | None:
     return None if alpha.panes is None else alpha._replace(value=whole, image=none)
 
 
-def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> Specular | None:
+def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> records.Specular | None:
     """Return the specular lobes that are simulated; None where there is none."""
     specular = compiled.specular
     if specular is None:
@@ -373,8 +324,8 @@ def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> Specular |
         kind = np.zeros(count, np.uint8)
         black = kind, none, np.zeros(count), none.copy(), np.zeros(count)
         no_dip = np.zeros((count, 0, 0), np.float32)
-        return Specular(*black, np.zeros(0), None, no_dip, None, None, none[:0], None)
-    by_kind = {GLASS: plan.on("transmission"), MIRROR: plan.on("specular")}
+        return records.Specular(*black, np.zeros(0), None, no_dip, None, None, none[:0], None)
+    by_kind = {records.GLASS: plan.on("transmission"), records.MIRROR: plan.on("specular")}
     kept = np.array([by_kind.get(kind, True) for kind in specular.kind.tolist()])
     kept = np.where(compiled.is_thin, plan.on("transmission"), kept)
     alpha = specular.alpha
@@ -394,7 +345,7 @@ def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> Specular |
     return specular if specular.kind.any() else None
 
 
-def _even(share: GlassShare | None, plan: EffectPlan) -> GlassShare | None:
+def _even(share: records.GlassShare | None, plan: EffectPlan) -> records.GlassShare | None:
     """Return the fractions of glass, of textures the mean where they are left out."""
     if share is None or plan.on("textures"):
         return share
@@ -402,8 +353,8 @@ def _even(share: GlassShare | None, plan: EffectPlan) -> GlassShare | None:
 
 
 def _leave_out_media(
-    compiled: CompiledScene, media: Media | None, plan: EffectPlan
-) -> Media | None:
+    compiled: CompiledScene, media: records.Media | None, plan: EffectPlan
+) -> records.Media | None:
     """Return the media that are simulated; None where glass is clear and lies in air."""
     if media is None or not (plan.on("media") or plan.on("dispersion")):
         return None
@@ -412,7 +363,9 @@ def _leave_out_media(
     return media if plan.on("dispersion") else media._replace(dispersion=None)
 
 
-def _leave_out_scattering(scattering: Scattering | None, plan: EffectPlan) -> Scattering | None:
+def _leave_out_scattering(
+    scattering: records.Scattering | None, plan: EffectPlan
+) -> records.Scattering | None:
     """Return the BSDFs that are simulated; None where all are Lambertian or specular."""
     if scattering is None:
         return None

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.scene.camera import Camera
+from photonmap.spectra.curves import Floats
 
 SMALLEST, LARGEST = 1e-30, 1e30
 """Size of a scene in its units, at least and at most: images are float32."""
@@ -19,16 +19,15 @@ CLOSE = 1e-3
 class Frame(NamedTuple):
     """Origin and unit of length of the kernels' numbers, in scene units."""
 
-    center: NDArray[np.float64]
-    """(3,)"""
+    center: Floats  # (3,)
     size: float
 
-    def into(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def into(self, points: Floats) -> Floats:
         """Return points, (…, 3), in the kernels' units."""
         return (points - self.center) / self.size
 
 
-def choose_frame(vertices: NDArray[np.float64], camera: Camera | None) -> Frame:
+def choose_frame(vertices: Floats, camera: Camera | None) -> Frame:
     """Return where the kernels' numbers have their origin, and their unit of length.
 
     That is the longest side of the scene, or 1 where all is in one point. The origin, about which

@@ -12,7 +12,6 @@ from photonmap.compile.media.bodies import UNRANKED, medium_of
 from photonmap.compile.textures import paint_meshes
 from photonmap.errors import InputError, warn
 from photonmap.kernels.core import records
-from photonmap.kernels.core.records import Geometry
 from photonmap.runtime.storage import strips
 from photonmap.runtime.wording import enumerated, shown
 from photonmap.scene.material import Material
@@ -20,7 +19,7 @@ from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
 from photonmap.scene.surfaces.layers import check_textures, without_images
 from photonmap.scene.textures import FARTHEST, Texture, mean_number
-from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
+from photonmap.spectra.curves import LARGEST_REFLECTANCE, Floats, Spectrum
 
 LEAST_AREA = 1e-34
 """Area of a triangle, in squares of the scene's size, below which light cannot meet it: its inverse
@@ -92,20 +91,19 @@ def _check_colors(mesh: Mesh, name: str) -> None:
 
 def _flatten(meshes: list[Mesh]) -> list[Mesh]:
     """Give meshes without texture coordinates the mean of their textures, and say so."""
-    flat: dict[int, Material] = {}
-    named: dict[str, None] = {}
-    result = []
-    for mesh in meshes:
-        material = mesh.material
-        if mesh.uv is None and material.is_textured:
-            named[f"{shown(mesh.name)} of material {shown(material.name)}"] = None
-            if id(material) not in flat:
-                flat[id(material)] = without_images(material, base=True)
-            mesh = replace(mesh, material=flat[id(material)])
-        result.append(mesh)
-    if named:
-        warn(f"no texture coordinates in {enumerated(named)}: the mean of their textures is used")
-    return result
+    bare = {id(mesh): mesh for mesh in meshes if mesh.uv is None and mesh.material.is_textured}
+    if not bare:
+        return meshes
+    named = dict.fromkeys(
+        f"{shown(mesh.name)} of material {shown(mesh.material.name)}" for mesh in bare.values()
+    )
+    warn(f"no texture coordinates in {enumerated(named)}: the mean of their textures is used")
+    textured = {id(mesh.material): mesh.material for mesh in bare.values()}
+    flat = {key: without_images(material, base=True) for key, material in textured.items()}
+    return [
+        replace(mesh, material=flat[id(mesh.material)]) if id(mesh) in bare else mesh
+        for mesh in meshes
+    ]
 
 
 def _even_gloss(meshes: list[Mesh]) -> list[Mesh]:
@@ -145,23 +143,23 @@ def join_meshes(
     triangles, owner = triangles[sound], owner[sound]
     normals, length = normals[sound], length[sound]
     none = np.empty(0, np.int32)
+    smooth = [mesh.unit_normals for mesh in meshes]
+    coordinates = [mesh.uv if mesh.material.uses_uv else None for mesh in meshes]
     return records.Geometry(
         scene=0,
         vertices=vertices,
         triangles=triangles.astype(np.int32),
         normals=(normals / length[:, None]).astype(np.float32),
-        shading_normals=np.zeros((0, 3), np.float32)
-        if all(mesh.normals is None for mesh in meshes)
-        else np.concatenate([_vertex_rows(mesh, mesh.unit_normals, 3) for mesh in meshes]),
+        shading_normals=_join_rows(meshes, smooth, 3, any(rows is not None for rows in smooth)),
         material=none,
         emitter=none,
-        uv=_join_uv(meshes),
+        uv=_join_rows(meshes, coordinates, 2, any(mesh.material.uses_uv for mesh in meshes)),
         alpha=None,
         relief=None,
     ), owner
 
 
-def _find_sound(length: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _find_sound(length: Floats) -> NDArray[np.bool_]:
     """Return which triangles have an area, (T,), by their normals' lengths; warn of others."""
     sound = length > LEAST_AREA
     if count := int((~sound).sum()):
@@ -171,49 +169,15 @@ def _find_sound(length: NDArray[np.float64]) -> NDArray[np.bool_]:
     return sound
 
 
-def _find_single(
-    meshes: list[Mesh],
-    vertices: NDArray[np.float32],
-    triangles: NDArray[np.int64],
-    owner: NDArray[np.int64],
-    ranks: NDArray[np.int32],
-) -> NDArray[np.bool_]:
-    """Return which triangles to keep, (T,), one of each that coincide; warn about the others."""
-    emitting = np.array(
-        [
-            isinstance(paint, Spectrum | Texture) or bool(np.any(paint))
-            for paint in (mesh.material.emission for mesh in meshes)
-        ]
-    )
-    numbers: dict[object, int] = {}
-    media = [
-        numbers.setdefault(medium_of(mesh.material), len(numbers) + 1) if mesh.material.ior else 0
-        for mesh in meshes
-    ]
-    kept = find_single(vertices, triangles, owner, (emitting, np.array(media), ranks))
-    if count := int((~kept & (ranks[owner] == UNRANKED)).sum()):  # bodies of glass may touch
-        warn(
-            "1 triangle that coincides with another removed"
-            if count == 1
-            else f"{count} triangles that coincide with others removed"
-        )
-    return kept
-
-
-def _join_uv(meshes: list[Mesh]) -> NDArray[np.float32]:
-    """Return the texture coordinates of all meshes, (0, 2) if none has a texture."""
-    if not any(mesh.material.uses_uv for mesh in meshes):
-        return np.zeros((0, 2), np.float32)
-    return np.concatenate(
-        [_vertex_rows(mesh, mesh.uv if mesh.material.uses_uv else None, 2) for mesh in meshes]
-    )
-
-
-def _vertex_rows(mesh: Mesh, rows: NDArray[np.float64] | None, columns: int) -> NDArray[np.float32]:
-    """Return rows of vertices; 0 where the mesh has none."""
-    if rows is None:
-        return np.zeros((len(mesh.vertices), columns), np.float32)
-    return rows.astype(np.float32)
+def _join_rows(
+    meshes: list[Mesh], rows: list[Floats | None], columns: int, wanted: bool
+) -> NDArray[np.float32]:
+    """Return rows of all vertices, 0 where a mesh has none; (0, columns) unless they are wanted."""
+    if not wanted:
+        return np.zeros((0, columns), np.float32)
+    pairs = zip(meshes, rows, strict=True)
+    parts = [np.zeros((len(mesh.vertices), columns)) if row is None else row for mesh, row in pairs]
+    return np.concatenate(parts).astype(np.float32)
 
 
 def without_strays(mesh: Mesh) -> Mesh:
@@ -222,32 +186,36 @@ def without_strays(mesh: Mesh) -> Mesh:
     used[mesh.faces] = True
     if used.all():
         return mesh
-    place, colors = np.cumsum(used) - 1, mesh.colors
-    return replace(
-        mesh,
-        vertices=mesh.vertices[used],
-        faces=place[mesh.faces],
-        normals=None if mesh.normals is None else mesh.normals[used],
-        uv=None if mesh.uv is None or len(mesh.uv) != len(used) else mesh.uv[used],
-        tangents=None if mesh.tangents is None else mesh.tangents[used],
+    colors = mesh.colors
+    if mesh.uv is not None and len(mesh.uv) != len(used):
+        mesh = replace(mesh, uv=None)
+    return mesh.with_rows(
+        lambda rows: rows[used],
+        faces=(np.cumsum(used) - 1)[mesh.faces],
         colors=colors[used] if colors is not None and colors.ndim == 2 else colors,
     )
 
 
-def find_single(
+def _find_single(
+    meshes: list[Mesh],
     vertices: NDArray[np.float32],
     triangles: NDArray[np.int64],
     owner: NDArray[np.int64],
-    traits: tuple[Bools, NDArray[np.int64], NDArray[np.int32]],
+    ranks: NDArray[np.int32],
 ) -> Bools:
     """Return which triangles to keep where several have the same corners, in any order: (T,).
 
     One of them, an emitter if there is one, or else of the lowest rank; two emitters back to back;
     and none where bodies of equal glass touch, since light passes there unhindered. `owner`, (T,),
-    is the mesh of each triangle; traits of each mesh are whether it may emit, the number of its
-    medium (0 for anything but glass), and its rank.
+    is the mesh of each triangle. Warn of those that go, but for bodies of glass, which may touch.
     """
-    emitting, media, ranks = traits
+    paints = [mesh.material.emission for mesh in meshes]
+    emitting = np.array([isinstance(p, Spectrum | Texture) or bool(np.any(p)) for p in paints])
+    numbers: dict[object, int] = {}
+    media = np.array([
+        numbers.setdefault(medium_of(mesh.material), len(numbers) + 1) if mesh.material.ior else 0
+        for mesh in meshes
+    ])  # fmt: skip
     kept = np.ones(len(triangles), bool)
     corners = _codes(vertices)[triangles]
     codes = corners.sum(axis=1)
@@ -266,6 +234,9 @@ def find_single(
     kept[several] = (several == first) | (turned & emitting[here] & emitting[there])
     inside = turned & (media[here] > 0) & (media[here] == media[there])
     kept[first[inside]] = False
+    if gone := int((~kept & (ranks[owner] == UNRANKED)).sum()):
+        several_gone = f"{gone} triangles that coincide with others removed"
+        warn("1 triangle that coincides with another removed" if gone == 1 else several_gone)
     return kept
 
 
@@ -284,9 +255,7 @@ def _winding(corners: NDArray[np.uint64]) -> Bools:
     return (corners < np.roll(corners, -1, axis=1)).sum(axis=1) == 2
 
 
-def winding_normals(
-    vertices: NDArray[np.float32], triangles: NDArray[np.integer]
-) -> NDArray[np.float64]:
+def winding_normals(vertices: NDArray[np.float32], triangles: NDArray[np.integer]) -> Floats:
     """Return the normals of triangles' windings, (T, 3), as long as twice their areas."""
     normals = np.empty((len(triangles), 3))
     for part in strips(len(triangles)):
@@ -296,8 +265,8 @@ def winding_normals(
 
 
 def triangle_areas(
-    geometry: Geometry, triangles: NDArray[np.int64] | slice = slice(None)
-) -> NDArray[np.float64]:
+    geometry: records.Geometry, triangles: NDArray[np.int64] | slice = slice(None)
+) -> Floats:
     """Return the areas of triangles, float64, in the geometry's units."""
     normals = winding_normals(geometry.vertices, geometry.triangles[triangles])
     return 0.5 * np.linalg.norm(normals, axis=1)

@@ -20,25 +20,19 @@ from photonmap.scene.surfaces.fresnel import lobe_index, mean_rise
 from photonmap.scene.surfaces.layers import check_layers, check_material
 from photonmap.scene.textures import Paint, Texture, mean_color, mean_number, rescaling
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
+from photonmap.spectra.curves import LARGEST_REFLECTANCE, Floats, Spectrum
 
-Floats = NDArray[np.float64]
-LEAST_COLOR = 1e-3
-"""Share by which bands of colourless reflectances may differ."""
+LEAST_COLOR = 1e-3  # Share by which bands of colourless reflectances may differ
 
 
 class CompiledMaterials(NamedTuple):
     """What M materials do with light."""
 
     diffuse: records.Materials
-    specular: records.Specular | None
-    """None where no surface is a mirror or glass"""
-    scattering: records.Scattering | None
-    """None where all surfaces are Lambertian or specular"""
-    panes: records.Panes | None
-    """None where there is no thin glass"""
-    divisors: Floats
-    """(M,) by which reflectances were divided"""
+    specular: records.Specular | None  # None where no surface is a mirror or glass
+    scattering: records.Scattering | None  # None where all surfaces are Lambertian or specular
+    panes: records.Panes | None  # None where there is no thin glass
+    divisors: Floats  # (M,) by which reflectances were divided
 
 
 def compile_materials(materials: list[Material], bands: Bands) -> CompiledMaterials:
@@ -48,12 +42,10 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
     scaled, with a warning. An `InputError` says that a number or colour is out of range.
     """
     materials = [check_material(material) for material in materials]
-    reflectance = np.stack(
-        [reflectance_of(m, "reflectance", m.reflectance, bands) for m in materials]
+    reflectance, mirror, glossy, tint = (
+        np.stack([reflectance_of(m, name, getattr(m, name), bands) for m in materials])
+        for name in ("reflectance", "mirror", "glossy", "tint")
     )
-    mirror = np.stack([reflectance_of(m, "mirror", m.mirror, bands) for m in materials])
-    glossy = np.stack([reflectance_of(m, "glossy", m.glossy, bands) for m in materials])
-    tint = np.stack([reflectance_of(m, "tint", m.tint, bands) for m in materials])
     ior = np.array([material.ior or 0.0 for material in materials])
     is_even = [m.ior is not None and not isinstance(m.transmission, Texture) for m in materials]
     share = np.array([mean_number(m.transmission) for m in materials]) * is_even
@@ -169,27 +161,14 @@ def _compile_specular(
         if material.ior is not None and not material.is_all_glass:
             probability[index] = mean_number(material.transmission)
     alpha[kind == 0] = 0.0
-    return records.Specular(
-        kind,
-        mirror.astype(np.float32),
-        ior,
-        tint.astype(np.float32),
-        probability,
-        alpha if alpha.any() else np.zeros(0),
-        None,
-        of_metals[0],
-        None,
-        None,
-        of_metals[1],
-        None,
-    )
+    alpha = alpha if alpha.any() else np.zeros(0)
+    lobes = kind, mirror.astype(np.float32), ior, tint.astype(np.float32), probability, alpha
+    dip, grazing = of_metals
+    return records.Specular(*lobes, None, dip, None, None, grazing, None)
 
 
 def _compile_scattering(
-    materials: list[Material],
-    reflectance: Floats,
-    glossy: Floats,
-    dip: NDArray[np.float32],
+    materials: list[Material], reflectance: Floats, glossy: Floats, dip: NDArray[np.float32]
 ) -> records.Scattering | None:
     """Return which BSDFs are not Lambertian; None where there is none."""
     described = [material.scattering for material in materials]

@@ -21,26 +21,14 @@ from photonmap.compile.lights.emitters import Emitters, compile_lights
 from photonmap.compile.materials import compile_materials
 from photonmap.compile.media.media import plan_media
 from photonmap.compile.surfaces.coats import with_coats
-from photonmap.compile.surfaces.glass import (
-    beside_glass,
-    clear_textures,
-    opaque_part,
-    with_glass,
-)
-from photonmap.compile.surfaces.relief import (
-    Reliefs,
-    given_tangents,
-    with_anisotropic_chains,
-    with_anisotropy,
-)
+from photonmap.compile.surfaces.glass import beside_glass, clear_textures, opaque_part, with_glass
+from photonmap.compile.surfaces.relief import Reliefs, given_tangents
 from photonmap.compile.surfaces.sheens import with_sheens
 from photonmap.compile.textures import compile_textures
 from photonmap.errors import naming_file
 from photonmap.kernels.core import passes, records
 from photonmap.kernels.core.jit import CACHE_FOLDER
-from photonmap.kernels.core.passes import Film
 from photonmap.kernels.core.record_types import with_absent
-from photonmap.kernels.core.records import SceneArrays
 from photonmap.kernels.geometry.embree import EmbreeScene
 from photonmap.runtime.fingerprint import digest
 from photonmap.scene.camera import Camera, check_camera
@@ -49,7 +37,7 @@ from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import Colored, parameters_of
 from photonmap.scene.scene import Scene
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.curves import Floats, Spectrum
 from photonmap.version import __version__
 
 _LOBES = frozenset({"specular", "scattering"})
@@ -73,41 +61,26 @@ class CompiledScene:
     geometry: records.Geometry
     materials: records.Materials
     lights: records.Lights
-    specular: records.Specular | None
-    """None in a scene without mirrors and glass"""
-    textures: records.Textures | None
-    """None in a scene without textured reflectances"""
-    scattering: records.Scattering | None
-    """None where all surfaces are Lambertian or specular"""
-    camera: Camera
-    """in scene units"""
-    center: NDArray[np.float64]
-    size: float
-    """scene units in a unit of the kernels' length"""
-    power: float
-    """W·m⁻²·sr⁻¹ in a unit of the kernels' radiance"""
-    white: NDArray[np.float64]
-    """(N,) colour of all light together, of mean 1"""
-    object_ids: NDArray[np.uint32]
-    """(T,) from 1"""
-    material_ids: NDArray[np.uint32]
-    """(T,) from 1"""
-    light_names: list[str]
-    """of each emitter, (K,)"""
-    light_groups: list[str]
-    """of each emitter, (K,)"""
-    light_powers: NDArray[np.float64]
+    specular: records.Specular | None  # None in a scene without mirrors and glass
+    textures: records.Textures | None  # None in a scene without textured reflectances
+    scattering: records.Scattering | None  # None where all surfaces are Lambertian or specular
+    camera: Camera  # in scene units
+    center: Floats
+    size: float  # scene units in a unit of the kernels' length
+    power: float  # W·m⁻²·sr⁻¹ in a unit of the kernels' radiance
+    white: Floats  # (N,) colour of all light together, of mean 1
+    object_ids: NDArray[np.uint32]  # (T,) from 1
+    material_ids: NDArray[np.uint32]  # (T,) from 1
+    light_names: list[str]  # of each emitter, (K,)
+    light_groups: list[str]  # of each emitter, (K,)
+    light_powers: Floats
     """of each emitter, (K,), W for scene units of metres: the mean over bands; textures count with
     their mean"""
     counts: dict[str, int]
-    object_names: list[str]
-    """of object 1, 2, …"""
-    material_names: list[str]
-    """of material 1, 2, …"""
-    embree: EmbreeScene | None
-    """None where rays cannot be traced"""
-    images: list[Any] = field(repr=False)
-    """texels, of which kernels have the addresses"""
+    object_names: list[str]  # of object 1, 2, …
+    material_names: list[str]  # of material 1, 2, …
+    images: list[Any] = field(repr=False)  # texels, of which kernels have the addresses
+    embree: EmbreeScene | None = None  # None where rays cannot be traced
 
     @cached_property
     def arrays(self) -> records.SceneArrays:
@@ -128,7 +101,7 @@ class CompiledScene:
         return self.specular is not None or self.scattering is not None
 
     @property
-    def group_whites(self) -> dict[str, NDArray[np.float64]]:
+    def group_whites(self) -> dict[str, Floats]:
         """The part of `white` that is due to the lights of each group, (N,)."""
         spectra = self.lights.spectra[self.lights.spectrum].astype(np.float64)
         mean = spectra.mean(axis=1, keepdims=True)
@@ -188,15 +161,15 @@ def _compile(scene: Scene, bands: Bands, aspect: float) -> CompiledScene:
     geometry, objects = geometry._replace(material=plan.rows[owner]), _object_ids(meshes)
     table = compile_textures(materials, compiled.divisors, clear_textures(materials, bands))
     reliefs = Reliefs(geometry, table, frame.size, given_tangents(plan.meshes))
-    specular = _compile_chains(compiled.specular, materials, reliefs, bands)
-    lobes = _compile_lobes(compiled.scattering, materials, reliefs, bands)
+    specular = with_glass(compiled.specular, materials, table, bands)
+    specular = reliefs.with_anisotropic_chains(specular, materials)
+    lobes = reliefs.with_anisotropy(table.lobes(compiled.scattering, bands), materials)
+    lobes = with_coats(with_sheens(lobes, materials, table, bands), materials, reliefs)
     emitters = compile_lights(geometry, materials, scene.lights, bands, frame, table, camera)
+    alpha, relief = table.holes(compiled.panes), reliefs.of_surfaces(materials)
+    geometry = geometry._replace(emitter=emitters.of_triangle, alpha=alpha, relief=relief)
     return CompiledScene(
-        geometry=geometry._replace(
-            emitter=emitters.of_triangle,
-            alpha=table.holes(compiled.panes),
-            relief=reliefs.of_surfaces(materials),
-        ),
+        geometry=geometry,
         materials=compiled.diffuse,
         lights=emitters.lights,
         specular=specular and specular._replace(media=media),
@@ -215,30 +188,11 @@ def _compile(scene: Scene, bands: Bands, aspect: float) -> CompiledScene:
         counts=_count(scene, objects, materials, geometry, emitters),
         object_names=list(dict.fromkeys(mesh.name for mesh in meshes)),
         material_names=[material.name for material in materials],
-        embree=None,
         images=table.images,
     )
 
 
-def _compile_lobes(
-    scattering: records.Scattering | None, materials: list[Material], reliefs: Reliefs, bands: Bands
-) -> records.Scattering | None:
-    """Return BSDFs with textures, with lobes that differ along surfaces, below coats and sheen."""
-    lobes = reliefs.table.lobes(scattering, bands)
-    lobes = with_anisotropy(lobes, materials, reliefs.geometry, reliefs.tangents)
-    lobes = with_sheens(lobes, materials, reliefs.table, bands)
-    return with_coats(lobes, materials, reliefs)
-
-
-def _compile_chains(
-    specular: records.Specular | None, materials: list[Material], reliefs: Reliefs, bands: Bands
-) -> records.Specular | None:
-    """Return specular lobes with what varies over glass, and with facets that differ along it."""
-    specular = with_glass(specular, materials, reliefs.table, bands)
-    return with_anisotropic_chains(specular, materials, reliefs.geometry, reliefs.tangents)
-
-
-def _look(scene: Scene, vertices: NDArray[np.float64], aspect: float) -> tuple[Camera, Frame]:
+def _look(scene: Scene, vertices: Floats, aspect: float) -> tuple[Camera, Frame]:
     """Return the scene's camera, or one that shows all of it, and the frame of the kernels."""
     camera = None if scene.camera is None else check_camera(scene.camera)
     frame = choose_frame(vertices, camera)
@@ -273,7 +227,7 @@ def _object_ids(meshes: list[Mesh]) -> NDArray[np.uint32]:
     return np.array([number[mesh.name] for mesh in meshes], np.uint32)
 
 
-def variant_of(scene: SceneArrays) -> str:
+def variant_of(scene: records.SceneArrays) -> str:
     """Return the first variant that has all that a scene has."""
     holders = scene, scene.geometry
     there = {
@@ -285,7 +239,7 @@ def variant_of(scene: SceneArrays) -> str:
 
 
 def describe_run(
-    compiled: CompiledScene, bands: Bands, film: Film, arguments: dict[str, Any]
+    compiled: CompiledScene, bands: Bands, film: passes.Film, arguments: dict[str, Any]
 ) -> dict[str, Any]:
     """Return the fingerprint of a render, JSON-able: arguments as they are, arrays as hashes.
 

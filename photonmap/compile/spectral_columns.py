@@ -14,7 +14,7 @@ from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.errors import InputError
 from photonmap.kernels.core import records
 from photonmap.kernels.core.passes import Pixels
-from photonmap.kernels.core.records import LobeMaps, Sheens
+from photonmap.spectra.curves import Floats
 
 Array = NDArray[np.float32]
 T = TypeVar("T")
@@ -42,7 +42,7 @@ class SpectralColumns:
         return self.distinct * len(self.groups)
 
     @property
-    def weights(self) -> NDArray[np.float64]:
+    def weights(self) -> Floats:
         """How many bands each distinct column stands for."""
         return np.bincount(self.of_band).astype(np.float64)
 
@@ -92,8 +92,8 @@ _TABLES: dict[type, tuple[str, ...]] = {
     records.Textures: ("basis",),
     records.Palettes: ("spectra",),
     records.Scattering: ("specular", "dip"),
-    LobeMaps: ("basis",),
-    Sheens: ("color", "basis"),
+    records.LobeMaps: ("basis",),
+    records.Sheens: ("color", "basis"),
 }
 """The arrays of each record whose last axis is bands"""
 

@@ -12,15 +12,13 @@ from typing import ParamSpec, cast
 
 import numpy as np
 from llvmlite.binding import get_host_cpu_name
-from numpy.typing import NDArray
 
 from photonmap.kernels.core.code_cache import source_hash
 from photonmap.kernels.core.jit import CACHE_FOLDER
+from photonmap.spectra.curves import Floats
 
-Floats = NDArray[np.float64]
 Numbers = ParamSpec("Numbers")
-MOST = 1000
-"""Tables on disk: further ones stay in memory alone."""
+MOST = 1000  # Tables on disk: further ones stay in memory alone
 
 
 def kept_on_disk(compute: Callable[Numbers, Floats]) -> Callable[Numbers, Floats]:
@@ -37,7 +35,12 @@ def kept_on_disk(compute: Callable[Numbers, Floats]) -> Callable[Numbers, Floats
             return cast(Floats, np.load(file))
         table = compute(*arguments, **named)
         with suppress(OSError):
-            _write(file, table)
+            file.parent.mkdir(parents=True, exist_ok=True)
+            if len(list(file.parent.iterdir())) < MOST:
+                part = file.with_suffix(f".{os.getpid()}")
+                with part.open("wb") as draft:
+                    np.save(draft, table)
+                part.replace(file)  # whole or not at all
         return table
 
     return cast(Callable[Numbers, Floats], cache(find))
@@ -48,13 +51,3 @@ def _folder() -> Path:
     """Return where tables are kept: it is named by the code and the processor that make them."""
     made_by = f"{source_hash(Path(__file__).parent)}-{np.__version__}-{get_host_cpu_name()}"
     return CACHE_FOLDER / f"tables-{made_by}"
-
-
-def _write(file: Path, table: Floats) -> None:
-    """Write a table, whole or not at all, if there is room for it."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    if len(list(file.parent.iterdir())) < MOST:
-        part = file.with_suffix(f".{os.getpid()}")
-        with part.open("wb") as draft:
-            np.save(draft, table)
-        part.replace(file)

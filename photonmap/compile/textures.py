@@ -11,22 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.compile.surfaces.glossy import STEPS, append_stepped
-from photonmap.errors import InputError, naming
+from photonmap.errors import naming
 from photonmap.kernels.bsdf.models import GLOSSY
-from photonmap.kernels.core.records import (
-    BYTES,
-    FLOATS,
-    SRGB,
-    Alpha,
-    EmissionTextures,
-    Geometry,
-    LobeMaps,
-    Maps,
-    Palettes,
-    Panes,
-    Scattering,
-    Textures,
-)
+from photonmap.kernels.core import records
 from photonmap.scene.images import LINEAR_TABLE, SRGB_TABLE, Image
 from photonmap.scene.material import LEAST_ALPHA, Material
 from photonmap.scene.mesh import Mesh
@@ -34,8 +21,8 @@ from photonmap.scene.parameters import parameters_of
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Texture
 from photonmap.spectra.bands import Bands
+from photonmap.spectra.curves import Floats
 
-Floats = NDArray[np.float64]
 IMAGES = tuple(
     name
     for name, parameter in parameters_of(Material).items()
@@ -60,21 +47,21 @@ class TextureTable:
     images : keeps the texels alive, of which kernels have the addresses
     """
 
-    maps: Maps
+    maps: records.Maps
     rows: dict[str, NDArray[np.int32]]
     clear: NDArray[np.int32]
     opacity: Floats
     uses: list[tuple[Texture, float]] = field(repr=False)
     images: list[Any] = field(repr=False)
 
-    def textures(self, bands: Bands) -> Textures | None:
+    def textures(self, bands: Bands) -> records.Textures | None:
         """Return textured reflectances; None where there are none."""
         if (self.rows["reflectance"] < 0).all():
             return None
         basis = bands.reflectance_basis.astype(np.float32, order="C")
-        return Textures(self.maps, self.rows["reflectance"], basis, self._palettes(bands))
+        return records.Textures(self.maps, self.rows["reflectance"], basis, self._palettes(bands))
 
-    def _palettes(self, bands: Bands) -> Palettes | None:
+    def _palettes(self, bands: Bands) -> records.Palettes | None:
         """Return the spectra of spectral textures, and indices that count them; None without."""
         address, spectra, first = np.zeros(len(self.uses), np.int64), [], 0
         for row, (texture, shrink) in enumerate(self.uses):
@@ -84,50 +71,34 @@ class TextureTable:
                 address[row] = index.ctypes.data
                 spectra.append(texture.averages(bands) / np.float32(shrink))
                 first += len(texture.spectra)
-        return Palettes(address, np.concatenate(spectra)) if spectra else None
+        return records.Palettes(address, np.concatenate(spectra)) if spectra else None
 
-    def lobes(self, scattering: Scattering | None, bands: Bands) -> Scattering | None:
+    def lobes(
+        self, scattering: records.Scattering | None, bands: Bands
+    ) -> records.Scattering | None:
         """Return BSDFs with textures of glossy lobes, and albedos of these, where there are any."""
-        images = (
-            self.rows["glossy"],
-            self.rows["roughness"],
-            self.rows["anisotropy_map"],
-            self.rows["coat"],
-            self.rows["coat_roughness"],
-        )
+        names = ("roughness", "glossy", "anisotropy_map", "coat", "coat_roughness")
+        roughness, glossy, *others = images = [self.rows[name] for name in names]
         if scattering is None or np.less(images, 0).all():
             return scattering
         basis = bands.reflectance_basis.astype(np.float32, order="C")
-        varies = (self.rows["roughness"] >= 0) & (scattering.below == GLOSSY)
+        varies = (roughness >= 0) & (scattering.below == GLOSSY)
         albedos, first = append_stepped(scattering.albedos, scattering.parameters[:, 3], varies)
-        return scattering._replace(
-            albedos=albedos,
-            maps=LobeMaps(
-                self.maps,
-                self.rows["roughness"],
-                self.rows["glossy"],
-                self.rows["reflectance"],
-                self.rows["anisotropy_map"],
-                self.rows["coat"],
-                self.rows["coat_roughness"],
-                basis,
-                first,
-                STEPS,
-                LEAST_ALPHA,
-            ),
-        )
+        rows = roughness, glossy, self.rows["reflectance"], *others
+        maps = records.LobeMaps(self.maps, *rows, basis, first, STEPS, LEAST_ALPHA)
+        return scattering._replace(albedos=albedos, maps=maps)
 
-    def holes(self, panes: Panes | None) -> Alpha | None:
+    def holes(self, panes: records.Panes | None) -> records.Alpha | None:
         """Return opacities; None where all surfaces are opaque."""
         if panes is None and (self.rows["alpha"] < 0).all() and (self.opacity == 1.0).all():
             return None
         if panes is not None and (self.clear >= 0).any():
             panes = panes._replace(image=self.clear, maps=self.maps)
-        return Alpha(self.opacity, self.rows["alpha"], self.maps, panes)
+        return records.Alpha(self.opacity, self.rows["alpha"], self.maps, panes)
 
     def emission_textures(
-        self, bands: Bands, power: float, rows: int, geometry: Geometry
-    ) -> EmissionTextures | None:
+        self, bands: Bands, power: float, rows: int, geometry: records.Geometry
+    ) -> records.EmissionTextures | None:
         """Return textured emission, radiances divided by a power; None where there is none.
 
         Rows are those of `Lights.spectra`, of which the first are those of materials.
@@ -139,7 +110,7 @@ class TextureTable:
         slot[emitting] = np.arange(len(emitting))
         basis = np.tile(bands.emission_basis / power, (len(emitting), 1))
         basis = basis.astype(np.float32, order="C")
-        return EmissionTextures(
+        return records.EmissionTextures(
             self.maps, slot, self.rows["emission"][emitting], basis, geometry.uv, geometry.triangles
         )
 
@@ -150,7 +121,7 @@ def compile_textures(
     """Collect the textures of M checked materials; reflectances are divided by `shrink`, (M,).
 
     `clear` has those of panes by the number of their material, see
-    `photonmap.compile.surfaces.glass.clear_textures`. An opacity outside [0, 1] is an `InputError`.
+    `photonmap.compile.surfaces.glass.clear_textures`.
     """
     uses: list[tuple[Texture, float]] = []
 
@@ -168,8 +139,7 @@ def compile_textures(
                 divisor = shrink[index] if name == "reflectance" else 1.0
                 rows[name][index] = use(_image(material, name), divisor)
         if not isinstance(material.alpha, Texture):
-            with naming(f"material {material.name!r}: alpha"):
-                opacity[index] = _opacity(material.alpha)
+            opacity[index] = material.alpha
     for index, texture in (clear or {}).items():
         passed[index] = use(texture)
     maps, images = _maps(uses)
@@ -187,22 +157,17 @@ def _image(material: Material, name: str) -> Texture | None:
     return value if isinstance(value, Texture) and not is_idle else None
 
 
-def _opacity(value: Any) -> float:
-    if not (isinstance(value, int | float | np.number) and 0.0 <= value <= 1.0):
-        raise InputError(f"{value!r} is not an opacity; give a number from 0 to 1, or a Texture")
-    return float(value)
-
-
-def _maps(uses: list[tuple[Texture, float]]) -> tuple[Maps, list[Any]]:
+def _maps(uses: list[tuple[Texture, float]]) -> tuple[records.Maps, list[Any]]:
     """Return all uses as a table, and the arrays whose addresses are in it."""
     arrays = [np.ascontiguousarray(texture.image.texels) for texture, _ in uses]
     textures = [texture for texture, _ in uses]
+    bytes_of = {False: records.BYTES, True: records.SRGB}
     kinds = [
-        FLOATS if array.dtype == np.float32 else SRGB if texture.image.srgb else BYTES
-        for texture, array in zip(textures, arrays, strict=True)
+        records.FLOATS if texels.dtype == np.float32 else bytes_of[texture.image.srgb]
+        for texture, texels in zip(textures, arrays, strict=True)
     ]
     factors = [np.array(texture.factor, np.float64) / shrink for texture, shrink in uses]
-    maps = Maps(
+    maps = records.Maps(
         np.array([array.ctypes.data for array in arrays], np.int64),
         np.array([array.shape for array in arrays], np.int32).reshape(-1, 3),
         np.array(kinds, np.uint8),
@@ -250,7 +215,7 @@ def paint_meshes(meshes: Sequence[Mesh]) -> list[Mesh]:
     return result
 
 
-def _tile(colors: NDArray[np.float32]) -> tuple[TriangleColors, NDArray[np.float64]]:
+def _tile(colors: NDArray[np.float32]) -> tuple[TriangleColors, Floats]:
     """Return a texture of tiles, and its coordinates at corners, (T, 3, 2), in texels."""
     columns = math.isqrt(len(colors) - 1) + 1
     rows = -(-len(colors) // columns)

@@ -14,14 +14,10 @@ import numpy as np
 from photonmap.errors import InputError
 from photonmap.evaluate.metrics.arrays import Floats
 
-LEVEL = 0.95
-"""Confidence of intervals."""
-ENOUGH_SCENES = 10
-"""Scenes; over fewer, intervals of a bootstrap are too narrow."""
-RESAMPLES = 1999
-"""Samples of scenes that a bootstrap draws."""
-_SWAPS = 9999
-"""Largest number of ways to swap two methods that a test goes through."""
+LEVEL = 0.95  # Confidence of intervals
+ENOUGH_SCENES = 10  # Scenes; over fewer, intervals of a bootstrap are too narrow
+RESAMPLES = 1999  # Samples of scenes that a bootstrap draws
+_SWAPS = 9999  # Largest number of ways to swap two methods that a test goes through
 
 Statistic = Callable[[Floats], float]
 

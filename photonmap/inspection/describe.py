@@ -24,8 +24,7 @@ from photonmap.scene.lights import (
     Light,
     PhotometricLight,
     SpotLight,
-    check_light,
-    name_lights,
+    check_lights,
 )
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
@@ -261,7 +260,7 @@ def describe_lights(scene: Scene, compiled: CompiledScene) -> list[dict[str, Any
         else:
             powers[name] = power
     total = compiled.light_powers.sum()
-    lights = name_lights([check_light(light) for light in scene.lights], areas)
+    lights = check_lights(scene.lights, areas)
     described = [
         {
             "name": light.name,
@@ -297,9 +296,7 @@ def _describe_light(light: Light) -> dict[str, Any]:
     if isinstance(light, SpotLight):
         properties["direction"] = list(light.emitter().axis)
     if isinstance(light, PhotometricLight):
-        direction = unit(np.array(light.direction))
-        assert direction is not None
-        properties["direction"] = direction.tolist()
+        properties["direction"] = unit(np.array(light.direction)).tolist()
     return properties
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from os import PathLike
 from typing import Annotated, Any, ClassVar
 
@@ -20,28 +21,18 @@ from photonmap.scene.parameters import (
     Vector,
     Whole,
     check_parameters,
-    parameters_of,
     unit,
 )
-from photonmap.scene.projections import (
-    PROJECTIONS,
-    Orthographic,
-    Pinhole,
-    Projection,
-    RayMap,
-)
+from photonmap.scene.projections import PROJECTIONS, Orthographic, Pinhole, Projection, RayMap
 
-_LARGEST = 1e30
-FARTHEST = 1e30
-"""Largest coordinate of a camera, scene units: depths are float32."""
+FARTHEST = 1e30  # Largest coordinate of a camera, scene units: depths are float32
 _PARALLEL = 1e-6
 """Least sine of the angle between view and up at which the picture has a defined upright."""
-FOV = 40.0
-"""Angle of view where none is given, degrees."""
+FOV = 40.0  # Angle of view where none is given, degrees
 NOT_IN_FILES = '/\\:*?"<>|'
 """Characters that a camera's name may not have: it becomes part of the names of files."""
-ALL = "all"
-"""What stands for every camera in place of a name."""
+ALL = "all"  # What stands for every camera in place of a name
+_Size = partial(Number, unit="scene units", above=0.0, at_most=FARTHEST)
 _OPENCV = np.diag([1.0, -1.0, -1.0, 1.0])
 """From OpenCV's axes, y down and the view along z, to OpenGL's."""
 
@@ -63,16 +54,10 @@ class Lens:
     rotation : of the polygon, degrees, counter-clockwise in the image
     """
 
-    focus: Annotated[
-        float | None, Number("focus distance", "scene units", above=0.0, at_most=_LARGEST)
-    ] = None
-    radius: Annotated[
-        float | None, Number("radius", "scene units", above=0.0, at_most=_LARGEST)
-    ] = None
+    focus: Annotated[float | None, _Size("focus distance")] = None
+    radius: Annotated[float | None, _Size("radius")] = None
     f_number: Annotated[float | None, Number("f-number", above=0.0, such_as="2.8")] = None
-    focal_length: Annotated[
-        float | None, Number("focal length", "scene units", above=0.0, at_most=_LARGEST)
-    ] = None
+    focal_length: Annotated[float | None, _Size("focal length")] = None
     blades: Annotated[int, Whole("number of blades", at_least=3, at_most=64, or_none=True)] = 0
     rotation: Annotated[float, Number("rotation", "degrees")] = 0.0
     kind: ClassVar[str] = "thin"
@@ -99,15 +84,9 @@ class Lens:
 
     def describe(self) -> dict[str, Any]:
         """Return the JSON-able record of a checked lens."""
-        return {
-            "kind": self.kind,
-            "radius": self.opening,
-            "focus": self.focus,
-            "f_number": self.f_number,
-            "focal_length": self.focal_length,
-            "blades": self.blades,
-            "rotation": self.rotation,
-        }
+        others = ("focus", "f_number", "focal_length", "blades", "rotation")
+        attributes = {name: getattr(self, name) for name in others}
+        return {"kind": self.kind, "radius": self.opening, **attributes}
 
 
 @dataclass(frozen=True)
@@ -133,7 +112,7 @@ class Camera:
     fov: Annotated[float, Number("angle of view", "degrees", above=0.0, below=180.0)] = FOV
     height: Annotated[float | None, Number("height", "scene units", above=0.0)] = None
     projection: Annotated[Projection | None, Part("projection", kinds=PROJECTIONS)] = None
-    lens: Annotated[Lens | None, Part("lens", kinds={Lens.kind: Lens})] = None
+    lens: Annotated[Lens | None, Part.of("lens", Lens)] = None
     name: Annotated[str, Text("name")] = ""
 
     @property
@@ -237,24 +216,16 @@ def check_camera(
     if not isinstance(camera, Camera):
         remedy = "give a photonmap.Camera, as in Camera((0, 0, 3), (0, 0, 0))"
         raise InputError(f"{shown(camera)} is not a camera; {remedy}")
-    try:
-        plain = check_parameters(camera)
-    except InputError as invalid:
-        attribute, _, problem = str(invalid).partition(" ")
-        raise error(attribute, problem) from None
-    checked = Camera(**plain)
-    for attribute, parameter in parameters_of(Camera).items():
-        if isinstance(parameter, Point | Direction) and max(map(abs, plain[attribute])) > FARTHEST:
-            value = shown(getattr(camera, attribute))
+    checked = Camera(**check_parameters(camera, error))
+    for attribute in ("origin", "target", "up"):
+        if max(map(abs, getattr(checked, attribute))) > FARTHEST:
             far = f"is too far away; give coordinates up to {FARTHEST:g}"
-            raise error(attribute, f"{value} {far}")
+            raise error(attribute, f"{shown(getattr(camera, attribute))} {far}")
     view = view_of(checked)
-    if view is None:
+    if not view.any():
         problem = "is at the origin of the camera; move one of them"
         raise error("target", f"{shown(camera.target)} {problem}")
-    up = unit(np.array(checked.up))
-    assert up is not None
-    if np.linalg.norm(np.cross(view, up)) < _PARALLEL:
+    if np.linalg.norm(np.cross(view, unit(np.array(checked.up)))) < _PARALLEL:
         raise error("up", f"{shown(camera.up)} is parallel to the view; choose another direction")
     if conflict := _find_conflict(checked, lines or {}):
         raise error(*conflict)
@@ -295,16 +266,14 @@ def _find_conflict(camera: Camera, given: Collection[str]) -> tuple[str, str] | 
     return None
 
 
-def view_of(camera: Camera) -> np.ndarray | None:
-    """Return a camera's viewing direction, of length 1; None if target and origin coincide."""
+def view_of(camera: Camera) -> np.ndarray:
+    """Return a camera's viewing direction, of length 1; 0 if target and origin coincide."""
     return unit(np.array(camera.target) / 2 - np.array(camera.origin) / 2)
 
 
 def frame_of(camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a checked camera's view, right and up, three orthogonal vectors of length 1."""
-    view, up = view_of(camera), unit(np.array(camera.up))
-    assert view is not None
-    assert up is not None
-    right = np.cross(view, up)
+    view = view_of(camera)
+    right = np.cross(view, unit(np.array(camera.up)))
     right /= np.linalg.norm(right)
     return view, right, np.cross(right, view)

@@ -10,17 +10,10 @@ from numpy.typing import NDArray
 
 from photonmap.scene.lights import AllAround, DirectionalLight, Emitter, Light
 from photonmap.scene.parameters import Emission, Number, Text, Vector
-from photonmap.spectra.curves import Color
-from photonmap.spectra.daylight import (
-    ELEVATION,
-    SUN_DIAMETER,
-    TURBIDITY,
-    ClearSky,
-    basis_luminance,
-)
+from photonmap.spectra.curves import Color, Floats
+from photonmap.spectra.daylight import ELEVATION, SUN_DIAMETER, TURBIDITY, ClearSky, basis_luminance
 
-ROWS = 256
-"""Rows of the map of a sky, half of which lie above the horizon."""
+ROWS = 256  # Rows of the map of a sky, half of which lie above the horizon
 
 _Name = Annotated[str, Text()]
 _Haze = Annotated[
@@ -152,12 +145,12 @@ class OvercastLight(AllAround):
         return _with_ground(above, self.ground)[..., 0]
 
 
-def _zenith_angles() -> NDArray[np.float64]:
+def _zenith_angles() -> Floats:
     """Return the zenith angles of the rows above the horizon, (H / 2,) radians."""
     return np.asarray((np.arange(ROWS // 2) + 0.5) * (np.pi / ROWS), np.float64)
 
 
-def _with_ground(above: NDArray[np.float64], reflectance: float) -> NDArray[np.float32]:
+def _with_ground(above: Floats, reflectance: float) -> NDArray[np.float32]:
     """Return a map, (H, 2H, C), of its upper half and the Lambertian ground that that lights."""
     edges = np.sin(np.arange(ROWS // 2 + 1) * (np.pi / ROWS)) ** 2
     irradiance = np.pi * np.diff(edges) @ above.mean(axis=1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from photonmap.errors import InputError, naming
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.runtime.wording import brief, listed, shown
+from photonmap.spectra.curves import Floats
 from photonmap.spectra.tables import read_bytes
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def decode_srgb(values: NDArray[Any]) -> NDArray[Any]:
     return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
 
 
-def encode_srgb(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+def encode_srgb(linear: Floats) -> Floats:
     """Return the sRGB encoding of linear values in [0, 1], IEC 61966-2-1."""
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
@@ -148,6 +149,18 @@ def write_image(pixels: NDArray[Any], path: str | PathLike[str], names: Sequence
         raise OSError(f"cannot write {Path(path).name}: {reason}")
 
 
+def _channel(index: int) -> Callable[[Channels], Image]:
+    """Return a method that returns one of three channels of linear data, or the only one."""
+
+    def data(channels: Channels) -> Image:
+        colors = _find_colors(channels.path, channels.names)
+        texels = channels.pixels[..., [colors[min(index, len(colors) - 1)]]]
+        _check_values(channels.path, texels)
+        return Image(np.ascontiguousarray(texels), False)
+
+    return data
+
+
 @dataclass(frozen=True, eq=False)
 class Channels:
     """All channels of an image file.
@@ -198,23 +211,7 @@ class Channels:
         """Return linear RGB."""
         return self.image(linear=True)
 
-    def red(self) -> Image:
-        """Return the first of three channels of linear data, or the only one."""
-        return self._data(0)
-
-    def green(self) -> Image:
-        """Return the second of three channels of linear data, or the only one."""
-        return self._data(1)
-
-    def blue(self) -> Image:
-        """Return the third of three channels of linear data, or the only one."""
-        return self._data(2)
-
-    def _data(self, channel: int) -> Image:
-        colors = _find_colors(self.path, self.names)
-        texels = self.pixels[..., [colors[min(channel, len(colors) - 1)]]]
-        _check_values(self.path, texels)
-        return Image(np.ascontiguousarray(texels), False)
+    red, green, blue = _channel(0), _channel(1), _channel(2)
 
 
 def read_channels(path: str | PathLike[str]) -> Channels:

@@ -1,4 +1,4 @@
-"""Lights that are not surfaces. Each class declares its attributes once, and checks itself."""
+"""Lights described apart from surfaces: each class declares its attributes once, and is checked."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from photonmap.errors import InputError
 from photonmap.runtime.wording import brief, shown
 from photonmap.scene.images import read_panorama, save_panorama
+from photonmap.scene.material import Material
+from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import (
     Direction,
     Emission,
@@ -21,19 +23,21 @@ from photonmap.scene.parameters import (
     Point,
     Text,
     Vector,
+    check_parameters,
     parameters_of,
     unit,
 )
 from photonmap.scene.photometric import as_table, read_ies, save_ies
-from photonmap.spectra.curves import Color
+from photonmap.spectra.curves import Color, Floats, Spectrum
 
-LIGHTS: dict[str, type[Light]] = {}
-"""All kinds of lights by their name; each class enters itself."""
+LIGHTS: dict[str, type[Light]] = {}  # All kinds of lights by their name; each class enters itself
 
-NARROWEST = 1e-3
-"""Least outer half-angle of a spot, degrees."""
+NARROWEST = 1e-3  # Least outer half-angle of a spot, degrees
+
+DISK_SIDES = 64  # Sides of the regular polygon that stands for a disk, and has its area
 
 _Name = Annotated[str, Text()]
+_Length = Annotated[float, Number("length", "scene units", at_least=0.0)]
 _HalfAngle = Annotated[float, Number("half-angle", "degrees", at_least=0.0, below=180.0)]
 
 
@@ -48,7 +52,7 @@ class Profile:
         -z, H azimuths evenly from +x towards +y, the last one that of the first again
     """
 
-    frame: NDArray[np.float64]
+    frame: Floats
     intensity: NDArray[np.float32]
 
 
@@ -154,7 +158,7 @@ class SpotLight(Light):
 
     def find_conflict(self) -> tuple[str, str] | None:
         """Compare the target with the position, and the inner angle with the outer."""
-        if unit(_half_way(self)) is None:
+        if not unit(_half_way(self)).any():
             return "target", "is at the light's position; move one of them"
         if self.inner > self.outer:
             return "inner", f"exceeds the outer half-angle, {self.outer:g} degrees; reduce it"
@@ -164,16 +168,8 @@ class SpotLight(Light):
         """Return a point that shines into a cone; its falloff has a mean of 1/2 over cosines."""
         inner, outer = np.cos(np.radians([self.inner, self.outer])).tolist()
         extent = np.pi * (2.0 - (inner + outer))
-        axis = unit(_half_way(self))
-        assert axis is not None
-        return Emitter(
-            "spot",
-            lambda radius: extent,
-            self.position,
-            tuple(axis),
-            {"inner": inner, "outer": outer},
-            outer,
-        )
+        axis, numbers = tuple(unit(_half_way(self))), {"inner": inner, "outer": outer}
+        return Emitter("spot", lambda radius: extent, self.position, axis, numbers, outer)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -210,11 +206,8 @@ class PhotometricLight(Light):
             return "azimuth", "is parallel to the direction; choose another one"
         return None
 
-    def _axes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        axis, azimuth = unit(np.array(self.direction)), unit(np.array(self.azimuth))
-        assert axis is not None
-        assert azimuth is not None
-        return axis, azimuth
+    def _axes(self) -> tuple[Floats, Floats]:
+        return unit(np.array(self.direction)), unit(np.array(self.azimuth))
 
     def emitter(self) -> Emitter:
         """Return a point whose intensity is a table."""
@@ -249,15 +242,9 @@ class DirectionalLight(Light):
 
     def emitter(self) -> Emitter:
         """Return light over a disk as large as the scene."""
-        axis = unit(np.array(self.direction))
-        assert axis is not None
-        edge = float(np.cos(np.radians(0.5 * self.angle)))
-        return Emitter(
-            "directional",
-            lambda radius: np.pi * radius**2,
-            axis=tuple(axis),
-            parameters={"edge": edge},
-        )
+        axis = tuple(unit(np.array(self.direction)))
+        numbers = {"edge": float(np.cos(np.radians(0.5 * self.angle)))}
+        return Emitter("directional", lambda radius: np.pi * radius**2, None, axis, numbers)
 
 
 class AllAround(Light):
@@ -307,6 +294,95 @@ class EnvironmentLight(AllAround):
     __repr__ = brief
 
 
+@dataclass(frozen=True)
+class AreaLight(Light):
+    """A rectangle or a disk that emits the same radiance in all directions from its front.
+
+    A `Scene` makes it a mesh of triangles whose black material emits; both bear its name. It is
+    seen by the camera, casts shadows, and is dark from behind.
+
+    Parameters
+    ----------
+    position : of the centre, scene units
+    target : a point that the front faces
+    width, height : of a rectangle, scene units; the height is that along `up`
+    radius : of a disk, scene units, in place of width and height
+    radiance : W·m⁻²·sr⁻¹
+    power : radiant flux that leaves the front, W, in place of the radiance: π · area · radiance,
+        for an area in scene units squared
+    up : as far as it is at right angles to the direction to the target
+    """
+
+    position: Annotated[Vector, Point()]
+    target: Annotated[Vector, Point()]
+    width: _Length = 0.0
+    height: _Length = 0.0
+    radius: _Length = 0.0
+    radiance: Annotated[Color | None, Emission("radiance", "W·m⁻²·sr⁻¹")] = None
+    power: Annotated[Color | None, Emission("power", "W")] = None
+    up: Annotated[Vector, Direction()] = (0.0, 1.0, 0.0)
+    name: _Name = ""
+    kind: ClassVar[str] = "area"
+
+    def find_conflict(self) -> tuple[str, str] | None:
+        """Compare the target with the position, the sizes, and the radiance with the power."""
+        if self.target == self.position:
+            return "target", "is at the light's position; move one of them"
+        sides = bool(self.width), bool(self.height)
+        if self.radius and any(sides):
+            return "radius", "is given beside width or height; leave out one or the other"
+        if not self.radius and not all(sides):
+            lacking = "height" if self.width else "width"
+            return lacking, "is missing or 0; give width and height, or radius, above 0"
+        if self.radiance is not None and self.power is not None:
+            return "power", "is given beside radiance; leave out one of them"
+        return None
+
+    @property
+    def area(self) -> float:
+        """Its area, scene units squared."""
+        return float(np.pi * self.radius**2 if self.radius else self.width * self.height)
+
+    @property
+    def emission(self) -> Color:
+        """The radiance of its front, W·m⁻²·sr⁻¹; 1 where neither it nor the power is given."""
+        if self.power is None:
+            return 1.0 if self.radiance is None else self.radiance
+        factor = 1.0 / (np.pi * self.area)
+        if isinstance(self.power, float | int | Spectrum):
+            return self.power * factor
+        red, green, blue = (float(factor * value) for value in self.power)
+        return red, green, blue
+
+    def mesh(self) -> Mesh:
+        """Return its triangles, wound counter-clockwise seen from the target."""
+        outline = self._outline()
+        x, y = self._axes()
+        vertices = np.array(self.position) + outline[:, :1] * x + outline[:, 1:] * y
+        last = np.arange(1, len(outline) - 1)
+        faces = np.stack([np.zeros_like(last), last, last + 1], axis=1)
+        return Mesh(vertices, faces, Material(self.name, 0.0, self.emission), self.name)
+
+    def _outline(self) -> Floats:
+        """Return the corners in the light's plane, (N, 2), counter-clockwise."""
+        if not self.radius:
+            signs = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+            return signs * (self.width / 2.0, self.height / 2.0)
+        turn = 2.0 * np.pi / DISK_SIDES
+        radius = self.radius * np.sqrt(turn / np.sin(turn))
+        angles = turn * np.arange(DISK_SIDES)
+        return radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+
+    def _axes(self) -> tuple[Floats, Floats]:
+        """Return unit vectors along the width and the height; their product faces the target."""
+        ahead = unit(np.array(self.target) - np.array(self.position))
+        across = np.cross(unit(np.array(self.up)), ahead)
+        if np.linalg.norm(across) < 1e-6:
+            across = np.cross(np.eye(3)[np.argmin(np.abs(ahead))], ahead)
+        across /= np.linalg.norm(across)
+        return across, np.cross(ahead, across)
+
+
 def check_light(
     light: Any,
     path: str | PathLike[str] | None = None,
@@ -326,20 +402,12 @@ def check_light(
         label = shown(light.name or light.kind)
         return InputError(f"light {label}: {attribute} {problem}", path, line)
 
-    plain: dict[str, Any] = {}
-    for attribute, parameter in parameters_of(type(light)).items():
-        try:
-            plain[attribute] = parameter.check(getattr(light, attribute))
-        except InputError as invalid:
-            raise error(attribute, str(invalid)) from None
     described: Any = light
-    checked: Light = replace(described, **plain)
+    checked: Light = replace(described, **check_parameters(light, error))
     if conflict := checked.find_conflict():
         attribute, problem = conflict
-        quoted = f"{shown(getattr(light, attribute))} "
-        if not plain[attribute]:
-            quoted = ""  # a 0 may not have been given
-        raise error(attribute, quoted + problem)
+        is_given = bool(getattr(checked, attribute))  # a 0 may not be
+        raise error(attribute, f"{shown(getattr(light, attribute))} " * is_given + problem)
     return checked
 
 
@@ -348,13 +416,13 @@ def _half_way(light: SpotLight) -> np.ndarray:
     return np.array(light.target) / 2 - np.array(light.position) / 2
 
 
-def name_lights(lights: Sequence[Any], others: Iterable[str] = ()) -> list[Light]:
-    """Return the lights, all with names; `others` are those of materials that emit.
+def check_lights(unchecked: Sequence[Any], others: Iterable[str] = ()) -> list[Light]:
+    """Return checked lights, all with names; `others` are those of materials that emit.
 
     A light without a name is called after its kind: "point", then "point 2". Two of one name are an
-    `InputError`.
+    `InputError`, as is what `check_light` refuses.
     """
-    used = set(others)
+    used, lights = set(others), [check_light(light) for light in unchecked]
     for light in lights:
         if light.name in used:
             raise InputError(f"two lights are named {light.name!r}; give each its own name")
@@ -366,5 +434,17 @@ def name_lights(lights: Sequence[Any], others: Iterable[str] = ()) -> list[Light
             counts[light.kind] += 1
             name = f"{light.kind} {counts[light.kind]}"
         used.add(name)
-        named.append(replace(light, name=name))
+        described: Any = light
+        named.append(replace(described, name=name))
     return named
+
+
+def area_meshes(lights: Sequence[AreaLight], meshes: Sequence[Mesh]) -> list[Mesh]:
+    """Return the meshes of unchecked area lights; one without a name is called after its kind.
+
+    Materials of the scene's meshes have other names. An `InputError` says that an attribute is out
+    of range or at odds with another, or a name is taken.
+    """
+    names = {mesh.material.name for mesh in meshes}
+    checked = check_lights(lights, names)
+    return [light.mesh() for light in checked if isinstance(light, AreaLight)]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from functools import cached_property
+from functools import cached_property, partial
 from types import NoneType
 from typing import Annotated, Literal, Self
 
@@ -33,13 +33,16 @@ from photonmap.scene.textures import Paint, Texture, is_black, mean_number
 from photonmap.spectra.curves import Color, Spectrum
 from photonmap.spectra.metals import Metal
 
-LEAST_ALPHA = 1e-3
-"""Smallest α of GGX; smoother surfaces are mirrors."""
+LEAST_ALPHA = 1e-3  # Smallest α of GGX; smoother surfaces are mirrors
 NARROW_ALPHA = 0.1
 """α below which specular chains follow bare metal, as they follow mirrors: light samples and gather
 rays seldom meet its lobe. Variance times processor time were as 1 to 4.1 at α 0.01, to 2.2 at 0.05,
 to 1.2 at 0.1, and to 0.95 at 0.15 (Cornell box with a ball of metal)."""
 _COLOR = Reflectance("reflectance")
+_Layer = partial(Reflectance, "reflectance", only="opaque")
+_Paint = partial(_Layer, textured=True)
+_Fraction = partial(Number, at_least=0.0, at_most=1.0)
+_Textured = partial(_Fraction, textured=True)
 
 
 @dataclass(frozen=True)
@@ -177,15 +180,9 @@ class Material:
     """
 
     name: str = "grey"
-    reflectance: Annotated[
-        Paint, Reflectance("reflectance", mtl="Kd", textured=True, only="opaque")
-    ] = 0.5
+    reflectance: Annotated[Paint, _Paint(mtl="Kd")] = 0.5
     emission: Annotated[Paint, Emission("radiance", "W·m⁻²·sr⁻¹", mtl="Ke", textured=True)] = 0.0
-    mirror: Annotated[
-        Color,
-        Reflectance("reflectance", mtl="Ks", only="opaque"),
-        Lobe(1, "mirror over {}", "mirror"),
-    ] = 0.0
+    mirror: Annotated[Color, _Layer(mtl="Ks"), Lobe(1, "mirror over {}", "mirror")] = 0.0
     ior: Annotated[
         float | None,
         Number("index of refraction", mtl="Ni", above=0.0, such_as="1.5"),
@@ -195,10 +192,7 @@ class Material:
         1.0
     )
     transmission: Annotated[
-        float | Texture,
-        Number(
-            "fraction", mtl="transmission", textured=True, only="glass", at_least=0.0, at_most=1.0
-        ),
+        float | Texture, _Textured("fraction", mtl="transmission", only="glass")
     ] = 1.0
     attenuation_color: Annotated[
         Color, Reflectance("transmittance", mtl="attenuation_color", only="glass")
@@ -208,64 +202,40 @@ class Material:
         Number("distance", "scene units", mtl="attenuation_distance", only="glass", above=0.0),
     ] = None
     thin: Annotated[bool, Flag(mtl="thin", only="glass")] = False
-    alpha: Annotated[
-        float | Texture, Number("opacity", mtl="d", textured=True, at_least=0.0, at_most=1.0)
-    ] = 1.0
+    alpha: Annotated[float | Texture, _Textured("opacity", mtl="d")] = 1.0
     diffuse_roughness: Annotated[
         float,
         Number("roughness", mtl="diffuse_roughness", only="opaque", at_least=0.0, at_most=1.0),
         Lobe(0, "rough {}", "black", model="rough diffuse"),
     ] = 0.0
 
-    glossy: Annotated[
-        Paint, Reflectance("reflectance", mtl="glossy", textured=True, only="opaque"), _GLOSSY
-    ] = 0.0
-    glossy_edge: Annotated[
-        Color | None, Reflectance("reflectance", mtl="glossy_edge", only="opaque")
-    ] = None
-    roughness: Annotated[
-        float | Texture,
-        Number("roughness", mtl="roughness", textured=True, at_least=0.0, at_most=1.0),
-    ] = 0.0
+    glossy: Annotated[Paint, _Paint(mtl="glossy"), _GLOSSY] = 0.0
+    glossy_edge: Annotated[Color | None, _Layer(mtl="glossy_edge")] = None
+    roughness: Annotated[float | Texture, _Textured("roughness", mtl="roughness")] = 0.0
 
-    coat: Annotated[
-        float | Texture,
-        Number("weight", mtl="Pc", textured=True, only="opaque", at_least=0.0, at_most=1.0),
-        _COAT,
-    ] = 0.0
-    coat_roughness: Annotated[
-        float | Texture,
-        Number("roughness", mtl="Pcr", textured=True, only="opaque", at_least=0.0, at_most=1.0),
-    ] = 0.0
+    coat: Annotated[float | Texture, _Textured("weight", mtl="Pc", only="opaque"), _COAT] = 0.0
+    coat_roughness: Annotated[float | Texture, _Textured("roughness", mtl="Pcr", only="opaque")] = (
+        0.0
+    )
     coat_ior: Annotated[
         float,
         Number("index of refraction", mtl="coat_ior", only="opaque", at_least=1.0, such_as="1.5"),
     ] = 1.5
 
-    sheen: Annotated[
-        Paint, Reflectance("reflectance", mtl="Ps", textured=True, only="opaque"), _SHEEN
-    ] = 0.0
+    sheen: Annotated[Paint, _Paint(mtl="Ps"), _SHEEN] = 0.0
     sheen_roughness: Annotated[
-        float,
-        Number("roughness", mtl="sheen_roughness", only="opaque", at_least=0.0, at_most=1.0),
+        float, _Fraction("roughness", mtl="sheen_roughness", only="opaque")
     ] = 0.5
 
-    relief: Annotated[
-        NormalMap | BumpMap | None,
-        Part("relief", kinds={kind.kind: kind for kind in (NormalMap, BumpMap)}),
-    ] = None
-
+    relief: Annotated[NormalMap | BumpMap | None, Part.of("relief", NormalMap, BumpMap)] = None
     coat_relief: Annotated[
-        NormalMap | BumpMap | NoRelief | None,
-        Part("relief", kinds={kind.kind: kind for kind in (NormalMap, BumpMap, NoRelief)}),
+        NormalMap | BumpMap | NoRelief | None, Part.of("relief", NormalMap, BumpMap, NoRelief)
     ] = None
-    anisotropy: Annotated[float, Number("anisotropy", mtl="aniso", at_least=0.0, at_most=1.0)] = 0.0
+    anisotropy: Annotated[float, _Fraction("anisotropy", mtl="aniso")] = 0.0
     anisotropy_rotation: Annotated[
         float, Number("rotation", "turns", mtl="anisor", at_least=-1.0, at_most=1.0)
     ] = 0.0
-    anisotropy_map: Annotated[
-        AnisotropyMap | None, Part("anisotropy map", kinds={AnisotropyMap.kind: AnisotropyMap})
-    ] = None
+    anisotropy_map: Annotated[AnisotropyMap | None, Part.of("anisotropy map", AnisotropyMap)] = None
     outside: Annotated[
         float, Number("index of refraction", mtl="outside", only="glass", above=0.0)
     ] = 1.0
@@ -274,8 +244,7 @@ class Material:
         float | None, Number("Abbe number", mtl="abbe", only="glass", above=0.0, such_as="64")
     ] = None
     dispersion: Annotated[
-        Cauchy | Sellmeier | NamedGlass | None,
-        Part("dispersion", kinds={kind.kind: kind for kind in (Cauchy, Sellmeier, NamedGlass)}),
+        Cauchy | Sellmeier | NamedGlass | None, Part.of("dispersion", Cauchy, Sellmeier, NamedGlass)
     ] = None
     portal: Annotated[bool, Flag(mtl="portal")] = False
 

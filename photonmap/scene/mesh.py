@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,10 +14,11 @@ from photonmap.runtime.wording import shown
 from photonmap.scene.images import decode_srgb
 from photonmap.scene.material import Material
 from photonmap.scene.textures import Texture
+from photonmap.spectra.curves import Floats
 
 LARGEST_COORDINATE = 1e30
 """Largest coordinate that readers accept, scene units: products of several stay within float64."""
-Rows = NDArray[np.float64] | None
+Rows = Floats | None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,14 +48,14 @@ class Mesh:
         whole ones; shapes and ranges are checked when the mesh is rendered
     """
 
-    vertices: NDArray[np.float64]
+    vertices: Floats
     faces: NDArray[np.int64]
     material: Material = field(default_factory=Material)
     name: str = "mesh"
-    normals: NDArray[np.float64] | None = None
-    uv: NDArray[np.float64] | None = None
-    colors: NDArray[np.float64] | None = None
-    tangents: NDArray[np.float64] | None = None
+    normals: Floats | None = None
+    uv: Floats | None = None
+    colors: Floats | None = None
+    tangents: Floats | None = None
 
     if TYPE_CHECKING:
 
@@ -77,16 +79,10 @@ class Mesh:
                 f"mesh {self.name!r}: {shown(self.material)} is not a material; "
                 "make one by photonmap.Material, as in Material('red', (0.6, 0.1, 0.1))"
             )
-        for attribute, kind in (
-            ("vertices", np.float64),
-            ("faces", np.int64),
-            ("normals", np.float64),
-            ("uv", np.float64),
-            ("colors", np.float64),
-            ("tangents", np.float64),
-        ):
+        for attribute in ("vertices", "faces", "normals", "uv", "colors", "tangents"):
             value: ArrayLike | None = getattr(self, attribute)
             if value is not None:
+                kind = np.int64 if attribute == "faces" else np.float64
                 with naming(f"mesh {self.name!r}: {attribute}"):
                     object.__setattr__(self, attribute, _as_array(value, kind))
         colors = self.colors
@@ -98,33 +94,27 @@ class Mesh:
 
         Colours become those of vertices.
         """
-        corners = self.faces.ravel()
-
-        def pick(rows: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-            return None if rows is None else rows[corners]
-
-        colors = self.colors
+        corners, colors = self.faces.ravel(), self.colors
         if colors is not None and colors.ndim == 3:
             colors = np.broadcast_to(colors, (len(self.faces), 3, 3)).reshape(-1, 3)
-        else:
-            colors = pick(colors)
-        return replace(
-            self,
-            vertices=self.vertices[corners],
-            faces=np.arange(len(corners)).reshape(-1, 3),
-            normals=pick(self.normals),
-            uv=pick(self.uv),
-            colors=colors,
-            tangents=pick(self.tangents),
-        )
+        elif colors is not None:
+            colors = colors[corners]
+        faces = np.arange(len(corners)).reshape(-1, 3)
+        return self.with_rows(lambda rows: rows[corners], faces=faces, colors=colors)
+
+    def with_rows(self, change: Callable[[Floats], Floats], **others: Any) -> Mesh:
+        """Return the mesh with its rows of vertices changed, and other attributes given."""
+        held = {name: getattr(self, name) for name in ("vertices", "normals", "uv", "tangents")}
+        changed = {name: change(rows) for name, rows in held.items() if rows is not None}
+        return replace(self, **changed, **others)
 
     @property
-    def unit_normals(self) -> NDArray[np.float64] | None:
+    def unit_normals(self) -> Floats | None:
         """The shading normals, (V, 3), of length 1; or 0, where they are not finite too."""
         return None if self.normals is None else _unit(self.normals)
 
     @property
-    def unit_tangents(self) -> NDArray[np.float64] | None:
+    def unit_tangents(self) -> Floats | None:
         """The tangents, (V, 4), of length 1; or 0, where they are not finite or lack a sign."""
         if self.tangents is None:
             return None
@@ -170,7 +160,7 @@ def _as_array(value: ArrayLike, kind: type) -> NDArray[Any]:
     return array
 
 
-def _unit(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def _unit(rows: Floats) -> Floats:
     """Return rows at length 1; 0 for 0, and for what is not finite."""
     largest = np.abs(rows).max(axis=1, initial=0.0, keepdims=True)
     sound = (largest > 0.0) & (largest < np.inf)
@@ -205,7 +195,9 @@ def look_of(visual: Any, name: str) -> Look:
             factor = getattr(material, "baseColorFactor", None)
             if image is None and factor is None:
                 factor = getattr(material, "diffuse", None)
-            red, green, blue = _fractions(factor) if factor is not None else (1.0, 1.0, 1.0)
+            values = np.asarray((1.0, 1.0, 1.0) if factor is None else factor)[:3]
+            scale = 255.0 if values.dtype.kind in "ui" else 1.0
+            red, green, blue = (values / scale).tolist()
             name = getattr(material, "name", None) or name
             if image is None:
                 return Look(Material(name, (red, green, blue)))
@@ -214,14 +206,7 @@ def look_of(visual: Any, name: str) -> Look:
     return Look(Material())
 
 
-def _decode(colors: Any) -> NDArray[np.float64]:
+def _decode(colors: Any) -> Floats:
     """Return linear RGB, (n, 3), of 8-bit RGBA."""
-    linear: NDArray[np.float64] = decode_srgb(np.asarray(colors)[:, :3] / 255.0)
+    linear: Floats = decode_srgb(np.asarray(colors)[:, :3] / 255.0)
     return linear
-
-
-def _fractions(color: Any) -> tuple[float, float, float]:
-    """Return the first three components as fractions, of integers those of 255."""
-    values = np.asarray(color)[:3]
-    red, green, blue = (values / (255.0 if values.dtype.kind in "ui" else 1.0)).tolist()
-    return red, green, blue

@@ -13,12 +13,13 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from numbers import Real
 from pathlib import Path
-from typing import Any, ClassVar, Literal, TypeVar, get_args, get_type_hints
+from typing import Any, ClassVar, Literal, Self, TypeVar, get_args, get_type_hints
 
 import numpy as np
 
 from photonmap.errors import InputError
 from photonmap.runtime.wording import shown
+from photonmap.scene.textures import Texture
 from photonmap.spectra.curves import Color
 
 T = TypeVar("T")
@@ -44,10 +45,10 @@ def vector(value: object) -> Vector | None:
     return None if x is None or y is None or z is None else (x, y, z)
 
 
-def unit(vector: np.ndarray) -> np.ndarray | None:
-    """Return a vector scaled to length 1; None if it is zero."""
+def unit(vector: np.ndarray) -> np.ndarray:
+    """Return a vector scaled to length 1; 0 if it is zero."""
     largest = np.abs(vector).max()
-    return vector / largest / np.linalg.norm(vector / largest) if largest > 0 else None
+    return vector / largest / np.linalg.norm(vector / largest) if largest > 0 else np.zeros(3)
 
 
 @dataclass(frozen=True)
@@ -70,8 +71,7 @@ class Parameter:
     mtl: str = ""
     textured: bool = False
     only: Literal["", "glass", "opaque"] = ""
-    example: ClassVar[str] = "..."
-    """A value in a TOML file, for messages."""
+    example: ClassVar[str] = "..."  # A value in a TOML file, for messages
 
     def check(self, value: Any) -> Any:
         """Return the value in plain Python types, or raise `InputError`.
@@ -117,18 +117,16 @@ class Point(Parameter):
 
 
 @dataclass(frozen=True)
-class Direction(Parameter):
+class Direction(Point):
     """A direction, of any length but 0."""
 
     noun: str = "direction"
-    example = "[x, y, z]"
+    unit: str = ""
 
     def check(self, value: Any) -> Vector:
         """Return three finite numbers that are not all 0."""
-        numbers = vector(value)
-        if numbers is None:
-            raise self.error(value, "give three finite numbers")
-        if unit(np.array(numbers)) is None:
+        numbers = super().check(value)
+        if not any(numbers):
             raise InputError(f"{shown(value)} has no length; give a vector other than zero")
         return numbers
 
@@ -234,6 +232,11 @@ class Part(Parameter):
     kinds: Mapping[str, type] = field(default_factory=dict)
     example = "{ ... }"
 
+    @classmethod
+    def of(cls, noun: str, *kinds: Any) -> Self:
+        """Return the parameter of an object of one of some classes."""
+        return cls(noun, kinds={kind.kind: kind for kind in kinds})
+
     def check(self, value: Any) -> Any:
         """Return the object with its attributes in plain Python types."""
         if type(value) not in self.kinds.values():
@@ -251,10 +254,13 @@ class Colored(Parameter):
 
     largest: ClassVar[float]
     remedy: ClassVar[str]
+    reader: ClassVar[str]
 
     def parse(self, text: str, folder: Path) -> Color:
         """Return the colour that a text describes, see `photonmap.spectra.color_text`."""
-        raise NotImplementedError
+        from photonmap.spectra import color_text
+
+        return getattr(color_text, self.reader)(text, folder)
 
 
 @dataclass(frozen=True)
@@ -263,12 +269,7 @@ class Emission(Colored):
 
     largest = math.inf
     remedy = "write finite numbers of 0 or more"
-
-    def parse(self, text: str, folder: Path) -> Color:
-        """Return a light."""
-        from photonmap.spectra.color_text import emission
-
-        return emission(text, folder)
+    reader = "emission"
 
 
 @dataclass(frozen=True)
@@ -277,12 +278,7 @@ class Reflectance(Colored):
 
     largest = 1.0
     remedy = "keep it within [0, 1]"
-
-    def parse(self, text: str, folder: Path) -> Color:
-        """Return a reflectance."""
-        from photonmap.spectra.color_text import reflectance
-
-        return reflectance(text, folder)
+    reader = "reflectance"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -299,21 +295,26 @@ class File(Parameter):
         return f'"FILE{self.suffix}"'
 
 
-def check_parameters(described: Any) -> dict[str, Any]:
+def check_parameters(
+    described: Any, error: Callable[[str, str], InputError] | None = None
+) -> dict[str, Any]:
     """Return the checked values of an object's declared parameters, by attribute.
 
-    None stays where it is the default. An `InputError` begins with the attribute that is not valid.
+    None stays where it is the default, and textures are not looked at. An `InputError` begins with
+    the attribute that is not valid; or it is that which `error` makes of attribute and problem.
     """
     plain: dict[str, Any] = {}
     defaults = {each.name: each.default for each in fields(described)}
     for attribute, parameter in parameters_of(type(described)).items():
         value = getattr(described, attribute)
-        if value is None and defaults[attribute] is None:
+        is_none = value is None and defaults[attribute] is None
+        if is_none or (parameter.textured and isinstance(value, Texture)):
             continue
         try:
             plain[attribute] = parameter.check(value)
         except InputError as invalid:
-            raise InputError(f"{attribute} {invalid}") from None
+            made = error(attribute, str(invalid)) if error else InputError(f"{attribute} {invalid}")
+            raise made from None
     return plain
 
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from photonmap.errors import InputError
 from photonmap.runtime.wording import shown
+from photonmap.spectra.curves import Floats
 
 Table = NDArray[np.float32]
 
@@ -57,9 +58,7 @@ def _number(word: str, path: str | PathLike[str]) -> float:
     return number
 
 
-def _split(
-    numbers: NDArray[np.float64], path: str | PathLike[str]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _split(numbers: Floats, path: str | PathLike[str]) -> tuple[Floats, Floats, Floats]:
     """Return polar angles (V,), azimuths (H,), both in degrees, and candelas (H, V)."""
     if len(numbers) < 13:
         raise InputError("ends before its angles; export it again", path)
@@ -80,9 +79,7 @@ def _split(
         return polar, azimuths, candelas * numbers[2] * numbers[10]
 
 
-def _check_angles(
-    polar: NDArray[np.float64], azimuths: NDArray[np.float64], path: str | PathLike[str]
-) -> None:
+def _check_angles(polar: Floats, azimuths: Floats, path: str | PathLike[str]) -> None:
     """Refuse angles that do not increase, or that leave directions undefined."""
     if (np.diff(polar) <= 0.0).any() or (np.diff(azimuths) <= 0.0).any():
         raise InputError("has angles that do not increase; export it again", path)
@@ -98,9 +95,7 @@ def _check_angles(
         )
 
 
-def _resample(
-    polar: NDArray[np.float64], azimuths: NDArray[np.float64], candelas: NDArray[np.float64]
-) -> Table:
+def _resample(polar: Floats, azimuths: Floats, candelas: Floats) -> Table:
     """Return candelas at every degree; a file may hold a quarter, a half or all of the azimuths."""
     degrees = np.arange(AZIMUTHS, dtype=float)
     first, last = azimuths[0], azimuths[-1]

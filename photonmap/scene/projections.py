@@ -1,10 +1,15 @@
-"""Projections: where on the image a camera shows what lies in a direction, one class a kind."""
+"""Projections: where on the image a camera shows what lies in a direction, one class a kind.
+
+Lens distortion is that of OpenCV's formulas, which must not fold the image.
+"""
 
 from __future__ import annotations
 
 import math
 import zipfile
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from os import PathLike
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
@@ -14,14 +19,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from photonmap.errors import InputError
 from photonmap.runtime.wording import brief
-from photonmap.scene.distortion import find_fold, widest_angle
 from photonmap.scene.images import read_channels
 from photonmap.scene.parameters import File, Number, Numbers, Whole, parameters_of
+from photonmap.spectra.curves import Floats
 
 PROJECTIONS: dict[str, type[Projection]] = {}
 """The kinds of projections, by their `type` in TOML files."""
-_LARGEST = 1 << 20
-"""Pixels of a calibrated image along a side, at most."""
+_LARGEST = 1 << 20  # Pixels of a calibrated image along a side, at most
 _Focal = Annotated[float, Number("focal length", "pixels", above=0.0)]
 _OtherFocal = Annotated[float | None, Number("focal length", "pixels", above=0.0)]
 _Center = Annotated[float | None, Number("principal point", "pixels")]
@@ -29,12 +33,17 @@ _Size = Annotated[
     tuple[int, int],
     Numbers("size in pixels", counts=(2,), each=Whole(at_least=1, at_most=_LARGEST)),
 ]
-Rays = NDArray[np.float64]
 CHANNELS = tuple(f"{part}.{axis}" for part in ("origin", "direction") for axis in "XYZ")
 """Channels of an OpenEXR file."""
-_NAME = "rays"
-"""The array of an NPZ file."""
+_NAME = "rays"  # The array of an NPZ file
 _FARTHEST = 1e30
+Bounds = tuple[float, float, float, float]  # Left, top, right and bottom of an image
+
+STEPS = 24
+"""Steps from the middle of the image to each point, whose solution begins at the one before."""
+NEWTON = 6
+ALONG_EDGE = 129
+CLOSE = 1e-10
 
 
 @dataclass(frozen=True)
@@ -45,8 +54,7 @@ class Projection:
     """
 
     kind: ClassVar[str]
-    takes_lens: ClassVar[bool] = False
-    """whether light may enter through more than a point"""
+    takes_lens: ClassVar[bool] = False  # whether light may enter through more than a point
     has_axis: ClassVar[bool] = False
     """whether depth is measured along the view; otherwise it is the distance"""
 
@@ -59,7 +67,7 @@ class Projection:
         """Return what is wrong with the attributes taken together; None if nothing is."""
         return None
 
-    def matrix(self, width: int, height: int) -> NDArray[np.float64] | None:
+    def matrix(self, width: int, height: int) -> Floats | None:
         """Return K, 3×3 in pixels of an image of this size; None if it has no such matrix.
 
         The image's corner is (0, 0), x is right and y down.
@@ -81,7 +89,7 @@ class Pinhole(Projection):
     takes_lens: ClassVar[bool] = True
     has_axis: ClassVar[bool] = True
 
-    def matrix(self, width: int, height: int) -> NDArray[np.float64]:
+    def matrix(self, width: int, height: int) -> Floats:
         """Return K; it projects points of depth 1."""
         focal = 0.5 * height / math.tan(math.radians(self.fov) / 2.0)
         return _matrix(focal, focal, 0.5 * width, 0.5 * height)
@@ -96,7 +104,7 @@ class Orthographic(Projection):
     takes_lens: ClassVar[bool] = True
     has_axis: ClassVar[bool] = True
 
-    def matrix(self, width: int, height: int) -> NDArray[np.float64]:
+    def matrix(self, width: int, height: int) -> Floats:
         """Return what projects points at any depth."""
         scale = height / self.height
         return _matrix(scale, scale, 0.5 * width, 0.5 * height)
@@ -136,7 +144,7 @@ class _Calibrated(Projection):
         low, high = -k[:2, 2] / k[[0, 1], [0, 1]], ([width, height] - k[:2, 2]) / k[[0, 1], [0, 1]]
         return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
-    def matrix(self, width: int, height: int) -> NDArray[np.float64]:
+    def matrix(self, width: int, height: int) -> Floats:
         """Return K for an image of any size."""
         across, down = width / self.size[0], height / self.size[1]
         cx = 0.5 * self.size[0] if self.cx is None else self.cx
@@ -206,7 +214,7 @@ class Fisheye(Projection):
     fov: Annotated[float, Number("angle of view", "degrees", above=0.0, at_most=360.0)] = 180.0
     kind: ClassVar[str] = "fisheye"
 
-    def matrix(self, width: int, height: int) -> NDArray[np.float64]:
+    def matrix(self, width: int, height: int) -> Floats:
         """Return K; it multiplies angles, radians, in the direction away from the middle."""
         focal = height / math.radians(self.fov)
         return _matrix(focal, focal, 0.5 * width, 0.5 * height)
@@ -247,7 +255,7 @@ class RayMap(Projection):
         object.__setattr__(self, "rays", rays)
 
     @property
-    def array(self) -> NDArray[np.float64]:
+    def array(self) -> Floats:
         """The rays, (H, W, 6)."""
         assert isinstance(self.rays, np.ndarray)
         return self.rays
@@ -261,11 +269,11 @@ class RayMap(Projection):
         return hash(self.array.shape)
 
 
-def _matrix(fx: float, fy: float, cx: float, cy: float) -> NDArray[np.float64]:
+def _matrix(fx: float, fy: float, cx: float, cy: float) -> Floats:
     return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
 
-def read_rays(path: str | PathLike[str]) -> Rays:
+def read_rays(path: str | PathLike[str]) -> Floats:
     """Read rays, (H, W, 6), from NPZ or OpenEXR; an `InputError` says what the file lacks."""
     path = Path(path)
     if not path.is_file():
@@ -274,7 +282,7 @@ def read_rays(path: str | PathLike[str]) -> Rays:
     return check_rays(values, str(path))
 
 
-def check_rays(values: Any, label: str) -> Rays:
+def check_rays(values: Any, label: str) -> Floats:
     """Return rays as read-only (H, W, 6) float64.
 
     An `InputError` says that the shape is another, a number is not finite or above 1e30, or a
@@ -328,3 +336,96 @@ def _read_exr(path: Path) -> Any:
     if missing:
         raise InputError(f"has no channel {missing[0]}; give {', '.join(CHANNELS)}", path)
     return pixels[..., [names.index(name.lower()) for name in CHANNELS]]
+
+
+def distort(distortion: Sequence[float], points: Floats) -> tuple[Floats, Floats]:
+    """Return where OpenCV's k1, k2, p1, p2, k3 move points, (…, 2), and how that changes with them.
+
+    The derivative, (…, 3), is symmetric: of x along x, of x along y, of y along y.
+    """
+    k1, k2, p1, p2, k3 = distortion
+    x, y = points[..., 0], points[..., 1]
+    z = x * x + y * y
+    radial = 1.0 + z * (k1 + z * (k2 + z * k3))
+    slope = 2.0 * (k1 + z * (2.0 * k2 + z * 3.0 * k3))
+    moved = np.stack(
+        [
+            x * radial + 2.0 * p1 * x * y + p2 * (z + 2.0 * x * x),
+            y * radial + p1 * (z + 2.0 * y * y) + 2.0 * p2 * x * y,
+        ],
+        axis=-1,
+    )
+    xx = radial + x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x
+    xy = x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
+    yy = radial + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x
+    return moved, np.stack([xx, xy, yy], axis=-1)
+
+
+def undistort(distortion: Sequence[float], targets: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return the points, (n, 2), that are moved to targets, and whether the way there is unfolded.
+
+    Points are followed from the middle of the image outwards, so that of several points that are
+    moved to one, that is found which is reached without passing a fold.
+    """
+    points, sound = np.zeros_like(targets), np.ones(len(targets), bool)
+    with np.errstate(all="ignore"):
+        for step in range(1, STEPS + 1):
+            goal = targets * (step / STEPS)
+            for _ in range(NEWTON):
+                moved, derivative = distort(distortion, points)
+                sound &= _area(derivative) > 0.0
+                points = np.where(sound[:, None], points - _step(derivative, moved - goal), 0.0)
+            moved, derivative = distort(distortion, points)
+            off = np.abs(moved - goal).max(axis=-1)
+            sound &= off <= CLOSE * (1.0 + np.abs(goal).max(axis=-1))
+            sound &= _area(derivative) > 0.0
+    return points, sound
+
+
+def _area(derivative: Floats) -> Floats:
+    """Return the determinant: not above 0 where the image is folded."""
+    area: Floats = derivative[..., 0] * derivative[..., 2] - derivative[..., 1] ** 2
+    return area
+
+
+def _step(derivative: Floats, error: Floats) -> Floats:
+    """Return a step of Newton's method."""
+    xx, xy, yy = np.moveaxis(derivative, -1, 0)
+    right, down = np.moveaxis(error, -1, 0)
+    steps = np.stack([yy * right - xy * down, xx * down - xy * right], axis=-1)
+    return steps / _area(derivative)[..., None]
+
+
+@lru_cache(maxsize=64)
+def find_fold(distortion: tuple[float, ...], bounds: Bounds) -> bool:
+    """Return whether distortion folds an image, as it does if a point of its edge has no origin."""
+    left, top, right, bottom = bounds
+    x, y = np.linspace(left, right, ALONG_EDGE), np.linspace(top, bottom, ALONG_EDGE)
+    sides = [(x, np.full_like(x, edge)) for edge in (top, bottom)]
+    sides += [(np.full_like(y, edge), y) for edge in (left, right)]
+    edge = np.concatenate([np.stack(side, axis=-1) for side in sides])
+    return not bool(undistort(distortion, edge)[1].all())
+
+
+def undistorted_grid(distortion: Sequence[float], bounds: Bounds, nodes: int) -> Floats:
+    """Return the origins of a grid of points over an image, (nodes, nodes, 2)."""
+    left, top, right, bottom = bounds
+    x, y = np.meshgrid(np.linspace(left, right, nodes), np.linspace(top, bottom, nodes))
+    grid = np.stack([x, y], axis=-1).reshape(-1, 2)
+    return undistort(distortion, grid)[0].reshape(nodes, nodes, 2)
+
+
+def fisheye_radius(distortion: Sequence[float], angle: float) -> float:
+    """Return where OpenCV's fisheye model shows an angle, focal lengths from the middle."""
+    k1, k2, k3, k4 = distortion
+    z = angle * angle
+    return angle * (1.0 + z * (k1 + z * (k2 + z * (k3 + z * k4))))
+
+
+def widest_angle(distortion: Sequence[float]) -> tuple[float, float]:
+    """Return the angle, up to π, to which a fisheye's radius increases, and the radius there."""
+    k1, k2, k3, k4 = distortion
+    roots = np.roots([9.0 * k4, 7.0 * k3, 5.0 * k2, 3.0 * k1, 1.0])
+    turns = [float(root.real) for root in roots if abs(root.imag) < CLOSE and root.real > 0.0]
+    angle = min([math.sqrt(turn) for turn in turns] + [math.pi])
+    return angle, fisheye_radius(distortion, angle)

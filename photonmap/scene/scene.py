@@ -10,9 +10,8 @@ import numpy as np
 
 from photonmap.errors import InputError, warn
 from photonmap.runtime.wording import listed, shown, suggest
-from photonmap.scene.area_light import AreaLight, area_meshes
 from photonmap.scene.camera import FOV, Camera
-from photonmap.scene.lights import Light
+from photonmap.scene.lights import AreaLight, Light, area_meshes
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import Vector

@@ -19,7 +19,6 @@ from photonmap.runtime.wording import shown
 from photonmap.scene.images import LINEAR_TABLE, Image, as_texels, read_mask, read_texture
 from photonmap.spectra.curves import Color, Spectrum
 
-Floats = NDArray[np.float64]
 Triple = tuple[float, float, float]
 FARTHEST = 1e9
 """Largest texture coordinate, scale and offset whose texel indices kernels can represent."""
@@ -29,8 +28,7 @@ _PLACEMENT = (
     ("factor", 3, 0.0, np.finfo(np.float64).max, "three finite numbers from 0"),
 )
 """How many numbers say how a texture lies and what multiplies it, and between which they are."""
-ROWS = 256
-"""Rows of an image summed at a time, so that temporary arrays stay small."""
+ROWS = 256  # Rows of an image summed at a time, so that temporary arrays stay small
 
 
 @dataclass(frozen=True)
@@ -66,7 +64,14 @@ class Texture:
                 f"a texture cannot be made of {shown(self.image)} directly; "
                 "use photonmap.Texture.of for an array, Texture.read for a file"
             )
-        _check_placement(self)
+        for name, count, low, high, remedy in _PLACEMENT:
+            value = getattr(self, name)
+            try:
+                numbers = np.array(value, np.float64)
+            except (TypeError, ValueError):
+                numbers = np.empty(0)
+            if numbers.shape != (count,) or not ((numbers >= low) & (numbers <= high)).all():
+                raise InputError(f"a texture's {name} is {shown(value)}; give {remedy}")
 
     @classmethod
     def read(cls, path: str | PathLike[str], linear: bool = False, **mapping: Any) -> Texture:
@@ -160,8 +165,7 @@ class Texture:
         return red, green, blue
 
 
-Paint = Color | Texture
-"""What a material's reflectance or emission may be: a colour or a texture."""
+Paint = Color | Texture  # What a material's reflectance or emission may be: a colour or a texture
 
 
 def is_black(color: Paint) -> bool:
@@ -253,15 +257,3 @@ def rescaling(largest: float) -> str:
         if 2.0 <= largest < 1 << bits:
             return f"; divide what is of {bits} bits by {(1 << bits) - 1}"
     return ""
-
-
-def _check_placement(texture: Texture) -> None:
-    """Refuse scales, offsets and factors that are no numbers, or out of range."""
-    for name, count, low, high, remedy in _PLACEMENT:
-        value = getattr(texture, name)
-        try:
-            numbers = np.array(value, np.float64)
-        except (TypeError, ValueError):
-            numbers = np.empty(0)
-        if numbers.shape != (count,) or not ((numbers >= low) & (numbers <= high)).all():
-            raise InputError(f"a texture's {name} is {shown(value)}; give {remedy}")

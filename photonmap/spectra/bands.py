@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from photonmap.errors import InputError
+from photonmap.errors import InputError, naming_file
 from photonmap.runtime.wording import listed, shown
 from photonmap.spectra.curves import (
     VISIBLE,
@@ -21,8 +21,8 @@ from photonmap.spectra.curves import (
     check_emission,
     check_reflectance,
     integrate_products,
-    needed_range,
     read_only,
+    without_tails,
 )
 from photonmap.spectra.observer import observer, radiance_to_rgb, reflectance_to_rgb
 from photonmap.spectra.sensitivities import (
@@ -201,7 +201,11 @@ class Bands:
         kind, _, number = body.rpartition(":")
         makers: dict[str, Callable[..., Bands]] = {"": cls.gaussian, "box": cls.box}
         if kind in makers and number.strip().lstrip("+-").replace(".", "", 1).isdecimal():
-            return makers[kind](_whole(number, text), *(limits or VISIBLE))
+            try:
+                count = int(number)
+            except ValueError:
+                raise InputError(_WANTED.format(shown(text))) from None
+            return makers[kind](count, *(limits or VISIBLE))
         return cls._named(body, limits)
 
     @classmethod
@@ -214,10 +218,8 @@ class Bands:
             if path is not None:
                 raise
             raise InputError(f"{_WANTED.format(shown(body))}: {error}") from None
-        try:
+        with naming_file(path):
             return cls.sensors(curves, channels, limits)
-        except InputError as error:
-            raise InputError(str(error), path) from None
 
     @classmethod
     def from_description(cls, description: dict[str, Any]) -> Bands:
@@ -365,7 +367,9 @@ class Bands:
 
     @cached_property
     def _needed(self) -> Limits:
-        return needed_range(self.sensitivities)
+        """The range, nm, that curves must cover: 400 to 700, and all but the tails of bands."""
+        ends = np.array([VISIBLE, *map(without_tails, self.sensitivities)])
+        return float(ends[:, 0].min()), float(ends[:, 1].max())
 
     def _check_covered(self, color: Spectrum) -> None:
         if not color.wavelengths[0] <= self._needed[0] < self._needed[1] <= color.wavelengths[-1]:
@@ -384,10 +388,3 @@ class Bands:
             "a colour is a number, three numbers of linear RGB, or a Spectrum, as "
             f"photonmap.reflectance and photonmap.emission make it from a text; got {shown(color)}"
         )
-
-
-def _whole(number: str, text: object) -> int:
-    try:
-        return int(number)
-    except ValueError:
-        raise InputError(_WANTED.format(shown(text))) from None

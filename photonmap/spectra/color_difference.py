@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.spectra.curves import Floats
 from photonmap.spectra.names import colour_science
 from photonmap.spectra.observer import observer
 
-Floats = NDArray[np.float64]
-
-_WHITE = 99.0
-"""Percentile of the true luminance that is taken as white."""
+_WHITE = 99.0  # Percentile of the true luminance that is taken as white
 
 
 def lab_of_xyz(xyz: Floats, white: Floats | None = None) -> Floats:

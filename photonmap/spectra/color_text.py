@@ -38,8 +38,7 @@ from photonmap.spectra.munsell import munsell
 from photonmap.spectra.observer import emission_of_xyz, normalise_luminance, reflectance_of_xyz
 from photonmap.spectra.tables import read_table
 
-ILLUMINANTS = "PHOTONMAP_ILLUMINANTS"
-"""Environment variable that names the file of measured lights."""
+ILLUMINANTS = "PHOTONMAP_ILLUMINANTS"  # Environment variable that names the file of measured lights
 
 _Source = Callable[[str, Path], Color]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -14,20 +14,16 @@ from photonmap.runtime.wording import brief, suggest
 
 Floats = NDArray[np.float64]
 
-VISIBLE = (400.0, 700.0)
-"""Range that every curve must cover, nm."""
+VISIBLE = (400.0, 700.0)  # Range that every curve must cover, nm
 
 TAIL = 1e-3
 """Share of a sensitivity at either end where a curve need not be known: its outer value holds."""
 
-EXTRAPOLATE = "extrapolate:"
-"""Prefix of a curve whose outer values extend beyond its samples."""
+EXTRAPOLATE = "extrapolate:"  # Prefix of a curve whose outer values extend beyond its samples
 
-FILES = (".csv", ".txt", ".tsv", ".spd", ".rfl")
-"""Suffixes of files with curves."""
+FILES = (".csv", ".txt", ".tsv", ".spd", ".rfl")  # Suffixes of files with curves
 
-LARGEST_REFLECTANCE = 1.001
-"""Largest reflectance that may be a rounded 1; more is a mistake."""
+LARGEST_REFLECTANCE = 1.001  # Largest reflectance that may be a rounded 1; more is a mistake
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -221,12 +217,6 @@ def check_covers(wavelengths: Floats, low: float, high: float) -> None:
         f"is missing; {'' if (low, high) == VISIBLE else narrow}extend the outer values: "
         f"'{EXTRAPOLATE}' before the name, Spectrum(…, extrapolate=True) in code"
     )
-
-
-def needed_range(sensitivities: Iterable[Spectrum]) -> tuple[float, float]:
-    """Return the range, nm, that curves must cover: 400 to 700, and all but the tails of bands."""
-    ends = np.array([VISIBLE, *map(without_tails, sensitivities)])
-    return float(ends[:, 0].min()), float(ends[:, 1].max())
 
 
 def without_tails(curve: Spectrum) -> tuple[float, float]:

@@ -21,17 +21,13 @@ from photonmap.spectra.observer import observer
 TURBIDITY = (2.0, 10.0)
 """Range of haze: clear days have 2 to 4, hazy ones 6 to 10. In clearer air the formula makes
 the horizon a hundred times too bright."""
-ELEVATION = (5.0, 90.0)
-"""Range of heights of the sun above the horizon, degrees."""
-SUN_DIAMETER = 0.533
-"""Mean angular diameter of the sun, degrees."""
+ELEVATION = (5.0, 90.0)  # Range of heights of the sun above the horizon, degrees
+SUN_DIAMETER = 0.533  # Mean angular diameter of the sun, degrees
 SUN_SOLID_ANGLE = 2.0 * np.pi * (1.0 - np.cos(np.radians(0.5 * SUN_DIAMETER)))
 """Of the sun's disc, sr."""
-LUMENS = 683.002
-"""Of a watt where the eye is most sensitive."""
+LUMENS = 683.002  # Of a watt where the eye is most sensitive
 
-_SEEN = (380.0, 780.0)
-"""nm"""
+_SEEN = (380.0, 780.0)  # nm
 _NAMES = ("Y", "x", "y")
 # Coefficients A to E of Perez' formula, by turbidity and alone (appendix A.2 of the paper).
 _PEREZ = {
@@ -78,8 +74,7 @@ _WATER_WAVELENGTHS = np.array([689, *range(690, 801, 10)], np.float64)
 _WATER = _numbers("0 .016 .024 .0125 1 .87 .061 .001 .00001 .00001 .0006 .0175 .036")
 _OZONE_PATH, _WATER_PATH = 0.35, 2.0
 """Of ozone and of water in the air straight up, cm."""
-_ALPHA = 1.3
-"""Ångström's exponent, of the sizes of aerosol particles."""
+_ALPHA = 1.3  # Ångström's exponent, of the sizes of aerosol particles
 
 
 @cache

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.errors import InputError
+from photonmap.errors import InputError, naming, naming_file
 from photonmap.runtime.wording import listed, shown
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Floats, SpectrumSet, check_reflectance
 from photonmap.spectra.tables import read_bytes, read_numbers, read_table
@@ -27,8 +27,7 @@ _ILLUMINANT_GRID = np.linspace(380.0, 780.0, 101)
 _ILLUMINANT_SUFFIXES = (".illum", ".illums", ".txt", ".dat")
 _NOISE = 1e-6
 
-Samples = tuple[Floats, Floats, Any]
-"""Wavelengths (K,), values (C, K) and C labels."""
+Samples = tuple[Floats, Floats, Any]  # Wavelengths (K,), values (C, K) and C labels
 
 
 def read_munsell(path: str | PathLike[str]) -> SpectrumSet:
@@ -51,11 +50,10 @@ def read_munsell(path: str | PathLike[str]) -> SpectrumSet:
     if len(names) != len(values):
         raise InputError(f"has {len(names)} labels for {len(values)} chips; correct the file", path)
     for name, row in zip(names, values, strict=True):
-        try:
+        with naming(shown(name), path):
             check_reflectance(wavelengths, row)
-        except InputError as error:
-            raise InputError(f"{shown(name)}: {error}", path) from None
-    return _make_set(path, wavelengths, values, names)
+    with naming_file(path):
+        return SpectrumSet(wavelengths, values, tuple(names))
 
 
 def read_illuminants(path: str | PathLike[str]) -> SpectrumSet:
@@ -88,15 +86,8 @@ def read_illuminants(path: str | PathLike[str]) -> SpectrumSet:
         remedy = "give finite values of 0 or more"
         line = None if lines is None else int(lines[row, column])
         raise InputError(f"{shown(names[row])}: {message}; {remedy}", path, line)
-    return _make_set(path, wavelengths, np.maximum(values, 0.0), names)
-
-
-def _make_set(path: Path, wavelengths: Floats, values: Floats, names: list[str]) -> SpectrumSet:
-    """Make the set; its errors name the file."""
-    try:
-        return SpectrumSet(wavelengths, values, tuple(names))
-    except InputError as error:
-        raise InputError(str(error), path) from None
+    with naming_file(path):
+        return SpectrumSet(wavelengths, np.maximum(values, 0.0), tuple(names))
 
 
 def _find_munsell(folder: Path) -> Path:

@@ -14,8 +14,7 @@ from photonmap.runtime.wording import suggest
 from photonmap.spectra.curves import FILES, Floats, Spectrum
 from photonmap.spectra.tables import read_table
 
-SHIPPED = Path(__file__).parents[1] / "data" / "metals.csv"
-"""Made by `tools/make_metals.py`."""
+SHIPPED = Path(__file__).parents[1] / "data" / "metals.csv"  # Made by `tools/make_metals.py`
 LARGEST_INDEX = 1e3
 """More is no index of refraction but a wavelength or a percentage in the wrong column."""
 _PARTS = "n or k of the index"

@@ -13,8 +13,7 @@ from photonmap.errors import InputError, warn
 from photonmap.spectra.curves import Spectrum, SpectrumSet
 from photonmap.spectra.names import colour_science
 
-VARIABLE = "PHOTONMAP_MUNSELL"
-"""The environment variable that names the measured set."""
+VARIABLE = "PHOTONMAP_MUNSELL"  # The environment variable that names the measured set
 
 SHIPPED = Path(__file__).parents[1] / "data" / "munsell.npz"
 

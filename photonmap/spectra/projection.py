@@ -243,8 +243,7 @@ def _target_weights(target: Target) -> tuple[Floats, Floats]:
         return eye.wavelengths, curves  # zero at both ends, in steps of 1 nm
     if target.is_rgb:
         raise InputError("RGB has no sensitivities; name the target 'rgb'")
-    grid = _grid(target)
-    return grid, np.array([_hat_averages(grid, curve) for curve in target.sensitivities])
+    return _hat_averages(target)
 
 
 def _residual(matrix: Floats, inputs: Floats, truths: Floats) -> float:
@@ -252,20 +251,15 @@ def _residual(matrix: Floats, inputs: Floats, truths: Floats) -> float:
 
 
 def _spectra(bands: Bands) -> tuple[Floats, Floats]:
-    """Return a grid (M,), nm, and curves (N, M): band values @ curves = their spectrum."""
-    eye = observer()
-    return (eye.wavelengths, eye.basis * eye.d65) if bands.is_rgb else _smoothest(bands)
-
-
-def _smoothest(bands: Bands) -> tuple[Floats, Floats]:
     """Return a grid (M,), nm, and curves (N, M): band values @ curves = the smoothest spectrum.
 
-    The minimum of ∫ s'² under linear constraints is a constant and a sum of the constraints'
-    averages of −|λ − μ| whose weights add up to 0: G. Wahba, "Spline Models for Observational
-    Data", 1990, section 1.3.
+    For RGB it is that which RGB emission stands for. The minimum of ∫ s'² under linear constraints
+    is a constant and a sum of the constraints' averages of −|λ − μ| whose weights add up to 0: G.
+    Wahba, "Spline Models for Observational Data", 1990, section 1.3.
     """
-    grid = _grid(bands)
-    averages = np.array([_hat_averages(grid, curve) for curve in bands.sensitivities])
+    if bands.is_rgb:
+        return observer().wavelengths, observer().basis * observer().d65
+    grid, averages = _hat_averages(bands)
     kernel = -np.abs(grid[:, None] - grid) @ averages.T
     n = bands.count
     system = np.ones((n + 1, n + 1))
@@ -274,22 +268,21 @@ def _smoothest(bands: Bands) -> tuple[Floats, Floats]:
     return grid, (kernel @ weights[:n] + weights[n]).T
 
 
-def _grid(bands: Bands) -> Floats:
-    """Return whole wavelengths over what the eye and the bands see."""
+def _hat_averages(bands: Bands) -> tuple[Floats, Floats]:
+    """Return whole wavelengths (M,) over what the eye and the bands see, and weights (N, M).
+
+    They are those of a piecewise-linear curve's samples in its averages over the bands.
+    """
     low = min(380.0, *(curve.wavelengths[0] for curve in bands.sensitivities))
     high = max(780.0, *(curve.wavelengths[-1] for curve in bands.sensitivities))
-    return np.arange(np.floor(low), np.ceil(high) + 1.0)
-
-
-def _hat_averages(grid: Floats, sensitivity: Spectrum) -> Floats:
-    """Return the weights (M,) of a piecewise-linear curve's samples in its average over a band."""
-    first = np.searchsorted(grid, sensitivity.wavelengths[0], "right") - 1
-    last = np.searchsorted(grid, sensitivity.wavelengths[-1], "left") + 1
-    near = grid[first:last]
-    weights = np.zeros(len(grid))
-    samples = sensitivity.wavelengths, sensitivity.values[None]
-    weights[first:last] = integrate_products(*samples, near, np.eye(len(near)))[0]
-    return weights
+    grid = np.arange(np.floor(low), np.ceil(high) + 1.0)
+    weights = np.zeros((bands.count, len(grid)))
+    for row, curve in zip(weights, bands.sensitivities, strict=True):
+        first = np.searchsorted(grid, curve.wavelengths[0], "right") - 1
+        last = np.searchsorted(grid, curve.wavelengths[-1], "left") + 1
+        near, samples = grid[first:last], (curve.wavelengths, curve.values[None])
+        row[first:last] = integrate_products(*samples, near, np.eye(len(near)))[0]
+    return grid, weights
 
 
 def _correction(emission: Floats, direct: Floats) -> Floats:

@@ -14,12 +14,10 @@ from photonmap.spectra import names
 from photonmap.spectra.curves import EXTRAPOLATE, FILES, VISIBLE, Spectrum, merge_grids
 from photonmap.spectra.tables import read_table
 
-MOST = 256
-"""Largest number of bands."""
+MOST = 256  # Largest number of bands
 
 Limits = tuple[float, float]
-STEPS = re.compile(r" *([\d.]+ *:){2} *[\d.]+ *")
-"""The text of bands in steps: first, last, step."""
+STEPS = re.compile(r" *([\d.]+ *:){2} *[\d.]+ *")  # The text of bands in steps: first, last, step
 
 BEST = {
     3: (0.269, 1.0),
@@ -78,17 +76,6 @@ def spread_gaussians(
     z = (wavelengths - centres[:, None]) / sigma
     curves = np.where(np.abs(z) < _CUT, np.exp(-0.5 * z * z), 0.0)
     return [Spectrum(wavelengths, curve) for curve in curves]
-
-
-def best_sensors(text: str) -> list[Spectrum]:
-    """Return the best Gaussians for a number of bands, see `BEST`; others are an `InputError`."""
-    count = int(text) if text.isdecimal() else 0
-    if count not in BEST:
-        raise InputError(
-            f"the best bands are tabulated for {min(BEST)} to {max(BEST)} bands; got {text!r}; "
-            "`python -m photonmap sensors --best` finds others"
-        )
-    return spread_gaussians(count, *VISIBLE, *BEST[count])
 
 
 def boxes(n: int, low: float, high: float) -> list[Spectrum]:
@@ -196,14 +183,20 @@ def read_sensors(text: str) -> tuple[list[str], list[Spectrum]]:
     else:
         name = body.removeprefix(EXTRAPOLATE).strip()
         kind, _, number = name.partition(":")
-        pairs = _best(number) if kind == "best" else list(names.sensors(name))
+        pairs = _best(number.strip()) if kind == "best" else list(names.sensors(name))
     curves = [replace(curve, extrapolate=held) for _, curve in pairs]
     return [name for name, _ in pairs], curves
 
 
-def _best(number: str) -> list[tuple[str, Spectrum]]:
-    """Return the best Gaussians by their mean wavelengths."""
-    curves = best_sensors(number.strip())
+def _best(text: str) -> list[tuple[str, Spectrum]]:
+    """Return the best Gaussians for a number of bands, see `BEST`, by their mean wavelengths."""
+    count = int(text) if text.isdecimal() else 0
+    if count not in BEST:
+        raise InputError(
+            f"the best bands are tabulated for {min(BEST)} to {max(BEST)} bands; got {text!r}; "
+            "`python -m photonmap sensors --best` finds others"
+        )
+    curves = spread_gaussians(count, *VISIBLE, *BEST[count])
     means = [float(each.wavelengths @ each.values / each.values.sum()) for each in curves]
     return [(f"{mean:.1f}nm", each) for mean, each in zip(means, curves, strict=True)]
 

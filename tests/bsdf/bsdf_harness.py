@@ -12,7 +12,7 @@ import numpy as np
 import photonmap as pm
 from photonmap.compile.surfaces.coats import with_coats
 from photonmap.compile.surfaces.glossy import NODES, TERMS, lobe_albedos
-from photonmap.compile.surfaces.relief import Reliefs, with_anisotropy
+from photonmap.compile.surfaces.relief import Reliefs
 from photonmap.compile.surfaces.sheens import with_sheens
 from photonmap.compile.textures import compile_textures
 from photonmap.kernels.bsdf import models
@@ -107,10 +107,12 @@ def make_scene(case):
     look = _material(case)
     if case.is_brushed:
         look = replace(look, anisotropy=1.0, anisotropy_map=brushed(case.anisotropy[0]))
-        table = compile_textures([look], np.ones(1))
+    table = compile_textures([look], np.ones(1))
+    if case.is_brushed:
         _IMAGES.extend(table.images)
         scattering = table.lobes(scattering, Bands.rgb())
-    scattering = with_anisotropy(scattering, [look], geometry, np.zeros((3, 4)))
+    reliefs = Reliefs(geometry, table, 1.0, np.zeros((3, 4)))
+    scattering = reliefs.with_anisotropy(scattering, [look])
     materials = records.Materials(np.array([case.albedo], np.float32))
     textures = None
     if case.is_textured:

@@ -13,7 +13,7 @@ from photonmap.compile.frame import Frame
 from photonmap.kernels.camera.cameras import generate_lens_ray
 from photonmap.kernels.core.jit import kernel
 from photonmap.scene.camera import check_camera, frame_of
-from photonmap.scene.distortion import distort, fisheye_radius
+from photonmap.scene.projections import distort, fisheye_radius
 
 SIZE = (32, 24)
 

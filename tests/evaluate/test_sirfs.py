@@ -5,10 +5,18 @@ import pytest
 from scipy.stats import norm
 
 from photonmap import evaluate
-from photonmap.evaluate.methods import sirfs_priors as priors
+from photonmap.evaluate.methods import sirfs
 from photonmap.evaluate.methods.method import View, find_method
-from photonmap.evaluate.methods.sirfs import Objective, Surface, depth_of, harmonics, pyramid
-from photonmap.evaluate.methods.sirfs_priors import as_json, load_priors, whitened
+from photonmap.evaluate.methods.sirfs import (
+    Objective,
+    Surface,
+    as_json,
+    depth_of,
+    harmonics,
+    load_priors,
+    pyramid,
+    whitened,
+)
 
 TERMS = ("smooth", "entropy", "absolute", "curvature", "facing", "light")
 SIZE = 12, 15
@@ -51,17 +59,17 @@ def test_mixtures_cost_what_they_say():
     weights = np.zeros(16)
     weights[7] = 1.0  # one Gaussian
     squared = np.array([0.1, 0.5, 2.0])
-    table, pair = priors.cost_table(weights, 1), np.ones((1, 2), bool)
+    table, pair = sirfs.cost_table(weights, 1), np.ones((1, 2), bool)
     cost, pull = np.transpose(
         [
             (cost, gradient[0, 1, 0])
             for cost, gradient in (
-                priors.difference_cost(np.array([[[0.0], [root]]]), pair, table)
+                sirfs.difference_cost(np.array([[[0.0], [root]]]), pair, table)
                 for root in np.sqrt(squared)
             )
         ]
     )
-    scale = priors.SCALES[7]
+    scale = sirfs.SCALES[7]
     expected = norm.logpdf(0.0, scale=scale) - norm.logpdf(np.sqrt(squared), scale=scale)
     np.testing.assert_allclose(cost, expected, rtol=1e-3)
     np.testing.assert_allclose(pull, np.sqrt(squared) / scale**2, rtol=2e-2)
@@ -69,8 +77,8 @@ def test_mixtures_cost_what_they_say():
 
 def test_mixtures_are_learnt():
     rng = np.random.default_rng(0)
-    scales = np.where(rng.uniform(size=20_000) < 0.7, priors.SCALES[2], priors.SCALES[12])
-    weights = priors.learn_mixture(
+    scales = np.where(rng.uniform(size=20_000) < 0.7, sirfs.SCALES[2], sirfs.SCALES[12])
+    weights = sirfs.learn_mixture(
         (scales[:, None] * rng.normal(size=(20_000, 3))) ** 2 @ np.ones(3), 3
     )
     assert weights[1:4].sum() == pytest.approx(0.7, abs=0.02)
@@ -81,7 +89,7 @@ def test_windows_hold_each_pair_once():
     numbers = np.arange(30).reshape(5, 6)
     pairs = [
         frozenset(pair)
-        for one, other in priors.windows(np.ones((5, 6), bool))
+        for one, other in sirfs.windows(np.ones((5, 6), bool))
         for pair in zip(numbers[one].ravel(), numbers[other].ravel(), strict=True)
     ]
     expected = {
@@ -147,13 +155,13 @@ def test_pairs_cost_what_the_mixture_says():
     weights = np.array(load_priors().edges)
 
     def cost(squared):
-        parts = weights * priors.SCALES**-3.0 * np.exp(-squared[:, None] / (2 * priors.SCALES**2))
+        parts = weights * sirfs.SCALES**-3.0 * np.exp(-squared[:, None] / (2 * sirfs.SCALES**2))
         return -np.log(parts.sum(axis=1))
 
     squares = [
         ((image[other] - image[one]) ** 2).sum(axis=-1)[mask[one] & mask[other]]
-        for one, other in priors.windows(mask)
+        for one, other in sirfs.windows(mask)
     ]
-    found = priors.difference_cost(image, mask, priors.cost_table(weights, 3))[0]
+    found = sirfs.difference_cost(image, mask, sirfs.cost_table(weights, 3))[0]
     wanted = (cost(np.concatenate(squares)) - cost(np.zeros(1))).mean()
     assert found == pytest.approx(wanted, rel=1e-4)

@@ -11,46 +11,25 @@ from numpy.typing import NDArray
 
 from photonmap.compile.frame import Frame
 from photonmap.compile.geometry import triangle_areas
-from photonmap.compile.lights.environment import (
-    AMBIENT,
-    MappedLight,
-    Sky,
-    compile_sky,
-    default_sky,
-)
+from photonmap.compile.lights.environment import AMBIENT, MappedLight, Sky, compile_sky, default_sky
 from photonmap.compile.lights.probabilities import EmitterBounds, grow_tree, make_cdf, mix_uniform
 from photonmap.compile.textures import TextureTable
 from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.core.records import Geometry, Lights, LightTree, Profiles, SunPortals
-from photonmap.kernels.lights import sun
-from photonmap.kernels.lights.kinds import (
-    DIRECTIONAL,
-    DOME,
-    KINDS,
-    NUMBERS,
-    TRIANGLE,
-    numbers_where,
-)
+from photonmap.kernels.lights import kinds, sun
 from photonmap.runtime.wording import listed
 from photonmap.scene.camera import Camera
-from photonmap.scene.lights import (
-    DomeLight,
-    EnvironmentLight,
-    Light,
-    Profile,
-    check_light,
-    name_lights,
-)
+from photonmap.scene.lights import DomeLight, EnvironmentLight, Light, Profile, check_lights
 from photonmap.scene.material import Material
 from photonmap.scene.textures import Paint, mean_color
 from photonmap.spectra.bands import Bands
+from photonmap.spectra.curves import Floats
 
 DIMMEST, BRIGHTEST = 1e-30, 1e30
 """Power of all lights, W·m⁻²·sr⁻¹ times the square of the scene's size: images are float32."""
 
-_MOST_PARAMETERS = max(len(kind.functions.Parameters._fields) for kind in KINDS.values())
-EDGE_ON = 1e-6
-"""Share of a portal's area that a sun sees at least: photons of suns start somewhere."""
+_MOST_PARAMETERS = max(len(kind.functions.Parameters._fields) for kind in kinds.KINDS.values())
+EDGE_ON = 1e-6  # Share of a portal's area that a sun sees at least: photons of suns start somewhere
 
 
 @dataclass(frozen=True)
@@ -58,17 +37,13 @@ class Emitters:
     """The lights as kernels see them."""
 
     lights: Lights
-    names: list[str]
-    """of each emitter, (K,)"""
-    groups: list[str]
-    """of each emitter, (K,)"""
-    of_triangle: NDArray[np.int32]
-    """(T,) the emitter that a triangle is, -1 for none"""
-    flux: NDArray[np.float64]
+    names: list[str]  # of each emitter, (K,)
+    groups: list[str]  # of each emitter, (K,)
+    of_triangle: NDArray[np.int32]  # (T,) the emitter that a triangle is, -1 for none
+    flux: Floats
     """(K,) power of each emitter, the mean over bands, in the kernels' unit of length; textures
     count with their mean"""
-    white: NDArray[np.float64]
-    """(N,) colour of all light together, of mean 1"""
+    white: Floats  # (N,) colour of all light together, of mean 1
 
     @property
     def power(self) -> float:
@@ -81,19 +56,15 @@ class _Shining(NamedTuple):
 
     lights: list[Light]
     sky: Sky | None
-    dome: int
-    """which of them is all around, -1 for none"""
+    dome: int  # which of them is all around, -1 for none
 
 
 class _Layout(NamedTuple):
     """Where emitters are and how they shine."""
 
-    lights: Lights
-    """without spectra and probabilities"""
-    extent: NDArray[np.float64]
-    """(K,) power of an emission of 1"""
-    cone: NDArray[np.float64]
-    """(K, 2), as in `EmitterBounds`"""
+    lights: Lights  # without spectra and probabilities
+    extent: Floats  # (K,) power of an emission of 1
+    cone: Floats  # (K, 2), as in `EmitterBounds`
 
 
 def compile_lights(
@@ -131,36 +102,37 @@ def compile_lights(
     spectra = np.concatenate(
         [emission, *(_spectrum(light, shining.sky, bands)[None] for light in shining.lights)]
     )
-    spectra[row[np.isin(layout.lights.kind, numbers_where(has_place=True, has_area=False))]] /= (
-        frame.size * frame.size
-    )
+    is_point = np.isin(layout.lights.kind, kinds.numbers_where(has_place=True, has_area=False))
+    spectra[row[is_point]] /= frame.size * frame.size
     described = [(each.name, each.name) for each in materials]
     described += [(light.name, light.group or light.name) for light in shining.lights]
     names, groups = ([described[k][part] for k in row] for part in (0, 1))
     record, flux = _record(geometry, layout, names, row, spectra)
-    if shining.sky and shining.dome >= 0:
-        record = record._replace(
-            environment=shining.sky.record(float(flux.sum()), len(emission) + shining.dome)
-        )
     power = float(flux.sum())
+    images = textures.emission_textures(bands, power, len(spectra), geometry)
+    record = record._replace(emission_textures=images)
+    if shining.sky and shining.dome >= 0:
+        environment = shining.sky.record(power, len(emission) + shining.dome)
+        record = record._replace(environment=environment)
     total = layout.extent @ spectra[row]
-    emission_textures = textures.emission_textures(bands, power, len(spectra), geometry)
     of_triangle = np.full(len(material), -1, np.int32)
     of_triangle[emitting] = np.arange(len(emitting))
-    record = record._replace(emission_textures=emission_textures)
     return Emitters(record, names, groups, of_triangle, flux, total / total.mean())
 
 
 def _record(
-    geometry: Geometry,
-    layout: _Layout,
-    names: list[str],
-    row: NDArray[np.int64],
-    spectra: NDArray[np.float64],
-) -> tuple[Lights, NDArray[np.float64]]:
+    geometry: Geometry, layout: _Layout, names: list[str], row: NDArray[np.int64], spectra: Floats
+) -> tuple[Lights, Floats]:
     """Return what kernels take, without maps and textures, and the power of each emitter."""
     mean = spectra[row].mean(axis=1)
-    flux, power = _measure_power(layout.extent, mean)
+    with np.errstate(over="ignore"):
+        flux = layout.extent * mean
+        power = float(flux.sum())
+    if not DIMMEST <= power <= BRIGHTEST:
+        raise InputError(
+            f"lights radiate {power:.3g} in units of the scene: images can hold "
+            f"{DIMMEST:g} to {BRIGHTEST:g}; scale the lights"
+        )
     cdf = make_cdf(mix_uniform(flux, names))
     record = layout.lights._replace(
         spectrum=row.astype(np.int32),
@@ -175,7 +147,7 @@ def _find_shining(
     lights: Sequence[Light], area_names: Sequence[str], bands: Bands, camera: Camera
 ) -> _Shining:
     """Return the lights that are not black, with names; the default light where nothing emits."""
-    named = name_lights([check_light(light) for light in lights], area_names)
+    named = check_lights(lights, area_names)
     skies = [light for light in named if isinstance(light, DomeLight | MappedLight)]
     if len(skies) > 1:
         both = f"{skies[0].name!r} and {skies[1].name!r}"
@@ -198,27 +170,12 @@ def _find_shining(
     return _Shining(shining, sky, around[0] if around else -1)
 
 
-def _measure_power(
-    extent: NDArray[np.float64], mean: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], float]:
-    """Return the power of each emitter, (K,), and of all of them."""
-    with np.errstate(over="ignore"):
-        flux = extent * mean
-        power = float(flux.sum())
-    if not DIMMEST <= power <= BRIGHTEST:
-        raise InputError(
-            f"lights radiate {power:.3g} in units of the scene: images can hold "
-            f"{DIMMEST:g} to {BRIGHTEST:g}; scale the lights"
-        )
-    return flux, power
-
-
 def _lay_out(
     geometry: Geometry, emitting: NDArray[np.int64], lights: Sequence[Light], frame: Frame
 ) -> _Layout:
     """Lay out emitting triangles, then lights, in the kernels' units."""
     first, count = len(emitting), len(emitting) + len(lights)
-    kind, extent, area = np.full(count, TRIANGLE, np.uint8), np.zeros(count), np.zeros(count)
+    kind, extent, area = np.full(count, kinds.TRIANGLE, np.uint8), np.zeros(count), np.zeros(count)
     position, axis, cone = np.zeros((count, 3)), np.zeros((count, 3)), np.ones((count, 2))
     triangle, parameters = np.full(count, -1, np.int32), np.zeros((count, _MOST_PARAMETERS))
     triangle[:first] = emitting
@@ -228,15 +185,15 @@ def _lay_out(
     radius = 1.001 * float(np.linalg.norm(geometry.vertices, axis=1).max())
     described = [light.emitter() for light in lights]
     for index, emitter in enumerate(described, start=first):
-        kind[index] = NUMBERS[emitter.kind]
+        kind[index] = kinds.NUMBERS[emitter.kind]
         if emitter.position is not None:
             position[index] = frame.into(np.array(emitter.position))
         axis[index] = emitter.axis
-        own = KINDS[emitter.kind].functions.Parameters(**emitter.parameters)
+        own = kinds.KINDS[emitter.kind].functions.Parameters(**emitter.parameters)
         parameters[index, : len(own)] = own
         extent[index] = emitter.extent(radius)
         cone[index] = emitter.cone, 1.0
-    none, dome = np.empty(0), np.flatnonzero(kind == DOME)
+    none, dome = np.empty(0), np.flatnonzero(kind == kinds.DOME)
     record = Lights(
         kind=kind,
         triangle=triangle,
@@ -269,22 +226,20 @@ def _collect_profiles(tables: Sequence[Profile | None], first: int) -> Profiles 
     return Profiles(row, frames, np.stack([table.intensity for table in used]))
 
 
-def _grow_tree(
-    geometry: Geometry, layout: _Layout, mean: NDArray[np.float64], cdf: NDArray[np.float64]
-) -> LightTree | None:
+def _grow_tree(geometry: Geometry, layout: _Layout, mean: Floats, cdf: Floats) -> LightTree | None:
     """Build the tree of emitters that are not infinitely far."""
-    lights, is_area = layout.lights, layout.lights.kind == TRIANGLE
+    lights, is_area = layout.lights, layout.lights.kind == kinds.TRIANGLE
     triangles = lights.triangle[is_area]
     low, high, axis = lights.position.copy(), lights.position.copy(), lights.axis.copy()
     corners = geometry.vertices[geometry.triangles[triangles]]
     low[is_area], high[is_area] = corners.min(axis=1), corners.max(axis=1)
     axis[is_area] = geometry.normals[triangles]
     strength = mean * np.where(is_area, lights.area, 1.0)
-    far = np.isin(lights.kind, numbers_where(has_place=False))
+    far = np.isin(lights.kind, kinds.numbers_where(has_place=False))
     return grow_tree(EmitterBounds(low, high, axis, layout.cone, strength), cdf, far)
 
 
-def emission_of(color: Paint, bands: Bands, owner: str) -> NDArray[np.float64]:
+def emission_of(color: Paint, bands: Bands, owner: str) -> Floats:
     """Return the emission per band, (N,), of a colour, or of a texture the mean.
 
     An `InputError` names the owner of what is negative or not finite.
@@ -298,7 +253,7 @@ def emission_of(color: Paint, bands: Bands, owner: str) -> NDArray[np.float64]:
     return values
 
 
-def _spectrum(light: Light, sky: Sky | None, bands: Bands) -> NDArray[np.float64]:
+def _spectrum(light: Light, sky: Sky | None, bands: Bands) -> Floats:
     """Return a light's amount in each band, (N,): of an environment the mean."""
     if isinstance(light, MappedLight) and sky and light.color_attribute is None:
         return sky.mean
@@ -306,7 +261,7 @@ def _spectrum(light: Light, sky: Sky | None, bands: Bands) -> NDArray[np.float64
     return sky.mean if isinstance(light, MappedLight) and sky else amount
 
 
-def find_portals(materials: Sequence[Material], emission: NDArray[np.float64]) -> NDArray[np.bool_]:
+def find_portals(materials: Sequence[Material], emission: Floats) -> NDArray[np.bool_]:
     """Return which materials are portals, (M,); one that emits by itself, (M, N), is refused."""
     portals = np.array([material.portal for material in materials])
     for index in np.flatnonzero(portals & emission.any(axis=1)).tolist():
@@ -331,7 +286,7 @@ def open_to_suns(
     `portals`, (M,), are the materials that are.
     """
     triangles = np.flatnonzero(portals[geometry.material])
-    suns = np.flatnonzero(lights.kind == DIRECTIONAL)
+    suns = np.flatnonzero(lights.kind == kinds.DIRECTIONAL)
     if not (len(triangles) and len(suns)):
         return None
     area = triangle_areas(geometry, triangles)

@@ -20,18 +20,13 @@ from numpy.typing import NDArray
 from photonmap.compile.lights.probabilities import make_cdf
 from photonmap.errors import naming
 from photonmap.kernels.core.records import Environment
-from photonmap.kernels.lights.environment import (
-    ALL_AROUND,
-    BLOCK_COLUMNS,
-    BLOCK_ROWS,
-    STEPS,
-)
+from photonmap.kernels.lights.environment import ALL_AROUND, BLOCK_COLUMNS, BLOCK_ROWS, STEPS
 from photonmap.scene.camera import Camera, frame_of
 from photonmap.scene.daylight import OvercastLight, SkyLight
 from photonmap.scene.images import check_panorama, read_panorama
 from photonmap.scene.lights import EnvironmentLight
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.curves import integrate_products
+from photonmap.spectra.curves import Floats, integrate_products
 from photonmap.spectra.daylight import daylight_basis
 from photonmap.spectra.observer import observer
 
@@ -40,37 +35,29 @@ AMBIENT = 0.2
 away darker."""
 _KEY = 1.1
 """What the key light adds, about as much as a dome of this radiance where it falls straight."""
-_CONCENTRATION = 12.0
-"""Of the key light, exp(κ (cos θ − 1)): it falls to a half at 20 degrees."""
-_FROM = (-0.5, 0.65, -0.6)
-"""Where the key light comes from, along the camera's right, up and view."""
+_CONCENTRATION = 12.0  # Of the key light, exp(κ (cos θ − 1)): it falls to a half at 20 degrees
+_FROM = (-0.5, 0.65, -0.6)  # Where the key light comes from, along the camera's right, up and view
 _ROWS = 64
 MappedLight = EnvironmentLight | SkyLight | OvercastLight
 """Lights that differ by direction all around."""
-Floats = NDArray[np.float64]
 MIDDLE = (0.5, 0.5)
 WITHIN_CELL = (MIDDLE, *itertools.product((0.0, 1.0), repeat=2))
 WITHIN_BLOCK = tuple(itertools.product((0.25, 0.75), repeat=2))
 """Places where cosines are taken, as fractions of the way across."""
-LEAST_COSINE = 0.02
-"""Of blocks that are seen at all."""
-REACH = 1.01
-"""Factor on the angles from the middle of a block or cell to its corners, for rounding."""
+LEAST_COSINE = 0.02  # Of blocks that are seen at all
+REACH = 1.01  # Factor on the angles from the middle of a block or cell to its corners, for rounding
 
 
 @dataclass(frozen=True)
 class Sky:
     """A map, and its colours in bands."""
 
-    texels: NDArray[np.float32]
-    """(H, W, 3), linear RGB, or how much of each spectrum of daylight"""
-    basis: NDArray[np.float64]
-    """(3, N), bands of each, the light's scale included"""
-    rotation: float = 0.0
-    """about +y, 1 for a full turn"""
+    texels: NDArray[np.float32]  # (H, W, 3), linear RGB, or how much of each spectrum of daylight
+    basis: Floats  # (3, N), bands of each, the light's scale included
+    rotation: float = 0.0  # about +y, 1 for a full turn
 
     @property
-    def mean(self) -> NDArray[np.float64]:
+    def mean(self) -> Floats:
         """The mean radiance over all directions, (N,)."""
         rows = self.texels.mean(axis=1, dtype=np.float64)
         return -0.5 * np.diff(_row_cosines(self.texels)) @ rows @ self.basis
@@ -140,7 +127,7 @@ def default_sky(camera: Camera, bands: Bands) -> Sky:
     return Sky(texels, np.full((3, bands.count), 1.0 / 3.0))
 
 
-def _row_cosines(texels: NDArray[np.float32]) -> NDArray[np.float64]:
+def _row_cosines(texels: NDArray[np.float32]) -> Floats:
     """Return the cosines of the zenith angles between the rows of a map, (H + 1,)."""
     return np.cos(np.linspace(0.0, np.pi, len(texels) + 1))
 

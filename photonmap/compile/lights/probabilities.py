@@ -8,28 +8,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.kernels.core.records import (
-    NODE_AXIS,
-    NODE_CENTER,
-    NODE_CONE,
-    NODE_CONE_SINE,
-    NODE_RADIUS,
-    NODE_REACH,
-    NODE_STRENGTH,
-    Lights,
-    LightTree,
-)
+from photonmap.kernels.core import records
 from photonmap.kernels.lights.selection import WIDTH
+from photonmap.spectra.curves import Floats
 
-Floats = NDArray[np.float64]
 EVEN = 0.1
 """Share of the probability that lights get evenly: a weak one may be all that lights the view."""
-SELDOM = 0.01
-"""Factor on the probability of a light that seems to send nothing into the view."""
+SELDOM = 0.01  # Factor on the probability of a light that seems to send nothing into the view
 TREE_FROM = 8
 """Emitters at a finite distance below which a choice by power costs less than it loses."""
-_HALVINGS = WIDTH.bit_length() - 1
-"""Levels of a binary tree that become one."""
+_HALVINGS = WIDTH.bit_length() - 1  # Levels of a binary tree that become one
 
 
 def make_cdf(weights: Floats) -> Floats:
@@ -57,7 +45,9 @@ def mix_uniform(flux: Floats, names: Sequence[str]) -> Floats:
     return (1.0 - EVEN) * flux / flux.sum() + EVEN * flux / of_light[light] / len(of_light)
 
 
-def downweight_hidden(lights: Lights, names: Sequence[str], hidden: Collection[str]) -> Lights:
+def downweight_hidden(
+    lights: records.Lights, names: Sequence[str], hidden: Collection[str]
+) -> records.Lights:
     """Return lights among which those that seem hidden have a low probability.
 
     Not 0: a light may reach the view by paths that were not found.
@@ -74,18 +64,16 @@ def downweight_hidden(lights: Lights, names: Sequence[str], hidden: Collection[s
 class EmitterBounds(NamedTuple):
     """Where emitters, or groups of them, are and how they shine."""
 
-    low: Floats
-    """(n, 3) lower corners of boxes"""
+    low: Floats  # (n, 3) lower corners of boxes
     high: Floats
-    axis: Floats
-    """(n, 3) axes of cones of normals"""
-    cosines: Floats
-    """(n, 2) of the half angles of these cones, and of the light about each normal"""
-    strength: Floats
-    """(n,) intensities"""
+    axis: Floats  # (n, 3) axes of cones of normals
+    cosines: Floats  # (n, 2) of the half angles of these cones, and of the light about each normal
+    strength: Floats  # (n,) intensities
 
 
-def grow_tree(bounds: EmitterBounds, cdf: Floats, far: NDArray[np.bool_]) -> LightTree | None:
+def grow_tree(
+    bounds: EmitterBounds, cdf: Floats, far: NDArray[np.bool_]
+) -> records.LightTree | None:
     """Build a balanced tree by halving along the longest side; None where emitters are few.
 
     `cdf`, (K,), is that of the emitters where they are chosen regardless of the point; `far`, (K,),
@@ -110,21 +98,21 @@ def grow_tree(bounds: EmitterBounds, cdf: Floats, far: NDArray[np.bool_]) -> Lig
         np.where(empty[:, None], 2.0, bounds.cosines[emitter]),
         np.where(empty, 0.0, bounds.strength[emitter]),
     )
-    nodes = np.zeros((_blocks_above(len(emitter)), NODE_REACH + 1, WIDTH))
+    nodes = np.zeros((_blocks_above(len(emitter)), records.NODE_REACH + 1, WIDTH))
     while len(level.strength) > 1:
         _write(nodes, level)
         for _ in range(_HALVINGS):
             level = _join(level)
-    return LightTree(nodes, emitter, leaf, *_share_out(cdf, far))
+    return records.LightTree(nodes, emitter, leaf, *_share_out(cdf, far))
 
 
-def reweigh(tree: LightTree, weights: Floats, cdf: Floats) -> LightTree:
+def reweigh(tree: records.LightTree, weights: Floats, cdf: Floats) -> records.LightTree:
     """Return a tree whose emitters' strengths are multiplied by weights, (K,)."""
     nodes = tree.nodes.copy()
-    strength = _of_level(nodes, len(tree.emitter))[:, NODE_STRENGTH].ravel()
+    strength = _of_level(nodes, len(tree.emitter))[:, records.NODE_STRENGTH].ravel()
     strength *= weights[tree.emitter]
     while len(strength) > 1:
-        _of_level(nodes, len(strength))[:, NODE_STRENGTH] = strength.reshape(-1, WIDTH)
+        _of_level(nodes, len(strength))[:, records.NODE_STRENGTH] = strength.reshape(-1, WIDTH)
         strength = strength.reshape(-1, WIDTH).sum(axis=1)
     near, far = _share_out(cdf, tree.leaf < 0)
     return tree._replace(nodes=nodes, near=near, far=far)
@@ -166,13 +154,13 @@ def _write(nodes: Floats, level: EmitterBounds) -> None:
     full = (level.strength > 0.0)[:, None]
     low, high = np.where(full, level.low, 0.0), np.where(full, level.high, 0.0)
     columns = {
-        NODE_CENTER: 0.5 * (low + high),
-        NODE_AXIS: level.axis,
-        NODE_RADIUS: 0.5 * np.linalg.norm(high - low, axis=1),
-        NODE_STRENGTH: level.strength,
-        NODE_CONE: level.cosines[:, 0],
-        NODE_CONE_SINE: np.sqrt(np.maximum(1.0 - level.cosines[:, 0] ** 2, 0.0)),
-        NODE_REACH: level.cosines[:, 1],
+        records.NODE_CENTER: 0.5 * (low + high),
+        records.NODE_AXIS: level.axis,
+        records.NODE_RADIUS: 0.5 * np.linalg.norm(high - low, axis=1),
+        records.NODE_STRENGTH: level.strength,
+        records.NODE_CONE: level.cosines[:, 0],
+        records.NODE_CONE_SINE: np.sqrt(np.maximum(1.0 - level.cosines[:, 0] ** 2, 0.0)),
+        records.NODE_REACH: level.cosines[:, 1],
     }
     for first, values in columns.items():
         values = values.reshape(len(blocks), WIDTH, -1).swapaxes(1, 2)

@@ -1,8 +1,14 @@
-"""Closed bodies of glass, the order in which they claim space, and what lies beside triangles."""
+"""Closed bodies of glass, the order in which they claim space, and what lies beside triangles.
+
+Meshes are cut where bodies cross them, so that each triangle has one medium on each side. Where
+surfaces cross, triangles are cut along the planes of those that they cross; where they touch over
+an area, along the edges of the others. Sizes are in the kernels' units.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,27 +20,26 @@ from photonmap.kernels.core.records import Geometry
 from photonmap.runtime.wording import listed
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
-from photonmap.spectra.curves import Spectrum
+from photonmap.scene.textures import is_black
+from photonmap.spectra.curves import Floats, Spectrum
 
-TOUCHING = 1e-6
-"""Distance, in sizes of the scene, below which surfaces touch."""
+TOUCHING = 1e-6  # Distance, in sizes of the scene, below which surfaces touch
 
-UNRANKED = (1 << 30) - 1
-"""Rank of meshes that are no bodies."""
+UNRANKED = (1 << 30) - 1  # Rank of meshes that are no bodies
 
-Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int32]
+
+FLAT = 2e-7  # Height below which points count as in a plane
+MOST_PAIRS = 1 << 28  # Triangles of one mesh times those of another, beyond which they are not cut
 
 
 class Body(NamedTuple):
     """A closed mesh of solid glass."""
 
-    mesh: int
-    """among the scene's meshes"""
+    mesh: int  # among the scene's meshes
     material: Material
-    shape: Any
-    """`trimesh.Trimesh` in the kernels' units"""
+    shape: Any  # `trimesh.Trimesh` in the kernels' units
 
     @property
     def inside(self) -> int:
@@ -120,10 +125,8 @@ def is_solid(material: Material) -> bool:
 class Sides(NamedTuple):
     """Of T triangles."""
 
-    mesh: Ints
-    """(T, 2), the mesh of glass in which the front and the back lie, -1 for air"""
-    kept: Bools
-    """(T,), whether light changes there"""
+    mesh: Ints  # (T, 2), the mesh of glass in which the front and the back lie, -1 for air
+    kept: Bools  # (T,), whether light changes there
 
 
 def find_sides(
@@ -168,3 +171,192 @@ def medium_of(material: Material) -> tuple[object, ...]:
         return *index, id(color), distance
     clear = bool(np.all(np.equal(color, 1.0)))
     return *index, *((1.0, None) if clear else (tuple(np.ravel(color).tolist()), distance))
+
+
+def cut_meshes(
+    meshes: Sequence[Mesh], bodies: Sequence[Body], absorbing: set[int], frame: Frame
+) -> list[Mesh]:
+    """Return the meshes, their triangles cut where bodies of glass cross them.
+
+    Those of glass are, and where it absorbs (ids of materials) all but emitters.
+    """
+    result, whole = list(meshes), []
+    solid = {body.mesh for body in bodies}
+    for index, mesh in enumerate(meshes):
+        emits = not is_black(mesh.material.emission)
+        others = [
+            body
+            for body in bodies
+            if body.mesh != index
+            and (index in solid or (id(body.material) in absorbing and not emits))
+        ]
+        if others:
+            result[index], complete = _cut_mesh(mesh, others, index in solid, frame)
+            if not complete:
+                whole.append(mesh.name)
+    if whole:
+        warn(f"too many triangles to cut {listed(whole)} where bodies of glass cross them")
+    return result
+
+
+def _cut_mesh(
+    mesh: Mesh, others: Sequence[Body], is_glass: bool, frame: Frame
+) -> tuple[Mesh, bool]:
+    """Return a mesh whose triangles are cut, and whether all of them could be."""
+    corners = ((mesh.vertices - frame.center) / frame.size)[mesh.faces]
+    cuts: dict[int, list[Floats]] = {}
+    complete = True
+    for body in others:
+        knives = np.asarray(body.shape.triangles)
+        rows = np.flatnonzero(near(body.bounds, corners.min(axis=1), corners.max(axis=1)))
+        if not len(rows):
+            continue
+        bounds = np.stack([corners[rows].min(axis=(0, 1)), corners[rows].max(axis=(0, 1))])
+        knives = knives[near(bounds, knives.min(axis=1), knives.max(axis=1))]
+        if len(rows) * len(knives) > MOST_PAIRS:
+            complete = False
+            continue
+        for row, met in _meetings(corners[rows], knives, is_glass):
+            cuts.setdefault(int(rows[row]), []).extend(knives[met])
+    pieces = {row: _pieces(corners[row], knives) for row, knives in cuts.items()}
+    pieces = {row: parts for row, parts in pieces.items() if len(parts) > 1}
+    return (_with_pieces(mesh, corners, pieces) if pieces else mesh), complete
+
+
+def _planes(triangles: Floats) -> tuple[Floats, Floats]:
+    """Return unit normals (T, 3) and the planes' distances from the origin (T,)."""
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    return normals, (normals * triangles[:, 0]).sum(axis=1)
+
+
+def _meetings(
+    corners: Floats, knives: Floats, coplanar: bool
+) -> Iterator[tuple[int, NDArray[np.intp]]]:
+    """Give each triangle's row with those of the knives whose planes it crosses, and they its own.
+
+    With `coplanar` also those that lie in its plane.
+    """
+    normals, levels = _planes(knives)
+    own, own_levels = _planes(corners)
+    low, high = knives.min(axis=1), knives.max(axis=1)
+    for row, triangle in enumerate(corners):
+        box = np.stack([triangle.min(axis=0), triangle.max(axis=0)])
+        met = np.flatnonzero(near(box, low, high))
+        heights = triangle @ normals[met].T - levels[met]
+        above, below = (heights > FLAT).any(axis=0), (heights < -FLAT).any(axis=0)
+        back = knives[met] @ own[row] - own_levels[row]
+        reached = (back > -FLAT).any(axis=1) & (back < FLAT).any(axis=1)
+        flat = coplanar & ~above & ~below
+        met = met[(above & below & reached) | flat]
+        if len(met):
+            yield row, met
+
+
+def _pieces(triangle: Floats, knives: Sequence[Floats]) -> list[Floats]:
+    """Return the convex polygons into which triangles cut one."""
+    normal, level = (part[0] for part in _planes(triangle[None]))
+    pieces = [triangle]
+    for knife in knives:
+        flat = np.abs(knife @ normal - level).max() <= FLAT
+        cut = _cut_out if flat else _cut_through
+        pieces = [part for piece in pieces for part in cut(piece, knife, normal)]
+    return pieces
+
+
+def _cut_through(piece: Floats, knife: Floats, normal: Floats) -> list[Floats]:
+    """Cut a polygon along the plane of a triangle, if that meets it there."""
+    (across,), (level,) = _planes(knife[None])
+    line = np.cross(normal, across)
+    length = np.linalg.norm(line)
+    if length < 1e-9:
+        return [piece]
+    line /= length
+    ours = _chord(piece, piece @ across - level, line)
+    theirs = _chord(knife, (knife - piece[0]) @ normal, line)
+    if ours is None or theirs is None:
+        return [piece]
+    if min(ours[1], theirs[1]) - max(ours[0], theirs[0]) <= FLAT:
+        return [piece]
+    return _split(piece, across, level)
+
+
+def _chord(polygon: Floats, heights: Floats, line: Floats) -> tuple[float, float] | None:
+    """Return from where to where along a line a polygon crosses height 0; None if it does not."""
+    if heights.min() > FLAT or heights.max() < -FLAT:
+        return None
+    following, next_heights = np.roll(polygon, -1, axis=0), np.roll(heights, -1)
+    places = list(polygon[np.abs(heights) <= FLAT] @ line)
+    crosses = np.minimum(heights, next_heights) < -FLAT
+    crosses &= np.maximum(heights, next_heights) > FLAT
+    share = heights[crosses] / (heights[crosses] - next_heights[crosses])
+    places += list((polygon[crosses] + share[:, None] * (following - polygon)[crosses]) @ line)
+    return (min(places), max(places)) if places else None
+
+
+def _cut_out(piece: Floats, knife: Floats, normal: Floats) -> list[Floats]:
+    """Cut a polygon along the edges of a triangle in its plane."""
+    center, parts, rest = knife.mean(axis=0), [], piece
+    for corner, following in zip(knife, np.roll(knife, -1, axis=0), strict=True):
+        across = np.cross(normal, following - corner)
+        length = np.linalg.norm(across)
+        if length == 0.0:
+            return [piece]
+        across *= np.sign((corner - center) @ across) / length
+        heights = rest @ across - corner @ across
+        if heights.min() > -FLAT:
+            return [piece]
+        if heights.max() > FLAT:
+            inside, outside = _split(rest, -across, -(corner @ across))[::-1]
+            parts.append(inside)
+            rest = outside
+    return [*parts, rest]
+
+
+def _split(polygon: Floats, normal: Floats, level: float) -> list[Floats]:
+    """Return the parts of a polygon above a plane and below it, or all of it on one side."""
+    heights = polygon @ normal - level
+    heights[np.abs(heights) <= FLAT] = 0.0
+    if heights.min() >= 0.0 or heights.max() <= 0.0:
+        return [polygon]
+    parts: tuple[list[Floats], list[Floats]] = ([], [])
+    for index, height in enumerate(heights):
+        after = (index + 1) % len(polygon)
+        for part, sign in zip(parts, (1.0, -1.0), strict=True):
+            if sign * height >= 0.0:
+                part.append(polygon[index])
+        if height * heights[after] < 0.0:
+            share = height / (height - heights[after])
+            point = polygon[index] + share * (polygon[after] - polygon[index])
+            parts[0].append(point)
+            parts[1].append(point)
+    return [np.array(part) for part in parts]
+
+
+def _with_pieces(mesh: Mesh, corners: Floats, pieces: dict[int, list[Floats]]) -> Mesh:
+    """Return a mesh with the pieces of some triangles in place of these."""
+    kept = np.ones(len(mesh.faces), bool)
+    kept[list(pieces)] = False
+    weights, sources, faces = [], [], []
+    count = len(mesh.vertices)
+    for row, parts in pieces.items():
+        for part in parts:
+            weights.append(_barycentrics(corners[row], part))
+            sources.append(np.repeat(mesh.faces[row][None], len(part), axis=0))
+            fan = np.arange(1, len(part) - 1)
+            faces.append(count + np.stack([np.zeros_like(fan), fan, fan + 1], axis=1))
+            count += len(part)
+    weight, source = np.concatenate(weights)[..., None], np.concatenate(sources)
+
+    def extend(rows: Floats) -> Floats:
+        return np.concatenate([rows, (weight * rows[source]).sum(axis=1)])
+
+    sound = replace(mesh, normals=mesh.unit_normals, tangents=mesh.unit_tangents)
+    return sound.with_rows(extend, faces=np.concatenate([mesh.faces[kept], *faces]))
+
+
+def _barycentrics(triangle: Floats, points: Floats) -> Floats:
+    """Return the weights of a triangle's corners at points of it, (P, 3)."""
+    edges = (triangle[1:] - triangle[0]).T
+    found = np.linalg.lstsq(edges, (points - triangle[0]).T, rcond=None)[0].T
+    return np.column_stack([1.0 - found.sum(axis=1), found])

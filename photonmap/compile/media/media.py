@@ -9,27 +9,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.compile.frame import Frame
-from photonmap.compile.media.bodies import Body, find_bodies, find_sides, is_solid, ranks_of
-from photonmap.compile.media.cutting import cut_meshes
+from photonmap.compile.media.bodies import (
+    Body,
+    cut_meshes,
+    find_bodies,
+    find_sides,
+    is_solid,
+    ranks_of,
+)
 from photonmap.errors import InputError, naming
 from photonmap.kernels.core import records
-from photonmap.kernels.core.records import Dispersion
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.surfaces.dispersion import LINES, abbe_index
-from photonmap.scene.surfaces.relative_index import check_relative_indices
+from photonmap.scene.surfaces.layers import check_relative_indices
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.curves import Floats, Spectrum
 from photonmap.spectra.observer import observer
 
-Floats = NDArray[np.float64]
 Owner = NDArray[np.int64]
-LEAST_TRANSMITTANCE = 1e-30
-"""What is darker counts as this, which no image can tell from black."""
-STEPS = 64
-"""Wavelengths of each band, of which every pass takes one."""
-LIKE = 0.01
-"""By how much an index may differ from that of its dispersion."""
+LEAST_TRANSMITTANCE = 1e-30  # What is darker counts as this, which no image can tell from black
+STEPS = 64  # Wavelengths of each band, of which every pass takes one
+LIKE = 0.01  # By how much an index may differ from that of its dispersion
 
 
 @dataclass(frozen=True)
@@ -107,13 +108,9 @@ class MediaPlan:
                     indices.append(indices[row] * indices[around])
         absorption = np.zeros((len(indices), self.absorption.shape[1]), np.float32)
         absorption[: len(self.materials)] = self.absorption * frame.size
-        steps = index_steps(self.materials, indices, self.bands)
-        return records.Media(
-            of_side,
-            np.array(indices),
-            absorption if absorption.any() else absorption[:0],
-            None if steps is None else make_dispersion(steps),
-        )
+        absorption = absorption if absorption.any() else absorption[:0]
+        dispersion = _disperse(self.materials, indices, self.bands)
+        return records.Media(of_side, np.array(indices), absorption, dispersion)
 
 
 def plan_media(
@@ -148,14 +145,15 @@ def _absorption(material: Material, bands: Bands) -> Floats:
     return -np.log(np.clip(transmitted, LEAST_TRANSMITTANCE, 1.0)) / distance
 
 
-def index_steps(
+def _disperse(
     materials: Sequence[Material], indices: Sequence[float], bands: Bands
-) -> Floats | None:
+) -> records.Dispersion | None:
     """Return indices of refraction, (K, R, N): of R media, at K wavelengths of each band.
 
-    The wavelengths divide each band's sensitivity into K parts of the same integral. The first
-    media are the insides of materials; None where nothing disperses. Two kinds of dispersion in one
-    material, or an index that does not fit, are an `InputError`.
+    The wavelengths divide each band's sensitivity into K parts of the same integral; those in the
+    middle stand for the bands. The first media are the insides of materials; None where nothing
+    disperses. Two kinds of dispersion in one material, or an index that does not fit, are an
+    `InputError`.
     """
     dispersing = [row for row, each in enumerate(materials) if disperses(each)]
     if not dispersing:
@@ -164,7 +162,11 @@ def index_steps(
     steps = np.tile(np.array(indices)[:, None], (STEPS, 1, bands.count))
     for row in dispersing:
         steps[:, row] = _index(materials[row], wavelengths)
-    return steps
+    flat = steps.reshape(-1, bands.count)
+    wave = np.unique(flat, axis=1, return_inverse=True)[1].ravel().astype(np.int32)
+    spread = np.ptp(steps, axis=2).max(axis=0)
+    middle = steps[len(steps) // 2].copy()
+    return records.Dispersion(middle, steps, wave, (spread > 0.0).astype(np.uint8))
 
 
 def disperses(material: Material) -> bool:
@@ -205,11 +207,3 @@ def _wavelengths(bands: Bands) -> Floats:
         rising = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
         columns.append(np.interp(parts * rising[-1], rising, grid))
     return np.stack(columns, axis=1)
-
-
-def make_dispersion(steps: Floats) -> Dispersion:
-    """Return what kernels take, with the wavelengths in the middle of the bands."""
-    flat = steps.reshape(-1, steps.shape[2])
-    wave = np.unique(flat, axis=1, return_inverse=True)[1].ravel().astype(np.int32)
-    spread = np.ptp(steps, axis=2).max(axis=0)
-    return Dispersion(steps[len(steps) // 2].copy(), steps, wave, (spread > 0.0).astype(np.uint8))

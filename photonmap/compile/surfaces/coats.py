@@ -8,33 +8,23 @@ from functools import cache
 import numpy as np
 
 from photonmap.compile.surfaces.glossy import STEPS as COATS
-from photonmap.compile.surfaces.glossy import (
-    append_stepped,
-    lobe_albedos,
-)
+from photonmap.compile.surfaces.glossy import append_stepped, lobe_albedos
 from photonmap.compile.surfaces.relief import Reliefs
 from photonmap.compile.surfaces.white_bases import WHITE_BASES, through, whole_albedos
-from photonmap.compile.table_cache import Floats
 from photonmap.kernels.bsdf.models import COATED
 from photonmap.kernels.core import records
-from photonmap.kernels.core.records import Coats
 from photonmap.scene.material import LEAST_ALPHA, Material
 from photonmap.scene.surfaces.fresnel import mean_rise, normal_reflectance
 from photonmap.scene.textures import Texture, mean_number
+from photonmap.spectra.curves import Floats
 
-STEPS = 9
-"""Values of the roughness of a base for which D is tabulated, evenly from 0 to 1."""
+STEPS = 9  # Values of the roughness of a base for which D is tabulated, evenly from 0 to 1
 
 
 def with_coats(
-    scattering: records.Scattering | None,
-    materials: Sequence[Material],
-    reliefs: Reliefs | None = None,
+    scattering: records.Scattering | None, materials: Sequence[Material], reliefs: Reliefs
 ) -> records.Scattering | None:
-    """Return BSDFs of M materials below clear coats, where any material has one.
-
-    `reliefs` is None where no coat has normals of its own.
-    """
+    """Return BSDFs of M materials below clear coats, where any material has one."""
     chosen = [index for index, material in enumerate(materials) if material.is_coated]
     if scattering is None or not chosen:
         return scattering
@@ -48,7 +38,7 @@ def with_coats(
         first[index] = sum(len(rows) for rows in passing)
         albedos.append(lobe_albedos(alpha, refraction)[None])
         is_image = isinstance(materials[index].coat_roughness, Texture)
-        steps_of_image = _evenly_from_0_to_1(COATS) if is_image else []
+        steps_of_image = np.linspace(0.0, 1.0, COATS).tolist() if is_image else []
         alphas = [alpha, *(max(step * step, LEAST_ALPHA) for step in steps_of_image)]
         base = dielectric, float(scattering.parameters[index, 3])
         rows = [_through((refraction, each), materials[index], base) for each in alphas]
@@ -57,7 +47,7 @@ def with_coats(
     varies = np.array([material.has_textured_coat for material in materials])
     weight, alpha, refraction, dielectric = numbers
     whole, stepped = append_stepped(np.concatenate(albedos), refraction, varies)
-    coats = Coats(
+    coats = records.Coats(
         weight,
         np.array([normal_reflectance(each) for each in refraction.tolist()]),
         refraction,
@@ -71,7 +61,7 @@ def with_coats(
         np.concatenate(passing),
         scattering.maps if varies.any() else None,
         np.array([material.own_coat_relief is not None for material in materials], np.uint8),
-        reliefs and reliefs.of_coats(materials),
+        reliefs.of_coats(materials),
     )
     model[chosen] = COATED
     return scattering._replace(model=model, albedos=whole, coats=coats)
@@ -99,16 +89,12 @@ def _numbers(
     return numbers
 
 
-def _evenly_from_0_to_1(count: int) -> list[float]:
-    return list(np.linspace(0.0, 1.0, count).tolist())
-
-
 def _through(coat: tuple[float, float], material: Material, base: tuple[float, float]) -> Floats:
     """Return rows of `Coats.through` for one material.
 
     The coat is its index and α; the base F₀ and index of its lobe, where that is no metal.
     """
-    steps = _evenly_from_0_to_1(STEPS)
+    steps = np.linspace(0.0, 1.0, STEPS).tolist()
     if not isinstance(material.roughness, Texture):
         steps = [material.roughness if material.is_glossy else 1.0] * 2
     rows = []

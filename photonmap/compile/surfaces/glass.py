@@ -15,11 +15,10 @@ from photonmap.scene.material import LEAST_ALPHA, Material
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Texture, lie_alike, mean_number, resized
 from photonmap.spectra.bands import Bands
-from photonmap.spectra.curves import Color, Spectrum
+from photonmap.spectra.curves import Spectrum
 from photonmap.spectra.observer import reflectance_to_rgb
 
-STRIP = 256
-"""Rows of an image that are looked at together."""
+STRIP = 256  # Rows of an image that are looked at together
 
 
 def opaque_part(material: Material) -> Material:
@@ -40,16 +39,14 @@ def opaque_part(material: Material) -> Material:
     if isinstance(base, Texture):
         shape = tuple(np.maximum(shape, base.image.texels.shape[:2]).tolist())
     rest = np.float32(1.0) - np.minimum(resized(share, shape)[..., :1], np.float32(1.0))
-    color = resized(base, shape) if isinstance(base, Texture) else _linear(base)
+    if isinstance(base, Texture):
+        color = resized(base, shape)
+    else:
+        rgb = reflectance_to_rgb(base) if isinstance(base, Spectrum) else base
+        color = np.clip(np.asarray(rgb, np.float32), 0.0, 1.0)
     texels = np.broadcast_to(rest * color, (*shape, 3))
     image = Image(np.ascontiguousarray(texels, np.float32), False)
     return replace(material, reflectance=replace(share, image=image, factor=(1.0, 1.0, 1.0)))
-
-
-def _linear(color: Color) -> np.ndarray:
-    """Return a reflectance in linear sRGB, (3,) or a number."""
-    rgb = reflectance_to_rgb(color) if isinstance(color, Spectrum) else color
-    return np.clip(np.asarray(rgb, np.float32), 0.0, 1.0)
 
 
 def clear_textures(materials: Sequence[Material], bands: Bands) -> dict[int, Texture]:
@@ -94,16 +91,14 @@ def with_glass(
     if np.greater_equal(images, 0).any():
         basis = bands.reflectance_basis.astype(np.float32, order="C")
         maps = records.GlassMaps(table.maps, *images, basis, LEAST_ALPHA)
-    return specular._replace(maps=maps, share=glass_share(materials, table))
-
-
-def glass_share(materials: Sequence[Material], table: TextureTable) -> records.GlassShare | None:
-    """Return which fraction of each material is glass; None where none is so in part."""
-    if all(material.is_all_glass for material in materials if material.ior is not None):
-        return None
-    value = np.array([mean_number(m.transmission) if m.ior is not None else 1.0 for m in materials])
-    maps = table.maps if (table.rows["transmission"] >= 0).any() else None
-    return records.GlassShare(value, table.rows["transmission"], maps)
+    share = None
+    if not all(material.is_all_glass for material in materials if material.ior is not None):
+        parts = np.array([mean_number(material.transmission) for material in materials])
+        rows = table.rows["transmission"]
+        share = records.GlassShare(
+            np.where(is_glass, parts, 1.0), rows, table.maps if (rows >= 0).any() else None
+        )
+    return specular._replace(maps=maps, share=share)
 
 
 def beside_glass(

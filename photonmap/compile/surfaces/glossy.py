@@ -7,27 +7,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.compile.table_cache import Floats, kept_on_disk
+from photonmap.compile.table_cache import kept_on_disk
 from photonmap.kernels.core.metals import DIP_MEANS, DIP_POWERS
 from photonmap.scene.material import LEAST_ALPHA
 from photonmap.scene.surfaces.conductors import dip_terms
 from photonmap.scene.surfaces.fresnel import even_light, rise
+from photonmap.spectra.curves import Floats
 
-Values = Any
-"""Numbers, or arrays that go together"""
-NODES = 64
-"""Angles, evenly in the square root of the cosine."""
-GRID = 128
-"""Samples per angle: its square."""
+Values = Any  # Numbers, or arrays that go together
+NODES = 64  # Angles, evenly in the square root of the cosine
+GRID = 128  # Samples per angle: its square
 STEPS = 33
 """Values of roughness for which textured lobes have albedos; what lies between is interpolated."""
 AZIMUTHS = 9
 """Azimuths for which lobes that differ along a surface have albedos, evenly in their sine²."""
-COARSE = 64
-"""In place of `GRID` where there are many tables: they differ by up to 0.0015."""
+COARSE = 64  # In place of `GRID` where there are many tables: they differ by up to 0.0015
 SMALLEST_COSINE = 1e-4
-TERMS = 2 + len(DIP_POWERS)
-"""Fresnel terms of `Scattering.albedos`."""
+TERMS = 2 + len(DIP_POWERS)  # Fresnel terms of `Scattering.albedos`
 
 
 def node_cosines() -> Floats:
@@ -36,7 +32,7 @@ def node_cosines() -> Floats:
 
 
 @kept_on_disk
-def lobe_albedos(alpha: float, index: float = 0.0) -> NDArray[np.float64]:
+def lobe_albedos(alpha: float, index: float = 0.0) -> Floats:
     """Return what a GGX lobe reflects, (TERMS, NODES + 1), by `Scattering.albedos`' Fresnel terms.
 
     Of light from each angle, and last the cosine-weighted mean over all angles; by quadrature over
@@ -47,9 +43,7 @@ def lobe_albedos(alpha: float, index: float = 0.0) -> NDArray[np.float64]:
 
 
 @kept_on_disk
-def azimuth_albedos(
-    along: float, across: float, index: float = 0.0, grid: int = GRID
-) -> NDArray[np.float64]:
+def azimuth_albedos(along: float, across: float, index: float = 0.0, grid: int = GRID) -> Floats:
     """Return `lobe_albedos` by azimuth, (1 + AZIMUTHS, TERMS, NODES + 1), the first of all.
 
     `along` and `across` are α along a tangent, and across it; `grid` is the root of the samples per
@@ -63,7 +57,7 @@ def azimuth_albedos(
     return np.concatenate([np.tensordot(weights, rows, 1)[None], rows])
 
 
-def _albedos_at(lobe: tuple[float, float, float], share: float, grid: int) -> NDArray[np.float64]:
+def _albedos_at(lobe: tuple[float, float, float], share: float, grid: int) -> Floats:
     """Return `lobe_albedos` of light from one azimuth, of which `share` is the sine².
 
     A lobe is α along and across, and the index of refraction.
@@ -75,7 +69,7 @@ def _albedos_at(lobe: tuple[float, float, float], share: float, grid: int) -> ND
 
 
 @kept_on_disk
-def stepped_albedos(index: float) -> NDArray[np.float64]:
+def stepped_albedos(index: float) -> Floats:
     """Return `lobe_albedos` for even steps of roughness from 0 to 1, (STEPS, TERMS, NODES + 1)."""
     roughness = np.linspace(0.0, 1.0, STEPS).tolist()
     return np.array([lobe_albedos(max(value * value, LEAST_ALPHA), index) for value in roughness])
@@ -96,8 +90,8 @@ def append_stepped(
 
 
 def mean_albedo(
-    f0: NDArray[np.floating], lobes: NDArray[np.float64], dip: NDArray[np.floating] | None = None
-) -> NDArray[np.float64]:
+    f0: NDArray[np.floating], lobes: Floats, dip: NDArray[np.floating] | None = None
+) -> Floats:
     """Return what glossy surfaces reflect of light from all around, (M, N).
 
     Parameters
@@ -142,7 +136,7 @@ def _albedos(
 
 def reflections(
     along: float, across: float, share: float, cosine: float, grid: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats, Floats]:
     """Return how visible normals reflect light: G2 / G1, its cosine to them, and that of leaving.
 
     Each (grid, grid), evenly over the density of visible normals (Dupuy and Benyoub 2023). `along`
@@ -168,8 +162,8 @@ def reflections(
     h /= np.linalg.norm(h, axis=0)
     beside = np.tensordot(wo, h, 1)
     out = np.maximum(2.0 * beside * h[2] - cosine, 0.0)
-    alpha: NDArray[np.float64] | float = along
-    alpha_out: NDArray[np.float64] | float = along
+    alpha: Floats | float = along
+    alpha_out: Floats | float = along
     if along != across:
         alpha = np.sqrt(along**2 * (1.0 - share) + across**2 * share)
         x, y = (2.0 * beside * h[axis] - wo[axis] for axis in range(2))
@@ -180,8 +174,6 @@ def reflections(
     return weight, beside, out
 
 
-def _smith(
-    alpha: NDArray[np.float64] | float, cosine: NDArray[np.float64] | float
-) -> NDArray[np.float64]:
+def _smith(alpha: Floats | float, cosine: Floats | float) -> Floats:
     tangent = 1.0 / np.square(cosine) - 1.0
     return np.asarray(0.5 * (np.sqrt(1.0 + alpha * alpha * tangent) - 1.0))

@@ -11,36 +11,34 @@ from numpy.typing import NDArray
 from photonmap.compile.surfaces.glossy import AZIMUTHS, COARSE, GRID, azimuth_albedos
 from photonmap.compile.textures import TextureTable
 from photonmap.kernels.core import records
-from photonmap.kernels.core.records import Anisotropy, Geometry, Relief
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.surfaces.relief import BumpMap, NoRelief, NormalMap
+from photonmap.spectra.curves import Floats
 
-STRENGTHS = 9
-"""Of an image: those between are interpolated."""
-Floats = NDArray[np.float64]
+STRENGTHS = 9  # Of an image: those between are interpolated
 
 
 @dataclass
 class Reliefs:
-    """The relief of a scene's surfaces, and of clear coats over them.
+    """The relief of a scene's surfaces, and of clear coats over them; and what follows tangents.
 
-    The geometry has materials and texture coordinates; `size` is that of the kernels' unit of
-    length in scene units; tangents are of vertices, see `given_tangents`.
+    The geometry has materials, and texture coordinates where there are any; `size` is that of the
+    kernels' unit of length in scene units; tangents are of vertices, see `given_tangents`.
     """
 
-    geometry: Geometry
+    geometry: records.Geometry
     table: TextureTable
     size: float
-    tangents: NDArray[np.float64]
+    tangents: Floats
 
-    def of_surfaces(self, materials: Sequence[Material]) -> Relief | None:
+    def of_surfaces(self, materials: Sequence[Material]) -> records.Relief | None:
         """Return what turns the shading normals of M materials; None where nothing does."""
         if (self.table.rows["relief"] < 0).all():
             return None
         return self._compile([material.relief for material in materials], self.table.rows["relief"])
 
-    def of_coats(self, materials: Sequence[Material]) -> Relief | None:
+    def of_coats(self, materials: Sequence[Material]) -> records.Relief | None:
         """Return what turns the normals of coats that have their own; None where none has."""
         reliefs = [material.own_coat_relief for material in materials]
         if all(relief is None for relief in reliefs):
@@ -49,11 +47,11 @@ class Reliefs:
 
     def _compile(
         self, reliefs: Sequence[NormalMap | BumpMap | NoRelief | None], rows: NDArray[np.int32]
-    ) -> Relief:
+    ) -> records.Relief:
         is_height = np.array([relief is not None and relief.is_height for relief in reliefs])
         factor = np.array([0.0 if relief is None else relief.factor for relief in reliefs])
         by_directions = (rows >= 0) & ~is_height
-        return Relief(
+        return records.Relief(
             self.table.maps,
             rows,
             is_height.astype(np.uint8),
@@ -61,60 +59,45 @@ class Reliefs:
             vertex_tangents(self.geometry, by_directions[self.geometry.material], self.tangents),
         )
 
+    def with_anisotropy(
+        self, scattering: records.Scattering | None, materials: Sequence[Material]
+    ) -> records.Scattering | None:
+        """Return BSDFs of M materials with what tells how lobes differ along surfaces, if any."""
+        chosen = np.array([each.is_glossy and each.is_anisotropic for each in materials])
+        if scattering is None or not chosen.any():
+            return scattering
+        anisotropy = self._anisotropy(materials, chosen)
+        albedos, first = scattering.albedos.copy(), anisotropy.first
+        for index in np.flatnonzero(chosen).tolist():
+            across, refraction = scattering.parameters[index, [0, 3]].tolist()
+            rows = _rows(materials[index], across, refraction)
+            albedos[index] = rows[-1, 0]
+            if len(rows) > 1:
+                albedos = np.concatenate([albedos, rows[:, 0]])
+            albedos = np.concatenate([albedos, *rows[:, 1:]])
+            first[index] = len(albedos) - AZIMUTHS
+        return scattering._replace(albedos=albedos, anisotropy=anisotropy)
 
-def with_anisotropy(
-    scattering: records.Scattering | None,
-    materials: Sequence[Material],
-    geometry: records.Geometry,
-    given: NDArray[np.float64],
-) -> records.Scattering | None:
-    """Return BSDFs of M materials with what tells how lobes differ along surfaces, where any do.
+    def with_anisotropic_chains(
+        self, specular: records.Specular | None, materials: Sequence[Material]
+    ) -> records.Specular | None:
+        """Return specular lobes with what tells how rough ones differ along surfaces, if any do."""
+        chosen = np.array([each.is_anisotropic and each.chain_alpha > 0.0 for each in materials])
+        if specular is None or not chosen.any():
+            return specular
+        return specular._replace(anisotropy=self._anisotropy(materials, chosen))
 
-    The geometry has materials, and texture coordinates where there are any; `given` are tangents of
-    vertices, see `given_tangents`.
-    """
-    chosen = np.array([each.is_glossy and each.is_anisotropic for each in materials])
-    if scattering is None or not chosen.any():
-        return scattering
-    anisotropy = _anisotropy(materials, chosen, geometry, given)
-    albedos, first = scattering.albedos.copy(), anisotropy.first
-    for index in np.flatnonzero(chosen).tolist():
-        across, refraction = scattering.parameters[index, [0, 3]].tolist()
-        rows = _rows(materials[index], across, refraction)
-        albedos[index] = rows[-1, 0]
-        if len(rows) > 1:
-            albedos = np.concatenate([albedos, rows[:, 0]])
-        albedos = np.concatenate([albedos, *rows[:, 1:]])
-        first[index] = len(albedos) - AZIMUTHS
-    return scattering._replace(albedos=albedos, anisotropy=anisotropy)
-
-
-def with_anisotropic_chains(
-    specular: records.Specular | None,
-    materials: Sequence[Material],
-    geometry: records.Geometry,
-    given: NDArray[np.float64],
-) -> records.Specular | None:
-    """Return specular lobes with what tells how rough ones differ along surfaces, where any do."""
-    chosen = np.array([each.is_anisotropic and each.chain_alpha > 0.0 for each in materials])
-    if specular is None or not chosen.any():
-        return specular
-    return specular._replace(anisotropy=_anisotropy(materials, chosen, geometry, given))
-
-
-def _anisotropy(
-    materials: Sequence[Material],
-    chosen: NDArray[np.bool_],
-    geometry: records.Geometry,
-    given: NDArray[np.float64],
-) -> Anisotropy:
-    """Return how the chosen materials, (M,), differ along surfaces, with no rows of albedos."""
-    stretch = np.array([_largest(material) ** 2 for material in materials]) * chosen
-    angles = 2.0 * np.pi * np.array([material.anisotropy_rotation for material in materials])
-    turn = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    tangents = vertex_tangents(geometry, (stretch > 0.0)[geometry.material], given)
-    first = np.full(len(materials), -1, np.int32)
-    return Anisotropy(stretch, turn, first, AZIMUTHS, STRENGTHS, tangents)
+    def _anisotropy(
+        self, materials: Sequence[Material], chosen: NDArray[np.bool_]
+    ) -> records.Anisotropy:
+        """Return how the chosen materials, (M,), differ along surfaces, with no rows of albedos."""
+        stretch = np.array([_largest(material) ** 2 for material in materials]) * chosen
+        angles = 2.0 * np.pi * np.array([material.anisotropy_rotation for material in materials])
+        turn = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        is_stretched = (stretch > 0.0)[self.geometry.material]
+        tangents = vertex_tangents(self.geometry, is_stretched, self.tangents)
+        first = np.full(len(materials), -1, np.int32)
+        return records.Anisotropy(stretch, turn, first, AZIMUTHS, STRENGTHS, tangents)
 
 
 def _largest(material: Material) -> float:
@@ -125,7 +108,7 @@ def _largest(material: Material) -> float:
     return material.anisotropy * material.anisotropy_map.strengths[1]
 
 
-def _rows(material: Material, across: float, refraction: float) -> NDArray[np.float64]:
+def _rows(material: Material, across: float, refraction: float) -> Floats:
     """Return `azimuth_albedos` of one strength, or of an image's from 0 to the largest, (S, …).
 
     Where an image has one strength all over, no others are looked up. `across` is α across the
@@ -133,7 +116,7 @@ def _rows(material: Material, across: float, refraction: float) -> NDArray[np.fl
     """
     largest = _largest(material)
 
-    def rows(strength: float, grid: int = COARSE) -> NDArray[np.float64]:
+    def rows(strength: float, grid: int = COARSE) -> Floats:
         along = across + (1.0 - across) * strength**2
         return azimuth_albedos(along, across, refraction, grid)
 

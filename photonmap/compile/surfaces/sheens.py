@@ -11,33 +11,29 @@ import numpy as np
 from photonmap.compile.materials import reflectance_of
 from photonmap.compile.surfaces.glossy import NODES, node_cosines
 from photonmap.compile.surfaces.white_bases import WHITE_BASES, through
-from photonmap.compile.table_cache import Floats, kept_on_disk
+from photonmap.compile.table_cache import kept_on_disk
 from photonmap.compile.textures import TextureTable
 from photonmap.kernels.bsdf.models import SHEEN
 from photonmap.kernels.bsdf.sheen import tabulate
 from photonmap.kernels.core import records
-from photonmap.kernels.core.records import Sheens
 from photonmap.scene.material import Material
 from photonmap.scene.textures import Texture
 from photonmap.spectra.bands import Bands
+from photonmap.spectra.curves import Floats
 
 LEAST_SHEEN_ALPHA = 0.01
 """Smallest α of a sheen: a smoother one shines only where a surface is seen edge-on."""
-COLORS = 17
-"""Values of the colour of a sheen for which T is tabulated, evenly from 0 to 1."""
+COLORS = 17  # Values of the colour of a sheen for which T is tabulated, evenly from 0 to 1
 ANGLES, AZIMUTHS = 192, 128
 """Of the quadrature: Gauss–Legendre in the square root of the cosine, and midpoints."""
-BOUNDS = 200
-"""Rounds in which the lobe is held to what arrives."""
+BOUNDS = 200  # Rounds in which the lobe is held to what arrives
 
 
 class Lobe(NamedTuple):
     """What a sheen of a colour of 1 does at each of NODES angles."""
 
-    kept: Floats
-    """(NODES,), K"""
-    albedo: Floats
-    """(NODES + 1,), E, and its cosine-weighted mean"""
+    kept: Floats  # (NODES,), K
+    albedo: Floats  # (NODES + 1,), E, and its cosine-weighted mean
 
 
 def with_sheens(
@@ -70,7 +66,7 @@ def with_sheens(
     basis = bands.reflectance_basis.astype(np.float32, order="C")
     basis = basis if maps is not None else basis[:0]
     mean = color.mean(axis=1, dtype=float)
-    sheens = Sheens(color, mean, alpha, row, *tables, maps, table.rows["sheen"], basis)
+    sheens = records.Sheens(color, mean, alpha, row, *tables, maps, table.rows["sheen"], basis)
     return scattering._replace(model=model, sheens=sheens)
 
 

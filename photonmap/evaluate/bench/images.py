@@ -36,10 +36,8 @@ COLORS_OF_LIGHT = (WHITE_LIGHT, ONE_LIGHT, TWO_LIGHTS)
 class Kind(NamedTuple):
     """What an image shows, "" where that is not known."""
 
-    content: str
-    """one of `CONTENTS`"""
-    light: str
-    """one of `COLORS_OF_LIGHT`"""
+    content: str  # one of `CONTENTS`
+    light: str  # one of `COLORS_OF_LIGHT`
 
 
 def kind_of(image: Image) -> Kind:
@@ -55,8 +53,7 @@ def kind_of(image: Image) -> Kind:
 
 SPACES = ("rgb", "bands")
 """In which images are compared: linear sRGB, or the bands they were rendered in."""
-_WHITE = 99.0
-"""Percentile of the grey values of valid pixels that becomes 1."""
+_WHITE = 99.0  # Percentile of the grey values of valid pixels that becomes 1
 _DRAWN = ("reflectance", "shading")
 
 

@@ -13,28 +13,16 @@ from photonmap.errors import InputError, naming
 from photonmap.evaluate.bench.images import Truth
 from photonmap.evaluate.intervals import Statistic, mean
 from photonmap.evaluate.methods.method import Estimate
-from photonmap.evaluate.metrics.angular import angular_error, angular_error_map, summarise_angles
+from photonmap.evaluate.metrics import angular, reflectance, scaled
 from photonmap.evaluate.metrics.arrays import Floats, least_squares_factor, paired, real, to_grey
-from photonmap.evaluate.metrics.reflectance import (
-    OrdinalPairs,
-    albedo_chromaticity,
-    albedo_intensity,
-    albedo_texture,
-    delta_e,
-    ordinal_pairs,
-    whdr,
-)
-from photonmap.evaluate.metrics.scaled import dssim, lmse, lmse_mit, si_lmse, si_mse
 from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import shown, suggest
 
 REFLECTANCE, SHADING, ILLUMINANT = "reflectance", "shading", "illuminant"
 BOTH = (REFLECTANCE, SHADING)
 LAYERS = (*BOTH, ILLUMINANT)
-MEAN_LAYER = "mean"
-"""The mean over reflectance and shading, where a metric is measured on both."""
-ORDER = (*BOTH, MEAN_LAYER, ILLUMINANT)
-"""The order in which scores of a metric are listed."""
+MEAN_LAYER = "mean"  # The mean over reflectance and shading, where a metric is measured on both
+ORDER = (*BOTH, MEAN_LAYER, ILLUMINANT)  # The order in which scores of a metric are listed
 
 Measure = Callable[[Truth, Floats, Floats], float]
 """From a ground truth, its layer that is meant, and an estimate of that layer, to an error."""
@@ -63,9 +51,9 @@ class Metric:
 
 
 @lru_cache(maxsize=2)
-def _pairs(mask_bytes: bytes, shape: tuple[int, int]) -> OrdinalPairs:
+def _pairs(mask_bytes: bytes, shape: tuple[int, int]) -> reflectance.OrdinalPairs:
     """Return the pairs that WHDR compares in a mask."""
-    return ordinal_pairs(np.frombuffer(mask_bytes, bool).reshape(shape))
+    return reflectance.ordinal_pairs(np.frombuffer(mask_bytes, bool).reshape(shape))
 
 
 def _of_layers(error: Callable[..., float]) -> Measure:
@@ -85,42 +73,43 @@ def _of_regions(error: Callable[..., float]) -> Measure:
 
 def _whdr(truth: Truth, true: Floats, made: Floats) -> float:
     pairs = _pairs(truth.mask.tobytes(), truth.mask.shape)
-    return whdr(true, made, truth.mask, pairs)
+    return reflectance.whdr(true, made, truth.mask, pairs)
 
 
 def _angle(truth: Truth, true: Floats, made: Floats) -> float:
     one = made if made.ndim == 1 else made[truth.mask].sum(axis=0)
-    return angular_error(true[truth.mask].sum(axis=0), one)
+    return angular.angular_error(true[truth.mask].sum(axis=0), one)
 
 
 _ANGULAR = ("mean", "median", "trimean", "best", "worst")
 _PAINT, _LIGHT = (REFLECTANCE,), (ILLUMINANT,)
 _ROWS = (
     Metric("lmse", "LMSE of grey values, windows of 20 px; Grosse et al. 2009", BOTH,
-           _of_grey(lmse)),
-    Metric("lmse-color", "LMSE with one factor a window for all bands", BOTH, _of_layers(lmse)),
+           _of_grey(scaled.lmse)),
+    Metric("lmse-color", "LMSE with one factor a window for all bands", BOTH,
+           _of_layers(scaled.lmse)),
     Metric("lmse-mit",
            "LMSE of grey values as in the code of Grosse et al., which divides by less", BOTH,
-           _of_grey(lmse_mit)),
-    Metric("si-mse", "scale-invariant MSE; Chen and Koltun 2013", BOTH, _of_layers(si_mse)),
+           _of_grey(scaled.lmse_mit)),
+    Metric("si-mse", "scale-invariant MSE; Chen and Koltun 2013", BOTH, _of_layers(scaled.si_mse)),
     Metric("si-lmse",
            "mean of si-MSE over windows of a tenth of the image; Chen and Koltun 2013", BOTH,
-           _of_layers(si_lmse)),
-    Metric("dssim", "(1 − SSIM) / 2; Chen and Koltun 2013", BOTH, _of_layers(dssim)),
+           _of_layers(scaled.si_lmse)),
+    Metric("dssim", "(1 − SSIM) / 2; Chen and Koltun 2013", BOTH, _of_layers(scaled.dssim)),
     Metric("whdr", "WHDR for δ = 10%, pairs ordered by the truth; Bell et al. 2014", _PAINT,
            _whdr),
     Metric("albedo-intensity", "squared error of mean grey values of materials; Wu et al. 2023",
-           _PAINT, _of_regions(albedo_intensity)),
+           _PAINT, _of_regions(reflectance.albedo_intensity)),
     Metric("albedo-chromaticity", "ΔE2000 of mean colours of materials; Wu et al. 2023", _PAINT,
-           _of_regions(albedo_chromaticity), needs_rgb=True),
+           _of_regions(reflectance.albedo_chromaticity), needs_rgb=True),
     Metric("albedo-texture", "RMS difference of relative texture within materials", _PAINT,
-           _of_regions(albedo_texture)),
+           _of_regions(reflectance.albedo_texture)),
     Metric("delta-e", "mean ΔE2000 after one factor; Sharma et al. 2005", _PAINT,
-           _of_layers(delta_e), needs_rgb=True),
+           _of_layers(reflectance.delta_e), needs_rgb=True),
     Metric("angle", "angle between the illuminant and that of all light, degrees", _LIGHT,
            _angle, figures=_ANGULAR),
     Metric("angle-map", "mean angle to the illuminant of each pixel, degrees", _LIGHT,
-           _of_layers(lambda *layers: mean(angular_error_map(*layers))), figures=_ANGULAR),
+           _of_layers(lambda *layers: mean(angular.angular_error_map(*layers))), figures=_ANGULAR),
 )  # fmt: skip
 METRICS = {metric.name: metric for metric in _ROWS}
 
@@ -129,7 +118,7 @@ def figure(name: str) -> Statistic:
     """Return what computes a figure of scores (K,) by its name."""
     if name == "mean":
         return mean
-    return lambda scores: float(getattr(summarise_angles(scores), name))
+    return lambda scores: float(getattr(angular.summarise_angles(scores), name))
 
 
 def choose_metrics(names: str | Sequence[str] | None, space: str) -> list[Metric]:
@@ -154,8 +143,7 @@ class Column(NamedTuple):
     """What a score is of."""
 
     metric: str
-    layer: str
-    """one of `ORDER`"""
+    layer: str  # one of `ORDER`
 
 
 @dataclass

@@ -23,8 +23,7 @@ from photonmap.evaluate.metrics.arrays import Floats, real
 from photonmap.runtime.wording import listed, suggest
 from photonmap.scene.images import decode_srgb
 
-ENCODINGS = ("srgb", "linear")
-"""What the values of a PNG may be."""
+ENCODINGS = ("srgb", "linear")  # What the values of a PNG may be
 _SUFFIXES = (".png", ".exr")
 _ARRAYS = ".npz"
 

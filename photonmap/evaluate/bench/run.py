@@ -51,8 +51,7 @@ def one_thread() -> AbstractContextManager[Any]:
 
 Settings = Mapping[str, float]
 _Scored = Sequence[tuple[Method, MethodScores]]
-_BY = METRICS["lmse"]
-"""The metric that settings are chosen by."""
+_BY = METRICS["lmse"]  # The metric that settings are chosen by
 
 
 def tune(
@@ -104,8 +103,7 @@ def _score(method: Method, settings: Settings, shot: Shot) -> float:
     return measure(layers, shot.truth, [_BY]).scores.get(Column(_BY.name, MEAN_LAYER), float("nan"))
 
 
-DRAWS = 4
-"""Default number of times that noise is added to the truth."""
+DRAWS = 4  # Default number of times that noise is added to the truth
 
 Log = Callable[[str], None]
 Watch = Callable[[Truth, str, Mapping[str, Floats], Measured], None]

@@ -9,15 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from photonmap.evaluate import intervals
 from photonmap.evaluate.bench.images import Kind
 from photonmap.evaluate.bench.measure import MEAN_LAYER, METRICS, ORDER, Column, Measured, figure
-from photonmap.evaluate.intervals import (
-    Interval,
-    group_by_scene,
-    paired_test,
-    scene_interval,
-    truth_interval,
-)
 from photonmap.evaluate.metrics.arrays import Floats
 
 
@@ -70,12 +64,9 @@ class Summary(NamedTuple):
     column: Column
     figure: str
     value: float
-    over_scenes: Interval | None
-    """bootstrap over scenes"""
-    over_truth: Interval | None
-    """that the standard errors of the truth leave"""
-    scored: int
-    """images that have a score"""
+    over_scenes: intervals.Interval | None  # bootstrap over scenes
+    over_truth: intervals.Interval | None  # that the standard errors of the truth leave
+    scored: int  # images that have a score
     failed: int
     """images on which the method failed; others have no score as the metric is not defined there"""
 
@@ -94,8 +85,7 @@ class Comparison(NamedTuple):
     column: Column
     first: str
     second: str
-    difference: float
-    """mean score of the first minus that of the second, over scenes"""
+    difference: float  # mean score of the first minus that of the second, over scenes
     p_value: float
 
 
@@ -157,8 +147,8 @@ class Evaluation:
             column,
             name,
             value,
-            scene_interval(group_by_scene(values, self.scenes), statistic),
-            truth_interval(value, [statistic(draw) for draw in method.drawn(column)]),
+            intervals.scene_interval(intervals.group_by_scene(values, self.scenes), statistic),
+            intervals.truth_interval(value, [statistic(draw) for draw in method.drawn(column)]),
             int(known.sum()),
             len(method.failures),
         )
@@ -171,9 +161,9 @@ class Evaluation:
             means = [column for column in shared if column.layer == MEAN_LAYER]
             for column in (means or shared)[:1]:
                 one, two = (method.values(column, self.images) for method in (first, second))
-                groups = group_by_scene(one - two, self.scenes)
+                groups = intervals.group_by_scene(one - two, self.scenes)
                 if groups:
                     difference = float(np.mean([group.mean() for group in groups]))
-                    p_value = paired_test(one, two, self.scenes)
+                    p_value = intervals.paired_test(one, two, self.scenes)
                     found.append(Comparison(column, first.name, second.name, difference, p_value))
         return found

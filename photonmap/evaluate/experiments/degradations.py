@@ -34,11 +34,9 @@ from photonmap.evaluate.metrics.arrays import Floats, blurred_within, to_grey
 from photonmap.evaluate.report.gallery import Rated
 from photonmap.evaluate.report.tables import Cell, Table
 
-Layers = tuple[Floats, Floats]
-"""Reflectance and shading, (H, W, C) each."""
+Layers = tuple[Floats, Floats]  # Reflectance and shading, (H, W, C) each
 
-AMOUNTS = (1, 2, 4, 8)
-"""Relative amounts of each degradation."""
+AMOUNTS = (1, 2, 4, 8)  # Relative amounts of each degradation
 COMBINED = "combined"
 _BELOW, _ON_TOP = 4, (2, 8)
 """Amounts of the first of two degradations, and of the second."""

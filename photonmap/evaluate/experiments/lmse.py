@@ -121,11 +121,9 @@ def _findings(rows: Sequence[tuple[str, Sequence[Cell]]]) -> list[str]:
     return said
 
 
-POWER = 0.8
-"""Probability of finding a difference that is there."""
+POWER = 0.8  # Probability of finding a difference that is there
 _SIGNIFICANCE = 0.05
-_DRAWS = 400
-"""Sets of scenes that are drawn for each number of scenes."""
+_DRAWS = 400  # Sets of scenes that are drawn for each number of scenes
 
 
 def scenes_needed(differences: Floats) -> float:
@@ -161,13 +159,12 @@ def sample_tables(evaluation: Evaluation) -> list[Table]:
 
 def _scene_scores(evaluation: Evaluation) -> tuple[list[str], Floats]:
     """Return methods with scores in all scenes, and their mean scores (M, S)."""
-    scenes = np.array(evaluation.scenes, object)
     names, rows = [], []
     for method in evaluation.methods:
         values = method.values(COLUMN, evaluation.images)
         if np.isfinite(values).all():
             names.append(method.name)
-            rows.append([values[scenes == scene].mean() for scene in dict.fromkeys(scenes)])
+            rows.append([each.mean() for each in group_by_scene(values, evaluation.scenes)])
     return names, np.array(rows)
 
 

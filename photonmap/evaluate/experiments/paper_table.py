@@ -8,6 +8,7 @@ shading for single objects and complex scenes in white light, light of one colou
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 
@@ -27,8 +28,7 @@ from photonmap.evaluate.intervals import group_by_scene, scene_interval
 from photonmap.evaluate.metrics.arrays import Floats
 from photonmap.evaluate.report.tables import Cell, Table, interval
 
-METRIC = "lmse-color"
-"""The paper's: LMSE with one factor a window for all bands."""
+METRIC = "lmse-color"  # The paper's: LMSE with one factor a window for all bands
 _GREY = "lmse"
 _TITLES = {
     METRIC: (
@@ -168,14 +168,10 @@ _TRENDS = (
 
 def _rankings(rows: dict[str, Row], paper: Sequence[Row]) -> list[str]:
     """Return in how many columns two methods rank as they do in the paper."""
-    shared = [name for name in SHARED if name in rows]
     said = []
-    for index, first in enumerate(shared):
-        for second in shared[index + 1 :]:
-            one, two = paper[SHARED[first]], paper[SHARED[second]]
-            same = sum(
-                (one[p] - two[p]) * (rows[first][p] - rows[second][p]) > 0.0 for p in _COLUMNS
-            )
-            apart = sum(one[p] != two[p] for p in _COLUMNS)
-            said.append(f"{first} and {second} rank as in the paper in {same} of {apart} columns.")
+    for first, second in combinations([name for name in SHARED if name in rows], 2):
+        one, two = paper[SHARED[first]], paper[SHARED[second]]
+        same = sum((one[p] - two[p]) * (rows[first][p] - rows[second][p]) > 0.0 for p in _COLUMNS)
+        apart = sum(one[p] != two[p] for p in _COLUMNS)
+        said.append(f"{first} and {second} rank as in the paper in {same} of {apart} columns.")
     return said

@@ -48,17 +48,11 @@ def run_experiments(
         tables.append(cost_table(evaluation, direct, banded))
     tables += sample_tables(evaluation)
     log("degradations")
+    test, seen = OrderTest(choose_metrics(None, "rgb"), disagreements.keep_known), set()
     with one_thread():
-        tables.append(_order_table(folder, disagreements))
+        for shot in shots(open_finished(folder), "rgb"):
+            if shot.truth.scene not in seen:  # the first image of each
+                seen.add(shot.truth.scene)
+                test.add(shot.truth)
+    tables.append(test.table())
     return [table for table in tables if table is not None]
-
-
-def _order_table(folder: Path, disagreements: Disagreements) -> Table | None:
-    """Return which metrics order degradations of the first image of each scene rightly."""
-    test = OrderTest(choose_metrics(None, "rgb"), disagreements.keep_known)
-    seen = set()
-    for shot in shots(open_finished(folder), "rgb"):
-        if shot.truth.scene not in seen:
-            seen.add(shot.truth.scene)
-            test.add(shot.truth)
-    return test.table()

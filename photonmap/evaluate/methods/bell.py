@@ -129,12 +129,9 @@ def _blur(nodes: _Codes, step: np.uint64) -> Any:
 
 _Labels = NDArray[np.int64]
 
-_REWEIGHTED = 10
-"""Of reweighted least squares."""
-_LEAST_RESIDUAL = 1e-3
-"""Residual of log shading below which weights stay the same."""
-_HOLD = 1e-6
-"""Weight that holds intensities where they were, for regions that touch no other."""
+_REWEIGHTED = 10  # Of reweighted least squares
+_LEAST_RESIDUAL = 1e-3  # Residual of log shading below which weights stay the same
+_HOLD = 1e-6  # Weight that holds intensities where they were, for regions that touch no other
 
 
 def connected_regions(labels: _Labels) -> _Labels:
@@ -185,26 +182,20 @@ def matched_intensities(log_image: Floats, regions: _Labels, start: Floats) -> F
 _CLUSTERS = 20
 _POSITION, _INTENSITY, _CHROMATICITY = 0.1, 0.1, 0.025
 """θ_p, θ_l and θ_c."""
-_INTENSITY_SCALE = 0.5
-"""Weight of intensity where clusters are found."""
+_INTENSITY_SCALE = 0.5  # Weight of intensity where clusters are found
 _BLUR = 0.1
 _GREY = 0.5
-_WHITE = 99.0
-"""Percentile of intensity that is 1 for all these numbers."""
-_STEPS = 10
-"""Largest number of steps of mean field in a round."""
-_SETTLED = 1e-3
-"""Change of all probabilities below which mean field ends."""
+_WHITE = 99.0  # Percentile of intensity that is 1 for all these numbers
+_STEPS = 10  # Largest number of steps of mean field in a round
+_SETTLED = 1e-3  # Change of all probabilities below which mean field ends
 _KMEANS_ROUNDS = 20
 
 
 class _Reflectances(NamedTuple):
     """The L reflectances among which pixels choose."""
 
-    log_intensity: Floats
-    """(L,)"""
-    log_chromaticity: Floats
-    """(L, C) of bands over their mean"""
+    log_intensity: Floats  # (L,)
+    log_chromaticity: Floats  # (L, C) of bands over their mean
 
 
 def estimate(view: View, rounds: float, pairwise: float, smooth: float, level: float) -> Estimate:

@@ -31,27 +31,19 @@ from photonmap.evaluate.methods.poisson import integrate, neighbours, steps_of
 from photonmap.evaluate.methods.retinex import edge_steps
 from photonmap.evaluate.metrics.arrays import Floats
 
-_THRESHOLD = 0.075
-"""Of colour Retinex."""
-_ROUNDS = 8
-"""Largest number of times that r, α and R̃ are solved for in turn."""
-_STEPS = 15
-"""Largest number of steps of L-BFGS in a round."""
-_SETTLED = 1e-4
-"""Relative decrease of the energy in a round below which the descent ends."""
+_THRESHOLD = 0.075  # Of colour Retinex
+_ROUNDS = 8  # Largest number of times that r, α and R̃ are solved for in turn
+_STEPS = 15  # Largest number of steps of L-BFGS in a round
+_SETTLED = 1e-4  # Relative decrease of the energy in a round below which the descent ends
 
 
 class _Field(NamedTuple):
     """What stays the same during the descent, for the P pixels of a mask."""
 
-    length: Floats
-    """(P,) |I|, with a mean of 1"""
-    direction: Floats
-    """(P, C) I / |I|"""
-    pairs: NDArray[np.int64]
-    """(2, E) neighbours, second first"""
-    steps: Floats
-    """(E,) g_ij (log |I_i| − log |I_j|)"""
+    length: Floats  # (P,) |I|, with a mean of 1
+    direction: Floats  # (P, C) I / |I|
+    pairs: NDArray[np.int64]  # (2, E) neighbours, second first
+    steps: Floats  # (E,) g_ij (log |I_i| − log |I_j|)
 
 
 def estimate(view: View, smooth: float, retinex: float, cluster: float, count: float) -> Estimate:
@@ -68,11 +60,8 @@ def estimate(view: View, smooth: float, retinex: float, cluster: float, count: f
         steps_of(down, right, view.mask),
     )
     weights = (smooth, retinex, cluster)
-    starts = (
-        integrate(down, right, view.mask)[view.mask],
-        np.log(field.length),
-        np.zeros(len(field.length)),
-    )
+    by_retinex = integrate(down, right, view.mask)[view.mask]
+    starts = by_retinex, np.log(field.length), np.zeros(len(field.length))
     found = [_descend(field, start, weights, round(count)) for start in starts]
     best = min(found, key=lambda each: each[0])[1]
     shading = np.ones(view.mask.shape)
@@ -86,7 +75,7 @@ def _descend(
     """Return the energy and log r where coordinate descent from a start ends."""
     from scipy.optimize import minimize
 
-    log_r = _rescaled(field, start)
+    log_r = _rescaled(start)
     means = first_means(np.exp(log_r)[:, None] * field.direction, count)
     last = np.inf
     for _ in range(_ROUNDS):
@@ -97,7 +86,7 @@ def _descend(
             _energy, log_r, (field, means[nearest], weights), "L-BFGS-B", jac=True,
             options={"maxiter": _STEPS},
         )  # fmt: skip
-        log_r = _rescaled(field, found.x)
+        log_r = _rescaled(found.x)
         if last - found.fun < _SETTLED * abs(last):
             break
         last = found.fun
@@ -106,7 +95,7 @@ def _descend(
     return _energy(log_r, field, means[nearest], weights)[0], log_r
 
 
-def _rescaled(field: _Field, log_r: Floats) -> Floats:
+def _rescaled(log_r: Floats) -> Floats:
     """Return log r with a mean of 1 for r, which is that of |I|."""
     return log_r - np.log(np.exp(log_r).mean())
 

@@ -20,24 +20,13 @@ from photonmap.runtime.wording import shown, suggest
 FLOOR = 3.0 / 257.0
 """Values that logarithms raise darker ones to; white is about 1. In Grosse et al.'s code, it is 3
 where 16-bit images go up to 257."""
-GROUP = "photonmap.methods"
-"""The group of entry points."""
-BUILT_IN = {
-    "constant-reflectance": "retinex",
-    "constant-shading": "retinex",
-    "retinex": "retinex",
-    "color-retinex": "retinex",
-    "weiss": "retinex",
-    "shen": "shen",
-    "gehler": "gehler",
-    "serra": "serra",
-    "sirfs": "sirfs",
-    "bell": "bell",
-    "grey-world": "illuminants",
-    "white-patch": "illuminants",
-    "shades-of-grey": "illuminants",
-    "grey-edge": "illuminants",
+GROUP = "photonmap.methods"  # The group of entry points
+_OF_MODULES = {
+    "retinex": "constant-reflectance constant-shading retinex color-retinex weiss",
+    **{name: name for name in ("shen", "gehler", "serra", "sirfs", "bell")},
+    "illuminants": "grey-world white-patch shades-of-grey grey-edge",
 }
+BUILT_IN = {name: module for module, names in _OF_MODULES.items() for name in names.split()}
 """Methods of this folder, each with the module that lists it in `METHODS`."""
 
 

@@ -59,12 +59,9 @@ def integrate(down: Floats, right: Floats, mask: Mask) -> Floats:
 class _System(NamedTuple):
     """The normal equations of a mask."""
 
-    factors: Any
-    """of the Laplacian, with one pixel of each part held at 0"""
-    incidence: Any
-    """(edges, pixels) sparse, 1 and −1"""
-    parts: NDArray[np.int64]
-    """(pixels,) connected part of each"""
+    factors: Any  # of the Laplacian, with one pixel of each part held at 0
+    incidence: Any  # (edges, pixels) sparse, 1 and −1
+    parts: NDArray[np.int64]  # (pixels,) connected part of each
 
 
 @lru_cache(maxsize=2)

@@ -30,21 +30,10 @@ import numpy as np
 from photonmap.errors import InputError
 from photonmap.evaluate.methods.method import FLOOR, Estimate, Method, View, with_grey_shading
 from photonmap.evaluate.methods.poisson import differences, integrate
-from photonmap.evaluate.metrics.arrays import Floats, Mask, to_grey
+from photonmap.evaluate.metrics.arrays import Floats, to_grey
 
-LEAST_LIGHTS = 2
-"""Least number of images of a view that weiss needs."""
+LEAST_LIGHTS = 2  # Least number of images of a view that weiss needs
 _THRESHOLDS = tuple(float(threshold) for threshold in np.logspace(-1.5, 0.0, 5))
-
-
-def constant_reflectance(view: View) -> Estimate:
-    """Return a reflectance of 1, and the image as shading."""
-    return Estimate(np.ones_like(view.image), view.image)
-
-
-def constant_shading(view: View) -> Estimate:
-    """Return the image as reflectance, and a shading of 1."""
-    return Estimate(view.image, np.ones_like(view.image))
 
 
 def retinex(view: View, threshold: float) -> Estimate:
@@ -67,18 +56,14 @@ def edge_steps(image: Floats, log_grey: Floats, grey: float, color: float) -> li
     log_grey : (H, W)
     grey, color : T^br and T^chr
     """
+    steps = []
     bands = differences(np.log(np.maximum(image, FLOOR)))
-    return [
-        np.where(_is_reflectance(band, grey, color), step, 0.0)
-        for band, step in zip(bands, differences(log_grey), strict=True)
-    ]
-
-
-def _is_reflectance(bands: Floats, grey: float, color: float) -> Mask:
-    """Return where differences (H, W, C) exceed a threshold."""
-    brightness = bands.mean(axis=-1)
-    chromaticity = np.linalg.norm(bands - brightness[..., None], axis=-1)
-    return (np.abs(brightness) > grey) | (chromaticity > color)
+    for band, step in zip(bands, differences(log_grey), strict=True):
+        brightness = band.mean(axis=-1)
+        chromaticity = np.linalg.norm(band - brightness[..., None], axis=-1)
+        is_edge = (np.abs(brightness) > grey) | (chromaticity > color)
+        steps.append(np.where(is_edge, step, 0.0))
+    return steps
 
 
 def weiss(view: View) -> Estimate:
@@ -106,8 +91,8 @@ def _integrated(view: View, down: Floats, right: Floats) -> Estimate:
 
 
 METHODS = (
-    Method("constant-reflectance", constant_reflectance),
-    Method("constant-shading", constant_shading),
+    Method("constant-reflectance", lambda view: Estimate(np.ones_like(view.image), view.image)),
+    Method("constant-shading", lambda view: Estimate(view.image, np.ones_like(view.image))),
     Method(
         "retinex",
         retinex,

@@ -104,16 +104,11 @@ def memberships(colors: Floats) -> Floats:
 class _Level(NamedTuple):
     """Parameters of a range of lightness; lengths are in CIELAB, angles in degrees."""
 
-    lightness: float
-    """where the range ends"""
-    center: tuple[float, float]
-    """of the ellipse around grey"""
-    axes: tuple[float, float]
-    """e_1 and e_2"""
-    tilt: float
-    """of the first axis from that of a*"""
-    steepness: float
-    """β_e"""
+    lightness: float  # where the range ends
+    center: tuple[float, float]  # of the ellipse around grey
+    axes: tuple[float, float]  # e_1 and e_2
+    tilt: float  # of the first axis from that of a*
+    steepness: float  # β_e
     boundaries: list[tuple[str, float, float]]
     """of each name, its hue where it begins, with β; it ends where the next one begins"""
 
@@ -144,20 +139,14 @@ def _sigmoid(values: Floats) -> Floats:
     return np.asarray(1.0 / (1.0 + np.exp(-np.clip(values, -700.0, 700.0))))
 
 
-_CELLS = 64
-"""Along each axis."""
-_BRIGHTEST = 99.5
-"""Percentile of the largest band at which the axes end."""
-_MARGIN = 3
-"""Empty cells beyond each end."""
+_CELLS = 64  # Along each axis
+_BRIGHTEST = 99.5  # Percentile of the largest band at which the axes end
+_MARGIN = 3  # Empty cells beyond each end
 _DIFFERENTIATION, _INTEGRATION = 0.7, 1.0
 """Scales, in cells."""
-_CREASED = 1.7
-"""Least κ of a ridge; it is at most 3."""
-_DENSE = 0.5
-"""Least smoothed count of a ridge."""
-_NEAR_BLACK = 0.3
-"""Share of an axis within which no cell is a ridge."""
+_CREASED = 1.7  # Least κ of a ridge; it is at most 3
+_DENSE = 0.5  # Least smoothed count of a ridge
+_NEAR_BLACK = 0.3  # Share of an axis within which no cell is a ridge
 _TOUCHING = np.ones((3, 3, 3), bool)
 
 
@@ -201,8 +190,7 @@ def _creaseness(heights: Floats) -> Floats:
     return -np.sum([np.gradient(field[..., axis], axis=axis) for axis in range(3)], axis=0)
 
 
-_LEAST_SHARE = 0.02
-"""Memberships below this do not tie a pixel to a description."""
+_LEAST_SHARE = 0.02  # Memberships below this do not tie a pixel to a description
 _HELD = 1e-9
 """Weight of log reflectances of 0, which decides the constant that all else leaves open."""
 
@@ -210,10 +198,8 @@ _HELD = 1e-9
 class Descriptors(NamedTuple):
     """What is known of the P pixels of a mask."""
 
-    ridge: NDArray[np.int64]
-    """(P,) number of the ridge, k"""
-    names: Floats
-    """(P, N) memberships μ, with a sum of 1"""
+    ridge: NDArray[np.int64]  # (P,) number of the ridge, k
+    names: Floats  # (P, N) memberships μ, with a sum of 1
 
 
 def log_reflectance(
@@ -225,22 +211,24 @@ def log_reflectance(
     ----------
     log_image : (P,) log of grey values
     pairs : (2, E) neighbours, as `poisson.neighbours` returns them
-    tie : weight λ of all pairs that share ridge and name
+    tie : weight λ of all pairs that share ridge and name: of pixels tied to a reflectance for each
     """
     from scipy.sparse import csc_array, diags_array, vstack
 
     count = len(log_image)
     second, first = pairs
-    ties = _ties(descriptors, tie)
-    steps = weighted_differences(second, first, np.ones(len(second)), count + ties.nodes)
-    spokes = weighted_differences(ties.pixels, count + ties.ends, ties.weights, count + ties.nodes)
+    ridge, names = descriptors
+    pixels, name = np.nonzero(names > _LEAST_SHARE)
+    described, ends = np.unique(ridge[pixels] * names.shape[1] + name, return_inverse=True)
+    weights, width = np.sqrt(tie * names[pixels, name]), count + len(described)
+    steps = weighted_differences(second, first, np.ones(len(second)), width)
+    spokes = weighted_differences(pixels, count + ends, weights, width)
     system = csc_array(vstack([steps, spokes]))
     unlike = 1.0 - likeness(descriptors, pairs)
     wanted = np.concatenate(
-        [unlike * (log_image[second] - log_image[first]), np.zeros(len(ties.pixels))]
+        [unlike * (log_image[second] - log_image[first]), np.zeros(len(pixels))]
     )
-    matrix = system.T @ system + diags_array(np.full(count + ties.nodes, _HELD))
-    factors = factorised(matrix)
+    factors = factorised(system.T @ system + diags_array(np.full(width, _HELD)))
     return np.asarray(factors.solve(system.T @ wanted)[:count])
 
 
@@ -252,29 +240,7 @@ def likeness(descriptors: Descriptors, pairs: NDArray[np.int64]) -> Floats:
     return np.where(ridge[second] == ridge[first], 1.0, one_name)
 
 
-class _Ties(NamedTuple):
-    """Pixels tied to the reflectances of descriptions, K of which exist."""
-
-    pixels: NDArray[np.int64]
-    """(T,)"""
-    ends: NDArray[np.int64]
-    """(T,) number of the description"""
-    weights: Floats
-    """(T,) square roots of the weights"""
-    nodes: int
-    """K"""
-
-
-def _ties(descriptors: Descriptors, tie: float) -> _Ties:
-    """Return the ties of pixels to pairs of a ridge and a name."""
-    ridge, names = descriptors
-    pixels, name = np.nonzero(names > _LEAST_SHARE)
-    described, ends = np.unique(ridge[pixels] * names.shape[1] + name, return_inverse=True)
-    return _Ties(pixels, ends, np.sqrt(tie * names[pixels, name]), len(described))
-
-
-_WHITEST = 99.0
-"""Percentile of grey values that names take for white."""
+_WHITEST = 99.0  # Percentile of grey values that names take for white
 
 
 def estimate(view: View, tie: float) -> Estimate:

@@ -12,24 +12,15 @@ import numpy as np
 
 from photonmap.dataset.files.reader import Image
 from photonmap.evaluate.bench.images import load_truth, open_finished
+from photonmap.evaluate.methods import sirfs
 from photonmap.evaluate.methods.method import FLOOR
-from photonmap.evaluate.methods.sirfs import BEND, Surface, harmonics
-from photonmap.evaluate.methods.sirfs_priors import (
-    Priors,
-    as_json,
-    learn_mixture,
-    whitened,
-    windows,
-)
 from photonmap.evaluate.metrics.arrays import Floats, Mask
 
-_EVERY = 7
-"""One of so many differences is kept."""
-_RIDGE = 1e-2
-"""Added to variances of light, of which few examples are seen."""
+_EVERY = 7  # One of so many differences is kept
+_RIDGE = 1e-2  # Added to variances of light, of which few examples are seen
 
 
-def learn_priors(folder: Path) -> Priors:
+def learn_priors(folder: Path) -> sirfs.Priors:
     """Return the priors of the scenes of a data set, in linear sRGB.
 
     Raises
@@ -42,19 +33,21 @@ def learn_priors(folder: Path) -> Priors:
         reflectance = np.log(np.maximum(truth.reflectance, FLOOR))
         colors.append(reflectance[truth.mask])
         steps.append(_differences(reflectance, truth.mask))
-        surface = Surface(_depth(image, truth.mask))
-        curvature = BEND * surface.curvature().reshape(*truth.mask.shape, 1)
+        surface = sirfs.Surface(_depth(image, truth.mask))
+        curvature = sirfs.BEND * surface.curvature().reshape(*truth.mask.shape, 1)
         bends.append(_differences(curvature, truth.mask)[:, 0])
         shading = np.log(np.maximum(truth.radiance, FLOOR))[truth.mask] - colors[-1]
-        basis = harmonics(_normals(image)[truth.mask])
+        basis = sirfs.harmonics(_normals(image)[truth.mask])
         lights.append(np.linalg.lstsq(basis, shading)[0])
     edges = np.concatenate(steps)
     spread = _spread(edges)
     values = np.concatenate(colors)
     brightness = values.mean(axis=1, keepdims=True)
-    edge_weights = learn_mixture((whitened(edges, spread) ** 2).sum(axis=1), edges.shape[1])
-    bend_weights = learn_mixture(np.concatenate(bends) ** 2, 1)
-    return Priors(
+    edge_weights = sirfs.learn_mixture(
+        (sirfs.whitened(edges, spread) ** 2).sum(axis=1), edges.shape[1]
+    )
+    bend_weights = sirfs.learn_mixture(np.concatenate(bends) ** 2, 1)
+    return sirfs.Priors(
         edge_weights.tolist(),
         bend_weights.tolist(),
         list(spread),
@@ -65,7 +58,9 @@ def learn_priors(folder: Path) -> Priors:
 
 def _differences(image: Floats, mask: Mask) -> Floats:
     """Return a sample of the differences of (H, W, C) in windows of 5×5."""
-    found = [(image[other] - image[one])[mask[one] & mask[other]] for one, other in windows(mask)]
+    found = [
+        (image[other] - image[one])[mask[one] & mask[other]] for one, other in sirfs.windows(mask)
+    ]
     return np.asarray(np.concatenate(found)[::_EVERY])
 
 
@@ -99,4 +94,4 @@ def _normals(image: Image) -> Floats:
 
 
 if __name__ == "__main__":
-    print(as_json(learn_priors(Path(sys.argv[1]))))
+    print(sirfs.as_json(learn_priors(Path(sys.argv[1]))))

@@ -29,7 +29,7 @@ def angular_error(truth: Any, estimate: Any) -> float:
         raise InputError(
             f"illuminants must both have shape (C,); got {true.shape} and {made.shape}"
         )
-    if not (_has_direction(true) and _has_direction(made)):
+    if not all(np.isfinite(color).all() and color.any() for color in (true, made)):
         raise InputError("an illuminant is black or not finite, so it has no colour")
     return float(_angles(true, made))
 
@@ -54,10 +54,6 @@ def angular_error_map(truth: Any, estimate: Any, mask: Any = None) -> Floats:
     if not lit.any():
         raise InputError("no light reaches a valid pixel, so there is no illuminant to compare")
     return _angles(pair.truth[lit], pair.estimate[lit])
-
-
-def _has_direction(color: Floats) -> bool:
-    return bool(np.isfinite(color).all() and color.any())
 
 
 def _angles(truth: Floats, estimate: Floats) -> Floats:

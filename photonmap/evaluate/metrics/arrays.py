@@ -16,12 +16,9 @@ Mask = NDArray[np.bool_]
 class Pair(NamedTuple):
     """A truth and an estimate; both are 0 outside of the mask."""
 
-    truth: Floats
-    """(H, W, C)"""
-    estimate: Floats
-    """(H, W, C)"""
-    mask: Mask
-    """(H, W)"""
+    truth: Floats  # (H, W, C)
+    estimate: Floats  # (H, W, C)
+    mask: Mask  # (H, W)
 
 
 def paired(truth: Any, estimate: Any, mask: Any = None) -> Pair:
@@ -106,8 +103,3 @@ def least_squares_factor(truth: Floats, estimate: Floats) -> float:
     """Return the factor of the estimate that brings it closest to the truth; 0 if it is black."""
     energy = float((estimate * estimate).sum())
     return float((truth * estimate).sum()) / energy if energy > 0.0 else 0.0
-
-
-def round_half_up(value: float) -> int:
-    """Round a positive number as MATLAB does, in which the Sintel protocol was written."""
-    return int(value + 0.5)

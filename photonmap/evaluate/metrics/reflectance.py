@@ -20,23 +20,17 @@ from photonmap.errors import InputError
 from photonmap.evaluate.metrics.arrays import Floats, Mask, least_squares_factor, paired, to_grey
 from photonmap.spectra.color_difference import delta_e_2000
 
-_LEAST_ENERGY = 1e-6
-"""Below which the divisor of a factor counts as this."""
+_LEAST_ENERGY = 1e-6  # Below which the divisor of a factor counts as this
 
 
 class _Regions(NamedTuple):
     """Mean colours over the regions of an image."""
 
-    truth: Floats
-    """(R, C)"""
-    estimate: Floats
-    """(R, C)"""
-    weights: Floats
-    """(R,) pixels"""
-    labels: NDArray[np.int64]
-    """(P,) region of each of the pixels that belong to one"""
-    pixels: tuple[Floats, Floats]
-    """(P, C) truth and estimate of these pixels"""
+    truth: Floats  # (R, C)
+    estimate: Floats  # (R, C)
+    weights: Floats  # (R,) pixels
+    labels: NDArray[np.int64]  # (P,) region of each of the pixels that belong to one
+    pixels: tuple[Floats, Floats]  # (P, C) truth and estimate of these pixels
 
 
 def albedo_intensity(truth: Any, estimate: Any, regions: Any, mask: Any = None) -> float:
@@ -144,21 +138,16 @@ def delta_e(truth: Any, estimate: Any, mask: Any = None) -> float:
     return float(delta_e_2000(made, true, white=1.0).mean())
 
 
-DELTA = 0.10
-"""Ratio minus 1 above which one of two reflectances is called darker."""
-DISTANCE = 0.07
-"""Least distance of two points over the longer side of the image."""
-_DARKEST = 1e-10
-"""Values below count as this."""
+DELTA = 0.10  # Ratio minus 1 above which one of two reflectances is called darker
+DISTANCE = 0.07  # Least distance of two points over the longer side of the image
+_DARKEST = 1e-10  # Values below count as this
 
 
 class OrdinalPairs(NamedTuple):
     """Pairs of pixels that are compared."""
 
-    first: NDArray[np.int64]
-    """(P, 2), row and column"""
-    second: NDArray[np.int64]
-    """(P, 2)"""
+    first: NDArray[np.int64]  # (P, 2), row and column
+    second: NDArray[np.int64]  # (P, 2)
 
 
 def ordinal_pairs(mask: Mask, distance: float = DISTANCE, seed: int = 0) -> OrdinalPairs:

@@ -15,18 +15,10 @@ from typing import Any
 import numpy as np
 
 from photonmap.errors import InputError
-from photonmap.evaluate.metrics.arrays import (
-    Floats,
-    Mask,
-    least_squares_factor,
-    paired,
-    round_half_up,
-)
+from photonmap.evaluate.metrics.arrays import Floats, Mask, least_squares_factor, paired
 
-WINDOW = 20
-"""Side of a window, pixels; windows are half of it apart."""
-LEAST_ENERGY = 1e-5
-"""Σ e² of a window up to which its factor is 0."""
+WINDOW = 20  # Side of a window, pixels; windows are half of it apart
+LEAST_ENERGY = 1e-5  # Σ e² of a window up to which its factor is 0
 
 
 def lmse(truth: Any, estimate: Any, mask: Any = None, window: int = WINDOW) -> float:
@@ -98,8 +90,7 @@ def _window_sums(truth: Any, estimate: Any, mask: Any, window: int) -> tuple[Flo
     return np.maximum(cc - 2.0 * factor * ce + factor**2 * ee, 0.0), cc
 
 
-WINDOW_FRACTION = 0.1
-"""Side of a window over the longer side of the image."""
+WINDOW_FRACTION = 0.1  # Side of a window over the longer side of the image
 _RADIUS, _SIGMA = 5, 1.5
 """Of the Gaussian window of SSIM, pixels."""
 _LARGEST_FACTOR, _STEPS = 5.0, tuple(range(2, 11))
@@ -138,12 +129,12 @@ def si_lmse(truth: Any, estimate: Any, mask: Any = None) -> float:
     InputError : the image is so small that windows have no side, or as `arrays.paired` says
     """
     pair = paired(truth, estimate, mask)
-    side = round_half_up(WINDOW_FRACTION * max(pair.truth.shape))
+    side = int(WINDOW_FRACTION * max(pair.truth.shape) + 0.5)  # as MATLAB rounds, the protocol's
     if side < 1:
         raise InputError(
             "the image is too small for windows of a tenth of it; use 5 pixels or more"
         )
-    step = round_half_up(side / 2.0)
+    step = int(side / 2.0 + 0.5)
     height, width, count = pair.truth.shape
     errors = []
     for top in range(0, height - step, step):
@@ -179,8 +170,14 @@ def dssim(truth: Any, estimate: Any, mask: Any = None, peak: float = 1.0) -> flo
     ------
     InputError : no window of 11×11 pixels is valid, or as `arrays.paired` says
     """
+    from scipy.ndimage import minimum_filter
+
     pair = paired(truth, estimate, mask)
-    similarity = _Similarity(pair.truth, pair.estimate, _valid_windows(pair.mask), peak)
+    side = 2 * _RADIUS + 1
+    centres = minimum_filter(pair.mask, size=side, mode="constant", cval=False)
+    if not centres.any():
+        raise InputError(f"no window of {side}×{side} pixels is entirely valid; use larger images")
+    similarity = _Similarity(pair.truth, pair.estimate, centres, peak)
     factor = least_squares_factor(pair.truth, pair.estimate)
     best = similarity.at(factor)
     for power in _STEPS:
@@ -219,14 +216,3 @@ class _Similarity:
             self._truth_variance + factor**2 * self._variance + self._c2
         )
         return float((means * spreads).mean())
-
-
-def _valid_windows(mask: Mask) -> Mask:
-    """Return the pixels whose windows are wholly valid, and within the image."""
-    from scipy.ndimage import minimum_filter
-
-    side = 2 * _RADIUS + 1
-    centres = minimum_filter(mask, size=side, mode="constant", cval=False)
-    if not centres.any():
-        raise InputError(f"no window of {side}×{side} pixels is entirely valid; use larger images")
-    return centres

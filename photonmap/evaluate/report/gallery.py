@@ -29,12 +29,9 @@ from photonmap.evaluate.metrics.arrays import Floats, to_grey
 from photonmap.report.pages import png_uri
 from photonmap.results.preview import as_bytes
 
-_WIDTH = 160
-"""Largest width of a picture, pixels."""
-_SHOWN_AS = 0.8
-"""Linear value that pictures give to a shading or radiance of 1."""
-_PATCH = 24
-"""Side of the patch that shows one illuminant, pixels."""
+_WIDTH = 160  # Largest width of a picture, pixels
+_SHOWN_AS = 0.8  # Linear value that pictures give to a shading or radiance of 1
+_PATCH = 24  # Side of the patch that shows one illuminant, pixels
 
 
 def layer_picture(truth: Truth, layer: str, values: Floats) -> str:
@@ -61,8 +58,7 @@ def _as_uri(values: Floats, exposure: float) -> str:
 
 
 LMSE, DSSIM = Column("lmse-color", MEAN_LAYER), Column("dssim", MEAN_LAYER)
-_SHOWN = 4
-"""Cases on the page, of each kind."""
+_SHOWN = 4  # Cases on the page, of each kind
 
 
 class Rated(NamedTuple):
@@ -85,22 +81,17 @@ class Side(NamedTuple):
     name: str
     lmse: float
     dssim: float
-    layers: list[tuple[str, str]]
-    """name and picture as a data URI"""
+    layers: list[tuple[str, str]]  # name and picture as a data URI
 
 
 class Disagreement(NamedTuple):
     """Two estimates of an image that two metrics rank differently."""
 
-    strength: float
-    """product of the logarithms of both ratios of scores"""
+    strength: float  # product of the logarithms of both ratios of scores
     image: str
-    radiance: str
-    """as a data URI"""
-    layers: list[tuple[str, str]]
-    """of the truth"""
-    by_lmse: Side
-    """what LMSE prefers"""
+    radiance: str  # as a data URI
+    layers: list[tuple[str, str]]  # of the truth
+    by_lmse: Side  # what LMSE prefers
     by_dssim: Side
 
 
@@ -210,10 +201,8 @@ class Case(NamedTuple):
     image: str
     column: Column
     score: float
-    radiance: str
-    """as a data URI, as are all pictures"""
-    layers: list[tuple[str, ...]]
-    """name, picture of the truth, picture of the estimate"""
+    radiance: str  # as a data URI, as are all pictures
+    layers: list[tuple[str, ...]]  # name, picture of the truth, picture of the estimate
 
 
 @dataclass

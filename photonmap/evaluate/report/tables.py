@@ -16,10 +16,8 @@ from photonmap.report.tables import aligned, write_csv
 class Cell(NamedTuple):
     """A figure of a table."""
 
-    value: float | None
-    """None where there is none"""
-    note: str = ""
-    """small print, such as an interval"""
+    value: float | None  # None where there is none
+    note: str = ""  # small print, such as an interval
 
 
 @dataclass(frozen=True)

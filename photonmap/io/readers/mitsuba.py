@@ -146,7 +146,6 @@ def read_sensor(node: Node) -> Camera:
     if np.linalg.det(matrix[:3, :3]) < 0.0:
         node.lose("mirrored view")
     ahead = unit(matrix[:3, 2])
-    assert ahead is not None  # transformations do not flatten
     origin, target, up = matrix[:3, 3], point_ahead(matrix[:3, 3], ahead), matrix[:3, 1]
     size = _film_size(node)
     look: dict[str, Any]

@@ -153,7 +153,7 @@ def _scale(step: Element) -> Floats:
 def _rotate(step: Element) -> Floats:
     """Return a turn about an axis by degrees: Rodrigues' formula."""
     axis = unit(np.array(step.vector(0.0)))
-    if axis is None:
+    if not axis.any():
         raise step.error("the axis of a rotation is 0; give its x, y or z")
     angle = math.radians(step.number(step.attribute("angle")))
     x, y, z = axis.tolist()
@@ -167,13 +167,13 @@ def _look_at(step: Element) -> Floats:
     """Return a frame at the origin whose z leads to the target, and whose y is nearest to up."""
     origin, target = np.array(step.triple("origin")), np.array(step.triple("target"))
     view = unit(target / 2 - origin / 2)
-    if view is None:
+    if not view.any():
         raise step.error("target and origin are the same; move one of them")
     up = np.array(step.triple("up")) if "up" in step.attributes else np.zeros(3)
     if not up.any():
         up, _ = side_axes(view)
     left = unit(np.cross(up, view))
-    if left is None:
+    if not left.any():
         raise step.error("up is parallel to the view; choose another direction")
     matrix = np.eye(4)
     matrix[:3] = np.stack([left, np.cross(view, left), view, origin], axis=1)

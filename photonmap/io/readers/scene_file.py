@@ -20,9 +20,13 @@ from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import Colored, Part, parameters_of
 from photonmap.scene.projections import RayMap
 from photonmap.scene.scene import Scene, check_names
-from photonmap.scene.surfaces.layers import LayerError, check_layers
+from photonmap.scene.surfaces.layers import (
+    LayerError,
+    StrandedIndexError,
+    check_layers,
+    check_relative_indices,
+)
 from photonmap.scene.surfaces.metallic import FRACTION, USUAL_COAT, metallic_gloss
-from photonmap.scene.surfaces.relative_index import StrandedIndexError, check_relative_indices
 from photonmap.scene.textures import Paint, Texture
 
 SUFFIXES = (".toml",)

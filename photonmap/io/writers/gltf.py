@@ -108,7 +108,7 @@ def _find_differences(
 def _with_names(scene: Scene, named: Mapping[str, Material]) -> Scene:
     cameras = [check_camera(camera) for camera in scene.every_camera]
     emitting = [name for name, material in named.items() if not is_black(material.emission)]
-    named_lights = lights.name_lights([*map(lights.check_light, scene.lights)], emitting)
+    named_lights = lights.check_lights(scene.lights, emitting)
     return Scene(scene.meshes, named_lights, name=scene.name, cameras=cameras)
 
 

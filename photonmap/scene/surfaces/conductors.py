@@ -5,22 +5,17 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.kernels.core.metals import DIP_POWERS
 from photonmap.scene.surfaces.fresnel import even_light, rise
+from photonmap.spectra.curves import Floats
 from photonmap.spectra.metals import EDGE_COSINE, conductor_reflectance
 
-Floats = NDArray[np.float64]
-_NODES = 96
-"""Angles to which weights are fitted,"""
-_CHECKED = 1025
-"""and at which the reflectance is kept between 0 and 1."""
+_NODES = 96  # Angles to which weights are fitted,
+_CHECKED = 1025  # and at which the reflectance is kept between 0 and 1
 _HALVINGS = 45
-_BROAD = DIP_POWERS.index(4)
-"""The term by which reflectances at 82° differ that no index has."""
-_LARGEST = 1.0 - 1e-9
-"""Reflectance at normal incidence that a complex index is looked for"""
+_BROAD = DIP_POWERS.index(4)  # The term by which reflectances at 82° differ that no index has
+_LARGEST = 1.0 - 1e-9  # Reflectance at normal incidence that a complex index is looked for
 
 
 def fit_dip(f0: Floats | float, edge: Floats | float) -> Floats:

@@ -7,35 +7,27 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.runtime.wording import suggest
 from photonmap.scene.parameters import Number, Numbers, Text
+from photonmap.spectra.curves import Floats
 
-LINES = (587.5618, 486.1327, 656.2725)
-"""Wavelengths of the lines d, F and C, nm."""
+LINES = (587.5618, 486.1327, 656.2725)  # Wavelengths of the lines d, F and C, nm
 ENDS = (380.0, 780.0)
 
-Floats = NDArray[np.float64]
 
 _COEFFICIENT = Number("coefficient", at_least=-1e6, at_most=1e6)
 GLASSES: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {
     "bk7": ((1.03961212, 0.231792344, 1.01046945), (0.00600069867, 0.0200179144, 103.560653)),
     "sf10": ((1.62153902, 0.256287842, 1.64447552), (0.0122241457, 0.0595736775, 147.468793)),
     "sf11": ((1.73759695, 0.313747346, 1.89878101), (0.013188707, 0.0623068142, 155.23629)),
-    "fused quartz": (
-        (0.6961663, 0.4079426, 0.8974794),
-        (0.0684043**2, 0.1162414**2, 9.896161**2),
-    ),
+    "fused quartz": ((0.6961663, 0.4079426, 0.8974794), (0.0684043**2, 0.1162414**2, 9.896161**2)),
     "water": (
         (0.5684027565, 0.1726177391, 0.02086189578, 0.1130748688),
         (0.005101829712, 0.01821153936, 0.02620722293, 10.69792721),
     ),
     "diamond": ((0.3306, 4.3356), (0.175**2, 0.106**2)),
-    "sapphire": (
-        (1.4313493, 0.65054713, 5.3414021),
-        (0.0726631**2, 0.1193242**2, 18.028251**2),
-    ),
+    "sapphire": ((1.4313493, 0.65054713, 5.3414021), (0.0726631**2, 0.1193242**2, 18.028251**2)),
 }
 """Coefficients of Sellmeier's equation, B and C (µm²): Schott's catalogue; I. H. Malitson, 1965
 (fused quartz) and 1962 (sapphire, ordinary ray); M. Daimon and A. Masumura, 2007 (water, 20 °C);
@@ -48,8 +40,27 @@ def sellmeier(wavelengths: Floats | float, b: tuple[float, ...], c: tuple[float,
     return np.sqrt(1.0 + sum(over * square / (square - pole) for over, pole in zip(b, c)))  # noqa: B905
 
 
+class _Curve:
+    """An index of refraction by its formula."""
+
+    def index(self, wavelengths: Floats | float) -> Floats:
+        """Return the index of refraction at wavelengths (nm)."""
+        raise NotImplementedError
+
+    def find_conflict(self) -> str:
+        """Return what is wrong with the coefficients, if anything."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            values = self.index(np.linspace(*ENDS, 101))
+        if np.isfinite(values).all() and values.min() > 0.0 and values.max() < 10.0:
+            return ""
+        return (
+            f"the index goes from {values.min():.3g} to {values.max():.3g} within {ENDS[0]:g} to "
+            f"{ENDS[1]:g} nm; give coefficients for wavelengths in µm"
+        )
+
+
 @dataclass(frozen=True)
-class Cauchy:
+class Cauchy(_Curve):
     """Cauchy's equation: n = a + b / λ² + c / λ⁴, with λ in µm.
 
     Parameters
@@ -68,13 +79,9 @@ class Cauchy:
         square = np.square(np.asarray(wavelengths, np.float64) * 1e-3)
         return np.asarray(self.a + self.b / square + self.c / square**2)
 
-    def find_conflict(self) -> str:
-        """Return what is wrong with the coefficients, if anything."""
-        return _find_conflict(self.index)
-
 
 @dataclass(frozen=True)
-class Sellmeier:
+class Sellmeier(_Curve):
     """Sellmeier's equation: n² = 1 + Σ bᵢ λ² / (λ² - cᵢ), with λ in µm.
 
     Parameters
@@ -100,7 +107,7 @@ class Sellmeier:
         """Return what is wrong with the coefficients, if anything."""
         if len(self.b) != len(self.c):
             return f"b has {len(self.b)} numbers and c has {len(self.c)}; give as many of both"
-        return _find_conflict(self.index)
+        return super().find_conflict()
 
 
 @dataclass(frozen=True)
@@ -136,14 +143,3 @@ def abbe_number(index: Callable[[float], Floats]) -> float:
     """Return (nd - 1) / (nF - nC)."""
     d, f, c = (float(index(line)) for line in LINES)
     return (d - 1.0) / (f - c) if f != c else np.inf
-
-
-def _find_conflict(index: Callable[[Floats], Floats]) -> str:
-    with np.errstate(invalid="ignore", divide="ignore"):
-        values = index(np.linspace(*ENDS, 101))
-    if np.isfinite(values).all() and values.min() > 0.0 and values.max() < 10.0:
-        return ""
-    return (
-        f"the index goes from {values.min():.3g} to {values.max():.3g} within {ENDS[0]:g} to "
-        f"{ENDS[1]:g} nm; give coefficients for wavelengths in µm"
-    )

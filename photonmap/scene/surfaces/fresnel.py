@@ -9,14 +9,11 @@ import math
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from photonmap.spectra.curves import read_only
+from photonmap.spectra.curves import Floats, read_only
 from photonmap.spectra.metals import conductor_reflectance
 
-Floats = NDArray[np.float64]
-SCHLICK_MEAN = 1.0 / 21.0
-"""Cosine-weighted mean of (1 - cos)⁵."""
+SCHLICK_MEAN = 1.0 / 21.0  # Cosine-weighted mean of (1 - cos)⁵
 LARGEST_INDEX = 3.0
 """of refraction, of lobes that are taken for those of dielectrics: there are no such metals"""
 _NODES = 64

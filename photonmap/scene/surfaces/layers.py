@@ -1,18 +1,25 @@
-"""Materials checked and named by their lobes, and those that stand for others."""
+"""Materials checked, by themselves and in scenes, named by their lobes, or standing for others."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from photonmap.errors import InputError, naming
 from photonmap.scene.material import LOBES, Material
-from photonmap.scene.parameters import Colored, Emission, Text, parameters_of
+from photonmap.scene.mesh import Mesh
+from photonmap.scene.parameters import Colored, Emission, Text, check_parameters, parameters_of
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Texture, check_texture, is_black, mean_color, mean_number
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
+
+LIKE_AIR = 1e-3
+"""By how much an index may lie below 1: that of air is 1.0003, of which some files take account."""
+_TOUCHING = 1e-6  # Distance, in sizes of a mesh, up to which boxes count as touching
 
 
 def check_material(material: Material) -> Material:
@@ -20,15 +27,13 @@ def check_material(material: Material) -> Material:
 
     An `InputError` says that the name is not a text, or a number is out of range.
     """
-    plain: dict[str, Any] = {}
+
+    def error(attribute: str, problem: str) -> InputError:
+        return InputError(f"material {material.name!r}: {attribute}: {problem}")
+
     with naming(f"material {material.name!r}"):
         Text().check(material.name)
-    for attribute, parameter in parameters_of(Material).items():
-        value = getattr(material, attribute)
-        if value is not None and not (parameter.textured and isinstance(value, Texture)):
-            with naming(f"material {material.name!r}: {attribute}"):
-                plain[attribute] = parameter.check(value)
-    return replace(material, **plain)
+    return replace(material, **check_parameters(material, error))
 
 
 def check_textures(material: Material) -> None:
@@ -63,6 +68,46 @@ def check_layers(material: Material) -> None:
         for other, remedy in lobe.clashes.items():
             if material.has(name) and material.has(other):
                 raise LayerError(material, (name, other), remedy)
+
+
+def check_relative_indices(meshes: Sequence[Mesh]) -> None:
+    """Check that where an index is below 1, there is glass to which it can be relative.
+
+    Its bounding box meets that of the mesh; otherwise a `StrandedIndexError` is raised.
+    """
+    solid = [each for each in meshes if each.material.ior is not None and len(each.vertices)]
+    for mesh in solid:
+        if is_relative(mesh.material) and not any(_meet(mesh, each) for each in solid):
+            raise StrandedIndexError(mesh)
+
+
+def is_relative(material: Material) -> bool:
+    """Return whether an index is relative to what is around."""
+    index = material.ior
+    return isinstance(index, Real) and material.outside == 1.0 and 0.0 < index < 1.0 - LIKE_AIR
+
+
+class StrandedIndexError(InputError):
+    """An index below 1 of a `mesh` that no glass surrounds."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self.mesh = mesh
+        super().__init__(
+            f"material {mesh.material.name!r}: ior {mesh.material.ior:g} is below 1, relative to "
+            f"glass around it, and {mesh.name!r} lies in none; give it relative to air, such as 1.5"
+        )
+
+
+def _meet(mesh: Mesh, other: Mesh) -> bool:
+    """Return whether the boxes of two meshes meet, and the other can be around."""
+    if other is mesh or other.material.thin or is_relative(other.material):
+        return False
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    slack = _TOUCHING * float(np.ptp(other.vertices))
+    return bool(
+        (low <= other.vertices.max(axis=0) + slack).all()
+        and (high >= other.vertices.min(axis=0) - slack).all()
+    )
 
 
 def name_kind(material: Material) -> str:

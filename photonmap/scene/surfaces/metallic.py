@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.kernels.core.color import LUMINANCE
@@ -16,13 +15,11 @@ from photonmap.scene.parameters import Number
 from photonmap.scene.surfaces.fresnel import normal_reflectance
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Paint, Texture, Triple, lie_alike, mean_number, resized
-from photonmap.spectra.curves import Color, Spectrum
+from photonmap.spectra.curves import Color, Floats, Spectrum
 from photonmap.spectra.observer import reflectance_to_rgb
 
-USUAL_INDEX = 1.5
-"""Index of refraction of a coat for which none is given"""
-USUAL_COAT = normal_reflectance(USUAL_INDEX)
-"""What such a coat reflects at normal incidence"""
+USUAL_INDEX = 1.5  # Index of refraction of a coat for which none is given
+USUAL_COAT = normal_reflectance(USUAL_INDEX)  # What such a coat reflects at normal incidence
 FRACTION = Number("metallic fraction", textured=True, at_least=0.0, at_most=1.0)
 """Which part of a surface is metal"""
 _WHITE = Image(np.ones((1, 1, 3), np.float32), False)
@@ -36,7 +33,7 @@ class Gloss(NamedTuple):
     roughness: float | Texture
 
 
-def metallic_fraction(base: NDArray[np.float64], lobe: NDArray[np.float64]) -> NDArray[np.float64]:
+def metallic_fraction(base: Floats, lobe: Floats) -> Floats:
     """Return the metallic fraction m that gives a surface its base and its lobe, in band means.
 
     A colour a then makes a base of (1 - m) a and a lobe of m a + (1 - m) 0.04; a being unknown, m

@@ -16,8 +16,7 @@ from photonmap.scene.images import Image, write_image
 from photonmap.scene.parameters import File, Number
 from photonmap.scene.textures import Texture, check_texture
 
-STEEPEST = 1e6
-"""Largest strength or height."""
+STEEPEST = 1e6  # Largest strength or height
 
 
 def _read(path: Path) -> Texture:
@@ -78,8 +77,7 @@ class BumpMap:
 
     texture: Annotated[Texture, IMAGE]
     height: Annotated[
-        float,
-        Number("height", "scene units", at_least=-STEEPEST, at_most=STEEPEST, such_as="0.01"),
+        float, Number("height", "scene units", at_least=-STEEPEST, at_most=STEEPEST, such_as="0.01")
     ] = 1.0
     kind: ClassVar[str] = "bump"
     is_height: ClassVar[bool] = True

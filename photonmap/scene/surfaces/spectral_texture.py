@@ -27,6 +27,7 @@ from photonmap.spectra.curves import (
     LARGEST_REFLECTANCE,
     VISIBLE,
     Color,
+    Floats,
     Spectrum,
     check_covers,
     check_reflectance,
@@ -36,9 +37,7 @@ from photonmap.spectra.curves import (
 )
 from photonmap.spectra.observer import reflectance_to_rgb, upsample_reflectance
 
-Floats = NDArray[np.float64]
-_BLOCK = 1 << 16
-"""Spectra that are converted at a time."""
+_BLOCK = 1 << 16  # Spectra that are converted at a time
 SUFFIXES = (".npz", ".hdr")
 _TYPES = {1: "u1", 2: "i2", 3: "i4", 4: "f4", 5: "f8", 12: "u2", 13: "u4", 14: "i8", 15: "u8"}
 """NumPy's types by ENVI's numbers of data types."""
@@ -233,7 +232,7 @@ def _averages(bands: Bands, wavelengths: Floats, spectra: Any) -> NDArray[np.flo
 class SpectralImage(NamedTuple):
     """Spectra in rows and columns: wavelengths (L,), nm, and values (H, W, L), top row first."""
 
-    wavelengths: NDArray[np.float64]
+    wavelengths: Floats
     values: NDArray[Any]
 
 
@@ -333,7 +332,9 @@ def _read_values(path: Path, fields: dict[str, str]) -> NDArray[Any]:
     axes = _LAYOUTS[interleave]
     shape = [int(fields[axis]) for axis in axes]
     order = "<" if fields.get("byte order", "0") == "0" else ">"
-    data = next((file for file in _data_files(path) if file.is_file()), None)
+    stem = path.with_suffix("")
+    files = [stem, *(stem.with_suffix(suffix) for suffix in _DATA_SUFFIXES)]
+    data = next((file for file in files if file.is_file()), None)
     if data is None:
         raise InputError(f"there is no {path.stem}.img beside the header", path)
     count = int(np.prod(shape))
@@ -342,9 +343,3 @@ def _read_values(path: Path, fields: dict[str, str]) -> NDArray[Any]:
     if len(values) < count:
         raise InputError(f"{data.name} holds {len(values)} of {count} values; copy it again", path)
     return np.moveaxis(values.reshape(shape), axes.index("bands"), 2)
-
-
-def _data_files(header: Path) -> list[Path]:
-    """Return where the values of a header may be: FILE itself, or with a usual suffix."""
-    stem = header.with_suffix("")
-    return [stem, *(stem.with_suffix(suffix) for suffix in _DATA_SUFFIXES)]

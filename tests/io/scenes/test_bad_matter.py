@@ -7,7 +7,7 @@ import trimesh
 
 import photonmap as pm
 from photonmap.commands.main import main
-from photonmap.scene.surfaces.relative_index import check_relative_indices
+from photonmap.scene.surfaces.layers import check_relative_indices
 
 QUAD = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nusemtl m\nf 1 2 3 4\n"
 MTL = {
