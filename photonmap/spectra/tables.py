@@ -39,7 +39,9 @@ def read_table(
     lines = [line for line, _ in rows]
     table = np.array([numbers for _, numbers in rows])
     wavelengths, values = table[:, 0], table[:, 1:]
-    names = _name_columns(path.stem, header[1:], values.shape[1])
+    count = values.shape[1]
+    made_up = [path.stem if count == 1 else f"{path.stem} {k + 1}" for k in range(count)]
+    names = tuple(name or other for name, other in zip(header[1:] or made_up, made_up, strict=True))
     _check_finite(path, lines, table, kind)
     try:
         check_wavelengths(wavelengths)
@@ -183,15 +185,6 @@ def _parse_row(path: Path, line: int, cells: list[str], separator: str) -> list[
         remedy = "separate the columns by commas, semicolons, tabs or spaces"
         raise InputError(f"{message}, and {remedy}", path, line) from None
     return numbers
-
-
-def _name_columns(stem: str, header: list[str], count: int) -> tuple[str, ...]:
-    """Take the names from the header, and make up those it lacks."""
-    given = header or [""] * count
-    return tuple(
-        name or (stem if count == 1 else f"{stem} {number}")
-        for number, name in enumerate(given, start=1)
-    )
 
 
 def _check_finite(path: Path, lines: list[int], table: Floats, kind: str) -> None:

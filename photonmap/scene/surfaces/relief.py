@@ -62,7 +62,7 @@ class NormalMap:
 
     def find_conflict(self) -> str:
         """Return what is wrong with the image, if anything."""
-        return find_conflict(self.texture) or find_grey(self.texture, "a normal map")
+        return _find_conflict(self.texture, "a normal map", ", or a BumpMap of heights")
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class BumpMap:
 
     def find_conflict(self) -> str:
         """Return what is wrong with the image, if anything."""
-        return find_conflict(self.texture, np.inf)
+        return _find_conflict(self.texture)
 
 
 @dataclass(frozen=True)
@@ -119,23 +119,17 @@ class NoRelief:
         return ""
 
 
-def find_conflict(texture: Texture, most: float = 1.0 + 1e-6) -> str:
-    """Return what is wrong with an image, if anything."""
+def _find_conflict(texture: Texture, directions: str = "", instead: str = "") -> str:
+    """Return what is wrong with an image, if anything: of heights, or with a name of directions."""
     if not isinstance(texture, Texture):
         return f"{shown(texture)} is not an image; give a Texture"
     try:
-        check_texture(texture, most)
+        check_texture(texture, 1.0 + 1e-6 if directions else np.inf)
     except InputError as error:
         return str(error)
+    if directions and texture.image.texels.shape[2] != 3:
+        return f"{directions} has three channels; give RGB{instead}"
     return ""
-
-
-def find_grey(texture: Texture, what: str) -> str:
-    """Return that an image has one channel where it needs three, if so."""
-    if texture.image.texels.shape[2] == 3:
-        return ""
-    remedy = "give RGB, or a BumpMap of heights" if what == "a normal map" else "give RGB"
-    return f"{what} has three channels; {remedy}"
 
 
 @dataclass(frozen=True)
@@ -153,7 +147,7 @@ class AnisotropyMap:
 
     def find_conflict(self) -> str:
         """Return what is wrong with the image, if anything."""
-        return find_conflict(self.texture) or find_grey(self.texture, "an anisotropy map")
+        return _find_conflict(self.texture, "an anisotropy map")
 
     def scaled(self, strength: float) -> Texture:
         """Return the image with a strength in place of its factor."""
