@@ -105,7 +105,9 @@ class Mesh:
     def with_rows(self, change: Callable[[Floats], Floats], **others: Any) -> Mesh:
         """Return the mesh with its rows of vertices changed, and other attributes given."""
         held = {name: getattr(self, name) for name in ("vertices", "normals", "uv", "tangents")}
-        changed = {name: change(rows) for name, rows in held.items() if rows is not None}
+        changed: dict[str, Any] = {
+            name: change(rows) for name, rows in held.items() if rows is not None
+        }
         return replace(self, **changed, **others)
 
     @property
