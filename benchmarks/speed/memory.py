@@ -13,7 +13,6 @@ import photonmap as pm
 from benchmarks.harness.children import run_photonmap
 from benchmarks.harness.options import Options
 from benchmarks.harness.table import Table
-from benchmarks.speed.start import SCENE
 from photonmap.film.moments import BYTES_PER_VALUE, Accumulator
 from photonmap.integrators.memory_estimate import Work
 from photonmap.kernels.core.passes import FOUND, Pixels
@@ -35,7 +34,8 @@ def run(options: Options) -> list[Table]:
     )
     for side, bands in CASES:
         with tempfile.TemporaryDirectory() as folder:
-            arguments = [str(SCENE), "--size", f"{side}x{side}", "--bands", str(bands)]
+            scene = str(Path(pm.scenes.FOLDER) / "cornell_box.obj")
+            arguments = [scene, "--size", f"{side}x{side}", "--bands", str(bands)]
             arguments += ["--passes", "2", "--threads", str(options.threads)]
             done = run_photonmap([*arguments, "--output", str(Path(folder) / "image.exr")])
         estimate = sum(Work(side * side, bands, side * side, triangles).need)
