@@ -23,7 +23,6 @@ from benchmarks.harness.options import Options
 from benchmarks.harness.table import Cell, Table
 from photonmap.film.bias import is_repeated
 from photonmap.film.relative_error import relative_squares, valid_pixels
-from photonmap.runtime.progress import Silent
 
 FEW = ((1, 0.25), (2, 0.25), (1, 1.0), (4, 1.0))
 """Passes and `pass_samples` of the first renders, which are compared with the longest one;"""
@@ -78,18 +77,6 @@ class Compared:
     rays: dict[str, float]
     microseconds: float
     """as in `Ours`"""
-
-
-class _Stopwatch(Silent):
-    """Notes when loading and compiling are over."""
-
-    start = 0.0
-    """processor seconds of this process, then"""
-
-    def stage(self, name: str) -> None:
-        """Begin a stage of a render."""
-        if name == "render":
-            self.start = time.process_time()
 
 
 def run(options: Options) -> list[Table]:

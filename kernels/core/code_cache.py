@@ -99,15 +99,12 @@ class KernelCache(FunctionCache):
     def load_overload(self, signature: Any, context: Any) -> Any:
         """Return the compiled kernel or None, without Numba's preparing of the compiler, 0.3 s."""
         with self._guard_against_spurious_io_errors():
-            return self._load_overload(signature, context)
-
-    def _load_overload(self, signature: Any, context: Any) -> Any:
-        signature, (triple, *_), code = self._index_key(signature, context.codegen())
-        for processor in processors():
-            key = signature, (triple, *processor), code
-            data = self._cache_file.load(key) or self._shipped.load(key)
-            if data is not None:
-                return self._impl.rebuild(context, data)
+            signature, (triple, *_), code = self._index_key(signature, context.codegen())
+            for processor in processors():
+                key = signature, (triple, *processor), code
+                data = self._cache_file.load(key) or self._shipped.load(key)
+                if data is not None:
+                    return self._impl.rebuild(context, data)
         return None
 
 

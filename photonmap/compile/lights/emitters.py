@@ -90,17 +90,13 @@ def compile_lights(
     emitting = np.flatnonzero((emission.any(axis=1) | opens)[material])
     rest = [k for k in range(len(shining.lights)) if k != shining.dome or not opens.any()]
     layout = _lay_out(geometry, emitting, [shining.lights[k] for k in rest], frame)
-    opened = open_to_suns(geometry, portals, layout.lights)
-    if opened is not None:  # all the power of suns goes through them
-        sun_row = opened.row >= 0
-        layout.extent[sun_row] = opened.extent[opened.row[sun_row]]
-        layout = layout._replace(lights=layout.lights._replace(portals=opened))
+    layout = _let_suns_in(geometry, portals, layout)
     if layout.lights.portals is None and shining.dome < 0:
         warn_of_black_portals(materials)
     row = np.concatenate([material[emitting], len(emission) + np.array(rest, int)])
     row[: len(emitting)][opens[material[emitting]]] = len(emission) + shining.dome
-    spectra = np.concatenate(
-        [emission, *(_spectrum(light, shining.sky, bands)[None] for light in shining.lights)]
+    spectra = np.stack(
+        [*emission, *(_spectrum(each, shining.sky, bands) for each in shining.lights)]
     )
     is_point = np.isin(layout.lights.kind, kinds.numbers_where(has_place=True, has_area=False))
     spectra[row[is_point]] /= frame.size * frame.size
@@ -108,16 +104,26 @@ def compile_lights(
     described += [(light.name, light.group or light.name) for light in shining.lights]
     names, groups = ([described[k][part] for k in row] for part in (0, 1))
     record, flux = _record(geometry, layout, names, row, spectra)
-    power = float(flux.sum())
+    power, environment = float(flux.sum()), None
     images = textures.emission_textures(bands, power, len(spectra), geometry)
-    record = record._replace(emission_textures=images)
     if shining.sky and shining.dome >= 0:
         environment = shining.sky.record(power, len(emission) + shining.dome)
-        record = record._replace(environment=environment)
+    record = record._replace(emission_textures=images, environment=environment)
     total = layout.extent @ spectra[row]
     of_triangle = np.full(len(material), -1, np.int32)
     of_triangle[emitting] = np.arange(len(emitting))
     return Emitters(record, names, groups, of_triangle, flux, total / total.mean())
+
+
+def _let_suns_in(geometry: Geometry, portals: NDArray[np.bool_], layout: _Layout) -> _Layout:
+    """Return a layout in which all the power of suns goes through portals, if there are any."""
+    opened = open_to_suns(geometry, portals, layout.lights)
+    if opened is None:
+        return layout
+    of_sun = opened.row >= 0
+    extent = layout.extent.copy()
+    extent[of_sun] = opened.extent[opened.row[of_sun]]
+    return layout._replace(extent=extent, lights=layout.lights._replace(portals=opened))
 
 
 def _record(
