@@ -12,7 +12,7 @@ from numba import config, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.passes import Hit
 from photonmap.kernels.geometry.embree import LIBRARY
 
@@ -145,7 +145,7 @@ def any_hit(scene, origin, direction, length):
     return _occluded(scene, _single(origin), _single(direction), np.float32(length)) < 0.0
 
 
-@jit
+@kernel
 def first_hits(scene, origins, directions, triangles, distances):
     """Write the triangle that each ray hits first, -1 for none, and the distance to it."""
     for i in range(len(origins)):
@@ -155,7 +155,7 @@ def first_hits(scene, origins, directions, triangles, distances):
         distances[i] = hit.distance
 
 
-@jit
+@kernel
 def find_clear(scene, starts, ends, clear):
     """Write whether nothing lies between starts (P, 3) and ends (M, 3), as (P, M)."""
     for i in range(len(starts)):

@@ -4,11 +4,13 @@ import os
 import pickle
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import numba
 import numpy as np
 import pytest
+from helpers.source import modules
 from numba.core.itanium_mangler import mangle_type
 
 from photonmap.kernels.core import linking
@@ -107,3 +109,11 @@ def test_types_of_records_are_the_same_in_every_process():
 def test_fewer_steps_give_the_same_bits(tmp_path):
     in_full = "from photonmap.kernels.core import linking; linking.IS_KNOWN = False\n"
     assert run(in_full + TINY, NUMBA_CACHE_DIR=str(tmp_path)) == run(TINY)
+
+
+def test_the_package_calls_kernels_alone():
+    """Functions that kernels link in would be compiled in every process that calls them."""
+    rooms = (name for name in modules() if not name.startswith("photonmap.kernels"))
+    for name in sorted({*rooms} - {"photonmap.__main__", "photonmap.dataset.files.torch_dataset"}):
+        found = vars(import_module(name)).values()
+        assert not [each for each in found if type(each).__name__ == "_Inner"], name

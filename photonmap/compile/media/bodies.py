@@ -76,8 +76,6 @@ def find_bodies(meshes: Sequence[Mesh], absorbing: set[int], frame: Frame) -> li
     solid = [i for i, mesh in enumerate(meshes) if is_solid(mesh.material)]
     if not solid:
         return []
-    import trimesh
-
     boxes = {i: np.stack([f(meshes[i].vertices, axis=0) for f in (np.min, np.max)]) for i in solid}
     scaled = {i: (box - frame.center) / frame.size for i, box in boxes.items()}
     met = {i: any(j != i and near(scaled[i], *scaled[j]) for j in solid) for i in solid}
@@ -86,6 +84,8 @@ def find_bodies(meshes: Sequence[Mesh], absorbing: set[int], frame: Frame) -> li
         absorbs = id(meshes[i].material) in absorbing
         if not absorbs and not met[i]:
             continue
+        import trimesh  # half a second, which most glass does not need
+
         vertices = ((meshes[i].vertices - frame.center) / frame.size).astype(np.float32)
         shape = trimesh.Trimesh(vertices.astype(np.float64), meshes[i].faces, process=True)
         body = Body(i, meshes[i].material, shape)

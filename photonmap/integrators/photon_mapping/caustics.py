@@ -18,7 +18,7 @@ from photonmap.integrators.photon_mapping.pilot import fraction_going_on
 from photonmap.integrators.photon_mapping.specular_bounds import bound_specular_surfaces
 from photonmap.kernels.bsdf.models import LAMBERTIAN
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN
-from photonmap.kernels.camera.cameras import WITHOUT_FILM_POINTS, has_open_lens
+from photonmap.kernels.camera.cameras import WITHOUT_FILM_POINTS
 from photonmap.kernels.caustics.light_tracing import add_connected, connect_photons
 from photonmap.kernels.caustics.photon_map import fill_buckets, sort_by_key, trace_caustics
 from photonmap.kernels.core.passes import (
@@ -258,8 +258,8 @@ larger than a pixel have a bias that weighs more."""
 
 def can_connect(view: View) -> bool:
     """Return whether each point in view has one film point, and pixels have an area."""
-    camera = view.camera
-    is_sharp = not has_open_lens(camera.optics)
+    camera, optics = view.camera, view.camera.optics
+    is_sharp = not (optics and optics.lens.is_open)
     return view.film.jitter and is_sharp and camera.kind not in WITHOUT_FILM_POINTS
 
 
